@@ -1,0 +1,37 @@
+//! Typed indices: the scene and the world own flat arrays, and things refer to each other by these.
+
+macro_rules! handle {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// The position in the array this handle points into.
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+
+handle!(
+    /// A float-valued texture.
+    FloatTextureId
+);
+handle!(
+    /// A spectrum-valued texture.
+    SpectrumTextureId
+);
+handle!(
+    /// A material.
+    MaterialId
+);
+handle!(
+    /// A light source, area lights included.
+    LightId
+);
+handle!(
+    /// A named object (`ObjectBegin`): shapes with a tree of their own.
+    ObjectId
+);

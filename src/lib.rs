@@ -1,0 +1,34 @@
+//! fstop: a renderer for pbrt-v3 scene files whose heart is a real camera.
+//!
+//! Data flows one way, and the folders are listed in that order:
+//!
+//! ```text
+//! scene.pbrt ──▶ syntax ──▶ scene ──▶ build ──▶ render ──▶ film ──▶ image.exr
+//!  text          Directive   Scene-     World      Sample     Pixels    file
+//!                + span      Description (frozen)
+//!                                 │ Camera ◀── optics ◀── lens.dat
+//! ```
+//!
+//! Dependencies point one way only:
+//! `cli → render → integrators → {lights, materials, textures, shapes, accel, cameras, samplers} → surface → math`,
+//! `cameras → optics → math`, `scene → params → syntax`.
+
+#![forbid(unsafe_op_in_unsafe_fn)]
+
+pub mod accel;
+pub mod assets;
+pub mod bsdf;
+pub mod cameras;
+pub mod film;
+pub mod filters;
+pub mod handles;
+pub mod lights;
+pub mod materials;
+pub mod math;
+pub mod optics;
+pub mod params;
+pub mod samplers;
+pub mod shapes;
+pub mod surface;
+pub mod syntax;
+pub mod textures;

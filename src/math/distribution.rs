@@ -1,0 +1,163 @@
+//! Piecewise-constant densities in one and two dimensions, sampled by inversion
+//! (Pharr, Jakob and Humphreys 2016, §13.3.1 and §13.6.7).
+
+use super::Vec2;
+
+/// A piecewise-constant density over [0, 1) with equal cells.
+#[derive(Clone, Debug)]
+pub struct Distribution1D {
+    function: Vec<f32>,
+    cdf: Vec<f32>,
+    integral: f32,
+}
+
+impl Distribution1D {
+    /// From non-negative cell values (negative and non-finite ones count as 0).
+    /// Where all are zero the density is uniform and [`Distribution1D::integral`] is 0.
+    pub fn new(values: impl IntoIterator<Item = f32>) -> Distribution1D {
+        let function: Vec<f32> = values.into_iter().map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 }).collect();
+        let n = function.len().max(1) as f64;
+        let mut sum = 0.0f64;
+        let mut running = Vec::with_capacity(function.len() + 1);
+        running.push(0.0f64);
+        for &v in &function {
+            sum += v as f64 / n;
+            running.push(sum);
+        }
+        let cdf = if sum > 0.0 {
+            running.iter().map(|&c| (c / sum) as f32).collect()
+        } else {
+            (0..running.len()).map(|i| i as f32 / n as f32).collect()
+        };
+        Distribution1D { function, cdf, integral: sum as f32 }
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.function.len()
+    }
+
+    /// True without cells.
+    pub fn is_empty(&self) -> bool {
+        self.function.is_empty()
+    }
+
+    /// Integral of the function over [0, 1): the mean of its cells.
+    pub fn integral(&self) -> f32 {
+        self.integral
+    }
+
+    /// The cell of `u` in [0, 1), with the position inside the cell in [0, 1).
+    fn locate(&self, u: f32) -> (usize, f32) {
+        // The first cell whose upper end lies beyond u: never one of zero probability.
+        let i = self.cdf.partition_point(|&c| c <= u).clamp(1, self.function.len()) - 1;
+        let width = self.cdf[i + 1] - self.cdf[i];
+        let inside = if width > 0.0 { ((u - self.cdf[i]) / width).clamp(0.0, 1.0 - f32::EPSILON / 2.0) } else { 0.5 };
+        (i, inside)
+    }
+
+    /// A position in [0, 1), its density, and its cell.
+    pub fn sample_continuous(&self, u: f32) -> (f32, f32, usize) {
+        let (i, inside) = self.locate(u);
+        let x = ((i as f32 + inside) / self.function.len() as f32).min(1.0 - f32::EPSILON / 2.0);
+        (x, self.density(i), i)
+    }
+
+    /// A cell, its probability, and `u` stretched over the cell for reuse.
+    pub fn sample_discrete(&self, u: f32) -> (usize, f32, f32) {
+        let (i, inside) = self.locate(u);
+        (i, self.probability(i), inside)
+    }
+
+    /// Density over [0, 1) in cell `i`.
+    pub fn density(&self, i: usize) -> f32 {
+        if self.integral > 0.0 { self.function[i] / self.integral } else { 1.0 }
+    }
+
+    /// Probability of cell `i`.
+    pub fn probability(&self, i: usize) -> f32 {
+        self.density(i) / self.function.len() as f32
+    }
+}
+
+/// A piecewise-constant density over [0, 1)²: rows (y) by their marginal, then the row.
+#[derive(Clone, Debug)]
+pub struct Distribution2D {
+    rows: Vec<Distribution1D>,
+    marginal: Distribution1D,
+}
+
+impl Distribution2D {
+    /// From `height` rows of `width` non-negative values each, the first row at y = 0.
+    pub fn new(values: &[f32], width: usize, height: usize) -> Distribution2D {
+        let rows: Vec<_> = (0..height)
+            .map(|y| Distribution1D::new(values[y * width..(y + 1) * width].iter().copied()))
+            .collect();
+        let marginal = Distribution1D::new(rows.iter().map(|r| r.integral()));
+        Distribution2D { rows, marginal }
+    }
+
+    /// A point in [0, 1)² and its density.
+    pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
+        let (y, pdf_y, row) = self.marginal.sample_continuous(u.y);
+        let (x, pdf_x, _) = self.rows[row].sample_continuous(u.x);
+        (Vec2::new(x, y), pdf_x * pdf_y)
+    }
+
+    /// Density at a point of [0, 1)².
+    pub fn pdf(&self, p: Vec2) -> f32 {
+        let cell = |x: f32, n: usize| ((x * n as f32) as usize).min(n - 1);
+        let y = cell(p.y, self.rows.len());
+        let row = &self.rows[y];
+        row.density(cell(p.x, row.len())) * self.marginal.density(y)
+    }
+
+    /// Integral of the function over the unit square.
+    pub fn integral(&self) -> f32 {
+        self.marginal.integral()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zero_cells_are_never_chosen() {
+        let d = Distribution1D::new([0.0, 1.0, 0.0, 3.0, 0.0]);
+        for i in 0..1000 {
+            let (cell, p, _) = d.sample_discrete(i as f32 / 1000.0);
+            assert!(p > 0.0 && (cell == 1 || cell == 3));
+        }
+        let (cell, _, _) = d.sample_discrete(1.0 - f32::EPSILON / 2.0);
+        assert_eq!(cell, 3);
+    }
+
+    #[test]
+    fn sampled_frequencies_are_the_density() {
+        let values: Vec<f32> = (0..12).map(|i| (i % 5) as f32).collect();
+        let d = Distribution2D::new(&values, 4, 3);
+        let n = 400;
+        let mut counts = [0.0f64; 12];
+        for i in 0..n {
+            for j in 0..n {
+                let u = Vec2::new((i as f32 + 0.5) / n as f32, (j as f32 + 0.5) / n as f32);
+                let (p, pdf) = d.sample(u);
+                assert!((d.pdf(p) - pdf).abs() <= 1e-5 * pdf);
+                counts[(p.y * 3.0) as usize * 4 + (p.x * 4.0) as usize] += 1.0;
+            }
+        }
+        let total: f32 = values.iter().sum();
+        for (c, v) in counts.iter().zip(&values) {
+            // A regular grid of n² points misplaces at most a strip of width 1/n a boundary.
+            assert!((c / (n * n) as f64 - (v / total) as f64).abs() < 2.0 / n as f64);
+        }
+    }
+
+    #[test]
+    fn all_zero_is_uniform() {
+        let d = Distribution1D::new([0.0; 4]);
+        assert_eq!(d.integral(), 0.0);
+        assert_eq!(d.sample_continuous(0.6).1, 1.0);
+    }
+}

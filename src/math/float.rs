@@ -1,0 +1,58 @@
+//! Rounding-error bounds and neighbouring floats.
+
+use super::Vec3;
+
+/// Half the spacing of `f32` at 1: the largest relative error of one rounded operation.
+pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
+
+/// The bound γₙ = nε / (1 − nε) on the relative error of n chained operations
+/// (Higham 2002, §3.1; Pharr, Jakob and Humphreys 2016, §3.9.1).
+pub const fn gamma(n: u32) -> f32 {
+    let ne = n as f32 * UNIT_ROUNDOFF;
+    ne / (1.0 - ne)
+}
+
+/// Moves a new ray's origin from a computed point off the surface, to the side of direction `w`,
+/// just beyond the box of half-widths `error` that is known to hold the exact point
+/// (Pharr, Jakob and Humphreys 2016, §3.9.5).
+pub fn offset_ray_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
+    let distance = n.abs().dot(error);
+    let offset = if w.dot(n) < 0.0 { -distance * n } else { distance * n };
+    let moved = p + offset;
+    Vec3::new(
+        round_away(moved.x, offset.x),
+        round_away(moved.y, offset.y),
+        round_away(moved.z, offset.z),
+    )
+}
+
+/// The next float of `v` in the direction of `offset`'s sign; `v` itself where the offset is zero.
+fn round_away(v: f32, offset: f32) -> f32 {
+    if offset > 0.0 {
+        v.next_up()
+    } else if offset < 0.0 {
+        v.next_down()
+    } else {
+        v
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offset_origin_clears_the_error_box_at_every_scale() {
+        for scale in [1e-6f32, 1.0, 1e6] {
+            let p = Vec3::new(0.3, -0.7, 0.9) * scale;
+            let error = p.abs() * gamma(7);
+            let n = Vec3::new(0.48, 0.6, 0.64);
+            for side in [1.0, -1.0] {
+                let o = offset_ray_origin(p, error, n, side * n);
+                // Every corner of the box lies on or behind the plane through `o`.
+                let d = side * (o.as_dvec3() - p.as_dvec3()).dot(n.as_dvec3());
+                assert!(d >= n.abs().dot(error) as f64 * 0.999_999);
+            }
+        }
+    }
+}

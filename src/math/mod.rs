@@ -1,0 +1,19 @@
+//! Small, tested mathematics: vectors come from `glam`, everything else a renderer needs is here.
+//!
+//! Geometry uses [`glam::Vec3`] and [`glam::DVec3`], never `Vec3A`: the latter's cross product
+//! rounds differently with the instruction set it was compiled for.
+
+pub mod color;
+pub mod distribution;
+pub mod float;
+pub mod frame;
+pub mod hash;
+pub mod ray;
+pub mod sampling;
+pub mod spectrum;
+pub mod transform;
+
+pub use glam::{DMat4, DVec2, DVec3, IVec2, UVec2, Vec2, Vec3};
+
+/// Linear RGB with sRGB (Rec. 709) primaries; also reflectances and other per-channel factors.
+pub type Rgb = Vec3;

@@ -1,0 +1,89 @@
+//! Warping uniform numbers to directions and points; each density is beside its sampler.
+
+use super::{Rgb, Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
+
+/// The unit square to the unit disk, area-preserving and continuous (Shirley and Chiu 1997).
+pub fn concentric_disk(u: Vec2) -> Vec2 {
+    let o = 2.0 * u - Vec2::ONE;
+    if o == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (r, theta) = if o.x.abs() > o.y.abs() {
+        (o.x, FRAC_PI_4 * (o.y / o.x))
+    } else {
+        (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y))
+    };
+    r * Vec2::new(theta.cos(), theta.sin())
+}
+
+/// A direction about +z with density cosθ/π.
+pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
+    let d = concentric_disk(u);
+    d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
+}
+
+/// Density of [`cosine_hemisphere`].
+pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
+    cos_theta.max(0.0) * FRAC_1_PI
+}
+
+/// A direction uniform over the sphere.
+pub fn uniform_sphere(u: Vec2) -> Vec3 {
+    let z = 1.0 - 2.0 * u.x;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let phi = 2.0 * PI * u.y;
+    Vec3::new(r * phi.cos(), r * phi.sin(), z)
+}
+
+/// Density of [`uniform_sphere`].
+pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
+
+/// Barycentric coordinates (b0, b1) uniform over a triangle.
+pub fn uniform_triangle(u: Vec2) -> Vec2 {
+    let su = u.x.sqrt();
+    Vec2::new(1.0 - su, u.y * su)
+}
+
+/// Veach's power heuristic with exponent 2 for one sample of each of two densities;
+/// 0 where both are 0, and right when one density is so large that its square overflows.
+pub fn power_heuristic(f: f32, g: f32) -> f32 {
+    if f == 0.0 {
+        return 0.0;
+    }
+    let r = g / f;
+    1.0 / (1.0 + r * r)
+}
+
+/// Largest channel.
+pub fn max_component(v: Rgb) -> f32 {
+    v.max_element()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn power_heuristic_sums_to_one() {
+        for (a, b) in [(1.0, 2.0), (1e20, 1e25), (1e-20, 3.0), (0.0, 1.0)] {
+            assert!((power_heuristic(a, b) + power_heuristic(b, a) - 1.0).abs() < 1e-6);
+        }
+        assert_eq!(power_heuristic(f32::INFINITY, 1.0), 1.0);
+    }
+
+    #[test]
+    fn concentric_disk_fills_the_disk_evenly() {
+        // Mean squared radius of a uniform unit disk is 1/2.
+        let n = 256;
+        let mut sum = 0.0f64;
+        for i in 0..n {
+            for j in 0..n {
+                let p = concentric_disk(Vec2::new((i as f32 + 0.5) / n as f32, (j as f32 + 0.5) / n as f32));
+                assert!(p.length() <= 1.0 + 1e-6);
+                sum += p.length_squared() as f64;
+            }
+        }
+        assert!((sum / (n * n) as f64 - 0.5).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,145 @@
+//! What a ray finds: a point on a surface, with everything shading and light sampling ask of it.
+//!
+//! All in *render space*: world space translated so that the camera sits at the origin, which
+//! keeps single precision where the picture needs it, however far from the world's origin.
+
+use crate::math::float::offset_ray_origin;
+use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::{Vec2, Vec3};
+
+/// A point on a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceHit {
+    /// Position.
+    pub p: Vec3,
+    /// Half-widths of the box around `p` that holds the exact point.
+    pub p_error: Vec3,
+    /// Unit geometric normal, turned as scene-language 4.4 says (it defines inside and outside).
+    pub n: Vec3,
+    /// Surface parameters.
+    pub uv: Vec2,
+    /// ∂p/∂u and ∂p/∂v of the true surface.
+    pub dpdu: Vec3,
+    /// See `dpdu`.
+    pub dpdv: Vec3,
+    /// What shading uses instead of the true geometry.
+    pub shading: ShadingGeometry,
+    /// Unit direction back along the ray that came here.
+    pub wo: Vec3,
+    /// Time of the ray.
+    pub time: f32,
+}
+
+/// The shading frame: interpolated normals and tangents, and bump mapping, change it.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadingGeometry {
+    /// Unit shading normal.
+    pub n: Vec3,
+    /// Shading ∂p/∂u and ∂p/∂v.
+    pub dpdu: Vec3,
+    /// See `dpdu`.
+    pub dpdv: Vec3,
+    /// Change of the shading normal with u and v.
+    pub dndu: Vec3,
+    /// See `dndu`.
+    pub dndv: Vec3,
+}
+
+impl SurfaceHit {
+    /// A ray leaving this point in unit direction `d`, starting outside the error box.
+    pub fn spawn_ray(&self, d: Vec3) -> Ray {
+        Ray::new(offset_ray_origin(self.p, self.p_error, self.n, d), d, self.time)
+    }
+
+    /// What light sampling needs of this point.
+    pub fn reference_point(&self) -> ReferencePoint {
+        ReferencePoint { p: self.p, p_error: self.p_error, n: self.n, time: self.time }
+    }
+
+    /// The texture footprint of one film sample here, from the shifted rays' meetings with the
+    /// tangent plane (Pharr, Jakob and Humphreys 2016, §10.1.1). Zero where it is undefined.
+    pub fn footprint(&self, differentials: Option<&RayDifferentials>) -> Footprint {
+        let Some(rd) = differentials else {
+            return Footprint::default();
+        };
+        let d = self.n.dot(self.p);
+        let tx = (d - self.n.dot(rd.rx_o)) / self.n.dot(rd.rx_d);
+        let ty = (d - self.n.dot(rd.ry_o)) / self.n.dot(rd.ry_d);
+        if !tx.is_finite() || !ty.is_finite() {
+            return Footprint::default();
+        }
+        let dpdx = rd.rx_o + tx * rd.rx_d - self.p;
+        let dpdy = rd.ry_o + ty * rd.ry_d - self.p;
+        // Solve dpd? = du dpdu + dv dpdv in the two dimensions the normal leans on least.
+        let a = self.n.abs();
+        let (i, j) = if a.x > a.y && a.x > a.z {
+            (1, 2)
+        } else if a.y > a.z {
+            (0, 2)
+        } else {
+            (0, 1)
+        };
+        let det = self.dpdu[i] * self.dpdv[j] - self.dpdv[i] * self.dpdu[j];
+        let solve = |b: Vec3| {
+            let du = (self.dpdv[j] * b[i] - self.dpdv[i] * b[j]) / det;
+            let dv = (self.dpdu[i] * b[j] - self.dpdu[j] * b[i]) / det;
+            if du.is_finite() && dv.is_finite() { Vec2::new(du, dv) } else { Vec2::ZERO }
+        };
+        Footprint { dpdx, dpdy, duvdx: solve(dpdx), duvdy: solve(dpdy) }
+    }
+}
+
+/// How position and (u, v) change from one film sample to the next, in x and in y.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Footprint {
+    /// ∂p/∂x on the film.
+    pub dpdx: Vec3,
+    /// ∂p/∂y on the film.
+    pub dpdy: Vec3,
+    /// ∂(u,v)/∂x.
+    pub duvdx: Vec2,
+    /// ∂(u,v)/∂y.
+    pub duvdy: Vec2,
+}
+
+/// Where a texture is looked up.
+#[derive(Clone, Copy, Debug)]
+pub struct TexturePoint {
+    /// Position, render space.
+    pub p: Vec3,
+    /// Surface parameters.
+    pub uv: Vec2,
+    /// Filter footprint; zero asks for the finest level.
+    pub footprint: Footprint,
+}
+
+/// The point that receives light.
+#[derive(Clone, Copy, Debug)]
+pub struct ReferencePoint {
+    /// Position.
+    pub p: Vec3,
+    /// See [`SurfaceHit::p_error`].
+    pub p_error: Vec3,
+    /// Unit geometric normal; zero for a point in a medium.
+    pub n: Vec3,
+    /// Time of the ray.
+    pub time: f32,
+}
+
+impl ReferencePoint {
+    /// A shadow ray from here toward the point `target` (with its error box and normal, zero for
+    /// none), ending just short of it. Both ends are moved off their surfaces first.
+    pub fn shadow_ray_to(&self, target: Vec3, target_error: Vec3, target_n: Vec3) -> Ray {
+        let o = offset_ray_origin(self.p, self.p_error, self.n, target - self.p);
+        let t = offset_ray_origin(target, target_error, target_n, o - target);
+        let d = t - o;
+        let distance = d.length();
+        // A ten-thousandth short of the target, as pbrt: the light itself is no obstacle.
+        Ray { o, d: d / distance, t_max: distance * (1.0 - 1e-4), time: self.time }
+    }
+
+    /// A shadow ray from here in unit direction `d` that never ends.
+    pub fn shadow_ray_toward(&self, d: Vec3) -> Ray {
+        Ray::new(offset_ray_origin(self.p, self.p_error, self.n, d), d, self.time)
+    }
+}
