@@ -1,0 +1,42 @@
+//! `fstop check SCENE...`: every problem of the files and of what they include, nothing rendered.
+
+use super::{BAD_INPUT, ReadArgs, messages};
+use crate::syntax::{Diagnostics, SourceMap};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `fstop check`.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// Scene files; `-` is standard input
+    #[arg(required = true)]
+    scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    read: ReadArgs,
+}
+
+/// Checks every file; exit code 0 where all are fit to render, else 2.
+pub fn run(args: &CheckArgs) -> ExitCode {
+    let mut refused = 0;
+    for scene in &args.scenes {
+        refused += usize::from(!check(scene, &args.read));
+    }
+    if refused > 0 { ExitCode::from(BAD_INPUT) } else { ExitCode::SUCCESS }
+}
+
+fn check(path: &Path, args: &ReadArgs) -> bool {
+    let sources = SourceMap::new();
+    let diagnostics = Diagnostics::new();
+    messages::read(path, &args.settings(), &sources, &diagnostics);
+    messages::print(&diagnostics, &sources);
+    let fit = !messages::refused(&diagnostics, args.strict);
+    println!(
+        "{}: {} ({} errors, {} warnings)",
+        path.display(),
+        if fit { "ok" } else { "not fit to render" },
+        diagnostics.errors(),
+        diagnostics.warnings(),
+    );
+    fit
+}

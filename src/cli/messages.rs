@@ -1,0 +1,40 @@
+//! Printing what was found in a scene.
+
+use crate::scene::{ReadSettings, SceneDescription, read_scene};
+use crate::syntax::{Diagnostic, Diagnostics, SourceMap, Style};
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+
+/// Reads a scene; `-` is standard input. `None` where the file itself cannot be read.
+pub fn read(
+    path: &Path,
+    settings: &ReadSettings,
+    sources: &SourceMap,
+    diagnostics: &Diagnostics,
+) -> Option<SceneDescription> {
+    let main = if path == Path::new("-") { sources.open_stdin() } else { sources.open(path) };
+    match main {
+        Ok(main) => Some(read_scene(sources, main, settings, diagnostics)),
+        Err(error) => {
+            diagnostics.push(Diagnostic::error(error.to_string()));
+            None
+        }
+    }
+}
+
+/// Prints all messages to standard error, in colour on a terminal.
+pub fn print(diagnostics: &Diagnostics, sources: &SourceMap) {
+    let style = if std::io::stderr().is_terminal() { Style::Colored } else { Style::Plain };
+    // Standard error may be closed; there is nobody left to tell.
+    let _ = write!(std::io::stderr().lock(), "{}", diagnostics.render(sources, style));
+}
+
+/// Prints one line of trouble that has no place in a file.
+pub fn error(message: impl std::fmt::Display) {
+    eprintln!("error: {message}");
+}
+
+/// Must the scene be refused? Errors always, warnings under `--strict`.
+pub fn refused(diagnostics: &Diagnostics, strict: bool) -> bool {
+    diagnostics.errors() > 0 || (strict && diagnostics.warnings() > 0)
+}

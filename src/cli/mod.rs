@@ -1,0 +1,124 @@
+//! The command line: one file per command. Progress and messages go to standard error, results to
+//! standard output or files. Exit code 0: done; 1: the answer is no; 2: bad input.
+
+mod check;
+mod lens;
+mod messages;
+mod render;
+
+use crate::cameras::Compat;
+use crate::params::Dialect;
+use crate::scene::ReadSettings;
+use crate::scene::dialect::DialectChoice;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+/// Exit code for input that cannot be used.
+pub(crate) const BAD_INPUT: u8 = 2;
+
+#[derive(Parser)]
+#[command(name = "fstop", version, about, long_about = None, after_help = "`fstop SCENE` alone means `fstop render SCENE`.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to an EXR (or PNG, PFM, TGA by the output's ending)
+    Render(render::RenderArgs),
+    /// List every problem of scene files; nothing is rendered
+    Check(check::CheckArgs),
+    /// Describe a lens: surfaces, focal length, f-number, planes and pupils
+    Lens(lens::LensArgs),
+}
+
+/// How scene files are read; shared by `render` and `check`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct ReadArgs {
+    /// Treat warnings as errors
+    #[arg(long)]
+    strict: bool,
+    /// Read the file as pbrt-v2 or pbrt-v3 instead of deciding from its content
+    #[arg(long, value_enum)]
+    dialect: Option<DialectArg>,
+    /// Copy a habit of another renderer that changes the picture
+    #[arg(long, value_enum)]
+    compat: Option<CompatArg>,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum DialectArg {
+    V2,
+    V3,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum CompatArg {
+    /// Realistic camera: sample the rear element's flat disk, drop samples whose neighbour is vignetted
+    #[value(name = "pbrt-v2")]
+    PbrtV2,
+}
+
+impl ReadArgs {
+    fn settings(&self) -> ReadSettings {
+        ReadSettings {
+            dialect: match self.dialect {
+                None => DialectChoice::Auto,
+                Some(DialectArg::V2) => DialectChoice::Fixed(Dialect::V2),
+                Some(DialectArg::V3) => DialectChoice::Fixed(Dialect::V3),
+            },
+            compat: self.compat.map(|CompatArg::PbrtV2| Compat::PbrtV2),
+        }
+    }
+}
+
+/// Runs the command line and says with what code to exit.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(with_default_command(args.into_iter().collect())) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Printing help can only fail where nobody reads it.
+            let _ = error.print();
+            return if error.use_stderr() { ExitCode::from(BAD_INPUT) } else { ExitCode::SUCCESS };
+        }
+    };
+    match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Lens(args) => lens::run(&args),
+    }
+}
+
+/// `fstop SCENE` means `fstop render SCENE`: where the first argument is no command and asks for
+/// no help, `render` is put before it.
+fn with_default_command(mut args: Vec<OsString>) -> Vec<OsString> {
+    const COMMANDS: [&str; 8] = ["render", "check", "lens", "help", "-h", "--help", "-V", "--version"];
+    let first = args.get(1).map(|a| a.to_string_lossy().into_owned());
+    if let Some(first) = first
+        && !COMMANDS.contains(&first.as_str())
+    {
+        args.insert(1, "render".into());
+    }
+    args
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_scene_alone_is_rendered() {
+        let args = with_default_command(["fstop", "a.pbrt", "--spp", "4"].map(OsString::from).to_vec());
+        assert_eq!(args[1], "render");
+        let args = with_default_command(["fstop", "check", "a.pbrt"].map(OsString::from).to_vec());
+        assert_eq!(args.len(), 3);
+    }
+}

@@ -1,0 +1,196 @@
+//! `fstop render SCENE`: text to picture.
+
+use super::{BAD_INPUT, ReadArgs, messages};
+use crate::build;
+use crate::film::{self, FilmMetadata};
+use crate::render::{self, Progress, Shot};
+use crate::scene::Frame;
+use crate::syntax::{Diagnostics, SourceMap};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Arguments of `fstop render`.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// Scene file; `-` is standard input
+    scene: PathBuf,
+    /// Picture to write (.exr, .png, .pfm, .tga); by default what the scene's Film names
+    #[arg(short, long = "output", visible_alias = "outfile")]
+    output: Option<PathBuf>,
+    /// Also write a PNG of the picture here
+    #[arg(long)]
+    png: Option<PathBuf>,
+    /// Samples a pixel, instead of the scene's
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Threads; by default one for each processor
+    #[arg(long, visible_alias = "nthreads", default_value_t = 0)]
+    threads: usize,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Part of the picture, as fractions: x0,x1,y0,y1
+    #[arg(long, value_delimiter = ',', num_args = 1, value_name = "x0,x1,y0,y1")]
+    crop: Option<Vec<f64>>,
+    /// The same as four arguments, as pbrt; used only where the scene gives no crop window
+    #[arg(long, num_args = 4, value_names = ["x0", "x1", "y0", "y1"])]
+    cropwindow: Option<Vec<f64>>,
+    /// Side of the square tiles that threads work on, in pixels; changes no bit of the picture
+    #[arg(long, default_value_t = render::TILE_SIZE, hide = true)]
+    tile_size: u32,
+    /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B)
+    #[arg(long)]
+    variance: bool,
+    /// A quick look: a quarter of the width and height, one sample a pixel
+    #[arg(long)]
+    quick: bool,
+    /// Print only errors
+    #[arg(long)]
+    quiet: bool,
+    #[command(flatten)]
+    read: ReadArgs,
+}
+
+/// Renders every frame of the scene.
+pub fn run(args: &RenderArgs) -> ExitCode {
+    match render_scene(args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            if let Some(message) = message {
+                messages::error(message);
+            }
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// `Err(None)` where the trouble has been printed already.
+type Outcome = Result<(), Option<String>>;
+
+fn render_scene(args: &RenderArgs) -> Outcome {
+    let sources = SourceMap::new();
+    let diagnostics = Diagnostics::new();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads)
+        .build()
+        .map_err(|e| Some(format!("cannot start {} threads: {e}", args.threads)))?;
+    let scene = messages::read(&args.scene, &args.read.settings(), &sources, &diagnostics);
+    let refused = messages::refused(&diagnostics, args.read.strict);
+    if !args.quiet || refused {
+        messages::print(&diagnostics, &sources);
+    }
+    let scene = scene.filter(|_| !refused).ok_or(None)?;
+    let frames = scene.frames.len();
+    for (number, frame) in scene.frames.into_iter().enumerate() {
+        let output = output_path(args, &frame, number, frames);
+        render_frame(args, frame, &output, &sources, &pool)?;
+    }
+    Ok(())
+}
+
+/// Where a frame goes: `-o` names the first; later frames of a file get their number added.
+fn output_path(args: &RenderArgs, frame: &Frame, number: usize, frames: usize) -> PathBuf {
+    match &args.output {
+        None => frame.options.film.output(),
+        Some(path) if frames == 1 || number == 0 => path.clone(),
+        Some(path) => numbered(path, number + 1),
+    }
+}
+
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}.{number}.{ending}"))
+}
+
+fn render_frame(
+    args: &RenderArgs,
+    mut frame: Frame,
+    output: &Path,
+    sources: &SourceMap,
+    pool: &rayon::ThreadPool,
+) -> Outcome {
+    apply(args, &mut frame).map_err(Some)?;
+    for path in [Some(output), args.png.as_deref()].into_iter().flatten() {
+        film::check_output(path).map_err(|e| Some(e.to_string()))?;
+    }
+    let started = Instant::now();
+    let diagnostics = Diagnostics::new();
+    let built = pool.install(|| build::build(frame, args.seed, &diagnostics));
+    let refused = messages::refused(&diagnostics, args.read.strict);
+    if !args.quiet || refused {
+        messages::print(&diagnostics, sources);
+    }
+    let built = built.filter(|_| !refused).ok_or(None)?;
+    if !args.quiet {
+        report_start(&built);
+    }
+    let shot = &built.shot;
+    let progress = Progress::new(shot.film.pixel_bounds().area() as u64, shot.sampler.spp(), args.quiet);
+    let rendering = Instant::now();
+    let film = pool.install(|| render::render(shot, args.tile_size, &progress));
+    progress.finish();
+    let picture = film.develop();
+    let metadata = FilmMetadata {
+        seed: args.seed,
+        scene: args.scene.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        ..built.metadata
+    };
+    for path in [Some(output), args.png.as_deref()].into_iter().flatten() {
+        film::write(path, &picture, &metadata, args.variance).map_err(|e| Some(e.to_string()))?;
+    }
+    if !args.quiet {
+        report_end(&film, shot, output, args.png.as_deref(), started, rendering);
+    }
+    Ok(())
+}
+
+/// What the command line says about the frame's options.
+fn apply(args: &RenderArgs, frame: &mut Frame) -> Result<(), String> {
+    let options = &mut frame.options;
+    if args.quick {
+        options.film.make_quick();
+        options.sampler = options.sampler.clone().quick();
+    }
+    if let Some(spp) = args.spp {
+        options.sampler = options.sampler.clone().with_spp(spp);
+    }
+    let scene_crops = options.film.crop_window != [0.0, 1.0, 0.0, 1.0];
+    let crop = args.crop.as_ref().or(args.cropwindow.as_ref().filter(|_| !scene_crops));
+    if let Some(crop) = crop {
+        options.film.set_crop(crop).map_err(|e| format!("--crop: {e}"))?;
+    }
+    Ok(())
+}
+
+fn report_start(built: &build::Built) {
+    for line in &built.description {
+        eprintln!("{line}");
+    }
+}
+
+fn report_end(
+    film: &film::Film,
+    shot: &Shot,
+    output: &Path,
+    png: Option<&Path>,
+    started: Instant,
+    rendering: Instant,
+) {
+    let samples = film.bounds().area() as f64 * f64::from(shot.sampler.spp());
+    let seconds = rendering.elapsed().as_secs_f64();
+    if film.dropped() > 0 {
+        eprintln!("warning: {} samples were not finite and count as black", film.dropped());
+    }
+    let also = png.map(|p| format!(" and {}", p.display())).unwrap_or_default();
+    eprintln!(
+        "{}{also}: {} samples a pixel, {:.2} s ({:.2} M samples/s), {:.2} s in all",
+        output.display(),
+        shot.sampler.spp(),
+        seconds,
+        samples / seconds / 1e6,
+        started.elapsed().as_secs_f64(),
+    );
+}

@@ -1,0 +1,46 @@
+//! Direct light at a surface from one given light: one sample of the light and one of the BSDF,
+//! combined by the power heuristic (Veach 1997, §9.2; Pharr, Jakob and Humphreys 2016, §14.3.1).
+
+use crate::bsdf::Bsdf;
+use crate::handles::LightId;
+use crate::math::sampling::power_heuristic;
+use crate::math::{Rgb, color::is_black};
+use crate::samplers::SampleStream;
+use crate::surface::SurfaceHit;
+use crate::world::World;
+
+/// One estimate of the light that `id` sends to `surface` and on toward its `wo`.
+/// Perfectly specular lobes take no part.
+pub fn estimate(world: &World, surface: &SurfaceHit, bsdf: &Bsdf, id: LightId, stream: &mut SampleStream) -> Rgb {
+    let (light_u, lobe, direction_u) = (stream.next_2d(), stream.next_1d(), stream.next_2d());
+    let light = world.light(id);
+    let from = surface.reference_point();
+    let mut sum = Rgb::ZERO;
+    if let Some(sample) = light.sample(&from, light_u) {
+        let f = bsdf.f(surface.wo, sample.wi) * sample.wi.dot(surface.shading.n).abs();
+        let contribution = f * sample.radiance;
+        if !is_black(contribution) && !world.occluded(&sample.shadow) {
+            let weight =
+                if sample.delta { 1.0 } else { power_heuristic(sample.pdf, bsdf.pdf(surface.wo, sample.wi)) };
+            sum += contribution * (weight / sample.pdf);
+        }
+    }
+    if light.is_delta() {
+        return sum;
+    }
+    let Some(sample) = bsdf.sample(surface.wo, lobe, direction_u).filter(|s| !s.specular) else {
+        return sum;
+    };
+    let ray = surface.spawn_ray(sample.wi);
+    let (radiance, light_pdf) = match world.intersect(&ray) {
+        Some(hit) if hit.light == Some(id) => (light.emitted(&hit.surface), light.pdf(&from, ray.d, Some(&hit.surface))),
+        None if light.is_infinite() => (light.escaped(ray.d), light.pdf(&from, ray.d, None)),
+        _ => return sum,
+    };
+    if light_pdf > 0.0 {
+        let cosine = sample.wi.dot(surface.shading.n).abs();
+        let weight = power_heuristic(sample.pdf, light_pdf);
+        sum += sample.f * radiance * (cosine * weight / sample.pdf);
+    }
+    sum
+}

@@ -1,0 +1,82 @@
+//! `Integrator "directlighting"`: emission, direct light and perfect mirrors and glass
+//! (Pharr, Jakob and Humphreys 2016, §14.3).
+
+use super::{direct, specular};
+use crate::handles::LightId;
+use crate::lights::selection::LightSelector;
+use crate::math::Rgb;
+use crate::math::ray::{Ray, RayDifferentials};
+use crate::params::ParamReader;
+use crate::samplers::SampleStream;
+use crate::world::World;
+
+/// Which lights are sampled at each hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Strategy {
+    /// Every light, as often as its `samples` says.
+    All,
+    /// One light, chosen at random.
+    One,
+}
+
+/// Parameters of `Integrator "directlighting"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DirectLighting {
+    /// `maxdepth` (5): recursion levels; at most one fewer mirror bounces.
+    pub max_depth: u32,
+    /// `strategy` ("all").
+    pub strategy: Strategy,
+}
+
+impl Default for DirectLighting {
+    fn default() -> Self {
+        DirectLighting { max_depth: 5, strategy: Strategy::All }
+    }
+}
+
+impl DirectLighting {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> DirectLighting {
+        DirectLighting {
+            max_depth: super::max_depth(reader),
+            strategy: match reader.choice("strategy", &["all", "one", "weighted"]) {
+                "one" | "weighted" => Strategy::One,
+                _ => Strategy::All,
+            },
+        }
+    }
+
+    /// Radiance along a camera ray.
+    pub fn radiance(
+        &self,
+        world: &World,
+        selector: &LightSelector,
+        ray: Ray,
+        differentials: Option<&RayDifferentials>,
+        stream: &mut SampleStream,
+    ) -> Rgb {
+        specular::trace(world, self.max_depth, ray, differentials, stream, |hit, bsdf, stream| {
+            if !bsdf.has_non_specular() {
+                return Rgb::ZERO;
+            }
+            match self.strategy {
+                Strategy::One => {
+                    let choice = stream.next_1d();
+                    let Some((id, probability)) = selector.sample(&hit.surface.reference_point(), choice) else {
+                        return Rgb::ZERO;
+                    };
+                    direct::estimate(world, &hit.surface, bsdf, id, stream) / probability
+                }
+                Strategy::All => (0..world.lights.len())
+                    .map(|i| {
+                        let samples = world.lights[i].samples().max(1);
+                        let sum: Rgb = (0..samples)
+                            .map(|_| direct::estimate(world, &hit.surface, bsdf, LightId(i as u32), stream))
+                            .sum();
+                        sum / samples as f32
+                    })
+                    .sum(),
+            }
+        })
+    }
+}

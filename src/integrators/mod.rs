@@ -1,0 +1,178 @@
+//! Light transport: from a camera ray to the radiance that arrives along it.
+//!
+//! One file per integrator, named as the scene file names it. What they share — direct light at a
+//! surface, and the recursion over perfect mirrors and glass — is in [`direct`] and [`specular`].
+
+pub mod direct;
+pub mod directlighting;
+pub mod path;
+pub mod specular;
+pub mod whitted;
+
+use crate::lights::selection::LightSelector;
+use crate::math::Rgb;
+use crate::math::ray::{Ray, RayDifferentials};
+use crate::params::{Dialect, ParamReader};
+use crate::samplers::SampleStream;
+use crate::world::World;
+
+pub use directlighting::DirectLighting;
+pub use path::Path;
+pub use whitted::Whitted;
+
+/// More surfaces without material than this in a row end a path: such a pile is a modelling
+/// error, and a ray that never gets anywhere would otherwise never return.
+pub const MAX_NULL_SURFACES: u32 = 4096;
+
+/// An integrator as the scene asks for it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum IntegratorSpec {
+    /// `Integrator "path"`, and what fstop renders in its place.
+    Path(Path),
+    /// `Integrator "directlighting"`.
+    DirectLighting(DirectLighting),
+    /// `Integrator "whitted"`.
+    Whitted(Whitted),
+}
+
+/// Integrator and the pixels it is confined to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntegratorSettings {
+    /// Which one, with its parameters.
+    pub spec: IntegratorSpec,
+    /// `pixelbounds`: x0, x1, y0, y1; pixels outside are left black.
+    pub pixel_bounds: Option<[i32; 4]>,
+}
+
+/// Every integrator name a scene may use, for "did you mean".
+pub const NAMES: &[&str] = &[
+    "path",
+    "volpath",
+    "directlighting",
+    "whitted",
+    "ambientocclusion",
+    "bdpt",
+    "mlt",
+    "sppm",
+    "photonmap",
+    "exphotonmap",
+    "irradiancecache",
+    "igi",
+    "dipolesubsurface",
+    "metropolis",
+];
+
+impl IntegratorSettings {
+    /// What a file without an integrator gets: `path` in v3, `directlighting` in v2.
+    pub fn default_for(dialect: Dialect) -> IntegratorSettings {
+        let spec = match dialect {
+            Dialect::V2 => IntegratorSpec::DirectLighting(DirectLighting::default()),
+            Dialect::V3 => IntegratorSpec::Path(Path::default()),
+        };
+        IntegratorSettings { spec, pixel_bounds: None }
+    }
+
+    /// Reads an `Integrator` or `SurfaceIntegrator` directive. Integrators that differ from
+    /// `path` only in noise are rendered by `path`, with a note.
+    pub fn from_params(reader: &ParamReader) -> IntegratorSettings {
+        let spec = match reader.kind() {
+            "path" => IntegratorSpec::Path(Path::from_params(reader)),
+            "directlighting" => IntegratorSpec::DirectLighting(DirectLighting::from_params(reader)),
+            "whitted" => IntegratorSpec::Whitted(Whitted::from_params(reader)),
+            "bdpt" | "mlt" | "sppm" => {
+                reader.note(format!("`{}` is rendered by `path`: the same picture, other noise", reader.kind()));
+                read_and_ignore(reader);
+                IntegratorSpec::Path(Path::from_params(reader))
+            }
+            "photonmap" | "exphotonmap" | "igi" | "irradiancecache" if reader.dialect() == Dialect::V2 => {
+                reader.note(format!("`{}` is rendered by `path`, which has none of its bias", reader.kind()));
+                read_and_ignore(reader);
+                IntegratorSpec::Path(Path::from_params(reader))
+            }
+            "volpath" => {
+                reader.warn("", "`volpath` is rendered by `path`: participating media are not modelled yet");
+                IntegratorSpec::Path(Path::from_params(reader))
+            }
+            "ambientocclusion" | "dipolesubsurface" | "useprobes" | "diffuseprt" | "glossyprt" => {
+                reader.warn(
+                    "",
+                    format!("integrator `{}` is not supported yet; `path` is used", reader.kind()),
+                );
+                read_and_ignore(reader);
+                IntegratorSpec::Path(Path::from_params(reader))
+            }
+            other => {
+                reader.unknown_kind("integrator", other, NAMES, "`path` is used");
+                IntegratorSpec::Path(Path::from_params(reader))
+            }
+        };
+        IntegratorSettings { spec, pixel_bounds: pixel_bounds(reader) }
+    }
+}
+
+/// Parameters of integrators whose work `path` does: legal, and without effect on the picture.
+fn read_and_ignore(reader: &ParamReader) {
+    const WITHOUT_EFFECT: &[&str] = &[
+        "bootstrapsamples", "chains", "mutationsperpixel", "largestepprobability", "sigma", "iterations",
+        "numiterations", "photonsperiteration", "imagewritefrequency", "radius", "visualizestrategies",
+        "visualizeweights", "nsamples", "cossample", "causticphotons", "indirectphotons", "nused", "maxdist",
+        "finalgather", "finalgathersamples", "gatherangle", "maxspeculardepth", "maxphotondepth", "nsets", "nlights",
+        "rrthreshold", "mindist", "maxerror", "minweight", "minpixelspacing", "maxpixelspacing", "minsamples",
+        "maxangledifference", "interpolate", "indirectphotons",
+    ];
+    for name in WITHOUT_EFFECT {
+        reader.accept(name);
+    }
+}
+
+/// `pixelbounds`: four integers x0 x1 y0 y1.
+fn pixel_bounds(reader: &ParamReader) -> Option<[i32; 4]> {
+    let values = reader.integers("pixelbounds")?;
+    let Ok(v) = <[f64; 4]>::try_from(values) else {
+        reader.error("pixelbounds", "expected four integers: x0 x1 y0 y1");
+        return None;
+    };
+    Some(v.map(|x| x as i32))
+}
+
+/// `maxdepth` as a count; negative values count as zero.
+pub(crate) fn max_depth(reader: &ParamReader) -> u32 {
+    reader.integer("maxdepth", 5).clamp(0, i64::from(u32::MAX >> 1)) as u32
+}
+
+/// An integrator ready to run.
+#[derive(Debug)]
+pub struct Integrator {
+    spec: IntegratorSpec,
+    selector: LightSelector,
+}
+
+impl Integrator {
+    /// Prepares the choice among the world's lights.
+    pub fn new(spec: &IntegratorSpec, world: &World) -> Integrator {
+        let strategy = match spec {
+            IntegratorSpec::Path(path) => path.light_strategy,
+            // One light at random, as pbrt: `directlighting` and `whitted` choose uniformly or take all.
+            _ => crate::lights::selection::LightStrategy::Uniform,
+        };
+        let radius = world.geometry.bounds().radius();
+        Integrator { spec: spec.clone(), selector: LightSelector::new(&world.lights, strategy, radius) }
+    }
+
+    /// Radiance along a camera ray.
+    pub fn radiance(
+        &self,
+        world: &World,
+        ray: Ray,
+        differentials: Option<&RayDifferentials>,
+        stream: &mut SampleStream,
+    ) -> Rgb {
+        match &self.spec {
+            IntegratorSpec::Path(path) => path.radiance(world, &self.selector, ray, differentials, stream),
+            IntegratorSpec::DirectLighting(direct) => {
+                direct.radiance(world, &self.selector, ray, differentials, stream)
+            }
+            IntegratorSpec::Whitted(whitted) => whitted.radiance(world, ray, differentials, stream),
+        }
+    }
+}

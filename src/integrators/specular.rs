@@ -1,0 +1,93 @@
+//! The tree of perfectly specular paths that `directlighting` and `whitted` follow: at every hit
+//! the reflected and the refracted ray. Walked with an explicit stack, so that no depth a scene
+//! asks for can exhaust the thread's.
+
+use super::MAX_NULL_SURFACES;
+use crate::accel::GeometryHit;
+use crate::bsdf::Bsdf;
+use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::{Rgb, color::is_black};
+use crate::samplers::SampleStream;
+use crate::world::World;
+
+/// Recursion levels that are always followed in full; deeper ones play Russian roulette with
+/// their throughput, or two glass surfaces would double the work with every level.
+const FULL_LEVELS: u32 = 8;
+
+struct Branch {
+    ray: Ray,
+    throughput: Rgb,
+    level: u32,
+    nulls: u32,
+}
+
+/// Sums emission and what `local` finds at each hit over the specular tree, down to
+/// `max_depth` levels (the camera ray's hit is the first).
+pub fn trace(
+    world: &World,
+    max_depth: u32,
+    ray: Ray,
+    differentials: Option<&RayDifferentials>,
+    stream: &mut SampleStream,
+    mut local: impl FnMut(&GeometryHit, &Bsdf, &mut SampleStream) -> Rgb,
+) -> Rgb {
+    let mut radiance = Rgb::ZERO;
+    let mut pending = arrayvec::ArrayVec::<Branch, 64>::new();
+    let mut next = Some(Branch { ray, throughput: Rgb::ONE, level: 0, nulls: 0 });
+    let mut differentials = differentials;
+    while let Some(branch) = next.take().or_else(|| pending.pop()) {
+        let Some(hit) = world.intersect(&branch.ray) else {
+            radiance += branch.throughput * world.escaped_radiance(&branch.ray);
+            continue;
+        };
+        let bsdf = world.bsdf(hit.material, &hit.surface, differentials.take());
+        let Some(bsdf) = bsdf else {
+            if branch.nulls < MAX_NULL_SURFACES {
+                let ray = hit.surface.spawn_ray(branch.ray.d);
+                next = Some(Branch { ray, nulls: branch.nulls + 1, ..branch });
+            }
+            continue;
+        };
+        radiance += branch.throughput * (world.emitted_radiance(&hit) + local(&hit, &bsdf, stream));
+        if branch.level + 1 >= max_depth {
+            continue;
+        }
+        for transmit in [false, true] {
+            let child = scatter(&hit, &bsdf, &branch, transmit, stream);
+            let Some(child) = child else { continue };
+            if next.is_none() {
+                next = Some(child);
+            } else if let Err(full) = pending.try_push(child) {
+                // Sixty-four undecided branches: only absurd depths get here; roulette has already
+                // thinned them, and the branch in hand is worth less than any of them.
+                drop(full);
+            }
+        }
+    }
+    radiance
+}
+
+/// The specular ray that leaves a hit on one side, if there is one and roulette keeps it.
+fn scatter(
+    hit: &GeometryHit,
+    bsdf: &Bsdf,
+    branch: &Branch,
+    transmit: bool,
+    stream: &mut SampleStream,
+) -> Option<Branch> {
+    let sample = bsdf.sample_specular(hit.surface.wo, transmit)?;
+    let cosine = sample.wi.dot(hit.surface.shading.n).abs();
+    let mut throughput = branch.throughput * sample.f * (cosine / sample.pdf);
+    if is_black(throughput) || !throughput.is_finite() {
+        return None;
+    }
+    let level = branch.level + 1;
+    if level >= FULL_LEVELS {
+        let survive = throughput.max_element().clamp(0.05, 1.0) * 0.5;
+        if stream.next_1d() >= survive {
+            return None;
+        }
+        throughput /= survive;
+    }
+    Some(Branch { ray: hit.surface.spawn_ray(sample.wi), throughput, level, nulls: 0 })
+}

@@ -1,0 +1,53 @@
+//! `Integrator "whitted"`: one sample of every light at each hit, perfect mirrors and glass
+//! (Whitted 1980; Pharr, Jakob and Humphreys 2016, §1.3).
+
+use super::specular;
+use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::{Rgb, color::is_black};
+use crate::params::ParamReader;
+use crate::samplers::SampleStream;
+use crate::world::World;
+
+/// Parameters of `Integrator "whitted"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Whitted {
+    /// `maxdepth` (5): recursion levels; at most one fewer mirror bounces.
+    pub max_depth: u32,
+}
+
+impl Whitted {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Whitted {
+        Whitted { max_depth: super::max_depth(reader) }
+    }
+
+    /// Radiance along a camera ray.
+    pub fn radiance(
+        &self,
+        world: &World,
+        ray: Ray,
+        differentials: Option<&RayDifferentials>,
+        stream: &mut SampleStream,
+    ) -> Rgb {
+        specular::trace(world, self.max_depth, ray, differentials, stream, |hit, bsdf, stream| {
+            if !bsdf.has_non_specular() {
+                return Rgb::ZERO;
+            }
+            let surface = &hit.surface;
+            let from = surface.reference_point();
+            world
+                .lights
+                .iter()
+                .map(|light| {
+                    let u = stream.next_2d();
+                    let Some(sample) = light.sample(&from, u) else {
+                        return Rgb::ZERO;
+                    };
+                    let cosine = sample.wi.dot(surface.shading.n).abs();
+                    let contribution = bsdf.f(surface.wo, sample.wi) * sample.radiance * (cosine / sample.pdf);
+                    if is_black(contribution) || world.occluded(&sample.shadow) { Rgb::ZERO } else { contribution }
+                })
+                .sum()
+        })
+    }
+}

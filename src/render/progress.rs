@@ -1,0 +1,44 @@
+//! Progress on a terminal: a bar with rate and time left; silent where nobody watches.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Counts finished pixels. May be shared by threads.
+#[derive(Debug)]
+pub struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    /// A bar on standard error for `pixels` pixels of `spp` samples; hidden where standard error
+    /// is not a terminal or `quiet` is asked for.
+    pub fn new(pixels: u64, spp: u32, quiet: bool) -> Progress {
+        if quiet {
+            return Progress::hidden();
+        }
+        let bar = ProgressBar::with_draw_target(Some(pixels * u64::from(spp)), ProgressDrawTarget::stderr());
+        let template = "{elapsed_precise} {wide_bar} {percent}% {per_sec} ETA {eta}";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            let rate = |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
+                // A formatter has nowhere to report to; a missing rate is only missing.
+                let _ = write!(out, "{:.2} M samples/s", state.per_sec() / 1e6);
+            };
+            bar.set_style(style.with_key("per_sec", rate));
+        }
+        Progress { bar }
+    }
+
+    /// No bar at all.
+    pub fn hidden() -> Progress {
+        Progress { bar: ProgressBar::hidden() }
+    }
+
+    /// `samples` more are done.
+    pub fn advance(&self, samples: u64) {
+        self.bar.inc(samples);
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,78 @@
+//! The scene as plain data: what `build` turns into a world.
+
+use super::options::Options;
+use crate::handles::{MaterialId, ObjectId};
+use crate::lights::{DiffuseSpec, LightSpec};
+use crate::materials::Material;
+use crate::math::transform::Transform;
+use crate::params::Dialect;
+use crate::shapes::ShapeSpec;
+use crate::syntax::Span;
+use crate::textures::{FloatTextureSpec, SpectrumTextureSpec};
+
+/// Everything a scene file describes: one frame for each `WorldBegin` … `WorldEnd`.
+#[derive(Debug)]
+pub struct SceneDescription {
+    /// The frames, in the order of the file.
+    pub frames: Vec<Frame>,
+    /// Whose defaults and meanings were used.
+    pub dialect: Dialect,
+}
+
+/// One picture: options and world.
+#[derive(Debug)]
+pub struct Frame {
+    /// Camera, film, sampler, filter, integrator.
+    pub options: Options,
+    /// Float textures by id.
+    pub float_textures: Vec<FloatTextureSpec>,
+    /// Spectrum textures by id.
+    pub spectrum_textures: Vec<SpectrumTextureSpec>,
+    /// Materials by id.
+    pub materials: Vec<Material>,
+    /// Shapes placed in the world.
+    pub shapes: Vec<ShapeEntity>,
+    /// Named objects by id, latest definition of each name.
+    pub objects: Vec<ObjectDefinition>,
+    /// Where objects stand.
+    pub instances: Vec<InstanceEntity>,
+    /// Lights other than area lights.
+    pub lights: Vec<LightSpec>,
+    /// Emission of shapes; a shape refers to one by position.
+    pub area_lights: Vec<DiffuseSpec>,
+}
+
+/// A shape with all that the graphics state says of it.
+#[derive(Debug)]
+pub struct ShapeEntity {
+    /// What kind, with its parameters.
+    pub spec: ShapeSpec,
+    /// Shape to world (for shapes of an object: to the object's space).
+    pub world_from_shape: Transform,
+    /// `ReverseOrientation` was in force.
+    pub reverse_orientation: bool,
+    /// Scatters by this; `None` lets rays pass.
+    pub material: Option<MaterialId>,
+    /// Emits by this entry of [`Frame::area_lights`].
+    pub area_light: Option<usize>,
+    /// The directive, for messages about files that cannot be loaded.
+    pub span: Span,
+}
+
+/// A named object.
+#[derive(Debug, Default)]
+pub struct ObjectDefinition {
+    /// Its name.
+    pub name: String,
+    /// Its shapes, in the object's own space.
+    pub shapes: Vec<ShapeEntity>,
+}
+
+/// One appearance of an object.
+#[derive(Clone, Debug)]
+pub struct InstanceEntity {
+    /// Which object.
+    pub object: ObjectId,
+    /// Object to world.
+    pub world_from_object: Transform,
+}

@@ -1,0 +1,53 @@
+//! Which pbrt a file was written for (scene-language appendix A).
+
+use crate::params::Dialect;
+
+/// What the user asked for on the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DialectChoice {
+    /// Decide from the file.
+    #[default]
+    Auto,
+    /// As told.
+    Fixed(Dialect),
+}
+
+/// The evidence met so far.
+#[derive(Clone, Debug, Default)]
+pub struct Evidence {
+    /// The first directive that only pbrt-v2 has.
+    pub v2_directive: Option<&'static str>,
+    /// A camera in the course's form was given.
+    pub course_camera: bool,
+    /// An `Integrator` directive, which only v3 has, was given.
+    pub v3_integrator: bool,
+}
+
+impl Evidence {
+    /// The verdict, with the reason for a v2 reading.
+    pub fn verdict(&self) -> (Dialect, Option<String>) {
+        if let Some(word) = self.v2_directive {
+            return (Dialect::V2, Some(format!("it uses `{word}`, which only pbrt-v2 has")));
+        }
+        if self.course_camera && !self.v3_integrator {
+            let reason = "it has a course-form realistic camera and no `Integrator`";
+            return (Dialect::V2, Some(reason.to_string()));
+        }
+        (Dialect::V3, None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn course_camera_with_a_v3_integrator_is_v3() {
+        let evidence = Evidence { course_camera: true, v3_integrator: true, ..Evidence::default() };
+        assert_eq!(evidence.verdict().0, Dialect::V3);
+        let evidence = Evidence { course_camera: true, ..Evidence::default() };
+        assert_eq!(evidence.verdict().0, Dialect::V2);
+        let evidence = Evidence { v2_directive: Some("Renderer"), v3_integrator: true, ..Evidence::default() };
+        assert_eq!(evidence.verdict().0, Dialect::V2);
+    }
+}

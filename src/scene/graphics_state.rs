@@ -1,0 +1,68 @@
+//! What `AttributeBegin` saves (scene-language 2.1). Maps are shared until one side changes, so
+//! that saving costs the same however many textures a scene defines.
+
+use crate::handles::{FloatTextureId, MaterialId, SpectrumTextureId};
+use crate::params::TextureNames;
+use crate::syntax::Typed;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// A material as the file gave it, kept so that shapes can override its parameters.
+#[derive(Debug)]
+pub struct MaterialDirective {
+    /// Type and parameters.
+    pub typed: Typed,
+    /// The material made from them; `None` for `"none"`.
+    pub id: Option<MaterialId>,
+    /// The texture names that were in force at the directive: textures bind when used.
+    pub textures: Rc<TextureNames>,
+}
+
+/// The graphics state.
+#[derive(Clone, Debug)]
+pub struct GraphicsState {
+    /// Current material; `None` until the first `Material`: matte with its defaults.
+    pub material: Option<Rc<MaterialDirective>>,
+    /// Texture names in scope.
+    pub textures: Rc<TextureNames>,
+    /// Named materials in scope.
+    pub named_materials: Rc<HashMap<String, Rc<MaterialDirective>>>,
+    /// Emission of later shapes.
+    pub area_light: Option<Rc<Typed>>,
+    /// `ReverseOrientation` flag.
+    pub reverse_orientation: bool,
+}
+
+impl GraphicsState {
+    /// The state at the start of a frame.
+    pub fn new() -> GraphicsState {
+        GraphicsState {
+            material: None,
+            textures: Rc::default(),
+            named_materials: Rc::default(),
+            area_light: None,
+            reverse_orientation: false,
+        }
+    }
+
+    /// Brings a float texture into scope; true where the name was taken.
+    pub fn define_float_texture(&mut self, name: &str, id: FloatTextureId) -> bool {
+        Rc::make_mut(&mut self.textures).float.insert(name.to_string(), id).is_some()
+    }
+
+    /// Brings a spectrum texture into scope; true where the name was taken.
+    pub fn define_spectrum_texture(&mut self, name: &str, id: SpectrumTextureId) -> bool {
+        Rc::make_mut(&mut self.textures).spectrum.insert(name.to_string(), id).is_some()
+    }
+
+    /// Brings a named material into scope; true where the name was taken.
+    pub fn define_material(&mut self, name: &str, material: MaterialDirective) -> bool {
+        Rc::make_mut(&mut self.named_materials).insert(name.to_string(), Rc::new(material)).is_some()
+    }
+}
+
+impl Default for GraphicsState {
+    fn default() -> Self {
+        GraphicsState::new()
+    }
+}

@@ -1,0 +1,14 @@
+//! Directives run through the graphics-state machine (scene-language §2): every name resolved,
+//! every parameter read and checked, nothing loaded that only a render needs. All problems of a
+//! file are reported in one go; `fstop check` stops here.
+
+pub mod dialect;
+pub mod description;
+pub mod graphics_state;
+pub mod interpreter;
+pub mod options;
+pub mod scopes;
+pub mod transforms;
+
+pub use description::{Frame, SceneDescription};
+pub use interpreter::{ReadSettings, read_scene};

@@ -1,0 +1,136 @@
+//! Scopes: what `AttributeBegin`, `TransformBegin` and `ObjectBegin` save and their ends restore.
+//!
+//! As in pbrt, attributes and transforms share one stack of transformations while only the former
+//! also save the graphics state. Crossed nesting therefore restores the wrong transformation
+//! (scene-language 2.1); it is followed, with a warning where it happens.
+
+use super::graphics_state::GraphicsState;
+use super::transforms::Ctm;
+use crate::syntax::{ActiveTransform, Diagnostic, Diagnostics, Span};
+
+/// Which directive opened a scope.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// `AttributeBegin`.
+    Attribute,
+    /// `TransformBegin`.
+    Transform,
+    /// `ObjectBegin`, which implies an attribute scope.
+    Object,
+}
+
+impl Scope {
+    fn word(self) -> &'static str {
+        match self {
+            Scope::Attribute => "Attribute",
+            Scope::Transform => "Transform",
+            Scope::Object => "Object",
+        }
+    }
+}
+
+/// All that a scope can change.
+#[derive(Clone, Debug)]
+pub struct Current {
+    /// Graphics state.
+    pub state: GraphicsState,
+    /// Transformations.
+    pub ctm: Ctm,
+    /// Which of them later directives change.
+    pub active: ActiveTransform,
+}
+
+impl Current {
+    /// At the start of a file or frame.
+    pub fn new() -> Current {
+        Current { state: GraphicsState::new(), ctm: Ctm::IDENTITY, active: ActiveTransform::All }
+    }
+}
+
+impl Default for Current {
+    fn default() -> Self {
+        Current::new()
+    }
+}
+
+#[derive(Debug)]
+struct SavedTransform {
+    ctm: Ctm,
+    active: ActiveTransform,
+    scope: Scope,
+    opened: Span,
+}
+
+/// The open scopes.
+#[derive(Debug, Default)]
+pub struct Scopes {
+    transforms: Vec<SavedTransform>,
+    states: Vec<GraphicsState>,
+}
+
+impl Scopes {
+    /// Opens a scope.
+    pub fn open(&mut self, scope: Scope, opened: Span, current: &Current) {
+        self.transforms.push(SavedTransform {
+            ctm: current.ctm.clone(),
+            active: current.active,
+            scope,
+            opened,
+        });
+        if scope != Scope::Transform {
+            self.states.push(current.state.clone());
+        }
+    }
+
+    /// Closes a scope: `AttributeEnd` or `TransformEnd`. An object's own scope stays closed to both.
+    pub fn close(&mut self, scope: Scope, span: Span, current: &mut Current, diagnostics: &Diagnostics) {
+        let Some(top) = self.transforms.pop_if(|top| top.scope != Scope::Object) else {
+            let word = scope.word();
+            diagnostics.push(
+                Diagnostic::error(format!("`{word}End` without a matching `{word}Begin`; ignored")).at(span),
+            );
+            return;
+        };
+        if top.scope != scope {
+            let message = format!("`{}End` closes a `{}Begin`", scope.word(), top.scope.word());
+            diagnostics.push(Diagnostic::warning(message).at(span).related(top.opened, "opened here"));
+        }
+        current.ctm = top.ctm;
+        current.active = top.active;
+        if scope == Scope::Attribute
+            && let Some(state) = self.states.pop()
+        {
+            current.state = state;
+        }
+    }
+
+    /// Closes an object's scope and whatever was left open inside it.
+    pub fn close_object(&mut self, current: &mut Current, diagnostics: &Diagnostics) {
+        while let Some(top) = self.transforms.pop() {
+            current.ctm = top.ctm;
+            current.active = top.active;
+            if top.scope != Scope::Transform
+                && let Some(state) = self.states.pop()
+            {
+                current.state = state;
+            }
+            if top.scope == Scope::Object {
+                return;
+            }
+            never_closed(&top, diagnostics);
+        }
+    }
+
+    /// Closes everything at the end of the world.
+    pub fn close_all(&mut self, diagnostics: &Diagnostics) {
+        for left in self.transforms.drain(..).filter(|s| s.scope != Scope::Object) {
+            never_closed(&left, diagnostics);
+        }
+        self.states.clear();
+    }
+}
+
+fn never_closed(scope: &SavedTransform, diagnostics: &Diagnostics) {
+    let message = format!("`{}Begin` is never closed", scope.scope.word());
+    diagnostics.push(Diagnostic::warning(message).at(scope.opened));
+}

@@ -1,0 +1,73 @@
+//! The frozen world that rays meet: everything a render reads and nothing it writes,
+//! shared by all threads without locks. It holds only what its scene needs.
+
+use crate::accel::{Geometry, GeometryHit};
+use crate::bsdf::Bsdf;
+use crate::handles::{LightId, MaterialId};
+use crate::lights::Light;
+use crate::materials::Material;
+use crate::math::Rgb;
+use crate::math::ray::{Ray, RayDifferentials};
+use crate::surface::SurfaceHit;
+use crate::textures::Textures;
+
+/// Geometry, appearance and light, all in render space.
+#[derive(Debug)]
+pub struct World {
+    /// Every surface, in its acceleration structure.
+    pub geometry: Geometry,
+    /// Materials by [`MaterialId`].
+    pub materials: Vec<Material>,
+    /// Textures by their ids.
+    pub textures: Textures,
+    /// Lights by [`LightId`], area lights included.
+    pub lights: Vec<Light>,
+    /// Those of `lights` that surround the scene.
+    pub infinite_lights: Vec<LightId>,
+}
+
+impl World {
+    /// The nearest surface along a ray.
+    pub fn intersect(&self, ray: &Ray) -> Option<GeometryHit> {
+        self.geometry
+            .intersect(ray, &|input, point| self.textures.float(input, point))
+    }
+
+    /// Is anything in the way before the ray's end?
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.geometry
+            .occluded(ray, &|input, point| self.textures.float(input, point))
+    }
+
+    /// How the surface scatters at a hit; `None` for a surface without material
+    /// (`Material "none"`), which rays pass.
+    pub fn bsdf(
+        &self,
+        material: Option<MaterialId>,
+        surface: &SurfaceHit,
+        differentials: Option<&RayDifferentials>,
+    ) -> Option<Bsdf> {
+        let material = &self.materials[material?.index()];
+        let footprint = surface.footprint(differentials);
+        Some(material.bsdf(surface, &footprint, &self.textures))
+    }
+
+    /// The light with this handle.
+    pub fn light(&self, id: LightId) -> &Light {
+        &self.lights[id.index()]
+    }
+
+    /// Radiance that arrives along a ray which met nothing: all surrounding lights together.
+    pub fn escaped_radiance(&self, ray: &Ray) -> Rgb {
+        self.infinite_lights
+            .iter()
+            .map(|&id| self.light(id).escaped(ray.d))
+            .sum()
+    }
+
+    /// Radiance that the surface itself emits back along the ray that hit it.
+    pub fn emitted_radiance(&self, hit: &GeometryHit) -> Rgb {
+        hit.light
+            .map_or(Rgb::ZERO, |id| self.light(id).emitted(&hit.surface))
+    }
+}
