@@ -1,9 +1,53 @@
 //! Reading a directive's parameters: typed look-ups with defaults, unused ones reported.
-//! (Stub: the signatures are the contract; the bodies are being written.)
+//!
+//! A type's `from_params` gets a [`ParamReader`] and asks it for what it knows, by name and type.
+//! What nobody asked for is reported by [`ParamReader::finish`], with what was probably meant.
+//! The rules are pbrt-v3's (scene-language 1.3 and 1.4): of several parameters with the same name
+//! and group of types the last one counts; nothing is converted between groups; a parameter that
+//! should have one value and has several is ignored as a whole.
+//!
+//! ```
+//! use fstop::params::{Dialect, ParamContext, ParamReader, SpectrumFiles, TextureNames};
+//! use fstop::syntax::{Diagnostics, DirectiveKind, Parser, SourceMap};
+//!
+//! let (sources, diagnostics) = (SourceMap::new(), Diagnostics::new());
+//! let (spectra, textures) = (SpectrumFiles::new(), TextureNames::default());
+//! let file = sources.add_text("ball.pbrt", "Shape \"sphere\" \"float radius\" 2 \"float heigth\" 3");
+//! let mut parser = Parser::new(&sources, file, &diagnostics);
+//! let directive = parser.next().unwrap();
+//! let DirectiveKind::Shape(shape) = &directive.kind else { unreachable!() };
+//!
+//! let context = ParamContext {
+//!     directory: parser.directory(),
+//!     dialect: Dialect::V3,
+//!     diagnostics: &diagnostics,
+//!     spectra: &spectra,
+//!     textures: &textures,
+//! };
+//! let reader = ParamReader::new(&context, "Shape", directive.span, &shape.kind, &shape.params);
+//! assert_eq!(reader.float("radius", 1.0), 2.0);
+//! assert_eq!(reader.float("height", 1.0), 1.0);
+//! reader.finish(); // "parameter `heigth` is not used: did you mean `height`?"
+//! assert_eq!(diagnostics.warnings(), 1);
+//! ```
+
+mod asked;
+mod files;
+mod reader;
+// Until `assets/mod.rs` declares it.
+#[path = "../assets/spd.rs"]
+pub mod spd;
+mod spectrum;
+#[cfg(test)]
+pub mod testing;
+mod unused;
+
+pub use reader::{ParamContext, ParamReader};
+pub use spectrum::SpectrumFiles;
 
 use crate::handles::{FloatTextureId, SpectrumTextureId};
-use crate::math::{DVec3, Rgb};
-use std::path::PathBuf;
+use crate::math::Rgb;
+use std::collections::HashMap;
 
 /// A float that may vary over a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,123 +76,11 @@ pub enum Dialect {
     V3,
 }
 
-/// Typed look-ups in the parameters of one directive. Look-ups take `&self`; every name asked for
-/// counts as used, wrong types and counts are reported to the diagnostics as they are met.
-pub struct ParamReader<'a> {
-    _a: std::marker::PhantomData<&'a ()>,
-}
-
-#[allow(unused_variables, clippy::todo)]
-impl<'a> ParamReader<'a> {
-    /// The directive's type string: `sphere` in `Shape "sphere"`.
-    pub fn kind(&self) -> &str {
-        todo!()
-    }
-    /// Whose defaults apply.
-    pub fn dialect(&self) -> Dialect {
-        todo!()
-    }
-    /// Was a parameter of this name given, whatever its type? Does not count as a use.
-    pub fn has(&self, name: &str) -> bool {
-        todo!()
-    }
-    pub fn find_float(&self, name: &str) -> Option<f64> {
-        todo!()
-    }
-    pub fn float(&self, name: &str, default: f64) -> f64 {
-        self.find_float(name).unwrap_or(default)
-    }
-    pub fn find_integer(&self, name: &str) -> Option<i64> {
-        todo!()
-    }
-    pub fn integer(&self, name: &str, default: i64) -> i64 {
-        self.find_integer(name).unwrap_or(default)
-    }
-    pub fn find_boolean(&self, name: &str) -> Option<bool> {
-        todo!()
-    }
-    pub fn boolean(&self, name: &str, default: bool) -> bool {
-        self.find_boolean(name).unwrap_or(default)
-    }
-    pub fn find_string(&self, name: &str) -> Option<&'a str> {
-        todo!()
-    }
-    pub fn string(&self, name: &str, default: &'static str) -> &'a str {
-        self.find_string(name).unwrap_or(default)
-    }
-    /// A string out of `choices` (first one is the default); any other is reported with
-    /// "did you mean" and the default is used.
-    pub fn choice(&self, name: &str, choices: &[&'static str]) -> &'static str {
-        todo!()
-    }
-    /// All numbers of a `float` parameter.
-    pub fn floats(&self, name: &str) -> Option<&'a [f64]> {
-        todo!()
-    }
-    /// All numbers of an `integer` parameter, as written (truncation is the caller's).
-    pub fn integers(&self, name: &str) -> Option<&'a [f64]> {
-        todo!()
-    }
-    /// Flat x y z triples of a `point3`/`point` parameter.
-    pub fn points3(&self, name: &str) -> Option<&'a [f64]> {
-        todo!()
-    }
-    /// Flat x y z triples of a `vector3`/`vector` parameter.
-    pub fn vectors3(&self, name: &str) -> Option<&'a [f64]> {
-        todo!()
-    }
-    /// Flat x y z triples of a `normal` parameter.
-    pub fn normals(&self, name: &str) -> Option<&'a [f64]> {
-        todo!()
-    }
-    /// Flat pairs of a `point2` or a `float` parameter (`uv`).
-    pub fn points2(&self, name: &str) -> Option<&'a [f64]> {
-        todo!()
-    }
-    pub fn find_point3(&self, name: &str) -> Option<DVec3> {
-        todo!()
-    }
-    pub fn point3(&self, name: &str, default: DVec3) -> DVec3 {
-        self.find_point3(name).unwrap_or(default)
-    }
-    pub fn find_vector3(&self, name: &str) -> Option<DVec3> {
-        todo!()
-    }
-    pub fn vector3(&self, name: &str, default: DVec3) -> DVec3 {
-        self.find_vector3(name).unwrap_or(default)
-    }
-    /// A constant spectrum: rgb/color, xyz, blackbody, spectrum (inline or .spd).
-    pub fn find_spectrum(&self, name: &str) -> Option<Rgb> {
-        todo!()
-    }
-    pub fn spectrum(&self, name: &str, default: Rgb) -> Rgb {
-        self.find_spectrum(name).unwrap_or(default)
-    }
-    /// A float or a float texture.
-    pub fn find_float_input(&self, name: &str) -> Option<FloatInput> {
-        todo!()
-    }
-    pub fn float_input(&self, name: &str, default: f32) -> FloatInput {
-        self.find_float_input(name).unwrap_or(FloatInput::Constant(default))
-    }
-    /// A spectrum or a spectrum texture.
-    pub fn find_spectrum_input(&self, name: &str) -> Option<SpectrumInput> {
-        todo!()
-    }
-    pub fn spectrum_input(&self, name: &str, default: Rgb) -> SpectrumInput {
-        self.find_spectrum_input(name).unwrap_or(SpectrumInput::Constant(default))
-    }
-    /// A `string` parameter naming a file, resolved against the search directory. `None` where it
-    /// is not given, or where no such file exists (then already reported as an error).
-    pub fn file(&self, name: &str) -> Option<PathBuf> {
-        todo!()
-    }
-    /// Reports a warning under the parameter `name` (under the directive where it is not given).
-    pub fn warn(&self, name: &str, message: impl Into<String>) {
-        todo!()
-    }
-    /// Reports an error under the parameter `name` (under the directive where it is not given).
-    pub fn error(&self, name: &str, message: impl Into<String>) {
-        todo!()
-    }
+/// The textures in scope, by name; the two kinds have name spaces of their own.
+#[derive(Clone, Debug, Default)]
+pub struct TextureNames {
+    /// Defined with the value type `float`.
+    pub float: HashMap<String, FloatTextureId>,
+    /// Defined with the value type `spectrum` or `color`.
+    pub spectrum: HashMap<String, SpectrumTextureId>,
 }

@@ -1,0 +1,154 @@
+//! `.spd` files: sampled spectra as text, wavelength in nm and value by turns.
+//!
+//! Read as pbrt-v3 reads them (scene-language 1.5): numbers separated by white space, `#` starts a
+//! comment. Its accidents are not copied: a last number without a line break behind it counts, a
+//! comment may follow a number directly, `1E5` is a number. Samples out of order are sorted; two
+//! of the same wavelength are an error, as there is no telling which was meant.
+
+use std::path::Path;
+
+/// Why a spectrum could not be had.
+#[derive(Debug, thiserror::Error)]
+pub enum SpdError {
+    /// The file could not be read.
+    #[error("{0}")]
+    Unreadable(#[from] std::io::Error),
+    /// Too large for a spectrum.
+    #[error("the file is larger than {} MiB", LARGEST >> 20)]
+    TooLarge,
+    /// Neither a number nor a comment.
+    #[error("line {line}: expected a number, found `{found}`")]
+    NotANumber {
+        /// Counted from 1.
+        line: usize,
+        /// The word, cut where it is long.
+        found: String,
+    },
+    /// Nothing in it.
+    #[error("it has no samples")]
+    Empty,
+    /// A wavelength without a value.
+    #[error("{0} numbers do not make pairs of wavelength and value")]
+    OddCount(usize),
+    /// Infinite, or not above zero.
+    #[error("a wavelength is {0} nm")]
+    Wavelength(f64),
+    /// Infinite.
+    #[error("the value at {0} nm is not finite")]
+    Value(f64),
+    /// Twice the same wavelength.
+    #[error("it has two values at {0} nm")]
+    Duplicate(f64),
+}
+
+/// The largest file taken for a spectrum, in bytes; the largest published ones have some
+/// thousand samples.
+const LARGEST: u64 = 16 << 20;
+
+/// Reads a file into (wavelength in nm, value) pairs, ascending.
+pub fn read(path: &Path) -> Result<Vec<(f64, f64)>, SpdError> {
+    let metadata = std::fs::metadata(path)?;
+    // A device or a pipe may have no end.
+    if !metadata.is_file() {
+        return Err(std::io::Error::other("it is not a regular file").into());
+    }
+    if metadata.len() > LARGEST {
+        return Err(SpdError::TooLarge);
+    }
+    parse(&String::from_utf8_lossy(&std::fs::read(path)?))
+}
+
+/// The text of a file.
+///
+/// ```
+/// use fstop::params::spd::parse;
+/// assert_eq!(parse("700 .5\n400 .25 # blue").unwrap(), [(400.0, 0.25), (700.0, 0.5)]);
+/// ```
+pub fn parse(text: &str) -> Result<Vec<(f64, f64)>, SpdError> {
+    let mut numbers = Vec::new();
+    let text = text.trim_start_matches('\u{feff}');
+    for (index, line) in text.split(['\n', '\r']).enumerate() {
+        let content = line.split('#').next().unwrap_or_default();
+        for word in content.split_whitespace() {
+            numbers.push(fast_float2::parse(word).map_err(|_| SpdError::NotANumber {
+                line: index + 1,
+                found: word.chars().take(40).collect(),
+            })?);
+        }
+    }
+    samples(&numbers)
+}
+
+/// Wavelengths in nm and values by turns to pairs, ascending.
+pub fn samples(numbers: &[f64]) -> Result<Vec<(f64, f64)>, SpdError> {
+    let (pairs, rest) = numbers.as_chunks::<2>();
+    if !rest.is_empty() {
+        return Err(SpdError::OddCount(numbers.len()));
+    }
+    if pairs.is_empty() {
+        return Err(SpdError::Empty);
+    }
+    let mut samples: Vec<(f64, f64)> = pairs.iter().map(|&[wavelength, value]| (wavelength, value)).collect();
+    for &(wavelength, value) in &samples {
+        if !(wavelength > 0.0 && wavelength.is_finite()) {
+            return Err(SpdError::Wavelength(wavelength));
+        }
+        if !value.is_finite() {
+            return Err(SpdError::Value(wavelength));
+        }
+    }
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    match samples.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        Some(pair) => Err(SpdError::Duplicate(pair[0].0)),
+        None => Ok(samples),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn forms_found_in_the_wild() {
+        let expected = [(400.0, 0.1), (500.0, 20.0)];
+        for text in [
+            "400 .1\n500 20\n",
+            "400 .1 500 20",
+            "# copper\r\n400 .1\r\n500 2e1",
+            "400 .1#glued\n500 2E+1#5 6",
+            "500 20 400 .1",
+            "\u{feff}400\t0.1\n\n500 20 ",
+        ] {
+            assert_eq!(parse(text).expect(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, message) in [
+            ("", "it has no samples"),
+            ("400 1 500", "3 numbers do not make pairs of wavelength and value"),
+            ("400 1\n500 x", "line 2: expected a number, found `x`"),
+            ("400 1 400 2", "it has two values at 400 nm"),
+            ("0 1", "a wavelength is 0 nm"),
+            ("400 inf", "the value at 400 nm is not finite"),
+        ] {
+            assert_eq!(parse(text).expect_err(text).to_string(), message);
+        }
+    }
+
+    #[test]
+    fn a_folder_is_no_spectrum() {
+        assert!(matches!(read(Path::new(".")), Err(SpdError::Unreadable(_))));
+    }
+
+    proptest! {
+        #[test]
+        fn ascending_or_refused(text in "([0-9.e+-]{1,5}[ \n#]){0,20}") {
+            if let Ok(samples) = parse(&text) {
+                prop_assert!(samples.windows(2).all(|pair| pair[0].0 < pair[1].0));
+            }
+        }
+    }
+}

@@ -1,0 +1,454 @@
+//! The look-ups.
+
+use super::asked::Asked;
+use super::{Dialect, FloatInput, SpectrumFiles, SpectrumInput, TextureNames, files, spectrum};
+use crate::math::{DVec3, Rgb};
+use crate::syntax::{Diagnostic, Diagnostics, Name, Param, ParamGroup, ParamList, ParamValue, Span, suggest};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// What all look-ups at one place of a scene share.
+#[derive(Clone, Copy, Debug)]
+pub struct ParamContext<'a> {
+    /// Where file names start: the folder of the main scene file.
+    pub directory: &'a Path,
+    /// Whose defaults apply.
+    pub dialect: Dialect,
+    /// Where problems go.
+    pub diagnostics: &'a Diagnostics,
+    /// The `.spd` files read so far.
+    pub spectra: &'a SpectrumFiles,
+    /// The textures in scope.
+    pub textures: &'a TextureNames,
+}
+
+/// Typed look-ups in the parameters of one directive. Look-ups take `&self`; every name asked for
+/// counts as used, wrong types and counts are reported to the diagnostics as they are met.
+///
+/// A reader has one list of parameters or two: a shape's parameters override those of its
+/// material, see [`ParamReader::layered`].
+#[derive(Debug)]
+pub struct ParamReader<'a> {
+    pub(super) context: ParamContext<'a>,
+    /// `Shape`
+    pub(super) word: &'static str,
+    /// Of the word.
+    span: Span,
+    kind: &'a str,
+    pub(super) kind_span: Span,
+    /// The directive's parameters.
+    pub(super) own: &'a ParamList,
+    /// Those that count where the directive has none of the name.
+    below: &'a ParamList,
+    pub(super) asked: Rc<Asked>,
+}
+
+impl<'a> ParamReader<'a> {
+    /// A reader for the parameters of the directive `word` at `span`.
+    pub fn new(
+        context: &ParamContext<'a>,
+        word: &'static str,
+        span: Span,
+        kind: &'a Name,
+        params: &'a ParamList,
+    ) -> Self {
+        Self {
+            context: *context,
+            word,
+            span,
+            kind: &kind.text,
+            kind_span: kind.span,
+            own: params,
+            below: const { &ParamList::EMPTY },
+            asked: Rc::default(),
+        }
+    }
+
+    /// The same parameters read as those of another type: for `MakeNamedMaterial` and
+    /// `MakeNamedMedium`, whose type is the parameter `"string type"`. Look-ups count for `self`.
+    pub fn with_kind(&self, kind: &'a str, kind_span: Span) -> Self {
+        Self { kind, kind_span, asked: Rc::clone(&self.asked), ..*self }
+    }
+
+    /// These parameters first, then those of `below`: a material of type `kind` as overridden by
+    /// the parameters of a shape (scene-language 2.4). Look-ups count for `self`.
+    pub fn layered(&self, kind: &'a str, below: &'a ParamList) -> Self {
+        Self { kind, below, asked: Rc::clone(&self.asked), ..*self }
+    }
+
+    /// The directive's type string: `sphere` in `Shape "sphere"`.
+    pub fn kind(&self) -> &'a str {
+        self.kind
+    }
+
+    /// The directive's word: `Shape`.
+    pub fn word(&self) -> &'static str {
+        self.word
+    }
+
+    /// Where the directive's word stands.
+    pub fn span(&self) -> Span {
+        self.span
+    }
+
+    /// Where the directive's type string stands.
+    pub fn kind_span(&self) -> Span {
+        self.kind_span
+    }
+
+    /// Whose defaults apply.
+    pub fn dialect(&self) -> Dialect {
+        self.context.dialect
+    }
+
+    /// Was a parameter of this name given, whatever its type? Does not count as a use.
+    pub fn has(&self, name: &str) -> bool {
+        self.layers().any(|layer| layer.named(name).is_some())
+    }
+
+    fn layers(&self) -> impl Iterator<Item = &'a ParamList> + use<'a> {
+        [self.own, self.below].into_iter()
+    }
+
+    /// The parameter that counts in one layer; it and the ones it replaces are used by this.
+    fn in_layer(&self, layer: &'a ParamList, name: &str, group: ParamGroup) -> Option<&'a Param> {
+        let mut found = None;
+        for param in &layer.params {
+            if param.ty.group() == group && param.name == name {
+                param.used.set(true);
+                found = Some(param);
+            }
+        }
+        found
+    }
+
+    fn find(&self, name: &str, group: ParamGroup) -> Option<&'a Param> {
+        self.asked.record(name, group);
+        let [own, below] = [self.own, self.below].map(|layer| self.in_layer(layer, name, group));
+        own.or(below)
+    }
+
+    /// The numbers of a parameter that should have one value, `items` of them.
+    fn one_value(&self, name: &str, group: ParamGroup, items: usize) -> Option<&'a [f64]> {
+        let param = self.find(name, group)?;
+        let ParamValue::Numbers(numbers) = &param.value else { return None };
+        self.is_single(param, numbers.len() / items).then_some(numbers)
+    }
+
+    /// Reports a parameter with several values, or none, where one is wanted.
+    fn is_single(&self, param: &Param, values: usize) -> bool {
+        if values == 1 {
+            return true;
+        }
+        let (ty, name) = (param.ty.word(), &param.name);
+        self.context.diagnostics.push(
+            Diagnostic::warning(format!("`{ty} {name}` takes one value, found {values}; it is ignored"))
+                .at(param.value_span)
+                .label("ignored as a whole, as pbrt-v3 does"),
+        );
+        false
+    }
+
+    fn numbers(&self, name: &str, group: ParamGroup) -> Option<&'a [f64]> {
+        match &self.find(name, group)?.value {
+            ParamValue::Numbers(numbers) => Some(numbers),
+            ParamValue::Strings(_) | ParamValue::Bools(_) => None,
+        }
+    }
+
+    /// One number of type `float`.
+    pub fn find_float(&self, name: &str) -> Option<f64> {
+        self.one_value(name, ParamGroup::Float, 1)?.first().copied()
+    }
+
+    /// One number of type `float`, or the default.
+    pub fn float(&self, name: &str, default: f64) -> f64 {
+        self.find_float(name).unwrap_or(default)
+    }
+
+    /// One number of type `integer`. A fraction is cut off, as in pbrt-v3, but with a warning;
+    /// what is beyond the range of `i64` becomes the nearest end of it.
+    pub fn find_integer(&self, name: &str) -> Option<i64> {
+        let number = *self.one_value(name, ParamGroup::Integer, 1)?.first()?;
+        if number != number.trunc() {
+            self.warn(name, format!("`integer {name}` is not a whole number: {} is used", number.trunc()));
+        }
+        Some(number as i64)
+    }
+
+    /// One number of type `integer`, or the default.
+    pub fn integer(&self, name: &str, default: i64) -> i64 {
+        self.find_integer(name).unwrap_or(default)
+    }
+
+    /// One `bool`.
+    pub fn find_boolean(&self, name: &str) -> Option<bool> {
+        let param = self.find(name, ParamGroup::Bool)?;
+        let ParamValue::Bools(values) = &param.value else { return None };
+        self.is_single(param, values.len()).then(|| values.first().copied()).flatten()
+    }
+
+    /// One `bool`, or the default.
+    pub fn boolean(&self, name: &str, default: bool) -> bool {
+        self.find_boolean(name).unwrap_or(default)
+    }
+
+    fn find_name(&self, name: &str) -> Option<&'a Name> {
+        let param = self.find(name, ParamGroup::String)?;
+        let ParamValue::Strings(values) = &param.value else { return None };
+        self.is_single(param, values.len()).then(|| values.first()).flatten()
+    }
+
+    /// One `string`.
+    pub fn find_string(&self, name: &str) -> Option<&'a str> {
+        self.find_name(name).map(|string| string.text.as_str())
+    }
+
+    /// One `string`, or the default.
+    pub fn string(&self, name: &str, default: &'static str) -> &'a str {
+        self.find_string(name).unwrap_or(default)
+    }
+
+    /// All strings of a `string` parameter.
+    pub fn strings(&self, name: &str) -> Option<&'a [Name]> {
+        match &self.find(name, ParamGroup::String)?.value {
+            ParamValue::Strings(values) => Some(values),
+            ParamValue::Numbers(_) | ParamValue::Bools(_) => None,
+        }
+    }
+
+    /// A string out of `choices` (first one is the default); any other is reported with
+    /// "did you mean" and the default is used.
+    pub fn choice(&self, name: &str, choices: &[&'static str]) -> &'static str {
+        let default = choices.first().copied().unwrap_or_default();
+        let Some(given) = self.find_name(name) else { return default };
+        if let Some(choice) = choices.iter().find(|choice| **choice == given.text) {
+            return choice;
+        }
+        let quoted: Vec<String> = choices.iter().map(|choice| format!("\"{choice}\"")).collect();
+        self.context.diagnostics.push(
+            Diagnostic::error(format!("`{name}` is one of {}, found \"{}\"", quoted.join(", "), given.text))
+                .at(given.span)
+                .label(format!("\"{default}\" is used to read on"))
+                .with_suggestion(suggest::nearest(&given.text, choices.iter().copied())),
+        );
+        default
+    }
+
+    /// All numbers of a `float` parameter.
+    pub fn floats(&self, name: &str) -> Option<&'a [f64]> {
+        self.numbers(name, ParamGroup::Float)
+    }
+
+    /// All numbers of an `integer` parameter, as written (truncation is the caller's).
+    pub fn integers(&self, name: &str) -> Option<&'a [f64]> {
+        self.numbers(name, ParamGroup::Integer)
+    }
+
+    /// Flat x y z triples of a `point3`/`point` parameter.
+    pub fn points3(&self, name: &str) -> Option<&'a [f64]> {
+        self.numbers(name, ParamGroup::Point3)
+    }
+
+    /// Flat x y z triples of a `vector3`/`vector` parameter.
+    pub fn vectors3(&self, name: &str) -> Option<&'a [f64]> {
+        self.numbers(name, ParamGroup::Vector3)
+    }
+
+    /// Flat x y z triples of a `normal` parameter.
+    pub fn normals(&self, name: &str) -> Option<&'a [f64]> {
+        self.numbers(name, ParamGroup::Normal)
+    }
+
+    /// Flat pairs of a `point2` or a `float` parameter (`uv`); the former counts where both are
+    /// given. A last number without a partner is dropped with a warning.
+    pub fn points2(&self, name: &str) -> Option<&'a [f64]> {
+        let points = self.numbers(name, ParamGroup::Point2);
+        let floats = self.numbers(name, ParamGroup::Float);
+        let numbers = points.or(floats)?;
+        let (pairs, rest) = numbers.as_chunks::<2>();
+        if !rest.is_empty() {
+            self.warn(name, format!("`{name}` takes pairs, found {} numbers; the last one is ignored", numbers.len()));
+        }
+        Some(pairs.as_flattened())
+    }
+
+    /// One `point3`/`point`.
+    pub fn find_point3(&self, name: &str) -> Option<DVec3> {
+        Some(DVec3::from_slice(self.one_value(name, ParamGroup::Point3, 3)?.get(..3)?))
+    }
+
+    /// One `point3`/`point`, or the default.
+    pub fn point3(&self, name: &str, default: DVec3) -> DVec3 {
+        self.find_point3(name).unwrap_or(default)
+    }
+
+    /// One `vector3`/`vector`.
+    pub fn find_vector3(&self, name: &str) -> Option<DVec3> {
+        Some(DVec3::from_slice(self.one_value(name, ParamGroup::Vector3, 3)?.get(..3)?))
+    }
+
+    /// One `vector3`/`vector`, or the default.
+    pub fn vector3(&self, name: &str, default: DVec3) -> DVec3 {
+        self.find_vector3(name).unwrap_or(default)
+    }
+
+    /// A constant spectrum: rgb/color, xyz, blackbody, spectrum (inline or .spd).
+    pub fn find_spectrum(&self, name: &str) -> Option<Rgb> {
+        let param = self.find(name, ParamGroup::Spectrum)?;
+        match spectrum::first_value(self, param) {
+            Some((rgb, values)) => self.is_single(param, values).then_some(rgb),
+            None => self.is_single(param, 0).then_some(Rgb::ZERO),
+        }
+    }
+
+    /// A constant spectrum, or the default.
+    pub fn spectrum(&self, name: &str, default: Rgb) -> Rgb {
+        self.find_spectrum(name).unwrap_or(default)
+    }
+
+    /// The layer and value that count where a texture or a number may be given: in each layer the
+    /// texture comes before the number, and only a layer with neither lets the next one speak.
+    fn find_input(&self, name: &str, group: ParamGroup) -> Option<&'a Param> {
+        self.asked.record(name, ParamGroup::Texture);
+        self.asked.record(name, group);
+        let mut counts = None;
+        for layer in self.layers() {
+            let texture = self.in_layer(layer, name, ParamGroup::Texture);
+            // Beside a texture the number stays unused, and is reported so.
+            let here = if texture.is_some() { texture } else { self.in_layer(layer, name, group) };
+            counts = counts.or(here);
+        }
+        counts
+    }
+
+    /// A float or a float texture. `None` where neither is given, or where the texture named does
+    /// not exist (then already reported as an error).
+    pub fn find_float_input(&self, name: &str) -> Option<FloatInput> {
+        let param = self.find_input(name, ParamGroup::Float)?;
+        match &param.value {
+            ParamValue::Numbers(numbers) => {
+                self.takes_first(param, numbers.len());
+                Some(FloatInput::Constant(*numbers.first()? as f32))
+            }
+            ParamValue::Strings(names) => {
+                let textures = self.context.textures;
+                let id = textures.float.get(&self.texture_name(param, names)?.text);
+                if id.is_none() {
+                    let other = textures.spectrum.contains_key(&names.first()?.text);
+                    self.no_such_texture(names.first()?, "float", other, textures.float.keys());
+                }
+                id.copied().map(FloatInput::Texture)
+            }
+            ParamValue::Bools(_) => None,
+        }
+    }
+
+    /// A float or a float texture, or the default.
+    pub fn float_input(&self, name: &str, default: f32) -> FloatInput {
+        self.find_float_input(name).unwrap_or(FloatInput::Constant(default))
+    }
+
+    /// A spectrum or a spectrum texture. `None` where neither is given, or where the texture named
+    /// does not exist (then already reported as an error).
+    pub fn find_spectrum_input(&self, name: &str) -> Option<SpectrumInput> {
+        let param = self.find_input(name, ParamGroup::Spectrum)?;
+        match &param.value {
+            ParamValue::Strings(names) if param.ty.group() == ParamGroup::Texture => {
+                let textures = self.context.textures;
+                let id = textures.spectrum.get(&self.texture_name(param, names)?.text);
+                if id.is_none() {
+                    let other = textures.float.contains_key(&names.first()?.text);
+                    self.no_such_texture(names.first()?, "spectrum", other, textures.spectrum.keys());
+                }
+                id.copied().map(SpectrumInput::Texture)
+            }
+            _ => {
+                let (rgb, values) = spectrum::first_value(self, param).or_else(|| {
+                    self.takes_first(param, 0);
+                    None
+                })?;
+                self.takes_first(param, values);
+                Some(SpectrumInput::Constant(rgb))
+            }
+        }
+    }
+
+    /// A spectrum or a spectrum texture, or the default.
+    pub fn spectrum_input(&self, name: &str, default: Rgb) -> SpectrumInput {
+        self.find_spectrum_input(name).unwrap_or(SpectrumInput::Constant(default))
+    }
+
+    /// The exception from "ignored as a whole": inputs that may be textures take the first of
+    /// several values (scene-language 1.3).
+    fn takes_first(&self, param: &Param, values: usize) {
+        match values {
+            0 => drop(self.is_single(param, 0)),
+            1 => {}
+            _ => self.context.diagnostics.push(
+                Diagnostic::warning(format!("`{}` takes one value, found {values}", param.name))
+                    .at(param.value_span)
+                    .label("the first one is used"),
+            ),
+        }
+    }
+
+    fn texture_name(&self, param: &Param, names: &'a [Name]) -> Option<&'a Name> {
+        if names.len() > 1 {
+            self.context.diagnostics.push(
+                Diagnostic::error(format!("`texture {}` takes the name of one texture", param.name))
+                    .at(param.value_span),
+            );
+            return None;
+        }
+        names.first()
+    }
+
+    fn no_such_texture<'n>(
+        &self,
+        name: &Name,
+        wanted: &str,
+        other_exists: bool,
+        known: impl Iterator<Item = &'n String>,
+    ) {
+        let diagnostic = Diagnostic::error(format!("there is no {wanted} texture named `{}`", name.text)).at(name.span);
+        self.context.diagnostics.push(if other_exists {
+            let found = if wanted == "float" { "spectrum" } else { "float" };
+            diagnostic.with_note(format!("a {found} texture has this name; the two kinds are apart"))
+        } else {
+            diagnostic.with_suggestion(suggest::nearest(&name.text, known.map(String::as_str)))
+        });
+    }
+
+    /// A `string` parameter naming a file, resolved against the search directory. `None` where it
+    /// is not given, or where no such file exists (then already reported as an error).
+    pub fn file(&self, name: &str) -> Option<PathBuf> {
+        let given = self.find_name(name)?;
+        let path = files::resolve(self.context.directory, &given.text);
+        if path.is_none() {
+            let directory = self.context.directory.display().to_string();
+            let place = if directory.is_empty() { "the working directory".to_owned() } else { format!("`{directory}`") };
+            self.context.diagnostics.push(
+                Diagnostic::error(format!("`{} \"{}\"` needs a file that does not exist", self.word, self.kind))
+                    .at(given.span)
+                    .label(format!("no such file in {place}")),
+            );
+        }
+        path
+    }
+
+    /// Reports a warning under the parameter `name` (under the directive where it is not given).
+    pub fn warn(&self, name: &str, message: impl Into<String>) {
+        self.context.diagnostics.push(Diagnostic::warning(message).at(self.place_of(name)));
+    }
+
+    /// Reports an error under the parameter `name` (under the directive where it is not given).
+    pub fn error(&self, name: &str, message: impl Into<String>) {
+        self.context.diagnostics.push(Diagnostic::error(message).at(self.place_of(name)));
+    }
+
+    fn place_of(&self, name: &str) -> Span {
+        let param = self.layers().find_map(|layer| layer.named(name));
+        param.map_or(self.kind_span, |param| param.declaration.to(param.value_span))
+    }
+}

@@ -1,0 +1,77 @@
+//! Parameters nobody asked for, and types nobody knows.
+
+use super::ParamReader;
+use crate::syntax::{Diagnostic, Param, ParamGroup, suggest};
+
+impl ParamReader<'_> {
+    /// Warns about every parameter of the directive that nobody asked for. To be called once for
+    /// each directive, after all its readers (those made with [`ParamReader::layered`] and
+    /// [`ParamReader::with_kind`] count as its own) have read what they need.
+    pub fn finish(&self) {
+        if self.own.params.iter().all(|param| param.used.get()) {
+            return;
+        }
+        let names = self.asked.names();
+        for param in self.own.params.iter().filter(|param| !param.used.get()) {
+            self.context.diagnostics.push(self.unused(param, &names));
+            // Reported once, even if the directive's parameters are read again later.
+            param.used.set(true);
+        }
+    }
+
+    fn unused(&self, param: &Param, asked: &[String]) -> Diagnostic {
+        let known = self.asked.groups(&param.name);
+        let name = &param.name;
+        if !known.is_empty() {
+            let expected: Vec<&str> = known.iter().map(|group| expected_type(*group)).collect();
+            let expected = alternatives(&expected);
+            let found = param.ty.word();
+            return Diagnostic::warning(format!("`{name}` should be {expected}, found `{found}`; it is not used"))
+                .at(param.declaration)
+                .label(format!("expected {expected}"));
+        }
+        Diagnostic::warning(format!("parameter `{name}` is not used by {}", self.described()))
+            .at(param.declaration)
+            .with_suggestion(suggest::nearest(name, asked.iter().map(String::as_str)))
+    }
+
+    /// `Shape "sphere"`.
+    fn described(&self) -> String {
+        format!("`{} \"{}\"`", self.word, self.kind())
+    }
+
+    /// Reports an error: this directive's type is none of `known`. Proposes the nearest.
+    pub fn unknown_kind(&self, known: &[&'static str]) {
+        let diagnostic = Diagnostic::error(format!("{} is not a known type", self.described())).at(self.kind_span);
+        let suggestion = suggest::nearest(self.kind(), known.iter().copied());
+        self.context.diagnostics.push(match suggestion {
+            Some(_) => diagnostic.with_suggestion(suggestion),
+            None => diagnostic.with_note(format!("known types: {}", known.join(", "))),
+        });
+    }
+}
+
+fn expected_type(group: ParamGroup) -> &'static str {
+    match group {
+        ParamGroup::Integer => "an `integer`",
+        ParamGroup::Float => "a `float`",
+        ParamGroup::Bool => "a `bool`",
+        ParamGroup::String => "a `string`",
+        ParamGroup::Texture => "a `texture`",
+        ParamGroup::Point2 => "a `point2`",
+        ParamGroup::Vector2 => "a `vector2`",
+        ParamGroup::Point3 => "a `point3`",
+        ParamGroup::Vector3 => "a `vector3`",
+        ParamGroup::Normal => "a `normal`",
+        ParamGroup::Spectrum => "an `rgb` or another spectrum",
+    }
+}
+
+/// `a, b or c`.
+fn alternatives(words: &[&str]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [first @ .., last] => format!("{} or {last}", first.join(", ")),
+    }
+}

@@ -1,0 +1,273 @@
+//! Problems found in a scene: collected while reading, printed together at the end.
+//!
+//! A [`Diagnostics`] is shared by reference between the parser, the parameter readers and the
+//! scene; it takes reports through `&self` and keeps them in the order they were met, which is
+//! the order of the file. The same message at the same place is kept once, and of a message that
+//! comes from many places only the first few are kept and the rest counted, so that a million
+//! shapes with the same misspelt parameter make neither a million lines nor fill the memory.
+
+use super::source::{SourceMap, Span};
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Severity {
+    /// The scene does not mean what its author wanted, or means nothing: no rendering.
+    Error,
+    /// Something was ignored or replaced by a default; rendering goes on.
+    Warning,
+    /// Worth knowing.
+    Note,
+}
+
+/// How text is dressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Text alone, for files and pipes.
+    Plain,
+    /// With ANSI colours, for terminals.
+    Colored,
+}
+
+/// One problem.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagnostic {
+    /// How bad it is.
+    pub severity: Severity,
+    /// One line, no full stop at its end.
+    pub message: String,
+    /// Where.
+    pub span: Option<Span>,
+    /// What stands beside the caret.
+    pub label: Option<String>,
+    /// Other places that matter, with what to say about them.
+    pub related: Vec<(Span, String)>,
+    /// Facts below the excerpt.
+    pub notes: Vec<String>,
+    /// Advice below the excerpt.
+    pub help: Vec<String>,
+}
+
+impl Diagnostic {
+    fn new(severity: Severity, message: impl Into<String>) -> Self {
+        Self {
+            severity,
+            message: message.into(),
+            span: None,
+            label: None,
+            related: Vec::new(),
+            notes: Vec::new(),
+            help: Vec::new(),
+        }
+    }
+
+    /// An error without a place.
+    pub fn error(message: impl Into<String>) -> Self {
+        Self::new(Severity::Error, message)
+    }
+
+    /// A warning without a place.
+    pub fn warning(message: impl Into<String>) -> Self {
+        Self::new(Severity::Warning, message)
+    }
+
+    /// A note without a place.
+    pub fn note(message: impl Into<String>) -> Self {
+        Self::new(Severity::Note, message)
+    }
+
+    /// Puts the caret.
+    pub fn at(mut self, span: Span) -> Self {
+        self.span = Some(span);
+        self
+    }
+
+    /// Says something beside the caret.
+    pub fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = Some(label.into());
+        self
+    }
+
+    /// Points at another place as well.
+    pub fn related(mut self, span: Span, label: impl Into<String>) -> Self {
+        self.related.push((span, label.into()));
+        self
+    }
+
+    /// Adds a fact.
+    pub fn with_note(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
+    /// Adds advice.
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help.push(help.into());
+        self
+    }
+
+    /// Adds "did you mean" where there is something to propose.
+    pub fn with_suggestion(self, suggestion: Option<&str>) -> Self {
+        match suggestion {
+            Some(word) => self.with_help(format!("did you mean `{word}`?")),
+            None => self,
+        }
+    }
+}
+
+/// How many places of one message are kept; a person mending a file sees the pattern by then.
+const PLACES_KEPT: usize = 5;
+
+/// How many errors, and how many warnings and notes, are printed. More than a person reads.
+const PRINTED: usize = 100;
+
+/// How many distinct problems are kept at all, so that a file of noise cannot fill the memory.
+const KEPT: usize = 10_000;
+
+/// How often a message was met.
+#[derive(Debug)]
+struct Seen {
+    /// At different places, or at least not directly one after the other.
+    places: usize,
+    last_span: Option<Span>,
+    /// Position of the last one kept in `State::kept`.
+    last_kept: usize,
+}
+
+#[derive(Debug)]
+struct Kept {
+    diagnostic: Diagnostic,
+    /// The same message at places not kept.
+    elsewhere: usize,
+    /// Again at the same place.
+    again: usize,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    kept: Vec<Kept>,
+    /// Only ever looked up, never iterated: the order of a hash map is nobody's business.
+    seen: HashMap<(Severity, String), Seen>,
+    errors: usize,
+    warnings: usize,
+    dropped: usize,
+}
+
+/// Takes problems as they are met, through a shared reference.
+#[derive(Debug, Default)]
+pub struct Diagnostics {
+    state: RefCell<State>,
+}
+
+impl Diagnostics {
+    /// Nothing wrong so far.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes a problem.
+    pub fn push(&self, diagnostic: Diagnostic) {
+        let state = &mut *self.state.borrow_mut();
+        match diagnostic.severity {
+            Severity::Error => state.errors += 1,
+            Severity::Warning => state.warnings += 1,
+            Severity::Note => {}
+        }
+        let key = (diagnostic.severity, diagnostic.message.clone());
+        match state.seen.get_mut(&key) {
+            Some(seen) if seen.last_span == diagnostic.span => {
+                state.kept[seen.last_kept].again += 1;
+            }
+            Some(seen) if seen.places >= PLACES_KEPT => {
+                seen.last_span = diagnostic.span;
+                state.kept[seen.last_kept].elsewhere += 1;
+            }
+            _ if state.kept.len() >= KEPT => state.dropped += 1,
+            seen => {
+                let places = seen.map_or(1, |s| s.places + 1);
+                let last_kept = state.kept.len();
+                state.seen.insert(key, Seen { places, last_span: diagnostic.span, last_kept });
+                state.kept.push(Kept { diagnostic, elsewhere: 0, again: 0 });
+            }
+        }
+    }
+
+    /// Errors met, repeats included.
+    pub fn errors(&self) -> usize {
+        self.state.borrow().errors
+    }
+
+    /// Warnings met, repeats included.
+    pub fn warnings(&self) -> usize {
+        self.state.borrow().warnings
+    }
+
+    /// Was there at least one error?
+    pub fn has_errors(&self) -> bool {
+        self.errors() > 0
+    }
+
+    /// Nothing at all was reported.
+    pub fn is_empty(&self) -> bool {
+        self.state.borrow().kept.is_empty()
+    }
+
+    /// The problems kept, in the order they were met.
+    pub fn kept(&self) -> Vec<Diagnostic> {
+        self.state.borrow().kept.iter().map(|k| k.diagnostic.clone()).collect()
+    }
+
+    /// `2 errors and 1 warning`, for a closing line; `None` where there were neither.
+    pub fn summary(&self) -> Option<String> {
+        let counted = |n: usize, what: &str| match n {
+            0 => None,
+            1 => Some(format!("1 {what}")),
+            n => Some(format!("{n} {what}s")),
+        };
+        match (counted(self.errors(), "error"), counted(self.warnings(), "warning")) {
+            (Some(errors), Some(warnings)) => Some(format!("{errors} and {warnings}")),
+            (one, other) => one.or(other),
+        }
+    }
+
+    /// All of it as text: each problem with its excerpt, the first hundred errors and the first
+    /// hundred warnings and notes in the order they were met, then how many there were besides.
+    pub fn render(&self, sources: &SourceMap, style: Style) -> String {
+        let state = self.state.borrow();
+        let mut text = String::new();
+        let (mut errors, mut others) = (0, 0);
+        for kept in &state.kept {
+            let printed = match kept.diagnostic.severity {
+                Severity::Error => &mut errors,
+                Severity::Warning | Severity::Note => &mut others,
+            };
+            *printed += 1;
+            if *printed <= PRINTED {
+                text += &kept.complete().render(sources, style);
+                text += "\n\n";
+            }
+        }
+        let more = errors.saturating_sub(PRINTED) + others.saturating_sub(PRINTED) + state.dropped;
+        if more > 0 {
+            text += &format!("… and {more} more problems\n\n");
+        }
+        text
+    }
+}
+
+impl Kept {
+    /// With what was counted instead of kept.
+    fn complete(&self) -> Diagnostic {
+        let mut diagnostic = self.diagnostic.clone();
+        if self.again > 0 {
+            let again = self.again;
+            diagnostic.notes.push(format!("the same at the same place: {again} more"));
+        }
+        if self.elsewhere > 0 {
+            let elsewhere = self.elsewhere;
+            diagnostic.notes.push(format!("the same at other places: {elsewhere} more"));
+        }
+        diagnostic
+    }
+}

@@ -1,0 +1,136 @@
+//! Problems as text: the message, the line it is about with a caret, and how the file came in.
+//!
+//! The drawing is left to `annotate-snippets`, which draws like rustc. It is given only the part
+//! of a line around the caret, since one line may be a mesh of many megabytes.
+
+use super::diagnostic::{Diagnostic, Severity, Style};
+use super::source::{SourceMap, Span};
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+use std::ops::Range;
+
+/// How much of a line is shown, in bytes: a terminal's width and a half.
+const SHOWN: usize = 120;
+
+/// How much of it stands before the caret.
+const SHOWN_BEFORE: usize = 40;
+
+/// How many `Include`s are named; the chain may be ten thousand long.
+const CHAIN: usize = 5;
+
+/// A line, or the part of it that is shown, ready to be drawn.
+struct Excerpt {
+    line: usize,
+    column: usize,
+    text: String,
+    /// Of `text`, in bytes.
+    marked: Range<usize>,
+}
+
+impl Diagnostic {
+    /// The problem as text of several lines, without a line break at the end.
+    pub fn render(&self, sources: &SourceMap, style: Style) -> String {
+        let level = match self.severity {
+            Severity::Error => Level::ERROR,
+            Severity::Warning => Level::WARNING,
+            Severity::Note => Level::NOTE,
+        };
+        let mut group = Group::with_title(level.primary_title(self.message.as_str()));
+        let places = self.span.map(|span| (span, self.label.as_deref(), AnnotationKind::Primary));
+        let related = self.related.iter().map(|(span, text)| (*span, Some(text.as_str()), AnnotationKind::Context));
+        for (span, label, kind) in places.into_iter().chain(related) {
+            group = place(group, sources, span, label, kind);
+        }
+        for note in self.notes.iter().cloned().chain(self.span.into_iter().flat_map(|s| inclusions(sources, s))) {
+            group = group.element(Level::NOTE.message(note));
+        }
+        for help in &self.help {
+            group = group.element(Level::HELP.message(help.as_str()));
+        }
+        let renderer = match style {
+            Style::Plain => Renderer::plain(),
+            Style::Colored => Renderer::styled(),
+        };
+        // The excerpt has been cut to size already; the margin holds the line's number.
+        renderer.term_width(SHOWN + 40).render(&[group]).to_string()
+    }
+}
+
+fn place<'a>(
+    group: Group<'a>,
+    sources: &SourceMap,
+    span: Span,
+    label: Option<&'a str>,
+    kind: AnnotationKind,
+) -> Group<'a> {
+    let path = sources.path(span.file).display().to_string();
+    match excerpt(sources, span) {
+        Some(excerpt) => group
+            .element(Origin::path(path).line(excerpt.line).char_column(excerpt.column))
+            .element(
+                Snippet::source(excerpt.text)
+                    .line_start(excerpt.line)
+                    .annotation(kind.span(excerpt.marked).label(label)),
+            ),
+        None => group.element(Origin::path(path)),
+    }
+}
+
+/// How the file of a place came to be read, innermost first.
+fn inclusions(sources: &SourceMap, span: Span) -> Vec<String> {
+    let mut chain = Vec::new();
+    let mut from = sources.included_at(span.file);
+    let mut more = 0;
+    while let Some(at) = from {
+        if chain.len() < CHAIN {
+            let path = sources.path(at.file);
+            chain.push(match sources.locate(at) {
+                Some(place) => format!("included from {}:{}:{}", path.display(), place.line, place.column),
+                None => format!("included from {}", path.display()),
+            });
+        } else {
+            more += 1;
+        }
+        from = sources.included_at(at.file);
+    }
+    if more > 0 {
+        chain.push(format!("… and so on, {more} more"));
+    }
+    chain
+}
+
+fn excerpt(sources: &SourceMap, span: Span) -> Option<Excerpt> {
+    let bytes = sources.bytes(span.file)?;
+    let place = sources.locate(span)?;
+    let start = span.start as usize;
+    let line_start = bytes.get(..start)?.iter().rposition(|&b| b == b'\n').map_or(0, |at| at + 1);
+    let line_end = bytes[start..].iter().position(|&b| b == b'\n').map_or(bytes.len(), |at| start + at);
+    let line_end = if line_end > start && bytes[line_end - 1] == b'\r' { line_end - 1 } else { line_end };
+    let (from, to) = window(&bytes, line_start..line_end, start);
+    let marked_to = (span.end as usize).clamp(start, to);
+
+    let text_of = |range: Range<usize>| String::from_utf8_lossy(&bytes[range]).into_owned();
+    let mut text = String::from(if from > line_start { "…" } else { "" });
+    text += &text_of(from..start);
+    let marked_start = text.len();
+    text += &text_of(start..marked_to);
+    let marked = marked_start..text.len();
+    text += &text_of(marked_to..to);
+    text += if to < line_end { "…" } else { "" };
+    Some(Excerpt { line: place.line, column: place.column, text, marked })
+}
+
+/// The part of a line to show so that `caret` is in it, not cut within a UTF-8 character.
+fn window(bytes: &[u8], line: Range<usize>, caret: usize) -> (usize, usize) {
+    if line.len() <= SHOWN {
+        return (line.start, line.end);
+    }
+    let continues = |at: usize| at < line.end && bytes[at] & 0xc0 == 0x80;
+    let mut from = caret.saturating_sub(SHOWN_BEFORE).max(line.start);
+    let mut to = (from + SHOWN).min(line.end);
+    // A character has at most three continuation bytes; more of them are no text at all.
+    for _ in 0..3 {
+        from += usize::from(from < caret && continues(from));
+        to += usize::from(continues(to));
+    }
+    (from, to)
+}

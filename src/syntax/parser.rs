@@ -1,0 +1,286 @@
+//! The parser: a stream of directives from a file and everything it includes.
+//!
+//! Files being read lie on an explicit stack, so that includes nest as deeply as memory allows;
+//! as in pbrt-v3 an included file is a run of tokens, and a parameter list begun in it may go on
+//! after it. After a syntax error the parser reports it, skips to the next directive's word, and
+//! goes on.
+//!
+//! What a pbrt-v3 scene means is never changed. Where pbrt-v3 stops, or drops something without
+//! a word, this parser does the following:
+//!
+//! | in the file | pbrt-v3 | here |
+//! |---|---|---|
+//! | byte-order mark (UTF-8) | unknown directive | skipped |
+//! | UTF-16 | unknown directive | error that says so |
+//! | form feed, vertical tab | part of a word | blank |
+//! | `1,` `2deg` `1.0f` `40#note`: no digits in the tail | tail dropped silently | tail dropped, warning |
+//! | `1,2` `1.2.3`: digits in the tail | tail dropped silently | error: a value is missing |
+//! | `nan` | accepted | error: not a number |
+//! | `inf` | accepted | accepted in parameters, error in transforms |
+//! | `true`, `false` without quotes | fatal | accepted for `bool` |
+//! | backslash that starts no escape | fatal | kept, warning |
+//! | `LookAt [ … ]`, `Translate [ … ]`, … | fatal | accepted, warning |
+//! | `Transform` without brackets | fatal | accepted, warning |
+//! | missing `]` before a directive | fatal | error, list taken as closed |
+//! | include cycle | runs until memory ends | error naming the cycle |
+//! | include found beside the including file only | error | accepted, warning |
+//! | directives of pbrt-v2 | fatal | passed on |
+
+use super::diagnostic::{Diagnostic, Diagnostics};
+use super::directive::{Directive, WORDS};
+use super::lexer::lexeme;
+use super::number::number;
+use super::source::{FileId, SourceMap, Span};
+use super::suggest::nearest;
+use super::token::{Token, TokenKind};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// More inclusions than any scene has; a few files that include each other's successors twice
+/// would otherwise keep the parser busy for years without any cycle.
+const MOST_INCLUDES: usize = 1_000_000;
+
+/// How many files of a cycle are named before the middle is left out.
+const CYCLE_NAMED: usize = 10;
+
+/// The statement cannot be read; it has been reported.
+#[derive(Debug)]
+pub(super) struct Abandoned;
+
+/// What reading a piece of a statement gives.
+pub(super) type Parsed<T> = Result<T, Abandoned>;
+
+/// A file being read.
+#[derive(Debug)]
+pub(super) struct OpenFile {
+    pub file: FileId,
+    pub bytes: Rc<Vec<u8>>,
+    pub at: usize,
+    /// Without links and detours, to recognise it by.
+    canonical: PathBuf,
+}
+
+/// Reads directives one by one; an iterator. Problems go to the diagnostics it was given.
+pub struct Parser<'a> {
+    pub(super) sources: &'a SourceMap,
+    pub(super) diagnostics: &'a Diagnostics,
+    /// Of the main file: where `Include` looks.
+    directory: PathBuf,
+    pub(super) open: Vec<OpenFile>,
+    open_paths: HashSet<PathBuf>,
+    includes: usize,
+    peeked: Option<Token>,
+}
+
+impl<'a> Parser<'a> {
+    /// Starts at the beginning of `main`.
+    pub fn new(sources: &'a SourceMap, main: FileId, diagnostics: &'a Diagnostics) -> Self {
+        let path = sources.path(main);
+        let mut parser = Self {
+            sources,
+            diagnostics,
+            directory: sources.directory(main),
+            open: Vec::new(),
+            open_paths: HashSet::new(),
+            includes: 0,
+            peeked: None,
+        };
+        let canonical = path.canonicalize().unwrap_or(path);
+        parser.enter(main, canonical);
+        parser
+    }
+
+    /// The folder `Include` and file-valued parameters are looked up in: that of the main file.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    fn enter(&mut self, file: FileId, canonical: PathBuf) {
+        let bytes = self.sources.bytes(file).unwrap_or_default();
+        let mut at = 0;
+        if bytes.starts_with(b"\xef\xbb\xbf") {
+            at = 3;
+        } else if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+            let span = Span { file, start: 0, end: 2 };
+            self.report(Diagnostic::error("this file is UTF-16").at(span).with_help("save it as UTF-8 or ASCII"));
+            at = bytes.len();
+        } else if bytes.starts_with(b"\x1f\x8b") {
+            let span = Span { file, start: 0, end: 2 };
+            self.report(Diagnostic::error("this file is compressed").at(span).with_help("unpack it with gunzip"));
+            at = bytes.len();
+        }
+        self.open_paths.insert(canonical.clone());
+        self.open.push(OpenFile { file, bytes, at, canonical });
+    }
+
+    fn leave(&mut self) {
+        if let Some(done) = self.open.pop() {
+            self.open_paths.remove(&done.canonical);
+            self.sources.release(done.file);
+        }
+    }
+
+    pub(super) fn report(&self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// The next token of the innermost file, `End` at its end.
+    pub(super) fn token_of_file(&mut self) -> Token {
+        let Some(open) = self.open.last_mut() else {
+            let span = Span { file: FileId(0), start: 0, end: 0 };
+            return Token { kind: TokenKind::End, span, bytes: Rc::default() };
+        };
+        let bytes = Rc::clone(&open.bytes);
+        let (kind, start, end) = match lexeme(bytes.get(open.at..).unwrap_or_default()) {
+            Some((found, blanks, rest)) => (Token::kind_of(found), open.at + blanks, bytes.len() - rest.len()),
+            None => (TokenKind::End, bytes.len(), bytes.len()),
+        };
+        open.at = end;
+        Token { kind, span: Span { file: open.file, start: start as u32, end: end as u32 }, bytes }
+    }
+
+    /// Takes the next token; files that are at their end are left for the one that included them.
+    pub(super) fn bump(&mut self) -> Token {
+        if let Some(token) = self.peeked.take() {
+            return token;
+        }
+        loop {
+            let token = self.token_of_file();
+            if token.kind != TokenKind::End || self.open.len() <= 1 {
+                return token;
+            }
+            self.leave();
+        }
+    }
+
+    /// Looks at the next token.
+    pub(super) fn peek(&mut self) -> &Token {
+        let token = self.bump();
+        self.peeked.insert(token)
+    }
+
+    /// Skips to the next directive's word, without a message: the reason has been given.
+    fn resynchronise(&mut self) {
+        loop {
+            let next = self.peek();
+            match next.kind {
+                TokenKind::End => return,
+                TokenKind::Bare if directive_word(next.text()).is_some() => return,
+                _ => drop(self.bump()),
+            }
+        }
+    }
+
+    fn not_a_directive(&self, token: &Token) {
+        let found = token.description();
+        let text = String::from_utf8_lossy(token.text()).into_owned();
+        let diagnostic = Diagnostic::error(format!("expected a directive, found {found}")).at(token.span);
+        self.report(match (token.kind, text.as_str()) {
+            (TokenKind::Bare, "Option" | "Attribute" | "ColorSpace" | "Import") => {
+                diagnostic.with_note("this word belongs to pbrt-v4; pbrt-v3 scenes are read here")
+            }
+            (TokenKind::Bare, _) if number(token.text()).is_some() => diagnostic.label("one number too many?"),
+            (TokenKind::Bare, word) => {
+                diagnostic.label("no directive has this name").with_suggestion(nearest(word, WORDS))
+            }
+            (TokenKind::Unterminated, _) => diagnostic.label("this string does not end on its line"),
+            _ => diagnostic.label("directives start with a word without quotes"),
+        });
+    }
+
+    fn include(&mut self, word: Span) -> Parsed<()> {
+        let name = self.name("Include", "the name of a file")?;
+        let path = self.directory.join(&name.text);
+        let path = if path.exists() { path } else { self.beside_includer(&name, path) };
+        let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
+        if self.open_paths.contains(&canonical) {
+            self.report(
+                Diagnostic::error(format!("files include each other in a circle: {}", self.circle(&canonical)))
+                    .at(name.span)
+                    .label("this file is being read already"),
+            );
+            return Ok(());
+        }
+        self.includes += 1;
+        if self.includes > MOST_INCLUDES {
+            self.report(Diagnostic::error(format!("more than {MOST_INCLUDES} inclusions: no more are followed")).at(word));
+            return Ok(());
+        }
+        match self.sources.include(&path, word) {
+            Ok(file) => self.enter(file, canonical),
+            Err(error) => self.report(
+                Diagnostic::error(format!("cannot include this file: {error}"))
+                    .at(name.span)
+                    .with_note("the directory of the main scene file is where `Include` looks"),
+            ),
+        }
+        Ok(())
+    }
+
+    /// Where a file is not found from the main file's directory, but from that of the file with
+    /// the `Include`, which is what people expect.
+    fn beside_includer(&self, name: &super::Name, path: PathBuf) -> PathBuf {
+        let beside = self.sources.directory(name.span.file).join(&name.text);
+        if !beside.exists() {
+            return path;
+        }
+        self.report(
+            Diagnostic::warning(format!("`{}` was found beside the including file only", name.text))
+                .at(name.span)
+                .with_note("pbrt-v3 looks in the directory of the main scene file"),
+        );
+        beside
+    }
+
+    /// `a.pbrt -> b.pbrt -> a.pbrt`, the middle of a long one left out.
+    fn circle(&self, canonical: &Path) -> String {
+        let start = self.open.iter().position(|open| open.canonical == canonical).unwrap_or(0);
+        let file_name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let members = &self.open[start..];
+        let mut names: Vec<String> = members.iter().map(|open| file_name(&open.canonical)).collect();
+        if names.len() > CYCLE_NAMED {
+            let left_out = names.len() - CYCLE_NAMED;
+            names.splice(CYCLE_NAMED / 2..names.len() - CYCLE_NAMED / 2, [format!("… {left_out} more …")]);
+        }
+        names.push(file_name(canonical));
+        names.join(" -> ")
+    }
+}
+
+impl Iterator for Parser<'_> {
+    type Item = Directive;
+
+    /// The next directive that could be read, `Include`s followed.
+    fn next(&mut self) -> Option<Directive> {
+        loop {
+            let token = self.bump();
+            let word = match token.kind {
+                TokenKind::End => {
+                    self.leave();
+                    return None;
+                }
+                TokenKind::Bare => directive_word(token.text()),
+                _ => None,
+            };
+            let read = match word {
+                Some("Include") => self.include(token.span).map(|()| None),
+                Some(word) => self.statement(word).map(Some),
+                None => {
+                    self.not_a_directive(&token);
+                    Err(Abandoned)
+                }
+            };
+            match read {
+                Ok(Some(kind)) => return Some(Directive { span: token.span, kind }),
+                Ok(None) => {}
+                Err(Abandoned) => self.resynchronise(),
+            }
+        }
+    }
+}
+
+/// The directive a word starts, if any.
+pub(super) fn directive_word(text: &[u8]) -> Option<&'static str> {
+    WORDS.into_iter().find(|word| word.as_bytes() == text)
+}

@@ -1,0 +1,228 @@
+//! Scene files in memory, and places in them.
+//!
+//! A file is read once, whole, and never copied; the parser shares it through an `Rc`. When a file
+//! has been parsed to its end its bytes are given back, and read again from disk should a message
+//! need an excerpt. Lines and columns are counted only when a message is printed.
+
+use std::cell::{Cell, RefCell};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// A file of a [`SourceMap`]. A file included twice has two of these, one per inclusion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FileId(pub u32);
+
+/// The bytes `start..end` of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Span {
+    /// The file.
+    pub file: FileId,
+    /// First byte.
+    pub start: u32,
+    /// One past the last byte; equal to `start` for a point such as the end of a file.
+    pub end: u32,
+}
+
+impl Span {
+    /// From the start of `self` to the end of `other`, or `self` alone where the two are in
+    /// different files.
+    pub fn to(self, other: Span) -> Span {
+        if self.file == other.file && other.end >= self.start {
+            Span { end: other.end, ..self }
+        } else {
+            self
+        }
+    }
+}
+
+/// A place as people name it; both numbers count from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Location {
+    /// Lines end at LF.
+    pub line: usize,
+    /// In characters; bytes that are not UTF-8 count as in a lossy conversion.
+    pub column: usize,
+}
+
+/// Why a file could not be taken in.
+#[derive(Debug, thiserror::Error)]
+pub enum SourceError {
+    /// It could not be opened or read.
+    #[error("cannot read `{}`: {cause}", path.display())]
+    Unreadable {
+        /// As it was asked for.
+        path: PathBuf,
+        /// What the operating system said.
+        cause: std::io::Error,
+    },
+    /// A folder, a device, a pipe.
+    #[error("`{}` is not a regular file", path.display())]
+    NotAFile {
+        /// As it was asked for.
+        path: PathBuf,
+    },
+    /// Places in a file are 32-bit numbers.
+    #[error("`{}` is larger than 4 GiB; split it and `Include` the parts", path.display())]
+    TooLarge {
+        /// As it was asked for.
+        path: PathBuf,
+    },
+}
+
+/// The largest file in bytes: offsets are `u32`.
+const LARGEST: u64 = u32::MAX as u64;
+
+#[derive(Debug)]
+struct SourceFile {
+    path: PathBuf,
+    bytes: Option<Rc<Vec<u8>>>,
+    length: usize,
+    /// Can be read again from `path`.
+    on_disk: bool,
+    included_at: Option<Span>,
+}
+
+/// All files met so far, in the order they were opened.
+#[derive(Debug, Default)]
+pub struct SourceMap {
+    files: RefCell<Vec<SourceFile>>,
+    /// The last file read again for an excerpt: messages about one file tend to come together.
+    reread: RefCell<Option<(FileId, Rc<Vec<u8>>)>>,
+    /// The last place whose line was counted: file, start of the line, line ends before it.
+    counted: Cell<Option<(FileId, usize, usize)>>,
+}
+
+impl SourceMap {
+    /// An empty map.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes in the main scene file. Pipes are read to their end.
+    pub fn open(&self, path: &Path) -> Result<FileId, SourceError> {
+        let bytes = read(path)?;
+        Ok(self.add(path.to_owned(), bytes, path.is_file(), None))
+    }
+
+    /// Takes in the file named by an `Include` at `included_at`. Only regular files: a pipe or a
+    /// device might never end.
+    pub fn include(&self, path: &Path, included_at: Span) -> Result<FileId, SourceError> {
+        let unreadable = |cause| SourceError::Unreadable { path: path.to_owned(), cause };
+        if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
+            return Err(SourceError::NotAFile { path: path.to_owned() });
+        }
+        Ok(self.add(path.to_owned(), read(path)?, true, Some(included_at)))
+    }
+
+    /// Takes in everything standard input has to give; messages call it `<stdin>`.
+    pub fn open_stdin(&self) -> Result<FileId, SourceError> {
+        let path = PathBuf::from("<stdin>");
+        let bytes = read_all(std::io::stdin().lock(), &path)?;
+        Ok(self.add(path, bytes, false, None))
+    }
+
+    /// Takes in a text that is in memory already; messages call it `name`. A text beyond 4 GiB is
+    /// cut there.
+    pub fn add_text(&self, name: &str, text: impl Into<Vec<u8>>) -> FileId {
+        let mut bytes = text.into();
+        bytes.truncate(LARGEST as usize);
+        self.add(PathBuf::from(name), bytes, false, None)
+    }
+
+    fn add(&self, path: PathBuf, bytes: Vec<u8>, on_disk: bool, included_at: Option<Span>) -> FileId {
+        let mut files = self.files.borrow_mut();
+        let id = FileId(files.len() as u32);
+        let length = bytes.len();
+        files.push(SourceFile { path, bytes: Some(Rc::new(bytes)), length, on_disk, included_at });
+        id
+    }
+
+    /// The path a file was opened by.
+    pub fn path(&self, file: FileId) -> PathBuf {
+        let files = self.files.borrow();
+        files.get(file.0 as usize).map(|f| f.path.clone()).unwrap_or_default()
+    }
+
+    /// The folder a file is in: where `Include` and file-valued parameters are looked up.
+    pub fn directory(&self, file: FileId) -> PathBuf {
+        self.path(file).parent().map(Path::to_owned).unwrap_or_default()
+    }
+
+    /// The `Include` that brought a file in; `None` for a main file.
+    pub fn included_at(&self, file: FileId) -> Option<Span> {
+        self.files.borrow().get(file.0 as usize)?.included_at
+    }
+
+    /// A file's bytes, read again where they had been given back. `None` where the file can no
+    /// longer be read or has changed its length since.
+    pub fn bytes(&self, file: FileId) -> Option<Rc<Vec<u8>>> {
+        let files = self.files.borrow();
+        let source = files.get(file.0 as usize)?;
+        if let Some(bytes) = &source.bytes {
+            return Some(Rc::clone(bytes));
+        }
+        let mut reread = self.reread.borrow_mut();
+        if let Some((last, bytes)) = reread.as_ref()
+            && *last == file
+        {
+            return Some(Rc::clone(bytes));
+        }
+        let bytes = Rc::new(read(&source.path).ok().filter(|b| b.len() == source.length)?);
+        *reread = Some((file, Rc::clone(&bytes)));
+        Some(bytes)
+    }
+
+    /// Gives the bytes of a file back where they can be read again.
+    pub(super) fn release(&self, file: FileId) {
+        if let Some(source) = self.files.borrow_mut().get_mut(file.0 as usize)
+            && source.on_disk
+        {
+            source.bytes = None;
+        }
+    }
+
+    /// Line and column of the start of a span; `None` where the file's bytes are gone.
+    pub fn locate(&self, span: Span) -> Option<Location> {
+        let bytes = self.bytes(span.file)?;
+        let before = bytes.get(..span.start as usize)?;
+        let line_start = before.iter().rposition(|&b| b == b'\n').map_or(0, |at| at + 1);
+        // Messages mostly come in the order of the file: count on from the last one.
+        let (from, lines) = match self.counted.get() {
+            Some((file, start, lines)) if file == span.file && start <= line_start => (start, lines),
+            _ => (0, 0),
+        };
+        let lines = lines + before[from..line_start].iter().filter(|&&b| b == b'\n').count();
+        self.counted.set(Some((span.file, line_start, lines)));
+        Some(Location {
+            line: lines + 1,
+            column: String::from_utf8_lossy(&before[line_start..]).chars().count() + 1,
+        })
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
+    let unreadable = |cause| SourceError::Unreadable { path: path.to_owned(), cause };
+    let file = File::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    if metadata.is_dir() {
+        return Err(SourceError::NotAFile { path: path.to_owned() });
+    }
+    if metadata.len() > LARGEST {
+        return Err(SourceError::TooLarge { path: path.to_owned() });
+    }
+    read_all(file, path)
+}
+
+/// Reads to the end, but not beyond the limit: a device may have no end. Reading straight from
+/// the `File` keeps its size hint, so that the buffer is allocated once.
+fn read_all(mut from: impl Read, path: &Path) -> Result<Vec<u8>, SourceError> {
+    let mut bytes = Vec::new();
+    let unreadable = |cause| SourceError::Unreadable { path: path.to_owned(), cause };
+    from.by_ref().take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(SourceError::TooLarge { path: path.to_owned() });
+    }
+    Ok(bytes)
+}

@@ -1,0 +1,317 @@
+//! Parameter lists: declarations and the values behind them.
+
+use super::diagnostic::Diagnostic;
+use super::directive::Name;
+use super::number::{number, plain_numbers};
+use super::parameter::{Param, ParamList, ParamType, ParamValue};
+use super::parser::{Abandoned, Parsed, Parser, directive_word};
+use super::source::Span;
+use super::suggest::nearest;
+use super::token::{Token, TokenKind};
+use std::cell::Cell;
+
+/// The items behind a declaration, before they are held against its type.
+#[derive(Debug, Default)]
+struct Items {
+    numbers: Vec<f64>,
+    strings: Vec<Name>,
+    bools: Vec<bool>,
+    /// Something in between could not be read, and was reported.
+    spoilt: bool,
+}
+
+impl Parser<'_> {
+    /// Everything up to the first token that is not a quoted string. Parameters that cannot be
+    /// used are reported and left out; the rest of the list is read all the same.
+    pub(super) fn parameters(&mut self) -> Parsed<ParamList> {
+        let mut params = Vec::new();
+        loop {
+            match self.peek().kind {
+                TokenKind::Quoted => {
+                    let declaration = self.bump();
+                    if let Some(param) = self.parameter(&declaration)? {
+                        params.push(param);
+                    }
+                }
+                TokenKind::Unterminated => {
+                    let span = self.peek().span;
+                    self.report(
+                        Diagnostic::error("a string does not end on its line")
+                            .at(span)
+                            .label("the closing quotation mark is missing"),
+                    );
+                    return Err(Abandoned);
+                }
+                _ => return Ok(ParamList { params }),
+            }
+        }
+    }
+
+    fn parameter(&mut self, declaration: &Token) -> Parsed<Option<Param>> {
+        let declared = self.declaration(declaration);
+        if let Some((ty, name)) = &declared
+            && self.value_is_missing(*ty)
+        {
+            let next = self.peek().description();
+            self.report(
+                Diagnostic::error(format!("parameter `{name}` has no value, found {next}"))
+                    .at(declaration.span)
+                    .label(format!("expected {} behind this", expected_items(*ty))),
+            );
+            return Ok(None);
+        }
+        let (items, value_span) = self.items()?;
+        let Some((ty, name)) = declared else { return Ok(None) };
+        let value = self.typed_value(ty, &name, items, value_span);
+        let used = Cell::new(false);
+        Ok(value.map(|value| Param { ty, name, value, declaration: declaration.span, value_span, used }))
+    }
+
+    /// Type and name. pbrt-v3 ignores what stands behind the name.
+    fn declaration(&self, token: &Token) -> Option<(ParamType, String)> {
+        let Name { text, span } = self.quoted(token);
+        let mut words = text.split([' ', '\t']).filter(|word| !word.is_empty());
+        let (Some(ty), Some(name)) = (words.next(), words.next()) else {
+            self.report(
+                Diagnostic::error(format!("expected a parameter's type and name, found \"{text}\""))
+                    .at(span)
+                    .label("like \"float radius\""),
+            );
+            return None;
+        };
+        if words.next().is_some() {
+            self.report(
+                Diagnostic::warning("a parameter's declaration has words behind the name; they are ignored").at(span),
+            );
+        }
+        let known = ParamType::from_word(ty);
+        if known.is_none() {
+            self.report(
+                Diagnostic::error(format!("unknown parameter type `{ty}`"))
+                    .at(span)
+                    .label(format!("parameter `{name}` is ignored"))
+                    .with_suggestion(meant_type(ty)),
+            );
+        }
+        Some((known?, name.to_owned()))
+    }
+
+    /// Is the next token something that cannot be a value, or more likely the next declaration?
+    fn value_is_missing(&mut self, ty: ParamType) -> bool {
+        let takes_strings = matches!(ty, ParamType::String | ParamType::Texture | ParamType::Spectrum);
+        let next = self.peek();
+        match next.kind {
+            TokenKind::End | TokenKind::Close | TokenKind::Unterminated => true,
+            TokenKind::Bare => directive_word(next.text()).is_some(),
+            TokenKind::Open => false,
+            TokenKind::Quoted => {
+                let (text, _) = next.string();
+                let mut words = text.split_ascii_whitespace();
+                !takes_strings && words.next().and_then(ParamType::from_word).is_some() && words.next().is_some()
+            }
+        }
+    }
+
+    /// One item, or a list of them in brackets.
+    fn items(&mut self) -> Parsed<(Items, Span)> {
+        let first = self.bump();
+        let mut items = Items::default();
+        if first.kind != TokenKind::Open {
+            if matches!(first.kind, TokenKind::End | TokenKind::Close | TokenKind::Unterminated) {
+                self.report(
+                    Diagnostic::error(format!("expected a parameter's value, found {}", first.description()))
+                        .at(first.span),
+                );
+                return Err(Abandoned);
+            }
+            self.item(&first, &mut items);
+            return Ok((items, first.span));
+        }
+        let end = self.list(&first, &mut items)?;
+        // Growth by doubling leaves up to half of a large list unused.
+        if items.numbers.capacity() > 64 && items.numbers.capacity() / 4 * 3 > items.numbers.len() {
+            items.numbers.shrink_to_fit();
+        }
+        Ok((items, first.span.to(end)))
+    }
+
+    /// Everything up to the closing bracket, whose place is returned.
+    fn list(&mut self, opening: &Token, items: &mut Items) -> Parsed<Span> {
+        loop {
+            // A list begins and ends in one file, so nothing has been looked at ahead of it.
+            if let Some(open) = self.open.last_mut() {
+                let rest = plain_numbers(open.bytes.get(open.at..).unwrap_or_default(), &mut items.numbers);
+                open.at = open.bytes.len() - rest.len();
+            }
+            let before = self.open.last().map_or(0, |open| open.at);
+            let token = self.token_of_file();
+            let ends_here = match token.kind {
+                TokenKind::Close => return Ok(token.span),
+                TokenKind::End => true,
+                TokenKind::Bare => directive_word(token.text()).is_some(),
+                TokenKind::Open | TokenKind::Unterminated => {
+                    let found = token.description();
+                    self.report(
+                        Diagnostic::error(format!("expected a value or `]`, found {found}"))
+                            .at(token.span)
+                            .related(opening.span, "the list starts here"),
+                    );
+                    return Err(Abandoned);
+                }
+                TokenKind::Quoted => false,
+            };
+            if ends_here {
+                if let Some(open) = self.open.last_mut() {
+                    open.at = before;
+                }
+                self.report(
+                    Diagnostic::error(format!("a list is not closed, found {}", token.description()))
+                        .at(opening.span)
+                        .label("this `[` has no `]`")
+                        .related(token.span, "expected `]` before this"),
+                );
+                return Ok(Span { start: token.span.start, end: token.span.start, ..token.span });
+            }
+            self.item(&token, items);
+        }
+    }
+
+    fn item(&mut self, token: &Token, items: &mut Items) {
+        match (token.kind, token.text()) {
+            (TokenKind::Quoted, _) => items.strings.push(self.quoted(token)),
+            (_, b"true") => items.bools.push(true),
+            (_, b"false") => items.bools.push(false),
+            _ => match self.checked_number(token) {
+                Some(number) => items.numbers.push(number),
+                None => {
+                    items.spoilt = true;
+                    self.report(
+                        Diagnostic::error(format!("expected a value, found {}", token.description()))
+                            .at(token.span)
+                            .label("neither a number nor a string in quotes"),
+                    );
+                }
+            },
+        }
+    }
+
+    /// The number a bare word holds, complaints about it made; `None` where it holds none.
+    pub(super) fn checked_number(&mut self, token: &Token) -> Option<f64> {
+        let (value, used) = number(token.text())?;
+        let tail = token.text().get(used..).unwrap_or_default();
+        let tail_span = Span { start: token.span.start + used as u32, ..token.span };
+        if tail.iter().any(u8::is_ascii_digit) {
+            let missing = if tail.starts_with(b",") || tail.starts_with(b";") { "separate numbers by blanks" } else { "" };
+            let diagnostic = Diagnostic::error("a number is followed by something with digits in it")
+                .at(tail_span)
+                .label("pbrt-v3 would drop this without a word");
+            self.report(if missing.is_empty() { diagnostic } else { diagnostic.with_help(missing) });
+        } else if !tail.is_empty() {
+            let diagnostic = Diagnostic::warning("a number is followed by something else")
+                .at(tail_span)
+                .label("ignored");
+            self.report(match tail.first() {
+                Some(b'#') => diagnostic.with_help("a comment needs a blank before its `#`"),
+                Some(b',' | b';') => diagnostic.with_help("numbers are separated by blanks"),
+                _ => diagnostic,
+            });
+        }
+        if value.is_nan() {
+            self.report(Diagnostic::error("not a number").at(token.span).label("0 is used to read on"));
+            return Some(0.0);
+        }
+        Some(value)
+    }
+
+    /// Holds the items against the declared type.
+    fn typed_value(&self, ty: ParamType, name: &str, items: Items, span: Span) -> Option<ParamValue> {
+        if items.spoilt {
+            return None;
+        }
+        let kinds = [!items.numbers.is_empty(), !items.strings.is_empty(), !items.bools.is_empty()];
+        let fits = match ty {
+            ParamType::String | ParamType::Texture => kinds == [false, true, false],
+            ParamType::Bool => !kinds[0] && kinds[1] != kinds[2],
+            ParamType::Spectrum => !kinds[2] && !(kinds[0] && kinds[1]),
+            _ => !kinds[1] && !kinds[2],
+        };
+        if !fits {
+            let found = match kinds {
+                [false, false, false] => "an empty list",
+                [true, false, false] => "numbers",
+                [false, true, false] => "strings",
+                [false, false, true] => "`true` or `false`",
+                _ => "a mixture",
+            };
+            self.report(
+                Diagnostic::error(format!(
+                    "`{} {name}` needs {}, found {found}",
+                    ty.word(),
+                    expected_items(ty)
+                ))
+                .at(span)
+                .label("this parameter is ignored"),
+            );
+            return None;
+        }
+        Some(match ty {
+            ParamType::Bool if !items.bools.is_empty() => ParamValue::Bools(items.bools),
+            ParamType::Bool => ParamValue::Bools(items.strings.iter().map(|s| self.boolean(s)).collect()),
+            _ if items.strings.is_empty() => ParamValue::Numbers(self.whole_values(ty, name, items.numbers, span)),
+            _ => ParamValue::Strings(items.strings),
+        })
+    }
+
+    fn boolean(&self, string: &Name) -> bool {
+        if !matches!(string.text.as_str(), "true" | "false") {
+            self.report(
+                Diagnostic::warning(format!("\"{}\" is neither \"true\" nor \"false\"", string.text))
+                    .at(string.span)
+                    .label("taken for \"false\""),
+            );
+        }
+        string.text == "true"
+    }
+
+    /// Drops the numbers that do not make a whole value.
+    fn whole_values(&self, ty: ParamType, name: &str, mut numbers: Vec<f64>, span: Span) -> Vec<f64> {
+        let surplus = numbers.len() % ty.items();
+        if surplus > 0 {
+            self.report(
+                Diagnostic::warning(format!(
+                    "`{} {name}` takes {} numbers for each value, found {}",
+                    ty.word(),
+                    ty.items(),
+                    numbers.len()
+                ))
+                .at(span)
+                .label(if surplus == 1 { "the last one is ignored" } else { "the last two are ignored" }),
+            );
+            numbers.truncate(numbers.len() - surplus);
+        }
+        numbers
+    }
+}
+
+fn expected_items(ty: ParamType) -> &'static str {
+    match ty {
+        ParamType::Bool => "\"true\" or \"false\"",
+        ParamType::String => "strings in quotes",
+        ParamType::Texture => "the name of a texture in quotes",
+        ParamType::Spectrum => "numbers or the names of .spd files",
+        _ => "numbers",
+    }
+}
+
+/// Types of other languages and of other versions of pbrt, and misspellings.
+fn meant_type(word: &str) -> Option<&'static str> {
+    match word {
+        "int" => Some("integer"),
+        "double" => Some("float"),
+        "normal3" => Some("normal"),
+        "color3" => Some("color"),
+        "filename" | "str" => Some("string"),
+        "boolean" => Some("bool"),
+        _ => nearest(word, ParamType::WORDS),
+    }
+}
