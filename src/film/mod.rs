@@ -1,1 +1,140 @@
-//! film
+//! The film: what a render's samples become, and how they become a file.
+//!
+//! A [`FilmSpec`] is the scene file's `Film` line. Workers fill [`Tile`]s, each owned by one thread;
+//! the [`Film`] collects them. [`Film::develop`] gives an [`Image`], which [`write()`] puts into an
+//! EXR, PNG, TGA or PFM file and [`read()`] reads back.
+//!
+//! A pixel is the mean of its own samples: reconstruction filters are importance-sampled (Ernst,
+//! Stamminger, Greiner 2006), nothing is splatted onto neighbours. So a pixel's variance can be
+//! estimated, and the picture does not depend on the order or the size of tiles.
+//!
+//! ```
+//! use fstop::film::{Film, FilmSpec, PixelBounds};
+//! use fstop::math::{Rgb, UVec2};
+//!
+//! let spec = FilmSpec { resolution: UVec2::new(4, 2), ..FilmSpec::default() };
+//! let mut film = Film::new(&spec);
+//! for bounds in film.bounds().tiles(2) {
+//!     let mut tile = film.tile(bounds);
+//!     for pixel in bounds.pixels() {
+//!         tile.add_sample(pixel, Rgb::splat(0.25), 2.0);
+//!     }
+//!     film.merge(&tile);
+//! }
+//! assert_eq!(film.develop().pixel(UVec2::new(3, 1)), Rgb::splat(0.5));
+//! ```
+
+mod bounds;
+mod exr;
+mod image;
+mod metadata;
+mod pfm;
+mod pixels;
+mod png;
+mod read;
+mod spec;
+mod tile;
+mod write;
+
+#[cfg(test)]
+mod tests;
+
+pub use bounds::PixelBounds;
+pub use image::Image;
+pub use metadata::FilmMetadata;
+pub use pixels::PixelStatistics;
+pub use read::{Loaded, ReadError, read};
+pub use spec::{FilmError, FilmSpec};
+pub use tile::Tile;
+pub use write::{WriteError, check_output, write};
+
+use crate::math::{Rgb, UVec2};
+
+/// The picture being taken: statistics of every pixel inside the crop window.
+#[derive(Clone, Debug)]
+pub struct Film {
+    resolution: UVec2,
+    bounds: PixelBounds,
+    scale: f32,
+    max_sample_luminance: f32,
+    pixels: Vec<PixelStatistics>,
+    dropped: u64,
+}
+
+impl Film {
+    /// An unexposed film.
+    pub fn new(spec: &FilmSpec) -> Film {
+        let bounds = spec.pixel_bounds();
+        Film {
+            resolution: spec.resolution,
+            bounds,
+            scale: spec.scale,
+            max_sample_luminance: spec.max_sample_luminance,
+            pixels: vec![PixelStatistics::default(); bounds.area()],
+            dropped: 0,
+        }
+    }
+
+    /// Width and height of the full picture in pixels, crop window or not.
+    pub fn resolution(&self) -> UVec2 {
+        self.resolution
+    }
+
+    /// The pixels that are taken: the crop window.
+    pub fn bounds(&self) -> PixelBounds {
+        self.bounds
+    }
+
+    /// Samples that were dropped as not finite or clearly negative, each counted as black.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// The statistics of one pixel, `None` outside the crop window.
+    pub fn statistics(&self, pixel: UVec2) -> Option<&PixelStatistics> {
+        self.pixels.get(self.bounds.index(pixel)?)
+    }
+
+    /// An empty tile for the part of `bounds` that lies inside the crop window.
+    pub fn tile(&self, bounds: PixelBounds) -> Tile {
+        Tile::new(bounds.intersection(self.bounds), self.max_sample_luminance)
+    }
+
+    /// Takes over what `tile` has gathered.
+    ///
+    /// A pixel that had no samples yet becomes a bit-for-bit copy of the tile's, so a film put
+    /// together from disjoint tiles is the same whatever their order and size. Where both have
+    /// samples they are pooled ([`PixelStatistics::merge`]).
+    pub fn merge(&mut self, tile: &Tile) {
+        for (pixel, statistics) in tile.iter() {
+            if let Some(index) = self.bounds.index(pixel) {
+                self.pixels[index].merge(statistics);
+            }
+        }
+        self.dropped += tile.dropped();
+    }
+
+    /// The picture: mean × film scale of every pixel, negative channels cut to 0 as pbrt-v3's
+    /// film does (scene-language 4.1), with the variance of each mean.
+    ///
+    /// The variance is that of the mean before the cut at 0.
+    pub fn develop(&self) -> Image {
+        let scale = f64::from(self.scale);
+        let pixels = self
+            .pixels
+            .iter()
+            .map(|p| (p.mean() * scale).max(glam::DVec3::ZERO).as_vec3())
+            .collect();
+        let variance: Vec<Rgb> = self
+            .pixels
+            .iter()
+            .map(|p| (p.variance_of_mean() * (scale * scale)).as_vec3())
+            .collect();
+        Image {
+            resolution: self.resolution,
+            bounds: self.bounds,
+            pixels,
+            variance: Some(variance),
+        }
+    }
+}

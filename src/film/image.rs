@@ -1,0 +1,46 @@
+//! A finished picture in memory.
+
+use super::PixelBounds;
+use crate::math::{Rgb, UVec2};
+
+/// Linear RGB of the pixels inside `bounds`, with the variance of each where it is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Width and height of the full picture (EXR's display window).
+    pub resolution: UVec2,
+    /// The pixels that are here (EXR's data window).
+    pub bounds: PixelBounds,
+    /// Row by row from the top left of `bounds`.
+    pub pixels: Vec<Rgb>,
+    /// Variance of each value in `pixels`, same order: how far it would scatter from render to
+    /// render, squared. Infinite where unknown.
+    pub variance: Option<Vec<Rgb>>,
+}
+
+impl Image {
+    /// A black picture without a crop window.
+    pub fn black(resolution: UVec2) -> Image {
+        let bounds = PixelBounds::new(UVec2::ZERO, resolution);
+        Image {
+            resolution,
+            bounds,
+            pixels: vec![Rgb::ZERO; bounds.area()],
+            variance: None,
+        }
+    }
+
+    /// The value at `pixel` (full-picture coordinates), black outside.
+    pub fn pixel(&self, pixel: UVec2) -> Rgb {
+        self.bounds
+            .index(pixel)
+            .and_then(|i| self.pixels.get(i))
+            .copied()
+            .unwrap_or(Rgb::ZERO)
+    }
+
+    /// The row of pixels `y` lines below the top of `bounds`.
+    pub(super) fn row(&self, y: usize) -> &[Rgb] {
+        let width = self.bounds.size().x as usize;
+        self.pixels.get(y * width..(y + 1) * width).unwrap_or(&[])
+    }
+}

@@ -1,0 +1,59 @@
+//! Eight-bit pictures for looking at: PNG and TGA, sRGB-encoded, no tone mapping (scene-language 4.8).
+
+use super::Image;
+use crate::math::color::srgb_from_linear;
+use image::{ExtendedColorType, ImageError, ImageFormat};
+use std::io::Cursor;
+
+/// The whole file in memory; only the crop window's pixels.
+///
+/// # Errors
+/// What the format cannot hold: TGA ends at 65535 pixels a side.
+pub(super) fn encode(image: &Image, format: ImageFormat) -> Result<Vec<u8>, ImageError> {
+    let size = image.bounds.size();
+    let bytes: Vec<u8> = image
+        .pixels
+        .iter()
+        .flat_map(|p| p.to_array().map(quantise))
+        .collect();
+    let mut file = Cursor::new(Vec::new());
+    image::write_buffer_with_format(
+        &mut file,
+        &bytes,
+        size.x,
+        size.y,
+        ExtendedColorType::Rgb8,
+        format,
+    )?;
+    Ok(file.into_inner())
+}
+
+/// 255 × the sRGB curve + ½, clamped and cut, as pbrt-v3 rounds. Not a number becomes 0.
+pub(super) fn quantise(linear: f32) -> u8 {
+    // `as` saturates, so values below 0 and above 255 are clamped.
+    (255.0 * srgb_from_linear(linear) + 0.5) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_values() {
+        // 18 % grey is 118 in sRGB (1.055·0.18^(1/2.4) − 0.055 = 0.46136, times 255 = 117.6).
+        let cases = [
+            (0.0, 0),
+            (-3.0, 0),
+            (1.0, 255),
+            (1e9, 255),
+            (0.18, 118),
+            (f32::INFINITY, 255),
+            (f32::NAN, 0),
+        ];
+        for (linear, byte) in cases {
+            assert_eq!(quantise(linear), byte, "{linear}");
+        }
+        // In the straight part: 12.92 × 0.002 × 255 + ½ = 7.09.
+        assert_eq!(quantise(0.002), 7);
+    }
+}

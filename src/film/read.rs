@@ -1,0 +1,129 @@
+//! Reading back what [`write()`](super::write()) wrote, and other programs' EXR files.
+
+use super::{Image, PixelBounds};
+use crate::math::{Rgb, UVec2};
+use ::exr::meta::attribute::AttributeValue;
+use ::exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers, Text};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// A picture from a file, with what its header says about the number of samples behind it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// The picture; with variances where the file has `var.R`, `var.G` and `var.B`.
+    pub image: Image,
+    /// Attribute `spp`: samples per pixel of one run.
+    pub spp: Option<u32>,
+    /// Attribute `runs`: independent renders averaged in the file; the variance was then estimated
+    /// from their scatter. `None` where a single render estimated it from its samples.
+    pub runs: Option<u32>,
+}
+
+/// Why a picture could not be read; always names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// Not there, or not an EXR file that can be understood.
+    #[error("{}: cannot read: {reason}", .path.display())]
+    Exr {
+        /// The file.
+        path: PathBuf,
+        /// What the decoder said.
+        reason: String,
+    },
+    /// The file is an EXR, but no picture.
+    #[error("{}: has no channels R, G and B", .0.display())]
+    NoColour(PathBuf),
+    /// A data window that reaches over the display window's left or upper edge, or is absurdly large.
+    #[error("{}: its data window lies outside its display window", .0.display())]
+    Window(PathBuf),
+}
+
+/// Reads an EXR file: channels `R` `G` `B`, and `var.R` `var.G` `var.B` if there.
+///
+/// # Errors
+/// See [`ReadError`].
+pub fn read(path: &Path) -> Result<Loaded, ReadError> {
+    let file = ::exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|e| ReadError::Exr {
+            path: path.to_owned(),
+            reason: e.to_string(),
+        })?;
+    let layer = &file.layer_data;
+    let display = file.attributes.display_window;
+    let (resolution, bounds) =
+        window(layer, display).ok_or_else(|| ReadError::Window(path.to_owned()))?;
+    let pixels =
+        colours(layer, ["R", "G", "B"]).ok_or_else(|| ReadError::NoColour(path.to_owned()))?;
+    let variance = colours(layer, ["var.R", "var.G", "var.B"]);
+    Ok(Loaded {
+        image: Image {
+            resolution,
+            bounds,
+            pixels,
+            variance,
+        },
+        spp: number(&layer.attributes.other, "spp"),
+        runs: number(&layer.attributes.other, "runs"),
+    })
+}
+
+type FlatLayer = Layer<AnyChannels<FlatSamples>>;
+
+/// Resolution and data window, counted from the display window's corner.
+fn window(
+    layer: &FlatLayer,
+    display: ::exr::meta::attribute::IntegerBounds,
+) -> Option<(UVec2, PixelBounds)> {
+    let offset = |at: i32, origin: i32| u32::try_from(i64::from(at) - i64::from(origin)).ok();
+    let position = layer.attributes.layer_position;
+    let min = UVec2::new(
+        offset(position.0, display.position.0)?,
+        offset(position.1, display.position.1)?,
+    );
+    let size = UVec2::new(
+        u32::try_from(layer.size.0).ok()?,
+        u32::try_from(layer.size.1).ok()?,
+    );
+    let resolution = UVec2::new(
+        u32::try_from(display.size.0).ok()?,
+        u32::try_from(display.size.1).ok()?,
+    );
+    let max = UVec2::new(min.x.checked_add(size.x)?, min.y.checked_add(size.y)?);
+    Some((resolution, PixelBounds::new(min, max)))
+}
+
+/// Three channels as colours, `None` where one is missing or subsampled.
+fn colours(layer: &FlatLayer, names: [&str; 3]) -> Option<Vec<Rgb>> {
+    let mut pixels = vec![Rgb::ZERO; layer.size.0 * layer.size.1];
+    for (i, name) in names.iter().enumerate() {
+        let channel = layer
+            .channel_data
+            .list
+            .iter()
+            .find(|c| c.name.as_slice() == name.as_bytes())?;
+        if channel.sample_data.len() != pixels.len() {
+            return None;
+        }
+        for (pixel, value) in pixels.iter_mut().zip(channel.sample_data.values_as_f32()) {
+            pixel[i] = value;
+        }
+    }
+    Some(pixels)
+}
+
+/// A whole number that may be spelt as an integer, a float or a string.
+fn number(attributes: &HashMap<Text, AttributeValue>, name: &str) -> Option<u32> {
+    let value = attributes.get(&Text::from_slice_unchecked(name.as_bytes()))?;
+    match value {
+        AttributeValue::I32(n) => u32::try_from(*n).ok(),
+        AttributeValue::F32(x) if *x >= 0.0 => Some(*x as u32),
+        AttributeValue::Text(t) => std::str::from_utf8(t.as_slice()).ok()?.trim().parse().ok(),
+        _ => None,
+    }
+}

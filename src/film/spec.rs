@@ -1,0 +1,281 @@
+//! `Film "image"`.
+
+use super::PixelBounds;
+use crate::math::UVec2;
+use crate::params::{Dialect, ParamReader};
+use std::path::PathBuf;
+
+/// Largest width or height in pixels: four times an 8K panorama's.
+const MAX_SIDE: i64 = 1 << 16;
+
+/// Most pixels that are taken at once; their statistics are 15 GB then.
+const MAX_PIXELS: usize = 1 << 28;
+
+/// The film as the scene file describes it (scene-language 3.2).
+///
+/// | parameter | type | default | meaning |
+/// |---|---|---|---|
+/// | `filename` | string | `pbrt.exr` | relative to the working directory |
+/// | `xresolution`, `yresolution` | integer | 1280 × 720 (pbrt-v2: 640 × 480) | pixels |
+/// | `cropwindow` | float[4] | 0 1 0 1 | x0 x1 y0 y1 as fractions of the picture |
+/// | `diagonal` | float | 35 | mm, for the realistic camera |
+/// | `scale` | float | 1 | multiplies the finished pixel |
+/// | `maxsampleluminance` | float | infinite | brighter samples are scaled down to it |
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmSpec {
+    /// Output file as the scene names it; see [`output`](Self::output).
+    pub filename: Option<PathBuf>,
+    /// Width and height of the full picture in pixels.
+    pub resolution: UVec2,
+    /// x0, x1, y0, y1 as fractions of the picture, each in 0…1 and in order.
+    pub crop_window: [f64; 4],
+    /// Diagonal of the full picture on the film in mm.
+    pub diagonal_mm: f64,
+    /// Factor on the finished pixel.
+    pub scale: f32,
+    /// Limit on a sample's luminance before the camera's weight.
+    pub max_sample_luminance: f32,
+}
+
+/// What is wrong with a film's measures.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FilmError {
+    /// Not four finite numbers.
+    #[error("a crop window is four numbers x0 x1 y0 y1 between 0 and 1")]
+    CropWindow,
+    /// No pixel lies inside the crop window.
+    #[error("the crop window {0:?} holds no pixel of a {1}×{2} picture")]
+    EmptyCrop([f64; 4], u32, u32),
+    /// More pixels than memory could hold.
+    #[error("a picture of {0} pixels is more than this program takes (at most {MAX_PIXELS})")]
+    TooManyPixels(usize),
+}
+
+impl Default for FilmSpec {
+    fn default() -> FilmSpec {
+        FilmSpec {
+            filename: None,
+            resolution: UVec2::new(1280, 720),
+            crop_window: [0.0, 1.0, 0.0, 1.0],
+            diagonal_mm: 35.0,
+            scale: 1.0,
+            max_sample_luminance: f32::INFINITY,
+        }
+    }
+}
+
+impl FilmSpec {
+    /// The defaults of a dialect.
+    pub fn defaults(dialect: Dialect) -> FilmSpec {
+        let resolution = match dialect {
+            Dialect::V2 => UVec2::new(640, 480),
+            Dialect::V3 => UVec2::new(1280, 720),
+        };
+        FilmSpec {
+            resolution,
+            ..FilmSpec::default()
+        }
+    }
+
+    /// Reads a `Film` directive. What cannot be used is reported as an error and replaced by its
+    /// default, so that the rest of the file is still checked.
+    pub fn from_params(reader: &ParamReader) -> FilmSpec {
+        let defaults = FilmSpec::defaults(reader.dialect());
+        if reader.dialect() == Dialect::V2 {
+            // pbrt-v2's switch for a preview window, which it reads and ignores.
+            let _ = reader.find_boolean("display");
+        }
+        let mut film = FilmSpec {
+            filename: reader
+                .find_string("filename")
+                .filter(|name| !name.is_empty())
+                .map(PathBuf::from),
+            resolution: UVec2::new(
+                side(reader, "xresolution", defaults.resolution.x),
+                side(reader, "yresolution", defaults.resolution.y),
+            ),
+            diagonal_mm: positive(reader, "diagonal", defaults.diagonal_mm),
+            scale: positive(reader, "scale", 1.0) as f32,
+            max_sample_luminance: positive(reader, "maxsampleluminance", f64::INFINITY) as f32,
+            ..defaults
+        };
+        if let Some(window) = reader.floats("cropwindow")
+            && let Err(error) = film.set_crop(window)
+        {
+            reader.error("cropwindow", error.to_string());
+        }
+        if let Err(error) = film.check() {
+            reader.error("xresolution", error.to_string());
+            film.resolution = defaults.resolution;
+        }
+        film
+    }
+
+    /// The file to write: the one named, or pbrt's `pbrt.exr`.
+    pub fn output(&self) -> PathBuf {
+        self.filename
+            .clone()
+            .unwrap_or_else(|| PathBuf::from("pbrt.exr"))
+    }
+
+    /// Replaces the crop window (`--crop`, `cropwindow`): x0, x1, y0, y1, each clamped to 0…1 and put
+    /// in order.
+    ///
+    /// # Errors
+    /// Not four numbers, a number that is not finite, or no pixel left; the film is unchanged then.
+    pub fn set_crop(&mut self, window: &[f64]) -> Result<(), FilmError> {
+        let &[a, b, c, d] = window else {
+            return Err(FilmError::CropWindow);
+        };
+        if window.iter().any(|v| !v.is_finite()) {
+            return Err(FilmError::CropWindow);
+        }
+        let [a, b, c, d] = [a, b, c, d].map(|v| v.clamp(0.0, 1.0));
+        let cropped = FilmSpec {
+            crop_window: [a.min(b), a.max(b), c.min(d), c.max(d)],
+            ..self.clone()
+        };
+        cropped.check()?;
+        *self = cropped;
+        Ok(())
+    }
+
+    /// A quarter of the width and height, for a quick look (`--quick`); at least one pixel. A crop
+    /// window that then holds no pixel is opened.
+    pub fn make_quick(&mut self) {
+        self.resolution = (self.resolution / 4).max(UVec2::ONE);
+        if self.check().is_err() {
+            self.crop_window = [0.0, 1.0, 0.0, 1.0];
+        }
+    }
+
+    /// The pixels to take: pbrt's rule, ceil(resolution × fraction) at both ends, in single precision
+    /// as pbrt has it (0.07 of 100 pixels is 7 there, but 7.000000000000001 in double).
+    pub fn pixel_bounds(&self) -> PixelBounds {
+        let edge =
+            |resolution: u32, fraction: f64| (resolution as f32 * fraction as f32).ceil() as u32;
+        let [x0, x1, y0, y1] = self.crop_window;
+        let UVec2 { x, y } = self.resolution;
+        PixelBounds::new(
+            UVec2::new(edge(x, x0), edge(y, y0)),
+            UVec2::new(edge(x, x1), edge(y, y1)),
+        )
+    }
+
+    /// # Errors
+    /// No pixel at all, or too many.
+    pub fn check(&self) -> Result<(), FilmError> {
+        let bounds = self.pixel_bounds();
+        if bounds.is_empty() {
+            return Err(FilmError::EmptyCrop(
+                self.crop_window,
+                self.resolution.x,
+                self.resolution.y,
+            ));
+        }
+        if bounds.area() > MAX_PIXELS {
+            return Err(FilmError::TooManyPixels(bounds.area()));
+        }
+        Ok(())
+    }
+}
+
+/// A width or height in pixels.
+fn side(reader: &ParamReader, name: &str, default: u32) -> u32 {
+    let pixels = reader.integer(name, i64::from(default));
+    match u32::try_from(pixels) {
+        Ok(n) if (1..=MAX_SIDE).contains(&pixels) => n,
+        _ => {
+            reader.error(
+                name,
+                format!("a picture is 1 to {MAX_SIDE} pixels wide and high, not {pixels}"),
+            );
+            default
+        }
+    }
+}
+
+/// A number above 0; infinity only where it is the default.
+fn positive(reader: &ParamReader, name: &str, default: f64) -> f64 {
+    let value = reader.float(name, default);
+    // What single precision rounds to 0 or infinity would not be the number asked for.
+    if value as f32 > 0.0 && ((value as f32).is_finite() || default.is_infinite()) {
+        return value;
+    }
+    reader.error(name, format!("must be above 0, not {value}"));
+    default
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn film(x: u32, y: u32) -> FilmSpec {
+        FilmSpec {
+            resolution: UVec2::new(x, y),
+            ..FilmSpec::default()
+        }
+    }
+
+    fn corners(film: &FilmSpec) -> [u32; 4] {
+        let b = film.pixel_bounds();
+        [b.min.x, b.max.x, b.min.y, b.max.y]
+    }
+
+    #[test]
+    fn crop_edges_round_up() {
+        let mut f = film(100, 50);
+        assert_eq!(corners(&f), [0, 100, 0, 50]);
+        f.set_crop(&[0.07, 0.501, 0.1, 0.1201]).unwrap();
+        assert_eq!(corners(&f), [7, 51, 5, 7]);
+    }
+
+    #[test]
+    fn neighbouring_crops_tile_the_picture() {
+        let cuts = [0.0, 0.07, 0.1, 1.0 / 3.0, 0.5, 0.77, 1.0];
+        let mut next = 0;
+        for pair in cuts.windows(2) {
+            let mut f = film(97, 1);
+            f.set_crop(&[pair[0], pair[1], 0.0, 1.0]).unwrap();
+            let [x0, x1, ..] = corners(&f);
+            assert_eq!(x0, next);
+            next = x1;
+        }
+        assert_eq!(next, 97);
+    }
+
+    #[test]
+    fn crop_is_clamped_and_sorted() {
+        let mut f = film(10, 10);
+        f.set_crop(&[7.0, 0.5, -3.0, 0.2]).unwrap();
+        assert_eq!(f.crop_window, [0.5, 1.0, 0.0, 0.2]);
+    }
+
+    #[test]
+    fn useless_crops_are_errors_and_change_nothing() {
+        let mut f = film(10, 10);
+        for bad in [
+            &[0.5, 0.5, 0.0, 1.0][..],
+            &[0.0, 1.0, f64::NAN, 1.0],
+            &[0.0, 1.0],
+            &[2.0, 3.0, 0.0, 1.0],
+        ] {
+            assert!(f.set_crop(bad).is_err(), "{bad:?}");
+        }
+        assert_eq!(f, film(10, 10));
+    }
+
+    #[test]
+    fn quick_is_a_quarter_but_never_nothing() {
+        let mut f = film(103, 3);
+        f.make_quick();
+        assert_eq!(f.resolution, UVec2::new(25, 1));
+        f.set_crop(&[0.0, 1.0, 0.0, 1.0]).unwrap();
+    }
+
+    #[test]
+    fn absurd_pictures_are_refused() {
+        assert!(film(65536, 65536).check().is_err());
+        assert!(film(16384, 16384).check().is_ok());
+    }
+}

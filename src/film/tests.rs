@@ -1,0 +1,227 @@
+//! Films, tiles and files together.
+
+use super::*;
+use crate::math::DMat4;
+use glam::DVec3;
+use std::path::Path;
+
+/// A film with some hundred different sample values per pixel, rendered in tiles of `side` pixels that
+/// are merged in the order `order` makes of them.
+fn expose(side: u32, order: impl Fn(&mut Vec<PixelBounds>)) -> Film {
+    let spec = FilmSpec {
+        resolution: UVec2::new(37, 21),
+        scale: 1.5,
+        ..FilmSpec::default()
+    };
+    let mut film = Film::new(&spec);
+    let mut tiles: Vec<PixelBounds> = film.bounds().tiles(side).collect();
+    order(&mut tiles);
+    for bounds in tiles {
+        let mut tile = film.tile(bounds);
+        for pixel in bounds.pixels() {
+            for sample in 0..100 {
+                let phase = (pixel.x * 7 + pixel.y * 13) as f32 + sample as f32 * 0.618;
+                let value = Rgb::new(phase.sin().abs(), phase.cos() - 0.2, 1e-3 * phase);
+                tile.add_sample(pixel, value.max(Rgb::ZERO), 0.3);
+            }
+        }
+        film.merge(&tile);
+    }
+    film
+}
+
+fn metadata() -> FilmMetadata {
+    FilmMetadata {
+        world_to_camera: DMat4::from_translation(DVec3::new(1.0, 2.0, 3.0)),
+        world_to_ndc: DMat4::from_scale(DVec3::new(0.5, 0.25, 2.0)),
+        spp: 100,
+        seed: u64::MAX,
+        scene: "caf\u{e9} \u{65e5}.pbrt".into(),
+        lens: Some("dgauss.50mm.dat".into()),
+        software: "fstop 0.0.0".into(),
+    }
+}
+
+#[test]
+fn tile_size_and_order_leave_no_trace() {
+    let reference = expose(64, |_| ()).develop();
+    let reversed = expose(8, |tiles| tiles.reverse()).develop();
+    let shuffled = expose(5, |tiles| {
+        tiles.sort_by_key(|t| (t.min.x * 31 + t.min.y * 17) % 23)
+    })
+    .develop();
+    assert_eq!(reference, reversed);
+    assert_eq!(reference, shuffled);
+}
+
+#[test]
+fn negative_means_become_black_and_scale_applies() {
+    let spec = FilmSpec {
+        resolution: UVec2::ONE,
+        scale: 3.0,
+        ..FilmSpec::default()
+    };
+    let mut film = Film::new(&spec);
+    let mut tile = film.tile(film.bounds());
+    tile.add_sample(UVec2::ZERO, Rgb::new(1.0, 2.0, 0.0), 1.0);
+    tile.add_sample(UVec2::ZERO, Rgb::new(0.0, 4.0, 0.5), -1.0);
+    film.merge(&tile);
+    let image = film.develop();
+    // Means (½, −1, −¼); sample variances of {1,0}, {2,−4}, {0,−½} are ½, 18, ⅛, halved for the mean.
+    assert_eq!(image.pixel(UVec2::ZERO), Rgb::new(1.5, 0.0, 0.0));
+    assert_eq!(
+        image.variance.unwrap()[0],
+        Rgb::new(0.25, 9.0, 0.0625) * 9.0
+    );
+}
+
+#[test]
+fn exr_comes_back_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.exr");
+    let mut spec = FilmSpec {
+        resolution: UVec2::new(40, 30),
+        ..FilmSpec::default()
+    };
+    spec.set_crop(&[0.25, 0.75, 0.5, 1.0]).unwrap();
+    let mut film = Film::new(&spec);
+    let mut tile = film.tile(film.bounds());
+    for pixel in film.bounds().pixels() {
+        tile.add_sample(pixel, pixel.as_vec2().extend(0.1) * 1e5, 1.0);
+        tile.add_sample(pixel, Rgb::new(1e-7, 0.3, 0.7), 1.0);
+    }
+    film.merge(&tile);
+    let image = film.develop();
+    write(&path, &image, &metadata()).unwrap();
+    let loaded = read(&path).unwrap();
+    assert_eq!(loaded.image, image);
+    assert_eq!((loaded.spp, loaded.runs), (Some(100), None));
+
+    let plain = Image {
+        variance: None,
+        ..image
+    };
+    write(&path, &plain, &metadata()).unwrap();
+    assert_eq!(read(&path).unwrap().image, plain);
+}
+
+#[test]
+fn exr_header_is_what_other_programs_look_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.exr");
+    write(&path, &expose(8, |_| ()).develop(), &metadata()).unwrap();
+    let meta = ::exr::meta::MetaData::read_from_file(&path, true).unwrap();
+    let header = &meta.headers[0];
+    let names: Vec<String> = header
+        .channels
+        .list
+        .iter()
+        .map(|c| c.name.to_string())
+        .collect();
+    assert_eq!(names, ["B", "G", "R", "var.B", "var.G", "var.R"]);
+    let own = &header.own_attributes;
+    // Imath's row-vector layout: translation in the last row of four.
+    assert_eq!(own.world_to_camera.unwrap()[12..], [1.0, 2.0, 3.0, 1.0]);
+    assert_eq!(own.world_to_normalized_device.unwrap()[5], 0.25);
+    assert_eq!(
+        own.software_name.as_ref().unwrap().to_string(),
+        "fstop 0.0.0"
+    );
+    let text = |name: &str| match &own.other[&::exr::prelude::Text::from(name)] {
+        ::exr::meta::attribute::AttributeValue::Text(t) => {
+            String::from_utf8(t.as_slice().to_vec()).unwrap()
+        }
+        other => panic!("{name} is {other:?}"),
+    };
+    assert_eq!(text("seed"), u64::MAX.to_string());
+    assert_eq!(text("scene"), metadata().scene);
+    assert_eq!(text("lens"), "dgauss.50mm.dat");
+}
+
+#[test]
+fn equal_pictures_are_equal_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = expose(8, |_| ()).develop();
+    for name in ["out.exr", "out.png", "out.pfm", "out.tga"] {
+        let path = folder.path().join(name);
+        // Five hash maps in five orders: six attributes would stay the same by chance once in 10^11.
+        let files: Vec<Vec<u8>> = (0..5)
+            .map(|_| {
+                write(&path, &image, &metadata()).unwrap();
+                std::fs::read(&path).unwrap()
+            })
+            .collect();
+        assert!(files.iter().all(|f| *f == files[0]), "{name}");
+    }
+    // Nothing temporary stays behind.
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
+}
+
+#[test]
+fn png_holds_the_crop_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("crop.PNG");
+    let mut image = Image::black(UVec2::new(8, 8));
+    image.bounds = PixelBounds::new(UVec2::new(2, 3), UVec2::new(4, 6));
+    image.pixels = (0..6)
+        .map(|i| Rgb::new(i as f32 / 5.0, 0.18, 2.0))
+        .collect();
+    write(&path, &image, &metadata()).unwrap();
+    let png = ::image::open(&path).unwrap().into_rgb8();
+    assert_eq!(png.dimensions(), (2, 3));
+    assert_eq!(png.get_pixel(0, 0).0, [0, 118, 255]);
+    assert_eq!(png.get_pixel(1, 2).0, [255, 118, 255]);
+}
+
+#[test]
+fn impossible_outputs_are_refused_beforehand() {
+    let folder = tempfile::tempdir().unwrap();
+    let in_folder = |name: &str| folder.path().join(name);
+    for bad in [
+        in_folder("picture"),
+        in_folder("picture.jpg"),
+        in_folder("missing/picture.exr"),
+    ] {
+        let message = check_output(&bad).unwrap_err().to_string();
+        assert!(message.starts_with(&bad.display().to_string()), "{message}");
+        assert!(write(&bad, &Image::black(UVec2::ONE), &metadata()).is_err());
+    }
+    std::fs::create_dir(in_folder("folder.exr")).unwrap();
+    assert!(matches!(
+        check_output(&in_folder("folder.exr")),
+        Err(WriteError::IsFolder(_))
+    ));
+    check_output(&in_folder("picture.exr")).unwrap();
+    assert!(check_output(Path::new("")).is_err());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn permissions_are_those_of_any_new_file() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let mode = |name: &str| {
+        std::fs::metadata(folder.path().join(name))
+            .unwrap()
+            .permissions()
+            .mode()
+    };
+    write(
+        &folder.path().join("picture.png"),
+        &Image::black(UVec2::ONE),
+        &metadata(),
+    )
+    .unwrap();
+    std::fs::write(folder.path().join("other"), "").unwrap();
+    assert_eq!(mode("picture.png"), mode("other"));
+}
+
+#[test]
+fn what_is_no_picture_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.exr");
+    assert!(read(&path).is_err());
+    std::fs::write(&path, b"not an exr").unwrap();
+    assert!(matches!(read(&path), Err(ReadError::Exr { .. })));
+}

@@ -1,0 +1,133 @@
+//! A part of the film that one worker owns.
+
+use super::{PixelBounds, PixelStatistics};
+use crate::math::color::luminance;
+use crate::math::{Rgb, UVec2};
+
+/// Below this luminance a radiance is an error rather than rounding (scene-language 4.1).
+const MOST_NEGATIVE_LUMINANCE: f32 = -1e-5;
+
+/// The pixels of a rectangle while one thread renders them: no lock is needed to add a sample.
+#[derive(Clone, Debug)]
+pub struct Tile {
+    bounds: PixelBounds,
+    max_sample_luminance: f32,
+    pixels: Vec<PixelStatistics>,
+    dropped: u64,
+}
+
+impl Tile {
+    /// An empty tile. `max_sample_luminance`: brighter samples are scaled down to it; infinite for no
+    /// limit.
+    pub fn new(bounds: PixelBounds, max_sample_luminance: f32) -> Tile {
+        let pixels = vec![PixelStatistics::default(); bounds.area()];
+        Tile {
+            bounds,
+            max_sample_luminance,
+            pixels,
+            dropped: 0,
+        }
+    }
+
+    /// The pixels of this tile.
+    pub fn bounds(&self) -> PixelBounds {
+        self.bounds
+    }
+
+    /// Adds a sample to `pixel` (full-picture raster coordinates; nothing happens outside the tile).
+    ///
+    /// `radiance` is what the integrator found; `weight` is everything that multiplies it on the way
+    /// to the pixel: the camera's weight times the filter's (±1 for filters with negative lobes).
+    /// A sample that the camera vignetted is black: radiance or weight 0.
+    ///
+    /// `maxsampleluminance` acts on the radiance, before the weight, as in pbrt-v3. A sample that is
+    /// not finite, or whose luminance is below −1e-5, is counted as black and as dropped; the answer
+    /// is then `false`.
+    pub fn add_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: f32) -> bool {
+        let Some(statistics) = self
+            .bounds
+            .index(pixel)
+            .and_then(|i| self.pixels.get_mut(i))
+        else {
+            return true;
+        };
+        let y = luminance(radiance);
+        let limited = if y > self.max_sample_luminance {
+            radiance * (self.max_sample_luminance / y)
+        } else {
+            radiance
+        };
+        let value = limited * weight;
+        let good = radiance.is_finite() && value.is_finite() && y >= MOST_NEGATIVE_LUMINANCE;
+        statistics.add(if good { value } else { Rgb::ZERO });
+        self.dropped += u64::from(!good);
+        good
+    }
+
+    /// Samples counted as black because they were not finite or clearly negative.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// The statistics of one pixel, `None` outside.
+    pub fn statistics(&self, pixel: UVec2) -> Option<&PixelStatistics> {
+        self.pixels.get(self.bounds.index(pixel)?)
+    }
+
+    /// Every pixel with its statistics, row by row.
+    pub fn iter(&self) -> impl Iterator<Item = (UVec2, &PixelStatistics)> {
+        self.bounds.pixels().zip(&self.pixels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tile(limit: f32) -> Tile {
+        Tile::new(PixelBounds::new(UVec2::new(2, 3), UVec2::new(4, 5)), limit)
+    }
+
+    #[test]
+    fn luminance_is_limited_before_the_weight() {
+        let p = UVec2::new(2, 3);
+        let mut t = tile(1.0);
+        assert!(t.add_sample(p, Rgb::splat(10.0), 3.0));
+        // Luminance 10 becomes 1, then times 3; the luminance weights sum to 1 within 1e-6.
+        assert!((t.statistics(p).unwrap().mean().x - 3.0).abs() < 1e-5);
+        let mut t = tile(1.0);
+        t.add_sample(p, Rgb::splat(0.5), 30.0);
+        assert_eq!(t.statistics(p).unwrap().mean().x, 15.0);
+    }
+
+    #[test]
+    fn bad_samples_are_black_and_counted() {
+        let p = UVec2::new(3, 4);
+        let mut t = tile(f32::INFINITY);
+        for bad in [
+            Rgb::NAN,
+            Rgb::INFINITY,
+            Rgb::new(0.0, f32::NEG_INFINITY, 0.0),
+            Rgb::splat(-1e-3),
+        ] {
+            assert!(!t.add_sample(p, bad, 1.0));
+        }
+        assert!(!t.add_sample(p, Rgb::ONE, f32::NAN));
+        assert!(!t.add_sample(p, Rgb::splat(f32::MAX), 2.0));
+        assert!(t.add_sample(p, Rgb::splat(-1e-6), 1.0));
+        assert!(t.add_sample(p, Rgb::splat(7.0), -1.0));
+        assert_eq!(t.dropped(), 6);
+        let s = t.statistics(p).unwrap();
+        assert_eq!(s.count(), 8);
+        // (−1e-6 − 7) / 8, to single precision of the two samples.
+        assert!((s.mean().x + 7.000_001 / 8.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn samples_outside_are_ignored() {
+        let mut t = tile(f32::INFINITY);
+        t.add_sample(UVec2::new(1, 3), Rgb::ONE, 1.0);
+        t.add_sample(UVec2::new(2, 5), Rgb::ONE, 1.0);
+        assert!(t.iter().all(|(_, s)| s.count() == 0));
+    }
+}
