@@ -1,1 +1,4 @@
 //! assets
+pub mod openexr;
+pub mod pfm;
+pub mod picture;
