@@ -1,4 +1,4 @@
 //! assets
-pub mod openexr;
-pub mod pfm;
+mod openexr;
+mod pfm;
 pub mod picture;
