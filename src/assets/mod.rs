@@ -1,1 +1,4 @@
 //! assets
+mod openexr;
+mod pfm;
+pub mod picture;

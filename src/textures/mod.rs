@@ -1,1 +1,183 @@
-//! textures
+//! Textures: values that vary over a surface (scene-language 3.9).
+//!
+//! A [`TextureSpec`] is what the scene file says. [`Textures::compile`] loads the pictures, moves
+//! mappings to render space and freezes all textures of a scene into one [`Textures`], which
+//! materials and other textures look values up in by [`FloatInput`] and [`SpectrumInput`].
+//! Float- and spectrum-valued textures share their code through [`TextureValue`].
+//!
+//! A texture may use only textures declared before it, so look-ups end; chains deeper than
+//! [`MAX_DEPTH`] are refused at compilation, so they need little stack as well.
+
+mod bilerp;
+mod checkerboard;
+mod compile;
+mod constant;
+mod imagemap;
+mod mapping;
+mod mipmap;
+mod mix;
+mod scale;
+mod uv;
+mod value;
+
+pub use bilerp::Bilerp;
+pub use checkerboard::{Antialiasing, Cells, Checkerboard};
+pub use compile::{TextureProblem, Textures};
+pub use constant::Constant;
+pub use imagemap::{Decoding, Imagemap, ImagemapSpec};
+pub use mapping::{Mapping, MappingSpec, PointMap, TextureCoordinates};
+pub use mipmap::{Filter, Mipmap, Wrap};
+pub use mix::Mix;
+pub use scale::Scale;
+pub use uv::Uv;
+pub use value::TextureValue;
+
+use crate::math::Rgb;
+use crate::math::transform::Transform;
+use crate::params::ParamReader;
+use crate::surface::TexturePoint;
+
+/// Deepest nesting of textures in textures. Scenes in the wild stay below 10; the stack of a
+/// worker thread has room for far more than this.
+pub const MAX_DEPTH: usize = 256;
+
+/// A texture as the scene file describes it, in world space.
+#[derive(Clone, Debug)]
+pub enum TextureSpec<V: TextureValue> {
+    /// `constant`
+    Constant(Constant<V>),
+    /// `scale`
+    Scale(Scale<V>),
+    /// `mix`
+    Mix(Mix<V>),
+    /// `bilerp`
+    Bilerp(Bilerp<V, MappingSpec>),
+    /// `uv`
+    Uv(Uv<MappingSpec>),
+    /// `checkerboard`
+    Checkerboard(Checkerboard<V, MappingSpec>),
+    /// `imagemap`
+    Imagemap(ImagemapSpec),
+}
+
+/// A float-valued [`TextureSpec`].
+pub type FloatTextureSpec = TextureSpec<f32>;
+
+/// A spectrum-valued [`TextureSpec`].
+pub type SpectrumTextureSpec = TextureSpec<Rgb>;
+
+/// A texture ready for look-ups, in render space.
+#[derive(Clone, Debug)]
+pub(crate) enum Texture<V: TextureValue> {
+    Constant(Constant<V>),
+    Scale(Scale<V>),
+    Mix(Mix<V>),
+    Bilerp(Bilerp<V, Mapping>),
+    Uv(Uv<Mapping>),
+    Checkerboard(Checkerboard<V, Mapping>),
+    Imagemap(Imagemap),
+}
+
+/// The float texture that `Texture "name" "float" "class"` describes under the transformation
+/// `ctm`; `None`, with a message, where there is no such class.
+pub fn from_params_float(reader: &ParamReader, ctm: &Transform) -> Option<FloatTextureSpec> {
+    if reader.kind() == "uv" {
+        reader.warn(
+            "",
+            "the uv texture makes colours only: no float texture is defined",
+        );
+        return None;
+    }
+    from_params(reader, ctm)
+}
+
+/// The spectrum texture that `Texture "name" "spectrum" "class"` describes; see
+/// [`from_params_float`].
+pub fn from_params_spectrum(reader: &ParamReader, ctm: &Transform) -> Option<SpectrumTextureSpec> {
+    from_params(reader, ctm)
+}
+
+fn from_params<V: TextureValue>(reader: &ParamReader, ctm: &Transform) -> Option<TextureSpec<V>> {
+    Some(match reader.kind() {
+        "constant" => TextureSpec::Constant(Constant::from_params(reader)),
+        "scale" => TextureSpec::Scale(Scale::from_params(reader)),
+        "mix" => TextureSpec::Mix(Mix::from_params(reader)),
+        "bilerp" => TextureSpec::Bilerp(Bilerp::from_params(reader, ctm)),
+        "uv" => TextureSpec::Uv(Uv::from_params(reader, ctm)),
+        "checkerboard" => TextureSpec::Checkerboard(Checkerboard::from_params(reader, ctm)),
+        "imagemap" => TextureSpec::Imagemap(ImagemapSpec::from_params(reader, ctm)),
+        class @ ("dots" | "fbm" | "wrinkled" | "windy" | "marble" | "ptex") => {
+            reader.warn(
+                "",
+                format!("texture class '{class}' is not supported yet: nothing is defined"),
+            );
+            return None;
+        }
+        class => {
+            reader.warn(
+                "",
+                format!("there is no texture class '{class}': nothing is defined"),
+            );
+            return None;
+        }
+    })
+}
+
+impl<V: TextureValue> TextureSpec<V> {
+    /// The textures this one looks values up in.
+    fn operands(&self) -> Operands<V> {
+        match self {
+            TextureSpec::Scale(t) => Operands {
+                own: vec![t.tex1, t.tex2],
+                amount: None,
+            },
+            TextureSpec::Mix(t) => Operands {
+                own: vec![t.tex1, t.tex2],
+                amount: Some(t.amount),
+            },
+            TextureSpec::Checkerboard(t) => Operands {
+                own: vec![t.tex1, t.tex2],
+                amount: None,
+            },
+            TextureSpec::Constant(_)
+            | TextureSpec::Bilerp(_)
+            | TextureSpec::Uv(_)
+            | TextureSpec::Imagemap(_) => Operands {
+                own: Vec::new(),
+                amount: None,
+            },
+        }
+    }
+}
+
+/// Inputs of a texture: of its own kind, and a float.
+struct Operands<V: TextureValue> {
+    own: Vec<V::Input>,
+    amount: Option<crate::params::FloatInput>,
+}
+
+impl<V: TextureValue> Texture<V> {
+    fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
+        match self {
+            Texture::Constant(t) => t.value,
+            Texture::Scale(t) => t.evaluate(textures, at),
+            Texture::Mix(t) => t.evaluate(textures, at),
+            Texture::Bilerp(t) => t.evaluate(at),
+            Texture::Uv(t) => t.evaluate(at),
+            Texture::Checkerboard(t) => t.evaluate(textures, at),
+            Texture::Imagemap(t) => t.evaluate(textures, at),
+        }
+    }
+
+    fn needs_footprint(&self) -> bool {
+        match self {
+            Texture::Imagemap(_) => true,
+            Texture::Checkerboard(t) => t.needs_footprint(),
+            Texture::Constant(_)
+            | Texture::Scale(_)
+            | Texture::Mix(_)
+            | Texture::Bilerp(_)
+            | Texture::Uv(_) => false,
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! OpenEXR files: the first flat layer's data window, whatever its channels are called.
+
+use super::picture::{Encoding, Picture, SizeLimit};
+use crate::math::Rgb;
+use exr::image::{AnyChannels, FlatSamples};
+use exr::meta::MetaData;
+use exr::prelude::{ReadChannels, ReadLayers};
+use std::io::Cursor;
+
+/// Decodes a whole file.
+pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<Picture, String> {
+    // Sizes are looked at first, because the decoder allocates what the header asks for.
+    let meta =
+        MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    for header in &meta.headers {
+        let channel_count = header.channels.list.len();
+        limit.check(header.layer_size.width(), header.layer_size.height())?;
+        // Three channels of 32 bits are what `check` reckons with.
+        limit.check(
+            header.layer_size.width(),
+            header.layer_size.height() * channel_count.div_ceil(3),
+        )?;
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|e| e.to_string())?;
+    let layer = image.layer_data;
+    let (width, height) = (layer.size.width(), layer.size.height());
+    let [r, g, b] = choose_channels(&layer.channel_data)?;
+    let value =
+        |channel: Option<&FlatSamples>, i| channel.map_or(0.0, |samples| sample(samples, i));
+    let texels = (0..width * height)
+        .map(|i| Rgb::new(value(r, i), value(g, i), value(b, i)))
+        .collect();
+    Picture::from_texels(width, height, Encoding::Linear, texels)
+        .ok_or_else(|| "it has no pixels".into())
+}
+
+/// The channels that hold red, green and blue (a missing one is 0): those called R, G and B; else
+/// the first layer's (`left.R`, `Image.R` …); else Y, or the only channel, for all three.
+fn choose_channels(
+    channels: &AnyChannels<FlatSamples>,
+) -> Result<[Option<&FlatSamples>; 3], String> {
+    let find = |name: &str| {
+        channels
+            .list
+            .iter()
+            .find(|c| c.name.eq_case_insensitive(name))
+            .map(|c| &c.sample_data)
+    };
+    let names: Vec<String> = channels.list.iter().map(|c| c.name.to_string()).collect();
+    let prefixes = names
+        .iter()
+        .filter_map(|n| n.rfind('.').map(|dot| &n[..=dot]));
+    for prefix in std::iter::once("").chain(prefixes) {
+        let rgb = ["R", "G", "B"].map(|c| find(&format!("{prefix}{c}")));
+        if rgb.iter().any(Option::is_some) {
+            return Ok(rgb);
+        }
+        if let Some(y) = find(&format!("{prefix}Y")) {
+            return Ok([Some(y); 3]);
+        }
+    }
+    match channels.list.as_slice() {
+        [only] => Ok([Some(&only.sample_data); 3]),
+        _ => Err(format!(
+            "none of its channels ({}) is R, G, B or Y",
+            names.join(", ")
+        )),
+    }
+}
+
+/// Sample `i` of a channel, 0 beyond its end (a subsampled channel is shorter).
+fn sample(samples: &FlatSamples, i: usize) -> f32 {
+    match samples {
+        FlatSamples::F16(v) => v.get(i).map_or(0.0, |h| h.to_f32()),
+        FlatSamples::F32(v) => v.get(i).copied().unwrap_or(0.0),
+        FlatSamples::U32(v) => v.get(i).map_or(0.0, |&n| n as f32),
+    }
+}

@@ -1,0 +1,79 @@
+//! The portable float map: `PF` (colour) or `Pf` (grey), width, height, scale, then 32-bit floats,
+//! bottom row first. A negative scale marks little-endian numbers; its size has no agreed meaning
+//! and is ignored, as it is by pbrt for files it writes itself (scale −1).
+
+use super::picture::{Encoding, Picture, SizeLimit};
+use crate::math::Rgb;
+
+/// Decodes a whole file.
+pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<Picture, String> {
+    let mut header = Header { bytes, at: 0 };
+    let channels = match header.word() {
+        Some("PF") => 3,
+        Some("Pf") => 1,
+        _ => return Err("it does not start with PF or Pf".into()),
+    };
+    let width = header.number::<usize>("width")?;
+    let height = header.number::<usize>("height")?;
+    let scale = header.number::<f32>("scale")?;
+    if !scale.is_finite() || scale == 0.0 {
+        return Err(format!("its scale is {scale}"));
+    }
+    limit.check(width, height)?;
+    // Exactly one white-space byte stands between the header and the numbers.
+    let data = bytes.get(header.at + 1..).unwrap_or_default();
+    let row_bytes = width * channels * 4;
+    if data.len() < row_bytes * height {
+        return Err(format!(
+            "it ends early: {} bytes of pixels, {} needed",
+            data.len(),
+            row_bytes * height
+        ));
+    }
+    let number = |b: &[u8]| {
+        let word = [b[0], b[1], b[2], b[3]];
+        if scale < 0.0 {
+            f32::from_le_bytes(word)
+        } else {
+            f32::from_be_bytes(word)
+        }
+    };
+    let mut texels = Vec::with_capacity(width * height);
+    for row in (0..height).rev() {
+        let row = &data[row * row_bytes..(row + 1) * row_bytes];
+        texels.extend(row.chunks_exact(channels * 4).map(|t| match channels {
+            3 => Rgb::new(number(&t[0..4]), number(&t[4..8]), number(&t[8..12])),
+            _ => Rgb::splat(number(t)),
+        }));
+    }
+    Picture::from_texels(width, height, Encoding::Linear, texels)
+        .ok_or_else(|| "it has no pixels".into())
+}
+
+/// White-space separated words of the text part.
+struct Header<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Header<'a> {
+    /// The next word; `at` is left on the byte behind it.
+    fn word(&mut self) -> Option<&'a str> {
+        let start = self.at
+            + self.bytes[self.at..]
+                .iter()
+                .position(|b| !b.is_ascii_whitespace())?;
+        let length = self.bytes[start..]
+            .iter()
+            .position(|b| b.is_ascii_whitespace())?;
+        self.at = start + length;
+        std::str::from_utf8(&self.bytes[start..self.at]).ok()
+    }
+
+    fn number<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, String> {
+        let word = self
+            .word()
+            .ok_or_else(|| format!("its {what} is missing"))?;
+        word.parse().map_err(|_| format!("its {what} is '{word}'"))
+    }
+}

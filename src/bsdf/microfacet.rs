@@ -1,0 +1,140 @@
+//! Rough boundaries made of small smooth facets (Torrance and Sparrow 1967; Walter et al. 2007;
+//! Pharr, Jakob and Humphreys 2016, §8.4.4 and §14.1.1–14.1.3). Directions are local.
+
+use super::fresnel::{Fresnel, dielectric};
+use super::lobe::LobeSample;
+use super::specular::refract;
+use super::trowbridge_reitz::TrowbridgeReitz;
+use crate::math::{Rgb, Vec2, Vec3};
+
+/// Glossy reflection.
+#[derive(Clone, Copy, Debug)]
+pub struct MicrofacetReflection {
+    /// Factor of the reflected light.
+    pub reflectance: Rgb,
+    /// Facet normals.
+    pub distribution: TrowbridgeReitz,
+    /// Share of the light that a facet reflects.
+    pub fresnel: Fresnel,
+}
+
+impl MicrofacetReflection {
+    /// The BRDF, in 1/sr (equation 8.19).
+    pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        let cosines = (wo.z * wi.z).abs();
+        let Some(h) = (wo + wi).try_normalize().filter(|_| cosines > 0.0) else {
+            return Rgb::ZERO;
+        };
+        // The facet's side that the surface's normal is on.
+        let f = self
+            .fresnel
+            .evaluate(wi.dot(if h.z < 0.0 { -h } else { h }));
+        self.reflectance
+            * f
+            * (self.distribution.d(h) * self.distribution.g(wo, wi) / (4.0 * cosines))
+    }
+
+    /// Density of [`MicrofacetReflection::sample`].
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if wo.z * wi.z <= 0.0 {
+            return 0.0;
+        }
+        let Some(h) = (wo + wi).try_normalize() else {
+            return 0.0;
+        };
+        self.distribution.pdf(wo, h) / (4.0 * wo.dot(h).abs())
+    }
+
+    /// Reflects on a facet drawn from those visible; `None` where the light would leave below.
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
+        let h = self.distribution.sample(wo, u);
+        let wi = 2.0 * wo.dot(h) * h - wo;
+        if wo.dot(h) <= 0.0 || wo.z * wi.z <= 0.0 {
+            return None;
+        }
+        Some(LobeSample {
+            f: self.f(wo, wi),
+            wi,
+            pdf: self.pdf(wo, wi),
+            transmission: false,
+            eta: 1.0,
+        })
+    }
+}
+
+/// Refraction through a rough boundary.
+#[derive(Clone, Copy, Debug)]
+pub struct MicrofacetTransmission {
+    /// Factor of the refracted light.
+    pub transmittance: Rgb,
+    /// Facet normals.
+    pub distribution: TrowbridgeReitz,
+    /// Refractive index on the normal's side.
+    pub eta_a: f32,
+    /// Refractive index on the other side.
+    pub eta_b: f32,
+}
+
+impl MicrofacetTransmission {
+    /// Index on `wi`'s side over that on `wo`'s.
+    fn eta(&self, wo: Vec3) -> f32 {
+        if wo.z > 0.0 {
+            self.eta_b / self.eta_a
+        } else {
+            self.eta_a / self.eta_b
+        }
+    }
+
+    /// The facet normal (z > 0) that refracts one direction to the other; `None` where none does.
+    fn facet(&self, wo: Vec3, wi: Vec3) -> Option<Vec3> {
+        if wo.z * wi.z >= 0.0 {
+            return None;
+        }
+        let h = (wo + self.eta(wo) * wi).try_normalize()?;
+        let h = if h.z < 0.0 { -h } else { h };
+        (wo.dot(h) * wi.dot(h) < 0.0).then_some(h)
+    }
+
+    /// The BTDF for radiance, in 1/sr (equation 8.20).
+    pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        let Some(h) = self.facet(wo, wi) else {
+            return Rgb::ZERO;
+        };
+        let eta = self.eta(wo);
+        let (o, i) = (wo.dot(h), wi.dot(h));
+        let share = 1.0 - dielectric(o, self.eta_a, self.eta_b);
+        let denominator = o + eta * i;
+        // η² of the half-vector's Jacobian and 1/η² of the radiance cancel.
+        let shape = self.distribution.d(h) * self.distribution.g(wo, wi) * o * i
+            / (wo.z * wi.z * denominator * denominator);
+        self.transmittance * (share * shape.abs())
+    }
+
+    /// Density of [`MicrofacetTransmission::sample`].
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let Some(h) = self.facet(wo, wi) else {
+            return 0.0;
+        };
+        let eta = self.eta(wo);
+        let denominator = wo.dot(h) + eta * wi.dot(h);
+        self.distribution.pdf(wo, h) * (eta * eta * wi.dot(h) / (denominator * denominator)).abs()
+    }
+
+    /// Refracts through a facet drawn from those visible; `None` under total reflection.
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
+        let h = self.distribution.sample(wo, u);
+        if wo.dot(h) <= 0.0 {
+            return None;
+        }
+        let eta = self.eta(wo);
+        let wi = refract(wo, h, eta)?;
+        let pdf = self.pdf(wo, wi);
+        (pdf > 0.0).then(|| LobeSample {
+            f: self.f(wo, wi),
+            wi,
+            pdf,
+            transmission: true,
+            eta,
+        })
+    }
+}

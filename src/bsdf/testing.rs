@@ -1,0 +1,1 @@
+//! Statistical tests that every BSDF has to pass.

@@ -1,0 +1,94 @@
+//! `glass`.
+
+use super::{RoughnessMeaning, reflectance};
+use crate::bsdf::fresnel::Fresnel;
+use crate::bsdf::microfacet::{MicrofacetReflection, MicrofacetTransmission};
+use crate::bsdf::specular::FresnelSpecular;
+use crate::bsdf::{Bsdf, Lobe};
+use crate::math::Rgb;
+use crate::math::color::is_black;
+use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
+use crate::surface::TexturePoint;
+use crate::textures::Textures;
+
+/// A dielectric boundary; the geometric normal points to the outside, whose index is 1.
+/// Parameters: spectrum `Kr` (1), `Kt` (1); float `eta`, else `index` (1.5); float `uroughness`,
+/// `vroughness` (0): smooth where both are 0, as pbrt has no `roughness` here; constant bool
+/// `remaproughness` (true). In pbrt-v2's language only `Kr`, `Kt` and `index`, always smooth.
+#[derive(Clone, Copy, Debug)]
+pub struct Glass {
+    /// Factor of reflected light.
+    pub kr: SpectrumInput,
+    /// Factor of refracted light.
+    pub kt: SpectrumInput,
+    /// Refractive index of the inside.
+    pub eta: FloatInput,
+    /// Roughness along u and v.
+    pub roughness: [FloatInput; 2],
+    /// What the roughnesses mean.
+    pub meaning: RoughnessMeaning,
+}
+
+impl Glass {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Glass {
+        let smooth = FloatInput::Constant(0.0);
+        let (eta, roughness) = match reader.dialect() {
+            Dialect::V2 => (None, [smooth; 2]),
+            Dialect::V3 => {
+                let roughness = [
+                    reader.float_input("uroughness", 0.0),
+                    reader.float_input("vroughness", 0.0),
+                ];
+                (reader.find_float_input("eta"), roughness)
+            }
+        };
+        Glass {
+            kr: reader.spectrum_input("Kr", Rgb::ONE),
+            kt: reader.spectrum_input("Kt", Rgb::ONE),
+            eta: eta.unwrap_or_else(|| reader.float_input("index", 1.5)),
+            roughness,
+            meaning: RoughnessMeaning::from_params(reader),
+        }
+    }
+
+    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+        let reflectance_of = |input| reflectance(input, at, textures);
+        let (reflectance, transmittance) = (reflectance_of(&self.kr), reflectance_of(&self.kt));
+        let eta_b = textures.float(&self.eta, at);
+        let [u, v] = self.roughness.map(|r| textures.float(&r, at));
+        if u == 0.0 && v == 0.0 {
+            if !is_black(reflectance) || !is_black(transmittance) {
+                let lobe = FresnelSpecular {
+                    reflectance,
+                    transmittance,
+                    eta_a: 1.0,
+                    eta_b,
+                };
+                bsdf.add(Lobe::FresnelSpecular(lobe));
+            }
+            return;
+        }
+        let distribution = self.meaning.distribution(u, v);
+        if !is_black(reflectance) {
+            let fresnel = Fresnel::Dielectric {
+                eta_i: 1.0,
+                eta_t: eta_b,
+            };
+            bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
+                reflectance,
+                distribution,
+                fresnel,
+            }));
+        }
+        if !is_black(transmittance) {
+            let lobe = MicrofacetTransmission {
+                transmittance,
+                distribution,
+                eta_a: 1.0,
+                eta_b,
+            };
+            bsdf.add(Lobe::MicrofacetTransmission(lobe));
+        }
+    }
+}

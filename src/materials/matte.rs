@@ -1,0 +1,44 @@
+//! `matte`.
+
+use super::reflectance;
+use crate::bsdf::lambertian::LambertianReflection;
+use crate::bsdf::oren_nayar::OrenNayar;
+use crate::bsdf::{Bsdf, Lobe};
+use crate::math::Rgb;
+use crate::math::color::is_black;
+use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::surface::TexturePoint;
+use crate::textures::Textures;
+
+/// Diffuse reflection. Parameters: spectrum `Kd` (0.5); float `sigma` (0): standard deviation of
+/// the facets' inclination in degrees, clamped to 0…90; 0 is Lambert's law.
+#[derive(Clone, Copy, Debug)]
+pub struct Matte {
+    /// Reflectance.
+    pub kd: SpectrumInput,
+    /// Roughness, degrees.
+    pub sigma: FloatInput,
+}
+
+impl Matte {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Matte {
+        Matte {
+            kd: reader.spectrum_input("Kd", Rgb::splat(0.5)),
+            sigma: reader.float_input("sigma", 0.0),
+        }
+    }
+
+    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+        let reflectance = reflectance(&self.kd, at, textures);
+        if is_black(reflectance) {
+            return;
+        }
+        let sigma = textures.float(&self.sigma, at).min(90.0);
+        bsdf.add(if sigma > 0.0 {
+            Lobe::OrenNayar(OrenNayar::new(reflectance, sigma))
+        } else {
+            Lobe::LambertianReflection(LambertianReflection { reflectance })
+        });
+    }
+}

@@ -1,0 +1,118 @@
+//! `uber`.
+
+use super::{RoughnessMeaning, reflectance};
+use crate::bsdf::fresnel::Fresnel;
+use crate::bsdf::lambertian::LambertianReflection;
+use crate::bsdf::microfacet::MicrofacetReflection;
+use crate::bsdf::specular::{SpecularReflection, SpecularTransmission};
+use crate::bsdf::{Bsdf, Lobe};
+use crate::math::Rgb;
+use crate::math::color::is_black;
+use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
+use crate::surface::TexturePoint;
+use crate::textures::Textures;
+
+/// Everything at once: diffuse, glossy, mirror reflection, refraction, and holes.
+/// Parameters: spectrum `Kd` (0.25), `Ks` (0.25), `Kr` (0), `Kt` (0), all scaled by spectrum
+/// `opacity` (1), beside which 1 − opacity of the light goes straight on; float `roughness` (0.1),
+/// `uroughness` (roughness), `vroughness` (that along u); float `eta`, else `index` (1.5); constant
+/// bool `remaproughness` (true).
+///
+/// In pbrt-v2's language the two sides' indices are exchanged in all its lobes, a slip like
+/// [`Plastic`](super::Plastic)'s.
+#[derive(Clone, Copy, Debug)]
+pub struct Uber {
+    /// Diffuse reflectance.
+    pub kd: SpectrumInput,
+    /// Factor of the glossy reflection.
+    pub ks: SpectrumInput,
+    /// Factor of the mirror reflection.
+    pub kr: SpectrumInput,
+    /// Factor of the refraction.
+    pub kt: SpectrumInput,
+    /// Share of light that meets the surface at all.
+    pub opacity: SpectrumInput,
+    /// Roughness along u and v.
+    pub roughness: [FloatInput; 2],
+    /// What the roughnesses mean.
+    pub meaning: RoughnessMeaning,
+    /// Refractive index of the inside.
+    pub eta: FloatInput,
+    /// Are the two sides' indices exchanged?
+    pub swapped: bool,
+}
+
+impl Uber {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Uber {
+        let swapped = reader.dialect() == Dialect::V2;
+        let roughness = reader.float_input("roughness", 0.1);
+        let (eta, u, v) = if swapped {
+            (None, None, None)
+        } else {
+            let find = |name| reader.find_float_input(name);
+            (find("eta"), find("uroughness"), find("vroughness"))
+        };
+        let u = u.unwrap_or(roughness);
+        Uber {
+            kd: reader.spectrum_input("Kd", Rgb::splat(0.25)),
+            ks: reader.spectrum_input("Ks", Rgb::splat(0.25)),
+            kr: reader.spectrum_input("Kr", Rgb::ZERO),
+            kt: reader.spectrum_input("Kt", Rgb::ZERO),
+            opacity: reader.spectrum_input("opacity", Rgb::ONE),
+            roughness: [u, v.unwrap_or(u)],
+            meaning: RoughnessMeaning::from_params(reader),
+            eta: eta.unwrap_or_else(|| reader.float_input("index", 1.5)),
+            swapped,
+        }
+    }
+
+    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+        let factor = |input| reflectance(input, at, textures);
+        let opacity = factor(&self.opacity);
+        let holes = (Rgb::ONE - opacity).max(Rgb::ZERO);
+        let [kd, ks, kr, kt] =
+            [&self.kd, &self.ks, &self.kr, &self.kt].map(|input| opacity * factor(input));
+        let eta = textures.float(&self.eta, at);
+        let (eta_a, eta_b) = if self.swapped { (eta, 1.0) } else { (1.0, eta) };
+        let fresnel = Fresnel::Dielectric {
+            eta_i: eta_a,
+            eta_t: eta_b,
+        };
+        if !is_black(holes) {
+            let lobe = SpecularTransmission {
+                transmittance: holes,
+                eta_a: 1.0,
+                eta_b: 1.0,
+            };
+            bsdf.add(Lobe::SpecularTransmission(lobe));
+        }
+        if !is_black(kd) {
+            bsdf.add(Lobe::LambertianReflection(LambertianReflection {
+                reflectance: kd,
+            }));
+        }
+        if !is_black(ks) {
+            let [u, v] = self.roughness.map(|r| textures.float(&r, at));
+            let distribution = self.meaning.distribution(u, v);
+            bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
+                reflectance: ks,
+                distribution,
+                fresnel,
+            }));
+        }
+        if !is_black(kr) {
+            bsdf.add(Lobe::SpecularReflection(SpecularReflection {
+                reflectance: kr,
+                fresnel,
+            }));
+        }
+        if !is_black(kt) {
+            bsdf.add(Lobe::SpecularTransmission(SpecularTransmission {
+                transmittance: kt,
+                eta_a,
+                eta_b,
+            }));
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! `checkerboard`.
+
+use super::{Mapping, MappingSpec, PointMap, TextureValue, Textures};
+use crate::math::Vec2;
+use crate::math::transform::Transform;
+use crate::params::ParamReader;
+use crate::surface::TexturePoint;
+
+/// Unit squares or cubes that alternate between two textures: `tex1` where the sum of the cell's
+/// integer coordinates is even. Parameters: `dimension` 2 (or 3), `tex1` (1), `tex2` (0) of the
+/// texture's own kind; in two dimensions string `aamode` `closedform` (or `none`) and a 2-D mapping.
+/// The closed form is the board's mean over a box around the point
+/// (Pharr, Jakob and Humphreys 2016, §10.5.1).
+#[derive(Clone, Copy, Debug)]
+pub struct Checkerboard<V: TextureValue, M> {
+    /// How points fall into cells.
+    pub cells: Cells<M>,
+    /// Value on even cells.
+    pub tex1: V::Input,
+    /// Value on odd cells.
+    pub tex2: V::Input,
+}
+
+/// The board's cells.
+#[derive(Clone, Copy, Debug)]
+pub enum Cells<M> {
+    /// Unit squares in (s, t).
+    Squares(M, Antialiasing),
+    /// Unit cubes where the point is taken to by the texture's CTM itself, *not* by its inverse
+    /// (a quirk of pbrt that scenes rely on: `Scale 4 4 4` makes cells four times smaller).
+    Cubes(PointMap),
+}
+
+/// Filtering of a 2-D checkerboard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Antialiasing {
+    /// Point sampling.
+    None,
+    /// The exact mean over a box whose half-widths are the largest differentials.
+    ClosedForm,
+}
+
+impl<V: TextureValue> Checkerboard<V, MappingSpec> {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
+        let cells = match reader.integer("dimension", 2) {
+            3 => Cells::Cubes(PointMap::new(&ctm.m)),
+            dimension => {
+                if dimension != 2 {
+                    reader.error(
+                        "dimension",
+                        format!("a checkerboard has 2 or 3 dimensions, not {dimension}: 2 taken"),
+                    );
+                }
+                let antialiasing = match reader.choice("aamode", &["closedform", "none"]) {
+                    "none" => Antialiasing::None,
+                    _ => Antialiasing::ClosedForm,
+                };
+                Cells::Squares(MappingSpec::from_params(reader, ctm), antialiasing)
+            }
+        };
+        let tex1 = V::input_from_params(reader, "tex1", 1.0);
+        let tex2 = V::input_from_params(reader, "tex2", 0.0);
+        Checkerboard { cells, tex1, tex2 }
+    }
+
+    pub(super) fn compile(&self, render_from_world: &Transform) -> Checkerboard<V, Mapping> {
+        let cells = match self.cells {
+            Cells::Squares(mapping, antialiasing) => {
+                Cells::Squares(mapping.compile(render_from_world), antialiasing)
+            }
+            Cells::Cubes(map) => Cells::Cubes(map.from_render(render_from_world)),
+        };
+        Checkerboard {
+            cells,
+            tex1: self.tex1,
+            tex2: self.tex2,
+        }
+    }
+}
+
+impl<V: TextureValue> Checkerboard<V, Mapping> {
+    pub(super) fn needs_footprint(&self) -> bool {
+        matches!(self.cells, Cells::Squares(_, Antialiasing::ClosedForm))
+    }
+
+    pub(super) fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
+        let odd = match &self.cells {
+            Cells::Squares(mapping, Antialiasing::None) => {
+                odd_cell(&mapping.position(at).to_array())
+            }
+            Cells::Squares(mapping, Antialiasing::ClosedForm) => {
+                let c = mapping.coordinates(at);
+                odd_share(c.st, c.dstdx.abs().max(c.dstdy.abs()))
+            }
+            Cells::Cubes(map) => odd_cell(&map.point(at.p).to_array()),
+        };
+        if odd == 0.0 {
+            V::lookup(self.tex1, textures, at)
+        } else if odd == 1.0 {
+            V::lookup(self.tex2, textures, at)
+        } else {
+            V::lookup(self.tex1, textures, at) * (1.0 - odd)
+                + V::lookup(self.tex2, textures, at) * odd
+        }
+    }
+}
+
+/// 1 where the cell's coordinates add up to an odd number, else 0.
+fn odd_cell(p: &[f32]) -> f32 {
+    // Each coordinate's parity by itself: exact for floats beyond any integer's range too.
+    p.iter()
+        .map(|x| x.floor().rem_euclid(2.0))
+        .sum::<f32>()
+        .rem_euclid(2.0)
+}
+
+/// Share of odd cells in the box of half-widths `w` around `st`; ½ for boxes wider than two cells.
+fn odd_share(st: Vec2, w: Vec2) -> f32 {
+    let (low, high) = (st - w, st + w);
+    if low.floor() == high.floor() {
+        return odd_cell(&st.to_array());
+    }
+    // Also where w is not a number.
+    if !(w.x <= 1.0 && w.y <= 1.0) {
+        return 0.5;
+    }
+    let s = odd_interval_share(low.x, high.x);
+    let t = odd_interval_share(low.y, high.y);
+    s + t - 2.0 * s * t
+}
+
+/// Share of \[low, high\] that lies in odd unit intervals.
+fn odd_interval_share(low: f32, high: f32) -> f32 {
+    if high <= low {
+        return odd_cell(&[low]);
+    }
+    // Length of odd intervals below x.
+    let below = |x: f32| {
+        let half = x / 2.0;
+        half.floor() + 2.0 * (half - half.floor() - 0.5).max(0.0)
+    };
+    ((below(high) - below(low)) / (high - low)).clamp(0.0, 1.0)
+}

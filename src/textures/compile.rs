@@ -1,0 +1,244 @@
+//! From texture descriptions to textures ready for look-ups.
+
+use super::imagemap::PictureSettings;
+use super::mipmap::Mipmap;
+use super::{
+    Constant, FloatTextureSpec, MAX_DEPTH, SpectrumTextureSpec, Texture, TextureSpec, TextureValue,
+};
+use crate::assets::picture::{Picture, PictureError};
+use crate::math::Rgb;
+use crate::math::transform::Transform;
+use rayon::prelude::*;
+use std::path::PathBuf;
+
+/// All textures of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Textures {
+    pub(super) float: Vec<Texture<f32>>,
+    pub(super) spectrum: Vec<Texture<Rgb>>,
+    pub(super) float_maps: Vec<Mipmap<f32>>,
+    pub(super) spectrum_maps: Vec<Mipmap<Rgb>>,
+}
+
+/// What went wrong with a texture; the scene renders without it.
+#[derive(Debug, thiserror::Error)]
+pub enum TextureProblem {
+    /// A picture cannot be used; a grey of 0.5 stands in for it.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// A texture nests others too deeply; it is 0.5 everywhere.
+    #[error(
+        "{kind} texture number {index} nests textures more than {MAX_DEPTH} deep: a constant 0.5 is used"
+    )]
+    TooDeep {
+        /// "float" or "spectrum".
+        kind: &'static str,
+        /// Its position among the scene's textures of that kind, from 0.
+        index: usize,
+    },
+    /// A texture refers to one that does not come before it; it is 0.5 everywhere.
+    #[error(
+        "{kind} texture number {index} uses a texture that is not declared before it: a constant 0.5 is used"
+    )]
+    NotYetDeclared {
+        /// "float" or "spectrum".
+        kind: &'static str,
+        /// Its position among the scene's textures of that kind, from 0.
+        index: usize,
+    },
+}
+
+impl Textures {
+    /// Loads every picture once (in parallel) and moves all mappings to render space.
+    /// `float[i]` is the texture of `FloatTextureId(i)`, `spectrum[i]` of `SpectrumTextureId(i)`.
+    /// Problems come in the order of the textures that have them.
+    pub fn compile(
+        float: &[FloatTextureSpec],
+        spectrum: &[SpectrumTextureSpec],
+        render_from_world: &Transform,
+    ) -> (Textures, Vec<TextureProblem>) {
+        let mut problems = Vec::new();
+        let mut wanted = Wanted::default();
+        let float_depths = depths("float", float, &[], &mut problems);
+        let spectrum_depths = depths("spectrum", spectrum, &float_depths, &mut problems);
+        let mut textures = Textures {
+            float: compile_all(float, &float_depths, render_from_world, &mut wanted, |w| {
+                &mut w.float
+            }),
+            spectrum: compile_all(
+                spectrum,
+                &spectrum_depths,
+                render_from_world,
+                &mut wanted,
+                |w| &mut w.spectrum,
+            ),
+            ..Textures::default()
+        };
+        (textures.float_maps, textures.spectrum_maps) = wanted.load(&mut problems);
+        (textures, problems)
+    }
+
+    /// Does any texture use ray differentials? Where none does, cameras need not make them.
+    pub fn needs_footprint(&self) -> bool {
+        self.float.iter().any(Texture::needs_footprint)
+            || self.spectrum.iter().any(Texture::needs_footprint)
+    }
+}
+
+/// How deep each texture nests (1: uses no other); `None` for one that cannot be used.
+fn depths<V: TextureValue>(
+    kind: &'static str,
+    specs: &[TextureSpec<V>],
+    floats: &[Option<usize>],
+    problems: &mut Vec<TextureProblem>,
+) -> Vec<Option<usize>> {
+    let mut depths: Vec<Option<usize>> = Vec::with_capacity(specs.len());
+    for (index, spec) in specs.iter().enumerate() {
+        let operands = spec.operands();
+        // A float texture's amount is a float texture before it, like its other operands.
+        let amounts = if kind == "float" { &depths } else { floats };
+        let own = operands
+            .own
+            .iter()
+            .filter_map(|&o| V::texture_index(o))
+            .map(|i| depths.get(i));
+        let amount = operands
+            .amount
+            .and_then(f32::texture_index)
+            .map(|i| amounts.get(i));
+        let below: Option<Vec<usize>> = own
+            .chain(amount)
+            .map(|d| d.map(|d| d.unwrap_or(0)))
+            .collect();
+        let depth = match below {
+            None => {
+                problems.push(TextureProblem::NotYetDeclared { kind, index });
+                None
+            }
+            Some(below) => {
+                let depth = 1 + below.into_iter().max().unwrap_or(0);
+                if depth > MAX_DEPTH {
+                    problems.push(TextureProblem::TooDeep { kind, index });
+                    None
+                } else {
+                    Some(depth)
+                }
+            }
+        };
+        depths.push(depth);
+    }
+    depths
+}
+
+fn compile_all<V: TextureValue>(
+    specs: &[TextureSpec<V>],
+    depths: &[Option<usize>],
+    render_from_world: &Transform,
+    wanted: &mut Wanted,
+    list: fn(&mut Wanted) -> &mut Vec<WantedMap>,
+) -> Vec<Texture<V>> {
+    let compile = |(spec, depth): (&TextureSpec<V>, &Option<usize>)| {
+        if depth.is_none() {
+            return Texture::Constant(Constant {
+                value: V::splat(0.5),
+            });
+        }
+        match spec {
+            TextureSpec::Constant(t) => Texture::Constant(*t),
+            TextureSpec::Scale(t) => Texture::Scale(*t),
+            TextureSpec::Mix(t) => Texture::Mix(*t),
+            TextureSpec::Bilerp(t) => Texture::Bilerp(t.compile(render_from_world)),
+            TextureSpec::Uv(t) => Texture::Uv(t.compile(render_from_world)),
+            TextureSpec::Checkerboard(t) => Texture::Checkerboard(t.compile(render_from_world)),
+            TextureSpec::Imagemap(t) => {
+                let file = wanted.file_index(t.file.as_ref());
+                let map = position_or_push(
+                    list(wanted),
+                    WantedMap {
+                        file,
+                        settings: t.settings,
+                    },
+                );
+                Texture::Imagemap(t.compile(render_from_world, map))
+            }
+        }
+    };
+    specs.iter().zip(depths).map(compile).collect()
+}
+
+/// The pictures a scene's textures ask for.
+#[derive(Default)]
+struct Wanted {
+    files: Vec<PathBuf>,
+    float: Vec<WantedMap>,
+    spectrum: Vec<WantedMap>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+struct WantedMap {
+    /// Index into the files; `None` for the grey that stands in for a missing one.
+    file: Option<usize>,
+    settings: PictureSettings,
+}
+
+impl Wanted {
+    fn file_index(&mut self, file: Option<&PathBuf>) -> Option<usize> {
+        file.map(|file| position_or_push(&mut self.files, file.clone()))
+    }
+
+    /// All filtered pictures. Each file's picture is let go once its maps are made.
+    fn load(self, problems: &mut Vec<TextureProblem>) -> (Vec<Mipmap<f32>>, Vec<Mipmap<Rgb>>) {
+        let files = self.files.par_iter().enumerate().map(|(i, path)| {
+            let picture = Picture::load(path);
+            let usable = picture.as_ref().ok();
+            (
+                self.maps(Some(i), &self.float, usable),
+                self.maps(Some(i), &self.spectrum, usable),
+                picture.err(),
+            )
+        });
+        let mut loaded: Vec<_> = files.collect();
+        loaded.push((
+            self.maps(None, &self.float, None),
+            self.maps(None, &self.spectrum, None),
+            None,
+        ));
+        let (mut float, mut spectrum) = (Vec::new(), Vec::new());
+        for (floats, spectra, error) in loaded {
+            float.extend(floats);
+            spectrum.extend(spectra);
+            problems.extend(error.map(TextureProblem::Picture));
+        }
+        (in_order(float), in_order(spectrum))
+    }
+
+    /// The maps wanted of one file, each with its position.
+    fn maps<V: TextureValue>(
+        &self,
+        file: Option<usize>,
+        wanted: &[WantedMap],
+        picture: Option<&Picture>,
+    ) -> Vec<(usize, Mipmap<V>)> {
+        let of_file = wanted
+            .iter()
+            .enumerate()
+            .filter(|(_, map)| map.file == file);
+        of_file
+            .map(|(i, map)| (i, map.settings.mipmap(picture)))
+            .collect()
+    }
+}
+
+fn in_order<T>(mut indexed: Vec<(usize, T)>) -> Vec<T> {
+    indexed.sort_by_key(|(i, _)| *i);
+    indexed.into_iter().map(|(_, value)| value).collect()
+}
+
+/// Where `value` stands in `list`; added at its end where it does not.
+fn position_or_push<T: PartialEq>(list: &mut Vec<T>, value: T) -> usize {
+    if let Some(i) = list.iter().position(|v| *v == value) {
+        return i;
+    }
+    list.push(value);
+    list.len() - 1
+}

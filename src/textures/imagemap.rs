@@ -1,0 +1,173 @@
+//! `imagemap`.
+
+use super::mipmap::{Filter, Mipmap, Wrap};
+use super::{Mapping, MappingSpec, TextureValue, Textures};
+use crate::assets::picture::Picture;
+use crate::math::color::linear_from_srgb;
+use crate::math::transform::Transform;
+use crate::params::{Dialect, ParamReader};
+use crate::surface::TexturePoint;
+use std::path::{Path, PathBuf};
+
+/// A picture, filtered over the footprint. A float texture of a colour picture is the luminance
+/// of its encoded values, decoded afterwards.
+///
+/// Parameters: string `filename`; string `wrap` `repeat` (`black`, `clamp`); float `scale` 1,
+/// multiplied after decoding; bool `gamma`: decode by the sRGB curve (true for .png, .tga and
+/// .jpg, else false); bool `trilinear` false (EWA); float `maxanisotropy` 8; a 2-D mapping.
+/// Files in pbrt-v2's language: *float* `gamma` 1, value = (scale · texel)^gamma.
+/// (s, t) = (0, 0) is the picture's lower-left corner; of an .exr in v2's language, its upper-left.
+/// A picture that cannot be read counts as one texel of 0.5.
+#[derive(Clone, Debug)]
+pub struct ImagemapSpec {
+    /// From points to (s, t).
+    pub mapping: MappingSpec,
+    /// The picture; `None` where none was given or found.
+    pub file: Option<PathBuf>,
+    /// Everything that shapes the filtered picture besides the file.
+    pub settings: PictureSettings,
+}
+
+/// How a file becomes a filtered picture: textures that agree in it share one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PictureSettings {
+    /// What lies outside the unit square.
+    pub wrap: Wrap,
+    /// How footprints are filtered.
+    pub filter: Filter,
+    /// From stored to texture values.
+    pub decoding: Decoding,
+    /// Is t = 0 the picture's top row?
+    pub top_first: bool,
+}
+
+/// From stored to texture values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Decoding {
+    /// pbrt-v3: the sRGB curve, if any, then the factor.
+    Scaled {
+        /// Decode by the sRGB curve first?
+        srgb: bool,
+        /// Factor.
+        scale: f32,
+    },
+    /// pbrt-v2: the factor first, then the power.
+    Power {
+        /// Factor.
+        scale: f32,
+        /// Exponent.
+        gamma: f32,
+    },
+}
+
+impl Decoding {
+    fn apply<V: TextureValue>(self, stored: V) -> V {
+        match self {
+            Decoding::Scaled { srgb: true, scale } => stored.map(linear_from_srgb) * scale,
+            Decoding::Scaled { srgb: false, scale } => stored * scale,
+            Decoding::Power { scale, gamma: 1.0 } => stored * scale,
+            // A negative base has no real power; such texels are black.
+            Decoding::Power { scale, gamma } => (stored * scale).map(|v| v.max(0.0).powf(gamma)),
+        }
+    }
+}
+
+impl ImagemapSpec {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> ImagemapSpec {
+        if !reader.has("filename") {
+            reader.error(
+                "filename",
+                "an imagemap needs a 'string filename': a grey of 0.5 is used",
+            );
+        }
+        let name = Path::new(reader.string("filename", ""));
+        let extension = name
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or_default()
+            .to_ascii_lowercase();
+        let wrap = match reader.choice("wrap", &["repeat", "black", "clamp"]) {
+            "black" => Wrap::Black,
+            "clamp" => Wrap::Clamp,
+            _ => Wrap::Repeat,
+        };
+        let max_anisotropy = reader.float("maxanisotropy", 8.0) as f32;
+        let filter = match reader.boolean("trilinear", false) {
+            true => Filter::Trilinear,
+            false => Filter::Ewa { max_anisotropy },
+        };
+        let scale = reader.float("scale", 1.0) as f32;
+        let (decoding, top_first) = match reader.dialect() {
+            Dialect::V3 => {
+                let srgb = reader.boolean(
+                    "gamma",
+                    matches!(&*extension, "png" | "tga" | "jpg" | "jpeg"),
+                );
+                (Decoding::Scaled { srgb, scale }, false)
+            }
+            Dialect::V2 => (
+                Decoding::Power {
+                    scale,
+                    gamma: reader.float("gamma", 1.0) as f32,
+                },
+                extension == "exr",
+            ),
+        };
+        ImagemapSpec {
+            mapping: MappingSpec::from_params(reader, ctm),
+            file: reader.file("filename"),
+            settings: PictureSettings {
+                wrap,
+                filter,
+                decoding,
+                top_first,
+            },
+        }
+    }
+
+    /// With the filtered picture at position `map`.
+    pub(super) fn compile(&self, render_from_world: &Transform, map: usize) -> Imagemap {
+        Imagemap {
+            mapping: self.mapping.compile(render_from_world),
+            map,
+        }
+    }
+}
+
+impl PictureSettings {
+    /// The filtered picture; of one grey texel where there is no picture.
+    pub(super) fn mipmap<V: TextureValue>(&self, picture: Option<&Picture>) -> Mipmap<V> {
+        let Some(picture) = picture else {
+            return Mipmap::new(
+                1,
+                1,
+                vec![self.decoding.apply(V::splat(0.5))],
+                self.wrap,
+                self.filter,
+            );
+        };
+        let (width, height) = (picture.width, picture.height);
+        let mut texels = Vec::with_capacity(width * height);
+        for t in 0..height {
+            let row = if self.top_first { t } else { height - 1 - t };
+            texels.extend(
+                (0..width).map(|s| self.decoding.apply(V::from_texel(picture.pixel(s, row)))),
+            );
+        }
+        Mipmap::new(width, height, texels, self.wrap, self.filter)
+    }
+}
+
+/// An [`ImagemapSpec`] ready for look-ups.
+#[derive(Clone, Copy, Debug)]
+pub struct Imagemap {
+    mapping: Mapping,
+    map: usize,
+}
+
+impl Imagemap {
+    pub(super) fn evaluate<V: TextureValue>(&self, textures: &Textures, at: &TexturePoint) -> V {
+        V::mipmap(textures, self.map).lookup(&self.mapping.coordinates(at))
+    }
+}

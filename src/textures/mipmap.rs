@@ -1,0 +1,320 @@
+//! Prefiltered pictures: a pyramid of ever coarser copies, looked up trilinearly or by elliptically
+//! weighted averaging (Williams 1983; Heckbert 1989; Pharr, Jakob and Humphreys 2016, §10.4.3–5).
+
+use super::{TextureCoordinates, TextureValue};
+use crate::math::Vec2;
+use std::f32::consts::PI;
+
+/// What lies outside the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    /// The picture again.
+    Repeat,
+    /// Black.
+    Black,
+    /// The nearest texel of its border.
+    Clamp,
+}
+
+/// How a footprint is filtered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// A square as wide as the longest side of the footprint.
+    Trilinear,
+    /// A Gaussian over the footprint's ellipse.
+    Ewa {
+        /// Largest ratio of the ellipse's axes; beyond it the short one is widened.
+        max_anisotropy: f32,
+    },
+}
+
+/// Largest eccentricity honoured: a look-up visits a number of texels proportional to it.
+const ANISOTROPY_LIMIT: f32 = 1024.0;
+
+/// Entries of the Gaussian's table.
+const GAUSSIAN_SIZE: usize = 128;
+
+/// A picture of power-of-two size with its coarser copies; t runs with the rows.
+#[derive(Clone, Debug)]
+pub struct Mipmap<V> {
+    levels: Vec<Level<V>>,
+    wrap: Wrap,
+    filter: Filter,
+    /// e^(−2r²) − e^(−2) over r² in 0…1.
+    gaussian: [f32; GAUSSIAN_SIZE],
+}
+
+#[derive(Clone, Debug)]
+struct Level<V> {
+    width: usize,
+    height: usize,
+    texels: Vec<V>,
+}
+
+impl<V: TextureValue> Mipmap<V> {
+    /// From `height` rows of `width` texels, row 0 at t = 0; both at least 1. Sizes that are not
+    /// powers of two are enlarged to the next ones, as pbrt-v3 does.
+    pub fn new(
+        width: usize,
+        height: usize,
+        texels: Vec<V>,
+        wrap: Wrap,
+        filter: Filter,
+    ) -> Mipmap<V> {
+        let filter = match filter {
+            Filter::Trilinear => filter,
+            Filter::Ewa { max_anisotropy } => {
+                // NaN becomes 1.
+                Filter::Ewa {
+                    max_anisotropy: max_anisotropy.max(1.0).min(ANISOTROPY_LIMIT),
+                }
+            }
+        };
+        let finest = Level {
+            width,
+            height,
+            texels,
+        }
+        .enlarged(wrap);
+        let mut levels = vec![finest];
+        while let Some(coarser) = levels.last().and_then(Level::halved) {
+            levels.push(coarser);
+        }
+        let gaussian = std::array::from_fn(|i| {
+            let r2 = i as f32 / (GAUSSIAN_SIZE - 1) as f32;
+            (-2.0 * r2).exp() - (-2.0f32).exp()
+        });
+        Mipmap {
+            levels,
+            wrap,
+            filter,
+            gaussian,
+        }
+    }
+
+    /// The filtered value.
+    pub fn lookup(&self, at: &TextureCoordinates) -> V {
+        match self.filter {
+            Filter::Trilinear => {
+                let width = at.dstdx.abs().max(at.dstdy.abs()).max_element();
+                self.trilinear(at.st, width)
+            }
+            Filter::Ewa { max_anisotropy } => self.elliptical(at, max_anisotropy),
+        }
+    }
+
+    /// Mean over a square of side `width` (in units of the whole picture), linear between levels.
+    fn trilinear(&self, st: Vec2, width: f32) -> V {
+        let level = (self.levels.len() - 1) as f32 + width.max(1e-8).log2();
+        self.between_levels(level, |level| self.bilinear(level, st))
+    }
+
+    /// Linear interpolation between the two levels around `level`, which is kept in range.
+    fn between_levels(&self, level: f32, value: impl Fn(usize) -> V) -> V {
+        let last = self.levels.len() - 1;
+        if level <= 0.0 {
+            return value(0);
+        }
+        // Also where the footprint is not a number.
+        if !(level < last as f32) {
+            return self.levels[last].texels[0];
+        }
+        let (low, fraction) = (level as usize, level.fract());
+        value(low) * (1.0 - fraction) + value(low + 1) * fraction
+    }
+
+    /// Linear in s and in t between the four texels around `st`, whose centres lie at (i + ½)/n.
+    fn bilinear(&self, level: usize, st: Vec2) -> V {
+        let level = &self.levels[level];
+        let p = st * level.size() - 0.5;
+        let corner = p.floor();
+        let d = p - corner;
+        let (s, t) = (corner.x as i64, corner.y as i64);
+        level.texel(s, t, self.wrap) * ((1.0 - d.x) * (1.0 - d.y))
+            + level.texel(s, t.saturating_add(1), self.wrap) * ((1.0 - d.x) * d.y)
+            + level.texel(s.saturating_add(1), t, self.wrap) * (d.x * (1.0 - d.y))
+            + level.texel(s.saturating_add(1), t.saturating_add(1), self.wrap) * (d.x * d.y)
+    }
+
+    /// Elliptically weighted average over the parallelogram of the differentials, at the level
+    /// where the ellipse's short axis spans one or two texels (§10.4.5).
+    fn elliptical(&self, at: &TextureCoordinates, max_anisotropy: f32) -> V {
+        let (mut major, mut minor) = (at.dstdx, at.dstdy);
+        if major.length_squared() < minor.length_squared() {
+            std::mem::swap(&mut major, &mut minor);
+        }
+        let (major_length, mut minor_length) = (major.length(), minor.length());
+        if minor_length == 0.0 {
+            return self.bilinear(0, at.st);
+        }
+        if minor_length * max_anisotropy < major_length {
+            let widening = major_length / (minor_length * max_anisotropy);
+            minor *= widening;
+            minor_length *= widening;
+        }
+        let last = self.levels.len() - 1;
+        let level = last as f32 + minor_length.log2();
+        self.between_levels(level, |level| self.ellipse(level, at.st, major, minor))
+    }
+
+    /// The Gaussian over one level's texels within the ellipse of the given half-axes.
+    fn ellipse(&self, level: usize, st: Vec2, major: Vec2, minor: Vec2) -> V {
+        let level = &self.levels[level];
+        let p = st * level.size() - 0.5;
+        let (d0, d1) = (major * level.size(), minor * level.size());
+        // Implicit form A s² + B s t + C t² < 1, grown by one texel so that it always holds some.
+        let a = d0.y * d0.y + d1.y * d1.y + 1.0;
+        let b = -2.0 * (d0.x * d0.y + d1.x * d1.y);
+        let c = d0.x * d0.x + d1.x * d1.x + 1.0;
+        let f = 1.0 / (a * c - 0.25 * b * b);
+        let (a, b, c) = (a * f, b * f, c * f);
+        let det = 4.0 * a * c - b * b;
+        let extent = 2.0 / det * Vec2::new((det * c).sqrt(), (det * a).sqrt());
+        let (low, high) = ((p - extent).ceil(), (p + extent).floor());
+        let (mut sum, mut weights) = (V::default(), 0.0);
+        for t in low.y as i64..=high.y as i64 {
+            let dt = t as f32 - p.y;
+            for s in low.x as i64..=high.x as i64 {
+                let ds = s as f32 - p.x;
+                let r2 = a * ds * ds + b * ds * dt + c * dt * dt;
+                if r2 < 1.0 {
+                    let weight = self.gaussian
+                        [((r2 * GAUSSIAN_SIZE as f32) as usize).min(GAUSSIAN_SIZE - 1)];
+                    sum += level.texel(s, t, self.wrap) * weight;
+                    weights += weight;
+                }
+            }
+        }
+        // No texel where the position is beyond a float's whole numbers.
+        if weights > 0.0 {
+            sum * (1.0 / weights)
+        } else {
+            level.texel(p.x as i64, p.y as i64, self.wrap)
+        }
+    }
+}
+
+impl<V: TextureValue> Level<V> {
+    fn size(&self) -> Vec2 {
+        Vec2::new(self.width as f32, self.height as f32)
+    }
+
+    fn texel(&self, s: i64, t: i64, wrap: Wrap) -> V {
+        match (
+            wrap_index(s, self.width, wrap),
+            wrap_index(t, self.height, wrap),
+        ) {
+            (Some(s), Some(t)) => self.texels[t * self.width + s],
+            _ => V::default(),
+        }
+    }
+
+    /// The next coarser level, each texel the mean of the four (at a side of 1: two) it covers;
+    /// `None` from the level of one texel.
+    fn halved(&self) -> Option<Level<V>> {
+        if self.width == 1 && self.height == 1 {
+            return None;
+        }
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let mut texels = Vec::with_capacity(width * height);
+        for t in 0..height {
+            let rows = [2 * t, (2 * t + 1).min(self.height - 1)].map(|t| t * self.width);
+            texels.extend((0..width).map(|s| {
+                let columns = [2 * s, (2 * s + 1).min(self.width - 1)];
+                let at = |row: usize, column: usize| self.texels[rows[row] + columns[column]];
+                (at(0, 0) + at(0, 1) + at(1, 0) + at(1, 1)) * 0.25
+            }));
+        }
+        Some(Level {
+            width,
+            height,
+            texels,
+        })
+    }
+
+    /// Enlarged to powers of two by a Lanczos filter of two lobes, negative results set to 0
+    /// (§10.4.3).
+    fn enlarged(self, wrap: Wrap) -> Level<V> {
+        let (width, height) = (
+            self.width.next_power_of_two(),
+            self.height.next_power_of_two(),
+        );
+        if width == self.width && height == self.height {
+            return self;
+        }
+        let columns = enlarging_taps(self.width, width, wrap);
+        let rows = enlarging_taps(self.height, height, wrap);
+        let mut wide = Vec::with_capacity(width * self.height);
+        for row in self.texels.chunks_exact(self.width) {
+            wide.extend(columns.iter().map(|taps| taps.sum(|s| row[s])));
+        }
+        let mut texels = Vec::with_capacity(width * height);
+        for taps in &rows {
+            texels.extend(
+                (0..width).map(|s| taps.sum(|t| wide[t * width + s]).map(|v: f32| v.max(0.0))),
+            );
+        }
+        Level {
+            width,
+            height,
+            texels,
+        }
+    }
+}
+
+/// The texels that make up one texel of an enlarged row, with their weights.
+struct Taps([(Option<usize>, f32); 4]);
+
+impl Taps {
+    fn sum<V: TextureValue>(&self, texel: impl Fn(usize) -> V) -> V {
+        let mut sum = V::default();
+        for &(index, weight) in &self.0 {
+            if let Some(index) = index {
+                sum += texel(index) * weight;
+            }
+        }
+        sum
+    }
+}
+
+fn enlarging_taps(from: usize, to: usize, wrap: Wrap) -> Vec<Taps> {
+    let radius = 2.0;
+    (0..to)
+        .map(|i| {
+            let centre = (i as f32 + 0.5) * from as f32 / to as f32;
+            let first = (centre - radius + 0.5).floor();
+            let weights: [f32; 4] =
+                std::array::from_fn(|j| lanczos((first + j as f32 + 0.5 - centre) / radius));
+            let sum: f32 = weights.iter().sum();
+            Taps(std::array::from_fn(|j| {
+                (
+                    wrap_index(first as i64 + j as i64, from, wrap),
+                    weights[j] / sum,
+                )
+            }))
+        })
+        .collect()
+}
+
+/// The Lanczos-windowed sinc of two lobes over −1…1 (§7.8.1 with τ = 2).
+fn lanczos(x: f32) -> f32 {
+    let x = x.abs();
+    if x < 1e-5 {
+        1.0
+    } else if x > 1.0 {
+        0.0
+    } else {
+        let (sinc, window) = (2.0 * PI * x, PI * x);
+        sinc.sin() / sinc * (window.sin() / window)
+    }
+}
+
+/// The position inside 0…n−1 that position `i` stands for; `None` for black.
+fn wrap_index(i: i64, n: usize, wrap: Wrap) -> Option<usize> {
+    let last = n as i64 - 1;
+    match wrap {
+        Wrap::Repeat => Some(i.rem_euclid(n as i64) as usize),
+        Wrap::Clamp => Some(i.clamp(0, last) as usize),
+        Wrap::Black => (0..=last).contains(&i).then_some(i as usize),
+    }
+}
