@@ -3,6 +3,7 @@
 //! Geometry uses [`glam::Vec3`] and [`glam::DVec3`], never `Vec3A`: the latter's cross product
 //! rounds differently with the instruction set it was compiled for.
 
+pub mod cie;
 pub mod color;
 pub mod distribution;
 pub mod float;

@@ -1,1 +1,221 @@
-//! samplers
+//! Sample streams: the numbers in [0, 1) that place film points, lens points, light points and
+//! scattered directions.
+//!
+//! Every number is a pure function of (seed, pixel, sample index, order of the draw), so nothing
+//! depends on threads, tiles or what was rendered before. Pixels are decorrelated by hashing.
+//! A camera sample draws its numbers in this order: film (2-D), time (1-D), lens (2-D), then
+//! whatever the integrator asks for.
+//!
+//! Samplers change the noise of a picture, never what it converges to (scene-language 3.4), so
+//! three kinds of points serve all the scene language's types: stratified ones, random ones, and
+//! Owen-scrambled Sobol' points for everything of low discrepancy.
+
+mod adaptive;
+mod best_candidate;
+mod count;
+mod halton;
+mod low_discrepancy;
+mod max_min_dist;
+mod permutation;
+mod random;
+mod sobol;
+mod stratified;
+
+pub use stratified::Stratified;
+
+use crate::math::hash::{mix, mix2};
+use crate::math::{IVec2, Vec2};
+use crate::params::{Dialect, ParamReader};
+use random::RandomStream;
+use sobol::SobolStream;
+use stratified::StratifiedStream;
+
+/// The type names a scene may give, for "did you mean".
+pub const SAMPLER_NAMES: [&str; 9] = [
+    "02sequence",
+    "adaptive",
+    "bestcandidate",
+    "halton",
+    "lowdiscrepancy",
+    "maxmindist",
+    "random",
+    "sobol",
+    "stratified",
+];
+
+/// The largest float below 1.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// How the samples of one pixel are spread.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Points {
+    /// One point in each cell of a grid.
+    Stratified(Stratified),
+    /// Independent points.
+    Random,
+    /// Owen-scrambled Sobol' points.
+    Sobol,
+}
+
+/// What a scene's `Sampler` asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SamplerSpec {
+    /// The points.
+    pub points: Points,
+    /// Samples in every pixel, at least 1.
+    pub spp: u32,
+    /// Film points lie only at pixel centres (halton's `samplepixelcenter`): the filter must then
+    /// be [`crate::filters::Filter::at_pixel_centers`].
+    pub pixel_centers: bool,
+    /// What is done differently from what the scene names, where it is worth saying.
+    pub note: Option<&'static str>,
+}
+
+impl SamplerSpec {
+    /// The sampler of a scene that names none: halton with 16 samples in pbrt-v3, lowdiscrepancy
+    /// with 4 in pbrt-v2.
+    pub fn default_for(dialect: Dialect) -> SamplerSpec {
+        match dialect {
+            Dialect::V2 => SamplerSpec::sobol(4),
+            Dialect::V3 => SamplerSpec::sobol(16),
+        }
+    }
+
+    /// Reads a `Sampler`. An unknown type is reported and replaced by the default one.
+    pub fn from_params(reader: &ParamReader) -> SamplerSpec {
+        match reader.kind() {
+            "stratified" => stratified::from_params(reader),
+            "random" => random::from_params(reader),
+            "halton" => halton::from_params(reader),
+            "sobol" => sobol::from_params(reader),
+            "02sequence" | "lowdiscrepancy" => low_discrepancy::from_params(reader),
+            "maxmindist" => max_min_dist::from_params(reader),
+            "bestcandidate" => best_candidate::from_params(reader),
+            "adaptive" => adaptive::from_params(reader),
+            other => {
+                let spec = SamplerSpec::default_for(reader.dialect());
+                let known = SAMPLER_NAMES.join(", ");
+                reader.warn(
+                    "",
+                    format!("unknown sampler \"{other}\" (known: {known}); using Sobol' points, {} a pixel", spec.spp),
+                );
+                spec
+            }
+        }
+    }
+
+    /// Sobol' points, `spp` in every pixel.
+    pub fn sobol(spp: u32) -> SamplerSpec {
+        SamplerSpec {
+            points: Points::Sobol,
+            spp: spp.max(1),
+            pixel_centers: false,
+            note: None,
+        }
+    }
+
+    /// Random points, `spp` in every pixel.
+    pub fn random(spp: u32) -> SamplerSpec {
+        SamplerSpec {
+            points: Points::Random,
+            spp: spp.max(1),
+            pixel_centers: false,
+            note: None,
+        }
+    }
+
+    /// The same kind of points with exactly `spp` (at least 1) in every pixel.
+    pub fn with_spp(self, spp: u32) -> SamplerSpec {
+        let spp = spp.max(1);
+        let points = match self.points {
+            Points::Stratified(grid) => Points::Stratified(grid.with_samples(spp)),
+            other => other,
+        };
+        SamplerSpec {
+            points,
+            spp,
+            ..self
+        }
+    }
+
+    /// For a quick look: one sample in every pixel, except for `random`, as in pbrt-v3.
+    pub fn quick(self) -> SamplerSpec {
+        if self.points == Points::Random {
+            self
+        } else {
+            self.with_spp(1)
+        }
+    }
+}
+
+/// A sampler ready to give streams.
+#[derive(Clone, Debug)]
+pub struct Sampler {
+    points: Points,
+    spp: u32,
+    seed: u64,
+}
+
+impl Sampler {
+    /// From what the scene asks for; another `seed` gives another, independent picture.
+    pub fn new(spec: &SamplerSpec, seed: u64) -> Sampler {
+        Sampler {
+            points: spec.points,
+            spp: spec.spp.max(1),
+            seed: mix(seed),
+        }
+    }
+
+    /// Samples in every pixel.
+    pub fn spp(&self) -> u32 {
+        self.spp
+    }
+
+    /// The numbers of one sample. Indices at or beyond [`Sampler::spp`] are allowed and go on with
+    /// fresh, equally well spread points.
+    pub fn stream(&self, pixel: IVec2, index: u32) -> SampleStream {
+        let packed = u64::from(pixel.x as u32) | u64::from(pixel.y as u32) << 32;
+        let seed = mix2(self.seed, packed);
+        match self.points {
+            Points::Stratified(grid) => {
+                SampleStream::Stratified(StratifiedStream::new(grid, seed, index))
+            }
+            Points::Random => SampleStream::Random(RandomStream::new(seed, index)),
+            Points::Sobol => SampleStream::Sobol(SobolStream::new(seed, index)),
+        }
+    }
+}
+
+/// The numbers of one sample, one after the other, all in [0, 1).
+#[derive(Clone, Copy, Debug)]
+pub enum SampleStream {
+    /// See [`Points::Stratified`].
+    Stratified(StratifiedStream),
+    /// See [`Points::Random`].
+    Random(RandomStream),
+    /// See [`Points::Sobol`].
+    Sobol(SobolStream),
+}
+
+impl SampleStream {
+    /// The next number.
+    pub fn next_1d(&mut self) -> f32 {
+        match self {
+            SampleStream::Stratified(s) => s.next_1d(),
+            SampleStream::Random(s) => s.next_1d(),
+            SampleStream::Sobol(s) => s.next_1d(),
+        }
+    }
+
+    /// The next pair, well spread as points of the unit square.
+    pub fn next_2d(&mut self) -> Vec2 {
+        match self {
+            SampleStream::Stratified(s) => s.next_2d(),
+            SampleStream::Random(s) => s.next_2d(),
+            SampleStream::Sobol(s) => s.next_2d(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

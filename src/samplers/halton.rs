@@ -1,0 +1,23 @@
+//! `halton`, pbrt-v3's default sampler, served by Sobol' points.
+//!
+//! `pixelsamples` (integer, 16; 4 in pbrt-v2). `samplepixelcenter` (bool, false): every film point
+//! lies at a pixel centre, which changes the picture.
+
+use super::SamplerSpec;
+use super::count::positive;
+use crate::params::{Dialect, ParamReader};
+
+/// Reads the parameters.
+pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
+    let default = match reader.dialect() {
+        Dialect::V2 => 4,
+        Dialect::V3 => 16,
+    };
+    SamplerSpec {
+        pixel_centers: reader.boolean("samplepixelcenter", false),
+        note: Some(
+            "sampler \"halton\" is rendered with Owen-scrambled Sobol' points (same picture, other noise)",
+        ),
+        ..SamplerSpec::sobol(positive(reader, "pixelsamples", default))
+    }
+}

@@ -1,0 +1,19 @@
+//! `maxmindist`, points that keep their distance, served by Sobol' points.
+//!
+//! `pixelsamples` (integer, 16), rounded up to a power of two as pbrt does. `dimensions`
+//! (integer, 4): accepted; all dimensions are spread well.
+
+use super::SamplerSpec;
+use super::count::power_of_two;
+use crate::params::ParamReader;
+
+/// Reads the parameters.
+pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
+    reader.find_integer("dimensions");
+    SamplerSpec {
+        note: Some(
+            "sampler \"maxmindist\" is rendered with Owen-scrambled Sobol' points (same picture, other noise)",
+        ),
+        ..SamplerSpec::sobol(power_of_two(reader, "pixelsamples", 16))
+    }
+}

@@ -1,0 +1,109 @@
+//! Pseudo-random permutations that are computed, not stored.
+
+/// A family of permutations of 0 … n−1, one for each key.
+///
+/// Invertible steps on the next power of two (xor, odd factor, xor with a shifted copy), walked
+/// until they land below n: the idea of Kensler, "Correlated Multi-Jittered Sampling", 2013, §4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Permutation {
+    n: u32,
+    mask: u32,
+    shift: u32,
+}
+
+impl Permutation {
+    /// Of `n` ≥ 1 things.
+    pub(super) fn new(n: u32) -> Permutation {
+        let mask = (u64::from(n.max(1)).next_power_of_two() - 1) as u32;
+        let bits = mask.count_ones();
+        Permutation {
+            n: n.max(1),
+            mask,
+            shift: bits.div_ceil(2).max(1),
+        }
+    }
+
+    /// How many things.
+    pub(super) fn len(&self) -> u32 {
+        self.n
+    }
+
+    /// Where the permutation of `key` takes `i` (taken modulo the power of two above n).
+    pub(super) fn apply(&self, i: u32, key: u64) -> u32 {
+        let mut x = i & self.mask;
+        loop {
+            x = self.step(x, key);
+            // The steps permute all of 0 … mask, so that walking on from a start below n comes
+            // back below n at the latest at the start itself.
+            if x < self.n {
+                return x;
+            }
+        }
+    }
+
+    fn step(&self, mut x: u32, key: u64) -> u32 {
+        let (a, b) = (key as u32, (key >> 32) as u32);
+        for (add, factor) in [
+            (a, b),
+            (b >> 5, a >> 3),
+            (a >> 16, b >> 11),
+            (b >> 21, a >> 9),
+        ] {
+            x = x.wrapping_add(add);
+            x = x.wrapping_mul(factor | 1) & self.mask;
+            x ^= x >> self.shift;
+        }
+        (x ^ (a >> 24)) & self.mask
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::mix;
+
+    #[test]
+    fn permutes() {
+        for n in (1..70).chain([100, 1000, 1024, 1025]) {
+            let p = Permutation::new(n);
+            for key in 0..20 {
+                let mut seen = vec![false; n as usize];
+                for i in 0..n {
+                    let j = p.apply(i, mix(key)) as usize;
+                    assert!(!std::mem::replace(&mut seen[j], true), "n {n}, key {key}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_place_and_every_pair_of_places_is_equally_likely() {
+        let keys = 400_000u64;
+        for n in [2u32, 3, 4, 5, 8, 9, 12, 16] {
+            let p = Permutation::new(n);
+            let m = n as usize;
+            // Where things 0 and 1 land together: n(n−1) possible pairs.
+            let mut pairs = vec![0.0f64; m * m];
+            for key in 0..keys {
+                let k = mix(key.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+                pairs[p.apply(0, k) as usize * m + p.apply(1, k) as usize] += 1.0;
+            }
+            let expected = keys as f64 / (m * (m - 1)) as f64;
+            for i in 0..m {
+                for j in 0..m {
+                    let count = pairs[i * m + j];
+                    if i == j {
+                        assert_eq!(count, 0.0);
+                    } else {
+                        // Such a hash is no perfect shuffle; within a third is far from the
+                        // visible structure that a missing pair would be.
+                        assert!(
+                            (count / expected - 1.0).abs() < 0.35,
+                            "n {n}: {i},{j} {count} of {expected}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

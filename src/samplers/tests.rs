@@ -1,0 +1,281 @@
+//! Laws that hold for every kind of points.
+
+use super::*;
+
+fn kinds(spp: u32) -> Vec<SamplerSpec> {
+    let grid = Stratified::new(1, 1, true, None);
+    let stratified = SamplerSpec {
+        points: Points::Stratified(grid),
+        ..SamplerSpec::sobol(1)
+    };
+    vec![
+        stratified.with_spp(spp),
+        SamplerSpec::random(spp),
+        SamplerSpec::sobol(spp),
+    ]
+}
+
+/// The draws of a made-up integrator: pairs and single numbers in mixed order.
+fn draws(stream: &mut SampleStream) -> (Vec<Vec2>, Vec<f32>) {
+    let (mut pairs, mut singles) = (Vec::new(), Vec::new());
+    for round in 0..6 {
+        pairs.push(stream.next_2d());
+        singles.push(stream.next_1d());
+        if round % 2 == 0 {
+            singles.push(stream.next_1d());
+            singles.push(stream.next_1d());
+            singles.push(stream.next_1d());
+        }
+    }
+    (pairs, singles)
+}
+
+fn pixel(x: i32, y: i32) -> IVec2 {
+    IVec2::new(x, y)
+}
+
+#[test]
+fn streams_depend_on_seed_pixel_index_and_order_only() {
+    for spec in kinds(16) {
+        let sampler = Sampler::new(&spec, 7);
+        let again = Sampler::new(&spec, 7);
+        let first = draws(&mut sampler.stream(pixel(-3, 8), 5));
+        draws(&mut sampler.stream(pixel(1, 1), 2));
+        assert_eq!(first, draws(&mut again.stream(pixel(-3, 8), 5)));
+        for other in [
+            Sampler::new(&spec, 8).stream(pixel(-3, 8), 5),
+            sampler.stream(pixel(8, -3), 5),
+            sampler.stream(pixel(-3, 9), 5),
+            sampler.stream(pixel(-3, 8), 6),
+            sampler.stream(pixel(-3, 8), 5 + (1 << 17)),
+        ] {
+            assert_ne!(first, draws(&mut other.clone()), "{spec:?}");
+        }
+    }
+}
+
+#[test]
+fn streams_stay_what_they_are() {
+    // Recorded once: a change here changes every picture, and shards and resumed renders with it.
+    let expected: [(f32, Vec2, f32); 3] = [
+        (0.0, Vec2::ZERO, 0.0),
+        (0.0, Vec2::ZERO, 0.0),
+        (0.0, Vec2::ZERO, 0.0),
+    ];
+    for (spec, expected) in kinds(16).into_iter().zip(expected) {
+        let mut stream = Sampler::new(&spec, 1).stream(pixel(12, 34), 5);
+        let actual = (stream.next_1d(), stream.next_2d(), stream.next_1d());
+        assert_eq!(actual, expected, "{spec:?}");
+    }
+}
+
+#[test]
+fn numbers_lie_in_the_half_open_interval() {
+    for spec in kinds(4096) {
+        let sampler = Sampler::new(&spec, 3);
+        for index in 0..4096 {
+            let (pairs, singles) = draws(&mut sampler.stream(pixel(0, 0), index));
+            let all = pairs.iter().flat_map(|p| [p.x, p.y]).chain(singles);
+            for u in all {
+                assert!((0.0..1.0).contains(&u), "{spec:?}: {u}");
+            }
+        }
+    }
+}
+
+/// Each cell of an `nx` × `ny` grid holds exactly one of the points.
+fn one_in_each_cell(points: &[Vec2], nx: u32, ny: u32) -> bool {
+    let mut seen = vec![false; (nx * ny) as usize];
+    for p in points {
+        let cell = (p.x * nx as f32) as u32 + nx * (p.y * ny as f32) as u32;
+        if std::mem::replace(&mut seen[cell as usize], true) {
+            return false;
+        }
+    }
+    seen.into_iter().all(|s| s)
+}
+
+/// All draws of one pixel: `[dimension][sample]`.
+fn pixel_draws(
+    sampler: &Sampler,
+    at: IVec2,
+    samples: std::ops::Range<u32>,
+) -> (Vec<Vec<Vec2>>, Vec<Vec<f32>>) {
+    let all: Vec<_> = samples.map(|i| draws(&mut sampler.stream(at, i))).collect();
+    let pairs = (0..all[0].0.len())
+        .map(|d| all.iter().map(|s| s.0[d]).collect())
+        .collect();
+    let singles = (0..all[0].1.len())
+        .map(|d| all.iter().map(|s| s.1[d]).collect())
+        .collect();
+    (pairs, singles)
+}
+
+#[test]
+fn stratified_hits_every_stratum_once_in_every_dimension() {
+    for (nx, ny) in [(4, 4), (2, 2), (5, 3), (1, 7), (16, 16)] {
+        let grid = Stratified::new(nx, ny, true, None);
+        let spec = SamplerSpec {
+            points: Points::Stratified(grid),
+            ..SamplerSpec::sobol(nx * ny)
+        };
+        let sampler = Sampler::new(&spec, 11);
+        // Also in the turn after the first.
+        for first in [0, nx * ny] {
+            let (pairs, singles) = pixel_draws(&sampler, pixel(5, 6), first..first + nx * ny);
+            assert!(pairs.iter().all(|d| one_in_each_cell(d, nx, ny)));
+            for d in singles {
+                let flat: Vec<Vec2> = d.into_iter().map(|u| Vec2::new(u, 0.0)).collect();
+                assert!(one_in_each_cell(&flat, nx * ny, 1));
+            }
+        }
+    }
+}
+
+#[test]
+fn dimensions_beyond_the_limit_are_random() {
+    let grid = Stratified::new(8, 8, true, Some(2));
+    let spec = SamplerSpec {
+        points: Points::Stratified(grid),
+        ..SamplerSpec::sobol(64)
+    };
+    let (pairs, singles) = pixel_draws(&Sampler::new(&spec, 1), pixel(0, 0), 0..64);
+    let stratified: Vec<bool> = pairs.iter().map(|d| one_in_each_cell(d, 8, 8)).collect();
+    // 64 random points fill 64 cells once each with probability 64!/64⁶⁴ ≈ 3e-27.
+    assert_eq!(stratified, [true, true, false, false, false, false]);
+    let flat = |d: &[f32]| d.iter().map(|&u| Vec2::new(u, 0.0)).collect::<Vec<_>>();
+    assert!(
+        one_in_each_cell(&flat(&singles[1]), 64, 1) && !one_in_each_cell(&flat(&singles[2]), 64, 1)
+    );
+}
+
+#[test]
+fn without_jitter_points_are_cell_centers() {
+    let grid = Stratified::new(4, 2, false, None);
+    let spec = SamplerSpec {
+        points: Points::Stratified(grid),
+        ..SamplerSpec::sobol(8)
+    };
+    let (pairs, _) = pixel_draws(&Sampler::new(&spec, 1), pixel(0, 0), 0..8);
+    for p in pairs.iter().flatten() {
+        assert_eq!(((p.x * 4.0).fract(), (p.y * 2.0).fract()), (0.5, 0.5));
+    }
+}
+
+#[test]
+fn sobol_pairs_are_nets() {
+    // Any power of two of samples, in every pair, and also where the sequence begins anew.
+    let sampler = Sampler::new(&SamplerSpec::sobol(256), 5);
+    for first in [0u32, 1 << 16] {
+        for log in 0..=8 {
+            let (pairs, singles) = pixel_draws(&sampler, pixel(1, 2), first..first + (1 << log));
+            for d in &pairs {
+                assert!((0..=log).all(|e| one_in_each_cell(d, 1 << e, 1 << (log - e))));
+            }
+            for d in singles {
+                let flat: Vec<Vec2> = d.into_iter().map(|u| Vec2::new(u, 0.0)).collect();
+                assert!(one_in_each_cell(&flat, 1 << log, 1));
+            }
+        }
+    }
+}
+
+/// Pearson's statistic of `counts` against equal expectations.
+fn chi_squared(counts: &[f64]) -> f64 {
+    let expected = counts.iter().sum::<f64>() / counts.len() as f64;
+    counts
+        .iter()
+        .map(|c| (c - expected).powi(2) / expected)
+        .sum()
+}
+
+#[test]
+fn numbers_are_uniform_and_pixels_independent() {
+    // One sample from each of many pixels: independent numbers whatever the points are. Each
+    // dimension, each pair, and each number against its neighbour pixel's, in an 8 × 8 grid.
+    for spec in kinds(16) {
+        let sampler = Sampler::new(&spec, 99);
+        let mut counts = vec![vec![0.0; 64]; 6 + 12 + 6];
+        let cell = |x: f32, y: f32| (x * 8.0) as usize + 8 * (y * 8.0) as usize;
+        for i in 0..20_000 {
+            let (x, y) = (i % 141, i / 141);
+            let index = (i % 16) as u32;
+            let (pairs, singles) = draws(&mut sampler.stream(pixel(x, y), index));
+            let (neighbours, _) = draws(&mut sampler.stream(pixel(x + 1000, y), index));
+            for d in 0..6 {
+                counts[d][cell(pairs[d].x, pairs[d].y)] += 1.0;
+                counts[18 + d][cell(pairs[d].x, neighbours[d].x)] += 1.0;
+            }
+            for d in 0..12 {
+                counts[6 + d][cell(singles[d], singles[d + 1])] += 1.0;
+            }
+        }
+        for c in &counts {
+            // 63 degrees of freedom; 72 tests in all; the 1e-6 quantile is 128.
+            let statistic = chi_squared(c);
+            assert!(statistic < 128.0, "{spec:?}: {statistic}");
+        }
+    }
+}
+
+#[test]
+fn well_spread_points_estimate_with_less_noise() {
+    // ∫∫ x·y² over the unit square is 1/6; the variance of one random sample is 1/15 − 1/36.
+    let variance = |spec: &SamplerSpec, dimension: usize| {
+        let sampler = Sampler::new(spec, 17);
+        let pixels = 400;
+        let mut sum = 0.0;
+        for i in 0..pixels {
+            let (pairs, _) = pixel_draws(&sampler, pixel(i, 0), 0..spec.spp);
+            let points = &pairs[dimension];
+            let mean = points
+                .iter()
+                .map(|p| f64::from(p.x * p.y * p.y))
+                .sum::<f64>()
+                / points.len() as f64;
+            sum += (mean - 1.0 / 6.0).powi(2);
+        }
+        sum / f64::from(pixels)
+    };
+    let theory = (1.0 / 15.0 - 1.0 / 36.0) / 64.0;
+    let [stratified, random, sobol] = [0, 1, 2].map(|k| variance(&kinds(64)[k], 3));
+    // 400 squared errors: their mean is good to about 7 %.
+    assert!((random / theory - 1.0).abs() < 0.3, "{random} but {theory}");
+    // An 8 × 8 grid leaves the variance within cells, about 1/64 of that between them.
+    assert!(stratified < theory / 20.0, "{stratified}");
+    assert!(sobol < theory / 100.0, "{sobol}");
+}
+
+#[test]
+fn counts_that_are_no_product_still_spread() {
+    let grid = Stratified::new(4, 4, true, None);
+    let spec = SamplerSpec {
+        points: Points::Stratified(grid),
+        ..SamplerSpec::sobol(16)
+    };
+    for n in [1, 2, 3, 7, 13, 32, 50, 97, 1000] {
+        let spec = spec.clone().with_spp(n);
+        assert_eq!(spec.spp, n);
+        // Unbiased: over many pixels the mean of x is 1/2.
+        let sampler = Sampler::new(&spec, 2);
+        let pixels = 40_000 / n as i32 + 200;
+        let mut sum = 0.0;
+        for i in 0..pixels {
+            for k in 0..n {
+                sum += f64::from(sampler.stream(pixel(i, 7), k).next_2d().x);
+            }
+        }
+        let count = f64::from(pixels) * f64::from(n);
+        // Five standard deviations of as many independent numbers; stratified ones vary less.
+        assert!(
+            (sum / count - 0.5).abs() < 5.0 * (1.0 / 12.0 / count).sqrt(),
+            "{n}"
+        );
+    }
+}
+
+#[test]
+fn quick_looks_take_one_sample() {
+    let [stratified, random, sobol] = [0, 1, 2].map(|k| kinds(16)[k].clone().quick());
+    assert_eq!((stratified.spp, random.spp, sobol.spp), (1, 16, 1));
+}
