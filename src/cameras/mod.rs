@@ -1,1 +1,181 @@
-//! cameras
+//! Cameras: from a point of the film, a time and a point of the lens to a ray into the scene.
+//!
+//! A [`CameraSpec`] is what the scene file said, read and checked; [`Camera::new`] puts it behind a
+//! film and into render space. `perspective` is the pinhole and the thin lens, `realistic` traces
+//! a lens prescription surface by surface with [`crate::optics`].
+//!
+//! Raster coordinates: x to the right, y down, in pixels of the *full* film; (0, 0) is the
+//! picture's top left corner, and filters may ask for points outside the picture. Camera space: x right, y up, z into the
+//! scene.
+
+mod clip;
+mod mount;
+mod perspective;
+mod realistic;
+mod shutter;
+
+pub use clip::Clip;
+pub use perspective::{Perspective, PerspectiveSpec};
+pub use realistic::{Compat, Realistic, RealisticSpec, Weighting};
+pub use shutter::Shutter;
+
+use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::transform::Transform;
+use crate::math::{UVec2, Vec2};
+use crate::params::ParamReader;
+
+/// Where, when and through which part of the lens the film is struck.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraSample {
+    /// Point on the film, raster coordinates.
+    pub raster: Vec2,
+    /// Fraction of the shutter interval, 0 to 1.
+    pub time: f32,
+    /// Point of the lens, in the unit square.
+    pub lens: Vec2,
+}
+
+/// The ray that carries light to a film point.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraRay {
+    /// In render space, direction of unit length.
+    pub ray: Ray,
+    /// What the radiance along the ray counts for: 1 for `perspective`; for `realistic` see
+    /// [`Weighting`].
+    pub weight: f32,
+    /// The rays one pixel to the right and one pixel down, through the same point of the lens.
+    pub differentials: Option<RayDifferentials>,
+}
+
+/// The film as cameras see it.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmGeometry {
+    /// Pixels of the full film, before cropping.
+    pub resolution: UVec2,
+    /// Diagonal in millimetres; only `realistic` looks at it.
+    pub diagonal_mm: f64,
+}
+
+impl FilmGeometry {
+    /// Width and height in millimetres of a film with diagonal `diagonal_mm` and square pixels.
+    pub fn size_mm(&self, diagonal_mm: f64) -> [f64; 2] {
+        let aspect = f64::from(self.resolution.y) / f64::from(self.resolution.x);
+        let width = diagonal_mm / (1.0 + aspect * aspect).sqrt();
+        [width, aspect * width]
+    }
+}
+
+/// Why a camera cannot be made although its parameters could be read.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// The film has no pixels.
+    #[error("the film has no pixels")]
+    EmptyFilm,
+    /// The film's diagonal is not a positive length.
+    #[error("the film's diagonal is {0} mm; expected a positive length")]
+    FilmDiagonal(f64),
+    /// The camera's transformation cannot be inverted.
+    #[error("the camera's transformation cannot be inverted (a Scale by 0?)")]
+    SingularTransform,
+}
+
+/// A camera as the scene file describes it.
+#[derive(Clone, Debug)]
+pub enum CameraSpec {
+    /// Pinhole or thin lens.
+    Perspective(PerspectiveSpec),
+    /// A traced lens prescription.
+    Realistic(Box<RealisticSpec>),
+}
+
+impl CameraSpec {
+    /// Reads a `Camera` directive. Every problem is reported to the diagnostics under the
+    /// parameter that has it; `None` where no camera can be made of the rest.
+    pub fn from_params(params: &ParamReader) -> Option<CameraSpec> {
+        match params.kind() {
+            "perspective" => PerspectiveSpec::from_params(params).map(CameraSpec::Perspective),
+            "realistic" => {
+                RealisticSpec::from_params(params).map(|s| CameraSpec::Realistic(Box::new(s)))
+            }
+            other => {
+                params.error(
+                    "",
+                    format!(
+                        "there is no camera \"{other}\"; expected \"perspective\" or \"realistic\""
+                    ),
+                );
+                None
+            }
+        }
+    }
+
+    /// Chooses whose habits to copy (`--compat`); only `realistic` has any.
+    pub fn set_compat(&mut self, compat: Compat) {
+        if let CameraSpec::Realistic(spec) = self {
+            spec.compat = compat;
+        }
+    }
+
+    /// What a photographer wants to know before the picture is taken, one fact a line.
+    pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
+        match self {
+            CameraSpec::Perspective(spec) => spec.describe(film),
+            CameraSpec::Realistic(spec) => spec.describe(film),
+        }
+    }
+
+    /// What looks wrong although a picture can be made: a lens focused inside itself, a film
+    /// inside glass, a picture larger than the image circle.
+    pub fn warnings(&self, film: &FilmGeometry) -> Vec<String> {
+        match self {
+            CameraSpec::Perspective(_) => Vec::new(),
+            CameraSpec::Realistic(spec) => spec.warnings(film),
+        }
+    }
+}
+
+/// A camera ready to make rays.
+#[derive(Clone, Debug)]
+pub enum Camera {
+    /// Pinhole or thin lens.
+    Perspective(Perspective),
+    /// A traced lens prescription.
+    Realistic(Realistic),
+}
+
+impl Camera {
+    /// Puts `spec` behind `film`; `render_from_camera` places it (camera space in the units of
+    /// the camera: scene units for `perspective`; see [`RealisticSpec`] for the other).
+    pub fn new(
+        spec: &CameraSpec,
+        film: &FilmGeometry,
+        render_from_camera: &Transform,
+    ) -> Result<Camera, CameraError> {
+        if film.resolution.x == 0 || film.resolution.y == 0 {
+            return Err(CameraError::EmptyFilm);
+        }
+        if !render_from_camera.is_invertible() {
+            return Err(CameraError::SingularTransform);
+        }
+        match spec {
+            CameraSpec::Perspective(s) => Ok(Camera::Perspective(Perspective::new(
+                s,
+                film,
+                render_from_camera,
+            ))),
+            CameraSpec::Realistic(s) => {
+                Realistic::new(s, film, render_from_camera).map(Camera::Realistic)
+            }
+        }
+    }
+
+    /// The ray for `sample`; `None` where no light can arrive (a vignetted ray), which counts as
+    /// a black sample. `want_differentials` asks for the rays of the neighbouring pixels; asking
+    /// never changes whether the sample counts.
+    pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
+        match self {
+            Camera::Perspective(c) => Some(c.ray(sample, want_differentials)),
+            Camera::Realistic(c) => c.ray(sample, want_differentials),
+        }
+    }
+}

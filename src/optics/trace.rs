@@ -1,0 +1,313 @@
+//! Exact sequential tracing through a lens, in both directions.
+//!
+//! Surface by surface: to the vertex tangent plane, to the surface, through its aperture, and on
+//! by Snell's law. The intersection is relative to the vertex and divides by a sum of numbers of
+//! one sign, so nothing cancels for radii from a fraction of a millimetre to 1e9 mm, and planes
+//! need no case of their own (Spencer and Murty, "General Ray-Tracing Procedure", J. Opt. Soc. Am.
+//! 52(6), 1962; the form of Welford, *Aberrations of Optical Systems*, 1986, §4.3).
+//!
+//! Lens coordinates: millimetres, origin at the vertex of the first (scene-side) surface, z toward
+//! the film. Light runs toward +z; rays from the film run toward −z.
+
+use super::real::{Dual, Plain, Real};
+use super::surface::Surface;
+use std::fmt;
+
+/// A ray in lens coordinates. Tracing wants a direction of unit length; [`LensRay::new`] and
+/// [`LensRay::through`] see to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LensRay<T> {
+    /// A point of the ray, mm.
+    pub o: [T; 3],
+    /// Unit direction.
+    pub d: [T; 3],
+}
+
+impl<T: Real> LensRay<T> {
+    /// From a point in a direction of any length. A direction that has none gives a ray that
+    /// tracing blocks.
+    pub fn new(o: [T; 3], d: [T; 3]) -> LensRay<T> {
+        let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        LensRay {
+            o,
+            d: d.map(|x| x / length),
+        }
+    }
+
+    /// From the point `from` through the point `to`.
+    pub fn through(from: [T; 3], to: [T; 3]) -> LensRay<T> {
+        LensRay::new(from, std::array::from_fn(|i| to[i] - from[i]))
+    }
+}
+
+/// Why a ray ends in the lens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// It passes the sphere, meets it beyond its equator, runs the wrong way, or is no ray at all
+    /// (not a number).
+    Missed,
+    /// It meets the surface outside the clear aperture.
+    Vignetted,
+    /// It is totally reflected.
+    TotalReflection,
+}
+
+/// Where and why a ray ends in the lens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Blocked {
+    /// Index of the surface, from 0 at the scene.
+    pub surface: usize,
+    /// What happened there.
+    pub cause: Cause,
+}
+
+impl fmt::Display for Blocked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = match self.cause {
+            Cause::Missed => "misses",
+            Cause::Vignetted => "is blocked by the aperture of",
+            Cause::TotalReflection => "is totally reflected at",
+        };
+        write!(f, "the ray {what} surface {}", self.surface + 1)
+    }
+}
+
+/// One surface, with everything that can be computed beforehand.
+#[derive(Clone, Copy, Debug)]
+struct Element<B> {
+    curvature: B,
+    /// Square of the clear radius.
+    radius2: B,
+    /// To the next vertex, film side.
+    thickness: B,
+    /// Index in front over index behind: the ratio n/n' for rays from the scene.
+    ratio_to_film: B,
+    /// Its inverse, for rays from the film.
+    ratio_to_scene: B,
+}
+
+/// A lens ready to be traced in precision `B` (f64 is the truth, f32 the fast path).
+#[derive(Clone, Debug)]
+pub struct LensTracer<B> {
+    elements: Vec<Element<B>>,
+    /// z of the last vertex.
+    length: B,
+}
+
+/// Everything that tells one direction of tracing from the other.
+struct Pass<B> {
+    /// Sign of the direction's z.
+    sign: B,
+    to_film: bool,
+    /// Do apertures block?
+    clip: bool,
+}
+
+impl<B: Plain> LensTracer<B> {
+    /// Prepares `surfaces` (scene to film; air in front of the first).
+    pub fn new(surfaces: &[Surface]) -> LensTracer<B> {
+        let mut before = 1.0;
+        let elements = surfaces
+            .iter()
+            .map(|s| {
+                let ratio = before / s.index;
+                before = s.index;
+                let radius = 0.5 * s.aperture;
+                Element {
+                    curvature: B::round_from(s.curvature()),
+                    radius2: B::round_from(radius * radius),
+                    thickness: B::round_from(s.thickness),
+                    ratio_to_film: B::round_from(ratio),
+                    ratio_to_scene: B::round_from(1.0 / ratio),
+                }
+            })
+            .collect();
+        let inner = &surfaces[..surfaces.len().saturating_sub(1)];
+        LensTracer {
+            elements,
+            length: B::round_from(inner.iter().map(|s| s.thickness).sum()),
+        }
+    }
+
+    /// Traces a ray from the film through the lens: where it leaves the first surface, and where
+    /// it goes. The direction's z must be negative.
+    pub fn to_scene<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
+        self.trace_to_scene(ray, true)
+    }
+
+    /// As [`LensTracer::to_scene`], but apertures do not block.
+    pub fn to_scene_unclipped<T: Real<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+    ) -> Result<LensRay<T>, Blocked> {
+        self.trace_to_scene(ray, false)
+    }
+
+    fn trace_to_scene<T: Real<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+        clip: bool,
+    ) -> Result<LensRay<T>, Blocked> {
+        let pass = Pass {
+            sign: -B::ONE,
+            to_film: false,
+            clip,
+        };
+        let mut r = *ray;
+        // z is kept relative to the vertex of the current surface.
+        r.o[2] = r.o[2].plus(-self.length);
+        for i in (0..self.elements.len()).rev() {
+            if i + 1 < self.elements.len() {
+                r.o[2] = r.o[2].plus(self.elements[i].thickness);
+            }
+            self.cross(i, &mut r, &pass)?;
+        }
+        finished(r, 0)
+    }
+
+    /// Traces a ray from the scene through the lens: where it leaves the last surface, and where
+    /// it goes. The direction's z must be positive.
+    pub fn to_film<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
+        let pass = Pass {
+            sign: B::ONE,
+            to_film: true,
+            clip: true,
+        };
+        let mut r = *ray;
+        let last = self.elements.len().saturating_sub(1);
+        for i in 0..self.elements.len() {
+            self.cross(i, &mut r, &pass)?;
+            if i < last {
+                r.o[2] = r.o[2].plus(-self.elements[i].thickness);
+            }
+        }
+        r.o[2] = r.o[2].plus(self.length);
+        finished(r, last)
+    }
+
+    /// How far each surface is missed: the signed height `x` at which a ray in the meridional
+    /// plane (y = 0) from the film meets it, over its clear radius; largest absolute value of
+    /// all. At most 1 for a ray that passes. Apertures do not block; `None` where the ray ends
+    /// otherwise.
+    pub(super) fn largest_relative_height(&self, ray: &LensRay<B>) -> Option<B> {
+        let pass = Pass {
+            sign: -B::ONE,
+            to_film: false,
+            clip: false,
+        };
+        let mut r = *ray;
+        r.o[2] = r.o[2].plus(-self.length);
+        let mut largest = B::ZERO;
+        for i in (0..self.elements.len()).rev() {
+            if i + 1 < self.elements.len() {
+                r.o[2] = r.o[2].plus(self.elements[i].thickness);
+            }
+            self.cross(i, &mut r, &pass).ok()?;
+            let height2 = (r.o[0] * r.o[0] + r.o[1] * r.o[1]) / self.elements[i].radius2;
+            if height2 > largest {
+                largest = height2;
+            }
+        }
+        Some(largest.sqrt())
+    }
+
+    /// Takes the ray across surface `i`, with z relative to its vertex. Every comparison is
+    /// written so that a NaN blocks.
+    #[inline(always)]
+    fn cross<T: Real<Base = B>>(
+        &self,
+        i: usize,
+        ray: &mut LensRay<T>,
+        pass: &Pass<B>,
+    ) -> Result<(), Blocked> {
+        let e = &self.elements[i];
+        let blocked = |cause| Err(Blocked { surface: i, cause });
+        let [x, y, z] = ray.o;
+        let [l, m, n] = ray.d;
+        let (s, c) = (pass.sign, e.curvature);
+        // A ray that runs parallel to the vertex plane, or away from the next surface, has missed it.
+        if !((n.value() * s) > B::ZERO) {
+            return blocked(Cause::Missed);
+        }
+        // To the vertex tangent plane: keeps the digits of all that follows.
+        let t = -z / n;
+        let (x, y) = (x + t * l, y + t * m);
+        // To the sphere.
+        let f = (x * x + y * y).times(c);
+        let g = n - (x * l + y * m).times(c);
+        let discriminant = g * g - f.times(c);
+        if !(discriminant.value() >= B::ZERO) {
+            return blocked(Cause::Missed);
+        }
+        // The cosine of incidence, signed as the direction.
+        let q = discriminant.sqrt().times(s);
+        let t = f / (g + q);
+        let (x, y, z) = (x + t * l, y + t * m, t * n);
+        let axial = -z.times(c);
+        // On the near half of the sphere, the normal (−cx, −cy, 1 − cz) leans along the axis.
+        if !(axial.value() > -B::ONE) {
+            return blocked(Cause::Missed);
+        }
+        if pass.clip && !((x * x + y * y).value() <= e.radius2) {
+            return blocked(Cause::Vignetted);
+        }
+        ray.o = [x, y, z];
+        let mu = if pass.to_film {
+            e.ratio_to_film
+        } else {
+            e.ratio_to_scene
+        };
+        if mu == B::ONE {
+            return Ok(());
+        }
+        // Snell's law: squared cosine of refraction.
+        let k = (discriminant.plus(-B::ONE)).times(mu * mu).plus(B::ONE);
+        if !(k.value() >= B::ZERO) {
+            return blocked(Cause::TotalReflection);
+        }
+        let g = k.sqrt().times(s) - q.times(mu);
+        let gc = g.times(c);
+        ray.d = [
+            l.times(mu) - gc * x,
+            m.times(mu) - gc * y,
+            n.times(mu) + g + g * axial,
+        ];
+        Ok(())
+    }
+}
+
+impl LensTracer<f64> {
+    /// Traces the ray from the film point `film` through the point `pupil`, with the derivatives
+    /// of where it leaves and where it goes by the film point's x and y, `pupil` held fixed.
+    /// Exact derivatives of this very ray: no neighbouring ray is traced, so none can be blocked.
+    pub fn to_scene_with_derivatives(
+        &self,
+        film: [f64; 3],
+        pupil: [f64; 3],
+    ) -> Result<LensRay<Dual>, Blocked> {
+        let from = [
+            Dual::parameter(film[0], 0),
+            Dual::parameter(film[1], 1),
+            Dual::constant(film[2]),
+        ];
+        let mut ray = LensRay::through(from, pupil.map(Dual::constant));
+        // The line is the same whichever side of the film the pupil lies.
+        if ray.d[2].value > 0.0 {
+            ray.d = ray.d.map(|x| -x);
+        }
+        self.to_scene(&ray)
+    }
+}
+
+/// Makes the direction's length 1 again, and makes sure that what is handed out is finite.
+fn finished<T: Real>(ray: LensRay<T>, surface: usize) -> Result<LensRay<T>, Blocked> {
+    let ray = LensRay::new(ray.o, ray.d);
+    if ray.o.iter().chain(&ray.d).all(|x| x.value().is_finite()) {
+        Ok(ray)
+    } else {
+        Err(Blocked {
+            surface,
+            cause: Cause::Missed,
+        })
+    }
+}
