@@ -8,10 +8,10 @@ mod geometry;
 mod lights;
 
 use crate::cameras::{Camera, FilmGeometry};
-use crate::film::FilmMetadata;
+use crate::film::{FilmMetadata, PixelBounds};
 use crate::integrators::Integrator;
 use crate::math::transform::Transform;
-use crate::math::{DMat4, DVec3};
+use crate::math::{DVec3, UVec2};
 use crate::render::Shot;
 use crate::samplers::Sampler;
 use crate::scene::Frame;
@@ -19,6 +19,7 @@ use crate::scene::options::Options;
 use crate::syntax::{Diagnostic, Diagnostics};
 use crate::textures::Textures;
 use crate::world::World;
+use geometry::Shapes;
 
 /// A frame ready to be rendered.
 #[derive(Debug)]
@@ -33,8 +34,7 @@ pub struct Built {
 
 /// Builds a frame. Files that cannot be loaded are reported; `None` where there is no camera.
 pub fn build(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built> {
-    let Frame { options, float_textures, spectrum_textures, materials, shapes, objects, instances, lights, area_lights } =
-        frame;
+    let options = frame.options;
     let render_from_world = render_from_world(&options.camera_from_world);
     let film = FilmGeometry { resolution: options.film.resolution, diagonal_mm: options.film.diagonal_mm };
     let render_from_camera = render_from_world * options.camera_from_world.inverted();
@@ -45,21 +45,28 @@ pub fn build(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built
             return None;
         }
     };
-    let (textures, problems) = Textures::compile(float_textures, spectrum_textures, &render_from_world);
+    let (textures, problems) =
+        Textures::compile(&frame.float_textures, &frame.spectrum_textures, &render_from_world);
     for problem in problems {
         diagnostics.push(Diagnostic::error(problem.to_string()));
     }
-    let mut lights = lights::place(&lights, &render_from_world, diagnostics);
-    let geometry =
-        geometry::build(shapes, objects, &instances, &area_lights, &render_from_world, &mut lights, diagnostics)?;
-    let world = World::new(geometry, materials, textures, lights);
+    let lights = lights::place(&frame.lights, &render_from_world, diagnostics);
+    let shapes = Shapes {
+        placed: frame.shapes,
+        objects: frame.objects,
+        instances: frame.instances,
+        area_lights: frame.area_lights,
+    };
+    let placed = geometry::build(shapes, lights, &render_from_world, diagnostics)?;
+    let world = World::new(placed.geometry, frame.materials, textures, placed.lights, placed.sampled_lights);
     let mut description = options.camera.describe(&film);
     description.extend(options.camera.warnings(&film).into_iter().map(|w| format!("warning: {w}")));
-    let metadata = metadata(&options, &film);
     let integrator = Integrator::new(&options.integrator.spec, &world);
+    let metadata = metadata(&options);
     let sampler = Sampler::new(&options.sampler, seed);
-    let sampled = sampled_bounds(&options);
-    let Options { film, filter, .. } = options;
+    let filter = if options.sampler.pixel_centers { options.filter.at_pixel_centers() } else { options.filter };
+    let film = options.film;
+    let sampled = sampled_bounds(film.pixel_bounds(), options.integrator.pixel_bounds);
     let shot = Shot { world, camera, integrator, sampler, filter, film, sampled };
     Some(Built { shot, metadata, description })
 }
@@ -68,4 +75,28 @@ pub fn build(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built
 fn render_from_world(camera_from_world: &Transform) -> Transform {
     let eye = camera_from_world.inverted().point(DVec3::ZERO);
     Transform::translate(if eye.is_finite() { -eye } else { DVec3::ZERO })
+}
+
+/// What the output file says of itself, but for scene name and seed.
+fn metadata(options: &Options) -> FilmMetadata {
+    let world_to_camera = options.camera_from_world.m;
+    FilmMetadata {
+        world_to_camera,
+        world_to_ndc: options.camera.ndc_from_camera(options.film.resolution) * world_to_camera,
+        spp: options.sampler.spp,
+        lens: options.camera.lens_name(),
+        software: concat!("fstop ", env!("CARGO_PKG_VERSION")).to_string(),
+        ..FilmMetadata::default()
+    }
+}
+
+/// The film's pixels that `pixelbounds` (x0, x1, y0, y1) lets be sampled.
+fn sampled_bounds(film: PixelBounds, pixel_bounds: Option<[i32; 4]>) -> PixelBounds {
+    match pixel_bounds {
+        None => film,
+        Some(bounds) => {
+            let [x0, x1, y0, y1] = bounds.map(|v| v.max(0) as u32);
+            film.intersection(PixelBounds::new(UVec2::new(x0, y0), UVec2::new(x1, y1)))
+        }
+    }
 }

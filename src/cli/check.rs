@@ -1,7 +1,7 @@
 //! `fstop check SCENE...`: every problem of the files and of what they include, nothing rendered.
 
 use super::{BAD_INPUT, ReadArgs, messages};
-use crate::syntax::{Diagnostics, SourceMap};
+use crate::syntax::SourceMap;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -27,8 +27,7 @@ pub fn run(args: &CheckArgs) -> ExitCode {
 
 fn check(path: &Path, args: &ReadArgs) -> bool {
     let sources = SourceMap::new();
-    let diagnostics = Diagnostics::new();
-    messages::read(path, &args.settings(), &sources, &diagnostics);
+    let (_, diagnostics) = messages::read(path, &args.settings(), &sources);
     messages::print(&diagnostics, &sources);
     let fit = !messages::refused(&diagnostics, args.strict);
     println!(

@@ -5,19 +5,22 @@ use crate::syntax::{Diagnostic, Diagnostics, SourceMap, Style};
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
-/// Reads a scene; `-` is standard input. `None` where the file itself cannot be read.
+/// Reads a scene; `-` is standard input. No scene where the file itself cannot be read.
 pub fn read(
     path: &Path,
     settings: &ReadSettings,
     sources: &SourceMap,
-    diagnostics: &Diagnostics,
-) -> Option<SceneDescription> {
+) -> (Option<SceneDescription>, Diagnostics) {
     let main = if path == Path::new("-") { sources.open_stdin() } else { sources.open(path) };
     match main {
-        Ok(main) => Some(read_scene(sources, main, settings, diagnostics)),
+        Ok(main) => {
+            let (scene, diagnostics) = read_scene(sources, main, settings);
+            (Some(scene), diagnostics)
+        }
         Err(error) => {
+            let diagnostics = Diagnostics::new();
             diagnostics.push(Diagnostic::error(error.to_string()));
-            None
+            (None, diagnostics)
         }
     }
 }

@@ -71,12 +71,11 @@ type Outcome = Result<(), Option<String>>;
 
 fn render_scene(args: &RenderArgs) -> Outcome {
     let sources = SourceMap::new();
-    let diagnostics = Diagnostics::new();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads)
         .build()
         .map_err(|e| Some(format!("cannot start {} threads: {e}", args.threads)))?;
-    let scene = messages::read(&args.scene, &args.read.settings(), &sources, &diagnostics);
+    let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
     let refused = messages::refused(&diagnostics, args.read.strict);
     if !args.quiet || refused {
         messages::print(&diagnostics, &sources);
@@ -132,14 +131,17 @@ fn render_frame(
     let rendering = Instant::now();
     let film = pool.install(|| render::render(shot, args.tile_size, &progress));
     progress.finish();
-    let picture = film.develop();
+    let mut picture = film.develop();
+    if !args.variance {
+        picture.variance = None;
+    }
     let metadata = FilmMetadata {
         seed: args.seed,
         scene: args.scene.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         ..built.metadata
     };
     for path in [Some(output), args.png.as_deref()].into_iter().flatten() {
-        film::write(path, &picture, &metadata, args.variance).map_err(|e| Some(e.to_string()))?;
+        film::write(path, &picture, &metadata).map_err(|e| Some(e.to_string()))?;
     }
     if !args.quiet {
         report_end(&film, shot, output, args.png.as_deref(), started, rendering);

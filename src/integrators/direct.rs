@@ -17,7 +17,7 @@ pub fn estimate(world: &World, surface: &SurfaceHit, bsdf: &Bsdf, id: LightId, s
     let from = surface.reference_point();
     let mut sum = Rgb::ZERO;
     if let Some(sample) = light.sample(&from, light_u) {
-        let f = bsdf.f(surface.wo, sample.wi) * sample.wi.dot(surface.shading.n).abs();
+        let f = bsdf.f(surface.wo, sample.wi) * sample.wi.dot(bsdf.shading_normal()).abs();
         let contribution = f * sample.radiance;
         if !is_black(contribution) && !world.occluded(&sample.shadow) {
             let weight =
@@ -38,7 +38,7 @@ pub fn estimate(world: &World, surface: &SurfaceHit, bsdf: &Bsdf, id: LightId, s
         _ => return sum,
     };
     if light_pdf > 0.0 {
-        let cosine = sample.wi.dot(surface.shading.n).abs();
+        let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
         let weight = power_heuristic(sample.pdf, light_pdf);
         sum += sample.f * radiance * (cosine * weight / sample.pdf);
     }

@@ -3,7 +3,7 @@
 
 use super::{direct, specular};
 use crate::handles::LightId;
-use crate::lights::selection::LightSelector;
+use crate::lights::LightSelector;
 use crate::math::Rgb;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::params::ParamReader;
@@ -67,9 +67,9 @@ impl DirectLighting {
                     };
                     direct::estimate(world, &hit.surface, bsdf, id, stream) / probability
                 }
-                Strategy::All => (0..world.lights.len())
+                Strategy::All => (0..world.sampled_lights().len())
                     .map(|i| {
-                        let samples = world.lights[i].samples().max(1);
+                        let samples = world.lights[i].sample_count();
                         let sum: Rgb = (0..samples)
                             .map(|_| direct::estimate(world, &hit.surface, bsdf, LightId(i as u32), stream))
                             .sum();

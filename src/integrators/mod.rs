@@ -9,7 +9,7 @@ pub mod path;
 pub mod specular;
 pub mod whitted;
 
-use crate::lights::selection::LightSelector;
+use crate::lights::{LightSelector, SelectionStrategy};
 use crate::math::Rgb;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::params::{Dialect, ParamReader};
@@ -101,8 +101,8 @@ impl IntegratorSettings {
                 read_and_ignore(reader);
                 IntegratorSpec::Path(Path::from_params(reader))
             }
-            other => {
-                reader.unknown_kind("integrator", other, NAMES, "`path` is used");
+            _ => {
+                reader.unknown_kind(NAMES);
                 IntegratorSpec::Path(Path::from_params(reader))
             }
         };
@@ -153,10 +153,10 @@ impl Integrator {
         let strategy = match spec {
             IntegratorSpec::Path(path) => path.light_strategy,
             // One light at random, as pbrt: `directlighting` and `whitted` choose uniformly or take all.
-            _ => crate::lights::selection::LightStrategy::Uniform,
+            _ => SelectionStrategy::Uniform,
         };
-        let radius = world.geometry.bounds().radius();
-        Integrator { spec: spec.clone(), selector: LightSelector::new(&world.lights, strategy, radius) }
+        let (_, radius) = world.geometry.bounds().bounding_sphere();
+        Integrator { spec: spec.clone(), selector: LightSelector::new(world.sampled_lights(), strategy, radius) }
     }
 
     /// Radiance along a camera ray.

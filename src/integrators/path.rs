@@ -8,7 +8,7 @@
 use super::MAX_NULL_SURFACES;
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
-use crate::lights::selection::{LightSelector, LightStrategy};
+use crate::lights::{LightSelector, SelectionStrategy};
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, color::is_black};
@@ -28,12 +28,12 @@ pub struct Path {
     /// `rrthreshold` (1): roulette is played only where the throughput's largest channel is below.
     pub rr_threshold: f32,
     /// `lightsamplestrategy` ("spatial"): noise only.
-    pub light_strategy: LightStrategy,
+    pub light_strategy: SelectionStrategy,
 }
 
 impl Default for Path {
     fn default() -> Self {
-        Path { max_depth: 5, rr_threshold: 1.0, light_strategy: LightStrategy::Spatial }
+        Path { max_depth: 5, rr_threshold: 1.0, light_strategy: SelectionStrategy::Spatial }
     }
 }
 
@@ -57,9 +57,9 @@ impl Path {
             max_depth: super::max_depth(reader) + extra,
             rr_threshold: reader.float("rrthreshold", 1.0) as f32,
             light_strategy: match reader.choice("lightsamplestrategy", &["spatial", "power", "uniform"]) {
-                "power" => LightStrategy::Power,
-                "uniform" => LightStrategy::Uniform,
-                _ => LightStrategy::Spatial,
+                "power" => SelectionStrategy::Power,
+                "uniform" => SelectionStrategy::Uniform,
+                _ => SelectionStrategy::Spatial,
             },
         }
     }
@@ -111,7 +111,7 @@ impl Path {
             let Some(sample) = bsdf.sample(surface.wo, lobe, direction_u) else {
                 return radiance;
             };
-            throughput *= sample.f * (sample.wi.dot(surface.shading.n).abs() / sample.pdf);
+            throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
             if is_black(throughput) || !throughput.is_finite() {
                 return radiance;
             }
@@ -157,7 +157,7 @@ fn sampled_light(
     let Some(light) = world.light(id).sample(&from, u) else {
         return Rgb::ZERO;
     };
-    let f = bsdf.f(surface.wo, light.wi) * light.wi.dot(surface.shading.n).abs();
+    let f = bsdf.f(surface.wo, light.wi) * light.wi.dot(bsdf.shading_normal()).abs();
     let contribution = f * light.radiance;
     if is_black(contribution) || world.occluded(&light.shadow) {
         return Rgb::ZERO;

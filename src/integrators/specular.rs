@@ -75,8 +75,8 @@ fn scatter(
     transmit: bool,
     stream: &mut SampleStream,
 ) -> Option<Branch> {
-    let sample = bsdf.sample_specular(hit.surface.wo, transmit)?;
-    let cosine = sample.wi.dot(hit.surface.shading.n).abs();
+    let sample = bsdf.sample_specular(hit.surface.wo, transmit, stream.next_1d())?;
+    let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
     let mut throughput = branch.throughput * sample.f * (cosine / sample.pdf);
     if is_black(throughput) || !throughput.is_finite() {
         return None;

@@ -36,14 +36,14 @@ impl Whitted {
             let surface = &hit.surface;
             let from = surface.reference_point();
             world
-                .lights
+                .sampled_lights()
                 .iter()
                 .map(|light| {
                     let u = stream.next_2d();
                     let Some(sample) = light.sample(&from, u) else {
                         return Rgb::ZERO;
                     };
-                    let cosine = sample.wi.dot(surface.shading.n).abs();
+                    let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
                     let contribution = bsdf.f(surface.wo, sample.wi) * sample.radiance * (cosine / sample.pdf);
                     if is_black(contribution) || world.occluded(&sample.shadow) { Rgb::ZERO } else { contribution }
                 })

@@ -31,6 +31,7 @@
 //! assert_eq!(diagnostics.warnings(), 1);
 //! ```
 
+mod accept;
 mod asked;
 mod files;
 mod reader;

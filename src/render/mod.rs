@@ -68,16 +68,11 @@ fn sample_pixel(shot: &Shot, pixel: UVec2, tile: &mut Tile) {
     // With more samples each stands for a smaller part of the pixel, and textures are filtered
     // over less (scene-language 3.1).
     let spacing = 1.0 / (spp as f32).sqrt();
-    let want_differentials = shot.world.textures.needs_footprint();
+    let want_differentials = shot.world.needs_footprint();
     let centre = pixel.as_vec2() + Vec2::splat(0.5);
     for index in 0..spp {
         let mut stream = shot.sampler.stream(IVec2::new(pixel.x as i32, pixel.y as i32), index);
-        let on_film = if shot.sampler.at_pixel_centres() {
-            stream.next_2d();
-            crate::filters::FilterSample { offset: Vec2::ZERO, weight: 1.0 }
-        } else {
-            shot.filter.sample(stream.next_2d())
-        };
+        let on_film = shot.filter.sample(stream.next_2d());
         let time = stream.next_1d();
         let lens = stream.next_2d();
         let sample = CameraSample { raster: centre + on_film.offset, time, lens };

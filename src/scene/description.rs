@@ -2,7 +2,7 @@
 
 use super::options::Options;
 use crate::handles::{MaterialId, ObjectId};
-use crate::lights::{DiffuseSpec, LightSpec};
+use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
 use crate::math::transform::Transform;
 use crate::params::Dialect;
@@ -39,7 +39,7 @@ pub struct Frame {
     /// Lights other than area lights.
     pub lights: Vec<LightSpec>,
     /// Emission of shapes; a shape refers to one by position.
-    pub area_lights: Vec<DiffuseSpec>,
+    pub area_lights: Vec<DiffuseAreaSpec>,
 }
 
 /// A shape with all that the graphics state says of it.

@@ -3,7 +3,7 @@
 
 use crate::handles::{FloatTextureId, MaterialId, SpectrumTextureId};
 use crate::params::TextureNames;
-use crate::syntax::Typed;
+use crate::syntax::{Span, Typed};
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -14,8 +14,6 @@ pub struct MaterialDirective {
     pub typed: Typed,
     /// The material made from them; `None` for `"none"`.
     pub id: Option<MaterialId>,
-    /// The texture names that were in force at the directive: textures bind when used.
-    pub textures: Rc<TextureNames>,
 }
 
 /// The graphics state.
@@ -28,7 +26,7 @@ pub struct GraphicsState {
     /// Named materials in scope.
     pub named_materials: Rc<HashMap<String, Rc<MaterialDirective>>>,
     /// Emission of later shapes.
-    pub area_light: Option<Rc<Typed>>,
+    pub area_light: Option<Rc<(Typed, Span)>>,
     /// `ReverseOrientation` flag.
     pub reverse_orientation: bool,
 }

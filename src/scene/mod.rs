@@ -7,8 +7,10 @@ pub mod description;
 pub mod graphics_state;
 pub mod interpreter;
 pub mod options;
+pub mod reading;
 pub mod scopes;
 pub mod transforms;
+mod world_block;
 
 pub use description::{Frame, SceneDescription};
 pub use interpreter::{ReadSettings, read_scene};

@@ -1,7 +1,7 @@
 //! The options block: directives that are stored and only understood at `WorldEnd`, when it is
 //! known which dialect the file speaks (scene-language 2.3).
 
-use super::interpreter::Reading;
+use super::reading::Reading;
 use super::transforms::Ctm;
 use crate::cameras::CameraSpec;
 use crate::film::FilmSpec;
@@ -10,7 +10,7 @@ use crate::integrators::IntegratorSettings;
 use crate::math::transform::Transform;
 use crate::params::{Dialect, ParamReader};
 use crate::samplers::SamplerSpec;
-use crate::syntax::{Diagnostic, ParamList, Typed};
+use crate::syntax::{Diagnostic, Span, Typed};
 
 /// Camera, film, sampler, filter and integrator of one frame, read and checked.
 #[derive(Debug)]
@@ -29,23 +29,43 @@ pub struct Options {
     pub integrator: IntegratorSettings,
 }
 
+/// A directive as it stands in the file, with the place of its word.
+type Stored = Option<(Typed, Span)>;
+
 /// The directives of the options block as they stand in the file; the last of each kind counts.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct StoredOptions {
-    /// `Camera` with the transformations in force there.
-    pub camera: Option<(Typed, Ctm)>,
+    /// `Camera`.
+    pub camera: Stored,
+    /// The transformations in force there.
+    pub camera_ctm: Ctm,
     /// `Film`.
-    pub film: Option<Typed>,
+    pub film: Stored,
     /// `PixelFilter`.
-    pub filter: Option<Typed>,
+    pub filter: Stored,
     /// `Sampler`.
-    pub sampler: Option<Typed>,
+    pub sampler: Stored,
     /// `Integrator` or `SurfaceIntegrator`.
-    pub integrator: Option<Typed>,
+    pub integrator: Stored,
     /// `Accelerator`: read for its parameters' sake, without effect on the picture.
-    pub accelerator: Option<Typed>,
+    pub accelerator: Stored,
     /// `Renderer`, pbrt-v2 only.
-    pub renderer: Option<Typed>,
+    pub renderer: Stored,
+}
+
+impl Default for StoredOptions {
+    fn default() -> Self {
+        StoredOptions {
+            camera: None,
+            camera_ctm: Ctm::IDENTITY,
+            film: None,
+            filter: None,
+            sampler: None,
+            integrator: None,
+            accelerator: None,
+            renderer: None,
+        }
+    }
 }
 
 impl StoredOptions {
@@ -59,12 +79,12 @@ impl StoredOptions {
 
     /// Reads everything; every problem is reported. `None` where there is no camera to render with.
     pub fn read(&self, reading: &Reading) -> Option<Options> {
-        let dialect = reading.dialect;
+        let dialect = reading.dialect();
         self.read_accelerator(reading);
         self.read_renderer(reading);
         let film = reading.read_or("Film", self.film.as_ref(), "image", |reader| {
             if reader.kind() != "image" {
-                reader.unknown_kind("film", reader.kind(), &["image"], "`image` is used");
+                reader.unknown_kind(&["image"]);
             }
             FilmSpec::from_params(reader)
         });
@@ -72,23 +92,17 @@ impl StoredOptions {
         let default_sampler = if dialect == Dialect::V2 { "lowdiscrepancy" } else { "halton" };
         let sampler = reading.read_or("Sampler", self.sampler.as_ref(), default_sampler, SamplerSpec::from_params);
         let integrator = match &self.integrator {
-            Some(typed) => reading.read("Integrator", typed, IntegratorSettings::from_params),
+            Some((typed, span)) => reading.read("Integrator", *span, typed, IntegratorSettings::from_params),
             None => IntegratorSettings::default_for(dialect),
         };
-        let camera = reading.read_or(
-            "Camera",
-            self.camera.as_ref().map(|(typed, _)| typed),
-            "perspective",
-            CameraSpec::from_params,
-        )?;
-        let camera_from_world = match &self.camera {
-            Some((typed, ctm)) => {
-                warn_about_motion(reading, typed, ctm);
-                ctm.start
-            }
-            None => Transform::IDENTITY,
-        };
-        Some(Options { camera, camera_from_world, film, filter, sampler, integrator })
+        let camera = reading.read_or("Camera", self.camera.as_ref(), "perspective", CameraSpec::from_params)?;
+        if let Some((_, span)) = &self.camera
+            && self.camera_ctm.is_animated()
+        {
+            let message = "a moving camera is held at its start: motion blur is not supported yet";
+            reading.diagnostics().push(Diagnostic::warning(message).at(*span));
+        }
+        Some(Options { camera, camera_from_world: self.camera_ctm.start, film, filter, sampler, integrator })
     }
 
     /// Accelerators do not change the picture: their parameters are legal and unused.
@@ -97,22 +111,22 @@ impl StoredOptions {
             "maxnodeprims", "splitmethod", "intersectcost", "traversalcost", "emptybonus", "maxprims", "maxdepth",
             "refineimmediately", "nx",
         ];
-        let Some(typed) = &self.accelerator else { return };
-        reading.read("Accelerator", typed, |reader: &ParamReader| {
+        let Some((typed, span)) = &self.accelerator else { return };
+        reading.read("Accelerator", *span, typed, |reader: &ParamReader| {
             for name in PARAMETERS {
                 reader.accept(name);
             }
             let known = ["bvh", "kdtree", "grid"];
             if !known.contains(&reader.kind()) {
-                reader.unknown_kind("accelerator", reader.kind(), &known, "fstop's own is used, as for every scene");
+                reader.unknown_type(&known, "fstop's own is used, as for every scene");
             }
         });
     }
 
     /// pbrt-v2's renderers: all are answered by the one there is.
     fn read_renderer(&self, reading: &Reading) {
-        let Some(typed) = &self.renderer else { return };
-        reading.read("Renderer", typed, |reader: &ParamReader| {
+        let Some((typed, span)) = &self.renderer else { return };
+        reading.read("Renderer", *span, typed, |reader: &ParamReader| {
             reader.accept_all();
             if reader.kind() != "sampler" {
                 reader.note(format!("renderer `{}` is replaced by the ordinary one", reader.kind()));
@@ -120,16 +134,3 @@ impl StoredOptions {
         });
     }
 }
-
-/// A camera that moves is held where it starts.
-fn warn_about_motion(reading: &Reading, typed: &Typed, ctm: &Ctm) {
-    if ctm.is_animated() {
-        reading.diagnostics.push(
-            Diagnostic::warning("a moving camera is held at its start: motion blur is not supported yet")
-                .at(typed.kind.span),
-        );
-    }
-}
-
-/// An empty parameter list for defaults.
-pub(super) const NO_PARAMETERS: ParamList = ParamList::EMPTY;

@@ -22,11 +22,38 @@ pub struct World {
     pub textures: Textures,
     /// Lights by [`LightId`], area lights included.
     pub lights: Vec<Light>,
+    /// How many of `lights`, from the front, light is sampled from; the rest are emitters inside
+    /// objects, which glow and light nothing, as in pbrt-v3 (scene-language 2.4).
+    sampled_lights: usize,
     /// Those of `lights` that surround the scene.
     pub infinite_lights: Vec<LightId>,
 }
 
 impl World {
+    /// Puts a world together; the first `sampled_lights` of `lights` are sampled.
+    pub fn new(
+        geometry: Geometry,
+        materials: Vec<Material>,
+        textures: Textures,
+        lights: Vec<Light>,
+        sampled_lights: usize,
+    ) -> World {
+        let infinite_lights =
+            (0..lights.len()).filter(|&i| lights[i].is_infinite()).map(|i| LightId(i as u32)).collect();
+        World { geometry, materials, textures, lights, sampled_lights, infinite_lights }
+    }
+
+    /// The lights that light is sampled from; position i is [`LightId`] i.
+    pub fn sampled_lights(&self) -> &[Light] {
+        &self.lights[..self.sampled_lights]
+    }
+
+    /// Does anything in the world filter over a texture footprint? If not, cameras need not make
+    /// ray differentials.
+    pub fn needs_footprint(&self) -> bool {
+        self.textures.needs_footprint() || self.materials.iter().any(Material::needs_footprint)
+    }
+
     /// The nearest surface along a ray.
     pub fn intersect(&self, ray: &Ray) -> Option<GeometryHit> {
         self.geometry

@@ -1,0 +1,133 @@
+//! Shapes placed, emitters made, trees built.
+
+use crate::accel::{Geometry, GeometryBuilder, ObjectBuilder, PrimitiveAttributes};
+use crate::handles::LightId;
+use crate::lights::{DiffuseAreaLight, DiffuseAreaSpec, Light};
+use crate::math::transform::Transform;
+use crate::scene::description::{InstanceEntity, ObjectDefinition, ShapeEntity};
+use crate::shapes::{CompiledShape, ShapeError};
+use crate::syntax::{Diagnostic, Diagnostics};
+use rayon::prelude::*;
+
+/// The shapes of a frame.
+pub struct Shapes {
+    /// Placed in the world.
+    pub placed: Vec<ShapeEntity>,
+    /// Named objects.
+    pub objects: Vec<ObjectDefinition>,
+    /// Where objects stand.
+    pub instances: Vec<InstanceEntity>,
+    /// Emission that shapes refer to.
+    pub area_lights: Vec<DiffuseAreaSpec>,
+}
+
+/// Geometry with the lights that shapes make.
+pub struct Placed {
+    /// The surfaces.
+    pub geometry: Geometry,
+    /// All lights: those given, then the emitting shapes.
+    pub lights: Vec<Light>,
+    /// How many of `lights`, from the front, are sampled; emitters inside objects are not.
+    pub sampled_lights: usize,
+}
+
+/// Compiles all shapes (meshes are loaded in parallel) and builds the trees. What cannot be loaded
+/// is reported and left out.
+pub fn build(
+    shapes: Shapes,
+    lights: Vec<Light>,
+    render_from_world: &Transform,
+    diagnostics: &Diagnostics,
+) -> Option<Placed> {
+    let mut adder = Adder { area_lights: &shapes.area_lights, lights, groups: 0, diagnostics };
+    let mut top = GeometryBuilder::default();
+    for (shape, attributes) in adder.compile(shapes.placed, render_from_world) {
+        top.add(shape, attributes);
+    }
+    let sampled_lights = adder.lights.len();
+    let mut objects = Vec::with_capacity(shapes.objects.len());
+    for object in shapes.objects {
+        let mut builder = ObjectBuilder::default();
+        for (shape, attributes) in adder.compile(object.shapes, &Transform::IDENTITY) {
+            builder.add(shape, attributes);
+        }
+        objects.push(builder);
+    }
+    for instance in &shapes.instances {
+        let render_from_object = *render_from_world * instance.world_from_object;
+        top.add_instance(instance.object, &render_from_object);
+    }
+    match top.build(objects) {
+        Ok(geometry) => Some(Placed { geometry, lights: adder.lights, sampled_lights }),
+        Err(error) => {
+            diagnostics.push(Diagnostic::error(error.to_string()));
+            None
+        }
+    }
+}
+
+/// Turns shapes into primitives with attributes, collecting the lights they make.
+struct Adder<'a> {
+    area_lights: &'a [DiffuseAreaSpec],
+    lights: Vec<Light>,
+    groups: u32,
+    diagnostics: &'a Diagnostics,
+}
+
+impl Adder<'_> {
+    fn compile(
+        &mut self,
+        shapes: Vec<ShapeEntity>,
+        level_from_world: &Transform,
+    ) -> Vec<(CompiledShape, PrimitiveAttributes)> {
+        let compiled: Vec<(ShapeEntity, Result<CompiledShape, ShapeError>)> = shapes
+            .into_par_iter()
+            .map(|shape| {
+                let level_from_shape = *level_from_world * shape.world_from_shape;
+                let result = shape.spec.compile(&level_from_shape, shape.reverse_orientation);
+                (shape, result)
+            })
+            .collect();
+        compiled.into_iter().filter_map(|(shape, result)| self.attributes(&shape, result)).collect()
+    }
+
+    fn attributes(
+        &mut self,
+        shape: &ShapeEntity,
+        result: Result<CompiledShape, ShapeError>,
+    ) -> Option<(CompiledShape, PrimitiveAttributes)> {
+        let compiled = match result {
+            Ok(compiled) => compiled,
+            Err(error) => {
+                let problem = match error {
+                    // A flattened shape shows nothing in pbrt either.
+                    ShapeError::Singular => Diagnostic::warning(format!("{error}; left out")),
+                    _ => Diagnostic::error(error.to_string()),
+                };
+                self.diagnostics.push(problem.at(shape.span));
+                return None;
+            }
+        };
+        for warning in compiled.warnings() {
+            self.diagnostics.push(Diagnostic::warning(warning.clone()).at(shape.span));
+        }
+        let attributes = PrimitiveAttributes {
+            material: shape.material,
+            light: shape.area_light.map(|light| self.add_lights(&compiled, light)),
+            alpha: shape.spec.alpha(),
+            shadow_alpha: shape.spec.shadow_alpha(),
+        };
+        Some((compiled, attributes))
+    }
+
+    /// One light for each piece of the shape; all pieces are one group.
+    fn add_lights(&mut self, shape: &CompiledShape, area_light: usize) -> LightId {
+        let first = LightId(self.lights.len() as u32);
+        let spec = &self.area_lights[area_light];
+        for emitter in shape.emitters() {
+            self.lights.push(Light::DiffuseArea(DiffuseAreaLight::new(spec, emitter, self.groups)));
+        }
+        self.groups += 1;
+        first
+    }
+}

@@ -1,0 +1,32 @@
+//! Lights placed, their maps loaded.
+
+use crate::assets::picture::Picture;
+use crate::lights::{EnvironmentMap, InfiniteSpec, Light, LightSpec};
+use crate::math::transform::Transform;
+use crate::syntax::{Diagnostic, Diagnostics};
+
+/// Puts every light into render space. A map that cannot be read is reported; the light then
+/// shines with its constant radiance, as in pbrt-v3.
+pub fn place(specs: &[LightSpec], render_from_world: &Transform, diagnostics: &Diagnostics) -> Vec<Light> {
+    specs
+        .iter()
+        .map(|spec| {
+            let map = match spec {
+                LightSpec::Infinite(infinite) => environment_map(infinite, diagnostics),
+                _ => None,
+            };
+            Light::new(spec, map, render_from_world)
+        })
+        .collect()
+}
+
+fn environment_map(spec: &InfiniteSpec, diagnostics: &Diagnostics) -> Option<EnvironmentMap> {
+    let path = spec.map.as_ref()?;
+    match Picture::load(path) {
+        Ok(picture) => Some(EnvironmentMap::from_picture(&picture)),
+        Err(error) => {
+            diagnostics.push(Diagnostic::error(error.to_string()));
+            None
+        }
+    }
+}

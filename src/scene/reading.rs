@@ -1,0 +1,63 @@
+//! What reading parameters needs, at one point of the file.
+
+use crate::params::{Dialect, ParamContext, ParamReader, SpectrumFiles, TextureNames};
+use crate::syntax::{Diagnostics, FileId, Name, ParamList, Span, Typed};
+use std::path::Path;
+
+/// Makes readers for directives.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading<'a> {
+    context: ParamContext<'a>,
+}
+
+impl<'a> Reading<'a> {
+    /// With file names starting at `directory` and the textures now in scope.
+    pub fn new(
+        directory: &'a Path,
+        dialect: Dialect,
+        diagnostics: &'a Diagnostics,
+        spectra: &'a SpectrumFiles,
+        textures: &'a TextureNames,
+    ) -> Reading<'a> {
+        Reading { context: ParamContext { directory, dialect, diagnostics, spectra, textures } }
+    }
+
+    /// Whose defaults apply.
+    pub fn dialect(&self) -> Dialect {
+        self.context.dialect
+    }
+
+    /// Where problems go.
+    pub fn diagnostics(&self) -> &'a Diagnostics {
+        self.context.diagnostics
+    }
+
+    /// Reads a directive and reports its unused parameters.
+    pub fn read<R>(&self, word: &'static str, span: Span, typed: &Typed, f: impl FnOnce(&ParamReader) -> R) -> R {
+        let reader = ParamReader::new(&self.context, word, span, &typed.kind, &typed.params);
+        let result = f(&reader);
+        reader.finish();
+        result
+    }
+
+    /// What a directive of this type means without any parameters.
+    pub fn defaults<R>(&self, word: &'static str, kind: &str, f: impl FnOnce(&ParamReader) -> R) -> R {
+        let nowhere = Span { file: FileId(0), start: 0, end: 0 };
+        let name = Name { text: kind.to_string(), span: nowhere };
+        f(&ParamReader::new(&self.context, word, nowhere, &name, &ParamList::EMPTY))
+    }
+
+    /// Reads a directive, or the defaults of `kind` where it was not given.
+    pub fn read_or<R>(
+        &self,
+        word: &'static str,
+        given: Option<&(Typed, Span)>,
+        kind: &str,
+        f: impl FnOnce(&ParamReader) -> R,
+    ) -> R {
+        match given {
+            Some((typed, span)) => self.read(word, *span, typed, f),
+            None => self.defaults(word, kind, f),
+        }
+    }
+}
