@@ -35,10 +35,19 @@ impl Diagnostic {
             Severity::Note => Level::NOTE,
         };
         let mut group = Group::with_title(level.primary_title(self.message.as_str()));
-        let places = self.span.map(|span| (span, self.label.as_deref(), AnnotationKind::Primary));
+        let primary = self.span.map(|span| (span, self.label.as_deref(), AnnotationKind::Primary));
         let related = self.related.iter().map(|(span, text)| (*span, Some(text.as_str()), AnnotationKind::Context));
-        for (span, label, kind) in places.into_iter().chain(related) {
-            group = place(group, sources, span, label, kind);
+        let mut moved = Vec::new();
+        for (span, label, kind) in primary.into_iter().chain(related) {
+            let path = sources.path(span.file).display().to_string();
+            let Some(excerpt) = excerpt(sources, span) else {
+                group = group.element(Origin::path(path));
+                continue;
+            };
+            moved.extend(excerpt.moved(&path));
+            let marked = kind.span(excerpt.marked).label(label);
+            group =
+                group.element(Snippet::source(excerpt.text).path(path).line_start(excerpt.line).annotation(marked));
         }
         for note in self.notes.iter().cloned().chain(self.span.into_iter().flat_map(|s| inclusions(sources, s))) {
             group = group.element(Level::NOTE.message(note));
@@ -51,27 +60,18 @@ impl Diagnostic {
             Style::Colored => Renderer::styled(),
         };
         // The excerpt has been cut to size already; the margin holds the line's number.
-        renderer.term_width(SHOWN + 40).render(&[group]).to_string()
+        let text = renderer.term_width(SHOWN + 40).render(&[group]).to_string();
+        moved.into_iter().fold(text, |text, (shown, really)| text.replacen(&shown, &really, 1))
     }
 }
 
-fn place<'a>(
-    group: Group<'a>,
-    sources: &SourceMap,
-    span: Span,
-    label: Option<&'a str>,
-    kind: AnnotationKind,
-) -> Group<'a> {
-    let path = sources.path(span.file).display().to_string();
-    match excerpt(sources, span) {
-        Some(excerpt) => group
-            .element(Origin::path(path).line(excerpt.line).char_column(excerpt.column))
-            .element(
-                Snippet::source(excerpt.text)
-                    .line_start(excerpt.line)
-                    .annotation(kind.span(excerpt.marked).label(label)),
-            ),
-        None => group.element(Origin::path(path)),
+impl Excerpt {
+    /// `annotate-snippets` counts columns in the text it is given. Where that does not start with
+    /// the line, this is the place as it will print it, and as it really is.
+    fn moved(&self, path: &str) -> Option<(String, String)> {
+        let shown = self.text.get(..self.marked.start)?.chars().count() + 1;
+        let place = |column: usize| format!("{path}:{}:{column}", self.line);
+        (shown != self.column).then(|| (place(shown), place(self.column)))
     }
 }
 

@@ -6,8 +6,7 @@
 
 use super::number::{ends_word, is_blank};
 use nom::branch::alt;
-use nom::bytes::complete::{is_not, tag, take_till, take_till1, take_while1};
-use nom::character::complete::none_of;
+use nom::bytes::complete::{is_not, tag, take_till, take_till1, take_while_m_n, take_while1};
 use nom::combinator::{opt, recognize, value};
 use nom::multi::many0_count;
 use nom::sequence::{preceded, terminated};
@@ -62,7 +61,9 @@ fn bare(input: &[u8]) -> Lexed<'_, Lexeme<'_>> {
 
 fn quoted(input: &[u8]) -> Lexed<'_, Lexeme<'_>> {
     let (input, _) = tag("\"").parse(input)?;
-    let text = || recognize(many0_count(alt((is_not("\"\\\n"), preceded(tag("\\"), recognize(none_of("\n")))))));
+    // Not `none_of`: nom 8 takes a byte above 127 for a character of two bytes there.
+    let escape = || preceded(tag("\\"), take_while_m_n(1, 1, |b| b != b'\n'));
+    let text = || recognize(many0_count(alt((is_not("\"\\\n"), escape()))));
     alt((terminated(text(), tag("\"")).map(Lexeme::Quoted), terminated(text(), opt(tag("\\"))).map(Lexeme::Unterminated)))
         .parse(input)
 }
@@ -141,6 +142,7 @@ mod tests {
         assert_eq!(all(b"\""), [Lexeme::Unterminated(b"")]);
         assert_eq!(all(b"\"\""), [Lexeme::Quoted(b"")]);
         assert_eq!(all(br#""a\"b""#), [Lexeme::Quoted(br#"a\"b"#)]);
+        assert_eq!(all(b"\"\\\x80"), [Lexeme::Unterminated(b"\\\x80")]);
     }
 
     #[test]
