@@ -85,14 +85,16 @@ impl MicrofacetTransmission {
         }
     }
 
-    /// The facet normal (z > 0) that refracts one direction to the other; `None` where none does.
+    /// The facet normal (z > 0) that refracts one direction to the other; `None` where none does,
+    /// or only one that is seen from behind. (pbrt-v3 counts those in values but never samples
+    /// them, so that its pictures of rough glass lie up to 1 % above these at grazing angles.)
     fn facet(&self, wo: Vec3, wi: Vec3) -> Option<Vec3> {
         if wo.z * wi.z >= 0.0 {
             return None;
         }
         let h = (wo + self.eta(wo) * wi).try_normalize()?;
         let h = if h.z < 0.0 { -h } else { h };
-        (wo.dot(h) * wi.dot(h) < 0.0).then_some(h)
+        (wo.dot(h) * wo.z > 0.0 && wi.dot(h) * wi.z > 0.0).then_some(h)
     }
 
     /// The BTDF for radiance, in 1/sr (equation 8.20).

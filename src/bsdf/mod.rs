@@ -182,3 +182,253 @@ fn choose<T>(items: &[T], u: f32) -> Option<(&T, f32)> {
         (scaled - i as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0),
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::fresnel::Fresnel;
+    use super::lambertian::LambertianReflection;
+    use super::microfacet::{MicrofacetReflection, MicrofacetTransmission};
+    use super::oren_nayar::OrenNayar;
+    use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission};
+    use super::testing::*;
+    use super::trowbridge_reitz::TrowbridgeReitz;
+    use super::*;
+
+    fn bsdf(lobes: &[Lobe]) -> Bsdf {
+        let hit = flat_hit(Vec3::Z);
+        let mut bsdf = Bsdf::new(hit.n, &hit.shading);
+        lobes.iter().for_each(|&l| bsdf.add(l));
+        bsdf
+    }
+
+    fn glossy(alpha_x: f32, alpha_y: f32) -> Lobe {
+        Lobe::MicrofacetReflection(MicrofacetReflection {
+            reflectance: Rgb::ONE,
+            distribution: TrowbridgeReitz::new(alpha_x, alpha_y),
+            fresnel: Fresnel::NoOp,
+        })
+    }
+
+    fn rough_glass(alpha: f32) -> [Lobe; 2] {
+        let distribution = TrowbridgeReitz::new(alpha, alpha);
+        let fresnel = Fresnel::Dielectric {
+            eta_i: 1.0,
+            eta_t: 1.5,
+        };
+        [
+            Lobe::MicrofacetReflection(MicrofacetReflection {
+                reflectance: Rgb::ONE,
+                distribution,
+                fresnel,
+            }),
+            Lobe::MicrofacetTransmission(MicrofacetTransmission {
+                transmittance: Rgb::ONE,
+                distribution,
+                eta_a: 1.0,
+                eta_b: 1.5,
+            }),
+        ]
+    }
+
+    const LAMBERT: Lobe = Lobe::LambertianReflection(LambertianReflection {
+        reflectance: Rgb::ONE,
+    });
+    const MIRROR: Lobe = Lobe::SpecularReflection(SpecularReflection {
+        reflectance: Rgb::ONE,
+        fresnel: Fresnel::NoOp,
+    });
+    const GLASS: Lobe = Lobe::FresnelSpecular(FresnelSpecular {
+        reflectance: Rgb::ONE,
+        transmittance: Rgb::ONE,
+        eta_a: 1.0,
+        eta_b: 1.5,
+    });
+
+    fn cases() -> Vec<(String, Bsdf)> {
+        let mut cases = vec![
+            ("Lambert".to_string(), bsdf(&[LAMBERT])),
+            (
+                "Oren–Nayar".to_string(),
+                bsdf(&[Lobe::OrenNayar(OrenNayar::new(Rgb::ONE, 30.0))]),
+            ),
+            (
+                "diffuse, glossy and mirror".to_string(),
+                bsdf(&[LAMBERT, glossy(0.3, 0.2), MIRROR]),
+            ),
+        ];
+        for (x, y) in [(0.15, 0.15), (0.5, 0.15), (1.2, 1.2)] {
+            cases.push((format!("glossy {x} {y}"), bsdf(&[glossy(x, y)])));
+        }
+        for alpha in [0.2, 0.5] {
+            cases.push((format!("rough glass {alpha}"), bsdf(&rough_glass(alpha))));
+        }
+        cases
+    }
+
+    #[test]
+    fn samples_follow_their_density() {
+        for (name, bsdf) in cases() {
+            for degrees in [0.0, 40.0, 75.0, 130.0] {
+                check_sampling(
+                    &format!("{name} at {degrees}°"),
+                    &bsdf,
+                    direction(degrees, 25.0),
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn reflection_is_reciprocal() {
+        for (name, bsdf) in cases() {
+            check_reciprocity(&name, &bsdf);
+        }
+    }
+
+    #[test]
+    fn no_lobe_makes_light() {
+        for (name, bsdf) in cases() {
+            for degrees in [0.0, 30.0, 60.0, 85.0] {
+                let sky = sky_by_sampling(&bsdf, direction(degrees, 10.0), 40).max_element();
+                // Lobes here have reflectance 1, so the mixed one may reach 3; stratified samples
+                // are good to a few thousandths. Rough refraction gains nothing: 1/η² only lowers it.
+                let most = bsdf.lobes.len() as f32;
+                assert!(sky <= most + 0.005, "{name} at {degrees}° shows {sky}");
+            }
+        }
+    }
+
+    #[test]
+    fn value_and_sampling_agree_on_a_white_sky() {
+        for (name, bsdf) in cases() {
+            for degrees in [20.0, 60.0] {
+                let wo = direction(degrees, 10.0);
+                let (a, b) = (
+                    sky_by_value(&bsdf, wo, 600).x,
+                    sky_by_sampling(&bsdf, wo, 48).x,
+                );
+                // Standard error of 48³ stratified samples, and the grid's on the narrowest lobe.
+                assert!(
+                    (a - b).abs() < 0.004,
+                    "{name} at {degrees}°: {a} integrated, {b} sampled"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn lossless_lobes_pass_the_white_furnace() {
+        for degrees in [0.0, 30.0, 70.0, 89.0] {
+            let wo = direction(degrees, 70.0);
+            for lobe in [LAMBERT, MIRROR] {
+                // Nothing but rounding.
+                assert!((sky_by_sampling(&bsdf(&[lobe]), wo, 8).x - 1.0).abs() < 1e-5);
+            }
+            // Smooth glass loses nothing either, once the radiance's 1/η² is undone.
+            let glass = bsdf(&[GLASS]);
+            for wo in [wo, -wo] {
+                let mut sum = 0.0;
+                for i in 0..1000 {
+                    let s = glass
+                        .sample(wo, (i as f32 + 0.5) / 1000.0, Vec2::splat(0.5))
+                        .unwrap();
+                    assert!(s.specular && s.transmission == (s.wi.z * wo.z < 0.0));
+                    sum += s.f.x * s.wi.z.abs() / s.pdf * s.eta * s.eta / 1000.0;
+                }
+                assert!((sum - 1.0).abs() < 1e-4, "glass at {degrees}° keeps {sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn refraction_follows_snells_law_both_ways() {
+        for degrees in [5.0f32, 30.0, 60.0, 85.0] {
+            let wo = direction(degrees, 33.0);
+            let inward = bsdf(&[GLASS]).sample_specular(wo, true, 0.5).unwrap();
+            let sin = inward.wi.truncate().length();
+            assert!((1.5 * sin - degrees.to_radians().sin()).abs() < 1e-5 && inward.eta == 1.5);
+            let outward = bsdf(&[GLASS])
+                .sample_specular(inward.wi, true, 0.5)
+                .unwrap();
+            assert!(
+                (outward.wi - wo).length() < 1e-4,
+                "back along the way it came"
+            );
+            assert!((outward.eta - 1.0 / 1.5).abs() < 1e-6);
+        }
+        assert!(
+            bsdf(&[GLASS])
+                .sample_specular(-direction(60.0, 0.0), true, 0.5)
+                .is_none(),
+            "total reflection"
+        );
+    }
+
+    #[test]
+    fn specular_lobes_of_one_side_share_the_choice() {
+        let straight = |transmittance| {
+            Lobe::SpecularTransmission(SpecularTransmission {
+                transmittance,
+                eta_a: 1.0,
+                eta_b: 1.0,
+            })
+        };
+        let two = bsdf(&[LAMBERT, straight(Rgb::X), MIRROR, straight(Rgb::Y)]);
+        let wo = direction(50.0, 0.0);
+        let (a, b) = (
+            two.sample_specular(wo, true, 0.2).unwrap(),
+            two.sample_specular(wo, true, 0.7).unwrap(),
+        );
+        assert!(a.f.x > 0.0 && b.f.y > 0.0 && a.pdf == 0.5 && b.pdf == 0.5);
+        assert!(
+            (a.wi + wo).length() < 1e-6,
+            "equal indices pass light straight on"
+        );
+        assert_eq!(two.sample_specular(wo, false, 0.9).unwrap().pdf, 1.0);
+    }
+
+    #[test]
+    fn geometric_normal_decides_between_reflection_and_transmission() {
+        // A shading normal tilted by 40°: a direction above the shading plane may be below the
+        // surface, where a reflection has no value.
+        let mut hit = flat_hit(Vec3::Z);
+        hit.shading.n = direction(40.0, 0.0);
+        let mut tilted = Bsdf::new(hit.n, &hit.shading);
+        tilted.add(LAMBERT);
+        let wo = direction(10.0, 0.0);
+        assert_eq!(tilted.f(wo, direction(110.0, 0.0)), Rgb::ZERO);
+        assert!(
+            tilted.f(wo, direction(80.0, 180.0)).x > 0.0,
+            "above the surface, below the shading plane"
+        );
+        assert_eq!(tilted.f(direction(130.0, 0.0), wo), Rgb::ZERO);
+    }
+
+    #[test]
+    fn wild_directions_and_numbers_do_no_harm() {
+        for (_, bsdf) in cases() {
+            for wo in [
+                Vec3::X,
+                Vec3::Z,
+                -Vec3::Z,
+                direction(89.9999, 0.0),
+                direction(90.001, 3.0),
+            ] {
+                for u in [0.0, 0.5, 1.0 - f32::EPSILON / 2.0] {
+                    for v in [0.0, 0.5, 1.0 - f32::EPSILON / 2.0] {
+                        if let Some(s) = bsdf.sample(wo, u, Vec2::new(v, u)) {
+                            assert!(s.f.is_finite() && s.pdf > 0.0 && s.wi.is_finite());
+                        }
+                    }
+                }
+                for wi in [Vec3::X, Vec3::Z, -wo, wo] {
+                    assert!(!bsdf.f(wo, wi).is_nan() && !bsdf.pdf(wo, wi).is_nan());
+                }
+            }
+        }
+        let empty = bsdf(&[]);
+        assert!(
+            empty.sample(Vec3::Z, 0.5, Vec2::ZERO).is_none() && empty.pdf(Vec3::Z, Vec3::Z) == 0.0
+        );
+    }
+}
