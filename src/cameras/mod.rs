@@ -10,13 +10,16 @@
 
 mod clip;
 mod mount;
+mod pbrt_pupil_box;
 mod perspective;
 mod realistic;
+mod realistic_params;
+mod realistic_report;
 mod shutter;
 
 pub use clip::Clip;
 pub use perspective::{Perspective, PerspectiveSpec};
-pub use realistic::{Compat, Realistic, RealisticSpec, Weighting};
+pub use realistic::{Compat, Form, Realistic, RealisticSpec, Weighting};
 pub use shutter::Shutter;
 
 use crate::math::ray::{Ray, RayDifferentials};

@@ -185,10 +185,9 @@ impl<B: Plain> LensTracer<B> {
         finished(r, last)
     }
 
-    /// How far each surface is missed: the signed height `x` at which a ray in the meridional
-    /// plane (y = 0) from the film meets it, over its clear radius; largest absolute value of
-    /// all. At most 1 for a ray that passes. Apertures do not block; `None` where the ray ends
-    /// otherwise.
+    /// The farthest from the axis that a ray from the film meets any surface, relative to its
+    /// clear radius: at most 1 for a ray that passes. Apertures do not block; `None` where the
+    /// ray ends otherwise.
     pub(super) fn largest_relative_height(&self, ray: &LensRay<B>) -> Option<B> {
         let pass = Pass {
             sign: -B::ONE,

@@ -1,0 +1,127 @@
+//! The area that `simpleweighting` divides by: pbrt-v3's box around the exit pupil of the film's
+//! middle (scene-language 5.6). pbrt finds it by trial, and adds a margin for what it may have
+//! missed; pictures inherit both, so both are reproduced.
+
+use crate::optics::Lens;
+use crate::optics::pupil::boundary;
+
+/// Candidates that pbrt tries.
+const CANDIDATES: u32 = 1 << 20;
+
+/// The film radius is cut into this many rings; the box is the innermost one's.
+const RINGS: f64 = 64.0;
+
+/// Half the side of the square that candidates lie in, in radii of the rear element.
+const SQUARE: f64 = 1.5;
+
+/// Area in mm² of pbrt-v3's innermost exit-pupil box, on the rear vertex plane, for a film of
+/// diagonal `diagonal` mm.
+pub fn innermost_box_area(lens: &Lens, diagonal: f64) -> f64 {
+    let half = SQUARE * 0.5 * lens.rear().aperture;
+    let film_max = 0.5 * diagonal / RINGS;
+    let Some(limits) = Box2::around_pupil(lens, film_max) else {
+        return 4.0 * half * half;
+    };
+    let mut found: Option<Box2> = None;
+    for i in 0..CANDIDATES {
+        let x = half * (2.0 * radical_inverse(i, 2) - 1.0);
+        // Far from the true pupil: would be blocked.
+        if x < limits.low[0] || x > limits.high[0] {
+            continue;
+        }
+        let p = [x, half * (2.0 * radical_inverse(i, 3) - 1.0)];
+        if !limits.holds(p) || found.is_some_and(|b| b.holds(p)) {
+            continue;
+        }
+        let film = [film_max * (f64::from(i) + 0.5) / f64::from(CANDIDATES), 0.0];
+        if lens
+            .trace_from_film(film, [p[0], p[1], lens.length()])
+            .is_ok()
+        {
+            found = Some(found.map_or(Box2 { low: p, high: p }, |b| b.with(p)));
+        }
+    }
+    // Twice the square's diagonal over the candidates per side, on every side.
+    let margin = 2.0 * (2.0 * half) * std::f64::consts::SQRT_2 / f64::from(CANDIDATES).sqrt();
+    found.map_or(4.0 * half * half, |b| {
+        (b.high[0] - b.low[0] + 2.0 * margin) * (b.high[1] - b.low[1] + 2.0 * margin)
+    })
+}
+
+/// An axis-parallel rectangle.
+#[derive(Clone, Copy, Debug)]
+struct Box2 {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Box2 {
+    /// Somewhat more than the pupil of the film points up to `film_max`; `None` where nothing passes.
+    fn around_pupil(lens: &Lens, film_max: f64) -> Option<Box2> {
+        let points = [0.0, 0.5, 1.0]
+            .map(|s| boundary(lens, s * film_max, lens.length()))
+            .concat();
+        let first = *points.first()?;
+        let b = points.iter().fold(
+            Box2 {
+                low: first,
+                high: first,
+            },
+            |b, p| b.with(*p).with([p[0], -p[1]]),
+        );
+        // Wide of the boundary, sought in 3.75 degree steps, by any measure.
+        let grow = 0.05 * (b.high[0] - b.low[0]).max(b.high[1] - b.low[1]);
+        Some(Box2 {
+            low: b.low.map(|x| x - grow),
+            high: b.high.map(|x| x + grow),
+        })
+    }
+
+    fn holds(&self, p: [f64; 2]) -> bool {
+        (0..2).all(|i| p[i] >= self.low[i] && p[i] <= self.high[i])
+    }
+
+    fn with(&self, p: [f64; 2]) -> Box2 {
+        Box2 {
+            low: std::array::from_fn(|i| self.low[i].min(p[i])),
+            high: std::array::from_fn(|i| self.high[i].max(p[i])),
+        }
+    }
+}
+
+/// The digits of `i` in base `base`, mirrored at the point (van der Corput).
+fn radical_inverse(mut i: u32, base: u32) -> f64 {
+    if base == 2 {
+        return f64::from(i.reverse_bits()) / 4_294_967_296.0;
+    }
+    let (mut digits, mut scale) = (0.0, 1.0);
+    while i > 0 {
+        scale /= f64::from(base);
+        digits += scale * f64::from(i % base);
+        i /= base;
+    }
+    digits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Prescription;
+
+    #[test]
+    fn radical_inverses_mirror_the_digits() {
+        assert_eq!(radical_inverse(6, 2), 0.375);
+        assert!((radical_inverse(5, 3) - 7.0 / 9.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_box_of_a_bare_stop_is_its_square_and_the_margin() {
+        // Only a stop, 10 mm across: from the film's middle all of it is seen.
+        let lens = Lens::new(&Prescription::parse("0 0 0 10\n").unwrap(), 50.0).unwrap();
+        let margin = 0.0082864 * 5.0;
+        // The candidates come within a thousandth of the rim.
+        let expected = (10.0f64 + 2.0 * margin).powi(2);
+        let area = innermost_box_area(&lens, 40.0);
+        assert!((area / expected - 1.0).abs() < 1e-3, "{area} {expected}");
+    }
+}

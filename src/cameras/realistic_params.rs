@@ -1,0 +1,178 @@
+//! Reading `Camera "realistic"`: both spellings, and every problem of the lens file.
+
+use super::realistic::{Compat, Form, RealisticSpec, Weighting};
+use super::{Clip, Shutter};
+use crate::optics::{Lens, Prescription, PrescriptionError};
+use crate::params::ParamReader;
+
+/// Names only the course form has.
+const COURSE_NAMES: [&str; 3] = ["specfile", "aperture_diameter", "filmdiag"];
+/// Names only the pbrt-v3 form has. `simpleweighting` is not among them: course scenes carry it.
+const PBRT3_NAMES: [&str; 3] = ["lensfile", "aperturediameter", "focusdistance"];
+
+/// Stop diameter where none is given, mm: both forms' default.
+const DEFAULT_APERTURE: f64 = 1.0;
+/// Film distance of the course form, mm.
+const DEFAULT_FILM_DISTANCE: f64 = 70.0;
+/// Focus distance of the pbrt-v3 form, metres.
+const DEFAULT_FOCUS_DISTANCE: f64 = 10.0;
+
+impl RealisticSpec {
+    /// Reads the parameters and the lens file. Everything wrong with either is reported; `None`
+    /// where no lens can be made.
+    pub fn from_params(params: &ParamReader) -> Option<RealisticSpec> {
+        let form = form(params);
+        let shutter = Shutter::from_params(params);
+        let compat = match params.choice("compat", &["none", "pbrt-v2"]) {
+            "pbrt-v2" => Compat::PbrtV2,
+            _ => Compat::None,
+        };
+        let simple = params.boolean("simpleweighting", form == Form::Pbrt3);
+        let weighting = if simple {
+            Weighting::Simple
+        } else {
+            Weighting::Physical
+        };
+        let course = form == Form::Course;
+        let film_diagonal =
+            (course && params.has("filmdiag")).then(|| positive(params, "filmdiag", 35.0));
+        let clip = if course {
+            Clip::from_params(params)
+        } else {
+            Clip::NONE
+        };
+        let lens = lens(params, form)?;
+        Some(RealisticSpec {
+            lens,
+            form,
+            weighting,
+            compat,
+            film_diagonal,
+            shutter,
+            clip,
+        })
+    }
+}
+
+/// Which spelling this is; a mixture is the course's.
+fn form(params: &ParamReader) -> Form {
+    let given = |names: [&'static str; 3]| names.into_iter().find(|n| params.has(n));
+    match (given(COURSE_NAMES), given(PBRT3_NAMES)) {
+        (None, _) => Form::Pbrt3,
+        (Some(_), None) => Form::Course,
+        (Some(course), Some(pbrt3)) => {
+            params.warn(
+                pbrt3,
+                format!(
+                    "\"{course}\" is the course form of this camera and \"{pbrt3}\" the pbrt-v3 form; \
+                     read as the course form: millimetres, origin at the front vertex, no autofocus"
+                ),
+            );
+            // Looked up so that it is not reported as unused besides.
+            params.find_float("focusdistance");
+            Form::Course
+        }
+    }
+}
+
+/// The first of `names` that was given; the first of all where none was.
+fn given<'n>(params: &ParamReader, names: [&'n str; 2]) -> &'n str {
+    if !params.has(names[0]) && params.has(names[1]) {
+        names[1]
+    } else {
+        names[0]
+    }
+}
+
+/// The lens, its stop set and its film in place.
+fn lens(params: &ParamReader, form: Form) -> Option<Lens> {
+    let (file_names, aperture_names) = match form {
+        Form::Course => (
+            ["specfile", "lensfile"],
+            ["aperture_diameter", "aperturediameter"],
+        ),
+        Form::Pbrt3 => (
+            ["lensfile", "specfile"],
+            ["aperturediameter", "aperture_diameter"],
+        ),
+    };
+    let aperture_name = given(params, aperture_names);
+    let aperture = positive(params, aperture_name, DEFAULT_APERTURE);
+    let mut prescription = prescription(params, given(params, file_names))?;
+    for note in prescription.set_stops(aperture) {
+        params.warn(aperture_name, note);
+    }
+    if params.has(aperture_name) && !prescription.has_stop() {
+        params.warn(
+            aperture_name,
+            format!("the lens has no stop row, so {aperture_name} has no effect"),
+        );
+    }
+    let film_distance = film_distance(params, form, &prescription)?;
+    Lens::new(&prescription, film_distance)
+        .map_err(|e| params.error("filmdistance", e.to_string()))
+        .ok()
+}
+
+/// Reads the lens file that parameter `name` gives.
+fn prescription(params: &ParamReader, name: &str) -> Option<Prescription> {
+    if !params.has(name) {
+        params.error(
+            name,
+            format!("a realistic camera needs a lens file: expected \"string {name}\""),
+        );
+        return None;
+    }
+    // A file that does not exist has been reported.
+    let path = params.file(name)?;
+    match Prescription::read(&path) {
+        Ok(prescription) => {
+            for note in &prescription.warnings {
+                params.warn(name, format!("{}: {note}", path.display()));
+            }
+            Some(prescription)
+        }
+        Err(PrescriptionError::Rows(notes)) => {
+            for note in notes {
+                params.error(name, format!("{}: {note}", path.display()));
+            }
+            None
+        }
+        Err(e) => {
+            params.error(name, format!("{}: {e}", path.display()));
+            None
+        }
+    }
+}
+
+/// From the rear vertex to the film, mm.
+fn film_distance(params: &ParamReader, form: Form, prescription: &Prescription) -> Option<f64> {
+    if params.has("filmdistance") {
+        if form == Form::Pbrt3 && params.find_float("focusdistance").is_some() {
+            params.warn("focusdistance", "filmdistance is given too, and wins");
+        }
+        return Some(positive(params, "filmdistance", DEFAULT_FILM_DISTANCE));
+    }
+    if form == Form::Course {
+        let from_file = prescription.film_distance;
+        return Some(if from_file > 0.0 {
+            from_file
+        } else {
+            DEFAULT_FILM_DISTANCE
+        });
+    }
+    let metres = positive(params, "focusdistance", DEFAULT_FOCUS_DISTANCE);
+    Lens::focused(prescription, 1000.0 * metres)
+        .map_err(|e| params.error("focusdistance", format!("{e} (focusdistance is in metres)")))
+        .ok()
+}
+
+/// The parameter `name`, or `default`; anything but a positive number is an error.
+fn positive(params: &ParamReader, name: &str, default: f64) -> f64 {
+    let x = params.float(name, default);
+    if x > 0.0 && x.is_finite() {
+        return x;
+    }
+    params.error(name, format!("{name} is {x}; expected a positive number"));
+    default
+}

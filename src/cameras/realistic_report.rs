@@ -1,0 +1,125 @@
+//! What a photographer wants to know of a realistic camera before the picture is taken.
+
+use super::FilmGeometry;
+use super::realistic::{Compat, Realistic, RealisticSpec, Weighting};
+use crate::math::transform::Transform;
+
+impl RealisticSpec {
+    /// See [`super::CameraSpec::describe`].
+    pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
+        let Ok(camera) = Realistic::new(self, film, &Transform::IDENTITY) else {
+            return Vec::new();
+        };
+        let lens = &self.lens;
+        let [width, height] = film.size_mm(self.diagonal(film));
+        let pitch = 1000.0 * width / f64::from(film.resolution.x);
+        let mut lines = vec![
+            self.lens_line(),
+            format!(
+                "film {width:.2} x {height:.2} mm, {:.4} mm behind the last surface, pixels of {pitch:.1} um",
+                lens.film_distance()
+            ),
+            self.focus_line(),
+        ];
+        let angle = |r: f64| {
+            camera.field_angle(r).map_or("dark".to_string(), |a| {
+                format!("{:.1}", 2.0 * a.to_degrees())
+            })
+        };
+        lines.push(format!(
+            "field of view {} x {} degrees, diagonal {}",
+            angle(0.5 * width),
+            angle(0.5 * height),
+            angle(0.5 * self.diagonal(film))
+        ));
+        lines.push(format!(
+            "about {:.1} % of the rays are vignetted",
+            100.0 * camera.vignetted_fraction(film)
+        ));
+        if self.compat == Compat::PbrtV2 {
+            lines.push("sampling the rear element as the course kit on pbrt-v2 did".to_string());
+        }
+        if self.weighting == Weighting::Physical && self.shutter.open == self.shutter.close {
+            lines.push("equal shutter times: no exposure factor".to_string());
+        }
+        lines
+    }
+
+    fn lens_line(&self) -> String {
+        let paraxial = self.lens.paraxial();
+        let stop = &self.lens.surfaces()[paraxial.stop];
+        let focal = match paraxial.cardinals {
+            Some(c) => format!("focal length {:.3} mm", c.focal_length),
+            None => "afocal".to_string(),
+        };
+        let number = match paraxial.f_number {
+            Some(n) => format!("f/{n:.2}"),
+            None => "no f-number".to_string(),
+        };
+        format!(
+            "lens of {} surfaces, {focal}, {number} ({} {} mm)",
+            self.lens.surfaces().len(),
+            if stop.is_stop {
+                "stop"
+            } else {
+                "no stop; narrowest rim"
+            },
+            stop.aperture
+        )
+    }
+
+    fn focus_line(&self) -> String {
+        match self.lens.plane_of_focus() {
+            Some(z) if z == f64::NEG_INFINITY => "focused at infinity".to_string(),
+            Some(z) => format!(
+                "plane of focus {} in front of the lens, {} from the film",
+                length(-z),
+                length(self.lens.film_z() - z)
+            ),
+            None => "no plane of focus in front of the lens".to_string(),
+        }
+    }
+
+    /// See [`super::CameraSpec::warnings`].
+    pub fn warnings(&self, film: &FilmGeometry) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let lens = &self.lens;
+        match lens.plane_of_focus() {
+            Some(z) if z >= 0.0 => warnings.push(format!(
+                "the lens is focused inside itself, {} behind its front vertex: is the film distance of {} mm right?",
+                length(z),
+                lens.film_distance()
+            )),
+            None => warnings.push(format!(
+                "no object in front of the lens is in focus: the film, {} mm behind the last surface, is nearer than the focal point",
+                lens.film_distance()
+            )),
+            Some(_) => {}
+        }
+        let rear = lens.rear();
+        let rim = rear.sag(rear.clear_radius());
+        if rim >= lens.film_distance() {
+            warnings.push(format!(
+                "the film lies inside the rear element, whose rim reaches {rim:.3} mm behind its vertex"
+            ));
+        }
+        if rear.index != 1.0 {
+            warnings.push(format!("the film lies in a medium of index {}", rear.index));
+        }
+        if let Ok(camera) = Realistic::new(self, film, &Transform::IDENTITY)
+            && camera.field_angle(0.0).is_none()
+        {
+            warnings.push("no light reaches the middle of the film".to_string());
+        }
+        warnings
+    }
+}
+
+/// A length in mm, in the unit a photographer would say.
+fn length(mm: f64) -> String {
+    if mm.abs() >= 1000.0 {
+        format!("{:.3} m", 1e-3 * mm)
+    } else {
+        format!("{mm:.2} mm")
+    }
+}
