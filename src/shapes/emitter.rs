@@ -1,7 +1,19 @@
 //! Shapes that light is sampled from.
+//!
+//! Full spheres under rotations and uniform scales are sampled by the cone of directions they
+//! fill; everything else uniformly over the object-space area, with the density converted by the
+//! world area of the piece sampled, so that any affine transformation gives the right light. (The
+//! reference ignores scale and cuts here: scene-language 4.5. We do not.)
 
-use crate::math::{Vec2, Vec3};
+use super::mesh::TriangleMesh;
+use super::quadric::{Form, ObjectSurface, Quadric};
+use super::triangle::{DEFAULT_UV, Orientation, Triangle};
+use crate::math::float::UNIT_ROUNDOFF;
+use crate::math::sampling::uniform_triangle;
+use crate::math::{DVec3, Vec2, Vec3};
 use crate::surface::{ReferencePoint, SurfaceHit};
+use glam::DMat3;
+use std::f64::consts::TAU;
 
 /// A point chosen on an emitter.
 #[derive(Clone, Copy, Debug)]
@@ -18,23 +30,250 @@ pub struct EmitterSample {
 
 /// A shape that light is sampled from: its own copy, nothing refers into the geometry.
 #[derive(Clone, Debug)]
-pub enum Emitter {}
+pub enum Emitter {
+    /// A triangle of a mesh, sampled by area.
+    Triangle(TriangleEmitter),
+    /// A full sphere, sampled by the cone of directions it fills.
+    Sphere(Box<SphereEmitter>),
+    /// Any other quadric, sampled by area.
+    Quadric(Box<QuadricEmitter>),
+}
 
 impl Emitter {
-    /// Chooses a point as seen from `from`. `None` where nothing can be seen from there or the
-    /// shape has no area.
-    pub fn sample(&self, _from: &ReferencePoint, _u: Vec2) -> Option<EmitterSample> {
-        todo!()
+    /// The triangles of `mesh`, in order.
+    pub fn of_mesh(mesh: &TriangleMesh) -> Vec<Emitter> {
+        let triangle = |corners: &[u32; 3]| {
+            let at = |i: u32| mesh.positions.get(i as usize).map_or(Vec3::NAN, |p| p.as_vec3());
+            let normal = |i: u32| mesh.normals.get(i as usize).copied();
+            let [a, b, c] = corners.map(normal);
+            Emitter::Triangle(TriangleEmitter {
+                p: corners.map(at),
+                normals: a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]),
+                orientation: mesh.orientation,
+            })
+        };
+        mesh.indices.iter().map(triangle).collect()
     }
 
-    /// Density per solid angle with which [`Emitter::sample`] chooses direction `wi`; `hit` is
-    /// where a ray from `from` along `wi` met this emitter.
-    pub fn pdf(&self, _from: &ReferencePoint, _wi: Vec3, _hit: &SurfaceHit) -> f32 {
-        todo!()
+    /// A quadric in render space.
+    pub fn of_quadric(quadric: &Quadric) -> Emitter {
+        if let (Form::Sphere(sphere), Some(scale)) = (&quadric.form, quadric.similarity())
+            && sphere.is_full()
+        {
+            return Emitter::Sphere(Box::new(SphereEmitter {
+                center: quadric.level_from_object.m.w_axis.truncate(),
+                radius: sphere.radius * scale,
+                inward: quadric.flip,
+            }));
+        }
+        Emitter::Quadric(Box::new(QuadricEmitter {
+            quadric: *quadric,
+            object_area: quadric.form.area(),
+            area: quadric.area(),
+        }))
+    }
+
+    /// Chooses a point as seen from `from`. `None` where nothing can be seen from there or the
+    /// shape has no area. The point may be hidden by other parts of the same shape.
+    pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
+        let sample = match self {
+            Emitter::Triangle(triangle) => triangle.sample(from, u),
+            Emitter::Sphere(sphere) => sphere.sample(from, u),
+            Emitter::Quadric(quadric) => quadric.sample(from, u),
+        }?;
+        (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some(sample)
+    }
+
+    /// Density per solid angle with which [`Emitter::sample`] chooses the point `hit`, where a
+    /// ray from `from` along the unit direction `wi` met this emitter. 0 where it cannot.
+    pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: &SurfaceHit) -> f32 {
+        let density = match self {
+            Emitter::Triangle(triangle) => 1.0 / triangle.area(),
+            Emitter::Sphere(sphere) => match sphere.cone(from.p.as_dvec3()) {
+                Some(cone) => return cone.density() as f32,
+                None => 1.0 / sphere.area(),
+            },
+            Emitter::Quadric(quadric) => quadric.density(hit.n.as_dvec3()),
+        };
+        let distance2 = (hit.p.as_dvec3() - from.p.as_dvec3()).length_squared();
+        let pdf = per_solid_angle(density, distance2, hit.n.as_dvec3().dot(wi.as_dvec3()));
+        if pdf.is_finite() { pdf } else { 0.0 }
     }
 
     /// Surface area in world units squared.
     pub fn area(&self) -> f64 {
-        todo!()
+        match self {
+            Emitter::Triangle(triangle) => triangle.area(),
+            Emitter::Sphere(sphere) => sphere.area(),
+            Emitter::Quadric(quadric) => quadric.area,
+        }
     }
 }
+
+/// A density per area, per solid angle.
+fn per_solid_angle(density: f64, distance2: f64, cosine: f64) -> f32 {
+    (density * distance2 / cosine.abs()) as f32
+}
+
+/// The sample at `p` with unit normal `n`, given the density per area and the error of `p`.
+fn sample_at(p: DVec3, error: DVec3, n: DVec3, density: f64, from: &ReferencePoint) -> Option<EmitterSample> {
+    let away = p - from.p.as_dvec3();
+    let distance2 = away.length_squared();
+    let cosine = away.try_normalize()?.dot(n);
+    let rounded = p.as_vec3();
+    Some(EmitterSample {
+        p: rounded,
+        p_error: error.as_vec3() + rounded.abs() * UNIT_ROUNDOFF,
+        n: n.as_vec3(),
+        pdf: per_solid_angle(density, distance2, cosine),
+    })
+}
+
+/// See [`Emitter::Triangle`].
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleEmitter {
+    /// Corners, render space.
+    pub p: [Vec3; 3],
+    /// Unit normals at the corners: they decide the side that shines.
+    pub normals: Option<[Vec3; 3]>,
+    /// Which way the normals point.
+    pub orientation: Orientation,
+}
+
+impl TriangleEmitter {
+    fn area(&self) -> f64 {
+        let [a, b, c] = self.p.map(Vec3::as_dvec3);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
+        let b = uniform_triangle(u).as_dvec2();
+        let b = [b.x, b.y, (1.0 - b.x - b.y).max(0.0)];
+        let triangle = Triangle {
+            p: self.p.map(Vec3::as_dvec3),
+            normals: self.normals.map(|n| n.map(Vec3::as_dvec3)),
+            tangents: None,
+            uv: DEFAULT_UV.map(Vec2::as_dvec2),
+            orientation: self.orientation,
+        };
+        let p = triangle.p[0] * b[0] + triangle.p[1] * b[1] + triangle.p[2] * b[2];
+        let largest = triangle.p.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
+        let error = largest * (8.0 * f64::EPSILON);
+        sample_at(p, error, triangle.geometric_normal(b), 1.0 / self.area(), from)
+    }
+}
+
+/// See [`Emitter::Sphere`].
+#[derive(Clone, Copy, Debug)]
+pub struct SphereEmitter {
+    /// Centre, render space.
+    pub center: DVec3,
+    /// Radius, render space.
+    pub radius: f64,
+    /// The normal points to the centre.
+    pub inward: bool,
+}
+
+/// The directions under which a sphere is seen from a point outside.
+struct Cone {
+    /// Unit direction to the centre.
+    axis: DVec3,
+    /// Sine of the half-angle.
+    sin_max: f64,
+    /// 1 − cosine of the half-angle.
+    one_minus_cos_max: f64,
+}
+
+impl Cone {
+    /// Uniform over the directions.
+    fn density(&self) -> f64 {
+        1.0 / (TAU * self.one_minus_cos_max)
+    }
+}
+
+impl SphereEmitter {
+    fn area(&self) -> f64 {
+        2.0 * TAU * self.radius * self.radius
+    }
+
+    /// `None` from inside the sphere.
+    fn cone(&self, from: DVec3) -> Option<Cone> {
+        let toward = self.center - from;
+        let distance = toward.length();
+        if distance <= self.radius {
+            return None;
+        }
+        let sin_max = self.radius / distance;
+        // Products instead of 1 − cos and 1 − sin²: nothing cancels for far or near spheres.
+        let cos_max = ((1.0 - sin_max) * (1.0 + sin_max)).sqrt();
+        Some(Cone {
+            axis: toward / distance,
+            sin_max,
+            one_minus_cos_max: sin_max * sin_max / (1.0 + cos_max),
+        })
+    }
+
+    fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
+        let (u, phi) = (f64::from(u.x), TAU * f64::from(u.y));
+        let cone = self.cone(from.p.as_dvec3());
+        // The direction from the centre to the point chosen.
+        let outward = match &cone {
+            Some(cone) => {
+                // Direction at angle θ from the axis, uniform in solid angle; it meets the sphere
+                // where sin β = sin θ / sin θmax is the sine of incidence, and the centre sees
+                // that point at angle α = β − θ (Pharr, Jakob and Humphreys 2023, §6.2.4).
+                let one_minus_cos = u * cone.one_minus_cos_max;
+                let cos = 1.0 - one_minus_cos;
+                let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
+                let sin_beta = (sin / cone.sin_max).min(1.0);
+                let cos_beta = ((1.0 - sin_beta) * (1.0 + sin_beta)).sqrt();
+                let cos_alpha = cos * cos_beta + sin * sin_beta;
+                let sin_alpha = sin_beta * cos - cos_beta * sin;
+                let (x, y) = cone.axis.any_orthonormal_pair();
+                (x * phi.cos() + y * phi.sin()) * sin_alpha - cone.axis * cos_alpha
+            }
+            None => {
+                let z = 1.0 - 2.0 * u;
+                let rho = ((1.0 - z) * (1.0 + z)).sqrt();
+                DVec3::new(rho * phi.cos(), rho * phi.sin(), z)
+            }
+        };
+        let p = self.center + outward * self.radius;
+        let error = (self.center.abs() + DVec3::splat(self.radius)) * (8.0 * f64::EPSILON);
+        let n = if self.inward { -outward } else { outward };
+        let mut sample = sample_at(p, error, n, 1.0 / self.area(), from)?;
+        if let Some(cone) = cone {
+            sample.pdf = cone.density() as f32;
+        }
+        Some(sample)
+    }
+}
+
+/// See [`Emitter::Quadric`].
+#[derive(Clone, Copy, Debug)]
+pub struct QuadricEmitter {
+    quadric: Quadric,
+    /// Area in object space.
+    object_area: f64,
+    /// Area in render space.
+    area: f64,
+}
+
+impl QuadricEmitter {
+    /// Density per render-space area where the unit normal (render space, either side) is `n`.
+    /// With M the matrix, the object-space normal is Mᵀn/|Mᵀn|, so the piece of surface is
+    /// |det M| / |Mᵀn| times larger than in object space ([`Quadric::area_scale`]).
+    fn density(&self, n: DVec3) -> f64 {
+        let m = DMat3::from_mat4(self.quadric.level_from_object.m);
+        let scale = m.determinant().abs() / (m.transpose() * n).length();
+        1.0 / (self.object_area * scale)
+    }
+
+    fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
+        let surface = self.quadric.surface(self.quadric.form.sample(u.as_dvec2()));
+        sample_at(surface.p, surface.p_error, surface.n, self.density(surface.n), from)
+    }
+}
+
+#[cfg(test)]
+mod tests;

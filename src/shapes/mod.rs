@@ -4,12 +4,32 @@
 //! [`ShapeSpec::compile`] loads what it names and places it; [`emitter::Emitter`] is a shape that
 //! light is sampled from.
 
+pub mod cone;
+pub mod cylinder;
+pub mod disk;
 pub mod emitter;
+pub mod local;
+pub mod mesh;
+pub mod objmesh;
+pub mod plymesh;
+pub mod quadric;
+pub mod sphere;
+pub mod triangle;
+pub mod trianglemesh;
 
 use crate::math::transform::Transform;
 use crate::params::{FloatInput, ParamReader};
+use cone::Cone;
+use cylinder::Cylinder;
+use disk::Disk;
 use emitter::Emitter;
+use mesh::TriangleMesh;
+use objmesh::ObjMeshSpec;
+use plymesh::PlyMeshSpec;
+use quadric::{Form, Quadric};
+use sphere::Sphere;
 use std::path::PathBuf;
+use trianglemesh::TriangleMeshSpec;
 
 /// Why a shape cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -29,15 +49,18 @@ pub enum ShapeError {
 
 /// A shape as the scene file describes it.
 #[derive(Clone, Debug, PartialEq)]
-pub enum ShapeSpec {}
+pub enum ShapeSpec {
+    /// Sphere, disk, cone or cylinder.
+    Quadric(Form),
+    /// Triangles in the scene file.
+    TriangleMesh(TriangleMeshSpec),
+    /// A PLY file.
+    PlyMesh(PlyMeshSpec),
+    /// An OBJ file.
+    ObjMesh(ObjMeshSpec),
+}
 
 impl ShapeSpec {
-    /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported) or the kind is
-    /// none of [`ShapeSpec::KINDS`] (not reported: the caller knows what else it might mean).
-    pub fn from_params(_reader: &ParamReader) -> Option<ShapeSpec> {
-        todo!()
-    }
-
     /// The kinds that can be rendered.
     pub const KINDS: [&'static str; 7] = [
         "sphere",
@@ -49,43 +72,123 @@ impl ShapeSpec {
         "objmesh",
     ];
 
+    /// Kinds of pbrt-v3 that cannot be rendered yet.
+    pub const FUTURE_KINDS: [&'static str; 6] = [
+        "paraboloid",
+        "hyperboloid",
+        "curve",
+        "loopsubdiv",
+        "nurbs",
+        "heightfield",
+    ];
+
+    /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported) or the kind is
+    /// in neither [`ShapeSpec::KINDS`] nor [`ShapeSpec::FUTURE_KINDS`] (not reported: the caller
+    /// knows what else it might mean).
+    pub fn from_params(reader: &ParamReader) -> Option<ShapeSpec> {
+        Some(match reader.kind() {
+            "sphere" => ShapeSpec::Quadric(Form::Sphere(Sphere::from_params(reader)?)),
+            "disk" => ShapeSpec::Quadric(Form::Disk(Disk::from_params(reader)?)),
+            "cone" => ShapeSpec::Quadric(Form::Cone(Cone::from_params(reader)?)),
+            "cylinder" => ShapeSpec::Quadric(Form::Cylinder(Cylinder::from_params(reader)?)),
+            "trianglemesh" => ShapeSpec::TriangleMesh(TriangleMeshSpec::from_params(reader)?),
+            "plymesh" => ShapeSpec::PlyMesh(PlyMeshSpec::from_params(reader)?),
+            "objmesh" => ShapeSpec::ObjMesh(ObjMeshSpec::from_params(reader)?),
+            kind => {
+                if Self::FUTURE_KINDS.contains(&kind) {
+                    reader.error("", format!("shape \"{kind}\" is not supported yet"));
+                }
+                return None;
+            }
+        })
+    }
+
     /// The cut-out texture of a mesh.
     pub fn alpha(&self) -> Option<FloatInput> {
-        todo!()
+        match self {
+            ShapeSpec::Quadric(_) => None,
+            ShapeSpec::TriangleMesh(mesh) => mesh.alpha,
+            ShapeSpec::PlyMesh(mesh) => mesh.alpha,
+            ShapeSpec::ObjMesh(mesh) => mesh.alpha,
+        }
     }
 
     /// The cut-out texture of a mesh for shadow rays.
     pub fn shadow_alpha(&self) -> Option<FloatInput> {
-        todo!()
+        match self {
+            ShapeSpec::Quadric(_) => None,
+            ShapeSpec::TriangleMesh(mesh) => mesh.shadow_alpha,
+            ShapeSpec::PlyMesh(mesh) => mesh.shadow_alpha,
+            ShapeSpec::ObjMesh(mesh) => mesh.shadow_alpha,
+        }
     }
 
     /// Loads and places the shape. `level_from_object` is object-to-render for the top level,
     /// object-to-world for shapes of a named object.
     pub fn compile(
         &self,
-        _level_from_object: &Transform,
-        _reverse_orientation: bool,
+        level_from_object: &Transform,
+        reverse_orientation: bool,
     ) -> Result<CompiledShape, ShapeError> {
-        todo!()
+        let mesh = |data: &_| {
+            CompiledShape::Mesh(Box::new(TriangleMesh::new(data, level_from_object, reverse_orientation)))
+        };
+        Ok(match self {
+            ShapeSpec::Quadric(form) => {
+                let quadric = Quadric::new(*form, *level_from_object, reverse_orientation);
+                if !level_from_object.is_invertible() {
+                    return Err(ShapeError::Singular);
+                }
+                CompiledShape::Quadric(Box::new(quadric))
+            }
+            ShapeSpec::TriangleMesh(spec) => mesh(&spec.data),
+            ShapeSpec::PlyMesh(spec) => mesh(&spec.load()?),
+            ShapeSpec::ObjMesh(spec) => mesh(&spec.load()?),
+        })
     }
 }
 
 /// A shape in place, in double precision.
-pub enum CompiledShape {}
+#[derive(Clone, Debug)]
+pub enum CompiledShape {
+    /// Triangles.
+    Mesh(Box<TriangleMesh>),
+    /// Sphere, disk, cone or cylinder.
+    Quadric(Box<Quadric>),
+}
 
 impl CompiledShape {
     /// How many lights the shape makes: one, or one per triangle (those of zero area too).
     pub fn emitter_count(&self) -> usize {
-        todo!()
+        match self {
+            CompiledShape::Mesh(mesh) => mesh.indices.len(),
+            CompiledShape::Quadric(_) => 1,
+        }
     }
 
     /// The shape as lights, in the order that [`crate::accel::PrimitiveAttributes::light`] counts.
+    /// The shape must have been compiled for the top level: emitters are in render space.
     pub fn emitters(&self) -> Vec<Emitter> {
-        todo!()
+        match self {
+            CompiledShape::Mesh(mesh) => Emitter::of_mesh(mesh),
+            CompiledShape::Quadric(quadric) => vec![Emitter::of_quadric(quadric)],
+        }
     }
 
     /// What was odd in the shape's file, in words.
     pub fn warnings(&self) -> &[String] {
-        todo!()
+        match self {
+            CompiledShape::Mesh(mesh) => &mesh.warnings,
+            CompiledShape::Quadric(_) => &[],
+        }
     }
+}
+
+/// Reports a length that is not positive.
+fn positive(reader: &ParamReader, name: &str, value: f64) -> Option<()> {
+    if value > 0.0 && value.is_finite() {
+        return Some(());
+    }
+    reader.error(name, format!("{name} must be positive, not {value}: the shape is left out"));
+    None
 }

@@ -1,0 +1,149 @@
+//! Polygon meshes as files hold them, cut into triangles.
+
+use crate::math::{DVec2, DVec3, Vec2, Vec3};
+
+/// A triangle mesh in object space. Arrays per vertex are empty where the file has none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshData {
+    /// Three vertex numbers a triangle, each below `positions.len()`.
+    pub indices: Vec<[u32; 3]>,
+    /// Vertex positions.
+    pub positions: Vec<DVec3>,
+    /// Vertex normals, of any length.
+    pub normals: Vec<Vec3>,
+    /// Vertex tangents.
+    pub tangents: Vec<Vec3>,
+    /// Texture coordinates.
+    pub uv: Vec<Vec2>,
+    /// What was odd, in words.
+    pub warnings: Vec<String>,
+}
+
+/// Polygons of up to this many corners are cut by ear clipping, whose cost grows with the square;
+/// larger ones become fans.
+const EAR_CLIPPING_LIMIT: usize = 1024;
+
+/// Cuts polygons into triangles: `arities[i]` corners of polygon i follow each other in `corners`.
+/// Quads become (0,1,2) (3,0,2) as in pbrt, larger polygons are cut by ear clipping, so that
+/// concave ones keep their outline. Polygons with fewer than three corners are left out.
+/// Every corner must be below `positions.len()`.
+pub fn triangulate(arities: &[u32], corners: &[u32], positions: &[DVec3]) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::with_capacity(arities.len());
+    let mut rest = corners;
+    for &arity in arities {
+        let (polygon, tail) = rest.split_at((arity as usize).min(rest.len()));
+        rest = tail;
+        match *polygon {
+            [] | [_] | [_, _] => {}
+            [a, b, c] => triangles.push([a, b, c]),
+            [a, b, c, d] => triangles.extend([[a, b, c], [d, a, c]]),
+            _ if polygon.len() <= EAR_CLIPPING_LIMIT => clip_ears(polygon, positions, &mut triangles),
+            [first, ref others @ ..] => {
+                triangles.extend(others.windows(2).map(|w| [first, w[0], w[1]]));
+            }
+        }
+    }
+    triangles
+}
+
+/// Ear clipping (Meisters 1975) in the plane of the polygon's mean (Newell) normal.
+fn clip_ears(polygon: &[u32], positions: &[DVec3], triangles: &mut Vec<[u32; 3]>) {
+    let at = |v: u32| positions[v as usize];
+    let origin = at(polygon[0]);
+    let normal = (0..polygon.len())
+        .map(|i| {
+            let next = polygon[(i + 1) % polygon.len()];
+            (at(polygon[i]) - origin).cross(at(next) - origin)
+        })
+        .sum::<DVec3>();
+    // Drop the axis the normal leans on most; keep the turning sense.
+    let flat = |v: u32| {
+        let (p, a) = (at(v) - origin, normal.abs());
+        if a.x > a.y && a.x > a.z {
+            DVec2::new(p.y, p.z) * DVec2::new(normal.x.signum(), 1.0)
+        } else if a.y > a.z {
+            DVec2::new(p.z, p.x) * DVec2::new(normal.y.signum(), 1.0)
+        } else {
+            DVec2::new(p.x, p.y) * DVec2::new(normal.z.signum(), 1.0)
+        }
+    };
+    let mut left: Vec<(u32, DVec2)> = polygon.iter().map(|&v| (v, flat(v))).collect();
+    while left.len() > 3 {
+        let n = left.len();
+        let corner = |i: usize| [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
+        // A self-crossing or flat polygon may have no ear: then any corner will do.
+        let ear = (0..n).find(|&i| is_ear(corner(i), &left)).unwrap_or(0);
+        triangles.push(corner(ear).map(|(v, _)| v));
+        left.remove(ear);
+    }
+    triangles.push([left[0].0, left[1].0, left[2].0]);
+}
+
+/// Does the corner turn left with no other corner of the polygon inside its triangle?
+fn is_ear([a, b, c]: [(u32, DVec2); 3], polygon: &[(u32, DVec2)]) -> bool {
+    let turn = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
+    if turn(a.1, b.1, c.1) <= 0.0 {
+        return false;
+    }
+    polygon.iter().all(|&(v, p)| {
+        [a.0, b.0, c.0].contains(&v)
+            || turn(a.1, b.1, p) < 0.0
+            || turn(b.1, c.1, p) < 0.0
+            || turn(c.1, a.1, p) < 0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(triangles: &[[u32; 3]], positions: &[DVec3]) -> DVec3 {
+        triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|i| positions[i as usize]);
+                0.5 * (b - a).cross(c - a)
+            })
+            .sum()
+    }
+
+    #[test]
+    fn concave_polygons_keep_their_outline() {
+        // An L of area 3, in three planes and both turning senses.
+        let outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
+        for plane in 0..3 {
+            let positions: Vec<DVec3> = outline
+                .iter()
+                .map(|&(x, y)| [DVec3::new(x, y, 5.0), DVec3::new(5.0, x, y), DVec3::new(y, 5.0, x)][plane])
+                .collect();
+            for backward in [false, true] {
+                let mut corners: Vec<u32> = (0..6).collect();
+                if backward {
+                    corners.reverse();
+                }
+                let triangles = triangulate(&[6], &corners, &positions);
+                assert_eq!(triangles.len(), 4);
+                let sum = area(&triangles, &positions);
+                // Neither more nor less than the outline: no triangle is turned over or outside.
+                let separate: f64 = triangles.iter().map(|&t| area(&[t], &positions).length()).sum();
+                assert!((sum.length() - 3.0).abs() < 1e-12 && (separate - 3.0).abs() < 1e-12);
+                assert_eq!(sum.max_element() > 0.0, !backward);
+            }
+        }
+    }
+
+    #[test]
+    fn quads_are_cut_as_pbrt_cuts_them() {
+        let p = [DVec3::ZERO; 4];
+        assert_eq!(triangulate(&[4, 2, 3], &[0, 1, 2, 3, 1, 2, 0, 2, 1], &p), [[0, 1, 2], [3, 0, 2], [0, 2, 1]]);
+    }
+
+    #[test]
+    fn degenerate_and_huge_polygons_end() {
+        let p = vec![DVec3::splat(f64::NAN); 2000];
+        let corners: Vec<u32> = (0..2000).collect();
+        assert_eq!(triangulate(&[2000], &corners, &p).len(), 1998);
+        assert_eq!(triangulate(&[7], &[0; 7], &p).len(), 5);
+        assert_eq!(triangulate(&[9], &[0, 1], &p).len(), 0);
+    }
+}

@@ -1,0 +1,145 @@
+//! Wavefront OBJ meshes (our extension to the scene language): all objects and groups of a file
+//! become one mesh; materials are not read.
+
+use super::mesh::{MeshData, triangulate};
+use crate::math::{DVec3, Vec2, Vec3};
+use std::path::{Path, PathBuf};
+
+/// Why an OBJ file cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {message}", path.display())]
+pub struct ObjError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub message: String,
+}
+
+/// Loads the mesh in `path`.
+pub fn load(path: &Path) -> Result<MeshData, ObjError> {
+    let parsed = std::fs::read(path)
+        .map_err(|e| format!("cannot read: {e}"))
+        .and_then(|bytes| parse(&bytes));
+    parsed.map_err(|message| ObjError {
+        path: path.to_owned(),
+        message,
+    })
+}
+
+/// Reads an OBJ file from memory; the error is a sentence without the file's name.
+pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
+    let options = tobj::LoadOptions {
+        // One index for position, normal and texture coordinate, as our meshes have it.
+        single_index: true,
+        // Polygons are cut by our own ear clipping: the reader's fans are wrong where concave.
+        triangulate: false,
+        ignore_points: true,
+        ignore_lines: true,
+    };
+    // Names and comments may be in any encoding, but the reader wants UTF-8.
+    let text = String::from_utf8_lossy(bytes);
+    let no_materials = |_: &Path| Ok(Default::default());
+    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials).map_err(|e| e.to_string())?;
+    let mut mesh = MeshData::default();
+    let (mut with_normals, mut with_uv) = (true, true);
+    for tobj::Model { mesh: part, .. } in models {
+        let first = mesh.positions.len();
+        let (points, _) = part.positions.as_chunks::<3>();
+        let (normals, _) = part.normals.as_chunks::<3>();
+        let (uv, _) = part.texcoords.as_chunks::<2>();
+        // Corners without a normal or texture coordinate make those lists shorter, and nothing
+        // says which corners they were.
+        with_normals &= normals.len() == points.len();
+        with_uv &= uv.len() == points.len();
+        let positions: Vec<DVec3> = points.iter().map(|&[x, y, z]| Vec3::new(x, y, z).as_dvec3()).collect();
+        if let Some(bad) = part.indices.iter().find(|&&i| i as usize >= positions.len()) {
+            return Err(format!("a face refers to vertex {bad}, but there are {}", positions.len()));
+        }
+        if first + positions.len() > u32::MAX as usize {
+            return Err("too many vertices".into());
+        }
+        let arities = if part.face_arities.is_empty() { vec![3; part.indices.len() / 3] } else { part.face_arities };
+        let triangles = triangulate(&arities, &part.indices, &positions);
+        mesh.indices.extend(triangles.iter().map(|t| t.map(|i| i + first as u32)));
+        mesh.positions.extend(positions);
+        mesh.normals.extend(normals.iter().map(|&n| Vec3::from(n)));
+        mesh.uv.extend(uv.iter().map(|&t| Vec2::from(t)));
+    }
+    drop_incomplete(&mut mesh, with_normals, with_uv);
+    if mesh.indices.is_empty() {
+        mesh.warnings.push("the file has no triangles".into());
+    }
+    Ok(mesh)
+}
+
+/// Per-vertex data that some vertices lack is not used.
+fn drop_incomplete(mesh: &mut MeshData, with_normals: bool, with_uv: bool) {
+    if !with_normals && !mesh.normals.is_empty() {
+        mesh.warnings.push("some faces have no normals, so none are used".into());
+    }
+    if !with_uv && !mesh.uv.is_empty() {
+        mesh.warnings.push("some faces have no texture coordinates, so none are used".into());
+    }
+    if !with_normals {
+        mesh.normals.clear();
+    }
+    if !with_uv {
+        mesh.uv.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "# a roof and a wall\no roof\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n\
+        vn 0 0 1\nf 1/1/1 2/2/1 3/3/1\no wall\nf 1/1/1 2/2/1 3/3/1 4/1/1\n";
+
+    #[test]
+    fn objects_are_joined() {
+        let mesh = parse(FILE.as_bytes()).unwrap();
+        assert_eq!(mesh.indices, [[0, 1, 2], [3, 4, 5], [6, 3, 5]]);
+        assert_eq!((mesh.positions.len(), mesh.normals.len(), mesh.uv.len()), (7, 7, 7));
+        assert_eq!(mesh.positions[6], DVec3::Y);
+        assert!(mesh.warnings.is_empty());
+    }
+
+    #[test]
+    fn incomplete_texture_coordinates_are_dropped() {
+        let mesh = parse(FILE.replace("4/1/1", "4//1").as_bytes()).unwrap();
+        assert_eq!((mesh.normals.len(), mesh.uv.len(), mesh.warnings.len()), (7, 0, 1));
+    }
+
+    #[test]
+    fn concave_polygons_keep_their_outline() {
+        // A fan from the first corner would cover the notch.
+        let file = "v 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1.5 0.5 0\nf 1 2 3 4 5 6 7\n";
+        let mesh = parse(file.as_bytes()).unwrap();
+        let area: f64 = mesh
+            .indices
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+                0.5 * (b - a).cross(c - a).length()
+            })
+            .sum();
+        // The L of area 3 less the triangle (1,1) (2,1) (1.5,0.5).
+        assert!((area - 2.75).abs() < 1e-12);
+    }
+
+    #[test]
+    fn damaged_files_do_not_panic() {
+        for at in 0..FILE.len() {
+            for value in [b'0', b'9', b'-', b'/', b'\n', b' ', 0xff] {
+                let mut damaged = FILE.as_bytes().to_vec();
+                damaged[at] = value;
+                if let Ok(mesh) = parse(&damaged) {
+                    assert!(mesh.indices.iter().flatten().all(|&i| (i as usize) < mesh.positions.len()));
+                }
+            }
+        }
+        assert!(parse(b"v 0 0 0\nf 1 2 3\n").is_err());
+        assert!(parse(b"v 0 0 0\nf 1 -5 3\n").is_err());
+        assert!(parse(b"").unwrap().warnings.len() == 1);
+    }
+}

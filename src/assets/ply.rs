@@ -1,0 +1,366 @@
+//! PLY meshes: ascii, binary of both byte orders, and any of them compressed with gzip.
+//!
+//! Vertices: x y z of any scalar type; nx ny nz; texture coordinates by the first complete pair of
+//! u v, s t, texture_u texture_v, texture_s texture_t. Faces: lists `vertex_indices` or
+//! `vertex_index` of any length. Other elements and properties are passed over
+//! (Turk, "The PLY Polygon File Format", 1994; scene-language 3.7).
+
+use super::mesh::{MeshData, triangulate};
+use crate::math::{DVec3, Vec2, Vec3};
+use flate2::read::MultiGzDecoder;
+use serde::de::{IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use serde_ply::{ElementDef, PlyReader};
+use std::fmt;
+use std::io::{BufRead, Cursor, Read};
+use std::path::{Path, PathBuf};
+
+/// Why a PLY file cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {message}", path.display())]
+pub struct PlyError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub message: String,
+}
+
+/// Loads the mesh in `path`.
+pub fn load(path: &Path) -> Result<MeshData, PlyError> {
+    let parsed = std::fs::read(path)
+        .map_err(|e| format!("cannot read: {e}"))
+        .and_then(|bytes| parse(&bytes));
+    parsed.map_err(|message| PlyError {
+        path: path.to_owned(),
+        message,
+    })
+}
+
+/// Reads a PLY file from memory; the error is a sentence without the file's name.
+pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
+    if bytes.starts_with(&[0x1f, 0x8b]) {
+        let mut plain = Vec::new();
+        MultiGzDecoder::new(bytes)
+            .read_to_end(&mut plain)
+            .map_err(|e| format!("damaged gzip data: {e}"))?;
+        return parse_plain(&plain);
+    }
+    parse_plain(bytes)
+}
+
+fn parse_plain(bytes: &[u8]) -> Result<MeshData, String> {
+    if !bytes.starts_with(b"ply") {
+        return Err("not a PLY file: it does not start with \"ply\"".into());
+    }
+    let (header, body) = bytes.split_at(header_length(bytes).ok_or("the header has no end_header line")?);
+    // Comments may be in any encoding, but the reader wants UTF-8; the last number of an ascii
+    // file may lack the blank that the reader needs after it.
+    let header = String::from_utf8_lossy(header);
+    let stream = Cursor::new(header.as_bytes()).chain(body).chain(&b"\n"[..]);
+    let mut reader = PlyReader::from_reader(stream).map_err(|e| format!("bad header: {}", e.0))?;
+    let mut vertices = Vertices::default();
+    let mut faces = Faces::default();
+    let mut warnings = Vec::new();
+    while let Some(element) = reader.current_element().cloned() {
+        check_element(&element)?;
+        let located = |e: serde_ply::DeserializeError| format!("element {}: {}", element.name, e.0);
+        match element.name.as_str() {
+            "vertex" => vertices = next(&mut reader).map_err(located)?,
+            "face" => faces = next(&mut reader).map_err(located)?,
+            other => {
+                if other == "tristrips" {
+                    warnings.push("triangle strips (element tristrips) are not read".into());
+                }
+                next::<IgnoredAny>(&mut reader).map_err(located)?;
+            }
+        }
+    }
+    assemble(vertices, &faces, warnings)
+}
+
+fn next<T: for<'a> Deserialize<'a>>(reader: &mut PlyReader<impl BufRead>) -> Result<T, serde_ply::DeserializeError> {
+    reader.next_element()
+}
+
+/// Length of the header with its last line break.
+fn header_length(bytes: &[u8]) -> Option<usize> {
+    let mut start = 0;
+    for line in bytes.split_inclusive(|&b| b == b'\n') {
+        start += line.len();
+        if line.trim_ascii() == b"end_header" && line.ends_with(b"\n") {
+            return Some(start);
+        }
+    }
+    None
+}
+
+/// Refuses what cannot be meant, and what would make reading endless.
+fn check_element(element: &ElementDef) -> Result<(), String> {
+    // Such rows take no bytes, so a damaged count would never run out of file.
+    if element.properties.is_empty() && element.count > 0 {
+        return Err(format!("element {} has no properties", element.name));
+    }
+    if element.name == "vertex" {
+        for name in ["x", "y", "z"] {
+            if !element.has_property(name) {
+                return Err(format!("vertices have no property {name}"));
+            }
+        }
+    }
+    if element.name == "face" && !element.has_property("vertex_indices") && !element.has_property("vertex_index") {
+        return Err("faces have no list vertex_indices".into());
+    }
+    Ok(())
+}
+
+fn assemble(vertices: Vertices, faces: &Faces, mut warnings: Vec<String>) -> Result<MeshData, String> {
+    let count = vertices.positions.len();
+    if count > u32::MAX as usize {
+        return Err(format!("{count} vertices are too many"));
+    }
+    if let Some(&bad) = faces.corners.iter().find(|&&i| i < 0 || i as u64 >= count as u64) {
+        return Err(format!("a face refers to vertex {bad}, but there are {count} vertices"));
+    }
+    let corners: Vec<u32> = faces.corners.iter().map(|&i| i as u32).collect();
+    let indices = triangulate(&faces.arities, &corners, &vertices.positions);
+    let short = faces.arities.iter().filter(|&&n| n < 3).count();
+    if short > 0 {
+        warnings.push(format!("{short} faces with fewer than three corners are left out"));
+    }
+    if indices.is_empty() {
+        warnings.push("the file has no triangles".into());
+    }
+    Ok(MeshData {
+        indices,
+        positions: vertices.positions,
+        normals: vertices.normals,
+        tangents: Vec::new(),
+        uv: vertices.uv,
+        warnings,
+    })
+}
+
+/// One row of element vertex.
+#[derive(Deserialize)]
+struct VertexRow {
+    x: f64,
+    y: f64,
+    z: f64,
+    nx: Option<f32>,
+    ny: Option<f32>,
+    nz: Option<f32>,
+    u: Option<f32>,
+    v: Option<f32>,
+    s: Option<f32>,
+    t: Option<f32>,
+    texture_u: Option<f32>,
+    texture_v: Option<f32>,
+    texture_s: Option<f32>,
+    texture_t: Option<f32>,
+}
+
+impl VertexRow {
+    fn normal(&self) -> Option<Vec3> {
+        Some(Vec3::new(self.nx?, self.ny?, self.nz?))
+    }
+
+    fn uv(&self) -> Option<Vec2> {
+        let u_v = self.u.zip(self.v);
+        let s_t = self.s.zip(self.t);
+        let texture_u_v = self.texture_u.zip(self.texture_v);
+        let texture_s_t = self.texture_s.zip(self.texture_t);
+        let (u, v) = u_v.or(s_t).or(texture_u_v).or(texture_s_t)?;
+        Some(Vec2::new(u, v))
+    }
+}
+
+/// Element vertex, column by column.
+#[derive(Default)]
+struct Vertices {
+    positions: Vec<DVec3>,
+    normals: Vec<Vec3>,
+    uv: Vec<Vec2>,
+}
+
+impl<'de> Deserialize<'de> for Vertices {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Vertices, D::Error> {
+        struct Rows;
+        impl<'de> Visitor<'de> for Rows {
+            type Value = Vertices;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("vertices")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<Vertices, A::Error> {
+                let mut vertices = Vertices::default();
+                while let Some(row) = rows.next_element::<VertexRow>()? {
+                    vertices.positions.push(DVec3::new(row.x, row.y, row.z));
+                    vertices.normals.extend(row.normal());
+                    vertices.uv.extend(row.uv());
+                }
+                Ok(vertices)
+            }
+        }
+        deserializer.deserialize_seq(Rows)
+    }
+}
+
+/// One row of element face.
+#[derive(Deserialize)]
+struct FaceRow {
+    #[serde(alias = "vertex_index")]
+    vertex_indices: Vec<i64>,
+}
+
+/// Element face, the lists one after the other.
+#[derive(Default)]
+struct Faces {
+    arities: Vec<u32>,
+    corners: Vec<i64>,
+}
+
+impl<'de> Deserialize<'de> for Faces {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Faces, D::Error> {
+        struct Rows;
+        impl<'de> Visitor<'de> for Rows {
+            type Value = Faces;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("faces")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<Faces, A::Error> {
+                let mut faces = Faces::default();
+                while let Some(row) = rows.next_element::<FaceRow>()? {
+                    // A list's count is 32 bits in the file.
+                    faces.arities.push(row.vertex_indices.len() as u32);
+                    faces.corners.extend(row.vertex_indices);
+                }
+                Ok(faces)
+            }
+        }
+        deserializer.deserialize_seq(Rows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::{Compression, write::GzEncoder};
+    use std::io::Write;
+
+    const HEADER: &str = "element vertex 4\nproperty float x\nproperty double y\nproperty short z\n\
+        property uchar red\nproperty float nx\nproperty float ny\nproperty float nz\n\
+        property float s\nproperty float t\nelement material 1\nproperty list uchar float values\n\
+        element face 2\nproperty uchar flag\nproperty list uchar INDEX vertex_index\nend_header\n";
+
+    fn ascii() -> Vec<u8> {
+        let mut text = format!("ply\nformat ascii 1.0\ncomment caf\u{e9}\n{}", HEADER.replace("INDEX", "int"));
+        text.push_str("0 0 0 9 0 0 1 0 0\n1 0 0 9 0 0 1 1 0\n1 1.5 0 9 0 0 1 1 1\n0 1.5 -2 9 0 0 1 0 1\n");
+        text.push_str("2 0.5 0.25\n7 4 0 1 2 3\n7 3 0 1 2");
+        text.into_bytes()
+    }
+
+    fn binary(big: bool) -> Vec<u8> {
+        let kind = if big { "big" } else { "little" };
+        let mut out = format!("ply\r\nformat binary_{kind}_endian 1.0\r\n").into_bytes();
+        // A comment that is no UTF-8.
+        out.extend(b"comment caf\xe9\n");
+        out.extend(HEADER.replace("INDEX", "ushort").bytes());
+        macro_rules! put {
+            ($($v:expr),*) => { $( if big { out.extend($v.to_be_bytes()) } else { out.extend($v.to_le_bytes()) } )* };
+        }
+        for (x, y, z, u, v) in [(0.0f32, 0.0f64, 0i16, 0.0f32, 0.0f32), (1.0, 0.0, 0, 1.0, 0.0), (1.0, 1.5, 0, 1.0, 1.0), (0.0, 1.5, -2, 0.0, 1.0)] {
+            put!(x, y, z, 9u8, 0.0f32, 0.0f32, 1.0f32, u, v);
+        }
+        put!(2u8, 0.5f32, 0.25f32);
+        put!(7u8, 4u8, 0u16, 1u16, 2u16, 3u16, 7u8, 3u8, 0u16, 1u16, 2u16);
+        out
+    }
+
+    fn gzip(bytes: &[u8]) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    #[test]
+    fn every_encoding_gives_the_same_mesh() {
+        let expected = MeshData {
+            indices: vec![[0, 1, 2], [3, 0, 2], [0, 1, 2]],
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.5, 0.0), DVec3::new(0.0, 1.5, -2.0)],
+            normals: vec![Vec3::Z; 4],
+            tangents: vec![],
+            uv: vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
+            warnings: vec![],
+        };
+        for file in [ascii(), binary(false), binary(true)] {
+            assert_eq!(parse(&file).unwrap(), expected);
+            assert_eq!(parse(&gzip(&file)).unwrap(), expected);
+        }
+    }
+
+    #[test]
+    fn all_names_of_texture_coordinates_are_known() {
+        for (u, v) in [("u", "v"), ("s", "t"), ("texture_u", "texture_v"), ("texture_s", "texture_t")] {
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+                 property float z\nproperty float {u}\nproperty float {v}\nend_header\n1 2 3 4 5\n"
+            );
+            assert_eq!(parse(text.as_bytes()).unwrap().uv, [Vec2::new(4.0, 5.0)]);
+        }
+    }
+
+    #[test]
+    fn errors_say_what_is_wrong() {
+        let error = |text: &str| parse(text.as_bytes()).unwrap_err();
+        assert!(error("off\n").contains("not a PLY file"));
+        assert!(error("ply\nformat ascii 1.0\n").contains("end_header"));
+        let vertex = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n";
+        assert!(error(&format!("{vertex}end_header\n1 2\n")).contains("property z"));
+        let face = "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n1 2 3\n";
+        assert!(error(&format!("{vertex}{face}3 0 0 7\n")).contains("vertex 7, but there are 1"));
+        assert!(error(&format!("{vertex}{face}3 0 0 -1\n")).contains("vertex -1"));
+        assert!(error(&format!("{vertex}{face}3 0\n")).contains("element face"));
+        let empty = "ply\nformat ascii 1.0\nelement thing 99999999999999\nend_header\n";
+        assert!(error(empty).contains("no properties"));
+        let file = load(Path::new("/nowhere/at all.ply")).unwrap_err().to_string();
+        assert!(file.contains("/nowhere/at all.ply") && file.contains("cannot read"));
+    }
+
+    #[test]
+    fn damaged_files_neither_panic_nor_swallow_memory() {
+        // Every byte of every encoding changed to a few telling values, and every truncation.
+        for file in [ascii(), binary(false), binary(true)] {
+            for at in 0..file.len() {
+                let _ = parse(&file[..at]);
+                for value in [0u8, 0xff, b'9', b'-', b'\n', file[at] ^ 1] {
+                    let mut damaged = file.clone();
+                    damaged[at] = value;
+                    // Whatever is accepted is consistent.
+                    if let Ok(mesh) = parse(&damaged) {
+                        assert!(mesh.indices.iter().flatten().all(|&i| (i as usize) < mesh.positions.len()));
+                    }
+                }
+            }
+        }
+        let compressed = gzip(&ascii());
+        for at in 0..compressed.len() {
+            let mut damaged = compressed.clone();
+            damaged[at] ^= 0x55;
+            let _ = parse(&damaged);
+        }
+    }
+
+    #[test]
+    fn huge_counts_in_small_files_are_an_error() {
+        for count in ["99999999999", "18446744073709551615"] {
+            let file = String::from_utf8(ascii()).unwrap();
+            assert!(parse(file.replace("vertex 4", &format!("vertex {count}")).as_bytes()).is_err());
+        }
+        let list = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+            element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n4294967295 0 0 0\n";
+        assert!(parse(list.as_bytes()).is_err());
+    }
+}

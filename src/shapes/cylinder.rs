@@ -1,0 +1,131 @@
+//! `Shape "cylinder"`: the side of a cylinder about the z axis, without caps.
+//!
+//! | parameter | default | meaning |
+//! |---|---|---|
+//! | `float radius` | 1 | |
+//! | `float zmin`, `float zmax` | −1, 1 | ends, sorted |
+//! | `float phimax` | 360 | degrees swept from +x toward +y, clamped to 0…360 |
+//!
+//! u = φ/φmax; v = (z − zmin)/(zmax − zmin); the normal points outward
+//! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.3).
+
+use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
+use super::positive;
+use crate::math::{DVec2, DVec3};
+use crate::params::ParamReader;
+use std::f64::consts::TAU;
+
+/// See the module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder {
+    /// Radius, object units.
+    pub radius: f64,
+    /// Lower end.
+    pub z_min: f64,
+    /// Upper end.
+    pub z_max: f64,
+    /// Angle swept, radians.
+    pub phi_max: f64,
+}
+
+impl Cylinder {
+    /// A cylinder between the heights `z0` and `z1` (in either order), swept `phi_max` degrees.
+    pub fn new(radius: f64, z0: f64, z1: f64, phi_max: f64) -> Cylinder {
+        Cylinder {
+            radius,
+            z_min: z0.min(z1),
+            z_max: z0.max(z1),
+            phi_max: sweep(phi_max),
+        }
+    }
+
+    /// Reads the parameters; `None` where the radius is not positive (reported).
+    pub fn from_params(reader: &ParamReader) -> Option<Cylinder> {
+        let radius = reader.float("radius", 1.0);
+        let (z0, z1) = (reader.float("zmin", -1.0), reader.float("zmax", 1.0));
+        let phi_max = reader.float("phimax", 360.0);
+        positive(reader, "radius", radius)?;
+        Some(Cylinder::new(radius, z0, z1, phi_max))
+    }
+}
+
+impl ObjectSurface for Cylinder {
+    fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
+        let r = self.radius;
+        let (o2, d2) = (o.truncate(), d.truncate());
+        let (a, b) = (d2.length_squared(), o2.dot(d2));
+        if a == 0.0 {
+            return None;
+        }
+        let distance = o2.length();
+        let c = (distance - r) * (distance + r);
+        // As for the sphere, in the plane across the axis.
+        let across = o2 - d2 * (b / a);
+        let discriminant = a * (r * r - across.length_squared());
+        for t in roots(a, b, c, discriminant)? {
+            let p = o + d * t;
+            let p = (p.truncate() * (r / p.truncate().length())).extend(p.z);
+            let inside = p.z >= self.z_min
+                && p.z <= self.z_max
+                && (self.phi_max >= TAU || azimuth(p) <= self.phi_max);
+            if t > 0.0 && inside {
+                return Some((t, p));
+            }
+        }
+        None
+    }
+
+    fn at(&self, p: DVec3) -> ObjectPoint {
+        let height = self.z_max - self.z_min;
+        let dpdu = self.phi_max * DVec3::new(-p.y, p.x, 0.0);
+        ObjectPoint {
+            uv: DVec2::new(azimuth(p) / self.phi_max, (p.z - self.z_min) / height),
+            n: DVec3::new(p.x, p.y, 0.0) / self.radius,
+            dpdu,
+            dpdv: DVec3::new(0.0, 0.0, height),
+            dndu: dpdu / self.radius,
+            dndv: DVec3::ZERO,
+        }
+    }
+
+    fn bounds(&self) -> (DVec3, DVec3) {
+        let r = self.radius;
+        (DVec3::new(-r, -r, self.z_min), DVec3::new(r, r, self.z_max))
+    }
+
+    fn sample(&self, u: DVec2) -> DVec3 {
+        let (sin, cos) = (u.y * self.phi_max).sin_cos();
+        let z = self.z_min + u.x * (self.z_max - self.z_min);
+        DVec3::new(self.radius * cos, self.radius * sin, z)
+    }
+
+    fn area(&self) -> f64 {
+        self.phi_max * self.radius * (self.z_max - self.z_min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::quadric::tests::{check_derivatives, check_hits, check_uniform};
+    use super::*;
+
+    #[test]
+    fn open_ends_let_rays_through() {
+        let c = Cylinder::new(1.0, -1.0, 1.0, 360.0);
+        assert!(c.intersect(DVec3::new(0.3, 0.0, -5.0), DVec3::Z).is_none());
+        // In by the open end, out through the side: 1 to the right, 1 up.
+        let (t, p) = c.intersect(DVec3::new(0.0, 0.0, -0.5), DVec3::new(1.0, 0.0, 1.0)).unwrap();
+        assert_eq!((t, p), (1.0, DVec3::new(1.0, 0.0, 0.5)));
+        let (t, _) = c.intersect(DVec3::new(-3.0, 0.0, 0.0), DVec3::X).unwrap();
+        assert_eq!(t, 2.0);
+    }
+
+    #[test]
+    fn partial_cylinders_have_the_stated_parameters() {
+        for c in [Cylinder::new(0.8, 2.0, -1.0, 360.0), Cylinder::new(0.8, 0.0, 1.0, 100.0)] {
+            check_derivatives(&c);
+            check_hits(&c);
+            check_uniform(&c);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! `Shape "plymesh"`: a mesh in a PLY file.
+//!
+//! | parameter | default | meaning |
+//! |---|---|---|
+//! | `string filename` | required | the file, loaded when the scene is built |
+//! | `texture/float alpha`, `shadowalpha` | 1 | cut-outs: no surface where exactly 0 |
+//!
+//! See [`crate::assets::ply`] for what is read.
+
+use super::ShapeError;
+use crate::assets::mesh::MeshData;
+use crate::assets::ply;
+use crate::params::{FloatInput, ParamReader};
+use std::path::PathBuf;
+
+/// See the module.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlyMeshSpec {
+    /// The file.
+    pub path: PathBuf,
+    /// Cut-outs.
+    pub alpha: Option<FloatInput>,
+    /// Cut-outs for shadow rays only.
+    pub shadow_alpha: Option<FloatInput>,
+}
+
+impl PlyMeshSpec {
+    /// Reads the parameters; `None` where there is no such file (reported).
+    pub fn from_params(reader: &ParamReader) -> Option<PlyMeshSpec> {
+        let alpha = reader.find_float_input("alpha");
+        let shadow_alpha = reader.find_float_input("shadowalpha");
+        if !reader.has("filename") {
+            reader.error("filename", "a plymesh needs a \"string filename\"");
+            return None;
+        }
+        Some(PlyMeshSpec {
+            path: reader.file("filename")?,
+            alpha,
+            shadow_alpha,
+        })
+    }
+
+    /// Loads the file.
+    pub fn load(&self) -> Result<MeshData, ShapeError> {
+        ply::load(&self.path).map_err(|e| ShapeError::File {
+            path: e.path,
+            message: e.message,
+        })
+    }
+}

@@ -1,0 +1,256 @@
+//! Quadrics in place: sphere, disk, cone and cylinder under any affine transformation.
+//!
+//! A ray is taken to object space in double precision and solved there; the point found is put
+//! back onto the surface, so that its error is a few units of double rounding whatever the
+//! distance it was seen from. What single precision then loses is the rounding of the result.
+
+use super::cone::Cone;
+use super::cylinder::Cylinder;
+use super::disk::Disk;
+use super::local::{LocalSurface, abs_matrix};
+use super::sphere::Sphere;
+use crate::math::transform::Transform;
+use crate::math::{DVec2, DVec3};
+use glam::DMat3;
+
+/// Double-precision roundings on the way from object space to a surface point and back, with
+/// room to spare: no chain here is longer than a dozen operations.
+const ROUNDINGS: f64 = 32.0;
+
+/// A point of a surface in object space.
+#[derive(Clone, Copy, Debug)]
+pub struct ObjectPoint {
+    /// Surface parameters.
+    pub uv: DVec2,
+    /// Unit normal along ∂p/∂u × ∂p/∂v.
+    pub n: DVec3,
+    /// ∂p/∂u.
+    pub dpdu: DVec3,
+    /// ∂p/∂v.
+    pub dpdv: DVec3,
+    /// ∂n/∂u.
+    pub dndu: DVec3,
+    /// ∂n/∂v.
+    pub dndv: DVec3,
+}
+
+/// What every quadric knows in its own space.
+pub trait ObjectSurface {
+    /// The nearest point with t > 0 on the ray `o + t d` (`d` of any length): t, and the point
+    /// moved onto the surface.
+    fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)>;
+    /// Parameters and derivatives at a point of the surface.
+    fn at(&self, p: DVec3) -> ObjectPoint;
+    /// Corners of a box around the surface.
+    fn bounds(&self) -> (DVec3, DVec3);
+    /// A point uniform over the surface's area.
+    fn sample(&self, u: DVec2) -> DVec3;
+    /// Surface area.
+    fn area(&self) -> f64;
+}
+
+/// The quadrics.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// See [`Sphere`].
+    Sphere(Sphere),
+    /// See [`Disk`].
+    Disk(Disk),
+    /// See [`Cone`].
+    Cone(Cone),
+    /// See [`Cylinder`].
+    Cylinder(Cylinder),
+}
+
+/// Calls the same method of whichever quadric it is.
+macro_rules! each {
+    ($form:expr, $shape:ident => $call:expr) => {
+        match $form {
+            Form::Sphere($shape) => $call,
+            Form::Disk($shape) => $call,
+            Form::Cone($shape) => $call,
+            Form::Cylinder($shape) => $call,
+        }
+    };
+}
+
+impl ObjectSurface for Form {
+    fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
+        each!(self, shape => shape.intersect(o, d))
+    }
+
+    fn at(&self, p: DVec3) -> ObjectPoint {
+        each!(self, shape => shape.at(p))
+    }
+
+    fn bounds(&self) -> (DVec3, DVec3) {
+        each!(self, shape => shape.bounds())
+    }
+
+    fn sample(&self, u: DVec2) -> DVec3 {
+        each!(self, shape => shape.sample(u))
+    }
+
+    fn area(&self) -> f64 {
+        each!(self, shape => shape.area())
+    }
+}
+
+/// A quadric with its place and orientation.
+#[derive(Clone, Copy, Debug)]
+pub struct Quadric {
+    /// The surface in object space.
+    pub form: Form,
+    /// Object space to the space of the tree it is in (render space for the top level).
+    pub level_from_object: Transform,
+    /// Normals are turned: ReverseOrientation XOR a mirroring transformation (scene-language 4.4).
+    pub flip: bool,
+}
+
+impl Quadric {
+    /// Places `form`.
+    pub fn new(form: Form, level_from_object: Transform, reverse_orientation: bool) -> Quadric {
+        Quadric {
+            form,
+            flip: reverse_orientation ^ level_from_object.swaps_handedness(),
+            level_from_object,
+        }
+    }
+
+    /// The same quadric seen from the point `anchor`.
+    pub fn relative_to(mut self, anchor: DVec3) -> Quadric {
+        self.level_from_object = Transform::translate(-anchor) * self.level_from_object;
+        self
+    }
+
+    /// Distance to the nearest point along the ray, in units of `d`'s length, and that point in
+    /// object space.
+    pub fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
+        let inverse = &self.level_from_object.inverse;
+        self.form.intersect(
+            inverse.transform_point3(o),
+            inverse.transform_vector3(d),
+        )
+    }
+
+    /// The surface at `p`, a point of it in object space.
+    pub fn surface(&self, p: DVec3) -> LocalSurface {
+        let at = self.form.at(p);
+        let m = &self.level_from_object.m;
+        let side = if self.flip { -1.0 } else { 1.0 };
+        let normal = self.level_from_object.normal(at.n);
+        let length = normal.length();
+        let n = normal / length * side;
+        // The derivative of a normalised vector is perpendicular to it.
+        let change = |dn: DVec3| {
+            let dn = self.level_from_object.normal(dn) / length * side;
+            dn - n * n.dot(dn)
+        };
+        let dpdu = m.transform_vector3(at.dpdu);
+        let dpdv = m.transform_vector3(at.dpdv);
+        LocalSurface {
+            p: m.transform_point3(p),
+            p_error: self.position_error(p),
+            n,
+            uv: at.uv.as_vec2(),
+            dpdu,
+            dpdv,
+            shading_n: n,
+            shading_dpdu: dpdu,
+            shading_dpdv: dpdv,
+            dndu: change(at.dndu),
+            dndv: change(at.dndv),
+        }
+    }
+
+    /// Bound on what double precision loses when `p` (object space) is moved to level space and a
+    /// ray that starts there is moved back: every product's magnitude times the roundings.
+    pub(super) fn position_error(&self, p: DVec3) -> DVec3 {
+        let (m, inverse) = (&self.level_from_object.m, &self.level_from_object.inverse);
+        let (abs_m, abs_inverse) = (abs_matrix(m), abs_matrix(inverse));
+        let level = m.transform_point3(p);
+        let back = abs_inverse * level.abs() + inverse.w_axis.truncate().abs();
+        let magnitude = abs_m * (p.abs() + back) + m.w_axis.truncate().abs();
+        magnitude * (ROUNDINGS * f64::EPSILON)
+    }
+
+    /// Corners of a box around the surface, level space.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let (low, high) = self.form.bounds();
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for i in 0..8 {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            let corner = DVec3::new(pick(0), pick(1), pick(2));
+            let error = self.position_error(corner);
+            let corner = self.level_from_object.m.transform_point3(corner);
+            min = min.min(corner - error);
+            max = max.max(corner + error);
+        }
+        (min, max)
+    }
+
+    /// How much larger a small piece of surface with unit object-space normal `n` is in level
+    /// space: |M a × M b| / |a × b| for any a, b that span it, which is |det M| |M⁻ᵀ n|.
+    pub fn area_scale(&self, n: DVec3) -> f64 {
+        let m = DMat3::from_mat4(self.level_from_object.m);
+        m.determinant().abs() * self.level_from_object.normal(n).length()
+    }
+
+    /// Surface area in level space.
+    pub fn area(&self) -> f64 {
+        // Midpoint rule over the uniform sampling; the integrand is constant for disks and under
+        // similarity transformations, else smooth: 64 × 64 points leave an error below 1e-3 of
+        // the area up to axis ratios of 100. The area only weighs lights against each other.
+        const GRID: usize = 64;
+        let mut sum = 0.0;
+        for i in 0..GRID * GRID {
+            let u = DVec2::new((i % GRID) as f64 + 0.5, (i / GRID) as f64 + 0.5) / GRID as f64;
+            sum += self.area_scale(self.form.at(self.form.sample(u)).n);
+        }
+        self.form.area() * sum / (GRID * GRID) as f64
+    }
+
+    /// The factor by which the transformation scales where it is a similarity (rotation,
+    /// reflection, uniform scale, translation).
+    pub fn similarity(&self) -> Option<f64> {
+        let m = DMat3::from_mat4(self.level_from_object.m);
+        let product = m.transpose() * m;
+        let scale2 = (product.x_axis.x + product.y_axis.y + product.z_axis.z) / 3.0;
+        let off = product - DMat3::from_diagonal(DVec3::splat(scale2));
+        let worst = off.to_cols_array().iter().fold(0.0f64, |a, b| a.max(b.abs()));
+        // Rotations written with single-precision numbers are orthogonal to 1e-7.
+        (worst <= 1e-6 * scale2).then(|| scale2.sqrt())
+    }
+}
+
+/// The angle of (x, y) from +x toward +y, in [0, 2π).
+pub(super) fn azimuth(p: DVec3) -> f64 {
+    let phi = p.y.atan2(p.x);
+    if phi < 0.0 { phi + std::f64::consts::TAU } else { phi }
+}
+
+/// Real roots of a t² + 2 b t + c, ascending, without cancellation between them
+/// (Higham 2002, §1.8). `discriminant` is b² − a c, computed as precisely as the caller can.
+/// Where a = 0 both are the root of the linear equation.
+pub(super) fn roots(a: f64, b: f64, c: f64, discriminant: f64) -> Option<[f64; 2]> {
+    if discriminant.is_nan() || discriminant < 0.0 {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    let q = -(b + root.copysign(b));
+    if a == 0.0 {
+        let t = c / q;
+        return t.is_finite().then_some([t, t]);
+    }
+    // q = 0 means b = 0 and discriminant = 0: a double root at 0.
+    let (s, t) = (q / a, if q == 0.0 { 0.0 } else { c / q });
+    Some(if s < t { [s, t] } else { [t, s] })
+}
+
+/// The largest angle swept, from degrees, clamped to a full turn.
+pub(super) fn sweep(degrees: f64) -> f64 {
+    degrees.clamp(0.0, 360.0).to_radians()
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,167 @@
+//! `Shape "sphere"`: a sphere about the origin, or the part of it between two heights and within
+//! an angle.
+//!
+//! | parameter | default | meaning |
+//! |---|---|---|
+//! | `float radius` | 1 | |
+//! | `float zmin`, `float zmax` | ∓radius | heights of the cuts, sorted and clamped to ±radius |
+//! | `float phimax` | 360 | degrees swept from +x toward +y, clamped to 0…360 |
+//!
+//! u = φ/φmax; v runs with the polar angle from the zmin end (0) to the zmax end (1)
+//! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.2).
+
+use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
+use super::positive;
+use crate::math::{DVec2, DVec3};
+use crate::params::ParamReader;
+use std::f64::consts::TAU;
+
+/// See the module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Radius, object units.
+    pub radius: f64,
+    /// Lower cut, −radius for none.
+    pub z_min: f64,
+    /// Upper cut, radius for none.
+    pub z_max: f64,
+    /// Angle swept, radians.
+    pub phi_max: f64,
+}
+
+impl Sphere {
+    /// A sphere between the heights `z0` and `z1` (in either order), swept `phi_max` degrees.
+    pub fn new(radius: f64, z0: f64, z1: f64, phi_max: f64) -> Sphere {
+        Sphere {
+            radius,
+            z_min: z0.min(z1).clamp(-radius, radius),
+            z_max: z0.max(z1).clamp(-radius, radius),
+            phi_max: sweep(phi_max),
+        }
+    }
+
+    /// Reads the parameters; `None` where the radius is not positive (reported).
+    pub fn from_params(reader: &ParamReader) -> Option<Sphere> {
+        let radius = reader.float("radius", 1.0);
+        let (z0, z1) = (reader.float("zmin", -radius), reader.float("zmax", radius));
+        let phi_max = reader.float("phimax", 360.0);
+        positive(reader, "radius", radius)?;
+        Some(Sphere::new(radius, z0, z1, phi_max))
+    }
+
+    /// Nothing is cut off.
+    pub fn is_full(&self) -> bool {
+        self.z_min <= -self.radius && self.z_max >= self.radius && self.phi_max >= TAU
+    }
+
+    fn contains(&self, p: DVec3) -> bool {
+        (self.z_min <= -self.radius || p.z >= self.z_min)
+            && (self.z_max >= self.radius || p.z <= self.z_max)
+            && (self.phi_max >= TAU || azimuth(p) <= self.phi_max)
+    }
+
+    /// Polar angles of the cuts: v = 0 at the first, 1 at the second.
+    fn polar_range(&self) -> (f64, f64) {
+        (
+            (self.z_min / self.radius).clamp(-1.0, 1.0).acos(),
+            (self.z_max / self.radius).clamp(-1.0, 1.0).acos(),
+        )
+    }
+}
+
+impl ObjectSurface for Sphere {
+    fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
+        let r = self.radius;
+        let (a, b) = (d.length_squared(), o.dot(d));
+        let distance = o.length();
+        let c = (distance - r) * (distance + r);
+        // a (r² − |o⊥|²) with o⊥ the part of o across the ray: b² − a c cancels badly for
+        // distant origins (Hearn and Baker; Haines et al., Ray Tracing Gems 2019, ch. 7).
+        let across = o - d * (b / a);
+        let discriminant = a * (r * r - across.length_squared());
+        for t in roots(a, b, c, discriminant)? {
+            let p = o + d * t;
+            let p = p * (r / p.length());
+            if t > 0.0 && self.contains(p) {
+                return Some((t, p));
+            }
+        }
+        None
+    }
+
+    fn at(&self, p: DVec3) -> ObjectPoint {
+        let phi = azimuth(p);
+        let rho = p.x.hypot(p.y);
+        let (sin_phi, cos_phi) = if rho > 0.0 { (p.y / rho, p.x / rho) } else { (0.0, 1.0) };
+        let (theta_0, theta_1) = self.polar_range();
+        let range = theta_1 - theta_0;
+        let theta = (p.z / self.radius).clamp(-1.0, 1.0).acos();
+        let v = if range == 0.0 { 0.0 } else { (theta - theta_0) / range };
+        let dpdu = self.phi_max * DVec3::new(-p.y, p.x, 0.0);
+        let dpdv = range * DVec3::new(p.z * cos_phi, p.z * sin_phi, -rho);
+        ObjectPoint {
+            uv: DVec2::new(phi / self.phi_max, v),
+            n: p / self.radius,
+            dpdu,
+            dpdv,
+            dndu: dpdu / self.radius,
+            dndv: dpdv / self.radius,
+        }
+    }
+
+    fn bounds(&self) -> (DVec3, DVec3) {
+        let r = self.radius;
+        (DVec3::new(-r, -r, self.z_min), DVec3::new(r, r, self.z_max))
+    }
+
+    fn sample(&self, u: DVec2) -> DVec3 {
+        // Archimedes: equal heights have equal areas.
+        let z = self.z_min + u.x * (self.z_max - self.z_min);
+        let rho = ((self.radius - z) * (self.radius + z)).max(0.0).sqrt();
+        let (sin, cos) = (u.y * self.phi_max).sin_cos();
+        DVec3::new(rho * cos, rho * sin, z)
+    }
+
+    fn area(&self) -> f64 {
+        self.phi_max * self.radius * (self.z_max - self.z_min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::quadric::tests::{check_derivatives, check_hits, check_uniform};
+    use super::*;
+
+    #[test]
+    fn first_hit_is_the_near_side_then_the_far_side() {
+        let sphere = Sphere::new(2.0, -2.0, 2.0, 360.0);
+        let (t, p) = sphere.intersect(DVec3::new(0.0, 0.0, -5.0), DVec3::Z).unwrap();
+        assert_eq!((t, p), (3.0, DVec3::new(0.0, 0.0, -2.0)));
+        let (t, _) = sphere.intersect(DVec3::ZERO, DVec3::Z).unwrap();
+        assert_eq!(t, 2.0);
+        assert!(sphere.intersect(DVec3::new(0.0, 0.0, 2.1), DVec3::Z).is_none());
+        // A tangent ray just inside meets it, just outside does not.
+        assert!(sphere.intersect(DVec3::new(1.999_999_9, 0.0, -5.0), DVec3::Z).is_some());
+        assert!(sphere.intersect(DVec3::new(2.000_000_1, 0.0, -5.0), DVec3::Z).is_none());
+    }
+
+    #[test]
+    fn cuts_are_sorted_and_clamped() {
+        let s = Sphere::new(1.0, 7.0, -0.5, 400.0);
+        assert_eq!((s.z_min, s.z_max, s.phi_max), (-0.5, 1.0, TAU));
+        assert!(!s.is_full());
+        assert!(Sphere::new(1.0, -1.0, 1.0, 360.0).is_full());
+    }
+
+    #[test]
+    fn partial_spheres_have_the_stated_parameters() {
+        for s in [Sphere::new(1.5, -1.5, 1.5, 360.0), Sphere::new(1.5, -0.4, 1.1, 200.0)] {
+            check_derivatives(&s);
+            check_hits(&s);
+            check_uniform(&s);
+        }
+        let s = Sphere::new(1.0, -1.0, 1.0, 360.0);
+        assert!((s.at(DVec3::new(0.0, 0.0, -1.0)).uv.y).abs() < 1e-15);
+        assert!((s.at(DVec3::new(0.0, 1.0, 0.0)).uv - DVec2::new(0.25, 0.5)).length() < 1e-15);
+    }
+}

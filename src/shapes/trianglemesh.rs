@@ -1,0 +1,125 @@
+//! `Shape "trianglemesh"`: triangles given in the scene file.
+//!
+//! | parameter | default | meaning |
+//! |---|---|---|
+//! | `integer indices` | required | three vertex numbers a triangle; one or two left over are dropped |
+//! | `point3 P` | required | vertices |
+//! | `normal N` | none | normals at the vertices |
+//! | `vector3 S` | none | tangents at the vertices |
+//! | `float uv`, else `st` | (0,0) (1,0) (1,1) at the corners | texture coordinates |
+//! | `texture/float alpha`, `shadowalpha` | 1 | cut-outs: no surface where exactly 0 |
+//! | `integer faceIndices` | none | Ptex only, not used |
+//!
+//! Arrays of the wrong length are reported and left out (scene-language 3.7).
+
+use crate::assets::mesh::MeshData;
+use crate::math::{DVec3, Vec2, Vec3};
+use crate::params::{FloatInput, ParamReader};
+
+/// See the module.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TriangleMeshSpec {
+    /// The triangles, object space.
+    pub data: MeshData,
+    /// Cut-outs.
+    pub alpha: Option<FloatInput>,
+    /// Cut-outs for shadow rays only.
+    pub shadow_alpha: Option<FloatInput>,
+}
+
+impl TriangleMeshSpec {
+    /// Reads the parameters; `None` where vertices or indices are missing or wrong (reported).
+    pub fn from_params(reader: &ParamReader) -> Option<TriangleMeshSpec> {
+        let alpha = reader.find_float_input("alpha");
+        let shadow_alpha = reader.find_float_input("shadowalpha");
+        let points = reader.points3("P");
+        let indices = reader.integers("indices");
+        let normals = reader.normals("N");
+        let tangents = reader.vectors3("S");
+        let uv_name = if reader.has("uv") { "uv" } else { "st" };
+        let uv = reader.points2(uv_name);
+        // Only Ptex, which is not supported, would use these.
+        let _ = reader.integers("faceIndices");
+        let Some(points) = points else {
+            reader.error("P", "a trianglemesh needs vertices: \"point3 P\"");
+            return None;
+        };
+        let Some(indices) = indices else {
+            reader.error("indices", "a trianglemesh needs \"integer indices\"");
+            return None;
+        };
+        let positions = triples(points).map(DVec3::from).collect::<Vec<_>>();
+        if indices.len() % 3 != 0 {
+            reader.warn("indices", "the number of indices is no multiple of 3: the last ones are dropped");
+        }
+        let indices = match check_indices(indices, positions.len()) {
+            Ok(indices) => indices,
+            Err(message) => {
+                reader.error("indices", message);
+                return None;
+            }
+        };
+        let per_vertex = |name: &str, values: Option<&[f64]>| -> Vec<Vec3> {
+            let Some(values) = values else { return Vec::new() };
+            if values.len() / 3 != positions.len() {
+                reader.error(name, format!("{} for {} vertices: they are not used", values.len() / 3, positions.len()));
+                return Vec::new();
+            }
+            triples(values).map(|v| DVec3::from(v).as_vec3()).collect()
+        };
+        let data = MeshData {
+            indices,
+            normals: per_vertex("N", normals),
+            tangents: per_vertex("S", tangents),
+            uv: texture_coordinates(reader, uv_name, uv, positions.len()),
+            positions,
+            warnings: Vec::new(),
+        };
+        Some(TriangleMeshSpec { data, alpha, shadow_alpha })
+    }
+}
+
+fn triples(values: &[f64]) -> impl Iterator<Item = [f64; 3]> {
+    values.as_chunks::<3>().0.iter().copied()
+}
+
+/// Triangles from a flat list of numbers, truncated to integers as pbrt does.
+fn check_indices(indices: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, String> {
+    let limit = vertices.min(u32::MAX as usize);
+    let valid = |&i: &f64| i.trunc() >= 0.0 && i.trunc() < limit as f64;
+    if let Some(bad) = indices.iter().find(|i| !valid(i)) {
+        return Err(format!("vertex {bad} does not exist: there are {vertices} vertices, numbered from 0"));
+    }
+    Ok(indices.as_chunks::<3>().0.iter().map(|t| t.map(|i| i as u32)).collect())
+}
+
+/// One pair a vertex: too few are dropped with an error, too many cut with a warning.
+fn texture_coordinates(reader: &ParamReader, name: &str, values: Option<&[f64]>, vertices: usize) -> Vec<Vec2> {
+    let Some(values) = values else { return Vec::new() };
+    let pairs = values.len() / 2;
+    if pairs < vertices {
+        reader.error(name, format!("{pairs} texture coordinates for {vertices} vertices: they are not used"));
+        return Vec::new();
+    }
+    if pairs > vertices {
+        reader.warn(name, format!("{pairs} texture coordinates for {vertices} vertices: the last ones are not used"));
+    }
+    let narrow = |&[u, v]: &[f64; 2]| Vec2::new(u as f32, v as f32);
+    values.as_chunks::<2>().0.iter().take(vertices).map(narrow).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indices_out_of_range_are_refused() {
+        assert_eq!(check_indices(&[0.0, 1.0, 2.0, 2.0], 3).unwrap(), [[0, 1, 2]]);
+        assert!(check_indices(&[0.0, 1.0, 3.0], 3).unwrap_err().contains("vertex 3"));
+        assert!(check_indices(&[0.0, -1.0, 2.0], 3).unwrap_err().contains("vertex -1"));
+        assert!(check_indices(&[0.0, f64::NAN, 2.0], 3).is_err());
+        // −0.5 truncates to 0.
+        assert!(check_indices(&[0.0, -0.5, 2.0], 3).is_ok());
+        assert!(check_indices(&[0.0, 0.0, 1e300], 3).is_err());
+    }
+}
