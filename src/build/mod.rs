@@ -22,7 +22,6 @@ use crate::world::World;
 use geometry::Shapes;
 
 /// A frame ready to be rendered.
-#[derive(Debug)]
 pub struct Built {
     /// World, camera, integrator and the rest.
     pub shot: Shot,
@@ -32,8 +31,15 @@ pub struct Built {
     pub description: Vec<String>,
 }
 
-/// Builds a frame. Files that cannot be loaded are reported; `None` where there is no camera.
-pub fn build(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built> {
+/// Builds a frame on the current rayon pool. Files that cannot be loaded are among the problems
+/// returned; there is nothing built where there is no camera.
+pub fn build(frame: Frame, seed: u64) -> (Option<Built>, Diagnostics) {
+    let diagnostics = Diagnostics::new();
+    let built = build_frame(frame, seed, &diagnostics);
+    (built, diagnostics)
+}
+
+fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built> {
     let options = frame.options;
     let render_from_world = render_from_world(&options.camera_from_world);
     let film = FilmGeometry { resolution: options.film.resolution, diagonal_mm: options.film.diagonal_mm };

@@ -5,7 +5,7 @@ use crate::build;
 use crate::film::{self, FilmMetadata};
 use crate::render::{self, Progress, Shot};
 use crate::scene::Frame;
-use crate::syntax::{Diagnostics, SourceMap};
+use crate::syntax::SourceMap;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -116,8 +116,7 @@ fn render_frame(
         film::check_output(path).map_err(|e| Some(e.to_string()))?;
     }
     let started = Instant::now();
-    let diagnostics = Diagnostics::new();
-    let built = pool.install(|| build::build(frame, args.seed, &diagnostics));
+    let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
     let refused = messages::refused(&diagnostics, args.read.strict);
     if !args.quiet || refused {
         messages::print(&diagnostics, sources);

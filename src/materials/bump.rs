@@ -10,7 +10,7 @@ const DEFAULT_STEP: f32 = 0.0005;
 
 /// A displacement along the shading normal, in scene units, that tilts the normal without moving
 /// the surface.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bump {
     /// The displacement.
     pub displacement: FloatInput,

@@ -15,7 +15,7 @@ use crate::textures::Textures;
 /// Parameters: spectrum `Kr` (1), `Kt` (1); float `eta`, else `index` (1.5); float `uroughness`,
 /// `vroughness` (0): smooth where both are 0, as pbrt has no `roughness` here; constant bool
 /// `remaproughness` (true). In pbrt-v2's language only `Kr`, `Kt` and `index`, always smooth.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass {
     /// Factor of reflected light.
     pub kr: SpectrumInput,

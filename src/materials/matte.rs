@@ -12,7 +12,7 @@ use crate::textures::Textures;
 
 /// Diffuse reflection. Parameters: spectrum `Kd` (0.5); float `sigma` (0): standard deviation of
 /// the facets' inclination in degrees, clamped to 0…90; 0 is Lambert's law.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matte {
     /// Reflectance.
     pub kd: SpectrumInput,

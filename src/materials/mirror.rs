@@ -11,7 +11,7 @@ use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
 /// Perfect reflection, the same at all angles. Parameter: spectrum `Kr` (0.9).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirror {
     /// Reflectance.
     pub kr: SpectrumInput,

@@ -27,7 +27,7 @@ use crate::textures::Textures;
 
 /// A material: kinds of scattering, and bumps that tilt the shading normal.
 /// Common parameter: float texture `bumpmap` (none), displacement in scene units.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     /// How light is scattered.
     pub kind: MaterialKind,
@@ -36,7 +36,7 @@ pub struct Material {
 }
 
 /// The kinds of materials.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MaterialKind {
     /// `matte`
     Matte(Matte),

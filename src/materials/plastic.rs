@@ -16,7 +16,7 @@ use crate::textures::Textures;
 ///
 /// As in pbrt the coat's Fresnel reflectance is that of light going from index 1.5 into 1, which is
 /// total beyond 41.8°: a slip of the reference that scenes have been tuned to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
     /// Diffuse reflectance.
     pub kd: SpectrumInput,

@@ -20,7 +20,7 @@ use crate::textures::Textures;
 ///
 /// In pbrt-v2's language the two sides' indices are exchanged in all its lobes, a slip like
 /// [`Plastic`](super::Plastic)'s.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uber {
     /// Diffuse reflectance.
     pub kd: SpectrumInput,

@@ -22,7 +22,6 @@ use rayon::prelude::*;
 pub const TILE_SIZE: u32 = 16;
 
 /// All that one picture needs.
-#[derive(Debug)]
 pub struct Shot {
     /// What rays meet.
     pub world: World,

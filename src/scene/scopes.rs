@@ -107,7 +107,7 @@ impl Scopes {
     /// Closes an object's scope and whatever was left open inside it.
     pub fn close_object(&mut self, current: &mut Current, diagnostics: &Diagnostics) {
         while let Some(top) = self.transforms.pop() {
-            current.ctm = top.ctm;
+            current.ctm = top.ctm.clone();
             current.active = top.active;
             if top.scope != Scope::Transform
                 && let Some(state) = self.states.pop()

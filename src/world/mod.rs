@@ -12,7 +12,6 @@ use crate::surface::SurfaceHit;
 use crate::textures::Textures;
 
 /// Geometry, appearance and light, all in render space.
-#[derive(Debug)]
 pub struct World {
     /// Every surface, in its acceleration structure.
     pub geometry: Geometry,
