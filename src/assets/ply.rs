@@ -71,7 +71,7 @@ fn parse_plain(bytes: &[u8]) -> Result<MeshData, String> {
                 if other == "tristrips" {
                     warnings.push("triangle strips (element tristrips) are not read".into());
                 }
-                next::<IgnoredAny>(&mut reader).map_err(located)?;
+                next::<Vec<SkippedRow>>(&mut reader).map_err(located)?;
             }
         }
     }
@@ -140,8 +140,10 @@ fn assemble(vertices: Vertices, faces: &Faces, mut warnings: Vec<String>) -> Res
     })
 }
 
-/// One row of element vertex.
-#[derive(Deserialize)]
+/// One row of element vertex. Absent columns must have a default: binary rows of scalars arrive as
+/// sequences that end at the first absent one. That x, y and z are there has been checked.
+#[derive(Default, Deserialize)]
+#[serde(default)]
 struct VertexRow {
     x: f64,
     y: f64,
@@ -203,6 +205,16 @@ impl<'de> Deserialize<'de> for Vertices {
             }
         }
         deserializer.deserialize_seq(Rows)
+    }
+}
+
+/// One row of an element we do not use; takes no memory.
+struct SkippedRow;
+
+impl<'de> Deserialize<'de> for SkippedRow {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<SkippedRow, D::Error> {
+        // The reader gives rows as maps only.
+        deserializer.deserialize_map(IgnoredAny).map(|_| SkippedRow)
     }
 }
 
