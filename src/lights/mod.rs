@@ -1,1 +1,245 @@
-//! lights
+//! Light sources: what `LightSource` and `AreaLightSource` make, how light is sampled from them,
+//! and how one of them is chosen.
+//!
+//! A *spec* holds a directive's parameters in world space; a *light* is the compiled form in
+//! render space. All radiances are linear RGB.
+
+pub mod diffuse;
+pub mod distant;
+pub mod emitter_stub;
+pub mod environment_map;
+pub mod infinite;
+pub mod point;
+mod sample_count;
+pub mod selection;
+pub mod spot;
+
+pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
+pub use distant::{DistantLight, DistantSpec};
+pub use environment_map::EnvironmentMap;
+pub use infinite::{InfiniteLight, InfiniteSpec};
+pub use point::{PointLight, PointSpec};
+pub use selection::{LightSelector, SelectionStrategy};
+pub use spot::{SpotLight, SpotSpec};
+
+use crate::math::ray::Ray;
+use crate::math::transform::Transform;
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::params::ParamReader;
+use crate::surface::{ReferencePoint, SurfaceHit};
+use selection::Reach;
+
+/// The `LightSource` type names a scene may give, for "did you mean".
+pub const LIGHT_NAMES: [&str; 7] = [
+    "distant",
+    "exinfinite",
+    "goniometric",
+    "infinite",
+    "point",
+    "projection",
+    "spot",
+];
+
+/// What a `LightSource` directive asks for, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightSpec {
+    /// An isotropic point.
+    Point(PointSpec),
+    /// A cone of light.
+    Spot(SpotSpec),
+    /// Parallel light.
+    Distant(DistantSpec),
+    /// Light from all around.
+    Infinite(InfiniteSpec),
+}
+
+impl LightSpec {
+    /// Reads a `LightSource` under the transformation `light_to_world`. `None`, after a report,
+    /// where no light can be made of it.
+    pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> Option<LightSpec> {
+        if !light_to_world.is_invertible() {
+            reader.error(
+                "",
+                "the transformation of this light source cannot be inverted; the light is left out",
+            );
+            return None;
+        }
+        match reader.kind() {
+            "point" => Some(LightSpec::Point(PointSpec::from_params(
+                reader,
+                light_to_world,
+            ))),
+            "spot" => Some(LightSpec::Spot(SpotSpec::from_params(
+                reader,
+                light_to_world,
+            ))),
+            "distant" => Some(LightSpec::Distant(DistantSpec::from_params(
+                reader,
+                light_to_world,
+            ))),
+            "infinite" | "exinfinite" => Some(LightSpec::Infinite(InfiniteSpec::from_params(
+                reader,
+                light_to_world,
+            ))),
+            kind @ ("goniometric" | "projection") => {
+                // Known parameters: their presence is no further mistake.
+                reader.find_spectrum("I");
+                reader.find_spectrum("scale");
+                reader.find_string("mapname");
+                reader.find_float("fov");
+                reader.warn(
+                    "",
+                    format!("light source \"{kind}\" is not supported yet; the light is left out"),
+                );
+                None
+            }
+            other => {
+                let known = LIGHT_NAMES.join(", ");
+                reader.warn(
+                    "",
+                    format!(
+                        "unknown light source \"{other}\" (known: {known}); the light is left out"
+                    ),
+                );
+                None
+            }
+        }
+    }
+}
+
+/// One way for light to come to a point.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Radiance arriving along `wi` if nothing is in the way; for delta lights intensity over
+    /// squared distance, or irradiance on a facing surface.
+    pub radiance: Rgb,
+    /// Unit direction toward the light.
+    pub wi: Vec3,
+    /// Density per solid angle; 1 for delta lights.
+    pub pdf: f32,
+    /// True where no other direction could have been chosen.
+    pub delta: bool,
+    /// The ray that must be free for the light to arrive.
+    pub shadow: Ray,
+}
+
+/// A light source in render space.
+#[derive(Clone, Debug)]
+pub enum Light {
+    /// An isotropic point.
+    Point(PointLight),
+    /// A cone of light.
+    Spot(SpotLight),
+    /// Parallel light.
+    Distant(DistantLight),
+    /// A shape that emits.
+    DiffuseArea(DiffuseAreaLight),
+    /// Light from all around.
+    Infinite(InfiniteLight),
+}
+
+impl Light {
+    /// The light of a `LightSource`. `map` is the picture of an infinite light that names one and
+    /// whose file could be read.
+    pub fn new(
+        spec: &LightSpec,
+        map: Option<EnvironmentMap>,
+        render_from_world: &Transform,
+    ) -> Light {
+        match spec {
+            LightSpec::Point(s) => Light::Point(PointLight::new(s, render_from_world)),
+            LightSpec::Spot(s) => Light::Spot(SpotLight::new(s, render_from_world)),
+            LightSpec::Distant(s) => Light::Distant(DistantLight::new(s, render_from_world)),
+            LightSpec::Infinite(s) => {
+                Light::Infinite(InfiniteLight::new(s, map, render_from_world))
+            }
+        }
+    }
+
+    /// Chooses a way for light to come to `from`, by `u` in [0, 1)². `None` where none was found:
+    /// it counts as a sample that brings nothing.
+    pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
+        match self {
+            Light::Point(l) => l.sample(from),
+            Light::Spot(l) => l.sample(from),
+            Light::Distant(l) => l.sample(from),
+            Light::DiffuseArea(l) => l.sample(from, u),
+            Light::Infinite(l) => l.sample(from, u),
+        }
+    }
+
+    /// Density per solid angle with which [`Light::sample`] chooses the unit direction `wi`; 0 for
+    /// delta lights. An area light needs `hit`, where a ray from `from` along `wi` met it.
+    pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: Option<&SurfaceHit>) -> f32 {
+        match (self, hit) {
+            (Light::DiffuseArea(l), Some(hit)) => l.pdf(from, wi, hit),
+            (Light::Infinite(l), _) => l.pdf(from, wi),
+            _ => 0.0,
+        }
+    }
+
+    /// Radiance along a ray in unit direction `d` that leaves the scene.
+    pub fn escaped(&self, d: Vec3) -> Rgb {
+        match self {
+            Light::Infinite(l) => l.radiance(d),
+            _ => Rgb::ZERO,
+        }
+    }
+
+    /// Radiance that leaves the surface point `hit` of this area light toward `hit.wo`.
+    pub fn emitted(&self, hit: &SurfaceHit) -> Rgb {
+        match self {
+            Light::DiffuseArea(l) => l.emitted(hit),
+            _ => Rgb::ZERO,
+        }
+    }
+
+    /// Flux into a scene whose bounding sphere has radius `scene_radius`.
+    pub fn power(&self, scene_radius: f32) -> Rgb {
+        match self {
+            Light::Point(l) => l.power(),
+            Light::Spot(l) => l.power(),
+            Light::Distant(l) => l.power(scene_radius),
+            Light::DiffuseArea(l) => l.power(),
+            Light::Infinite(l) => l.power(scene_radius),
+        }
+    }
+
+    /// True where no ray can meet the light by chance.
+    pub fn is_delta(&self) -> bool {
+        matches!(self, Light::Point(_) | Light::Spot(_) | Light::Distant(_))
+    }
+
+    /// True where rays that leave the scene see the light.
+    pub fn is_infinite(&self) -> bool {
+        matches!(self, Light::Infinite(_))
+    }
+
+    /// How many samples `directlighting` takes of this light under its strategy "all".
+    pub fn sample_count(&self) -> u32 {
+        match self {
+            Light::DiffuseArea(l) => l.sample_count(),
+            Light::Infinite(l) => l.sample_count(),
+            _ => 1,
+        }
+    }
+
+    /// Lights with the same number are pieces of one thing, such as a mesh's triangles.
+    fn group(&self) -> Option<u32> {
+        match self {
+            Light::DiffuseArea(l) => Some(l.group()),
+            _ => None,
+        }
+    }
+
+    /// Roughly where, and how strongly, the light arrives.
+    fn reach(&self) -> Reach {
+        match self {
+            Light::Point(l) => l.reach(),
+            Light::Spot(l) => l.reach(),
+            Light::Distant(l) => l.reach(),
+            Light::DiffuseArea(l) => l.reach(),
+            Light::Infinite(l) => l.reach(),
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! `diffuse` (also `area`): a shape that emits the same radiance everywhere and in all directions
+//! on the side of its normal.
+//!
+//! `L` (spectrum, 1): radiance. `scale` (spectrum, 1): factor. `twosided` (bool, false): both
+//! sides emit. `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.5; scene-language 3.11 and 4.5.
+
+use super::LightSample;
+use super::emitter_stub::Emitter;
+use super::sample_count::sample_count;
+use super::selection::Reach;
+use crate::math::color::is_black;
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::params::ParamReader;
+use crate::surface::{ReferencePoint, SurfaceHit};
+use std::f32::consts::PI;
+
+/// What an `AreaLightSource` gives the shapes after it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiffuseAreaSpec {
+    /// Emitted radiance.
+    pub radiance: Rgb,
+    /// Does the side away from the normal emit too?
+    pub two_sided: bool,
+    /// Samples at each point in `directlighting`.
+    pub samples: u32,
+}
+
+impl DiffuseAreaSpec {
+    /// Reads an `AreaLightSource`. `None`, after a warning, for an unknown type; silently for the
+    /// empty one, which switches emission off.
+    pub fn from_params(reader: &ParamReader) -> Option<DiffuseAreaSpec> {
+        match reader.kind() {
+            "diffuse" | "area" => Some(DiffuseAreaSpec {
+                radiance: reader.spectrum("L", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+                two_sided: reader.boolean("twosided", false),
+                samples: sample_count(reader),
+            }),
+            "" => None,
+            other => {
+                reader.warn(
+                    "",
+                    format!("unknown area light \"{other}\" (known: diffuse, area); the shapes will not emit"),
+                );
+                None
+            }
+        }
+    }
+}
+
+/// An emitting shape in render space.
+#[derive(Clone, Debug)]
+pub struct DiffuseAreaLight {
+    emitter: Emitter,
+    radiance: Rgb,
+    two_sided: bool,
+    samples: u32,
+    group: u32,
+}
+
+impl DiffuseAreaLight {
+    /// The light of one emitter; those of one mesh share a `group` number of their own.
+    pub fn new(spec: &DiffuseAreaSpec, emitter: Emitter, group: u32) -> DiffuseAreaLight {
+        let &DiffuseAreaSpec {
+            radiance,
+            two_sided,
+            samples,
+        } = spec;
+        DiffuseAreaLight {
+            emitter,
+            radiance,
+            two_sided,
+            samples,
+            group,
+        }
+    }
+
+    /// Radiance that leaves in unit direction `w` where the normal is `n`.
+    fn toward(&self, n: Vec3, w: Vec3) -> Rgb {
+        if self.two_sided || n.dot(w) > 0.0 {
+            self.radiance
+        } else {
+            Rgb::ZERO
+        }
+    }
+
+    /// See [`super::Light::emitted`].
+    pub fn emitted(&self, hit: &SurfaceHit) -> Rgb {
+        self.toward(hit.n, hit.wo)
+    }
+
+    /// See [`super::Light::sample`].
+    pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
+        let chosen = self.emitter.sample(from, u)?;
+        let wi = (chosen.p - from.p).try_normalize()?;
+        let radiance = self.toward(chosen.n, -wi);
+        if is_black(radiance) || chosen.pdf.is_nan() || chosen.pdf <= 0.0 {
+            return None;
+        }
+        let shadow = from.shadow_ray_to(chosen.p, chosen.p_error, chosen.n);
+        Some(LightSample {
+            radiance,
+            wi,
+            pdf: chosen.pdf,
+            delta: false,
+            shadow,
+        })
+    }
+
+    /// See [`super::Light::pdf`].
+    pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: &SurfaceHit) -> f32 {
+        self.emitter.pdf(from, wi, hit)
+    }
+
+    /// Flux.
+    pub fn power(&self) -> Rgb {
+        let sides = if self.two_sided { 2.0 } else { 1.0 };
+        sides * PI * self.emitter.area() as f32 * self.radiance
+    }
+
+    /// Samples at each point in `directlighting`.
+    pub fn sample_count(&self) -> u32 {
+        self.samples
+    }
+
+    /// The mesh this emitter is a piece of.
+    pub fn group(&self) -> u32 {
+        self.group
+    }
+
+    /// Looks at the emitter from six sides to see roughly where it lies and whether it is flat.
+    pub(super) fn reach(&self) -> Reach {
+        let Some(first) = self.look_from(Vec3::ZERO, 0.5) else {
+            return Reach::nowhere();
+        };
+        // From one point of a sphere, twice this far away is outside it; it is inside nothing
+        // convex that this could be a piece of.
+        let size = 2.0 * (self.emitter.area() as f32).sqrt();
+        let seen = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z]
+            .into_iter()
+            .flat_map(|side| [0.1, 0.5, 0.9].map(|u| self.look_from(first.0 + size * side, u)))
+            .flatten();
+        let (mut low, mut high, mut flat) = (first.0, first.0, true);
+        for (p, n) in seen {
+            (low, high) = (low.min(p), high.max(p));
+            // A thousandth: 2.6 degrees.
+            flat &= n.dot(first.1) > 0.999;
+        }
+        let (center, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+        let area = self.emitter.area() as f32;
+        match (flat, self.two_sided) {
+            (true, false) => Reach::area(center, radius, area * self.radiance).on_side(first.1),
+            (true, true) => Reach::area(center, radius, area * self.radiance),
+            // A convex shape shows a quarter of its area, on average over all directions (Cauchy).
+            (false, _) => Reach::area(center, radius, 0.25 * area * self.radiance),
+        }
+    }
+
+    /// A point of the emitter that `p` sees, and the normal there.
+    fn look_from(&self, p: Vec3, u: f32) -> Option<(Vec3, Vec3)> {
+        let eye = ReferencePoint {
+            p,
+            p_error: Vec3::ZERO,
+            n: Vec3::ZERO,
+            time: 0.0,
+        };
+        // The second number goes round while the first goes through.
+        let chosen = self.emitter.sample(&eye, Vec2::new(u, (u * 7.0).fract()))?;
+        (chosen.p.is_finite() && chosen.n.is_finite()).then_some((chosen.p, chosen.n))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::ShadingGeometry;
+
+    const CORNERS: [Vec3; 3] = [
+        Vec3::new(-1.0, 2.0, -1.0),
+        Vec3::new(1.0, 2.0, -1.0),
+        Vec3::new(0.0, 2.5, 1.5),
+    ];
+
+    fn light(two_sided: bool) -> DiffuseAreaLight {
+        let spec = DiffuseAreaSpec {
+            radiance: Rgb::new(3.0, 2.0, 1.0),
+            two_sided,
+            samples: 1,
+        };
+        DiffuseAreaLight::new(&spec, Emitter::triangle(CORNERS), 0)
+    }
+
+    fn normal() -> Vec3 {
+        (CORNERS[1] - CORNERS[0])
+            .cross(CORNERS[2] - CORNERS[0])
+            .normalize()
+    }
+
+    fn point(p: Vec3) -> ReferencePoint {
+        ReferencePoint {
+            p,
+            p_error: Vec3::ZERO,
+            n: Vec3::ZERO,
+            time: 0.25,
+        }
+    }
+
+    fn hit(p: Vec3, wo: Vec3) -> SurfaceHit {
+        let zero = Vec3::ZERO;
+        let n = normal();
+        SurfaceHit {
+            p,
+            p_error: zero,
+            n,
+            uv: Vec2::ZERO,
+            dpdu: zero,
+            dpdv: zero,
+            shading: ShadingGeometry {
+                n,
+                dpdu: zero,
+                dpdv: zero,
+                dndu: zero,
+                dndv: zero,
+            },
+            wo,
+            time: 0.0,
+        }
+    }
+
+    #[test]
+    fn emits_on_the_side_of_its_normal_or_on_both() {
+        let p = (CORNERS[0] + CORNERS[1] + CORNERS[2]) / 3.0;
+        for (two_sided, side, bright) in [
+            (false, 1.0, true),
+            (false, -1.0, false),
+            (true, 1.0, true),
+            (true, -1.0, true),
+        ] {
+            let l = light(two_sided);
+            let expected = if bright { l.radiance } else { Rgb::ZERO };
+            assert_eq!(l.emitted(&hit(p, side * normal())), expected);
+            let sample = l.sample(&point(p + side * normal()), Vec2::new(0.3, 0.6));
+            assert_eq!(sample.map(|s| s.radiance), bright.then_some(expected));
+        }
+    }
+
+    #[test]
+    fn samples_agree_with_their_density_and_the_solid_angle() {
+        let l = light(true);
+        let from = point(Vec3::new(0.2, 0.0, 0.1));
+        let n = 300;
+        let mut solid_angle = 0.0;
+        for i in 0..n * n {
+            let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+            let s = l.sample(&from, u).unwrap();
+            let p = s.shadow.at(s.shadow.t_max);
+            let pdf = l.pdf(&from, s.wi, &hit(p, -s.wi));
+            // The shadow ray ends a ten-thousandth early.
+            assert!((pdf / s.pdf - 1.0).abs() < 1e-3);
+            assert!((s.wi.length() - 1.0).abs() < 1e-6 && s.shadow.time == 0.25);
+            solid_angle += 1.0 / f64::from(s.pdf) / f64::from(n * n);
+        }
+        // Van Oosterom and Strackee 1983, equation 8.
+        let [a, b, c] = CORNERS.map(|q| (q - from.p).as_dvec3());
+        let (x, y, z) = (a.length(), b.length(), c.length());
+        let below = x * y * z + a.dot(b) * z + a.dot(c) * y + b.dot(c) * x;
+        let expected = 2.0 * a.dot(b.cross(c)).abs().atan2(below);
+        // A midpoint sum over 300² points.
+        assert!(
+            (solid_angle / expected - 1.0).abs() < 1e-4,
+            "{solid_angle} but {expected}"
+        );
+    }
+
+    #[test]
+    fn power_counts_sides() {
+        let area = light(false).emitter.area() as f32;
+        assert!((light(false).power().x - 3.0 * PI * area).abs() < 1e-4);
+        assert_eq!(light(true).power(), 2.0 * light(false).power());
+    }
+}

@@ -1,0 +1,88 @@
+//! `distant`: parallel light from infinitely far away.
+//!
+//! `L` (spectrum, 1): irradiance on a surface that faces the light. `scale` (spectrum, 1): factor.
+//! `from` (point, origin), `to` (point, (0,0,1)): light travels from the one toward the other; the
+//! transformation turns it, its scale does not count.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.4; scene-language 3.10.
+
+use super::LightSample;
+use super::selection::Reach;
+use crate::math::color::is_black;
+use crate::math::transform::Transform;
+use crate::math::{DVec3, Rgb, Vec3};
+use crate::params::ParamReader;
+use crate::surface::ReferencePoint;
+use std::f32::consts::PI;
+
+/// Parameters, world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DistantSpec {
+    /// Unit direction toward the light.
+    pub toward: DVec3,
+    /// Irradiance on a facing surface.
+    pub irradiance: Rgb,
+}
+
+impl DistantSpec {
+    /// Reads the parameters. Without a direction light travels along +z.
+    pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> DistantSpec {
+        let from = reader.point3("from", DVec3::ZERO);
+        let to = reader.point3("to", DVec3::Z);
+        let back = (from - to).try_normalize().unwrap_or_else(|| {
+            reader.error(
+                "to",
+                "\"from\" and \"to\" of a distant light coincide; shining along z",
+            );
+            -DVec3::Z
+        });
+        DistantSpec {
+            toward: light_to_world.vector(back).normalize_or(-DVec3::Z),
+            irradiance: reader.spectrum("L", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+        }
+    }
+}
+
+/// A distant light in render space.
+#[derive(Clone, Debug)]
+pub struct DistantLight {
+    toward: Vec3,
+    irradiance: Rgb,
+}
+
+impl DistantLight {
+    /// Compiles `spec`.
+    pub fn new(spec: &DistantSpec, render_from_world: &Transform) -> DistantLight {
+        let toward = render_from_world
+            .vector(spec.toward)
+            .normalize_or(-DVec3::Z)
+            .as_vec3();
+        DistantLight {
+            toward,
+            irradiance: spec.irradiance,
+        }
+    }
+
+    /// The one way light comes from here.
+    pub fn sample(&self, from: &ReferencePoint) -> Option<LightSample> {
+        if is_black(self.irradiance) {
+            return None;
+        }
+        let shadow = from.shadow_ray_toward(self.toward);
+        Some(LightSample {
+            radiance: self.irradiance,
+            wi: self.toward,
+            pdf: 1.0,
+            delta: true,
+            shadow,
+        })
+    }
+
+    /// Flux through the disk that the scene shows the light.
+    pub fn power(&self, scene_radius: f32) -> Rgb {
+        PI * scene_radius * scene_radius * self.irradiance
+    }
+
+    pub(super) fn reach(&self) -> Reach {
+        Reach::everywhere(self.irradiance)
+    }
+}

@@ -1,0 +1,374 @@
+//! `infinite` (also `exinfinite`): light from all around, constant or from a picture.
+//!
+//! `L` (spectrum, 1): radiance, or factor of the picture's texels. `scale` (spectrum, 1): factor.
+//! `mapname` (string): the picture, in the layout of [`super::environment_map`]; no gamma.
+//! `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4; scene-language 3.10.
+
+use super::LightSample;
+use super::environment_map::EnvironmentMap;
+use super::sample_count::sample_count;
+use super::selection::Reach;
+use crate::math::color::is_black;
+use crate::math::frame::Frame;
+use crate::math::sampling::{
+    UNIFORM_SPHERE_PDF, cosine_hemisphere, cosine_hemisphere_pdf, uniform_sphere,
+};
+use crate::math::transform::Transform;
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::params::ParamReader;
+use crate::surface::ReferencePoint;
+use glam::{DMat3, Mat3};
+use std::f32::consts::PI;
+use std::path::PathBuf;
+
+/// Parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InfiniteSpec {
+    /// How the picture is turned; its translation does not count.
+    pub light_to_world: Transform,
+    /// Radiance, or factor of the picture.
+    pub radiance: Rgb,
+    /// File of the picture.
+    pub map: Option<PathBuf>,
+    /// Samples at each point in `directlighting`.
+    pub samples: u32,
+}
+
+impl InfiniteSpec {
+    /// Reads the parameters. A picture that does not exist is reported, and the light constant.
+    pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> InfiniteSpec {
+        InfiniteSpec {
+            light_to_world: *light_to_world,
+            radiance: reader.spectrum("L", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+            map: reader.file("mapname"),
+            samples: sample_count(reader),
+        }
+    }
+}
+
+/// An infinite light in render space.
+#[derive(Clone, Debug)]
+pub struct InfiniteLight {
+    radiance: Rgb,
+    map: Option<PlacedMap>,
+    samples: u32,
+}
+
+impl InfiniteLight {
+    /// Compiles `spec`; `map` is its picture, where it has one that could be read.
+    pub fn new(
+        spec: &InfiniteSpec,
+        map: Option<EnvironmentMap>,
+        render_from_world: &Transform,
+    ) -> InfiniteLight {
+        let render_from_light = *render_from_world * spec.light_to_world;
+        InfiniteLight {
+            radiance: spec.radiance,
+            map: map.map(|map| PlacedMap::new(map, &render_from_light)),
+            samples: spec.samples,
+        }
+    }
+
+    /// Radiance from the unit direction `d`.
+    pub fn radiance(&self, d: Vec3) -> Rgb {
+        match &self.map {
+            Some(map) => self.radiance * map.radiance(d),
+            None => self.radiance,
+        }
+    }
+
+    /// See [`super::Light::sample`].
+    pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
+        let (wi, pdf) = match &self.map {
+            Some(map) => map.sample(u)?,
+            None => sample_constant(from.n, u),
+        };
+        let radiance = self.radiance(wi);
+        if is_black(radiance) || pdf.is_nan() || pdf <= 0.0 {
+            return None;
+        }
+        Some(LightSample {
+            radiance,
+            wi,
+            pdf,
+            delta: false,
+            shadow: from.shadow_ray_toward(wi),
+        })
+    }
+
+    /// See [`super::Light::pdf`].
+    pub fn pdf(&self, from: &ReferencePoint, wi: Vec3) -> f32 {
+        match &self.map {
+            Some(map) => map.pdf(wi),
+            None => constant_pdf(from.n, wi),
+        }
+    }
+
+    /// Flux through the sphere around the scene.
+    pub fn power(&self, scene_radius: f32) -> Rgb {
+        let projected_area = PI * scene_radius * scene_radius;
+        4.0 * PI * projected_area * self.mean()
+    }
+
+    /// Mean radiance over all directions.
+    fn mean(&self) -> Rgb {
+        self.map
+            .as_ref()
+            .map_or(self.radiance, |map| self.radiance * map.map.mean())
+    }
+
+    /// Samples at each point in `directlighting`.
+    pub fn sample_count(&self) -> u32 {
+        self.samples
+    }
+
+    pub(super) fn reach(&self) -> Reach {
+        // Irradiance under a sky of this mean radiance.
+        Reach::everywhere(PI * self.mean())
+    }
+}
+
+/// Share of directions toward a constant light that is chosen uniformly. The rest follows the
+/// cosine at the receiver, which vanishes at the horizon of the true surface but not always at
+/// that of a shading normal.
+const UNIFORM_SHARE: f32 = 0.125;
+
+/// A direction and its density for light that comes equally from everywhere, at a surface with
+/// unit normal `n` (both sides count, as light may come through) or in a medium where it is zero.
+fn sample_constant(n: Vec3, u: Vec2) -> (Vec3, f32) {
+    if n == Vec3::ZERO {
+        return (uniform_sphere(u), UNIFORM_SPHERE_PDF);
+    }
+    let wi = if u.x < UNIFORM_SHARE {
+        uniform_sphere(Vec2::new(u.x / UNIFORM_SHARE, u.y))
+    } else {
+        let x = (u.x - UNIFORM_SHARE) / (1.0 - UNIFORM_SHARE);
+        let (side, y) = if u.y < 0.5 {
+            (1.0, 2.0 * u.y)
+        } else {
+            (-1.0, 2.0 * u.y - 1.0)
+        };
+        side * Frame::from_normal(n).to_world(cosine_hemisphere(Vec2::new(x, y)))
+    };
+    (wi, constant_pdf(n, wi))
+}
+
+/// Density of [`sample_constant`].
+fn constant_pdf(n: Vec3, wi: Vec3) -> f32 {
+    if n == Vec3::ZERO {
+        return UNIFORM_SPHERE_PDF;
+    }
+    let cosine = 0.5 * cosine_hemisphere_pdf(n.dot(wi).abs());
+    UNIFORM_SHARE * UNIFORM_SPHERE_PDF + (1.0 - UNIFORM_SHARE) * cosine
+}
+
+/// A map turned, mirrored or even sheared into place.
+#[derive(Clone, Debug)]
+struct PlacedMap {
+    map: EnvironmentMap,
+    render_from_light: Mat3,
+    light_from_render: Mat3,
+    /// |det| of `render_from_light`.
+    volume: f32,
+}
+
+impl PlacedMap {
+    fn new(map: EnvironmentMap, render_from_light: &Transform) -> PlacedMap {
+        // Lengths do not count: scaled to volume 1 nothing overflows, whatever the scene's units.
+        let m = DMat3::from_mat4(render_from_light.m);
+        let m = m * (1.0 / m.determinant().abs().cbrt());
+        PlacedMap {
+            map,
+            render_from_light: m.as_mat3(),
+            light_from_render: m.inverse().as_mat3(),
+            volume: m.determinant().abs() as f32,
+        }
+    }
+
+    /// Map coordinates of the render-space direction `d`, and sin θ there.
+    fn coordinates(&self, d: Vec3) -> (Vec2, f32) {
+        let w = self.light_from_render * d;
+        let across = w.x.hypot(w.y);
+        let azimuth = w.y.atan2(w.x) * (0.5 / PI);
+        let u = if azimuth < 0.0 {
+            azimuth + 1.0
+        } else {
+            azimuth
+        };
+        (
+            Vec2::new(u, across.atan2(w.z) / PI),
+            across / across.hypot(w.z),
+        )
+    }
+
+    fn radiance(&self, d: Vec3) -> Rgb {
+        self.map.lookup(self.coordinates(d).0)
+    }
+
+    fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        let (uv, pdf) = self.map.sample(u);
+        let (sin_theta, cos_theta) = (PI * uv.y).sin_cos();
+        let (sin_phi, cos_phi) = (2.0 * PI * uv.x).sin_cos();
+        let w = Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
+        let d = self.render_from_light * w;
+        let length = d.length();
+        let pdf = pdf / (2.0 * PI * PI * sin_theta) * self.density_change(length);
+        (pdf > 0.0 && pdf.is_finite()).then_some((d / length, pdf))
+    }
+
+    fn pdf(&self, d: Vec3) -> f32 {
+        let (uv, sin_theta) = self.coordinates(d);
+        if sin_theta == 0.0 {
+            return 0.0;
+        }
+        // The unit vector w of light space with M w parallel to d has |M w| = 1 / |M⁻¹ d|.
+        let length = 1.0 / (self.light_from_render * d).length();
+        self.map.pdf(uv) / (2.0 * PI * PI * sin_theta) * self.density_change(length)
+    }
+
+    /// What a density per solid angle is multiplied with when a unit vector of light space becomes
+    /// one of this length in render space: dω = |det M| / |M w|³ dω' for w ↦ M w / |M w|.
+    fn density_change(&self, length: f32) -> f32 {
+        length * length * length / self.volume
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::DVec3;
+
+    fn point(n: Vec3) -> ReferencePoint {
+        ReferencePoint {
+            p: Vec3::ONE,
+            p_error: Vec3::ZERO,
+            n,
+            time: 0.0,
+        }
+    }
+
+    fn constant() -> InfiniteLight {
+        InfiniteLight {
+            radiance: Rgb::new(1.0, 2.0, 3.0),
+            map: None,
+            samples: 1,
+        }
+    }
+
+    fn mapped(light_to_world: Transform) -> InfiniteLight {
+        let texels = (0..128)
+            .map(|i| Rgb::splat(0.05 + (i % 5) as f32) * if i == 37 { 50.0 } else { 1.0 })
+            .collect();
+        let spec = InfiniteSpec {
+            light_to_world,
+            radiance: Rgb::ONE,
+            map: None,
+            samples: 1,
+        };
+        InfiniteLight::new(
+            &spec,
+            EnvironmentMap::new(16, 8, texels),
+            &Transform::translate(DVec3::ONE),
+        )
+    }
+
+    fn placements() -> Vec<InfiniteLight> {
+        let turned = Transform::rotate(35.0, DVec3::Y) * Transform::rotate(-90.0, DVec3::X);
+        vec![
+            constant(),
+            mapped(Transform::IDENTITY),
+            mapped(turned),
+            mapped(turned * Transform::scale(DVec3::new(-1.0, 1.0, 1.0))),
+            mapped(Transform::scale(DVec3::new(3e6, 1e6, 2e6)) * turned),
+        ]
+    }
+
+    #[test]
+    fn density_integrates_to_one_and_agrees_with_samples() {
+        for (k, light) in placements().into_iter().enumerate() {
+            for n in [Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8)] {
+                let from = point(n);
+                let side = 512;
+                let (mut total, mut estimate, mut integral) = (0.0, 0.0, 0.0);
+                for i in 0..side * side {
+                    let u =
+                        Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5) / side as f32;
+                    let d = uniform_sphere(u);
+                    let pdf = light.pdf(&from, d);
+                    total += f64::from(pdf / UNIFORM_SPHERE_PDF);
+                    integral += f64::from(light.radiance(d).x / UNIFORM_SPHERE_PDF);
+                    if let Some(s) = light.sample(&from, u) {
+                        assert!((s.wi.length() - 1.0).abs() < 1e-5);
+                        // Rounding may put a direction into the neighbouring cell, so only the
+                        // estimate below is held against the density there.
+                        estimate += f64::from(s.radiance.x / s.pdf);
+                    }
+                }
+                let count = f64::from(side * side);
+                // Grids of 512² points over piecewise functions of some hundred cells.
+                assert!((total / count - 1.0).abs() < 0.01, "{k}: {}", total / count);
+                assert!(
+                    (estimate / integral - 1.0).abs() < 0.01,
+                    "{k}: {}",
+                    estimate / integral
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn samples_carry_their_density() {
+        for light in placements() {
+            let from = point(Vec3::Y);
+            let mut agree = 0;
+            for i in 0..1000 {
+                let u = Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 1000.0);
+                let s = light.sample(&from, u).unwrap();
+                let pdf = light.pdf(&from, s.wi);
+                // Single-precision angles: a relative error of a few 1e-6 over sin θ.
+                agree += i32::from((pdf / s.pdf - 1.0).abs() < 1e-3);
+            }
+            // All but those that rounding moves over a cell's border.
+            assert!(agree >= 995, "{agree}");
+        }
+    }
+
+    #[test]
+    fn map_is_laid_out_as_pbrt_does() {
+        // One bright texel in each of four places of a 4 × 2 map.
+        for (texel, direction) in [
+            (0, Vec3::new(1.0, 1.0, 1.4)),
+            (1, Vec3::new(-1.0, 1.0, 1.4)),
+            (4, Vec3::new(1.0, 1.0, -1.4)),
+            (7, Vec3::new(1.0, -1.0, -1.4)),
+        ] {
+            let mut texels = vec![Rgb::ZERO; 8];
+            texels[texel] = Rgb::ONE;
+            let spec = InfiniteSpec {
+                light_to_world: Transform::IDENTITY,
+                radiance: Rgb::ONE,
+                map: None,
+                samples: 1,
+            };
+            let light = InfiniteLight::new(
+                &spec,
+                EnvironmentMap::new(4, 2, texels),
+                &Transform::IDENTITY,
+            );
+            let away = light.radiance(-direction.normalize()).x;
+            assert!(
+                light.radiance(direction.normalize()).x > 0.8 && away < 0.1,
+                "{texel}"
+            );
+        }
+    }
+
+    #[test]
+    fn constant_light_favours_the_receivers_normal() {
+        let n = Vec3::Z;
+        assert!(constant_pdf(n, Vec3::Z) > 1.7 * UNIFORM_SPHERE_PDF);
+        assert_eq!(constant_pdf(n, Vec3::Z), constant_pdf(n, -Vec3::Z));
+        assert_eq!(constant_pdf(n, Vec3::X), UNIFORM_SHARE * UNIFORM_SPHERE_PDF);
+    }
+}

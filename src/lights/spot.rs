@@ -1,0 +1,182 @@
+//! `spot`: a point light that shines into a cone.
+//!
+//! `I` (spectrum, 1): intensity on the axis. `scale` (spectrum, 1): factor. `from` (point, origin),
+//! `to` (point, (0,0,1)): position and where the axis points, both transformed. `coneangle`
+//! (float, 30): degrees from the axis beyond which it is dark. `conedeltaangle` (float, 5): how
+//! many degrees before that it begins to fall, as the fourth power of what is left in cosine.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.3.1; scene-language 3.10.
+
+use super::LightSample;
+use super::point::sample_point;
+use super::selection::Reach;
+use crate::math::transform::Transform;
+use crate::math::{DVec3, Rgb, Vec3};
+use crate::params::ParamReader;
+use crate::surface::ReferencePoint;
+use glam::Mat3;
+use std::f32::consts::PI;
+
+/// Parameters; positions in light space, under `light_to_world`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpotSpec {
+    /// Where `from` and `to` are meant.
+    pub light_to_world: Transform,
+    /// Position.
+    pub from: DVec3,
+    /// A point on the axis other than `from`.
+    pub to: DVec3,
+    /// Intensity on the axis.
+    pub intensity: Rgb,
+    /// Angle from the axis where it gets dark, degrees.
+    pub cone_angle: f64,
+    /// Width of the penumbra, degrees.
+    pub cone_delta_angle: f64,
+}
+
+impl SpotSpec {
+    /// Reads the parameters. Without a direction the light points along +z.
+    pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> SpotSpec {
+        let from = reader.point3("from", DVec3::ZERO);
+        let mut to = reader.point3("to", DVec3::Z);
+        if (to - from).try_normalize().is_none() {
+            reader.error(
+                "to",
+                "\"from\" and \"to\" of a spot light coincide; pointing it along z",
+            );
+            to = from + DVec3::Z;
+        }
+        SpotSpec {
+            light_to_world: *light_to_world,
+            from,
+            to,
+            intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+            cone_angle: reader.float("coneangle", 30.0),
+            cone_delta_angle: reader.float("conedeltaangle", 5.0),
+        }
+    }
+}
+
+/// A spot light in render space.
+#[derive(Clone, Debug)]
+pub struct SpotLight {
+    p: Vec3,
+    intensity: Rgb,
+    /// Angles are measured in light space, which an uneven scale deforms.
+    light_from_render: Mat3,
+    /// Unit axis, light space.
+    axis: Vec3,
+    /// Unit axis, render space.
+    render_axis: Vec3,
+    cos_dark: f32,
+    cos_full: f32,
+}
+
+impl SpotLight {
+    /// Compiles `spec`.
+    pub fn new(spec: &SpotSpec, render_from_world: &Transform) -> SpotLight {
+        let render_from_light = *render_from_world * spec.light_to_world;
+        let axis = (spec.to - spec.from).normalize_or(DVec3::Z);
+        SpotLight {
+            p: render_from_light.point(spec.from).as_vec3(),
+            intensity: spec.intensity,
+            light_from_render: glam::DMat3::from_mat4(render_from_light.inverse).as_mat3(),
+            axis: axis.as_vec3(),
+            render_axis: render_from_light.vector(axis).normalize_or_zero().as_vec3(),
+            cos_dark: spec.cone_angle.to_radians().cos() as f32,
+            cos_full: (spec.cone_angle - spec.cone_delta_angle).to_radians().cos() as f32,
+        }
+    }
+
+    /// The one way light comes from here.
+    pub fn sample(&self, from: &ReferencePoint) -> Option<LightSample> {
+        sample_point(self.p, from, |w| self.intensity * self.falloff(w))
+    }
+
+    /// Share of the intensity that goes in direction `w` away from the light.
+    fn falloff(&self, w: Vec3) -> f32 {
+        let cos = (self.light_from_render * w)
+            .normalize_or_zero()
+            .dot(self.axis);
+        if cos < self.cos_dark {
+            0.0
+        } else if cos >= self.cos_full {
+            1.0
+        } else {
+            ((cos - self.cos_dark) / (self.cos_full - self.cos_dark)).powi(4)
+        }
+    }
+
+    /// Flux: the bright cone and a fifth of the penumbra, over which δ⁴ averages 1/5.
+    pub fn power(&self) -> Rgb {
+        let bright = 1.0 - self.cos_full.max(self.cos_dark);
+        let penumbra = (self.cos_full - self.cos_dark).max(0.0);
+        2.0 * PI * (bright + penumbra / 5.0) * self.intensity
+    }
+
+    pub(super) fn reach(&self) -> Reach {
+        Reach::point(self.p, self.intensity).within_cone(
+            self.render_axis,
+            self.cos_dark,
+            self.cos_full,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec2;
+    use crate::math::sampling::uniform_sphere;
+
+    fn spot(light_to_world: Transform) -> SpotLight {
+        let spec = SpotSpec {
+            light_to_world,
+            from: DVec3::new(0.0, 1.0, 0.0),
+            to: DVec3::new(0.0, 1.0, 2.0),
+            intensity: Rgb::new(1.0, 2.0, 3.0),
+            cone_angle: 40.0,
+            cone_delta_angle: 15.0,
+        };
+        SpotLight::new(&spec, &Transform::translate(DVec3::X))
+    }
+
+    #[test]
+    fn shines_into_its_cone_only() {
+        let light = spot(Transform::IDENTITY);
+        let toward =
+            |degrees: f32| Vec3::new(0.0, degrees.to_radians().sin(), degrees.to_radians().cos());
+        assert_eq!(light.p, Vec3::new(1.0, 1.0, 0.0));
+        assert_eq!(light.falloff(toward(24.9)), 1.0);
+        assert_eq!(light.falloff(toward(40.1)), 0.0);
+        let cos = |degrees: f32| degrees.to_radians().cos();
+        let delta = (cos(30.0) - cos(40.0)) / (cos(25.0) - cos(40.0));
+        assert!((light.falloff(toward(30.0)) - delta.powi(4)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn power_is_the_integral_of_the_intensity() {
+        let light = spot(Transform::rotate(70.0, DVec3::new(1.0, 2.0, 0.5)));
+        let n = 400;
+        let mut mean = 0.0;
+        for i in 0..n * n {
+            let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+            mean += f64::from(light.falloff(uniform_sphere(u))) / f64::from(n * n);
+        }
+        let expected = light.power().x / (4.0 * PI);
+        // A grid of 400² points over a function with a kink.
+        assert!(
+            (mean as f32 / expected - 1.0).abs() < 5e-3,
+            "{mean} but {expected}"
+        );
+    }
+
+    #[test]
+    fn an_uneven_scale_deforms_the_cone() {
+        // Twice as wide in x: what is 45° there is atan(1/2) ≈ 26.6° in light space, in the
+        // penumbra's bright end, but 45° in y stays dark.
+        let light = spot(Transform::scale(DVec3::new(2.0, 1.0, 1.0)));
+        let diagonal = std::f32::consts::FRAC_1_SQRT_2;
+        assert!(light.falloff(Vec3::new(diagonal, 0.0, diagonal)) > 0.5);
+        assert_eq!(light.falloff(Vec3::new(0.0, diagonal, diagonal)), 0.0);
+    }
+}
