@@ -23,7 +23,11 @@ pub fn place(specs: &[LightSpec], render_from_world: &Transform, diagnostics: &D
 fn environment_map(spec: &InfiniteSpec, diagnostics: &Diagnostics) -> Option<EnvironmentMap> {
     let path = spec.map.as_ref()?;
     match Picture::load(path) {
-        Ok(picture) => Some(EnvironmentMap::from_picture(&picture)),
+        Ok(picture) => {
+            let (width, height) = (picture.width, picture.height);
+            let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            EnvironmentMap::new(width, height, texels.map(|(x, y)| picture.pixel(x, y)).collect())
+        }
         Err(error) => {
             diagnostics.push(Diagnostic::error(error.to_string()));
             None

@@ -68,7 +68,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
     let mut description = options.camera.describe(&film);
     description.extend(options.camera.warnings(&film).into_iter().map(|w| format!("warning: {w}")));
     let integrator = Integrator::new(&options.integrator.spec, &world);
-    let metadata = metadata(&options);
+    let metadata = metadata(&options, &film);
     let sampler = Sampler::new(&options.sampler, seed);
     let filter = if options.sampler.pixel_centers { options.filter.at_pixel_centers() } else { options.filter };
     let film = options.film;
@@ -84,11 +84,11 @@ fn render_from_world(camera_from_world: &Transform) -> Transform {
 }
 
 /// What the output file says of itself, but for scene name and seed.
-fn metadata(options: &Options) -> FilmMetadata {
+fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
     let world_to_camera = options.camera_from_world.m;
     FilmMetadata {
         world_to_camera,
-        world_to_ndc: options.camera.ndc_from_camera(options.film.resolution) * world_to_camera,
+        world_to_ndc: options.camera.ndc_from_camera(film) * world_to_camera,
         spp: options.sampler.spp,
         lens: options.camera.lens_name(),
         software: concat!("fstop ", env!("CARGO_PKG_VERSION")).to_string(),

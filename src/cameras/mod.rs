@@ -10,6 +10,7 @@
 
 mod clip;
 mod mount;
+mod ndc;
 mod pbrt_pupil_box;
 mod perspective;
 mod realistic;

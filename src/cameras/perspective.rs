@@ -95,7 +95,7 @@ impl PerspectiveSpec {
     }
 
     /// The screen window: as given, or the shorter side from −1 to 1.
-    fn window(&self, film: &FilmGeometry) -> [f64; 4] {
+    pub(super) fn window(&self, film: &FilmGeometry) -> [f64; 4] {
         let aspect = self
             .frame_aspect_ratio
             .unwrap_or(f64::from(film.resolution.x) / f64::from(film.resolution.y));

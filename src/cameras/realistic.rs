@@ -61,6 +61,8 @@ pub enum Weighting {
 /// A realistic camera as the scene file describes it: lens file read, stop set, focused.
 #[derive(Clone, Debug)]
 pub struct RealisticSpec {
+    /// Name of the lens file, without folders.
+    pub lens_name: String,
     /// The lens, its stop set and its film in place.
     pub lens: Lens,
     /// Units and origin of camera space.

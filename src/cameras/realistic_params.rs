@@ -42,7 +42,10 @@ impl RealisticSpec {
             Clip::NONE
         };
         let lens = lens(params, form)?;
+        let file = params.string(if course { "specfile" } else { "lensfile" }, "");
+        let lens_name = file.rsplit(['/', '\\']).next().unwrap_or(file).to_string();
         Some(RealisticSpec {
+            lens_name,
             lens,
             form,
             weighting,

@@ -6,12 +6,12 @@
 //! Source: Pharr, Jakob and Humphreys 2016, §12.5; scene-language 3.11 and 4.5.
 
 use super::LightSample;
-use super::emitter_stub::Emitter;
 use super::sample_count::sample_count;
 use super::selection::Reach;
 use crate::math::color::is_black;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
+use crate::shapes::emitter::Emitter;
 use crate::surface::{ReferencePoint, SurfaceHit};
 use std::f32::consts::PI;
 

@@ -6,7 +6,6 @@
 
 pub mod diffuse;
 pub mod distant;
-pub mod emitter_stub;
 pub mod environment_map;
 pub mod infinite;
 pub mod point;

@@ -1,0 +1,66 @@
+//! Where the picture shows a point: OpenEXR's `worldToNDC`, (0, 0) the upper left and (1, 1) the
+//! lower right corner of the full picture.
+
+use super::realistic::Form;
+use super::{CameraSpec, FilmGeometry, PerspectiveSpec, RealisticSpec};
+use crate::math::DMat4;
+use glam::DVec4;
+
+impl CameraSpec {
+    /// Camera space to OpenEXR's normalised device coordinates. For a traced lens this is the
+    /// paraxial picture: a pinhole at the entrance pupil, without distortion.
+    pub fn ndc_from_camera(&self, film: &FilmGeometry) -> DMat4 {
+        match self {
+            CameraSpec::Perspective(spec) => perspective(spec, film),
+            CameraSpec::Realistic(spec) => realistic(spec, film).unwrap_or(DMat4::IDENTITY),
+        }
+    }
+
+    /// Name of the lens file without folders; `None` without a traced lens.
+    pub fn lens_name(&self) -> Option<String> {
+        match self {
+            CameraSpec::Perspective(_) => None,
+            CameraSpec::Realistic(spec) => Some(spec.lens_name.clone()),
+        }
+    }
+}
+
+/// x/z in `left`…`right` to 0…1, y/z in `top`…`bottom` to 0…1, for points seen from `pinhole_z`.
+fn pinhole(left: f64, right: f64, top: f64, bottom: f64, pinhole_z: f64) -> DMat4 {
+    let (sx, sy) = (1.0 / (right - left), 1.0 / (bottom - top));
+    let projection = DMat4::from_cols(
+        DVec4::new(sx, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, sy, 0.0, 0.0),
+        DVec4::new(-left * sx, -top * sy, 1.0, 1.0),
+        DVec4::ZERO,
+    );
+    projection * DMat4::from_translation(glam::DVec3::new(0.0, 0.0, -pinhole_z))
+}
+
+fn perspective(spec: &PerspectiveSpec, film: &FilmGeometry) -> DMat4 {
+    let [xmin, xmax, ymin, ymax] = spec.window(film).map(|v| v * (0.5 * spec.fov).to_radians().tan());
+    pinhole(xmin, xmax, ymax, ymin, 0.0)
+}
+
+/// The tangent of the chief ray's angle in object space per millimetre of film height, from the
+/// paraxial pupils: a ray from film height h through the middle of the exit pupil at distance d
+/// leaves the entrance pupil with slope h / (d · mα), mα the angular magnification of the pupils.
+fn realistic(spec: &RealisticSpec, film: &FilmGeometry) -> Option<DMat4> {
+    let lens = &spec.lens;
+    let pupils = lens.paraxial();
+    let (entrance, exit) = (pupils.entrance_pupil?, pupils.exit_pupil?);
+    // Lagrange's invariant between the pupils: y tan u is conserved.
+    let angular = exit.diameter / entrance.diameter;
+    let slope_per_mm = angular / (lens.film_z() - exit.z);
+    let [width, height] = film.size_mm(spec.diagonal(film));
+    let (x, y) = (0.5 * width * slope_per_mm, 0.5 * height * slope_per_mm);
+    if !(x.is_finite() && y.is_finite() && x != 0.0 && y != 0.0) {
+        return None;
+    }
+    // Lens coordinates run toward the film in mm from the front vertex; camera z toward the scene.
+    let pinhole_z = match spec.form {
+        Form::Course => -entrance.z,
+        Form::Pbrt3 => (lens.film_z() - entrance.z) * 1e-3,
+    };
+    Some(pinhole(-x, x, y, -y, pinhole_z))
+}
