@@ -6,8 +6,8 @@
 //! Source: Pharr, Jakob and Humphreys 2016, §12.5; scene-language 3.11 and 4.5.
 
 use super::LightSample;
+use super::reach::Reach;
 use super::sample_count::sample_count;
-use super::selection::Reach;
 use crate::math::color::is_black;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -130,12 +130,13 @@ impl DiffuseAreaLight {
 
     /// Looks at the emitter from six sides to see roughly where it lies and whether it is flat.
     pub(super) fn reach(&self) -> Reach {
-        let Some(first) = self.look_from(Vec3::ZERO, 0.5) else {
+        // From one point of a sphere, this far away is outside it; a piece of a plane cannot be
+        // seen edge-on from all of these at once.
+        let size = 2.0 * (self.emitter.area() as f32).sqrt();
+        let eyes = [Vec3::ZERO, size * Vec3::X, size * Vec3::Y, size * Vec3::Z];
+        let Some(first) = eyes.into_iter().find_map(|eye| self.look_from(eye, 0.5)) else {
             return Reach::nowhere();
         };
-        // From one point of a sphere, twice this far away is outside it; it is inside nothing
-        // convex that this could be a piece of.
-        let size = 2.0 * (self.emitter.area() as f32).sqrt();
         let seen = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z]
             .into_iter()
             .flat_map(|side| [0.1, 0.5, 0.9].map(|u| self.look_from(first.0 + size * side, u)))

@@ -7,8 +7,8 @@
 
 use super::LightSample;
 use super::environment_map::EnvironmentMap;
+use super::reach::Reach;
 use super::sample_count::sample_count;
-use super::selection::Reach;
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
 use crate::math::sampling::{

@@ -4,11 +4,13 @@
 //! A *spec* holds a directive's parameters in world space; a *light* is the compiled form in
 //! render space. All radiances are linear RGB.
 
+mod clusters;
 pub mod diffuse;
 pub mod distant;
 pub mod environment_map;
 pub mod infinite;
 pub mod point;
+mod reach;
 mod sample_count;
 pub mod selection;
 pub mod spot;
@@ -26,7 +28,7 @@ use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
 use crate::surface::{ReferencePoint, SurfaceHit};
-use selection::Reach;
+use reach::Reach;
 
 /// The `LightSource` type names a scene may give, for "did you mean".
 pub const LIGHT_NAMES: [&str; 7] = [

@@ -5,7 +5,7 @@
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3; scene-language 3.10.
 
 use super::LightSample;
-use super::selection::Reach;
+use super::reach::Reach;
 use crate::math::color::is_black;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec3};

@@ -1,62 +1,379 @@
-//! Choosing one light.
-use super::Light;
-use crate::handles::LightId;
-use crate::math::{Rgb, Vec3};
-use crate::surface::ReferencePoint;
+//! Choosing one light out of all, with a known probability.
+//!
+//! Strategies change noise only (scene-language 4.2). Every light that can contribute has a
+//! positive probability everywhere.
 
-/// How one light is chosen among several.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+use super::Light;
+use super::clusters::{Candidate, Clusters};
+use super::reach::magnitude;
+use crate::handles::LightId;
+use crate::math::distribution::Distribution1D;
+use crate::params::ParamReader;
+use crate::surface::ReferencePoint;
+use std::collections::BTreeMap;
+
+/// Share of the strategy "power" that is spread evenly over groups: a weak lamp may be all that a
+/// point sees.
+const EVEN_SHARE: f32 = 0.1;
+
+/// Below this part of the scene's radius a light does not count as nearer: its estimate would
+/// drown all others though the point sees little of it.
+const LEAST_DISTANCE: f32 = 1e-3;
+
+/// How one light is chosen (`lightsamplestrategy`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SelectionStrategy {
+    /// All lights alike.
     Uniform,
+    /// By power, wherever the point is.
     Power,
+    /// By what probably arrives at the point.
+    #[default]
     Spatial,
 }
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reach {}
-impl Reach {
-    pub(super) fn nowhere() -> Reach {
-        Reach {}
-    }
-    pub(super) fn point(_p: Vec3, _i: Rgb) -> Reach {
-        Reach {}
-    }
-    pub(super) fn area(_c: Vec3, _r: f32, _i: Rgb) -> Reach {
-        Reach {}
-    }
-    pub(super) fn everywhere(_i: Rgb) -> Reach {
-        Reach {}
-    }
-    pub(super) fn on_side(self, _n: Vec3) -> Reach {
-        self
-    }
-    pub(super) fn within_cone(self, _axis: Vec3, _dark: f32, _full: f32) -> Reach {
-        self
-    }
-}
-#[derive(Clone, Debug)]
-pub struct LightSelector {
-    count: u32,
-}
-impl LightSelector {
-    pub fn new(
-        lights: &[Light],
-        _strategy: SelectionStrategy,
-        _scene_radius: f32,
-    ) -> LightSelector {
-        LightSelector {
-            count: lights.len() as u32,
+impl SelectionStrategy {
+    /// Reads `lightsamplestrategy`; another word is reported and means "spatial".
+    pub fn from_params(reader: &ParamReader) -> SelectionStrategy {
+        match reader.choice("lightsamplestrategy", &["spatial", "uniform", "power"]) {
+            "uniform" => SelectionStrategy::Uniform,
+            "power" => SelectionStrategy::Power,
+            _ => SelectionStrategy::Spatial,
         }
     }
-    pub fn sample(&self, _from: &ReferencePoint, u: f32) -> Option<(LightId, f32)> {
-        (self.count > 0).then(|| {
-            (
-                LightId(((u * self.count as f32) as u32).min(self.count - 1)),
-                1.0 / self.count as f32,
-            )
-        })
+}
+
+/// Chooses lights. Lights are numbered as in the slice that [`LightSelector::new`] is given.
+#[derive(Clone, Debug)]
+pub struct LightSelector {
+    choice: Choice,
+}
+
+#[derive(Clone, Debug)]
+enum Choice {
+    Nothing,
+    Only,
+    Uniform(u32),
+    Power(Distribution1D),
+    Spatial(Clusters),
+}
+
+impl LightSelector {
+    /// For `lights` in a scene with a bounding sphere of radius `scene_radius`.
+    pub fn new(lights: &[Light], strategy: SelectionStrategy, scene_radius: f32) -> LightSelector {
+        let choice = match (lights.len(), strategy) {
+            (0, _) => Choice::Nothing,
+            (1, _) => Choice::Only,
+            (n, SelectionStrategy::Uniform) => Choice::Uniform(n as u32),
+            (_, SelectionStrategy::Power) => {
+                Choice::Power(power_distribution(lights, scene_radius))
+            }
+            (n, SelectionStrategy::Spatial) => {
+                let least_distance = if scene_radius.is_finite() {
+                    LEAST_DISTANCE * scene_radius.abs()
+                } else {
+                    0.0
+                };
+                Choice::Spatial(Clusters::new(
+                    candidates(lights, scene_radius),
+                    n,
+                    least_distance,
+                ))
+            }
+        };
+        LightSelector { choice }
     }
-    pub fn pmf(&self, _from: &ReferencePoint, _light: LightId) -> f32 {
-        1.0 / self.count as f32
+
+    /// A light for the point `from` and its probability; `None` where there are no lights.
+    pub fn sample(&self, from: &ReferencePoint, u: f32) -> Option<(LightId, f32)> {
+        match &self.choice {
+            Choice::Nothing => None,
+            Choice::Only => Some((LightId(0), 1.0)),
+            Choice::Uniform(n) => {
+                let light = ((u * *n as f32) as u32).min(n - 1);
+                Some((LightId(light), 1.0 / *n as f32))
+            }
+            Choice::Power(distribution) => {
+                let (light, probability, _) = distribution.sample_discrete(u);
+                Some((LightId(light as u32), probability))
+            }
+            Choice::Spatial(clusters) => clusters.sample(from.p, u),
+        }
+    }
+
+    /// Probability with which [`LightSelector::sample`] chooses `light` for the point `from`.
+    pub fn pmf(&self, from: &ReferencePoint, light: LightId) -> f32 {
+        match &self.choice {
+            Choice::Nothing => 0.0,
+            Choice::Only => 1.0,
+            Choice::Uniform(n) => 1.0 / *n as f32,
+            Choice::Power(distribution) => distribution.probability(light.index()),
+            Choice::Spatial(clusters) => clusters.pmf(from.p, light),
+        }
+    }
+}
+
+/// The lights by groups, in the order of their first members. Lights without a group stand alone.
+fn candidates(lights: &[Light], scene_radius: f32) -> Vec<Vec<Candidate>> {
+    let mut groups: Vec<Vec<Candidate>> = Vec::new();
+    let mut positions: BTreeMap<u32, usize> = BTreeMap::new();
+    for (i, light) in lights.iter().enumerate() {
+        let position = match light.group() {
+            Some(group) => *positions.entry(group).or_insert(groups.len()),
+            None => groups.len(),
+        };
+        if position == groups.len() {
+            groups.push(Vec::new());
+        }
+        let power = magnitude(light.power(scene_radius));
+        groups[position].push(Candidate {
+            light: LightId(i as u32),
+            reach: light.reach(),
+            power,
+            even: 0.0,
+        });
+    }
+    let count = groups.len() as f32;
+    for group in &mut groups {
+        let even = 1.0 / (count * group.len() as f32);
+        for candidate in group {
+            candidate.even = even;
+        }
+    }
+    groups
+}
+
+/// Probabilities by power, a part of them even.
+fn power_distribution(lights: &[Light], scene_radius: f32) -> Distribution1D {
+    let mut all = candidates(lights, scene_radius).concat();
+    all.sort_by_key(|c| c.light);
+    let total: f32 = all.iter().map(|c| c.power).sum();
+    let by_power = if total > 0.0 && total.is_finite() {
+        (1.0 - EVEN_SHARE) / total
+    } else {
+        0.0
+    };
+    Distribution1D::new(all.iter().map(|c| by_power * c.power + EVEN_SHARE * c.even))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lights::emitter_stub::Emitter;
+    use crate::lights::{
+        DiffuseAreaLight, DiffuseAreaSpec, DistantLight, DistantSpec, InfiniteLight, InfiniteSpec,
+        PointLight, PointSpec, SpotLight, SpotSpec,
+    };
+    use crate::math::transform::Transform;
+    use crate::math::{DVec3, Rgb, Vec3};
+
+    const STRATEGIES: [SelectionStrategy; 3] = [
+        SelectionStrategy::Uniform,
+        SelectionStrategy::Power,
+        SelectionStrategy::Spatial,
+    ];
+
+    fn at(p: Vec3) -> ReferencePoint {
+        ReferencePoint {
+            p,
+            p_error: Vec3::ZERO,
+            n: Vec3::Y,
+            time: 0.0,
+        }
+    }
+
+    fn lamp(position: DVec3, intensity: f32) -> Light {
+        let spec = PointSpec {
+            position,
+            intensity: Rgb::splat(intensity),
+        };
+        Light::Point(PointLight::new(&spec, &Transform::IDENTITY))
+    }
+
+    fn sky() -> Light {
+        let spec = InfiniteSpec {
+            light_to_world: Transform::IDENTITY,
+            radiance: Rgb::splat(0.2),
+            map: None,
+            samples: 1,
+        };
+        Light::Infinite(InfiniteLight::new(&spec, None, &Transform::IDENTITY))
+    }
+
+    fn sun() -> Light {
+        let spec = DistantSpec {
+            toward: DVec3::Y,
+            irradiance: Rgb::ONE,
+        };
+        Light::Distant(DistantLight::new(&spec, &Transform::IDENTITY))
+    }
+
+    fn spot() -> Light {
+        let spec = SpotSpec {
+            light_to_world: Transform::IDENTITY,
+            from: DVec3::new(0.0, 5.0, 0.0),
+            to: DVec3::ZERO,
+            intensity: Rgb::splat(9.0),
+            cone_angle: 20.0,
+            cone_delta_angle: 0.0,
+        };
+        Light::Spot(SpotLight::new(&spec, &Transform::IDENTITY))
+    }
+
+    /// A strip of triangles facing up.
+    fn mesh(triangles: usize, group: u32) -> Vec<Light> {
+        let spec = DiffuseAreaSpec {
+            radiance: Rgb::splat(0.5),
+            two_sided: false,
+            samples: 1,
+        };
+        (0..triangles)
+            .map(|i| {
+                let x = i as f32 * 0.1;
+                let corners = [
+                    Vec3::new(x, 0.0, 0.0),
+                    Vec3::new(x, 0.0, 0.2),
+                    Vec3::new(x + 0.1, 0.0, 0.0),
+                ];
+                Light::DiffuseArea(DiffuseAreaLight::new(
+                    &spec,
+                    Emitter::triangle(corners),
+                    group,
+                ))
+            })
+            .collect()
+    }
+
+    fn scenes() -> Vec<Vec<Light>> {
+        let mixed = [
+            vec![sky(), lamp(DVec3::ONE, 1.0), sun(), spot()],
+            mesh(7, 3),
+        ]
+        .concat();
+        let many = [
+            vec![sky()],
+            (0..300)
+                .map(|i| lamp(DVec3::new(f64::from(i), 1.0, -2.0), 0.1))
+                .collect(),
+            mesh(900, 1),
+        ]
+        .concat();
+        let dark = vec![lamp(DVec3::ZERO, 0.0), lamp(DVec3::X, 0.0)];
+        let suns = (0..40).map(|_| sun()).collect();
+        vec![mixed, many, dark, suns, mesh(2, 0)]
+    }
+
+    #[test]
+    fn probabilities_sum_to_one_and_none_is_zero() {
+        for lights in scenes() {
+            for strategy in STRATEGIES {
+                for radius in [0.0, 10.0, 1e20, f32::INFINITY] {
+                    let selector = LightSelector::new(&lights, strategy, radius);
+                    for p in [
+                        Vec3::ZERO,
+                        Vec3::ONE,
+                        Vec3::new(-40.0, 3.0, 1e5),
+                        Vec3::NAN,
+                        Vec3::splat(1e30),
+                    ] {
+                        let pmfs =
+                            (0..lights.len()).map(|i| selector.pmf(&at(p), LightId(i as u32)));
+                        let (mut sum, mut least) = (0.0, f32::INFINITY);
+                        for pmf in pmfs {
+                            sum += f64::from(pmf);
+                            least = least.min(pmf);
+                        }
+                        // A thousand single-precision probabilities.
+                        assert!(
+                            (sum - 1.0).abs() < 1e-4 && least > 0.0,
+                            "{strategy:?} {radius} {p}: {sum} {least}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lights_are_chosen_with_the_stated_probability() {
+        for lights in scenes() {
+            for strategy in STRATEGIES {
+                let selector = LightSelector::new(&lights, strategy, 30.0);
+                let from = at(Vec3::new(0.7, 1.5, 0.2));
+                let n = 1 << 17;
+                let mut counts = vec![0u32; lights.len()];
+                for i in 0..n {
+                    let (light, pmf) = selector.sample(&from, (i as f32 + 0.5) / n as f32).unwrap();
+                    assert!((selector.pmf(&from, light) / pmf - 1.0).abs() < 1e-5);
+                    counts[light.index()] += 1;
+                }
+                for (i, count) in counts.into_iter().enumerate() {
+                    let expected = selector.pmf(&from, LightId(i as u32)) * n as f32;
+                    // Equally spaced numbers: each light owns one interval, off by one at each end,
+                    // and single-precision sums move the ends by another few.
+                    assert!(
+                        (count as f32 - expected).abs() < 4.0,
+                        "{strategy:?} {i}: {count} but {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_near_lamp_is_found_in_a_huge_scene() {
+        let lights = vec![
+            sky(),
+            sun(),
+            lamp(DVec3::ZERO, 1.0),
+            lamp(DVec3::X * 1e5, 1e4),
+        ];
+        let selector = LightSelector::new(&lights, SelectionStrategy::Spatial, 1e5);
+        // Within the least distance of 100 units the lamp still beats its far, stronger like.
+        let near = at(Vec3::Y);
+        assert!(selector.pmf(&near, LightId(2)) > selector.pmf(&near, LightId(3)));
+        let selector = LightSelector::new(&lights, SelectionStrategy::Spatial, 100.0);
+        assert!(selector.pmf(&at(Vec3::Y * 0.2), LightId(2)) > 0.8);
+        // Power alone would give it next to nothing.
+        let power = LightSelector::new(&lights, SelectionStrategy::Power, 1e5);
+        assert!(power.pmf(&near, LightId(2)) > 0.024);
+    }
+
+    #[test]
+    fn a_lamp_counts_as_much_as_a_mesh_in_the_even_share() {
+        let lights = [mesh(5000, 8), vec![lamp(DVec3::new(0.0, -50.0, 0.0), 1e-3)]].concat();
+        for strategy in [SelectionStrategy::Power, SelectionStrategy::Spatial] {
+            let selector = LightSelector::new(&lights, strategy, 300.0);
+            let pmf = selector.pmf(&at(Vec3::new(3.0, 0.1, 0.1)), LightId(5000));
+            assert!(pmf > 0.049, "{pmf}");
+        }
+    }
+
+    #[test]
+    fn dark_sides_and_cones_lower_the_chance() {
+        let lights = [mesh(1, 0), vec![lamp(DVec3::Y * 3.0, 0.02)]].concat();
+        let selector = LightSelector::new(&lights, SelectionStrategy::Spatial, 5.0);
+        let (above, below) = (at(Vec3::Y), at(-Vec3::Y));
+        assert!(selector.pmf(&above, LightId(0)) > 2.0 * selector.pmf(&below, LightId(0)));
+        assert!((selector.pmf(&below, LightId(0)) - 0.05).abs() < 1e-6);
+
+        let lights = vec![spot(), sky()];
+        let selector = LightSelector::new(&lights, SelectionStrategy::Spatial, 5.0);
+        assert!(selector.pmf(&at(Vec3::ZERO), LightId(0)) > 0.3);
+        assert!((selector.pmf(&at(Vec3::X * 4.0), LightId(0)) - 0.05).abs() < 1e-6);
+    }
+
+    #[test]
+    fn one_light_is_certain_and_none_is_none() {
+        for strategy in STRATEGIES {
+            let one = LightSelector::new(&[sun()], strategy, 1.0);
+            assert_eq!(one.sample(&at(Vec3::ZERO), 0.7), Some((LightId(0), 1.0)));
+            assert_eq!(one.pmf(&at(Vec3::ZERO), LightId(0)), 1.0);
+            assert!(
+                LightSelector::new(&[], strategy, 1.0)
+                    .sample(&at(Vec3::ZERO), 0.7)
+                    .is_none()
+            );
+        }
     }
 }

@@ -8,7 +8,7 @@
 
 use super::LightSample;
 use super::point::sample_point;
-use super::selection::Reach;
+use super::reach::Reach;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec3};
 use crate::params::ParamReader;
