@@ -4,7 +4,8 @@
 use fstop::math::DVec3;
 use fstop::syntax::directive::WORDS;
 use fstop::syntax::{
-    ActiveTransform, Diagnostics, Directive, DirectiveKind, ParamType, ParamValue, Parser, SourceMap, Style,
+    ActiveTransform, Diagnostics, Directive, DirectiveKind, ParamType, ParamValue, Parser,
+    SourceMap, Style,
 };
 use glam::DMat4;
 use proptest::prelude::*;
@@ -32,7 +33,9 @@ fn read_file(path: &Path) -> Read {
 
 fn finish(sources: &SourceMap, file: fstop::syntax::FileId) -> Read {
     let diagnostics = Diagnostics::new();
-    let kinds = Parser::new(sources, file, &diagnostics).map(|directive: Directive| directive.kind).collect();
+    let kinds = Parser::new(sources, file, &diagnostics)
+        .map(|directive: Directive| directive.kind)
+        .collect();
     Read {
         kinds,
         messages: diagnostics.kept().into_iter().map(|d| d.message).collect(),
@@ -121,7 +124,10 @@ fn every_directive_is_read() {
         assert!(words.contains(&word), "{word}");
     }
     // And in the order of the file.
-    let written: Vec<&str> = EVERY_DIRECTIVE.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    let written: Vec<&str> = EVERY_DIRECTIVE
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
     assert_eq!(words, written);
 }
 
@@ -134,7 +140,10 @@ fn arguments_arrive() {
             Kind::Translate(v) | Kind::Scale(v) => assert_eq!(v, DVec3::new(1.0, 2.0, 3.0)),
             Kind::Rotate { degrees, axis } => assert_eq!((degrees, axis), (90.0, DVec3::Z)),
             Kind::LookAt { eye, look, up } => {
-                assert_eq!((eye, look, up), (DVec3::new(1., 2., 3.), DVec3::new(4., 5., 6.), DVec3::Y));
+                assert_eq!(
+                    (eye, look, up),
+                    (DVec3::new(1., 2., 3.), DVec3::new(4., 5., 6.), DVec3::Y)
+                );
             }
             Kind::Transform(m) | Kind::ConcatTransform(m) => assert_eq!(*m, matrix),
             Kind::TransformTimes(start, end) => assert_eq!((start, end), (0.0, 1.0)),
@@ -142,20 +151,45 @@ fn arguments_arrive() {
                 assert_eq!(inside.text, "fog");
                 assert!(outside.text.is_empty() || outside.text == "fog");
             }
-            Kind::Texture { name, value_type, class, params } => {
-                assert_eq!([name.text, value_type.text, class.text], ["wood", "spectrum", "imagemap"]);
-                assert!(matches!(&params.params[0].value, ParamValue::Strings(s) if s[0].text == "wood.png"));
+            Kind::Texture {
+                name,
+                value_type,
+                class,
+                params,
+            } => {
+                assert_eq!(
+                    [name.text, value_type.text, class.text],
+                    ["wood", "spectrum", "imagemap"]
+                );
+                assert!(
+                    matches!(&params.params[0].value, ParamValue::Strings(s) if s[0].text == "wood.png")
+                );
             }
-            Kind::CoordinateSystem(name) | Kind::CoordSysTransform(name) => assert_eq!(name.text, "here"),
+            Kind::CoordinateSystem(name) | Kind::CoordSysTransform(name) => {
+                assert_eq!(name.text, "here")
+            }
             Kind::ObjectBegin(name) | Kind::ObjectInstance(name) => assert_eq!(name.text, "tree"),
             _ => {}
         }
     }
     let active: Vec<_> = clean(EVERY_DIRECTIVE)
         .into_iter()
-        .filter_map(|kind| if let Kind::ActiveTransform(which) = kind { Some(which) } else { None })
+        .filter_map(|kind| {
+            if let Kind::ActiveTransform(which) = kind {
+                Some(which)
+            } else {
+                None
+            }
+        })
         .collect();
-    assert_eq!(active, [ActiveTransform::Start, ActiveTransform::End, ActiveTransform::All]);
+    assert_eq!(
+        active,
+        [
+            ActiveTransform::Start,
+            ActiveTransform::End,
+            ActiveTransform::All
+        ]
+    );
 }
 
 #[test]
@@ -168,10 +202,15 @@ fn every_type_and_alias_is_read() {
             _ => "[ 1 2 3 4 5 6 ]",
         };
         let kinds = clean(&format!("Shape \"s\" \"{word} x\" {given}"));
-        let [DirectiveKind::Shape(shape)] = kinds.as_slice() else { panic!("{kinds:?}") };
+        let [DirectiveKind::Shape(shape)] = kinds.as_slice() else {
+            panic!("{kinds:?}")
+        };
         assert_eq!(shape.params.params[0].ty, ty, "{word}");
     }
-    assert!(matches!(value("\"spectrum Kd\" \"metals/Cu.spd\""), ParamValue::Strings(_)));
+    assert!(matches!(
+        value("\"spectrum Kd\" \"metals/Cu.spd\""),
+        ParamValue::Strings(_)
+    ));
 }
 
 #[test]
@@ -179,78 +218,188 @@ fn forms_seen_in_the_wild() {
     assert_eq!(numbers("\"float x\" .5"), [0.5]);
     assert_eq!(numbers("\"float x\"[5.]"), [5.0]);
     assert_eq!(numbers("\"float x\" [1.5e-009]"), [1.5e-9]);
-    assert_eq!(numbers("\"float x\" [+1 -1 0x28 1E2]"), [1.0, -1.0, 40.0, 100.0]);
+    assert_eq!(
+        numbers("\"float x\" [+1 -1 0x28 1E2]"),
+        [1.0, -1.0, 40.0, 100.0]
+    );
     assert_eq!(numbers("\"  float \t x\" 1"), [1.0]);
-    assert_eq!(numbers("\"point P\"\r\n[ 1 2 # first\r\n 3 ]\r\n"), [1.0, 2.0, 3.0]);
+    assert_eq!(
+        numbers("\"point P\"\r\n[ 1 2 # first\r\n 3 ]\r\n"),
+        [1.0, 2.0, 3.0]
+    );
     assert_eq!(numbers("\"float x\" # between\n 1"), [1.0]);
     assert_eq!(numbers("\"float x\" [ ]"), Vec::<f64>::new());
     assert_eq!(numbers("\"integer i\" [1 2.5 3]\x0c"), [1.0, 2.5, 3.0]);
     for bools in ["[true]", "true", "\"true\"", "[ \"true\" ]"] {
-        assert_eq!(value(&format!("\"bool b\" {bools}")), ParamValue::Bools(vec![true]), "{bools}");
+        assert_eq!(
+            value(&format!("\"bool b\" {bools}")),
+            ParamValue::Bools(vec![true]),
+            "{bools}"
+        );
     }
-    assert_eq!(value("\"bool b\" [false \n true]"), ParamValue::Bools(vec![false, true]));
+    assert_eq!(
+        value("\"bool b\" [false \n true]"),
+        ParamValue::Bools(vec![false, true])
+    );
     assert_eq!(clean("\u{feff}Identity"), [DirectiveKind::Identity]);
     assert_eq!(clean(""), []);
     assert_eq!(clean("# nothing but a comment"), []);
-    assert_eq!(read(b"# caf\xe9 \xff\nIdentity".as_slice()).kinds, [DirectiveKind::Identity]);
+    assert_eq!(
+        read(b"# caf\xe9 \xff\nIdentity".as_slice()).kinds,
+        [DirectiveKind::Identity]
+    );
     let kinds = clean("NamedMaterial \"my red, \\\"old\\\" one\"");
-    assert!(matches!(&kinds[0], DirectiveKind::NamedMaterial(name) if name.text == "my red, \"old\" one"));
+    assert!(
+        matches!(&kinds[0], DirectiveKind::NamedMaterial(name) if name.text == "my red, \"old\" one")
+    );
 }
 
 #[test]
 fn bytes_that_are_not_utf8_are_kept_apart_from_the_rest() {
     let read = read(b"NamedMaterial \"caf\xe9\" Identity".as_slice());
-    assert!(matches!(&read.kinds[0], DirectiveKind::NamedMaterial(name) if name.text == "caf\u{fffd}"));
+    assert!(
+        matches!(&read.kinds[0], DirectiveKind::NamedMaterial(name) if name.text == "caf\u{fffd}")
+    );
     assert_eq!(read.kinds.len(), 2);
 }
 
 #[test]
 fn lenient_forms_are_read_with_a_warning() {
     for (scene, message) in [
-        ("LookAt [0 0 0  0 0 1  0 1 0]", "the numbers of `LookAt` stand without brackets"),
-        ("LookAt [0 0 0] [0 0 1] [0 1 0]", "the numbers of `LookAt` stand without brackets"),
-        ("Transform 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "the numbers of `Transform` belong in brackets"),
-        ("Translate 1, 2, 3", "a number is followed by something else"),
-        ("Shape \"s\" \"float x\" [1.5f]", "a number is followed by something else"),
-        ("Shape \"s\" \"float x y\" 1", "a parameter's declaration has words behind the name; they are ignored"),
-        ("Shape \"s\" \"bool x\" \"yes\"", "\"yes\" is neither \"true\" nor \"false\""),
-        ("Shape \"s\" \"string x\" \"a\\w\"", "a backslash in a string should be doubled"),
-        ("Shape \"s\" \"point P\" [1 2 3 4]", "`point3 P` takes 3 numbers for each value, found 4"),
+        (
+            "LookAt [0 0 0  0 0 1  0 1 0]",
+            "the numbers of `LookAt` stand without brackets",
+        ),
+        (
+            "LookAt [0 0 0] [0 0 1] [0 1 0]",
+            "the numbers of `LookAt` stand without brackets",
+        ),
+        (
+            "Transform 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1",
+            "the numbers of `Transform` belong in brackets",
+        ),
+        (
+            "Translate 1, 2, 3",
+            "a number is followed by something else",
+        ),
+        (
+            "Shape \"s\" \"float x\" [1.5f]",
+            "a number is followed by something else",
+        ),
+        (
+            "Shape \"s\" \"float x y\" 1",
+            "a parameter's declaration has words behind the name; they are ignored",
+        ),
+        (
+            "Shape \"s\" \"bool x\" \"yes\"",
+            "\"yes\" is neither \"true\" nor \"false\"",
+        ),
+        (
+            "Shape \"s\" \"string x\" \"a\\w\"",
+            "a backslash in a string should be doubled",
+        ),
+        (
+            "Shape \"s\" \"point P\" [1 2 3 4]",
+            "`point3 P` takes 3 numbers for each value, found 4",
+        ),
     ] {
         let read = read(scene);
-        assert_eq!((read.kinds.len(), read.errors), (1, 0), "{scene}\n{}", read.text);
-        assert!(read.messages.iter().all(|m| m == message) && !read.messages.is_empty(), "{}", read.text);
+        assert_eq!(
+            (read.kinds.len(), read.errors),
+            (1, 0),
+            "{scene}\n{}",
+            read.text
+        );
+        assert!(
+            read.messages.iter().all(|m| m == message) && !read.messages.is_empty(),
+            "{}",
+            read.text
+        );
     }
-    assert_eq!(read("Translate 1, 2, 3").kinds, [DirectiveKind::Translate(DVec3::new(1.0, 2.0, 3.0))]);
+    assert_eq!(
+        read("Translate 1, 2, 3").kinds,
+        [DirectiveKind::Translate(DVec3::new(1.0, 2.0, 3.0))]
+    );
 }
 
 #[test]
 fn all_errors_come_out_in_one_run() {
     let cases = [
         ("Shpae \"sphere\"", "expected a directive, found `Shpae`"),
-        ("Translate 1 2", "`Translate` needs three numbers: x y z, found `Identity`"),
+        (
+            "Translate 1 2",
+            "`Translate` needs three numbers: x y z, found `Identity`",
+        ),
         ("Translate 1 2 inf", "a transform needs finite numbers"),
         ("Translate 1 2 3 4", "expected a directive, found `4`"),
-        ("Shape sphere", "`Shape` needs a type in quotes, found `sphere`"),
-        ("Shape \"sphere", "`Shape` needs a type in quotes, found the unfinished string `\"sphere`"),
+        (
+            "Shape sphere",
+            "`Shape` needs a type in quotes, found `sphere`",
+        ),
+        (
+            "Shape \"sphere",
+            "`Shape` needs a type in quotes, found the unfinished string `\"sphere`",
+        ),
         ("Shape \"s\" \"float x", "a string does not end on its line"),
-        ("Shape \"s\" \"float x\"", "parameter `x` has no value, found `Identity`"),
-        ("Shape \"s\" \"float x\" \"float y\" 1", "parameter `x` has no value, found the string `\"float y\"`"),
-        ("Shape \"s\" \"float x\" [1 2", "a list is not closed, found `Identity`"),
-        ("Shape \"s\" \"float x\" [1 [2] 3]", "expected a value or `]`, found `[`"),
-        ("Shape \"s\" \"float x\" [1 two 3]", "expected a value, found `two`"),
-        ("Shape \"s\" \"float x\" [1,2]", "a number is followed by something with digits in it"),
+        (
+            "Shape \"s\" \"float x\"",
+            "parameter `x` has no value, found `Identity`",
+        ),
+        (
+            "Shape \"s\" \"float x\" \"float y\" 1",
+            "parameter `x` has no value, found the string `\"float y\"`",
+        ),
+        (
+            "Shape \"s\" \"float x\" [1 2",
+            "a list is not closed, found `Identity`",
+        ),
+        (
+            "Shape \"s\" \"float x\" [1 [2] 3]",
+            "expected a value or `]`, found `[`",
+        ),
+        (
+            "Shape \"s\" \"float x\" [1 two 3]",
+            "expected a value, found `two`",
+        ),
+        (
+            "Shape \"s\" \"float x\" [1,2]",
+            "a number is followed by something with digits in it",
+        ),
         ("Shape \"s\" \"float x\" nan", "not a number"),
-        ("Shape \"s\" \"flaot x\" 1", "unknown parameter type `flaot`"),
-        ("Shape \"s\" \"float\" 1", "expected a parameter's type and name, found \"float\""),
-        ("Shape \"s\" \"float x\" \"one\"", "`float x` needs numbers, found strings"),
-        ("Shape \"s\" \"string x\" 1", "`string x` needs strings in quotes, found numbers"),
-        ("Shape \"s\" \"string x\" []", "`string x` needs strings in quotes, found an empty list"),
-        ("Shape \"s\" \"float x\" [1 \"one\"]", "`float x` needs numbers, found a mixture"),
+        (
+            "Shape \"s\" \"flaot x\" 1",
+            "unknown parameter type `flaot`",
+        ),
+        (
+            "Shape \"s\" \"float\" 1",
+            "expected a parameter's type and name, found \"float\"",
+        ),
+        (
+            "Shape \"s\" \"float x\" \"one\"",
+            "`float x` needs numbers, found strings",
+        ),
+        (
+            "Shape \"s\" \"string x\" 1",
+            "`string x` needs strings in quotes, found numbers",
+        ),
+        (
+            "Shape \"s\" \"string x\" []",
+            "`string x` needs strings in quotes, found an empty list",
+        ),
+        (
+            "Shape \"s\" \"float x\" [1 \"one\"]",
+            "`float x` needs numbers, found numbers mixed with strings",
+        ),
         ("Shape \"s\" ]", "expected a directive, found `]`"),
-        ("ActiveTransform Start", "`ActiveTransform` needs `StartTime`, `EndTime` or `All`, found `Start`"),
+        (
+            "ActiveTransform Start",
+            "`ActiveTransform` needs `StartTime`, `EndTime` or `All`, found `Start`",
+        ),
         ("Include \"nowhere.pbrt\"", "cannot include this file: "),
-        ("ColorSpace \"rec2020\"", "expected a directive, found `ColorSpace`"),
+        (
+            "ColorSpace \"rec2020\"",
+            "expected a directive, found `ColorSpace`",
+        ),
     ];
     let mut scene = String::new();
     for (broken, _) in cases {
@@ -258,25 +407,42 @@ fn all_errors_come_out_in_one_run() {
     }
     let read = read(scene);
     for (found, (broken, expected)) in read.messages.iter().zip(cases) {
-        assert!(found.starts_with(expected), "{broken}\nfound:    {found}\nexpected: {expected}");
+        assert!(
+            found.starts_with(expected),
+            "{broken}\nfound:    {found}\nexpected: {expected}"
+        );
     }
     assert_eq!(read.messages.len(), cases.len());
     // Nothing that was right has been lost.
-    let rights = read.kinds.iter().filter(|kind| **kind == DirectiveKind::Identity).count();
+    let rights = read
+        .kinds
+        .iter()
+        .filter(|kind| **kind == DirectiveKind::Identity)
+        .count();
     assert_eq!(rights, cases.len());
 }
 
 #[test]
 fn good_parameters_beside_bad_ones_are_kept() {
     let read = read("Shape \"s\" \"flaot a\" 1 \"float b\" \"x\" \"float c\" [3");
-    let [DirectiveKind::Shape(shape)] = read.kinds.as_slice() else { panic!("{:?}", read.kinds) };
-    let names: Vec<_> = shape.params.params.iter().map(|p| p.name.as_str()).collect();
+    let [DirectiveKind::Shape(shape)] = read.kinds.as_slice() else {
+        panic!("{:?}", read.kinds)
+    };
+    let names: Vec<_> = shape
+        .params
+        .params
+        .iter()
+        .map(|p| p.name.as_str())
+        .collect();
     assert_eq!((names, read.errors), (vec!["c"], 3));
 }
 
 #[test]
 fn brackets_without_end_are_no_trouble() {
-    for scene in ["[".repeat(1_000_000), format!("Shape \"s\" \"float x\" {}", "[".repeat(1_000_000))] {
+    for scene in [
+        "[".repeat(1_000_000),
+        format!("Shape \"s\" \"float x\" {}", "[".repeat(1_000_000)),
+    ] {
         let read = read(scene);
         assert_eq!((read.kinds.len(), read.errors), (0, 1));
     }
@@ -293,8 +459,13 @@ fn a_million_shapes() {
     let diagnostics = Diagnostics::new();
     let mut expected = 0.0;
     for directive in Parser::new(&sources, file, &diagnostics) {
-        let DirectiveKind::Shape(shape) = directive.kind else { panic!("no shape") };
-        assert_eq!(shape.params.params[0].value, ParamValue::Numbers(vec![expected]));
+        let DirectiveKind::Shape(shape) = directive.kind else {
+            panic!("no shape")
+        };
+        assert_eq!(
+            shape.params.params[0].value,
+            ParamValue::Numbers(vec![expected])
+        );
         expected += 1.0;
     }
     assert_eq!(expected, 1e6);
@@ -303,10 +474,15 @@ fn a_million_shapes() {
 /// As many errors as there are statements: counted, but neither kept nor printed all.
 #[test]
 fn a_million_errors() {
-    let read = read("Shape \"s\" \"float x\" [1,2]\n".repeat(100_000) + &"Identty\n".repeat(100_000));
+    let read =
+        read("Shape \"s\" \"float x\" [1,2]\n".repeat(100_000) + &"Identty\n".repeat(100_000));
     assert_eq!(read.errors, 100_001); // resynchronising swallows the second half after its first
     assert!(read.text.len() < 10_000, "{}", read.text.len());
-    assert!(read.text.contains("the same at other places: 99995 more"), "{}", read.text);
+    assert!(
+        read.text.contains("the same at other places: 99995 more"),
+        "{}",
+        read.text
+    );
 }
 
 struct Folder(tempfile::TempDir);
@@ -328,7 +504,8 @@ impl Folder {
 
     /// Messages with this folder's name, which changes, replaced.
     fn text(&self, read: &Read) -> String {
-        read.text.replace(&self.0.path().display().to_string(), "FOLDER")
+        read.text
+            .replace(&self.0.path().display().to_string(), "FOLDER")
     }
 }
 
@@ -354,15 +531,24 @@ fn include_falls_back_to_beside_the_including_file() {
         ("sub/two.pbrt", "Identity"),
     ]);
     let read = read_file(&folder.path("main.pbrt"));
-    assert_eq!((read.kinds, read.errors), (vec![DirectiveKind::Identity], 0));
-    assert_eq!(read.messages, ["`two.pbrt` was found beside the including file only"]);
+    assert_eq!(
+        (read.kinds, read.errors),
+        (vec![DirectiveKind::Identity], 0)
+    );
+    assert_eq!(
+        read.messages,
+        ["`two.pbrt` was found beside the including file only"]
+    );
 }
 
 /// As in pbrt-v3, where an included file is a run of tokens.
 #[test]
 fn a_parameter_list_goes_on_after_an_included_file() {
     let folder = Folder::new(&[
-        ("main.pbrt", "Include \"ball.pbrt\" \"float zmin\" 0 Identity"),
+        (
+            "main.pbrt",
+            "Include \"ball.pbrt\" \"float zmin\" 0 Identity",
+        ),
         ("ball.pbrt", "Shape \"sphere\" \"float radius\" 2"),
     ]);
     let read = read_file(&folder.path("main.pbrt"));
@@ -378,7 +564,10 @@ fn an_include_circle_is_named() {
         ("sub/x", ""),
     ]);
     let read = read_file(&folder.path("a.pbrt"));
-    assert_eq!(read.messages, ["files include each other in a circle: a.pbrt -> b.pbrt -> a.pbrt"]);
+    assert_eq!(
+        read.messages,
+        ["files include each other in a circle: a.pbrt -> b.pbrt -> a.pbrt"]
+    );
     assert_eq!(read.kinds.len(), 2);
 }
 
@@ -393,21 +582,39 @@ fn a_folder_cannot_be_included() {
 fn ten_thousand_nested_includes() {
     let folder = Folder::new(&[]);
     for i in 0..10_000 {
-        let text = format!("Translate {i} 0 0\nInclude \"{}.pbrt\"\nTranslate -{i} 0 0\n", i + 1);
+        let text = format!(
+            "Translate {i} 0 0\nInclude \"{}.pbrt\"\nTranslate -{i} 0 0\n",
+            i + 1
+        );
         std::fs::write(folder.path(&format!("{i}.pbrt")), text).expect("a file");
     }
     std::fs::write(folder.path("10000.pbrt"), "Identity Bogus").expect("a file");
     let read = read_file(&folder.path("0.pbrt"));
-    assert_eq!((read.kinds.len(), read.errors), (20_001, 1), "{}", read.text);
+    assert_eq!(
+        (read.kinds.len(), read.errors),
+        (20_001, 1),
+        "{}",
+        read.text
+    );
     assert_eq!(read.kinds[10_000], DirectiveKind::Identity);
-    assert!(read.text.contains("… and so on, 9995 more"), "{}", read.text);
+    assert!(
+        read.text.contains("… and so on, 9995 more"),
+        "{}",
+        read.text
+    );
 }
 
 #[test]
 fn messages_of_several_files_exactly() {
     let folder = Folder::new(&[
-        ("main.pbrt", "Camera \"realistic\" \"string lensfile\" \"lens.dat\"\nInclude \"parts/ball.pbrt\"\nShpae \"disk\"\n"),
-        ("parts/ball.pbrt", "# one ball\r\nShape \"sphere\"\r\n\t\"flaot radius\" [ 2 ]\r\n\t\"float zmin\" [ 1,5 ]"),
+        (
+            "main.pbrt",
+            "Camera \"realistic\" \"string lensfile\" \"lens.dat\"\nInclude \"parts/ball.pbrt\"\nShpae \"disk\"\n",
+        ),
+        (
+            "parts/ball.pbrt",
+            "# one ball\r\nShape \"sphere\"\r\n\t\"flaot radius\" [ 2 ]\r\n\t\"float zmin\" [ 1,5 ]",
+        ),
     ]);
     let expected = r#"error: unknown parameter type `flaot`
  --> FOLDER/parts/ball.pbrt:3:2
@@ -441,7 +648,11 @@ error: expected a directive, found `Shpae`
 
 #[test]
 fn the_excerpt_of_an_endless_line_is_short() {
-    let scene = format!("Shape \"mesh\" \"point P\" [{} 7,7 {}]", "1 2 3 ".repeat(300_000), "4 5 6 ".repeat(300_000));
+    let scene = format!(
+        "Shape \"mesh\" \"point P\" [{} 7,7 {}]",
+        "1 2 3 ".repeat(300_000),
+        "4 5 6 ".repeat(300_000)
+    );
     let expected = r#"error: a number is followed by something with digits in it
  --> scene.pbrt:1:1800027
   |
@@ -468,30 +679,57 @@ fn a_message_at_the_end_of_the_file() {
 }
 
 fn decimal() -> impl Strategy<Value = f64> {
-    prop_oneof![any::<i32>().prop_map(f64::from), any::<f64>().prop_filter("finite", |x| x.is_finite()), -1e3..1e3]
+    prop_oneof![
+        any::<i32>().prop_map(f64::from),
+        any::<f64>().prop_filter("finite", |x| x.is_finite()),
+        -1e3..1e3
+    ]
 }
 
 /// A parameter as text, with what it should be read as.
 fn parameter() -> impl Strategy<Value = (String, ParamValue)> {
-    let blank = prop_oneof![Just(" "), Just("\n"), Just("\t"), Just(" # a \"comment\" ]\r\n")];
+    let blank = prop_oneof![
+        Just(" "),
+        Just("\n"),
+        Just("\t"),
+        Just(" # a \"comment\" ]\r\n")
+    ];
     let numeric = proptest::sample::select(ParamType::WORDS.to_vec());
-    (numeric, "[a-zA-Z_][a-zA-Z0-9_:.]{0,8}", proptest::collection::vec(decimal(), 0..12), any::<bool>(), blank).prop_map(
-        |(word, name, mut numbers, flag, blank)| {
+    (
+        numeric,
+        "[a-zA-Z_][a-zA-Z0-9_:.]{0,8}",
+        proptest::collection::vec(decimal(), 0..12),
+        any::<bool>(),
+        blank,
+    )
+        .prop_map(|(word, name, mut numbers, flag, blank)| {
             let ty = ParamType::from_word(word).expect("a known word");
             let (given, value) = match ty {
                 ParamType::Bool => (format!("\"{flag}\""), ParamValue::Bools(vec![flag])),
                 // Too wordy to compare strings with their places; they have tests of their own.
-                ParamType::String | ParamType::Texture => ("\"a b\"".to_owned(), ParamValue::Bools(vec![])),
+                ParamType::String | ParamType::Texture => {
+                    ("\"a b\"".to_owned(), ParamValue::Bools(vec![]))
+                }
                 _ => {
                     numbers.truncate(numbers.len() / ty.items() * ty.items());
-                    let words: Vec<String> =
-                        numbers.iter().map(|x| if flag { format!("{x:e}") } else { format!("{x}") }).collect();
+                    let words: Vec<String> = numbers
+                        .iter()
+                        .map(|x| {
+                            if flag {
+                                format!("{x:e}")
+                            } else {
+                                format!("{x}")
+                            }
+                        })
+                        .collect();
                     (words.join(blank), ParamValue::Numbers(numbers))
                 }
             };
-            (format!("{blank}\"{word} {name}\"{blank}[{given}{blank}]"), value)
-        },
-    )
+            (
+                format!("{blank}\"{word} {name}\"{blank}[{given}{blank}]"),
+                value,
+            )
+        })
 }
 
 proptest! {

@@ -187,8 +187,19 @@ impl Diagnostics {
             seen => {
                 let places = seen.map_or(1, |s| s.places + 1);
                 let last_kept = state.kept.len();
-                state.seen.insert(key, Seen { places, last_span: diagnostic.span, last_kept });
-                state.kept.push(Kept { diagnostic, elsewhere: 0, again: 0 });
+                state.seen.insert(
+                    key,
+                    Seen {
+                        places,
+                        last_span: diagnostic.span,
+                        last_kept,
+                    },
+                );
+                state.kept.push(Kept {
+                    diagnostic,
+                    elsewhere: 0,
+                    again: 0,
+                });
             }
         }
     }
@@ -215,7 +226,12 @@ impl Diagnostics {
 
     /// The problems kept, in the order they were met.
     pub fn kept(&self) -> Vec<Diagnostic> {
-        self.state.borrow().kept.iter().map(|k| k.diagnostic.clone()).collect()
+        self.state
+            .borrow()
+            .kept
+            .iter()
+            .map(|k| k.diagnostic.clone())
+            .collect()
     }
 
     /// `2 errors and 1 warning`, for a closing line; `None` where there were neither.
@@ -225,7 +241,10 @@ impl Diagnostics {
             1 => Some(format!("1 {what}")),
             n => Some(format!("{n} {what}s")),
         };
-        match (counted(self.errors(), "error"), counted(self.warnings(), "warning")) {
+        match (
+            counted(self.errors(), "error"),
+            counted(self.warnings(), "warning"),
+        ) {
             (Some(errors), Some(warnings)) => Some(format!("{errors} and {warnings}")),
             (one, other) => one.or(other),
         }
@@ -262,11 +281,15 @@ impl Kept {
         let mut diagnostic = self.diagnostic.clone();
         if self.again > 0 {
             let again = self.again;
-            diagnostic.notes.push(format!("the same at the same place: {again} more"));
+            diagnostic
+                .notes
+                .push(format!("the same at the same place: {again} more"));
         }
         if self.elsewhere > 0 {
             let elsewhere = self.elsewhere;
-            diagnostic.notes.push(format!("the same at other places: {elsewhere} more"));
+            diagnostic
+                .notes
+                .push(format!("the same at other places: {elsewhere} more"));
         }
         diagnostic
     }

@@ -30,7 +30,10 @@ impl Span {
     /// different files.
     pub fn to(self, other: Span) -> Span {
         if self.file == other.file && other.end >= self.start {
-            Span { end: other.end, ..self }
+            Span {
+                end: other.end,
+                ..self
+            }
         } else {
             self
         }
@@ -109,9 +112,14 @@ impl SourceMap {
     /// Takes in the file named by an `Include` at `included_at`. Only regular files: a pipe or a
     /// device might never end.
     pub fn include(&self, path: &Path, included_at: Span) -> Result<FileId, SourceError> {
-        let unreadable = |cause| SourceError::Unreadable { path: path.to_owned(), cause };
+        let unreadable = |cause| SourceError::Unreadable {
+            path: path.to_owned(),
+            cause,
+        };
         if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
-            return Err(SourceError::NotAFile { path: path.to_owned() });
+            return Err(SourceError::NotAFile {
+                path: path.to_owned(),
+            });
         }
         Ok(self.add(path.to_owned(), read(path)?, true, Some(included_at)))
     }
@@ -131,23 +139,41 @@ impl SourceMap {
         self.add(PathBuf::from(name), bytes, false, None)
     }
 
-    fn add(&self, path: PathBuf, bytes: Vec<u8>, on_disk: bool, included_at: Option<Span>) -> FileId {
+    fn add(
+        &self,
+        path: PathBuf,
+        bytes: Vec<u8>,
+        on_disk: bool,
+        included_at: Option<Span>,
+    ) -> FileId {
         let mut files = self.files.borrow_mut();
         let id = FileId(files.len() as u32);
         let length = bytes.len();
-        files.push(SourceFile { path, bytes: Some(Rc::new(bytes)), length, on_disk, included_at });
+        files.push(SourceFile {
+            path,
+            bytes: Some(Rc::new(bytes)),
+            length,
+            on_disk,
+            included_at,
+        });
         id
     }
 
     /// The path a file was opened by.
     pub fn path(&self, file: FileId) -> PathBuf {
         let files = self.files.borrow();
-        files.get(file.0 as usize).map(|f| f.path.clone()).unwrap_or_default()
+        files
+            .get(file.0 as usize)
+            .map(|f| f.path.clone())
+            .unwrap_or_default()
     }
 
     /// The folder a file is in: where `Include` and file-valued parameters are looked up.
     pub fn directory(&self, file: FileId) -> PathBuf {
-        self.path(file).parent().map(Path::to_owned).unwrap_or_default()
+        self.path(file)
+            .parent()
+            .map(Path::to_owned)
+            .unwrap_or_default()
     }
 
     /// The `Include` that brought a file in; `None` for a main file.
@@ -169,7 +195,11 @@ impl SourceMap {
         {
             return Some(Rc::clone(bytes));
         }
-        let bytes = Rc::new(read(&source.path).ok().filter(|b| b.len() == source.length)?);
+        let bytes = Rc::new(
+            read(&source.path)
+                .ok()
+                .filter(|b| b.len() == source.length)?,
+        );
         *reread = Some((file, Rc::clone(&bytes)));
         Some(bytes)
     }
@@ -187,30 +217,49 @@ impl SourceMap {
     pub fn locate(&self, span: Span) -> Option<Location> {
         let bytes = self.bytes(span.file)?;
         let before = bytes.get(..span.start as usize)?;
-        let line_start = before.iter().rposition(|&b| b == b'\n').map_or(0, |at| at + 1);
+        let line_start = before
+            .iter()
+            .rposition(|&b| b == b'\n')
+            .map_or(0, |at| at + 1);
         // Messages mostly come in the order of the file: count on from the last one.
         let (from, lines) = match self.counted.get() {
-            Some((file, start, lines)) if file == span.file && start <= line_start => (start, lines),
+            Some((file, start, lines)) if file == span.file && start <= line_start => {
+                (start, lines)
+            }
             _ => (0, 0),
         };
-        let lines = lines + before[from..line_start].iter().filter(|&&b| b == b'\n').count();
+        let lines = lines
+            + before[from..line_start]
+                .iter()
+                .filter(|&&b| b == b'\n')
+                .count();
         self.counted.set(Some((span.file, line_start, lines)));
         Some(Location {
             line: lines + 1,
-            column: String::from_utf8_lossy(&before[line_start..]).chars().count() + 1,
+            column: String::from_utf8_lossy(&before[line_start..])
+                .chars()
+                .count()
+                + 1,
         })
     }
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
-    let unreadable = |cause| SourceError::Unreadable { path: path.to_owned(), cause };
+    let unreadable = |cause| SourceError::Unreadable {
+        path: path.to_owned(),
+        cause,
+    };
     let file = File::open(path).map_err(unreadable)?;
     let metadata = file.metadata().map_err(unreadable)?;
     if metadata.is_dir() {
-        return Err(SourceError::NotAFile { path: path.to_owned() });
+        return Err(SourceError::NotAFile {
+            path: path.to_owned(),
+        });
     }
     if metadata.len() > LARGEST {
-        return Err(SourceError::TooLarge { path: path.to_owned() });
+        return Err(SourceError::TooLarge {
+            path: path.to_owned(),
+        });
     }
     read_all(file, path)
 }
@@ -219,10 +268,18 @@ fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
 /// the `File` keeps its size hint, so that the buffer is allocated once.
 fn read_all(mut from: impl Read, path: &Path) -> Result<Vec<u8>, SourceError> {
     let mut bytes = Vec::new();
-    let unreadable = |cause| SourceError::Unreadable { path: path.to_owned(), cause };
-    from.by_ref().take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    let unreadable = |cause| SourceError::Unreadable {
+        path: path.to_owned(),
+        cause,
+    };
+    from.by_ref()
+        .take(LARGEST + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
     if bytes.len() as u64 > LARGEST {
-        return Err(SourceError::TooLarge { path: path.to_owned() });
+        return Err(SourceError::TooLarge {
+            path: path.to_owned(),
+        });
     }
     Ok(bytes)
 }
