@@ -2,7 +2,7 @@
 //!
 //! Decimal with or without a point and an exponent (`.5`, `5.`, `1e-009`, `+1`), hexadecimal
 //! (`0x28`, `0x1.8p3`), `inf`, `infinity` and `nan` in any case. Two roads lead to a value:
-//! [`number`] reads any token, [`plain_numbers`] races through the long lists of meshes and
+//! [`number`] reads any token, `plain_numbers` races through the long lists of meshes and
 //! stops at the first thing that is not a plain decimal.
 
 use nom::branch::alt;
