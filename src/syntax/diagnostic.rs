@@ -9,6 +9,7 @@
 use super::source::{SourceMap, Span};
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::io::IsTerminal;
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,6 +29,15 @@ pub enum Style {
     Plain,
     /// With ANSI colours, for terminals.
     Colored,
+}
+
+impl Style {
+    /// What suits standard error: colours where it is a terminal and `NO_COLOR` is not set.
+    pub fn of_stderr() -> Self {
+        let colors = std::io::stderr().is_terminal()
+            && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+        if colors { Self::Colored } else { Self::Plain }
+    }
 }
 
 /// One problem.
@@ -292,5 +302,71 @@ impl Kept {
                 .push(format!("the same at other places: {elsewhere} more"));
         }
         diagnostic
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::syntax::FileId;
+
+    fn at(start: u32) -> Span {
+        Span {
+            file: FileId(0),
+            start,
+            end: start + 1,
+        }
+    }
+
+    #[test]
+    fn repeats_are_counted() {
+        let diagnostics = Diagnostics::new();
+        for start in [0, 0, 0, 1, 2, 3, 4, 5, 6, 7] {
+            diagnostics.push(Diagnostic::warning("odd").at(at(start)));
+        }
+        diagnostics.push(Diagnostic::error("odd").at(at(0)));
+        assert_eq!((diagnostics.warnings(), diagnostics.errors()), (10, 1));
+        assert_eq!(
+            diagnostics.summary().as_deref(),
+            Some("1 error and 10 warnings")
+        );
+        assert_eq!(diagnostics.kept().len(), PLACES_KEPT + 1);
+        let text = diagnostics.render(&SourceMap::new(), Style::Plain);
+        assert_eq!(
+            text.matches("the same at the same place: 2 more").count(),
+            1,
+            "{text}"
+        );
+        assert_eq!(
+            text.matches("the same at other places: 3 more").count(),
+            1,
+            "{text}"
+        );
+    }
+
+    /// Errors are not crowded out by warnings, nor is the memory filled by either.
+    #[test]
+    fn much_is_neither_printed_nor_kept() {
+        let diagnostics = Diagnostics::new();
+        for i in 0..20_000 {
+            diagnostics.push(Diagnostic::warning(format!("warning {i}")));
+            diagnostics.push(Diagnostic::error(format!("error {i}")));
+        }
+        assert_eq!(
+            (diagnostics.errors(), diagnostics.kept().len()),
+            (20_000, KEPT)
+        );
+        let text = diagnostics.render(&SourceMap::new(), Style::Plain);
+        assert_eq!(text.matches("error: error").count(), PRINTED);
+        assert_eq!(text.matches("warning: warning").count(), PRINTED);
+        assert!(text.ends_with("… and 39800 more problems\n\n"), "{text}");
+    }
+
+    #[test]
+    fn colour_is_for_terminals() {
+        let diagnostic = Diagnostic::error("red");
+        let sources = SourceMap::new();
+        assert_eq!(diagnostic.render(&sources, Style::Plain), "error: red");
+        assert!(diagnostic.render(&sources, Style::Colored).contains('\x1b'));
     }
 }

@@ -283,3 +283,88 @@ fn read_all(mut from: impl Read, path: &Path) -> Result<Vec<u8>, SourceError> {
     }
     Ok(bytes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn span(file: FileId, start: u32) -> Span {
+        Span {
+            file,
+            start,
+            end: start,
+        }
+    }
+
+    #[test]
+    fn places_count_from_one_in_lines_and_characters() {
+        let sources = SourceMap::new();
+        let file = sources.add_text("a", b"ab\n\xc3\xa9\xff!\r\n\nx".to_vec());
+        // In any order: counting goes on from the last place where it can.
+        for (at, line, column) in [
+            (0, 1, 1),
+            (2, 1, 3),
+            (5, 2, 2),
+            (6, 2, 3),
+            (9, 3, 1),
+            (10, 4, 1),
+            (11, 4, 2),
+            (1, 1, 2),
+        ] {
+            assert_eq!(
+                sources.locate(span(file, at)),
+                Some(Location { line, column }),
+                "{at}"
+            );
+        }
+        assert_eq!(sources.locate(span(file, 12)), None);
+        assert_eq!(sources.locate(span(FileId(7), 0)), None);
+    }
+
+    #[test]
+    fn a_released_file_is_read_again_unless_it_has_changed() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.pbrt");
+        std::fs::write(&path, "Identity").expect("a file");
+        let sources = SourceMap::new();
+        let (file, text) = (
+            sources.open(&path).expect("a file"),
+            sources.add_text("b", "kept"),
+        );
+        sources.release(file);
+        sources.release(text);
+        assert_eq!(sources.bytes(text).as_deref(), Some(&b"kept".to_vec()));
+        std::fs::write(&path, "something else").expect("a file");
+        assert_eq!(sources.bytes(file), None);
+        std::fs::write(&path, "identity").expect("a file");
+        assert_eq!(sources.bytes(file).as_deref(), Some(&b"identity".to_vec()));
+    }
+
+    /// The file has a length but no contents on disk, so this costs nothing.
+    #[test]
+    fn more_than_4_gib_is_refused_before_it_is_read() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("huge.pbrt");
+        File::create(&path)
+            .and_then(|file| file.set_len(LARGEST + 1))
+            .expect("a sparse file");
+        let sources = SourceMap::new();
+        assert!(matches!(
+            sources.open(&path),
+            Err(SourceError::TooLarge { .. })
+        ));
+        let at = span(FileId(0), 0);
+        assert!(matches!(
+            sources.include(&path, at),
+            Err(SourceError::TooLarge { .. })
+        ));
+        assert!(matches!(
+            sources.open(folder.path()),
+            Err(SourceError::NotAFile { .. })
+        ));
+        assert!(matches!(
+            sources.open(Path::new("/none")),
+            Err(SourceError::Unreadable { .. })
+        ));
+    }
+}
