@@ -15,7 +15,10 @@ fn main() {
 fn mesh(side: usize, digits: usize) -> String {
     let mut scene = String::from("Shape \"trianglemesh\"\n\"point P\" [\n");
     for i in 0..side * side {
-        let (x, y) = ((i % side) as f64 / side as f64, (i / side) as f64 / side as f64);
+        let (x, y) = (
+            (i % side) as f64 / side as f64,
+            (i / side) as f64 / side as f64,
+        );
         let z = (x * 12.9898 + y * 78.233).sin();
         writeln!(scene, "{x:.digits$} {y:.digits$} {z:.digits$}").expect("memory");
     }
@@ -24,7 +27,14 @@ fn mesh(side: usize, digits: usize) -> String {
         for j in 0..side - 1 {
             let v = i * side + j;
             let below = v + side;
-            writeln!(scene, "{v} {} {below} {} {below} {}", v + 1, v + 1, below + 1).expect("memory");
+            writeln!(
+                scene,
+                "{v} {} {below} {} {below} {}",
+                v + 1,
+                v + 1,
+                below + 1
+            )
+            .expect("memory");
         }
     }
     scene += "]\n";
@@ -32,13 +42,15 @@ fn mesh(side: usize, digits: usize) -> String {
 }
 
 fn read(bencher: Bencher, scene: String) {
-    bencher.counter(BytesCount::of_slice(&scene)).bench_local(|| {
-        // Taking the text in is part of the work; copying it for the next round is not in a render.
-        let sources = SourceMap::new();
-        let file = sources.add_text("bench.pbrt", scene.as_bytes());
-        let diagnostics = Diagnostics::new();
-        Parser::new(&sources, file, &diagnostics).count()
-    });
+    bencher
+        .counter(BytesCount::of_slice(&scene))
+        .bench_local(|| {
+            // Taking the text in is part of the work; copying it for the next round is not in a render.
+            let sources = SourceMap::new();
+            let file = sources.add_text("bench.pbrt", scene.as_bytes());
+            let diagnostics = Diagnostics::new();
+            Parser::new(&sources, file, &diagnostics).count()
+        });
 }
 
 /// About 60 MB, six decimals: the short road for every number.

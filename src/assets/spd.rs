@@ -88,7 +88,10 @@ pub fn samples(numbers: &[f64]) -> Result<Vec<(f64, f64)>, SpdError> {
     if pairs.is_empty() {
         return Err(SpdError::Empty);
     }
-    let mut samples: Vec<(f64, f64)> = pairs.iter().map(|&[wavelength, value]| (wavelength, value)).collect();
+    let mut samples: Vec<(f64, f64)> = pairs
+        .iter()
+        .map(|&[wavelength, value]| (wavelength, value))
+        .collect();
     for &(wavelength, value) in &samples {
         if !(wavelength > 0.0 && wavelength.is_finite()) {
             return Err(SpdError::Wavelength(wavelength));
@@ -128,7 +131,10 @@ mod tests {
     fn what_is_wrong_is_named() {
         for (text, message) in [
             ("", "it has no samples"),
-            ("400 1 500", "3 numbers do not make pairs of wavelength and value"),
+            (
+                "400 1 500",
+                "3 numbers do not make pairs of wavelength and value",
+            ),
             ("400 1\n500 x", "line 2: expected a number, found `x`"),
             ("400 1 400 2", "it has two values at 400 nm"),
             ("0 1", "a wavelength is 0 nm"),

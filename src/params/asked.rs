@@ -8,12 +8,18 @@ use std::ops::Range;
 /// scene may have a million shapes, each asking for a dozen names.
 #[derive(Debug, Default)]
 pub(super) struct Asked {
-    log: RefCell<(String, Vec<(Range<usize>, ParamGroup)>)>,
+    log: RefCell<Log>,
+}
+
+#[derive(Debug, Default)]
+struct Log {
+    names: String,
+    entries: Vec<(Range<usize>, ParamGroup)>,
 }
 
 impl Asked {
     pub fn record(&self, name: &str, group: ParamGroup) {
-        let (names, entries) = &mut *self.log.borrow_mut();
+        let Log { names, entries } = &mut *self.log.borrow_mut();
         let start = names.len();
         names.push_str(name);
         entries.push((start..names.len(), group));
@@ -21,14 +27,24 @@ impl Asked {
 
     /// The groups a name was asked for with, in the order of the table of types.
     pub fn groups(&self, name: &str) -> Vec<ParamGroup> {
-        let (names, entries) = &*self.log.borrow();
-        let asked = |group| entries.iter().any(|(at, g)| *g == group && names.get(at.clone()) == Some(name));
-        ParamGroup::ALL.into_iter().filter(|group| asked(*group)).collect()
+        let Log { names, entries } = &*self.log.borrow();
+        let asked = |group| {
+            entries
+                .iter()
+                .any(|(at, g)| *g == group && names.get(at.clone()) == Some(name))
+        };
+        ParamGroup::ALL
+            .into_iter()
+            .filter(|group| asked(*group))
+            .collect()
     }
 
     /// Every name asked for, possibly several times.
     pub fn names(&self) -> Vec<String> {
-        let (names, entries) = &*self.log.borrow();
-        entries.iter().filter_map(|(at, _)| names.get(at.clone()).map(str::to_owned)).collect()
+        let Log { names, entries } = &*self.log.borrow();
+        entries
+            .iter()
+            .filter_map(|(at, _)| names.get(at.clone()).map(str::to_owned))
+            .collect()
     }
 }

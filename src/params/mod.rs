@@ -33,7 +33,8 @@
 
 mod accept;
 mod asked;
-mod files;
+mod inputs;
+mod layers;
 mod reader;
 // Until `assets/mod.rs` declares it.
 #[path = "../assets/spd.rs"]
@@ -41,8 +42,11 @@ pub mod spd;
 mod spectrum;
 #[cfg(test)]
 pub mod testing;
+#[cfg(test)]
+mod tests;
 mod unused;
 
+pub use layers::may_change_material;
 pub use reader::{ParamContext, ParamReader};
 pub use spectrum::SpectrumFiles;
 

@@ -1,9 +1,12 @@
 //! The look-ups.
 
 use super::asked::Asked;
-use super::{Dialect, FloatInput, SpectrumFiles, SpectrumInput, TextureNames, files, spectrum};
+use super::{Dialect, SpectrumFiles, TextureNames, spectrum};
 use crate::math::{DVec3, Rgb};
-use crate::syntax::{Diagnostic, Diagnostics, Name, Param, ParamGroup, ParamList, ParamValue, Span, suggest};
+use crate::syntax::files;
+use crate::syntax::{
+    Diagnostic, Diagnostics, Name, Param, ParamGroup, ParamList, ParamValue, Span, suggest,
+};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -67,13 +70,23 @@ impl<'a> ParamReader<'a> {
     /// The same parameters read as those of another type: for `MakeNamedMaterial` and
     /// `MakeNamedMedium`, whose type is the parameter `"string type"`. Look-ups count for `self`.
     pub fn with_kind(&self, kind: &'a str, kind_span: Span) -> Self {
-        Self { kind, kind_span, asked: Rc::clone(&self.asked), ..*self }
+        Self {
+            kind,
+            kind_span,
+            asked: Rc::clone(&self.asked),
+            ..*self
+        }
     }
 
     /// These parameters first, then those of `below`: a material of type `kind` as overridden by
     /// the parameters of a shape (scene-language 2.4). Look-ups count for `self`.
     pub fn layered(&self, kind: &'a str, below: &'a ParamList) -> Self {
-        Self { kind, below, asked: Rc::clone(&self.asked), ..*self }
+        Self {
+            kind,
+            below,
+            asked: Rc::clone(&self.asked),
+            ..*self
+        }
     }
 
     /// The directive's type string: `sphere` in `Shape "sphere"`.
@@ -106,12 +119,17 @@ impl<'a> ParamReader<'a> {
         self.layers().any(|layer| layer.named(name).is_some())
     }
 
-    fn layers(&self) -> impl Iterator<Item = &'a ParamList> + use<'a> {
+    pub(super) fn layers(&self) -> impl Iterator<Item = &'a ParamList> + use<'a> {
         [self.own, self.below].into_iter()
     }
 
     /// The parameter that counts in one layer; it and the ones it replaces are used by this.
-    fn in_layer(&self, layer: &'a ParamList, name: &str, group: ParamGroup) -> Option<&'a Param> {
+    pub(super) fn in_layer(
+        &self,
+        layer: &'a ParamList,
+        name: &str,
+        group: ParamGroup,
+    ) -> Option<&'a Param> {
         let mut found = None;
         for param in &layer.params {
             if param.ty.group() == group && param.name == name {
@@ -131,20 +149,25 @@ impl<'a> ParamReader<'a> {
     /// The numbers of a parameter that should have one value, `items` of them.
     fn one_value(&self, name: &str, group: ParamGroup, items: usize) -> Option<&'a [f64]> {
         let param = self.find(name, group)?;
-        let ParamValue::Numbers(numbers) = &param.value else { return None };
-        self.is_single(param, numbers.len() / items).then_some(numbers)
+        let ParamValue::Numbers(numbers) = &param.value else {
+            return None;
+        };
+        self.is_single(param, numbers.len() / items)
+            .then_some(numbers)
     }
 
     /// Reports a parameter with several values, or none, where one is wanted.
-    fn is_single(&self, param: &Param, values: usize) -> bool {
+    pub(super) fn is_single(&self, param: &Param, values: usize) -> bool {
         if values == 1 {
             return true;
         }
         let (ty, name) = (param.ty.word(), &param.name);
         self.context.diagnostics.push(
-            Diagnostic::warning(format!("`{ty} {name}` takes one value, found {values}; it is ignored"))
-                .at(param.value_span)
-                .label("ignored as a whole, as pbrt-v3 does"),
+            Diagnostic::warning(format!(
+                "`{ty} {name}` takes one value, found {values}; it is ignored"
+            ))
+            .at(param.value_span)
+            .label("ignored as a whole, as pbrt-v3 does"),
         );
         false
     }
@@ -171,7 +194,13 @@ impl<'a> ParamReader<'a> {
     pub fn find_integer(&self, name: &str) -> Option<i64> {
         let number = *self.one_value(name, ParamGroup::Integer, 1)?.first()?;
         if number != number.trunc() {
-            self.warn(name, format!("`integer {name}` is not a whole number: {} is used", number.trunc()));
+            self.warn(
+                name,
+                format!(
+                    "`integer {name}` is not a whole number: {} is used",
+                    number.trunc()
+                ),
+            );
         }
         Some(number as i64)
     }
@@ -184,8 +213,12 @@ impl<'a> ParamReader<'a> {
     /// One `bool`.
     pub fn find_boolean(&self, name: &str) -> Option<bool> {
         let param = self.find(name, ParamGroup::Bool)?;
-        let ParamValue::Bools(values) = &param.value else { return None };
-        self.is_single(param, values.len()).then(|| values.first().copied()).flatten()
+        let ParamValue::Bools(values) = &param.value else {
+            return None;
+        };
+        self.is_single(param, values.len())
+            .then(|| values.first().copied())
+            .flatten()
     }
 
     /// One `bool`, or the default.
@@ -195,8 +228,12 @@ impl<'a> ParamReader<'a> {
 
     fn find_name(&self, name: &str) -> Option<&'a Name> {
         let param = self.find(name, ParamGroup::String)?;
-        let ParamValue::Strings(values) = &param.value else { return None };
-        self.is_single(param, values.len()).then(|| values.first()).flatten()
+        let ParamValue::Strings(values) = &param.value else {
+            return None;
+        };
+        self.is_single(param, values.len())
+            .then(|| values.first())
+            .flatten()
     }
 
     /// One `string`.
@@ -221,16 +258,25 @@ impl<'a> ParamReader<'a> {
     /// "did you mean" and the default is used.
     pub fn choice(&self, name: &str, choices: &[&'static str]) -> &'static str {
         let default = choices.first().copied().unwrap_or_default();
-        let Some(given) = self.find_name(name) else { return default };
+        let Some(given) = self.find_name(name) else {
+            return default;
+        };
         if let Some(choice) = choices.iter().find(|choice| **choice == given.text) {
             return choice;
         }
-        let quoted: Vec<String> = choices.iter().map(|choice| format!("\"{choice}\"")).collect();
+        let quoted: Vec<String> = choices
+            .iter()
+            .map(|choice| format!("\"{choice}\""))
+            .collect();
         self.context.diagnostics.push(
-            Diagnostic::error(format!("`{name}` is one of {}, found \"{}\"", quoted.join(", "), given.text))
-                .at(given.span)
-                .label(format!("\"{default}\" is used to read on"))
-                .with_suggestion(suggest::nearest(&given.text, choices.iter().copied())),
+            Diagnostic::error(format!(
+                "`{name}` is one of {}, found \"{}\"",
+                quoted.join(", "),
+                given.text
+            ))
+            .at(given.span)
+            .label(format!("\"{default}\" is used to read on"))
+            .with_suggestion(suggest::nearest(&given.text, choices.iter().copied())),
         );
         default
     }
@@ -268,14 +314,22 @@ impl<'a> ParamReader<'a> {
         let numbers = points.or(floats)?;
         let (pairs, rest) = numbers.as_chunks::<2>();
         if !rest.is_empty() {
-            self.warn(name, format!("`{name}` takes pairs, found {} numbers; the last one is ignored", numbers.len()));
+            self.warn(
+                name,
+                format!(
+                    "`{name}` takes pairs, found {} numbers; the last one is ignored",
+                    numbers.len()
+                ),
+            );
         }
         Some(pairs.as_flattened())
     }
 
     /// One `point3`/`point`.
     pub fn find_point3(&self, name: &str) -> Option<DVec3> {
-        Some(DVec3::from_slice(self.one_value(name, ParamGroup::Point3, 3)?.get(..3)?))
+        Some(DVec3::from_slice(
+            self.one_value(name, ParamGroup::Point3, 3)?.get(..3)?,
+        ))
     }
 
     /// One `point3`/`point`, or the default.
@@ -285,7 +339,9 @@ impl<'a> ParamReader<'a> {
 
     /// One `vector3`/`vector`.
     pub fn find_vector3(&self, name: &str) -> Option<DVec3> {
-        Some(DVec3::from_slice(self.one_value(name, ParamGroup::Vector3, 3)?.get(..3)?))
+        Some(DVec3::from_slice(
+            self.one_value(name, ParamGroup::Vector3, 3)?.get(..3)?,
+        ))
     }
 
     /// One `vector3`/`vector`, or the default.
@@ -307,119 +363,6 @@ impl<'a> ParamReader<'a> {
         self.find_spectrum(name).unwrap_or(default)
     }
 
-    /// The layer and value that count where a texture or a number may be given: in each layer the
-    /// texture comes before the number, and only a layer with neither lets the next one speak.
-    fn find_input(&self, name: &str, group: ParamGroup) -> Option<&'a Param> {
-        self.asked.record(name, ParamGroup::Texture);
-        self.asked.record(name, group);
-        let mut counts = None;
-        for layer in self.layers() {
-            let texture = self.in_layer(layer, name, ParamGroup::Texture);
-            // Beside a texture the number stays unused, and is reported so.
-            let here = if texture.is_some() { texture } else { self.in_layer(layer, name, group) };
-            counts = counts.or(here);
-        }
-        counts
-    }
-
-    /// A float or a float texture. `None` where neither is given, or where the texture named does
-    /// not exist (then already reported as an error).
-    pub fn find_float_input(&self, name: &str) -> Option<FloatInput> {
-        let param = self.find_input(name, ParamGroup::Float)?;
-        match &param.value {
-            ParamValue::Numbers(numbers) => {
-                self.takes_first(param, numbers.len());
-                Some(FloatInput::Constant(*numbers.first()? as f32))
-            }
-            ParamValue::Strings(names) => {
-                let textures = self.context.textures;
-                let id = textures.float.get(&self.texture_name(param, names)?.text);
-                if id.is_none() {
-                    let other = textures.spectrum.contains_key(&names.first()?.text);
-                    self.no_such_texture(names.first()?, "float", other, textures.float.keys());
-                }
-                id.copied().map(FloatInput::Texture)
-            }
-            ParamValue::Bools(_) => None,
-        }
-    }
-
-    /// A float or a float texture, or the default.
-    pub fn float_input(&self, name: &str, default: f32) -> FloatInput {
-        self.find_float_input(name).unwrap_or(FloatInput::Constant(default))
-    }
-
-    /// A spectrum or a spectrum texture. `None` where neither is given, or where the texture named
-    /// does not exist (then already reported as an error).
-    pub fn find_spectrum_input(&self, name: &str) -> Option<SpectrumInput> {
-        let param = self.find_input(name, ParamGroup::Spectrum)?;
-        match &param.value {
-            ParamValue::Strings(names) if param.ty.group() == ParamGroup::Texture => {
-                let textures = self.context.textures;
-                let id = textures.spectrum.get(&self.texture_name(param, names)?.text);
-                if id.is_none() {
-                    let other = textures.float.contains_key(&names.first()?.text);
-                    self.no_such_texture(names.first()?, "spectrum", other, textures.spectrum.keys());
-                }
-                id.copied().map(SpectrumInput::Texture)
-            }
-            _ => {
-                let (rgb, values) = spectrum::first_value(self, param).or_else(|| {
-                    self.takes_first(param, 0);
-                    None
-                })?;
-                self.takes_first(param, values);
-                Some(SpectrumInput::Constant(rgb))
-            }
-        }
-    }
-
-    /// A spectrum or a spectrum texture, or the default.
-    pub fn spectrum_input(&self, name: &str, default: Rgb) -> SpectrumInput {
-        self.find_spectrum_input(name).unwrap_or(SpectrumInput::Constant(default))
-    }
-
-    /// The exception from "ignored as a whole": inputs that may be textures take the first of
-    /// several values (scene-language 1.3).
-    fn takes_first(&self, param: &Param, values: usize) {
-        match values {
-            0 => drop(self.is_single(param, 0)),
-            1 => {}
-            _ => self.context.diagnostics.push(
-                Diagnostic::warning(format!("`{}` takes one value, found {values}", param.name))
-                    .at(param.value_span)
-                    .label("the first one is used"),
-            ),
-        }
-    }
-
-    fn texture_name(&self, param: &Param, names: &'a [Name]) -> Option<&'a Name> {
-        if names.len() > 1 {
-            self.context.diagnostics.push(
-                Diagnostic::error(format!("`texture {}` takes the name of one texture", param.name))
-                    .at(param.value_span),
-            );
-            return None;
-        }
-        names.first()
-    }
-
-    fn no_such_texture<'n>(
-        &self,
-        name: &Name,
-        wanted: &str,
-        other_exists: bool,
-        known: impl Iterator<Item = &'n String>,
-    ) {
-        let diagnostic = Diagnostic::error(format!("there is no {wanted} texture named `{}`", name.text)).at(name.span);
-        self.context.diagnostics.push(if other_exists {
-            let found = if wanted == "float" { "spectrum" } else { "float" };
-            diagnostic.with_note(format!("a {found} texture has this name; the two kinds are apart"))
-        } else {
-            diagnostic.with_suggestion(suggest::nearest(&name.text, known.map(String::as_str)))
-        });
-    }
-
     /// A `string` parameter naming a file, resolved against the search directory. `None` where it
     /// is not given, or where no such file exists (then already reported as an error).
     pub fn file(&self, name: &str) -> Option<PathBuf> {
@@ -427,11 +370,18 @@ impl<'a> ParamReader<'a> {
         let path = files::resolve(self.context.directory, &given.text);
         if path.is_none() {
             let directory = self.context.directory.display().to_string();
-            let place = if directory.is_empty() { "the working directory".to_owned() } else { format!("`{directory}`") };
+            let place = if directory.is_empty() {
+                "the working directory".to_owned()
+            } else {
+                format!("`{directory}`")
+            };
             self.context.diagnostics.push(
-                Diagnostic::error(format!("`{} \"{}\"` needs a file that does not exist", self.word, self.kind))
-                    .at(given.span)
-                    .label(format!("no such file in {place}")),
+                Diagnostic::error(format!(
+                    "`{} \"{}\"` needs a file that does not exist",
+                    self.word, self.kind
+                ))
+                .at(given.span)
+                .label(format!("no such file in {place}")),
             );
         }
         path
@@ -439,16 +389,22 @@ impl<'a> ParamReader<'a> {
 
     /// Reports a warning under the parameter `name` (under the directive where it is not given).
     pub fn warn(&self, name: &str, message: impl Into<String>) {
-        self.context.diagnostics.push(Diagnostic::warning(message).at(self.place_of(name)));
+        self.context
+            .diagnostics
+            .push(Diagnostic::warning(message).at(self.place_of(name)));
     }
 
     /// Reports an error under the parameter `name` (under the directive where it is not given).
     pub fn error(&self, name: &str, message: impl Into<String>) {
-        self.context.diagnostics.push(Diagnostic::error(message).at(self.place_of(name)));
+        self.context
+            .diagnostics
+            .push(Diagnostic::error(message).at(self.place_of(name)));
     }
 
     fn place_of(&self, name: &str) -> Span {
         let param = self.layers().find_map(|layer| layer.named(name));
-        param.map_or(self.kind_span, |param| param.declaration.to(param.value_span))
+        param.map_or(self.kind_span, |param| {
+            param.declaration.to(param.value_span)
+        })
     }
 }

@@ -1,9 +1,10 @@
 //! Spectrum-valued parameters: `rgb`, `xyz`, `blackbody` and `spectrum` to linear RGB.
 
-use super::{Dialect, ParamReader, files};
 use super::spd;
+use super::{Dialect, ParamReader};
 use crate::math::spectrum::{rgb_from_blackbody, rgb_from_samples};
 use crate::math::{Rgb, color};
+use crate::syntax::files;
 use crate::syntax::{Diagnostic, Name, Param, ParamType, ParamValue};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -24,9 +25,11 @@ impl SpectrumFiles {
 
     fn rgb(&self, path: PathBuf) -> Result<Rgb, String> {
         let mut read = self.read.borrow_mut();
-        let entry = read
-            .entry(path)
-            .or_insert_with_key(|path| spd::read(path).map(|s| rgb_from_samples(&s)).map_err(|error| error.to_string()));
+        let entry = read.entry(path).or_insert_with_key(|path| {
+            spd::read(path)
+                .map(|s| rgb_from_samples(&s))
+                .map_err(|error| error.to_string())
+        });
         entry.clone()
     }
 }
@@ -40,7 +43,10 @@ pub(super) fn first_value(reader: &ParamReader<'_>, param: &Param) -> Option<(Rg
         }
         ParamValue::Numbers(numbers) => {
             let items = param.ty.items();
-            Some((converted(reader.dialect(), param.ty, numbers.get(..items)?), numbers.len() / items))
+            Some((
+                converted(reader.dialect(), param.ty, numbers.get(..items)?),
+                numbers.len() / items,
+            ))
         }
         ParamValue::Strings(names) => Some((from_file(reader, names.first()?), names.len())),
         ParamValue::Bools(_) => None,
@@ -76,7 +82,8 @@ fn peak_over_555_nm(kelvin: f64) -> f64 {
     // λT is what both exponents depend on; their ratio to the fifth power is what λ⁻⁵ leaves.
     let at_555 = 555e-9 * kelvin;
     let ratio = at_555 / WIEN;
-    let ratio = ratio * ratio * ratio * ratio * ratio * libm::expm1(C2 / at_555) / libm::expm1(C2 / WIEN);
+    let ratio =
+        ratio * ratio * ratio * ratio * ratio * libm::expm1(C2 / at_555) / libm::expm1(C2 / WIEN);
     // Below some 40 K the curve is nothing at 555 nm.
     if ratio.is_finite() { ratio } else { 1.0 }
 }
@@ -102,9 +109,12 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
     };
     read.unwrap_or_else(|error| {
         reader.context.diagnostics.push(
-            Diagnostic::error(format!("cannot use the spectrum file `{}`: {error}", name.text))
-                .at(name.span)
-                .label("black is used to read on"),
+            Diagnostic::error(format!(
+                "cannot use the spectrum file `{}`: {error}",
+                name.text
+            ))
+            .at(name.span)
+            .label("black is used to read on"),
         );
         Rgb::ZERO
     })

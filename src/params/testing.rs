@@ -32,7 +32,11 @@ pub struct Surroundings<'a> {
 
 impl Default for Surroundings<'_> {
     fn default() -> Self {
-        Self { directory: Path::new(""), dialect: Dialect::V3, textures: TextureNames::default() }
+        Self {
+            directory: Path::new(""),
+            dialect: Dialect::V3,
+            textures: TextureNames::default(),
+        }
     }
 }
 
@@ -53,10 +57,15 @@ pub fn read_in<T>(
     params: &str,
     read: impl FnOnce(&ParamReader<'_>) -> T,
 ) -> Outcome<T> {
-    let (sources, diagnostics, spectra) = (SourceMap::new(), Diagnostics::new(), SpectrumFiles::new());
+    let (sources, diagnostics, spectra) =
+        (SourceMap::new(), Diagnostics::new(), SpectrumFiles::new());
     let file = sources.add_text("test.pbrt", format!("Shape \"{kind}\" {params}\n"));
-    let directive = Parser::new(&sources, file, &diagnostics).next().expect("a directive");
-    let DirectiveKind::Shape(shape) = &directive.kind else { panic!("more than one directive") };
+    let directive = Parser::new(&sources, file, &diagnostics)
+        .next()
+        .expect("a directive");
+    let DirectiveKind::Shape(shape) = &directive.kind else {
+        panic!("more than one directive")
+    };
     let context = ParamContext {
         directory: surroundings.directory,
         dialect: surroundings.dialect,
@@ -64,7 +73,13 @@ pub fn read_in<T>(
         spectra: &spectra,
         textures: &surroundings.textures,
     };
-    let reader = ParamReader::new(&context, "Shape", directive.span, &shape.kind, &shape.params);
+    let reader = ParamReader::new(
+        &context,
+        "Shape",
+        directive.span,
+        &shape.kind,
+        &shape.params,
+    );
     let value = read(&reader);
     reader.finish();
     Outcome {

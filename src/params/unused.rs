@@ -26,13 +26,18 @@ impl ParamReader<'_> {
             let expected: Vec<&str> = known.iter().map(|group| expected_type(*group)).collect();
             let expected = alternatives(&expected);
             let found = param.ty.word();
-            return Diagnostic::warning(format!("`{name}` should be {expected}, found `{found}`; it is not used"))
-                .at(param.declaration)
-                .label(format!("expected {expected}"));
-        }
-        Diagnostic::warning(format!("parameter `{name}` is not used by {}", self.described()))
+            return Diagnostic::warning(format!(
+                "`{name}` should be {expected}, found `{found}`; it is not used"
+            ))
             .at(param.declaration)
-            .with_suggestion(suggest::nearest(name, asked.iter().map(String::as_str)))
+            .label(format!("expected {expected}"));
+        }
+        Diagnostic::warning(format!(
+            "parameter `{name}` is not used by {}",
+            self.described()
+        ))
+        .at(param.declaration)
+        .with_suggestion(suggest::nearest(name, asked.iter().map(String::as_str)))
     }
 
     /// `Shape "sphere"`.
@@ -42,7 +47,8 @@ impl ParamReader<'_> {
 
     /// Reports an error: this directive's type is none of `known`. Proposes the nearest.
     pub fn unknown_kind(&self, known: &[&'static str]) {
-        let diagnostic = Diagnostic::error(format!("{} is not a known type", self.described())).at(self.kind_span);
+        let diagnostic = Diagnostic::error(format!("{} is not a known type", self.described()))
+            .at(self.kind_span);
         let suggestion = suggest::nearest(self.kind(), known.iter().copied());
         self.context.diagnostics.push(match suggestion {
             Some(_) => diagnostic.with_suggestion(suggestion),
@@ -63,7 +69,7 @@ fn expected_type(group: ParamGroup) -> &'static str {
         ParamGroup::Point3 => "a `point3`",
         ParamGroup::Vector3 => "a `vector3`",
         ParamGroup::Normal => "a `normal`",
-        ParamGroup::Spectrum => "an `rgb` or another spectrum",
+        ParamGroup::Spectrum => "a spectrum such as `rgb`",
     }
 }
 

@@ -9,6 +9,7 @@
 use super::source::{SourceMap, Span};
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::io::IsTerminal;
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,6 +29,15 @@ pub enum Style {
     Plain,
     /// With ANSI colours, for terminals.
     Colored,
+}
+
+impl Style {
+    /// What suits standard error: colours where it is a terminal and `NO_COLOR` is not set.
+    pub fn of_stderr() -> Self {
+        let colors = std::io::stderr().is_terminal()
+            && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+        if colors { Self::Colored } else { Self::Plain }
+    }
 }
 
 /// One problem.
@@ -187,8 +197,19 @@ impl Diagnostics {
             seen => {
                 let places = seen.map_or(1, |s| s.places + 1);
                 let last_kept = state.kept.len();
-                state.seen.insert(key, Seen { places, last_span: diagnostic.span, last_kept });
-                state.kept.push(Kept { diagnostic, elsewhere: 0, again: 0 });
+                state.seen.insert(
+                    key,
+                    Seen {
+                        places,
+                        last_span: diagnostic.span,
+                        last_kept,
+                    },
+                );
+                state.kept.push(Kept {
+                    diagnostic,
+                    elsewhere: 0,
+                    again: 0,
+                });
             }
         }
     }
@@ -215,7 +236,12 @@ impl Diagnostics {
 
     /// The problems kept, in the order they were met.
     pub fn kept(&self) -> Vec<Diagnostic> {
-        self.state.borrow().kept.iter().map(|k| k.diagnostic.clone()).collect()
+        self.state
+            .borrow()
+            .kept
+            .iter()
+            .map(|k| k.diagnostic.clone())
+            .collect()
     }
 
     /// `2 errors and 1 warning`, for a closing line; `None` where there were neither.
@@ -225,7 +251,10 @@ impl Diagnostics {
             1 => Some(format!("1 {what}")),
             n => Some(format!("{n} {what}s")),
         };
-        match (counted(self.errors(), "error"), counted(self.warnings(), "warning")) {
+        match (
+            counted(self.errors(), "error"),
+            counted(self.warnings(), "warning"),
+        ) {
             (Some(errors), Some(warnings)) => Some(format!("{errors} and {warnings}")),
             (one, other) => one.or(other),
         }
@@ -262,12 +291,82 @@ impl Kept {
         let mut diagnostic = self.diagnostic.clone();
         if self.again > 0 {
             let again = self.again;
-            diagnostic.notes.push(format!("the same at the same place: {again} more"));
+            diagnostic
+                .notes
+                .push(format!("the same at the same place: {again} more"));
         }
         if self.elsewhere > 0 {
             let elsewhere = self.elsewhere;
-            diagnostic.notes.push(format!("the same at other places: {elsewhere} more"));
+            diagnostic
+                .notes
+                .push(format!("the same at other places: {elsewhere} more"));
         }
         diagnostic
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::syntax::FileId;
+
+    fn at(start: u32) -> Span {
+        Span {
+            file: FileId(0),
+            start,
+            end: start + 1,
+        }
+    }
+
+    #[test]
+    fn repeats_are_counted() {
+        let diagnostics = Diagnostics::new();
+        for start in [0, 0, 0, 1, 2, 3, 4, 5, 6, 7] {
+            diagnostics.push(Diagnostic::warning("odd").at(at(start)));
+        }
+        diagnostics.push(Diagnostic::error("odd").at(at(0)));
+        assert_eq!((diagnostics.warnings(), diagnostics.errors()), (10, 1));
+        assert_eq!(
+            diagnostics.summary().as_deref(),
+            Some("1 error and 10 warnings")
+        );
+        assert_eq!(diagnostics.kept().len(), PLACES_KEPT + 1);
+        let text = diagnostics.render(&SourceMap::new(), Style::Plain);
+        assert_eq!(
+            text.matches("the same at the same place: 2 more").count(),
+            1,
+            "{text}"
+        );
+        assert_eq!(
+            text.matches("the same at other places: 3 more").count(),
+            1,
+            "{text}"
+        );
+    }
+
+    /// Errors are not crowded out by warnings, nor is the memory filled by either.
+    #[test]
+    fn much_is_neither_printed_nor_kept() {
+        let diagnostics = Diagnostics::new();
+        for i in 0..20_000 {
+            diagnostics.push(Diagnostic::warning(format!("warning {i}")));
+            diagnostics.push(Diagnostic::error(format!("error {i}")));
+        }
+        assert_eq!(
+            (diagnostics.errors(), diagnostics.kept().len()),
+            (20_000, KEPT)
+        );
+        let text = diagnostics.render(&SourceMap::new(), Style::Plain);
+        assert_eq!(text.matches("error: error").count(), PRINTED);
+        assert_eq!(text.matches("warning: warning").count(), PRINTED);
+        assert!(text.ends_with("… and 39800 more problems\n\n"), "{text}");
+    }
+
+    #[test]
+    fn colour_is_for_terminals() {
+        let diagnostic = Diagnostic::error("red");
+        let sources = SourceMap::new();
+        assert_eq!(diagnostic.render(&sources, Style::Plain), "error: red");
+        assert!(diagnostic.render(&sources, Style::Colored).contains('\x1b'));
     }
 }

@@ -50,8 +50,15 @@ pub enum DirectiveKind {
     Identity,
     Translate(DVec3),
     Scale(DVec3),
-    Rotate { degrees: f64, axis: DVec3 },
-    LookAt { eye: DVec3, look: DVec3, up: DVec3 },
+    Rotate {
+        degrees: f64,
+        axis: DVec3,
+    },
+    LookAt {
+        eye: DVec3,
+        look: DVec3,
+        up: DVec3,
+    },
     /// The sixteen numbers are columns one after the other.
     Transform(Box<DMat4>),
     ConcatTransform(Box<DMat4>),
@@ -80,10 +87,18 @@ pub enum DirectiveKind {
     Volume(Typed),
     MakeNamedMedium(Typed),
     /// One name in the file stands for both.
-    MediumInterface { inside: Name, outside: Name },
+    MediumInterface {
+        inside: Name,
+        outside: Name,
+    },
     WorldBegin,
     WorldEnd,
-    Texture { name: Name, value_type: Name, class: Name, params: ParamList },
+    Texture {
+        name: Name,
+        value_type: Name,
+        class: Name,
+        params: ParamList,
+    },
     Material(Typed),
     MakeNamedMaterial(Typed),
     NamedMaterial(Name),

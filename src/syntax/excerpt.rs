@@ -35,8 +35,13 @@ impl Diagnostic {
             Severity::Note => Level::NOTE,
         };
         let mut group = Group::with_title(level.primary_title(self.message.as_str()));
-        let primary = self.span.map(|span| (span, self.label.as_deref(), AnnotationKind::Primary));
-        let related = self.related.iter().map(|(span, text)| (*span, Some(text.as_str()), AnnotationKind::Context));
+        let primary = self
+            .span
+            .map(|span| (span, self.label.as_deref(), AnnotationKind::Primary));
+        let related = self
+            .related
+            .iter()
+            .map(|(span, text)| (*span, Some(text.as_str()), AnnotationKind::Context));
         let mut moved = Vec::new();
         for (span, label, kind) in primary.into_iter().chain(related) {
             let path = sources.path(span.file).display().to_string();
@@ -46,10 +51,19 @@ impl Diagnostic {
             };
             moved.extend(excerpt.moved(&path));
             let marked = kind.span(excerpt.marked).label(label);
-            group =
-                group.element(Snippet::source(excerpt.text).path(path).line_start(excerpt.line).annotation(marked));
+            group = group.element(
+                Snippet::source(excerpt.text)
+                    .path(path)
+                    .line_start(excerpt.line)
+                    .annotation(marked),
+            );
         }
-        for note in self.notes.iter().cloned().chain(self.span.into_iter().flat_map(|s| inclusions(sources, s))) {
+        for note in self
+            .notes
+            .iter()
+            .cloned()
+            .chain(self.span.into_iter().flat_map(|s| inclusions(sources, s)))
+        {
             group = group.element(Level::NOTE.message(note));
         }
         for help in &self.help {
@@ -61,7 +75,9 @@ impl Diagnostic {
         };
         // The excerpt has been cut to size already; the margin holds the line's number.
         let text = renderer.term_width(SHOWN + 40).render(&[group]).to_string();
-        moved.into_iter().fold(text, |text, (shown, really)| text.replacen(&shown, &really, 1))
+        moved.into_iter().fold(text, |text, (shown, really)| {
+            text.replacen(&shown, &really, 1)
+        })
     }
 }
 
@@ -84,7 +100,12 @@ fn inclusions(sources: &SourceMap, span: Span) -> Vec<String> {
         if chain.len() < CHAIN {
             let path = sources.path(at.file);
             chain.push(match sources.locate(at) {
-                Some(place) => format!("included from {}:{}:{}", path.display(), place.line, place.column),
+                Some(place) => format!(
+                    "included from {}:{}:{}",
+                    path.display(),
+                    place.line,
+                    place.column
+                ),
                 None => format!("included from {}", path.display()),
             });
         } else {
@@ -102,9 +123,20 @@ fn excerpt(sources: &SourceMap, span: Span) -> Option<Excerpt> {
     let bytes = sources.bytes(span.file)?;
     let place = sources.locate(span)?;
     let start = span.start as usize;
-    let line_start = bytes.get(..start)?.iter().rposition(|&b| b == b'\n').map_or(0, |at| at + 1);
-    let line_end = bytes[start..].iter().position(|&b| b == b'\n').map_or(bytes.len(), |at| start + at);
-    let line_end = if line_end > start && bytes[line_end - 1] == b'\r' { line_end - 1 } else { line_end };
+    let line_start = bytes
+        .get(..start)?
+        .iter()
+        .rposition(|&b| b == b'\n')
+        .map_or(0, |at| at + 1);
+    let line_end = bytes[start..]
+        .iter()
+        .position(|&b| b == b'\n')
+        .map_or(bytes.len(), |at| start + at);
+    let line_end = if line_end > start && bytes[line_end - 1] == b'\r' {
+        line_end - 1
+    } else {
+        line_end
+    };
     let (from, to) = window(&bytes, line_start..line_end, start);
     let marked_to = (span.end as usize).clamp(start, to);
 
@@ -116,7 +148,12 @@ fn excerpt(sources: &SourceMap, span: Span) -> Option<Excerpt> {
     let marked = marked_start..text.len();
     text += &text_of(marked_to..to);
     text += if to < line_end { "…" } else { "" };
-    Some(Excerpt { line: place.line, column: place.column, text, marked })
+    Some(Excerpt {
+        line: place.line,
+        column: place.column,
+        text,
+        marked,
+    })
 }
 
 /// The part of a line to show so that `caret` is in it, not cut within a UTF-8 character.

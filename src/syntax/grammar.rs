@@ -17,18 +17,28 @@ impl Parser<'_> {
             "Translate" => Kind::Translate(self.vector(word)?),
             "Scale" => Kind::Scale(self.vector(word)?),
             "Rotate" => {
-                let [degrees, x, y, z] = self.numbers(word, "an angle in degrees and an axis x y z")?;
-                Kind::Rotate { degrees, axis: DVec3::new(x, y, z) }
+                let [degrees, x, y, z] =
+                    self.numbers(word, "an angle in degrees and an axis x y z")?;
+                Kind::Rotate {
+                    degrees,
+                    axis: DVec3::new(x, y, z),
+                }
             }
             "LookAt" => {
                 let n: [f64; 9] = self.numbers(word, "three points: eye, look and up")?;
                 let point = |i: usize| DVec3::new(n[i], n[i + 1], n[i + 2]);
-                Kind::LookAt { eye: point(0), look: point(3), up: point(6) }
+                Kind::LookAt {
+                    eye: point(0),
+                    look: point(3),
+                    up: point(6),
+                }
             }
             "Transform" => Kind::Transform(self.matrix(word)?),
             "ConcatTransform" => Kind::ConcatTransform(self.matrix(word)?),
             "CoordinateSystem" => Kind::CoordinateSystem(self.name(word, "a name")?),
-            "CoordSysTransform" => Kind::CoordSysTransform(self.name(word, "the name of a coordinate system")?),
+            "CoordSysTransform" => {
+                Kind::CoordSysTransform(self.name(word, "the name of a coordinate system")?)
+            }
             "ActiveTransform" => Kind::ActiveTransform(self.active_transform()?),
             "TransformTimes" => {
                 let [start, end] = self.numbers(word, "a start and an end time")?;
@@ -52,7 +62,11 @@ impl Parser<'_> {
             "MediumInterface" => {
                 let inside = self.name(word, "the name of a medium")?;
                 let both = self.peek().kind != TokenKind::Quoted;
-                let outside = if both { inside.clone() } else { self.name(word, "the name of a medium")? };
+                let outside = if both {
+                    inside.clone()
+                } else {
+                    self.name(word, "the name of a medium")?
+                };
                 Kind::MediumInterface { inside, outside }
             }
             "WorldBegin" => Kind::WorldBegin,
@@ -79,8 +93,15 @@ impl Parser<'_> {
     }
 
     fn typed(&mut self, word: &'static str) -> Parsed<Typed> {
-        let expected = if word.starts_with("MakeNamed") { "a name" } else { "a type" };
-        Ok(Typed { kind: self.name(word, expected)?, params: self.parameters()? })
+        let expected = if word.starts_with("MakeNamed") {
+            "a name"
+        } else {
+            "a type"
+        };
+        Ok(Typed {
+            kind: self.name(word, expected)?,
+            params: self.parameters()?,
+        })
     }
 
     /// One quoted string.
@@ -99,10 +120,15 @@ impl Parser<'_> {
             self.report(
                 Diagnostic::warning("a backslash in a string should be doubled")
                     .at(token.span)
-                    .with_help("in file names, write `/` instead of `\\`: it works on every system"),
+                    .with_help(
+                        "in file names, write `/` instead of `\\`: it works on every system",
+                    ),
             );
         }
-        Name { text, span: token.span }
+        Name {
+            text,
+            span: token.span,
+        }
     }
 
     /// Reports that the next token is not what should come; it is left where it is.
@@ -118,7 +144,9 @@ impl Parser<'_> {
     }
 
     fn vector(&mut self, word: &'static str) -> Parsed<DVec3> {
-        Ok(DVec3::from_array(self.numbers(word, "three numbers: x y z")?))
+        Ok(DVec3::from_array(
+            self.numbers(word, "three numbers: x y z")?,
+        ))
     }
 
     fn matrix(&mut self, word: &'static str) -> Parsed<Box<DMat4>> {
@@ -130,7 +158,8 @@ impl Parser<'_> {
                     .with_note("pbrt-v3 refuses them without"),
             );
         }
-        let columns = self.finite_numbers(word, "sixteen numbers in brackets, column by column", true)?;
+        let columns =
+            self.finite_numbers(word, "sixteen numbers in brackets, column by column", true)?;
         Ok(Box::new(DMat4::from_cols_array(&columns)))
     }
 
@@ -155,9 +184,11 @@ impl Parser<'_> {
                     depth += 1;
                     if !brackets_belong {
                         self.report(
-                            Diagnostic::warning(format!("the numbers of `{word}` stand without brackets"))
-                                .at(bracket.span)
-                                .with_note("pbrt-v3 refuses them with brackets"),
+                            Diagnostic::warning(format!(
+                                "the numbers of `{word}` stand without brackets"
+                            ))
+                            .at(bracket.span)
+                            .with_note("pbrt-v3 refuses them with brackets"),
                         );
                     }
                 }
@@ -167,7 +198,9 @@ impl Parser<'_> {
                 }
                 TokenKind::Bare if read < N => {
                     let token = self.peek().clone();
-                    numbers[read] = self.finite(&token).ok_or_else(|| self.expected(expected, word))?;
+                    numbers[read] = self
+                        .finite(&token)
+                        .ok_or_else(|| self.expected(expected, word))?;
                     self.bump();
                     read += 1;
                 }

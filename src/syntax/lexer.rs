@@ -42,8 +42,14 @@ pub enum Lexeme<'a> {
 /// ```
 pub fn lexeme(input: &[u8]) -> Option<(Lexeme<'_>, usize, &[u8])> {
     let (start, _) = blanks(input).ok()?;
-    let (rest, found) =
-        alt((value(Lexeme::Open, tag("[")), value(Lexeme::Close, tag("]")), quoted, bare)).parse(start).ok()?;
+    let (rest, found) = alt((
+        value(Lexeme::Open, tag("[")),
+        value(Lexeme::Close, tag("]")),
+        quoted,
+        bare,
+    ))
+    .parse(start)
+    .ok()?;
     Some((found, input.len() - start.len(), rest))
 }
 
@@ -64,8 +70,11 @@ fn quoted(input: &[u8]) -> Lexed<'_, Lexeme<'_>> {
     // Not `none_of`: nom 8 takes a byte above 127 for a character of two bytes there.
     let escape = || preceded(tag("\\"), take_while_m_n(1, 1, |b| b != b'\n'));
     let text = || recognize(many0_count(alt((is_not("\"\\\n"), escape()))));
-    alt((terminated(text(), tag("\"")).map(Lexeme::Quoted), terminated(text(), opt(tag("\\"))).map(Lexeme::Unterminated)))
-        .parse(input)
+    alt((
+        terminated(text(), tag("\"")).map(Lexeme::Quoted),
+        terminated(text(), opt(tag("\\"))).map(Lexeme::Unterminated),
+    ))
+    .parse(input)
 }
 
 /// A string with its escapes resolved (`\b \f \n \r \t \\ \' \"`), and whether it held a
@@ -120,13 +129,25 @@ mod tests {
         use Lexeme::{Bare, Close, Open, Quoted};
         assert_eq!(
             all(b"Shape\"sphere\"\t[1 .5]# comment ] \"\r\nTranslate\x0c-1"),
-            [Bare(b"Shape"), Quoted(b"sphere"), Open, Bare(b"1"), Bare(b".5"), Close, Bare(b"Translate"), Bare(b"-1")]
+            [
+                Bare(b"Shape"),
+                Quoted(b"sphere"),
+                Open,
+                Bare(b"1"),
+                Bare(b".5"),
+                Close,
+                Bare(b"Translate"),
+                Bare(b"-1")
+            ]
         );
     }
 
     #[test]
     fn a_hash_inside_a_word_or_a_string_is_no_comment() {
-        assert_eq!(all(b"40#deg note"), [Lexeme::Bare(b"40#deg"), Lexeme::Bare(b"note")]);
+        assert_eq!(
+            all(b"40#deg note"),
+            [Lexeme::Bare(b"40#deg"), Lexeme::Bare(b"note")]
+        );
         assert_eq!(all(b"\"a # b\""), [Lexeme::Quoted(b"a # b")]);
     }
 
@@ -137,7 +158,10 @@ mod tests {
 
     #[test]
     fn strings_end_with_their_line() {
-        assert_eq!(all(b"\"open\nIdentity"), [Lexeme::Unterminated(b"open"), Lexeme::Bare(b"Identity")]);
+        assert_eq!(
+            all(b"\"open\nIdentity"),
+            [Lexeme::Unterminated(b"open"), Lexeme::Bare(b"Identity")]
+        );
         assert_eq!(all(b"\"open\\"), [Lexeme::Unterminated(b"open")]);
         assert_eq!(all(b"\""), [Lexeme::Unterminated(b"")]);
         assert_eq!(all(b"\"\""), [Lexeme::Quoted(b"")]);
@@ -147,8 +171,14 @@ mod tests {
 
     #[test]
     fn escapes() {
-        assert_eq!(unescape(br#"\b\f\n\r\t\\\'\""#), (Cow::Borrowed(&b"\x08\x0c\n\r\t\\'\""[..]), false));
-        assert_eq!(unescape(br"textures\wood.png"), (Cow::Borrowed(&br"textures\wood.png"[..]), true));
+        assert_eq!(
+            unescape(br#"\b\f\n\r\t\\\'\""#),
+            (Cow::Borrowed(&b"\x08\x0c\n\r\t\\'\""[..]), false)
+        );
+        assert_eq!(
+            unescape(br"textures\wood.png"),
+            (Cow::Borrowed(&br"textures\wood.png"[..]), true)
+        );
     }
 
     proptest! {

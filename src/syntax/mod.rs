@@ -31,6 +31,7 @@
 pub mod diagnostic;
 pub mod directive;
 mod excerpt;
+pub mod files;
 mod grammar;
 pub mod lexer;
 pub mod number;

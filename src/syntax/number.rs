@@ -2,7 +2,7 @@
 //!
 //! Decimal with or without a point and an exponent (`.5`, `5.`, `1e-009`, `+1`), hexadecimal
 //! (`0x28`, `0x1.8p3`), `inf`, `infinity` and `nan` in any case. Two roads lead to a value:
-//! [`number`] reads any token, [`plain_numbers`] races through the long lists of meshes and
+//! [`number`] reads any token, `plain_numbers` races through the long lists of meshes and
 //! stops at the first thing that is not a plain decimal.
 
 use nom::branch::alt;
@@ -24,7 +24,9 @@ type Read<'a, T> = IResult<&'a [u8], T, ()>;
 /// assert_eq!(number(b"-"), None);
 /// ```
 pub fn number(token: &[u8]) -> Option<(f64, usize)> {
-    let (rest, (sign, magnitude)) = (sign, alt((hexadecimal, decimal, not_finite))).parse(token).ok()?;
+    let (rest, (sign, magnitude)) = (sign, alt((hexadecimal, decimal, not_finite)))
+        .parse(token)
+        .ok()?;
     Some((sign * magnitude, token.len() - rest.len()))
 }
 
@@ -38,12 +40,17 @@ fn decimal(input: &[u8]) -> Read<'_, f64> {
         recognize((tag("."), digit1)),
     ));
     let exponent = (one_of("eE"), opt(one_of("+-")), digit1);
-    recognize((mantissa, opt(exponent))).map_opt(|text: &[u8]| fast_float2::parse(text).ok()).parse(input)
+    recognize((mantissa, opt(exponent)))
+        .map_opt(|text: &[u8]| fast_float2::parse(text).ok())
+        .parse(input)
 }
 
 fn not_finite(input: &[u8]) -> Read<'_, f64> {
     alt((
-        value(f64::INFINITY, alt((tag_no_case("infinity"), tag_no_case("inf")))),
+        value(
+            f64::INFINITY,
+            alt((tag_no_case("infinity"), tag_no_case("inf"))),
+        ),
         value(f64::NAN, tag_no_case("nan")),
     ))
     .parse(input)
@@ -62,36 +69,55 @@ fn hexadecimal(input: &[u8]) -> Read<'_, f64> {
     if whole + fraction == 0 {
         return Err(nom::Err::Error(()));
     }
-    let (digits, rest) = rest.split_at(if fraction > 0 { whole + 1 + fraction } else { whole });
+    let (digits, rest) = rest.split_at(if fraction > 0 {
+        whole + 1 + fraction
+    } else {
+        whole
+    });
     // `0x1.` keeps its point, as `strtof` does.
-    let rest = if fraction == 0 { rest.strip_prefix(b".").unwrap_or(rest) } else { rest };
+    let rest = if fraction == 0 {
+        rest.strip_prefix(b".").unwrap_or(rest)
+    } else {
+        rest
+    };
     let (rest, exponent) = opt(binary_exponent).parse(rest)?;
     let mantissa = digits
         .iter()
         .filter_map(|&b| char::from(b).to_digit(16))
         .fold(0.0, |sum: f64, digit| sum * 16.0 + f64::from(digit));
     // In two steps, so that neither factor leaves the range of f64 before the product does.
-    let exponent = exponent.unwrap_or(0).saturating_sub(4 * i32::try_from(fraction).unwrap_or(i32::MAX));
+    let exponent = exponent
+        .unwrap_or(0)
+        .saturating_sub(4 * i32::try_from(fraction).unwrap_or(i32::MAX));
     let exponent = exponent.clamp(-4000, 4000);
     let half = exponent / 2;
-    Ok((rest, mantissa * libm::exp2(f64::from(half)) * libm::exp2(f64::from(exponent - half))))
+    Ok((
+        rest,
+        mantissa * libm::exp2(f64::from(half)) * libm::exp2(f64::from(exponent - half)),
+    ))
 }
 
 fn binary_exponent(input: &[u8]) -> Read<'_, i32> {
     let (input, _) = one_of("pP").parse(input)?;
     let (input, sign) = sign(input)?;
     let (input, digits) = digit1(input)?;
-    let size = digits.iter().fold(0_i32, |n, &b| n.saturating_mul(10).saturating_add(i32::from(b - b'0')));
+    let size = digits.iter().fold(0_i32, |n, &b| {
+        n.saturating_mul(10).saturating_add(i32::from(b - b'0'))
+    });
     Ok((input, if sign < 0.0 { -size } else { size }))
 }
 
 fn digits_of(input: &[u8], radix: u32) -> usize {
-    input.iter().take_while(|&&b| char::from(b).is_digit(radix)).count()
+    input
+        .iter()
+        .take_while(|&&b| char::from(b).is_digit(radix))
+        .count()
 }
 
 /// Powers of ten that are exact in f64.
-const EXACT: [f64; 16] =
-    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
+const EXACT: [f64; 16] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+];
 
 /// White space between tokens. pbrt-v3 knows blank, tab, LF and CR; form feed and vertical tab
 /// are taken for blanks too (pbrt-v3 makes them part of a word, which is then unknown).
@@ -140,7 +166,9 @@ fn short_decimal(input: &[u8]) -> Option<(f64, usize)> {
             && byte.is_ascii_digit()
         {
             // Wraps for numbers too long to be wanted here; those are turned down below.
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
+            mantissa = mantissa
+                .wrapping_mul(10)
+                .wrapping_add(u64::from(byte - b'0'));
             at += 1;
         }
         at
@@ -165,7 +193,9 @@ fn short_decimal(input: &[u8]) -> Option<(f64, usize)> {
 #[cold]
 fn long_decimal(input: &[u8]) -> Option<(f64, usize)> {
     let (rest, (sign, magnitude)) = (sign, decimal).parse(input).ok()?;
-    rest.first().is_none_or(|&b| ends_word(b)).then_some((sign * magnitude, input.len() - rest.len()))
+    rest.first()
+        .is_none_or(|&b| ends_word(b))
+        .then_some((sign * magnitude, input.len() - rest.len()))
 }
 
 #[cfg(test)]
@@ -195,9 +225,16 @@ mod tests {
             ("inf", f64::INFINITY),
             ("-Infinity", f64::NEG_INFINITY),
             ("1e999", f64::INFINITY),
-            ("123456789012345678901234567890", 123_456_789_012_345_678_901_234_567_890.0),
+            (
+                "123456789012345678901234567890",
+                123_456_789_012_345_678_901_234_567_890.0,
+            ),
         ] {
-            assert_eq!(number(token.as_bytes()), Some((expected, token.len())), "{token}");
+            assert_eq!(
+                number(token.as_bytes()),
+                Some((expected, token.len())),
+                "{token}"
+            );
         }
         assert!(number(b"nan").is_some_and(|(v, used)| v.is_nan() && used == 3));
         assert!(number(b"-0").is_some_and(|(v, _)| v == 0.0 && v.is_sign_negative()));
@@ -205,9 +242,14 @@ mod tests {
 
     #[test]
     fn what_follows_a_number_is_left_over() {
-        for (token, expected, used) in
-            [("1,2", 1.0, 1), ("40deg", 40.0, 2), ("1e", 1.0, 1), ("1.2.3", 1.2, 3), ("0x", 0.0, 1), ("5.f", 5.0, 2)]
-        {
+        for (token, expected, used) in [
+            ("1,2", 1.0, 1),
+            ("40deg", 40.0, 2),
+            ("1e", 1.0, 1),
+            ("1.2.3", 1.2, 3),
+            ("0x", 0.0, 1),
+            ("5.f", 5.0, 2),
+        ] {
             assert_eq!(number(token.as_bytes()), Some((expected, used)), "{token}");
         }
         for token in ["", "-", "+", ".", "e5", "-.e1", "true", "x1", ",1"] {
@@ -227,7 +269,11 @@ mod tests {
             ("1 . 2", vec![1.0], ". 2"),
             ("1 0x10", vec![1.0], "0x10"),
             ("1 inf", vec![1.0], "inf"),
-            ("12345678901234567890 1", vec![12_345_678_901_234_567_890.0, 1.0], ""),
+            (
+                "12345678901234567890 1",
+                vec![12_345_678_901_234_567_890.0, 1.0],
+                "",
+            ),
         ] {
             let mut read = Vec::new();
             let left = plain_numbers(text.as_bytes(), &mut read);
@@ -237,7 +283,11 @@ mod tests {
 
     fn agrees_with_std(text: &str) {
         let expected = text.parse::<f64>().expect("a decimal number").to_bits();
-        assert_eq!(number(text.as_bytes()).map(|(v, n)| (v.to_bits(), n)), Some((expected, text.len())), "{text}");
+        assert_eq!(
+            number(text.as_bytes()).map(|(v, n)| (v.to_bits(), n)),
+            Some((expected, text.len())),
+            "{text}"
+        );
         let mut read = Vec::new();
         let left = plain_numbers(text.as_bytes(), &mut read);
         assert_eq!((read[0].to_bits(), left.len()), (expected, 0), "{text}");

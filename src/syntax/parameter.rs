@@ -221,7 +221,10 @@ impl ParamList {
 
     /// The parameter of that name and group; the later one where there are several.
     pub fn get(&self, name: &str, group: ParamGroup) -> Option<&Param> {
-        self.params.iter().rev().find(|p| p.ty.group() == group && p.name == name)
+        self.params
+            .iter()
+            .rev()
+            .find(|p| p.ty.group() == group && p.name == name)
     }
 
     /// The last parameter of that name, whatever its type.

@@ -28,6 +28,7 @@
 
 use super::diagnostic::{Diagnostic, Diagnostics};
 use super::directive::{Directive, WORDS};
+use super::files;
 use super::lexer::lexeme;
 use super::number::number;
 use super::source::{FileId, SourceMap, Span};
@@ -102,16 +103,37 @@ impl<'a> Parser<'a> {
         if bytes.starts_with(b"\xef\xbb\xbf") {
             at = 3;
         } else if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
-            let span = Span { file, start: 0, end: 2 };
-            self.report(Diagnostic::error("this file is UTF-16").at(span).with_help("save it as UTF-8 or ASCII"));
+            let span = Span {
+                file,
+                start: 0,
+                end: 2,
+            };
+            self.report(
+                Diagnostic::error("this file is UTF-16")
+                    .at(span)
+                    .with_help("save it as UTF-8 or ASCII"),
+            );
             at = bytes.len();
         } else if bytes.starts_with(b"\x1f\x8b") {
-            let span = Span { file, start: 0, end: 2 };
-            self.report(Diagnostic::error("this file is compressed").at(span).with_help("unpack it with gunzip"));
+            let span = Span {
+                file,
+                start: 0,
+                end: 2,
+            };
+            self.report(
+                Diagnostic::error("this file is compressed")
+                    .at(span)
+                    .with_help("unpack it with gunzip"),
+            );
             at = bytes.len();
         }
         self.open_paths.insert(canonical.clone());
-        self.open.push(OpenFile { file, bytes, at, canonical });
+        self.open.push(OpenFile {
+            file,
+            bytes,
+            at,
+            canonical,
+        });
     }
 
     fn leave(&mut self) {
@@ -128,16 +150,36 @@ impl<'a> Parser<'a> {
     /// The next token of the innermost file, `End` at its end.
     pub(super) fn token_of_file(&mut self) -> Token {
         let Some(open) = self.open.last_mut() else {
-            let span = Span { file: FileId(0), start: 0, end: 0 };
-            return Token { kind: TokenKind::End, span, bytes: Rc::default() };
+            let span = Span {
+                file: FileId(0),
+                start: 0,
+                end: 0,
+            };
+            return Token {
+                kind: TokenKind::End,
+                span,
+                bytes: Rc::default(),
+            };
         };
         let bytes = Rc::clone(&open.bytes);
         let (kind, start, end) = match lexeme(bytes.get(open.at..).unwrap_or_default()) {
-            Some((found, blanks, rest)) => (Token::kind_of(found), open.at + blanks, bytes.len() - rest.len()),
+            Some((found, blanks, rest)) => (
+                Token::kind_of(found),
+                open.at + blanks,
+                bytes.len() - rest.len(),
+            ),
             None => (TokenKind::End, bytes.len(), bytes.len()),
         };
         open.at = end;
-        Token { kind, span: Span { file: open.file, start: start as u32, end: end as u32 }, bytes }
+        Token {
+            kind,
+            span: Span {
+                file: open.file,
+                start: start as u32,
+                end: end as u32,
+            },
+            bytes,
+        }
     }
 
     /// Takes the next token; files that are at their end are left for the one that included them.
@@ -175,36 +217,51 @@ impl<'a> Parser<'a> {
     fn not_a_directive(&self, token: &Token) {
         let found = token.description();
         let text = String::from_utf8_lossy(token.text()).into_owned();
-        let diagnostic = Diagnostic::error(format!("expected a directive, found {found}")).at(token.span);
+        let diagnostic =
+            Diagnostic::error(format!("expected a directive, found {found}")).at(token.span);
         self.report(match (token.kind, text.as_str()) {
             (TokenKind::Bare, "Option" | "Attribute" | "ColorSpace" | "Import") => {
                 diagnostic.with_note("this word belongs to pbrt-v4; pbrt-v3 scenes are read here")
             }
-            (TokenKind::Bare, _) if number(token.text()).is_some() => diagnostic.label("one number too many?"),
-            (TokenKind::Bare, word) => {
-                diagnostic.label("no directive has this name").with_suggestion(nearest(word, WORDS))
+            (TokenKind::Bare, _) if number(token.text()).is_some() => {
+                diagnostic.label("one number too many?")
             }
-            (TokenKind::Unterminated, _) => diagnostic.label("this string does not end on its line"),
+            (TokenKind::Bare, word) => diagnostic
+                .label("no directive has this name")
+                .with_suggestion(nearest(word, WORDS)),
+            (TokenKind::Unterminated, _) => {
+                diagnostic.label("this string does not end on its line")
+            }
             _ => diagnostic.label("directives start with a word without quotes"),
         });
     }
 
     fn include(&mut self, word: Span) -> Parsed<()> {
         let name = self.name("Include", "the name of a file")?;
-        let path = self.directory.join(&name.text);
-        let path = if path.exists() { path } else { self.beside_includer(&name, path) };
+        let path = match files::resolve(&self.directory, &name.text) {
+            Some(path) => path,
+            None => self.beside_includer(&name),
+        };
         let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
         if self.open_paths.contains(&canonical) {
             self.report(
-                Diagnostic::error(format!("files include each other in a circle: {}", self.circle(&canonical)))
-                    .at(name.span)
-                    .label("this file is being read already"),
+                Diagnostic::error(format!(
+                    "files include each other in a circle: {}",
+                    self.circle(&canonical)
+                ))
+                .at(name.span)
+                .label("this file is being read already"),
             );
             return Ok(());
         }
         self.includes += 1;
         if self.includes > MOST_INCLUDES {
-            self.report(Diagnostic::error(format!("more than {MOST_INCLUDES} inclusions: no more are followed")).at(word));
+            self.report(
+                Diagnostic::error(format!(
+                    "more than {MOST_INCLUDES} inclusions: no more are followed"
+                ))
+                .at(word),
+            );
             return Ok(());
         }
         match self.sources.include(&path, word) {
@@ -220,28 +277,46 @@ impl<'a> Parser<'a> {
 
     /// Where a file is not found from the main file's directory, but from that of the file with
     /// the `Include`, which is what people expect.
-    fn beside_includer(&self, name: &super::Name, path: PathBuf) -> PathBuf {
-        let beside = self.sources.directory(name.span.file).join(&name.text);
-        if !beside.exists() {
-            return path;
-        }
+    fn beside_includer(&self, name: &super::Name) -> PathBuf {
+        let Some(beside) = files::resolve(&self.sources.directory(name.span.file), &name.text)
+        else {
+            return self.directory.join(&name.text);
+        };
         self.report(
-            Diagnostic::warning(format!("`{}` was found beside the including file only", name.text))
-                .at(name.span)
-                .with_note("pbrt-v3 looks in the directory of the main scene file"),
+            Diagnostic::warning(format!(
+                "`{}` was found beside the including file only",
+                name.text
+            ))
+            .at(name.span)
+            .with_note("pbrt-v3 looks in the directory of the main scene file"),
         );
         beside
     }
 
     /// `a.pbrt -> b.pbrt -> a.pbrt`, the middle of a long one left out.
     fn circle(&self, canonical: &Path) -> String {
-        let start = self.open.iter().position(|open| open.canonical == canonical).unwrap_or(0);
-        let file_name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let start = self
+            .open
+            .iter()
+            .position(|open| open.canonical == canonical)
+            .unwrap_or(0);
+        let file_name = |path: &Path| {
+            path.file_name()
+                .unwrap_or(path.as_os_str())
+                .to_string_lossy()
+                .into_owned()
+        };
         let members = &self.open[start..];
-        let mut names: Vec<String> = members.iter().map(|open| file_name(&open.canonical)).collect();
+        let mut names: Vec<String> = members
+            .iter()
+            .map(|open| file_name(&open.canonical))
+            .collect();
         if names.len() > CYCLE_NAMED {
             let left_out = names.len() - CYCLE_NAMED;
-            names.splice(CYCLE_NAMED / 2..names.len() - CYCLE_NAMED / 2, [format!("… {left_out} more …")]);
+            names.splice(
+                CYCLE_NAMED / 2..names.len() - CYCLE_NAMED / 2,
+                [format!("… {left_out} more …")],
+            );
         }
         names.push(file_name(canonical));
         names.join(" -> ")
@@ -272,7 +347,12 @@ impl Iterator for Parser<'_> {
                 }
             };
             match read {
-                Ok(Some(kind)) => return Some(Directive { span: token.span, kind }),
+                Ok(Some(kind)) => {
+                    return Some(Directive {
+                        span: token.span,
+                        kind,
+                    });
+                }
                 Ok(None) => {}
                 Err(Abandoned) => self.resynchronise(),
             }

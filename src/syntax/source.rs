@@ -30,7 +30,10 @@ impl Span {
     /// different files.
     pub fn to(self, other: Span) -> Span {
         if self.file == other.file && other.end >= self.start {
-            Span { end: other.end, ..self }
+            Span {
+                end: other.end,
+                ..self
+            }
         } else {
             self
         }
@@ -109,9 +112,14 @@ impl SourceMap {
     /// Takes in the file named by an `Include` at `included_at`. Only regular files: a pipe or a
     /// device might never end.
     pub fn include(&self, path: &Path, included_at: Span) -> Result<FileId, SourceError> {
-        let unreadable = |cause| SourceError::Unreadable { path: path.to_owned(), cause };
+        let unreadable = |cause| SourceError::Unreadable {
+            path: path.to_owned(),
+            cause,
+        };
         if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
-            return Err(SourceError::NotAFile { path: path.to_owned() });
+            return Err(SourceError::NotAFile {
+                path: path.to_owned(),
+            });
         }
         Ok(self.add(path.to_owned(), read(path)?, true, Some(included_at)))
     }
@@ -131,23 +139,41 @@ impl SourceMap {
         self.add(PathBuf::from(name), bytes, false, None)
     }
 
-    fn add(&self, path: PathBuf, bytes: Vec<u8>, on_disk: bool, included_at: Option<Span>) -> FileId {
+    fn add(
+        &self,
+        path: PathBuf,
+        bytes: Vec<u8>,
+        on_disk: bool,
+        included_at: Option<Span>,
+    ) -> FileId {
         let mut files = self.files.borrow_mut();
         let id = FileId(files.len() as u32);
         let length = bytes.len();
-        files.push(SourceFile { path, bytes: Some(Rc::new(bytes)), length, on_disk, included_at });
+        files.push(SourceFile {
+            path,
+            bytes: Some(Rc::new(bytes)),
+            length,
+            on_disk,
+            included_at,
+        });
         id
     }
 
     /// The path a file was opened by.
     pub fn path(&self, file: FileId) -> PathBuf {
         let files = self.files.borrow();
-        files.get(file.0 as usize).map(|f| f.path.clone()).unwrap_or_default()
+        files
+            .get(file.0 as usize)
+            .map(|f| f.path.clone())
+            .unwrap_or_default()
     }
 
     /// The folder a file is in: where `Include` and file-valued parameters are looked up.
     pub fn directory(&self, file: FileId) -> PathBuf {
-        self.path(file).parent().map(Path::to_owned).unwrap_or_default()
+        self.path(file)
+            .parent()
+            .map(Path::to_owned)
+            .unwrap_or_default()
     }
 
     /// The `Include` that brought a file in; `None` for a main file.
@@ -169,7 +195,11 @@ impl SourceMap {
         {
             return Some(Rc::clone(bytes));
         }
-        let bytes = Rc::new(read(&source.path).ok().filter(|b| b.len() == source.length)?);
+        let bytes = Rc::new(
+            read(&source.path)
+                .ok()
+                .filter(|b| b.len() == source.length)?,
+        );
         *reread = Some((file, Rc::clone(&bytes)));
         Some(bytes)
     }
@@ -187,30 +217,49 @@ impl SourceMap {
     pub fn locate(&self, span: Span) -> Option<Location> {
         let bytes = self.bytes(span.file)?;
         let before = bytes.get(..span.start as usize)?;
-        let line_start = before.iter().rposition(|&b| b == b'\n').map_or(0, |at| at + 1);
+        let line_start = before
+            .iter()
+            .rposition(|&b| b == b'\n')
+            .map_or(0, |at| at + 1);
         // Messages mostly come in the order of the file: count on from the last one.
         let (from, lines) = match self.counted.get() {
-            Some((file, start, lines)) if file == span.file && start <= line_start => (start, lines),
+            Some((file, start, lines)) if file == span.file && start <= line_start => {
+                (start, lines)
+            }
             _ => (0, 0),
         };
-        let lines = lines + before[from..line_start].iter().filter(|&&b| b == b'\n').count();
+        let lines = lines
+            + before[from..line_start]
+                .iter()
+                .filter(|&&b| b == b'\n')
+                .count();
         self.counted.set(Some((span.file, line_start, lines)));
         Some(Location {
             line: lines + 1,
-            column: String::from_utf8_lossy(&before[line_start..]).chars().count() + 1,
+            column: String::from_utf8_lossy(&before[line_start..])
+                .chars()
+                .count()
+                + 1,
         })
     }
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
-    let unreadable = |cause| SourceError::Unreadable { path: path.to_owned(), cause };
+    let unreadable = |cause| SourceError::Unreadable {
+        path: path.to_owned(),
+        cause,
+    };
     let file = File::open(path).map_err(unreadable)?;
     let metadata = file.metadata().map_err(unreadable)?;
     if metadata.is_dir() {
-        return Err(SourceError::NotAFile { path: path.to_owned() });
+        return Err(SourceError::NotAFile {
+            path: path.to_owned(),
+        });
     }
     if metadata.len() > LARGEST {
-        return Err(SourceError::TooLarge { path: path.to_owned() });
+        return Err(SourceError::TooLarge {
+            path: path.to_owned(),
+        });
     }
     read_all(file, path)
 }
@@ -219,10 +268,103 @@ fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
 /// the `File` keeps its size hint, so that the buffer is allocated once.
 fn read_all(mut from: impl Read, path: &Path) -> Result<Vec<u8>, SourceError> {
     let mut bytes = Vec::new();
-    let unreadable = |cause| SourceError::Unreadable { path: path.to_owned(), cause };
-    from.by_ref().take(LARGEST + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    let unreadable = |cause| SourceError::Unreadable {
+        path: path.to_owned(),
+        cause,
+    };
+    from.by_ref()
+        .take(LARGEST + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
     if bytes.len() as u64 > LARGEST {
-        return Err(SourceError::TooLarge { path: path.to_owned() });
+        return Err(SourceError::TooLarge {
+            path: path.to_owned(),
+        });
     }
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn span(file: FileId, start: u32) -> Span {
+        Span {
+            file,
+            start,
+            end: start,
+        }
+    }
+
+    #[test]
+    fn places_count_from_one_in_lines_and_characters() {
+        let sources = SourceMap::new();
+        let file = sources.add_text("a", b"ab\n\xc3\xa9\xff!\r\n\nx".to_vec());
+        // In any order: counting goes on from the last place where it can.
+        for (at, line, column) in [
+            (0, 1, 1),
+            (2, 1, 3),
+            (5, 2, 2),
+            (6, 2, 3),
+            (9, 3, 1),
+            (10, 4, 1),
+            (11, 4, 2),
+            (1, 1, 2),
+        ] {
+            assert_eq!(
+                sources.locate(span(file, at)),
+                Some(Location { line, column }),
+                "{at}"
+            );
+        }
+        assert_eq!(sources.locate(span(file, 12)), None);
+        assert_eq!(sources.locate(span(FileId(7), 0)), None);
+    }
+
+    #[test]
+    fn a_released_file_is_read_again_unless_it_has_changed() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.pbrt");
+        std::fs::write(&path, "Identity").expect("a file");
+        let sources = SourceMap::new();
+        let (file, text) = (
+            sources.open(&path).expect("a file"),
+            sources.add_text("b", "kept"),
+        );
+        sources.release(file);
+        sources.release(text);
+        assert_eq!(sources.bytes(text).as_deref(), Some(&b"kept".to_vec()));
+        std::fs::write(&path, "something else").expect("a file");
+        assert_eq!(sources.bytes(file), None);
+        std::fs::write(&path, "identity").expect("a file");
+        assert_eq!(sources.bytes(file).as_deref(), Some(&b"identity".to_vec()));
+    }
+
+    /// The file has a length but no contents on disk, so this costs nothing.
+    #[test]
+    fn more_than_4_gib_is_refused_before_it_is_read() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("huge.pbrt");
+        File::create(&path)
+            .and_then(|file| file.set_len(LARGEST + 1))
+            .expect("a sparse file");
+        let sources = SourceMap::new();
+        assert!(matches!(
+            sources.open(&path),
+            Err(SourceError::TooLarge { .. })
+        ));
+        let at = span(FileId(0), 0);
+        assert!(matches!(
+            sources.include(&path, at),
+            Err(SourceError::TooLarge { .. })
+        ));
+        assert!(matches!(
+            sources.open(folder.path()),
+            Err(SourceError::NotAFile { .. })
+        ));
+        assert!(matches!(
+            sources.open(Path::new("/none")),
+            Err(SourceError::Unreadable { .. })
+        ));
+    }
 }

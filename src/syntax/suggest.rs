@@ -37,7 +37,10 @@ fn lower(word: &str) -> Vec<char> {
 }
 
 fn case_differences(a: &str, b: &str) -> usize {
-    a.chars().zip(b.chars()).filter(|(a, b)| a != b && a.eq_ignore_ascii_case(b)).count()
+    a.chars()
+        .zip(b.chars())
+        .filter(|(a, b)| a != b && a.eq_ignore_ascii_case(b))
+        .count()
 }
 
 fn distance(a: &[char], b: &[char]) -> usize {

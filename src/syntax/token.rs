@@ -40,7 +40,9 @@ impl Token {
 
     /// The token as written.
     pub fn text(&self) -> &[u8] {
-        self.bytes.get(self.span.start as usize..self.span.end as usize).unwrap_or_default()
+        self.bytes
+            .get(self.span.start as usize..self.span.end as usize)
+            .unwrap_or_default()
     }
 
     /// The contents of a string, escapes resolved, and whether there was a stray backslash.

@@ -61,10 +61,19 @@ impl Parser<'_> {
             return Ok(None);
         }
         let (items, value_span) = self.items()?;
-        let Some((ty, name)) = declared else { return Ok(None) };
+        let Some((ty, name)) = declared else {
+            return Ok(None);
+        };
         let value = self.typed_value(ty, &name, items, value_span);
         let used = Cell::new(false);
-        Ok(value.map(|value| Param { ty, name, value, declaration: declaration.span, value_span, used }))
+        Ok(value.map(|value| Param {
+            ty,
+            name,
+            value,
+            declaration: declaration.span,
+            value_span,
+            used,
+        }))
     }
 
     /// Type and name. pbrt-v3 ignores what stands behind the name.
@@ -73,15 +82,20 @@ impl Parser<'_> {
         let mut words = text.split([' ', '\t']).filter(|word| !word.is_empty());
         let (Some(ty), Some(name)) = (words.next(), words.next()) else {
             self.report(
-                Diagnostic::error(format!("expected a parameter's type and name, found \"{text}\""))
-                    .at(span)
-                    .label("like \"float radius\""),
+                Diagnostic::error(format!(
+                    "expected a parameter's type and name, found \"{text}\""
+                ))
+                .at(span)
+                .label("like \"float radius\""),
             );
             return None;
         };
         if words.next().is_some() {
             self.report(
-                Diagnostic::warning("a parameter's declaration has words behind the name; they are ignored").at(span),
+                Diagnostic::warning(
+                    "a parameter's declaration has words behind the name; they are ignored",
+                )
+                .at(span),
             );
         }
         let known = ParamType::from_word(ty);
@@ -98,7 +112,10 @@ impl Parser<'_> {
 
     /// Is the next token something that cannot be a value, or more likely the next declaration?
     fn value_is_missing(&mut self, ty: ParamType) -> bool {
-        let takes_strings = matches!(ty, ParamType::String | ParamType::Texture | ParamType::Spectrum);
+        let takes_strings = matches!(
+            ty,
+            ParamType::String | ParamType::Texture | ParamType::Spectrum
+        );
         let next = self.peek();
         match next.kind {
             TokenKind::End | TokenKind::Close | TokenKind::Unterminated => true,
@@ -107,7 +124,9 @@ impl Parser<'_> {
             TokenKind::Quoted => {
                 let (text, _) = next.string();
                 let mut words = text.split_ascii_whitespace();
-                !takes_strings && words.next().and_then(ParamType::from_word).is_some() && words.next().is_some()
+                !takes_strings
+                    && words.next().and_then(ParamType::from_word).is_some()
+                    && words.next().is_some()
             }
         }
     }
@@ -117,10 +136,16 @@ impl Parser<'_> {
         let first = self.bump();
         let mut items = Items::default();
         if first.kind != TokenKind::Open {
-            if matches!(first.kind, TokenKind::End | TokenKind::Close | TokenKind::Unterminated) {
+            if matches!(
+                first.kind,
+                TokenKind::End | TokenKind::Close | TokenKind::Unterminated
+            ) {
                 self.report(
-                    Diagnostic::error(format!("expected a parameter's value, found {}", first.description()))
-                        .at(first.span),
+                    Diagnostic::error(format!(
+                        "expected a parameter's value, found {}",
+                        first.description()
+                    ))
+                    .at(first.span),
                 );
                 return Err(Abandoned);
             }
@@ -140,7 +165,10 @@ impl Parser<'_> {
         loop {
             // A list begins and ends in one file, so nothing has been looked at ahead of it.
             if let Some(open) = self.open.last_mut() {
-                let rest = plain_numbers(open.bytes.get(open.at..).unwrap_or_default(), &mut items.numbers);
+                let rest = plain_numbers(
+                    open.bytes.get(open.at..).unwrap_or_default(),
+                    &mut items.numbers,
+                );
                 open.at = open.bytes.len() - rest.len();
             }
             let before = self.open.last().map_or(0, |open| open.at);
@@ -165,12 +193,19 @@ impl Parser<'_> {
                     open.at = before;
                 }
                 self.report(
-                    Diagnostic::error(format!("a list is not closed, found {}", token.description()))
-                        .at(opening.span)
-                        .label("this `[` has no `]`")
-                        .related(token.span, "expected `]` before this"),
+                    Diagnostic::error(format!(
+                        "a list is not closed, found {}",
+                        token.description()
+                    ))
+                    .at(opening.span)
+                    .label("this `[` has no `]`")
+                    .related(token.span, "expected `]` before this"),
                 );
-                return Ok(Span { start: token.span.start, end: token.span.start, ..token.span });
+                return Ok(Span {
+                    start: token.span.start,
+                    end: token.span.start,
+                    ..token.span
+                });
             }
             self.item(&token, items);
         }
@@ -186,9 +221,12 @@ impl Parser<'_> {
                 None => {
                     items.spoilt = true;
                     self.report(
-                        Diagnostic::error(format!("expected a value, found {}", token.description()))
-                            .at(token.span)
-                            .label("neither a number nor a string in quotes"),
+                        Diagnostic::error(format!(
+                            "expected a value, found {}",
+                            token.description()
+                        ))
+                        .at(token.span)
+                        .label("neither a number nor a string in quotes"),
                     );
                 }
             },
@@ -199,13 +237,25 @@ impl Parser<'_> {
     pub(super) fn checked_number(&mut self, token: &Token) -> Option<f64> {
         let (value, used) = number(token.text())?;
         let tail = token.text().get(used..).unwrap_or_default();
-        let tail_span = Span { start: token.span.start + used as u32, ..token.span };
+        let tail_span = Span {
+            start: token.span.start + used as u32,
+            ..token.span
+        };
         if tail.iter().any(u8::is_ascii_digit) {
-            let missing = if tail.starts_with(b",") || tail.starts_with(b";") { "separate numbers by blanks" } else { "" };
-            let diagnostic = Diagnostic::error("a number is followed by something with digits in it")
-                .at(tail_span)
-                .label("pbrt-v3 would drop this without a word");
-            self.report(if missing.is_empty() { diagnostic } else { diagnostic.with_help(missing) });
+            let missing = if tail.starts_with(b",") || tail.starts_with(b";") {
+                "separate numbers by blanks"
+            } else {
+                ""
+            };
+            let diagnostic =
+                Diagnostic::error("a number is followed by something with digits in it")
+                    .at(tail_span)
+                    .label("pbrt-v3 would drop this without a word");
+            self.report(if missing.is_empty() {
+                diagnostic
+            } else {
+                diagnostic.with_help(missing)
+            });
         } else if !tail.is_empty() {
             let diagnostic = Diagnostic::warning("a number is followed by something else")
                 .at(tail_span)
@@ -217,31 +267,47 @@ impl Parser<'_> {
             });
         }
         if value.is_nan() {
-            self.report(Diagnostic::error("not a number").at(token.span).label("0 is used to read on"));
+            self.report(
+                Diagnostic::error("not a number")
+                    .at(token.span)
+                    .label("0 is used to read on"),
+            );
             return Some(0.0);
         }
         Some(value)
     }
 
     /// Holds the items against the declared type.
-    fn typed_value(&self, ty: ParamType, name: &str, items: Items, span: Span) -> Option<ParamValue> {
+    fn typed_value(
+        &self,
+        ty: ParamType,
+        name: &str,
+        items: Items,
+        span: Span,
+    ) -> Option<ParamValue> {
         if items.spoilt {
             return None;
         }
-        let kinds = [!items.numbers.is_empty(), !items.strings.is_empty(), !items.bools.is_empty()];
-        let fits = match ty {
-            ParamType::String | ParamType::Texture => kinds == [false, true, false],
-            ParamType::Bool => !kinds[0] && kinds[1] != kinds[2],
-            ParamType::Spectrum => !kinds[2] && !(kinds[0] && kinds[1]),
-            _ => !kinds[1] && !kinds[2],
+        let has = |given: bool, kind: &'static str| given.then_some(kind);
+        let found: Vec<&str> = [
+            has(!items.numbers.is_empty(), "numbers"),
+            has(!items.strings.is_empty(), "strings"),
+            has(!items.bools.is_empty(), "`true` or `false`"),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        let fits = match (ty, found.as_slice()) {
+            (ParamType::String | ParamType::Texture, given) => given == ["strings"],
+            (ParamType::Bool, given) => given == ["strings"] || given == ["`true` or `false`"],
+            (_, [] | ["numbers"]) => true,
+            (ParamType::Spectrum, given) => given == ["strings"],
+            _ => false,
         };
         if !fits {
-            let found = match kinds {
-                [false, false, false] => "an empty list",
-                [true, false, false] => "numbers",
-                [false, true, false] => "strings",
-                [false, false, true] => "`true` or `false`",
-                _ => "a mixture",
+            let found = match found.as_slice() {
+                [] => "an empty list".to_owned(),
+                kinds => kinds.join(" mixed with "),
             };
             self.report(
                 Diagnostic::error(format!(
@@ -256,8 +322,12 @@ impl Parser<'_> {
         }
         Some(match ty {
             ParamType::Bool if !items.bools.is_empty() => ParamValue::Bools(items.bools),
-            ParamType::Bool => ParamValue::Bools(items.strings.iter().map(|s| self.boolean(s)).collect()),
-            _ if items.strings.is_empty() => ParamValue::Numbers(self.whole_values(ty, name, items.numbers, span)),
+            ParamType::Bool => {
+                ParamValue::Bools(items.strings.iter().map(|s| self.boolean(s)).collect())
+            }
+            _ if items.strings.is_empty() => {
+                ParamValue::Numbers(self.whole_values(ty, name, items.numbers, span))
+            }
             _ => ParamValue::Strings(items.strings),
         })
     }
@@ -265,16 +335,25 @@ impl Parser<'_> {
     fn boolean(&self, string: &Name) -> bool {
         if !matches!(string.text.as_str(), "true" | "false") {
             self.report(
-                Diagnostic::warning(format!("\"{}\" is neither \"true\" nor \"false\"", string.text))
-                    .at(string.span)
-                    .label("taken for \"false\""),
+                Diagnostic::warning(format!(
+                    "\"{}\" is neither \"true\" nor \"false\"",
+                    string.text
+                ))
+                .at(string.span)
+                .label("taken for \"false\""),
             );
         }
         string.text == "true"
     }
 
     /// Drops the numbers that do not make a whole value.
-    fn whole_values(&self, ty: ParamType, name: &str, mut numbers: Vec<f64>, span: Span) -> Vec<f64> {
+    fn whole_values(
+        &self,
+        ty: ParamType,
+        name: &str,
+        mut numbers: Vec<f64>,
+        span: Span,
+    ) -> Vec<f64> {
         let surplus = numbers.len() % ty.items();
         if surplus > 0 {
             self.report(
@@ -285,7 +364,11 @@ impl Parser<'_> {
                     numbers.len()
                 ))
                 .at(span)
-                .label(if surplus == 1 { "the last one is ignored" } else { "the last two are ignored" }),
+                .label(if surplus == 1 {
+                    "the last one is ignored"
+                } else {
+                    "the last two are ignored"
+                }),
             );
             numbers.truncate(numbers.len() - surplus);
         }

@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 /// Absolute names stay what they are. Scenes written on Windows spell folders with backslashes,
 /// whose first letters may have been taken for escapes (`\t`, `\n`): where the name as read leads
 /// nowhere, it is tried with slashes.
-pub(super) fn resolve(directory: &Path, name: &str) -> Option<PathBuf> {
-    let literal = directory.join(name);
-    if literal.exists() {
-        return Some(literal);
-    }
-    let slashed = slashed(name);
-    (slashed != name).then(|| directory.join(slashed)).filter(|path| path.exists())
+pub fn resolve(directory: &Path, name: &str) -> Option<PathBuf> {
+    let found = |name: &str| Some(directory.join(name)).filter(|path| is_there(path));
+    found(name).or_else(|| found(&slashed(name)))
+}
+
+/// Something that can be read: a file, or a device or pipe that acts as one.
+fn is_there(path: &Path) -> bool {
+    path.metadata().is_ok_and(|metadata| !metadata.is_dir())
 }
 
 fn slashed(name: &str) -> String {
@@ -47,10 +48,19 @@ mod tests {
         let path = |name: &str| folder.path().join(name);
         std::fs::create_dir(path("maps")).expect("a folder");
         std::fs::write(path("maps/wood.png"), "").expect("a file");
-        assert_eq!(resolve(folder.path(), "maps\\wood.png"), Some(path("maps/wood.png")));
-        assert_eq!(resolve(folder.path(), "maps/wood.png"), Some(path("maps/wood.png")));
+        assert_eq!(
+            resolve(folder.path(), "maps\\wood.png"),
+            Some(path("maps/wood.png"))
+        );
+        assert_eq!(
+            resolve(folder.path(), "maps/wood.png"),
+            Some(path("maps/wood.png"))
+        );
         assert_eq!(resolve(folder.path(), "maps/brick.png"), None);
         let absolute = path("maps/wood.png");
-        assert_eq!(resolve(Path::new("/elsewhere"), &absolute.to_string_lossy()), Some(absolute.clone()));
+        assert_eq!(
+            resolve(Path::new("/elsewhere"), &absolute.to_string_lossy()),
+            Some(absolute.clone())
+        );
     }
 }
