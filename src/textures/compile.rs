@@ -9,6 +9,7 @@ use crate::assets::picture::{Picture, PictureError};
 use crate::math::Rgb;
 use crate::math::transform::Transform;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// All textures of a scene.
@@ -170,6 +171,8 @@ fn compile_all<V: TextureValue>(
 #[derive(Default)]
 struct Wanted {
     files: Vec<PathBuf>,
+    /// Positions in `files`.
+    known: BTreeMap<PathBuf, usize>,
     float: Vec<WantedMap>,
     spectrum: Vec<WantedMap>,
 }
@@ -183,7 +186,12 @@ struct WantedMap {
 
 impl Wanted {
     fn file_index(&mut self, file: Option<&PathBuf>) -> Option<usize> {
-        file.map(|file| position_or_push(&mut self.files, file.clone()))
+        file.map(|file| {
+            *self.known.entry(file.clone()).or_insert_with(|| {
+                self.files.push(file.clone());
+                self.files.len() - 1
+            })
+        })
     }
 
     /// All filtered pictures. Each file's picture is let go once its maps are made.
