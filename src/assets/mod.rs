@@ -1,5 +1,4 @@
-//! Files a scene refers to, decoded: here pictures.
-
+//! assets
 mod openexr;
 mod pfm;
 pub mod picture;
