@@ -32,6 +32,16 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<Picture, String> {
         .map_err(|e| e.to_string())?;
     let layer = image.layer_data;
     let (width, height) = (layer.size.width(), layer.size.height());
+    if layer
+        .channel_data
+        .list
+        .iter()
+        .any(|c| c.sampling.width() != 1 || c.sampling.height() != 1)
+    {
+        return Err(
+            "it holds subsampled (luminance and chroma) channels, which are not supported".into(),
+        );
+    }
     let [r, g, b] = choose_channels(&layer.channel_data)?;
     let value =
         |channel: Option<&FlatSamples>, i| channel.map_or(0.0, |samples| sample(samples, i));
@@ -76,7 +86,7 @@ fn choose_channels(
     }
 }
 
-/// Sample `i` of a channel, 0 beyond its end (a subsampled channel is shorter).
+/// Sample `i` of a channel, 0 beyond its end.
 fn sample(samples: &FlatSamples, i: usize) -> f32 {
     match samples {
         FlatSamples::F16(v) => v.get(i).map_or(0.0, |h| h.to_f32()),

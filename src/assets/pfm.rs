@@ -77,3 +77,57 @@ impl<'a> Header<'a> {
         word.parse().map_err(|_| format!("its {what} is '{word}'"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(header: &str, values: &[f32], bytes: fn(f32) -> [u8; 4]) -> Vec<u8> {
+        let mut file = header.as_bytes().to_vec();
+        file.extend(values.iter().flat_map(|&v| bytes(v)));
+        file
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Picture, String> {
+        read(bytes, SizeLimit::for_file(bytes.len()))
+    }
+
+    #[test]
+    fn rows_run_upwards_and_both_byte_orders_are_read() {
+        let values = [0.0, 1.0, 2.0, 3.0];
+        let little = decode(&file("Pf\n2 2\n-1\n", &values, f32::to_le_bytes)).unwrap();
+        let big = decode(&file("Pf 2 2 1.0\n", &values, f32::to_be_bytes)).unwrap();
+        for picture in [little, big] {
+            assert_eq!(
+                picture.pixel(0, 0),
+                Rgb::splat(2.0),
+                "the top row comes last"
+            );
+            assert_eq!(picture.pixel(1, 1), Rgb::splat(1.0));
+        }
+        let colour = decode(&file(
+            "PF\n1 1\n-1.000000\n",
+            &[5.0, 6.0, 7.0],
+            f32::to_le_bytes,
+        ))
+        .unwrap();
+        assert_eq!(colour.pixel(0, 0), Rgb::new(5.0, 6.0, 7.0));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        for (bytes, said) in [
+            ("P6 1 1 -1 ....", "PF or Pf"),
+            ("PF\nx 1\n-1\n", "width"),
+            ("PF\n1\n", "height"),
+            ("PF\n1 -1\n1\n", "height"),
+            ("PF\n1 1\n0\n0000", "scale"),
+            ("PF\n1 1\n-1\n0000", "12 needed"),
+            ("PF\n0 1\n-1\n", "no pixels"),
+            ("PF", "PF or Pf"),
+        ] {
+            let message = decode(bytes.as_bytes()).unwrap_err();
+            assert!(message.contains(said), "{bytes:?}: {message}");
+        }
+    }
+}

@@ -220,3 +220,257 @@ fn read_with_image_crate(
     let texels = rgb.as_raw().chunks_exact(3).map(Rgb::from_slice).collect();
     Picture::from_texels(width, height, encoding, texels).ok_or_else(|| "it has no pixels".into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use exr::prelude::*;
+    use image::{ImageBuffer, Luma};
+    use proptest::prelude::*;
+
+    /// Red grows to the right, green downwards; every value is a multiple of 1/256.
+    fn gradient(x: usize, y: usize) -> Rgb {
+        Rgb::new(x as f32 * 16.0 / 256.0, y as f32 * 32.0 / 256.0, 0.25)
+    }
+
+    const WIDTH: usize = 9;
+    const HEIGHT: usize = 5;
+
+    fn write(directory: &Path, name: &str, save: impl FnOnce(&Path)) -> PathBuf {
+        let path = directory.join(name);
+        save(&path);
+        path
+    }
+
+    fn bytes8() -> image::RgbImage {
+        ImageBuffer::from_fn(WIDTH as u32, HEIGHT as u32, |x, y| {
+            image::Rgb(
+                (gradient(x as usize, y as usize) * 256.0)
+                    .to_array()
+                    .map(|v| v as u8),
+            )
+        })
+    }
+
+    fn exr_with(names: [&str; 3], prefix: &str, half: bool, position: (i32, i32)) -> Vec<u8> {
+        let channel = |i: usize| {
+            let values = (0..WIDTH * HEIGHT).map(|k| gradient(k % WIDTH, k / WIDTH)[i]);
+            let samples = if half {
+                FlatSamples::F16(values.map(f16::from_f32).collect())
+            } else {
+                FlatSamples::F32(values.collect())
+            };
+            AnyChannel::new(format!("{prefix}{}", names[i]).as_str(), samples)
+        };
+        let mut alpha = channel(2);
+        alpha.name = format!("{prefix}A").as_str().into();
+        let channels = AnyChannels::sort(
+            [channel(0), channel(1), channel(2), alpha]
+                .into_iter()
+                .collect(),
+        );
+        let attributes = LayerAttributes {
+            layer_position: Vec2(position.0, position.1),
+            ..Default::default()
+        };
+        let layer = Layer::new(
+            (WIDTH, HEIGHT),
+            attributes,
+            exr::image::Encoding::SMALL_LOSSLESS,
+            channels,
+        );
+        let mut bytes = Vec::new();
+        Image::from_layer(layer)
+            .write()
+            .to_buffered(Cursor::new(&mut bytes))
+            .unwrap();
+        bytes
+    }
+
+    fn is_gradient(path: &Path) -> Picture {
+        let picture = Picture::load(path).unwrap();
+        assert_eq!((picture.width, picture.height), (WIDTH, HEIGHT));
+        picture
+    }
+
+    #[test]
+    fn eight_bit_pictures_are_scaled_to_one_and_stay_encoded() {
+        let directory = tempfile::tempdir().unwrap();
+        for name in ["a.png", "a.tga", "a.PNG"] {
+            let path = write(directory.path(), name, |p| bytes8().save(p).unwrap());
+            let picture = is_gradient(&path);
+            assert_eq!(picture.encoding, super::Encoding::Srgb);
+            for (x, y) in [(0, 0), (8, 0), (3, 4)] {
+                let expected = gradient(x, y) * (256.0 / 255.0);
+                assert!(
+                    (picture.pixel(x, y) - expected).abs().max_element() < 1e-6,
+                    "{name} at {x}, {y}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn jpeg_is_read_whatever_its_name() {
+        let directory = tempfile::tempdir().unwrap();
+        let flat = image::RgbImage::from_pixel(16, 8, image::Rgb([200, 100, 50]));
+        for name in ["a.jpg", "a.jpeg"] {
+            let path = write(directory.path(), name, |p| flat.save(p).unwrap());
+            let misnamed = path.with_extension("png");
+            std::fs::copy(&path, &misnamed).unwrap();
+            for path in [path, misnamed] {
+                let texel = Picture::load(&path).unwrap().pixel(15, 7) * 255.0;
+                // Lossy, and its colour transform rounds: within two steps of a flat colour.
+                assert!((texel - Rgb::new(200.0, 100.0, 50.0)).abs().max_element() <= 2.0);
+            }
+        }
+    }
+
+    #[test]
+    fn sixteen_bit_png_keeps_its_precision() {
+        let directory = tempfile::tempdir().unwrap();
+        let grey = ImageBuffer::<Luma<u16>, _>::from_fn(3, 1, |x, _| {
+            Luma([[1, 12345, 65535][x as usize]])
+        });
+        let path = write(directory.path(), "deep.png", |p| grey.save(p).unwrap());
+        let picture = Picture::load(&path).unwrap();
+        for (x, stored) in [1.0f32, 12345.0, 65535.0].into_iter().enumerate() {
+            assert!((picture.pixel(x, 0) * 65535.0 - stored).abs().max_element() < 1e-2);
+        }
+    }
+
+    #[test]
+    fn radiance_pictures_are_linear() {
+        let directory = tempfile::tempdir().unwrap();
+        let image = image::Rgb32FImage::from_pixel(8, 4, image::Rgb([100.0, 1.0, 0.5]));
+        let path = write(directory.path(), "a.hdr", |p| image.save(p).unwrap());
+        let picture = Picture::load(&path).unwrap();
+        assert_eq!(picture.encoding, super::Encoding::Linear);
+        // A common exponent for three 8-bit mantissas: steps of 128/256.
+        assert!(
+            (picture.pixel(7, 3) - Rgb::new(100.0, 1.0, 0.5))
+                .abs()
+                .max_element()
+                <= 0.5
+        );
+    }
+
+    #[test]
+    fn openexr_is_read_whatever_its_channels_and_window() {
+        let directory = tempfile::tempdir().unwrap();
+        let rgb = ["R", "G", "B"];
+        let cases = [
+            exr_with(rgb, "", true, (0, 0)),
+            exr_with(rgb, "", false, (-20, 7)),
+            exr_with(rgb, "left.", true, (0, 0)),
+            exr_with(["r", "g", "b"], "", false, (0, 0)),
+        ];
+        for bytes in cases {
+            let path = write(directory.path(), "a.exr", |p| {
+                std::fs::write(p, bytes).unwrap()
+            });
+            let picture = is_gradient(&path);
+            assert_eq!(picture.encoding, super::Encoding::Linear);
+            for (x, y) in [(0, 0), (8, 0), (3, 4)] {
+                // Multiples of 1/256 below 1 are exact in half floats.
+                assert_eq!(picture.pixel(x, y), gradient(x, y));
+            }
+        }
+        let grey = exr_with(["Y", "U", "V"], "", true, (0, 0));
+        let path = write(directory.path(), "grey.exr", |p| {
+            std::fs::write(p, grey).unwrap()
+        });
+        assert_eq!(is_gradient(&path).pixel(4, 1), Rgb::splat(gradient(4, 1).x));
+        let depth = exr_with(["X", "Z", "U"], "", true, (0, 0));
+        let path = write(directory.path(), "depth.exr", |p| {
+            std::fs::write(p, depth).unwrap()
+        });
+        assert!(
+            Picture::load(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("is R, G, B or Y")
+        );
+    }
+
+    #[test]
+    fn errors_name_the_file() {
+        let directory = tempfile::tempdir().unwrap();
+        let missing = directory.path().join("missing.png");
+        let nothing = write(directory.path(), "nothing.txt", |p| {
+            std::fs::write(p, "text").unwrap()
+        });
+        let broken = write(directory.path(), "broken.png", |p| {
+            std::fs::write(p, "text").unwrap()
+        });
+        for path in [missing, nothing, broken, directory.path().to_path_buf()] {
+            let message = Picture::load(&path).unwrap_err().to_string();
+            assert!(message.contains(path.to_str().unwrap()), "{message}");
+        }
+    }
+
+    #[test]
+    fn headers_that_promise_too_much_are_not_believed() {
+        let mut png = Cursor::new(Vec::new());
+        bytes8().write_to(&mut png, ImageFormat::Png).unwrap();
+        let mut png = png.into_inner();
+        png[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
+        assert!(Picture::decode(&png, Format::Other(ImageFormat::Png)).is_err());
+        assert!(Picture::decode(b"PF\n60000 60000\n-1\nabcd", Format::Pfm).is_err());
+        let limit = SizeLimit::for_file(1000);
+        assert!(
+            limit.check(60_000, 60_000).is_err()
+                && limit.check(0, 3).is_err()
+                && limit.check(4096, 4096).is_ok()
+        );
+        assert!(limit.check(usize::MAX, usize::MAX).is_err());
+    }
+
+    /// Whole files of every format.
+    fn samples() -> Vec<(Format, Vec<u8>)> {
+        let mut samples = vec![
+            (Format::OpenExr, exr_with(["R", "G", "B"], "", true, (3, 4))),
+            (Format::Pfm, [b"PF 2 1 -1 ".as_slice(), &[0; 24]].concat()),
+        ];
+        for format in [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tga] {
+            let mut bytes = Cursor::new(Vec::new());
+            bytes8().write_to(&mut bytes, format).unwrap();
+            samples.push((Format::Other(format), bytes.into_inner()));
+        }
+        let mut bytes = Cursor::new(Vec::new());
+        DynamicImage::from(bytes8())
+            .into_rgb32f()
+            .write_to(&mut bytes, ImageFormat::Hdr)
+            .unwrap();
+        samples.push((Format::Other(ImageFormat::Hdr), bytes.into_inner()));
+        samples
+    }
+
+    #[test]
+    fn truncated_files_are_errors_or_pictures_but_never_panics() {
+        for (format, bytes) in samples() {
+            assert!(Picture::decode(&bytes, format).is_ok(), "{format:?}");
+            for end in 0..bytes.len() {
+                let _ = Picture::decode(&bytes[..end], format);
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+        #[test]
+        fn corrupted_files_are_errors_or_pictures_but_never_panics(
+            which in 0usize..6,
+            edits in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 1..8),
+        ) {
+            let (format, mut bytes) = samples().swap_remove(which);
+            for (at, value) in edits {
+                let at = at.index(bytes.len());
+                bytes[at] = value;
+            }
+            if let Ok(picture) = Picture::decode(&bytes, format) {
+                prop_assert_eq!(picture.texels().len(), picture.width * picture.height);
+            }
+        }
+    }
+}

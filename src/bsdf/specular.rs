@@ -131,9 +131,8 @@ fn refracted(wo: Vec3, factor: Rgb, eta_a: f32, eta_b: f32, pdf: f32) -> Option<
 pub fn refract(wo: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
     let cos_i = wo.dot(n);
     let sin2_t = (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);
-    if !(sin2_t < 1.0) {
-        return None;
-    }
-    let cos_t = (1.0 - sin2_t).sqrt();
-    Some(-wo / eta + (cos_i / eta - cos_t) * n)
+    (sin2_t < 1.0).then(|| {
+        let cos_t = (1.0 - sin2_t).sqrt();
+        -wo / eta + (cos_i / eta - cos_t) * n
+    })
 }

@@ -171,6 +171,12 @@ impl DiffuseAreaLight {
     }
 }
 
+/// A triangle that emits, for tests.
+#[cfg(test)]
+pub(super) fn triangle_emitter(corners: [Vec3; 3]) -> Emitter {
+    Emitter::triangle(corners)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,7 +194,7 @@ mod tests {
             two_sided,
             samples: 1,
         };
-        DiffuseAreaLight::new(&spec, Emitter::triangle(CORNERS), 0)
+        DiffuseAreaLight::new(&spec, triangle_emitter(CORNERS), 0)
     }
 
     fn normal() -> Vec3 {

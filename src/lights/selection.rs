@@ -159,7 +159,7 @@ fn power_distribution(lights: &[Light], scene_radius: f32) -> Distribution1D {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lights::emitter_stub::Emitter;
+    use crate::lights::diffuse::triangle_emitter;
     use crate::lights::{
         DiffuseAreaLight, DiffuseAreaSpec, DistantLight, DistantSpec, InfiniteLight, InfiniteSpec,
         PointLight, PointSpec, SpotLight, SpotSpec,
@@ -237,7 +237,7 @@ mod tests {
                 ];
                 Light::DiffuseArea(DiffuseAreaLight::new(
                     &spec,
-                    Emitter::triangle(corners),
+                    triangle_emitter(corners),
                     group,
                 ))
             })

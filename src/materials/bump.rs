@@ -65,3 +65,82 @@ impl Bump {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::testing::flat_hit;
+    use crate::handles::FloatTextureId;
+    use crate::math::transform::Transform;
+    use crate::surface::Footprint;
+    use crate::textures::{Bilerp, MappingSpec, TextureSpec};
+
+    /// Displacement 0.75 u − 0.5 v.
+    fn slope() -> (Bump, Textures) {
+        let mapping = MappingSpec::Uv {
+            scale: Vec2::ONE,
+            delta: Vec2::ZERO,
+        };
+        let bilerp = TextureSpec::Bilerp(Bilerp {
+            mapping,
+            v00: 0.0,
+            v01: -0.5,
+            v10: 0.75,
+            v11: 0.25,
+        });
+        let (textures, _) = Textures::compile(&[bilerp], &[], &Transform::IDENTITY);
+        (
+            Bump {
+                displacement: FloatInput::Texture(FloatTextureId(0)),
+            },
+            textures,
+        )
+    }
+
+    #[test]
+    fn a_linear_displacement_tilts_the_normal_by_its_slope() {
+        let (bump, textures) = slope();
+        let expected = Vec3::new(-0.75, 0.5, 1.0).normalize();
+        for duv in [0.0, 0.01] {
+            let footprint = Footprint {
+                duvdx: Vec2::new(duv, 0.0),
+                duvdy: Vec2::new(0.0, duv),
+                ..Default::default()
+            };
+            let mut hit = flat_hit(Vec3::Z);
+            let at = TexturePoint {
+                p: hit.p,
+                uv: hit.uv,
+                footprint,
+            };
+            let n = bump.shading_geometry(&hit, &at, &textures).n;
+            // The default step of 0.0005 magnifies the displacement's rounding by 2000.
+            assert!((n - expected).length() < 3e-4, "{n}");
+            // On a surface turned inside out the tilt stays on the geometric normal's side.
+            hit.n = -Vec3::Z;
+            hit.shading.n = -Vec3::Z;
+            let n = bump.shading_geometry(&hit, &at, &textures).n;
+            assert!(
+                (n - Vec3::new(-0.75, 0.5, -1.0).normalize()).length() < 3e-4,
+                "{n}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_constant_displacement_changes_nothing_on_a_plane() {
+        let hit = flat_hit(Vec3::Z);
+        let at = TexturePoint {
+            p: hit.p,
+            uv: hit.uv,
+            footprint: Footprint::default(),
+        };
+        let bump = Bump {
+            displacement: FloatInput::Constant(3.0),
+        };
+        assert_eq!(
+            bump.shading_geometry(&hit, &at, &Textures::default()).n,
+            Vec3::Z
+        );
+    }
+}

@@ -43,17 +43,21 @@ impl Permutation {
 
     fn step(&self, mut x: u32, key: u64) -> u32 {
         let (a, b) = (key as u32, (key >> 32) as u32);
-        for (add, factor) in [
+        // Six rounds: with four, some permutations of four things come 12 % too often.
+        let keys = [
             (a, b),
             (b >> 5, a >> 3),
             (a >> 16, b >> 11),
             (b >> 21, a >> 9),
-        ] {
+            (a >> 24, b >> 27),
+            (b >> 14, a >> 19),
+        ];
+        for (add, factor) in keys {
             x = x.wrapping_add(add);
             x = x.wrapping_mul(factor | 1) & self.mask;
             x ^= x >> self.shift;
         }
-        (x ^ (a >> 24)) & self.mask
+        x
     }
 }
 
@@ -95,10 +99,10 @@ mod tests {
                     if i == j {
                         assert_eq!(count, 0.0);
                     } else {
-                        // Such a hash is no perfect shuffle; within a third is far from the
-                        // visible structure that a missing pair would be.
+                        // At least 1666 are expected in each of 240 places, so that chance alone
+                        // makes 10 % (four standard deviations); the hash may add half as much.
                         assert!(
-                            (count / expected - 1.0).abs() < 0.35,
+                            (count / expected - 1.0).abs() < 0.15,
                             "n {n}: {i},{j} {count} of {expected}"
                         );
                     }

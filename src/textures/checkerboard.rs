@@ -106,13 +106,11 @@ impl<V: TextureValue> Checkerboard<V, Mapping> {
     }
 }
 
-/// 1 where the cell's coordinates add up to an odd number, else 0.
+/// 1 where the cell's coordinates add up to an odd number, else 0; what is not finite counts as 0.
 fn odd_cell(p: &[f32]) -> f32 {
     // Each coordinate's parity by itself: exact for floats beyond any integer's range too.
-    p.iter()
-        .map(|x| x.floor().rem_euclid(2.0))
-        .sum::<f32>()
-        .rem_euclid(2.0)
+    let odd = p.iter().filter(|x| x.floor().rem_euclid(2.0) == 1.0);
+    (odd.count() % 2) as f32
 }
 
 /// Share of odd cells in the box of half-widths `w` around `st`; ½ for boxes wider than two cells.
@@ -121,8 +119,7 @@ fn odd_share(st: Vec2, w: Vec2) -> f32 {
     if low.floor() == high.floor() {
         return odd_cell(&st.to_array());
     }
-    // Also where w is not a number.
-    if !(w.x <= 1.0 && w.y <= 1.0) {
+    if w.max_element() > 1.0 || !low.is_finite() || !high.is_finite() {
         return 0.5;
     }
     let s = odd_interval_share(low.x, high.x);
@@ -141,4 +138,72 @@ fn odd_interval_share(low: f32, high: f32) -> f32 {
         half.floor() + 2.0 * (half - half.floor() - 0.5).max(0.0)
     };
     ((below(high) - below(low)) / (high - low)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{mix2, unit_float};
+    use crate::math::{DVec3, Vec3};
+    use crate::params::FloatInput;
+    use crate::surface::Footprint;
+
+    #[test]
+    fn even_cells_come_first_on_both_sides_of_zero() {
+        assert_eq!(odd_cell(&[0.5, 0.5]), 0.0);
+        assert_eq!(odd_cell(&[-0.5, 0.5]), 1.0);
+        assert_eq!(odd_cell(&[-0.5, -0.5]), 0.0);
+        assert_eq!(odd_cell(&[1.5, 0.5, 2.5]), 1.0);
+        assert_eq!(odd_cell(&[3e9, 0.5]), 0.0);
+    }
+
+    #[test]
+    fn closed_form_is_the_mean_over_the_box() {
+        for i in 0..40u64 {
+            let r = |k: u64| unit_float(mix2(i, k));
+            let st = Vec2::new(6.0 * r(1) - 3.0, 6.0 * r(2) - 3.0);
+            let w = Vec2::new(r(3), r(4));
+            let n = 200;
+            let mut odd = 0.0;
+            for k in 0..n * n {
+                let cell =
+                    Vec2::new((k % n) as f32 + 0.5, (k / n) as f32 + 0.5) / n as f32 * 2.0 - 1.0;
+                odd += odd_cell(&(st + w * cell).to_array());
+            }
+            // The grid misplaces at most one of its columns or rows at each of up to two edges.
+            assert!((odd_share(st, w) - odd / (n * n) as f32).abs() < 4.0 / n as f32);
+        }
+        assert_eq!(odd_share(Vec2::ZERO, Vec2::new(1.5, 0.1)), 0.5);
+        assert_eq!(odd_share(Vec2::new(0.5, 1.5), Vec2::ZERO), 1.0);
+        assert!(
+            (odd_share(Vec2::new(0.5, 1.0), Vec2::new(0.0, 0.25)) - 0.5).abs() < 1e-6,
+            "a box without width"
+        );
+        assert_eq!(odd_share(Vec2::splat(f32::NAN), Vec2::splat(0.1)), 0.5);
+    }
+
+    #[test]
+    fn cubes_use_the_ctm_itself() {
+        // `Scale 4 4 1` before the texture makes cells four times smaller, not larger.
+        let ctm = Transform::scale(DVec3::new(4.0, 4.0, 1.0));
+        let camera = DVec3::new(0.0, 0.0, -7.0);
+        let board = Checkerboard::<f32, MappingSpec> {
+            cells: Cells::Cubes(PointMap::new(&ctm.m)),
+            tex1: FloatInput::Constant(1.0),
+            tex2: FloatInput::Constant(0.0),
+        };
+        let board = board.compile(&Transform::translate(-camera));
+        let value = |world: DVec3| {
+            let p: Vec3 = (world - camera).as_vec3();
+            let at = TexturePoint {
+                p,
+                uv: Vec2::ZERO,
+                footprint: Footprint::default(),
+            };
+            board.evaluate(&Textures::default(), &at)
+        };
+        assert_eq!(value(DVec3::new(0.1, 0.1, 0.5)), 1.0);
+        assert_eq!(value(DVec3::new(0.3, 0.1, 0.5)), 0.0);
+        assert_eq!(value(DVec3::new(0.6, 0.1, 0.5)), 1.0);
+    }
 }

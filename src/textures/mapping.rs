@@ -240,3 +240,170 @@ impl PointMap {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::Footprint;
+
+    fn at(p: Vec3, footprint: Footprint) -> TexturePoint {
+        TexturePoint {
+            p,
+            uv: Vec2::new(0.25, 0.5),
+            footprint,
+        }
+    }
+
+    fn close(a: Vec2, b: Vec2, tolerance: f32) {
+        assert!((a - b).length() <= tolerance, "{a} against {b}");
+    }
+
+    #[test]
+    fn uv_is_scaled_then_shifted() {
+        let scale = Vec2::new(2.0, 3.0);
+        let mapping = MappingSpec::Uv {
+            scale,
+            delta: Vec2::new(10.0, 20.0),
+        }
+        .compile(&Transform::IDENTITY);
+        let footprint = Footprint {
+            duvdx: Vec2::new(0.1, 0.0),
+            duvdy: Vec2::new(0.0, 0.2),
+            ..Footprint::default()
+        };
+        let c = mapping.coordinates(&at(Vec3::ZERO, footprint));
+        assert_eq!(c.st, Vec2::new(10.5, 21.5));
+        assert_eq!(
+            (c.dstdx, c.dstdy),
+            (Vec2::new(0.2, 0.0), scale * Vec2::new(0.0, 0.2))
+        );
+    }
+
+    #[test]
+    fn spherical_takes_latitude_first() {
+        let m = MappingSpec::Spherical {
+            world_from_texture: Transform::translate(DVec3::X),
+        };
+        let m = m.compile(&Transform::IDENTITY);
+        let st = |p: Vec3| m.position(&at(p + Vec3::X, Footprint::default()));
+        // One rounding of an inverse trigonometric function.
+        close(st(Vec3::Z), Vec2::new(0.0, 0.0), 1e-6);
+        close(st(2.0 * Vec3::Y), Vec2::new(0.5, 0.25), 1e-6);
+        close(st(-Vec3::Y), Vec2::new(0.5, 0.75), 1e-6);
+        close(st(-Vec3::Z), Vec2::new(1.0, 0.0), 1e-6);
+        assert_eq!(st(Vec3::ZERO), Vec2::new(0.5, 0.0));
+    }
+
+    #[test]
+    fn cylindrical_takes_z_of_the_unit_vector() {
+        let m = MappingSpec::Cylindrical {
+            world_from_texture: Transform::IDENTITY,
+        }
+        .compile(&Transform::IDENTITY);
+        let st = |p: Vec3| m.position(&at(p, Footprint::default()));
+        close(st(Vec3::X), Vec2::new(0.5, 0.0), 1e-6);
+        close(st(-Vec3::Y), Vec2::new(0.25, 0.0), 1e-6);
+        close(st(Vec3::new(3.0, 0.0, 4.0)), Vec2::new(0.5, 0.8), 1e-6);
+    }
+
+    #[test]
+    fn planar_ignores_the_ctm_and_survives_the_move_to_render_space() {
+        let spec = MappingSpec::Planar {
+            v1: DVec3::new(2.0, 0.0, 0.0),
+            v2: DVec3::Z,
+            delta: [0.5, 0.0],
+        };
+        let camera = DVec3::new(100.0, -50.0, 30.0);
+        let m = spec.compile(&Transform::translate(-camera));
+        let world = DVec3::new(101.0, -49.0, 33.0);
+        let c = m.coordinates(&at(
+            (world - camera).as_vec3(),
+            Footprint {
+                dpdx: Vec3::X,
+                ..Footprint::default()
+            },
+        ));
+        assert_eq!(c.st, Vec2::new(202.5, 33.0));
+        assert_eq!((c.dstdx, c.dstdy), (Vec2::new(2.0, 0.0), Vec2::ZERO));
+    }
+
+    #[test]
+    fn render_space_changes_nothing() {
+        let ctm = Transform::rotate(40.0, DVec3::new(1.0, 2.0, 0.5))
+            * Transform::scale(DVec3::new(1.0, 2.0, 3.0));
+        let camera = DVec3::new(3.0, 4.0, -5.0);
+        let footprint = Footprint {
+            dpdx: Vec3::X * 0.01,
+            dpdy: Vec3::Y * 0.01,
+            ..Footprint::default()
+        };
+        for spec in [
+            MappingSpec::Spherical {
+                world_from_texture: ctm,
+            },
+            MappingSpec::Cylindrical {
+                world_from_texture: ctm,
+            },
+            MappingSpec::Planar {
+                v1: DVec3::ONE,
+                v2: DVec3::Y,
+                delta: [0.1, 0.2],
+            },
+        ] {
+            let world = spec.compile(&Transform::IDENTITY);
+            let render = spec.compile(&Transform::translate(-camera));
+            for p in [DVec3::new(1.0, 0.3, 0.2), DVec3::new(-2.0, 1.0, 5.0)] {
+                let a = world.coordinates(&at(p.as_vec3(), footprint));
+                let b = render.coordinates(&at((p - camera).as_vec3(), footprint));
+                // Rounding of coordinates up to 10; differences divide it by the step's 1/100.
+                close(a.st, b.st, 3e-6);
+                close(a.dstdx, b.dstdx, 3e-4);
+                close(a.dstdy, b.dstdy, 3e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn differentials_do_not_jump_at_the_seam() {
+        let footprint = Footprint {
+            dpdx: Vec3::Y * 0.02,
+            ..Footprint::default()
+        };
+        for (spec, seam, pick) in [
+            (
+                MappingSpec::Spherical {
+                    world_from_texture: Transform::IDENTITY,
+                },
+                Vec3::X,
+                Vec2::Y,
+            ),
+            (
+                MappingSpec::Cylindrical {
+                    world_from_texture: Transform::IDENTITY,
+                },
+                -Vec3::X,
+                Vec2::X,
+            ),
+        ] {
+            let m = spec.compile(&Transform::IDENTITY);
+            let c = m.coordinates(&at(seam - Vec3::Y * 1e-4 * seam.x, footprint));
+            // A step of 0.02 along the unit circle is 0.02/2π of a turn.
+            assert!(
+                (c.dstdx.dot(pick).abs() - 0.02 / TAU).abs() < 1e-4,
+                "{spec:?}: {}",
+                c.dstdx
+            );
+        }
+    }
+
+    #[test]
+    fn a_projective_matrix_divides_by_w() {
+        let mut m = DMat4::IDENTITY;
+        m.z_axis.w = 1.0;
+        m.w_axis.w = 0.0;
+        assert_eq!(
+            PointMap::new(&m).point(Vec3::new(2.0, 4.0, 2.0)),
+            Vec3::new(1.0, 2.0, 1.0)
+        );
+    }
+}

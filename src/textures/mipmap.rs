@@ -62,13 +62,13 @@ impl<V: TextureValue> Mipmap<V> {
         filter: Filter,
     ) -> Mipmap<V> {
         let filter = match filter {
-            Filter::Trilinear => filter,
-            Filter::Ewa { max_anisotropy } => {
-                // NaN becomes 1.
-                Filter::Ewa {
-                    max_anisotropy: max_anisotropy.max(1.0).min(ANISOTROPY_LIMIT),
-                }
-            }
+            Filter::Ewa { max_anisotropy } if max_anisotropy >= 1.0 => Filter::Ewa {
+                max_anisotropy: max_anisotropy.min(ANISOTROPY_LIMIT),
+            },
+            Filter::Ewa { .. } => Filter::Ewa {
+                max_anisotropy: 1.0,
+            },
+            Filter::Trilinear => Filter::Trilinear,
         };
         let finest = Level {
             width,
@@ -115,12 +115,13 @@ impl<V: TextureValue> Mipmap<V> {
         if level <= 0.0 {
             return value(0);
         }
-        // Also where the footprint is not a number.
-        if !(level < last as f32) {
-            return self.levels[last].texels[0];
+        if level < last as f32 {
+            let (low, fraction) = (level as usize, level.fract());
+            value(low) * (1.0 - fraction) + value(low + 1) * fraction
+        } else {
+            // Also where the footprint is not a number.
+            self.levels[last].texels[0]
         }
-        let (low, fraction) = (level as usize, level.fract());
-        value(low) * (1.0 - fraction) + value(low + 1) * fraction
     }
 
     /// Linear in s and in t between the four texels around `st`, whose centres lie at (i + ½)/n.
@@ -316,5 +317,203 @@ fn wrap_index(i: i64, n: usize, wrap: Wrap) -> Option<usize> {
         Wrap::Repeat => Some(i.rem_euclid(n as i64) as usize),
         Wrap::Clamp => Some(i.clamp(0, last) as usize),
         Wrap::Black => (0..=last).contains(&i).then_some(i as usize),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+    use crate::math::hash::{mix2, unit_float};
+
+    const EWA: Filter = Filter::Ewa {
+        max_anisotropy: 8.0,
+    };
+
+    fn noise(width: usize, height: usize) -> Vec<f32> {
+        (0..width * height)
+            .map(|i| unit_float(mix2(i as u64, 7)))
+            .collect()
+    }
+
+    fn point(s: f32, t: f32, dstdx: (f32, f32), dstdy: (f32, f32)) -> TextureCoordinates {
+        TextureCoordinates {
+            st: Vec2::new(s, t),
+            dstdx: dstdx.into(),
+            dstdy: dstdy.into(),
+        }
+    }
+
+    fn finest(s: f32, t: f32) -> TextureCoordinates {
+        point(s, t, (0.0, 0.0), (0.0, 0.0))
+    }
+
+    #[test]
+    fn without_a_footprint_texel_centres_are_exact() {
+        let texels = noise(8, 4);
+        for filter in [EWA, Filter::Trilinear] {
+            let map = Mipmap::new(8, 4, texels.clone(), Wrap::Repeat, filter);
+            for t in 0..4 {
+                for s in 0..8 {
+                    let v = map.lookup(&finest((s as f32 + 0.5) / 8.0, (t as f32 + 0.5) / 4.0));
+                    assert_eq!(v, texels[t * 8 + s]);
+                }
+            }
+            let between = map.lookup(&finest(2.0 / 8.0, 0.5 / 4.0));
+            assert!((between - 0.5 * (texels[1] + texels[2])).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_constant_picture_is_constant_under_every_footprint() {
+        for (width, height) in [(1, 1), (16, 16), (13, 7), (1, 5), (64, 3)] {
+            for filter in [EWA, Filter::Trilinear] {
+                for wrap in [Wrap::Repeat, Wrap::Clamp] {
+                    let map = Mipmap::new(
+                        width,
+                        height,
+                        vec![Rgb::splat(0.7); width * height],
+                        wrap,
+                        filter,
+                    );
+                    for scale in [0.0, 1e-3, 0.02, 0.3, 1.0, 50.0] {
+                        let at =
+                            point(0.31, 1.7, (scale, 0.2 * scale), (-0.1 * scale, 0.7 * scale));
+                        // Normalised sums of equal values.
+                        assert!((map.lookup(&at) - 0.7).abs().max_element() < 2e-6);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn filtering_keeps_the_mean() {
+        // The mean of look-ups over a whole period is the picture's mean, whatever the footprint.
+        let texels = noise(32, 32);
+        let mean = texels.iter().sum::<f32>() / texels.len() as f32;
+        for filter in [EWA, Filter::Trilinear] {
+            let map = Mipmap::new(32, 32, texels.clone(), Wrap::Repeat, filter);
+            for (dx, dy) in [
+                ((0.05, 0.0), (0.0, 0.05)),
+                ((0.1, 0.05), (-0.01, 0.02)),
+                ((0.4, 0.1), (0.0, 0.06)),
+            ] {
+                let n = 128;
+                let sum: f64 = (0..n * n)
+                    .map(|i| {
+                        let (s, t) = ((i % n) as f32 / n as f32, (i / n) as f32 / n as f32);
+                        map.lookup(&point(s, t, dx, dy)) as f64
+                    })
+                    .sum();
+                // The elliptical filter divides by the weights of whatever texels it meets, so a
+                // texel's total weight is not exactly its share: a thousandth here.
+                assert!(
+                    (sum / (n * n) as f64 - mean as f64).abs() < 2e-3,
+                    "{filter:?} {dx:?} {dy:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_wide_footprint_sees_the_mean() {
+        let texels = noise(16, 64);
+        let mean = texels.iter().sum::<f32>() / texels.len() as f32;
+        for filter in [EWA, Filter::Trilinear] {
+            let map = Mipmap::new(16, 64, texels.clone(), Wrap::Black, filter);
+            let v = map.lookup(&point(0.5, 0.5, (4.0, 0.0), (0.0, 4.0)));
+            assert!((v - mean).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn elliptical_look_ups_follow_the_ellipse() {
+        // Stripes along t: a footprint long in t stays sharp in s, one long in s blurs.
+        let stripes: Vec<f32> = (0..64 * 64).map(|i| (i % 64 / 8 % 2) as f32).collect();
+        let map = Mipmap::new(64, 64, stripes, Wrap::Repeat, EWA);
+        let long_t = map.lookup(&point(12.0 / 64.0, 0.5, (0.02, 0.0), (0.0, 0.15)));
+        let long_s = map.lookup(&point(12.0 / 64.0, 0.5, (0.15, 0.0), (0.0, 0.02)));
+        assert!(long_t > 0.99, "{long_t}");
+        assert!((0.3..0.8).contains(&long_s), "{long_s}");
+        let square = Mipmap::new(
+            64,
+            64,
+            vec![0.0f32; 64 * 64],
+            Wrap::Repeat,
+            Filter::Trilinear,
+        );
+        assert_eq!(
+            square.lookup(&point(0.2, 0.5, (0.02, 0.0), (0.0, 0.15))),
+            0.0
+        );
+    }
+
+    #[test]
+    fn outside_follows_the_wrap_mode() {
+        let texels = noise(4, 4);
+        let value = |wrap, s, t| Mipmap::new(4, 4, texels.clone(), wrap, EWA).lookup(&finest(s, t));
+        assert_eq!(value(Wrap::Repeat, 1.125, -0.875), texels[0]);
+        assert_eq!(value(Wrap::Black, 1.625, 0.5), 0.0);
+        assert_eq!(value(Wrap::Clamp, 5.0, -3.0), texels[3]);
+        assert_eq!(value(Wrap::Clamp, -5.0, 0.125), texels[0]);
+    }
+
+    #[test]
+    fn other_sizes_are_enlarged_to_powers_of_two() {
+        let ramp: Vec<f32> = (0..12 * 3).map(|i| (i % 12) as f32).collect();
+        let map = Mipmap::new(12, 3, ramp, Wrap::Clamp, EWA);
+        assert_eq!(
+            (map.levels[0].width, map.levels[0].height, map.levels.len()),
+            (16, 4, 5)
+        );
+        // A linear ramp stays one away from its ends (the filter reproduces it to a few per cent
+        // of a step), and every row is the same.
+        for s in 3..13 {
+            let expected = (s as f32 + 0.5) * 12.0 / 16.0 - 0.5;
+            for t in 0..4 {
+                assert!((map.levels[0].texels[t * 16 + s] - expected).abs() < 0.05);
+            }
+        }
+        let spike = Mipmap::new(3, 1, vec![0.0f32, 1.0, 0.0], Wrap::Black, EWA);
+        assert!(
+            spike.levels[0].texels.iter().all(|&v| v >= 0.0),
+            "the filter's negative lobes are cut"
+        );
+    }
+
+    #[test]
+    fn sides_that_are_powers_of_two_already_are_left_alone() {
+        for taps in enlarging_taps(8, 8, Wrap::Repeat)
+            .iter()
+            .enumerate()
+            .map(|(i, t)| t.sum(|j| (i == j) as u8 as f32))
+        {
+            assert!((taps - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn wild_look_ups_return_in_finite_time() {
+        let numbers = [0.0, 1e-30, 0.1, 1e7, 1e30, f32::INFINITY, f32::NAN, -1e30];
+        for filter in [
+            EWA,
+            Filter::Ewa {
+                max_anisotropy: f32::INFINITY,
+            },
+            Filter::Trilinear,
+        ] {
+            for wrap in [Wrap::Repeat, Wrap::Black, Wrap::Clamp] {
+                let map = Mipmap::new(8, 4, noise(8, 4), wrap, filter);
+                for a in numbers {
+                    for b in numbers {
+                        for c in numbers {
+                            map.lookup(&point(a, 0.3, (b, 0.0), (0.0, c)));
+                            map.lookup(&point(0.2, a, (b, c), (c, 1e-3)));
+                        }
+                    }
+                }
+            }
+        }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A [`TextureSpec`] is what the scene file says. [`Textures::compile`] loads the pictures, moves
 //! mappings to render space and freezes all textures of a scene into one [`Textures`], which
-//! materials and other textures look values up in by [`FloatInput`] and [`SpectrumInput`].
+//! materials and other textures look values up in by [`FloatInput`] and
+//! [`SpectrumInput`](crate::params::SpectrumInput).
 //! Float- and spectrum-valued textures share their code through [`TextureValue`].
 //!
 //! A texture may use only textures declared before it, so look-ups end; chains deeper than
@@ -34,7 +35,7 @@ pub use value::TextureValue;
 
 use crate::math::Rgb;
 use crate::math::transform::Transform;
-use crate::params::ParamReader;
+use crate::params::{FloatInput, ParamReader};
 use crate::surface::TexturePoint;
 
 /// Deepest nesting of textures in textures. Scenes in the wild stay below 10; the stack of a
@@ -153,7 +154,7 @@ impl<V: TextureValue> TextureSpec<V> {
 /// Inputs of a texture: of its own kind, and a float.
 struct Operands<V: TextureValue> {
     own: Vec<V::Input>,
-    amount: Option<crate::params::FloatInput>,
+    amount: Option<FloatInput>,
 }
 
 impl<V: TextureValue> Texture<V> {

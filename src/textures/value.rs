@@ -131,7 +131,7 @@ impl TextureValue for Rgb {
 
 impl Textures {
     /// The value of `input` at a point. A texture that does not exist counts as 0.
-    pub fn float(&self, input: &crate::params::FloatInput, at: &TexturePoint) -> f32 {
+    pub fn float(&self, input: &FloatInput, at: &TexturePoint) -> f32 {
         match *input {
             FloatInput::Constant(v) => v,
             FloatInput::Texture(id) => value_of(self.float.get(id.index()), self, at),
