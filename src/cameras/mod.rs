@@ -16,6 +16,8 @@ mod perspective;
 mod realistic;
 mod realistic_params;
 mod realistic_report;
+#[cfg(test)]
+mod realistic_tests;
 mod shutter;
 
 pub use clip::Clip;

@@ -100,7 +100,7 @@ enum Aim {
 pub struct Realistic {
     mount: Mount,
     shutter: Shutter,
-    lens: Lens,
+    pub(super) lens: Lens,
     form: Form,
     aim: Aim,
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
@@ -174,13 +174,13 @@ impl Realistic {
     }
 
     /// The point of the film, mm, where the lens throws what belongs at `raster`.
-    fn film_point(&self, raster: Vec2) -> [f64; 2] {
+    pub(super) fn film_point(&self, raster: Vec2) -> [f64; 2] {
         let raster = raster.as_dvec2().to_array();
         std::array::from_fn(|i| self.corner[i] + self.per_pixel[i] * raster[i])
     }
 
     /// Where to send the ray from `film`; `None` where no light comes from.
-    fn aim(&self, film: [f64; 2], u: Vec2) -> Option<PupilSample> {
+    pub(super) fn aim(&self, film: [f64; 2], u: Vec2) -> Option<PupilSample> {
         match &self.aim {
             Aim::Pupil(pupil) => pupil.sample(film, u),
             Aim::RearDisk(radius) => {
@@ -209,7 +209,7 @@ impl Realistic {
     }
 
     /// From lens coordinates to camera space.
-    fn camera_ray(&self, ray: &LensRay<f64>) -> CameraSpaceRay {
+    pub(super) fn camera_ray(&self, ray: &LensRay<f64>) -> CameraSpaceRay {
         let [x, y, z] = ray.o;
         let o = match self.form {
             Form::Course => DVec3::new(x, y, -z),
