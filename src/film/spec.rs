@@ -17,7 +17,7 @@ const MAX_PIXELS: usize = 1 << 28;
 /// |---|---|---|---|
 /// | `filename` | string | `pbrt.exr` | relative to the working directory |
 /// | `xresolution`, `yresolution` | integer | 1280 × 720 (pbrt-v2: 640 × 480) | pixels |
-/// | `cropwindow` | float[4] | 0 1 0 1 | x0 x1 y0 y1 as fractions of the picture |
+/// | `cropwindow` | float×4 | 0 1 0 1 | x0 x1 y0 y1 as fractions of the picture |
 /// | `diagonal` | float | 35 | mm, for the realistic camera |
 /// | `scale` | float | 1 | multiplies the finished pixel |
 /// | `maxsampleluminance` | float | infinite | brighter samples are scaled down to it |
