@@ -6,3 +6,4 @@ mod openexr;
 mod pfm;
 pub mod picture;
 pub mod ply;
+pub mod spd;

@@ -61,7 +61,7 @@ pub fn read(path: &Path) -> Result<Vec<(f64, f64)>, SpdError> {
 /// The text of a file.
 ///
 /// ```
-/// use fstop::params::spd::parse;
+/// use fstop::assets::spd::parse;
 /// assert_eq!(parse("700 .5\n400 .25 # blue").unwrap(), [(400.0, 0.25), (700.0, 0.5)]);
 /// ```
 pub fn parse(text: &str) -> Result<Vec<(f64, f64)>, SpdError> {

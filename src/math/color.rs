@@ -4,7 +4,7 @@ use super::Rgb;
 
 /// Relative luminance of linear RGB.
 pub fn luminance(rgb: Rgb) -> f32 {
-    0.212_671 * rgb.x + 0.715_160 * rgb.y + 0.072_169 * rgb.z
+    0.212_671 * rgb.x + 0.715_16 * rgb.y + 0.072_169 * rgb.z
 }
 
 /// CIE XYZ to linear RGB.

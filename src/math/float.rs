@@ -47,11 +47,11 @@ mod tests {
             let p = Vec3::new(0.3, -0.7, 0.9) * scale;
             let error = p.abs() * gamma(7);
             let n = Vec3::new(0.48, 0.6, 0.64);
-            for side in [1.0, -1.0] {
+            for side in [1.0f32, -1.0] {
                 let o = offset_ray_origin(p, error, n, side * n);
                 // Every corner of the box lies on or behind the plane through `o`.
-                let d = side * (o.as_dvec3() - p.as_dvec3()).dot(n.as_dvec3());
-                assert!(d >= n.abs().dot(error) as f64 * 0.999_999);
+                let d = f64::from(side) * (o.as_dvec3() - p.as_dvec3()).dot(n.as_dvec3());
+                assert!(d >= f64::from(n.abs().dot(error)) * 0.999_999);
             }
         }
     }

@@ -37,8 +37,6 @@ mod inputs;
 mod layers;
 mod reader;
 // Until `assets/mod.rs` declares it.
-#[path = "../assets/spd.rs"]
-pub mod spd;
 mod spectrum;
 #[cfg(test)]
 pub mod testing;

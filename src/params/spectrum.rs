@@ -1,6 +1,6 @@
 //! Spectrum-valued parameters: `rgb`, `xyz`, `blackbody` and `spectrum` to linear RGB.
 
-use super::spd;
+use crate::assets::spd;
 use super::{Dialect, ParamReader};
 use crate::math::spectrum::{rgb_from_blackbody, rgb_from_samples};
 use crate::math::{Rgb, color};

@@ -40,6 +40,12 @@ pub enum Emitter {
 }
 
 impl Emitter {
+    /// One flat triangle with its normal by the order of its corners.
+    pub fn triangle(corners: [Vec3; 3]) -> Emitter {
+        let orientation = Orientation { flip_geometric: false, flip_shading: false };
+        Emitter::Triangle(TriangleEmitter { p: corners, normals: None, orientation })
+    }
+
     /// The triangles of `mesh`, in order.
     pub fn of_mesh(mesh: &TriangleMesh) -> Vec<Emitter> {
         let triangle = |corners: &[u32; 3]| {
