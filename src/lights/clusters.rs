@@ -223,7 +223,11 @@ fn gather(groups: Vec<Vec<Candidate>>) -> Vec<Vec<Candidate>> {
     };
     let room = MOST_CLUSTERS - clusters.len();
     if local.len() > room {
-        split(local, room, &mut clusters);
+        split(
+            local.into_iter().map(Bunch::new).collect(),
+            room,
+            &mut clusters,
+        );
         return clusters;
     }
     // Every group has a cluster; the larger ones get more of what is left to split into.
@@ -232,7 +236,7 @@ fn gather(groups: Vec<Vec<Candidate>>) -> Vec<Vec<Candidate>> {
     for group in local {
         let parts = 1 + spare * (group.len() - 1) / divisible.max(1);
         split(
-            group.into_iter().map(|c| vec![c]).collect(),
+            group.into_iter().map(|c| Bunch::new(vec![c])).collect(),
             parts,
             &mut clusters,
         );
@@ -240,31 +244,36 @@ fn gather(groups: Vec<Vec<Candidate>>) -> Vec<Vec<Candidate>> {
     clusters
 }
 
-/// Splits `groups` into `parts` ≥ 1 neighbourhoods with about as many groups each, halving along
+/// Lights that stay together, and where.
+struct Bunch {
+    lights: Vec<Candidate>,
+    center: Vec3,
+}
+
+impl Bunch {
+    fn new(lights: Vec<Candidate>) -> Bunch {
+        let center = lights.iter().map(|c| c.reach.center).sum::<Vec3>() / lights.len() as f32;
+        Bunch { lights, center }
+    }
+}
+
+/// Splits `bunches` into `parts` ≥ 1 neighbourhoods with about as many of them each, halving along
 /// the longest extent of their centres.
-fn split(mut groups: Vec<Vec<Candidate>>, parts: usize, clusters: &mut Vec<Vec<Candidate>>) {
-    if parts <= 1 || groups.len() <= 1 {
-        clusters.push(groups.concat());
+fn split(mut bunches: Vec<Bunch>, parts: usize, clusters: &mut Vec<Vec<Candidate>>) {
+    if parts <= 1 || bunches.len() <= 1 {
+        clusters.push(bunches.into_iter().flat_map(|b| b.lights).collect());
         return;
     }
-    let center = |g: &[Candidate]| g.iter().map(|c| c.reach.center).sum::<Vec3>() / g.len() as f32;
-    let (low, high) = groups
+    let low = bunches
         .iter()
-        .map(|g| center(g))
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), c| {
-            (low.min(c), high.max(c))
-        });
-    let extent = high - low;
-    let axis = if extent.x >= extent.y && extent.x >= extent.z {
-        0
-    } else if extent.y >= extent.z {
-        1
-    } else {
-        2
-    };
-    groups.sort_by(|a, b| center(a)[axis].total_cmp(&center(b)[axis]));
+        .fold(Vec3::INFINITY, |low, b| low.min(b.center));
+    let high = bunches
+        .iter()
+        .fold(Vec3::NEG_INFINITY, |high, b| high.max(b.center));
+    let axis = (high - low).max_position();
+    bunches.sort_by(|a, b| a.center[axis].total_cmp(&b.center[axis]));
     let left_parts = parts / 2;
-    let right = groups.split_off((groups.len() * left_parts / parts).max(1));
-    split(groups, left_parts, clusters);
+    let right = bunches.split_off((bunches.len() * left_parts / parts).max(1));
+    split(bunches, left_parts, clusters);
     split(right, parts - left_parts, clusters);
 }

@@ -137,10 +137,12 @@ impl DiffuseAreaLight {
         let Some(first) = eyes.into_iter().find_map(|eye| self.look_from(eye, 0.5)) else {
             return Reach::nowhere();
         };
-        let seen = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z]
+        let sides = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+        let numbers = [0.1, 0.9, 0.3, 0.7, 0.5, 0.95];
+        let seen = sides
             .into_iter()
-            .flat_map(|side| [0.1, 0.5, 0.9].map(|u| self.look_from(first.0 + size * side, u)))
-            .flatten();
+            .zip(numbers)
+            .filter_map(|(side, u)| self.look_from(first.0 + size * side, u));
         let (mut low, mut high, mut flat) = (first.0, first.0, true);
         for (p, n) in seen {
             (low, high) = (low.min(p), high.max(p));

@@ -86,3 +86,32 @@ impl DistantLight {
         Reach::everywhere(self.irradiance)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shines_the_same_everywhere_and_for_ever() {
+        let spec = DistantSpec {
+            toward: DVec3::Y,
+            irradiance: Rgb::new(1.0, 2.0, 3.0),
+        };
+        let light = DistantLight::new(&spec, &Transform::translate(DVec3::splat(7.0)));
+        for p in [Vec3::ZERO, Vec3::splat(1e6)] {
+            let from = ReferencePoint {
+                p,
+                p_error: Vec3::ZERO,
+                n: Vec3::Y,
+                time: 0.0,
+            };
+            let s = light.sample(&from).unwrap();
+            assert_eq!(
+                (s.radiance, s.wi, s.pdf, s.delta),
+                (spec.irradiance, Vec3::Y, 1.0, true)
+            );
+            assert_eq!((s.shadow.d, s.shadow.t_max), (Vec3::Y, f32::INFINITY));
+        }
+        assert_eq!(light.power(2.0), 4.0 * PI * spec.irradiance);
+    }
+}

@@ -14,6 +14,31 @@ use std::f64::consts::PI;
 /// Up to so many texels the density has four cells in each (2048 × 1024); beyond, one.
 const MOST_FINE_TEXELS: usize = 1 << 21;
 
+/// Weights of the texel before, the texel itself and the one after it in the mean, over a part of
+/// that texel, of the linear interpolation between their centres.
+struct Blend([f32; 3]);
+
+/// The two halves of a texel.
+const HALF_TEXELS: [Blend; 2] = [Blend([0.25, 0.75, 0.0]), Blend([0.0, 0.75, 0.25])];
+
+/// All of it.
+const WHOLE_TEXELS: [Blend; 1] = [Blend([0.125, 0.75, 0.125])];
+
+/// What the density's cells are in a picture of so many texels.
+fn parts_for(texels: usize) -> &'static [Blend] {
+    if texels <= MOST_FINE_TEXELS {
+        &HALF_TEXELS
+    } else {
+        &WHOLE_TEXELS
+    }
+}
+
+impl Blend {
+    fn of(&self, before: f32, here: f32, after: f32) -> f32 {
+        self.0[0] * before + self.0[1] * here + self.0[2] * after
+    }
+}
+
 /// A picture ready to be looked up and sampled.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
@@ -42,7 +67,7 @@ impl EnvironmentMap {
             height,
             texels: &texels,
         };
-        let density = picture.density();
+        let density = picture.density(parts_for(texels.len()));
         let mean = picture.mean();
         Some(EnvironmentMap {
             width,
@@ -107,40 +132,46 @@ impl Bilinear<'_> {
     }
 
     /// Cells in which the function is a single bilinear patch, or four such patches in large
-    /// pictures: the mean over a cell vanishes only where the function does.
-    fn density(&self) -> Distribution2D {
-        let fine = self.width * self.height <= MOST_FINE_TEXELS;
-        let (columns, rows) = if fine {
-            (2 * self.width, 2 * self.height)
-        } else {
-            (self.width, self.height)
-        };
+    /// pictures; each holds the mean of its luminance × sin θ at its middle, which vanishes only
+    /// where the function does.
+    fn density(&self, parts: &[Blend]) -> Distribution2D {
+        // Magnitudes of the channels: a negative one, which a damaged picture may have, must not
+        // hide a positive one.
+        let luminances: Vec<f32> = self.texels.iter().map(|t| luminance(t.abs())).collect();
+        let (columns, rows) = (parts.len() * self.width, parts.len() * self.height);
         let mut values = Vec::with_capacity(columns * rows);
+        let mut row = vec![0.0; self.width];
         for j in 0..rows {
-            let v = (j as f64 + 0.5) / rows as f64;
-            let sin_theta = (PI * v).sin() as f32;
-            for i in 0..columns {
-                let u = (i as f64 + 0.5) / columns as f64;
-                let mean = if fine {
-                    self.magnitude(u, v)
-                } else {
-                    let (du, dv) = (0.25 / columns as f64, 0.25 / rows as f64);
-                    let corners = [(-du, -dv), (du, -dv), (-du, dv), (du, dv)];
-                    0.25 * corners
-                        .map(|(a, b)| self.magnitude(u + a, v + b))
+            let sin_theta = (PI * (j as f64 + 0.5) / rows as f64).sin() as f32;
+            self.blend_rows(
+                &luminances,
+                j / parts.len(),
+                &parts[j % parts.len()],
+                &mut row,
+            );
+            let last = self.width - 1;
+            for x in 0..self.width {
+                let (before, after) = (row[x.wrapping_sub(1) & last], row[(x + 1) & last]);
+                values.extend(
+                    parts
                         .iter()
-                        .sum::<f32>()
-                };
-                values.push(mean * sin_theta);
+                        .map(|p| sin_theta * p.of(before, row[x], after)),
+                );
             }
         }
         Distribution2D::new(&values, columns, rows)
     }
 
-    /// Luminance of the magnitudes of the channels: a negative one, which a damaged picture may
-    /// have, must not hide a positive one.
-    fn magnitude(&self, u: f64, v: f64) -> f32 {
-        luminance(self.at(Vec2::new(u as f32, v as f32)).abs())
+    /// Row `y` of `values` blended with its neighbours.
+    fn blend_rows(&self, values: &[f32], y: usize, blend: &Blend, result: &mut [f32]) {
+        let row = |y: usize| {
+            let start = (y & (self.height - 1)) * self.width;
+            &values[start..start + self.width]
+        };
+        let (above, here, below) = (row(y.wrapping_sub(1)), row(y), row(y + 1));
+        for (x, r) in result.iter_mut().enumerate() {
+            *r = blend.of(above[x], here[x], below[x]);
+        }
     }
 
     fn mean(&self) -> Rgb {
@@ -267,6 +298,29 @@ mod tests {
             // Cells are whole numbers of grid points, except for 2 × 64 texels where they are too.
             assert!((total - 1.0).abs() < 1e-3, "{width} × {height}: {total}");
         }
+    }
+
+    #[test]
+    fn coarse_cells_are_positive_where_fine_ones_are() {
+        let map = spotted(32, 16);
+        let picture = Bilinear {
+            width: 32,
+            height: 16,
+            texels: &map.texels,
+        };
+        let (fine, coarse) = (
+            picture.density(&HALF_TEXELS),
+            picture.density(&WHOLE_TEXELS),
+        );
+        for i in 0..64 * 32 {
+            let uv =
+                Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / Vec2::new(64.0, 32.0);
+            let (f, c) = (fine.pdf(uv), coarse.pdf(uv));
+            // The coarse cell's quarter under this fine cell is f; in all it holds their mean.
+            assert!(c * 4.02 >= f && (f == 0.0 || c > 0.0));
+        }
+        // Both integrate the same function but for sin θ taken at rows of another height.
+        assert!((fine.integral() / coarse.integral() - 1.0).abs() < 1e-2);
     }
 
     #[test]

@@ -26,10 +26,15 @@ impl PointSpec {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> PointSpec {
         PointSpec {
-            position: reader.point3("from", DVec3::ZERO) + light_to_world.point(DVec3::ZERO),
+            position: position(reader.point3("from", DVec3::ZERO), light_to_world),
             intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
         }
     }
+}
+
+/// World position of a light with this `from`: see the top of this file.
+fn position(from: DVec3, light_to_world: &Transform) -> DVec3 {
+    from + light_to_world.point(DVec3::ZERO)
 }
 
 /// A point light in render space.
@@ -87,4 +92,47 @@ pub(super) fn sample_point(
         delta: true,
         shadow,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn from_is_added_after_the_transformation() {
+        let turned = Transform::translate(DVec3::X) * Transform::scale(DVec3::splat(3.0));
+        assert_eq!(
+            position(DVec3::new(0.0, 2.0, 0.0), &turned),
+            DVec3::new(1.0, 2.0, 0.0)
+        );
+    }
+
+    #[test]
+    fn falls_with_the_square_of_the_distance() {
+        let spec = PointSpec {
+            position: DVec3::new(0.0, 3.0, 4.0),
+            intensity: Rgb::new(50.0, 25.0, 0.0),
+        };
+        let light = PointLight::new(&spec, &Transform::translate(DVec3::X));
+        let from = ReferencePoint {
+            p: Vec3::X,
+            p_error: Vec3::ZERO,
+            n: Vec3::Y,
+            time: 0.5,
+        };
+        let s = light.sample(&from).unwrap();
+        assert!((s.radiance - Rgb::new(2.0, 1.0, 0.0)).length() < 1e-6);
+        assert!((s.wi - Vec3::new(0.0, 0.6, 0.8)).length() < 1e-6);
+        assert!(s.delta && s.pdf == 1.0 && s.shadow.time == 0.5);
+        // A ten-thousandth short of the light.
+        assert!((s.shadow.t_max - 4.9995).abs() < 1e-5);
+        // At the light itself there is no direction; very far away nothing arrives, and no NaN.
+        for (p, n) in [
+            (light.p, Vec3::Y),
+            (Vec3::splat(1e25), Vec3::Y),
+            (light.p, Vec3::ZERO),
+        ] {
+            assert!(light.sample(&ReferencePoint { p, n, ..from }).is_none());
+        }
+    }
 }
