@@ -19,6 +19,7 @@ fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form) -> Realis
     prescription.set_stops(stop);
     let distance = film_distance.unwrap_or_else(|| Lens::focused(&prescription, 1000.0).unwrap());
     RealisticSpec {
+        lens_name: "singlet.dat".to_string(),
         lens: Lens::new(&prescription, distance).unwrap(),
         form,
         weighting: Weighting::Physical,
