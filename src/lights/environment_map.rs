@@ -316,8 +316,9 @@ mod tests {
             let uv =
                 Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / Vec2::new(64.0, 32.0);
             let (f, c) = (fine.pdf(uv), coarse.pdf(uv));
-            // The coarse cell's quarter under this fine cell is f; in all it holds their mean.
-            assert!(c * 4.02 >= f && (f == 0.0 || c > 0.0));
+            // f is one quarter of the four whose mean the coarse cell holds, with a sin θ up to
+            // 1.5 times as large in the row next to the pole; 2 % more for the normalisation.
+            assert!(f <= 4.0 * 1.5 * 1.02 * c);
         }
         // Both integrate the same function but for sin θ taken at rows of another height.
         assert!((fine.integral() / coarse.integral() - 1.0).abs() < 1e-2);

@@ -513,7 +513,10 @@ mod tests {
             // Just above the fit's own worst errors (0.0140, 0.0080, 0.0222); a table shifted by
             // one row misses it by at least 0.0278, 0.0221 and 0.0758.
             for ((table, fit), tolerance) in row.iter().zip(fit(w)).zip([0.015, 0.009, 0.023]) {
-                assert!((table - fit).abs() < tolerance, "{w} nm: {table} but fitted {fit}");
+                assert!(
+                    (table - fit).abs() < tolerance,
+                    "{w} nm: {table} but fitted {fit}"
+                );
             }
         }
     }
@@ -524,7 +527,10 @@ mod tests {
         // are 0.0014, 0.0010 and 0.0068, all where the curves bend most.
         for w in COLOR_MATCHING.windows(3) {
             for (k, tolerance) in [0.0015, 0.0011, 0.0070].into_iter().enumerate() {
-                assert!((w[0][k] - 2.0 * w[1][k] + w[2][k]).abs() < tolerance, "{w:?}");
+                assert!(
+                    (w[0][k] - 2.0 * w[1][k] + w[2][k]).abs() < tolerance,
+                    "{w:?}"
+                );
             }
         }
     }

@@ -41,7 +41,10 @@ pub fn rgb_from_samples(samples: &[(f64, f64)]) -> Rgb {
 
 /// The value at `wavelength`, where `next` is the first pair at or above it.
 fn interpolate(samples: &[(f64, f64)], next: usize, wavelength: f64) -> f64 {
-    match (next.checked_sub(1).and_then(|i| samples.get(i)), samples.get(next)) {
+    match (
+        next.checked_sub(1).and_then(|i| samples.get(i)),
+        samples.get(next),
+    ) {
         (Some(&(w0, v0)), Some(&(w1, v1))) => v0 + (v1 - v0) * ((wavelength - w0) / (w1 - w0)),
         (Some(&(_, v)), None) | (None, Some(&(_, v))) => v,
         (None, None) => 0.0,
@@ -52,7 +55,11 @@ fn interpolate(samples: &[(f64, f64)], next: usize, wavelength: f64) -> f64 {
 ///
 /// pbrt-v3's `blackbody`.
 pub fn rgb_from_blackbody(kelvin: f64) -> Rgb {
-    if kelvin > 0.0 { blackbody_relative_to(WIEN / kelvin, kelvin) } else { Rgb::ZERO }
+    if kelvin > 0.0 {
+        blackbody_relative_to(WIEN / kelvin, kelvin)
+    } else {
+        Rgb::ZERO
+    }
 }
 
 /// Planck's curve at `kelvin` divided by its value at 555 nm, as linear RGB with Y = 1 for the
@@ -72,7 +79,8 @@ pub fn rgb_from_blackbody_v2(kelvin: f64) -> Rgb {
 fn blackbody_relative_to(reference: f64, kelvin: f64) -> Rgb {
     // Planck's law without the factor 2hc² that cancels, as a logarithm, since at a few kelvin
     // both values underflow though their ratio does not.
-    let log_planck = |metres: f64| -5.0 * metres.ln() - log_exp_m1(SECOND_RADIATION / (metres * kelvin));
+    let log_planck =
+        |metres: f64| -5.0 * metres.ln() - log_exp_m1(SECOND_RADIATION / (metres * kelvin));
     let log_reference = log_planck(reference);
     rgb_from_function(|wavelength| (log_planck(wavelength * 1e-9) - log_reference).exp())
 }
@@ -108,7 +116,10 @@ mod tests {
 
     fn assert_near(actual: Rgb, expected: [f32; 3], tolerance: f32) {
         let expected = Rgb::from_array(expected);
-        assert!((actual - expected).abs().max_element() < tolerance, "{actual} but expected {expected}");
+        assert!(
+            (actual - expected).abs().max_element() < tolerance,
+            "{actual} but expected {expected}"
+        );
     }
 
     /// Half a unit of the fifth decimal that the reference values are printed with, and as much
@@ -146,7 +157,10 @@ mod tests {
         let by_hand = rgb_from_function(|w| w - 360.0);
         assert_near(ramp, by_hand.to_array(), 1e-3);
         // One pair holds everywhere; pairs far outside matter only through interpolation.
-        assert_eq!(rgb_from_samples(&[(100.0, 2.0)]), rgb_from_samples(&[(900.0, 2.0)]));
+        assert_eq!(
+            rgb_from_samples(&[(100.0, 2.0)]),
+            rgb_from_samples(&[(900.0, 2.0)])
+        );
         assert_eq!(rgb_from_samples(&[]), Rgb::ZERO);
     }
 

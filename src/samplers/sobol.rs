@@ -7,6 +7,10 @@
 //! two of samples puts one in every elementary interval of each pair, and there is no limit to the
 //! number of dimensions. A pair always takes a set's first two dimensions, which are the best
 //! spread ones; single numbers take what is left.
+//!
+//! Tried: film and lens point from one four-dimensional set. Against two pairs a defocused edge
+//! has 1.2 times the variance at 16 samples, 1.7 times at 64 and 0.74 times at 256, a smooth
+//! product 0.13 times at 16: edges are what is noisy in pictures, so pairs stayed.
 
 use super::SamplerSpec;
 use super::count::power_of_two;
