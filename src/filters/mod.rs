@@ -76,12 +76,8 @@ impl FilterShape {
             "gaussian" => FilterShape::Gaussian(GaussianFilter::from_params(reader)),
             "mitchell" => FilterShape::Mitchell(MitchellFilter::from_params(reader)),
             "sinc" => FilterShape::Sinc(SincFilter::from_params(reader)),
-            other => {
-                let known = FILTER_NAMES.join(", ");
-                reader.error(
-                    "",
-                    format!("unknown pixel filter \"{other}\" (known: {known}); using \"box\""),
-                );
+            _ => {
+                reader.unknown_kind(&FILTER_NAMES);
                 FilterShape::Box(BoxFilter::default())
             }
         }

@@ -37,11 +37,8 @@ impl DiffuseAreaSpec {
                 samples: sample_count(reader),
             }),
             "" => None,
-            other => {
-                reader.warn(
-                    "",
-                    format!("unknown area light \"{other}\" (known: diffuse, area); the shapes will not emit"),
-                );
+            _ => {
+                reader.unknown_kind_replaced(&["diffuse", "area"], "the shapes will not emit");
                 None
             }
         }

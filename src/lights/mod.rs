@@ -41,6 +41,9 @@ pub const LIGHT_NAMES: [&str; 7] = [
     "spot",
 ];
 
+/// What is done about a light that cannot be made.
+const LEFT_OUT: &str = "the light is left out";
+
 /// What a `LightSource` directive asks for, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightSpec {
@@ -82,26 +85,12 @@ impl LightSpec {
                 reader,
                 light_to_world,
             ))),
-            kind @ ("goniometric" | "projection") => {
-                // Known parameters: their presence is no further mistake.
-                reader.find_spectrum("I");
-                reader.find_spectrum("scale");
-                reader.find_string("mapname");
-                reader.find_float("fov");
-                reader.warn(
-                    "",
-                    format!("light source \"{kind}\" is not supported yet; the light is left out"),
-                );
+            "goniometric" | "projection" => {
+                reader.unsupported_kind(LEFT_OUT);
                 None
             }
-            other => {
-                let known = LIGHT_NAMES.join(", ");
-                reader.warn(
-                    "",
-                    format!(
-                        "unknown light source \"{other}\" (known: {known}); the light is left out"
-                    ),
-                );
+            _ => {
+                reader.unknown_kind_replaced(&LIGHT_NAMES, LEFT_OUT);
                 None
             }
         }

@@ -56,6 +56,9 @@ pub fn is_none(kind: &str) -> bool {
 }
 
 impl Material {
+    /// The types that are modelled.
+    pub const KINDS: [&'static str; 5] = ["matte", "mirror", "glass", "plastic", "uber"];
+
     /// The material that `Material "type"` describes, or `MakeNamedMaterial` with that
     /// `"string type"` as the reader's kind; `None` for [no material](is_none). Types that are
     /// unknown, or not supported yet, give a warning and `matte` from the same parameters.
@@ -68,15 +71,11 @@ impl Material {
             "plastic" => MaterialKind::Plastic(Plastic::from_params(reader)),
             "uber" => MaterialKind::Uber(Uber::from_params(reader)),
             kind => {
-                let why = if PLANNED.contains(&kind) {
-                    "is not supported yet"
-                } else {
-                    "does not exist"
-                };
-                reader.warn(
-                    "",
-                    format!("material '{kind}' {why}: a matte of the same parameters is used"),
-                );
+                const DONE: &str = "a matte of the same parameters is used";
+                match PLANNED.contains(&kind) {
+                    true => reader.unsupported_kind(DONE),
+                    false => reader.unknown_kind_replaced(&Material::KINDS, DONE),
+                }
                 MaterialKind::Matte(Matte::from_params(reader))
             }
         };

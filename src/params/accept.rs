@@ -1,7 +1,7 @@
-//! Parameters that are legal but change nothing here, types nobody knows, and remarks.
+//! Parameters that are legal but change nothing here, and remarks.
 
 use super::ParamReader;
-use crate::syntax::{Diagnostic, ParamGroup, suggest};
+use crate::syntax::{Diagnostic, ParamGroup};
 
 impl ParamReader<'_> {
     /// A parameter of this name is legal, whatever its type, and has no effect.
@@ -23,16 +23,8 @@ impl ParamReader<'_> {
 
     /// Says something worth knowing about the directive.
     pub fn note(&self, message: impl Into<String>) {
-        self.context.diagnostics.push(Diagnostic::note(message).at(self.kind_span));
-    }
-
-    /// Warns that the directive's type is none of `known` and says what was done instead.
-    pub fn unknown_type(&self, known: &[&'static str], done: &str) {
-        let message = format!("`{} \"{}\"` is not a known type: {done}", self.word, self.kind());
-        self.context.diagnostics.push(
-            Diagnostic::warning(message)
-                .at(self.kind_span)
-                .with_suggestion(suggest::nearest(self.kind(), known.iter().copied())),
-        );
+        self.context
+            .diagnostics
+            .push(Diagnostic::note(message).at(self.kind_span));
     }
 }

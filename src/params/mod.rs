@@ -34,9 +34,9 @@
 mod accept;
 mod asked;
 mod inputs;
+mod kinds;
 mod layers;
 mod reader;
-// Until `assets/mod.rs` declares it.
 mod spectrum;
 #[cfg(test)]
 pub mod testing;

@@ -377,11 +377,12 @@ impl<'a> ParamReader<'a> {
             };
             self.context.diagnostics.push(
                 Diagnostic::error(format!(
-                    "`{} \"{}\"` needs a file that does not exist",
-                    self.word, self.kind
+                    "{} needs `{}`, and there is no such file",
+                    self.described(),
+                    given.text
                 ))
                 .at(given.span)
-                .label(format!("no such file in {place}")),
+                .label(format!("not found in {place}")),
             );
         }
         path

@@ -1,8 +1,8 @@
 //! Spectrum-valued parameters: `rgb`, `xyz`, `blackbody` and `spectrum` to linear RGB.
 
-use crate::assets::spd;
 use super::{Dialect, ParamReader};
-use crate::math::spectrum::{rgb_from_blackbody, rgb_from_samples};
+use crate::assets::spd;
+use crate::math::spectrum::{rgb_from_blackbody, rgb_from_blackbody_v2, rgb_from_samples};
 use crate::math::{Rgb, color};
 use crate::syntax::files;
 use crate::syntax::{Diagnostic, Name, Param, ParamType, ParamValue};
@@ -10,10 +10,24 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::PathBuf;
 
+/// What pbrt-v2 makes of a sampled spectrum, over what pbrt-v3 makes of it: v2 divides the sum over
+/// 471 wavelengths by that of the luminosity function, v3 multiplies besides with the 470 nm
+/// between the first and the last of them and divides by their number (scene-language A.3).
+const V2_OVER_V3: f32 = 471.0 / 470.0;
+
+/// A sampled spectrum's colour in the reader's dialect, from that in pbrt-v3's.
+fn in_dialect(reader: &ParamReader<'_>, v3: Rgb) -> Rgb {
+    match reader.dialect() {
+        Dialect::V2 => v3 * V2_OVER_V3,
+        Dialect::V3 => v3,
+    }
+}
+
 /// The `.spd` files read so far, so that a metal used a thousand times is read once. Those that
 /// could not be read are remembered too.
 #[derive(Debug, Default)]
 pub struct SpectrumFiles {
+    /// Colours in pbrt-v3's normalisation.
     read: RefCell<HashMap<PathBuf, Result<Rgb, String>>>,
 }
 
@@ -57,40 +71,20 @@ fn converted(dialect: Dialect, ty: ParamType, numbers: &[f64]) -> Rgb {
     match (ty, numbers) {
         (ParamType::Xyz, &[x, y, z]) => color::rgb_from_xyz(Rgb::new(x as f32, y as f32, z as f32)),
         (ParamType::Blackbody, &[kelvin, scale]) => {
-            let normalisation = match dialect {
-                Dialect::V2 => peak_over_555_nm(kelvin),
-                Dialect::V3 => 1.0,
+            let curve = match dialect {
+                Dialect::V2 => rgb_from_blackbody_v2(kelvin),
+                Dialect::V3 => rgb_from_blackbody(kelvin),
             };
-            rgb_from_blackbody(kelvin) * (scale * normalisation) as f32
+            curve * scale as f32
         }
         (_, &[r, g, b]) => Rgb::new(r as f32, g as f32, b as f32),
         _ => Rgb::ZERO,
     }
 }
 
-/// Planck's curve at its peak over its value at 555 nm: pbrt-v2 normalises to the latter
-/// (scene-language A.3), pbrt-v3 and our conversion to the former. 1 where there is no curve.
-///
-/// B(λ) ∝ λ⁻⁵ / (exp(c₂/(λT)) − 1), and the peak is at λT = b (Wien). Constants: CODATA 2018.
-fn peak_over_555_nm(kelvin: f64) -> f64 {
-    // Second radiation constant and Wien's displacement constant, m·K.
-    const C2: f64 = 1.438_776_877e-2;
-    const WIEN: f64 = 2.897_771_955e-3;
-    if !(kelvin > 0.0 && kelvin.is_finite()) {
-        return 1.0;
-    }
-    // λT is what both exponents depend on; their ratio to the fifth power is what λ⁻⁵ leaves.
-    let at_555 = 555e-9 * kelvin;
-    let ratio = at_555 / WIEN;
-    let ratio =
-        ratio * ratio * ratio * ratio * ratio * libm::expm1(C2 / at_555) / libm::expm1(C2 / WIEN);
-    // Below some 40 K the curve is nothing at 555 nm.
-    if ratio.is_finite() { ratio } else { 1.0 }
-}
-
 fn inline(reader: &ParamReader<'_>, param: &Param, numbers: &[f64]) -> Rgb {
     match spd::samples(numbers) {
-        Ok(samples) => rgb_from_samples(&samples),
+        Ok(samples) => in_dialect(reader, rgb_from_samples(&samples)),
         Err(error) => {
             reader.context.diagnostics.push(
                 Diagnostic::error(format!("`{}` is no spectrum: {error}", param.name))
@@ -107,6 +101,7 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
         Some(path) => reader.context.spectra.rgb(path),
         None => Err("there is no such file".to_owned()),
     };
+    let read = read.map(|v3| in_dialect(reader, v3));
     read.unwrap_or_else(|error| {
         reader.context.diagnostics.push(
             Diagnostic::error(format!(
@@ -122,18 +117,45 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::math::Rgb;
+    use crate::params::testing::{Outcome, Surroundings, read_in};
+    use crate::params::{Dialect, ParamReader};
 
-    /// At T = b/555 nm (5221 K) the peak is at 555 nm and the two normalisations agree.
+    fn spectrum(dialect: Dialect, params: &str) -> Rgb {
+        let surroundings = Surroundings {
+            dialect,
+            ..Surroundings::default()
+        };
+        let look_up = |reader: &ParamReader<'_>| reader.find_spectrum("L");
+        let Outcome { value, .. } = read_in(&surroundings, "point", params, look_up);
+        value.expect("a spectrum")
+    }
+
+    /// Scene-language A.3: the flat spectrum 1 has luminance 1 in pbrt-v2 and 470/471 in v3.
     #[test]
-    fn the_normalisations_agree_where_the_peak_is_at_555_nm() {
-        // Rounding of two exponentials.
-        assert!((peak_over_555_nm(2.897_771_955e-3 / 555e-9) - 1.0).abs() < 1e-12);
-        // Elsewhere the peak is higher than any other place of the curve, by definition.
-        for kelvin in [500.0, 2000.0, 2856.0, 6500.0, 20_000.0] {
-            assert!(peak_over_555_nm(kelvin) > 1.0, "{kelvin}");
-        }
-        assert_eq!(peak_over_555_nm(0.0), 1.0);
-        assert_eq!(peak_over_555_nm(1e-300), 1.0);
+    fn sampled_spectra_are_a_471st_brighter_in_v2() {
+        let flat = "\"spectrum L\" [400 1 700 1]";
+        let ratio = spectrum(Dialect::V2, flat) / spectrum(Dialect::V3, flat);
+        // Single-precision rounding of a product.
+        assert!(
+            (ratio - 471.0 / 470.0).abs().max_element() < 1e-6,
+            "{ratio}"
+        );
+        let rgb = "\"rgb L\" [.1 .2 .3]";
+        assert_eq!(spectrum(Dialect::V2, rgb), spectrum(Dialect::V3, rgb));
+    }
+
+    /// Scene-language A.3: v3 divides Planck's curve by its peak, v2 by its value at 555 nm, which
+    /// is lower wherever the peak lies elsewhere.
+    #[test]
+    fn blackbodies_are_normalised_at_555_nm_in_v2() {
+        let warm = "\"blackbody L\" [2700 3]";
+        let (v2, v3) = (spectrum(Dialect::V2, warm), spectrum(Dialect::V3, warm));
+        assert_eq!(
+            v2,
+            3.0 * crate::math::spectrum::rgb_from_blackbody_v2(2700.0)
+        );
+        assert_eq!(v3, 3.0 * crate::math::spectrum::rgb_from_blackbody(2700.0));
+        assert!(v2.cmpgt(v3).all());
     }
 }

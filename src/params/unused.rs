@@ -1,4 +1,4 @@
-//! Parameters nobody asked for, and types nobody knows.
+//! Parameters nobody asked for.
 
 use super::ParamReader;
 use crate::syntax::{Diagnostic, Param, ParamGroup, suggest};
@@ -41,19 +41,8 @@ impl ParamReader<'_> {
     }
 
     /// `Shape "sphere"`.
-    fn described(&self) -> String {
+    pub(super) fn described(&self) -> String {
         format!("`{} \"{}\"`", self.word, self.kind())
-    }
-
-    /// Reports an error: this directive's type is none of `known`. Proposes the nearest.
-    pub fn unknown_kind(&self, known: &[&'static str]) {
-        let diagnostic = Diagnostic::error(format!("{} is not a known type", self.described()))
-            .at(self.kind_span);
-        let suggestion = suggest::nearest(self.kind(), known.iter().copied());
-        self.context.diagnostics.push(match suggestion {
-            Some(_) => diagnostic.with_suggestion(suggestion),
-            None => diagnostic.with_note(format!("known types: {}", known.join(", "))),
-        });
     }
 }
 

@@ -81,7 +81,7 @@ impl SamplerSpec {
         }
     }
 
-    /// Reads a `Sampler`. An unknown type is reported and replaced by the default one.
+    /// Reads a `Sampler`. An unknown type is an error, and read on as the default one.
     pub fn from_params(reader: &ParamReader) -> SamplerSpec {
         match reader.kind() {
             "stratified" => stratified::from_params(reader),
@@ -92,14 +92,9 @@ impl SamplerSpec {
             "maxmindist" => max_min_dist::from_params(reader),
             "bestcandidate" => best_candidate::from_params(reader),
             "adaptive" => adaptive::from_params(reader),
-            other => {
-                let spec = SamplerSpec::default_for(reader.dialect());
-                let known = SAMPLER_NAMES.join(", ");
-                reader.warn(
-                    "",
-                    format!("unknown sampler \"{other}\" (known: {known}); using Sobol' points, {} a pixel", spec.spp),
-                );
-                spec
+            _ => {
+                reader.unknown_kind(&SAMPLER_NAMES);
+                SamplerSpec::default_for(reader.dialect())
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Which pbrt a file was written for (scene-language appendix A).
 
 use crate::params::Dialect;
+use crate::syntax::DirectiveKind;
 
 /// What the user asked for on the command line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,10 +25,21 @@ pub struct Evidence {
 }
 
 impl Evidence {
+    /// Looks at a directive of the options block.
+    pub fn note(&mut self, kind: &DirectiveKind) {
+        if matches!(kind, DirectiveKind::Integrator(_)) {
+            self.v3_integrator = true;
+        }
+        if is_v2_only(kind) {
+            self.v2_directive = self.v2_directive.or(Some(kind.word()));
+        }
+    }
+
     /// The verdict, with the reason for a v2 reading.
     pub fn verdict(&self) -> (Dialect, Option<String>) {
         if let Some(word) = self.v2_directive {
-            return (Dialect::V2, Some(format!("it uses `{word}`, which only pbrt-v2 has")));
+            let reason = format!("it uses `{word}`, which only pbrt-v2 has");
+            return (Dialect::V2, Some(reason));
         }
         if self.course_camera && !self.v3_integrator {
             let reason = "it has a course-form realistic camera and no `Integrator`";
@@ -37,17 +49,37 @@ impl Evidence {
     }
 }
 
+/// Is this a directive that pbrt-v3 does not have?
+pub fn is_v2_only(kind: &DirectiveKind) -> bool {
+    use DirectiveKind as D;
+    matches!(
+        kind,
+        D::SurfaceIntegrator(_) | D::VolumeIntegrator(_) | D::Renderer(_) | D::Volume(_)
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn course_camera_with_a_v3_integrator_is_v3() {
-        let evidence = Evidence { course_camera: true, v3_integrator: true, ..Evidence::default() };
+        let evidence = Evidence {
+            course_camera: true,
+            v3_integrator: true,
+            ..Evidence::default()
+        };
         assert_eq!(evidence.verdict().0, Dialect::V3);
-        let evidence = Evidence { course_camera: true, ..Evidence::default() };
+        let evidence = Evidence {
+            course_camera: true,
+            ..Evidence::default()
+        };
         assert_eq!(evidence.verdict().0, Dialect::V2);
-        let evidence = Evidence { v2_directive: Some("Renderer"), v3_integrator: true, ..Evidence::default() };
+        let evidence = Evidence {
+            v2_directive: Some("Renderer"),
+            v3_integrator: true,
+            ..Evidence::default()
+        };
         assert_eq!(evidence.verdict().0, Dialect::V2);
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::handles::{FloatTextureId, MaterialId, SpectrumTextureId};
 use crate::params::TextureNames;
-use crate::syntax::{Span, Typed};
+use crate::syntax::Typed;
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -14,6 +14,8 @@ pub struct MaterialDirective {
     pub typed: Typed,
     /// The material made from them; `None` for `"none"`.
     pub id: Option<MaterialId>,
+    /// Made by `MakeNamedMaterial`.
+    pub named: bool,
 }
 
 /// The graphics state.
@@ -25,8 +27,8 @@ pub struct GraphicsState {
     pub textures: Rc<TextureNames>,
     /// Named materials in scope.
     pub named_materials: Rc<HashMap<String, Rc<MaterialDirective>>>,
-    /// Emission of later shapes.
-    pub area_light: Option<Rc<(Typed, Span)>>,
+    /// Emission of later shapes: an entry of [`Frame::area_lights`](super::Frame::area_lights).
+    pub area_light: Option<usize>,
     /// `ReverseOrientation` flag.
     pub reverse_orientation: bool,
 }
@@ -45,17 +47,25 @@ impl GraphicsState {
 
     /// Brings a float texture into scope; true where the name was taken.
     pub fn define_float_texture(&mut self, name: &str, id: FloatTextureId) -> bool {
-        Rc::make_mut(&mut self.textures).float.insert(name.to_string(), id).is_some()
+        Rc::make_mut(&mut self.textures)
+            .float
+            .insert(name.to_string(), id)
+            .is_some()
     }
 
     /// Brings a spectrum texture into scope; true where the name was taken.
     pub fn define_spectrum_texture(&mut self, name: &str, id: SpectrumTextureId) -> bool {
-        Rc::make_mut(&mut self.textures).spectrum.insert(name.to_string(), id).is_some()
+        Rc::make_mut(&mut self.textures)
+            .spectrum
+            .insert(name.to_string(), id)
+            .is_some()
     }
 
     /// Brings a named material into scope; true where the name was taken.
     pub fn define_material(&mut self, name: &str, material: MaterialDirective) -> bool {
-        Rc::make_mut(&mut self.named_materials).insert(name.to_string(), Rc::new(material)).is_some()
+        Rc::make_mut(&mut self.named_materials)
+            .insert(name.to_string(), Rc::new(material))
+            .is_some()
     }
 }
 

@@ -1,18 +1,21 @@
 //! The graphics-state machine: directives in, frames out.
 
+use super::blocks::{Block, block_of};
 use super::description::{Frame, SceneDescription};
-use super::dialect::{DialectChoice, Evidence};
-use super::options::StoredOptions;
+use super::dialect::{DialectChoice, Evidence, is_v2_only};
+use super::options::{Options, StoredDirective, StoredOptions};
 use super::reading::Reading;
 use super::scopes::{Current, Scope, Scopes};
 use super::transforms::Ctm;
 use super::world_block::WorldBlock;
 use crate::cameras::Compat;
+use crate::math::DVec3;
 use crate::math::transform::Transform;
 use crate::params::{Dialect, SpectrumFiles, TextureNames};
 use crate::syntax::suggest::nearest;
 use crate::syntax::{
-    ActiveTransform, Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser, SourceMap, Span, Typed,
+    ActiveTransform, Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser,
+    SourceMap, Span, Typed,
 };
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -29,7 +32,11 @@ pub struct ReadSettings {
 
 /// Reads a whole scene file with its includes. The scene holds what could be understood, and is
 /// fit to render only where there were no errors among the problems found.
-pub fn read_scene(sources: &SourceMap, main: FileId, settings: &ReadSettings) -> (SceneDescription, Diagnostics) {
+pub fn read_scene(
+    sources: &SourceMap,
+    main: FileId,
+    settings: &ReadSettings,
+) -> (SceneDescription, Diagnostics) {
     let diagnostics = Diagnostics::new();
     let mut interpreter = Interpreter::new(sources, main, settings, &diagnostics);
     if interpreter.run(main).is_ok() {
@@ -39,7 +46,10 @@ pub fn read_scene(sources: &SourceMap, main: FileId, settings: &ReadSettings) ->
     // A directive that only pbrt-v2 has turned up inside the world, after parameters had been
     // read with v3's meanings: read everything again as v2.
     let diagnostics = Diagnostics::new();
-    let settings = ReadSettings { dialect: DialectChoice::Fixed(Dialect::V2), ..*settings };
+    let settings = ReadSettings {
+        dialect: DialectChoice::Fixed(Dialect::V2),
+        ..*settings
+    };
     let mut interpreter = Interpreter::new(sources, main, &settings, &diagnostics);
     interpreter.announce("it uses `Volume`, which only pbrt-v2 has");
     // With the dialect fixed there is nothing left to restart for.
@@ -114,20 +124,33 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Closes the reading: what is left open is reported.
+    /// Closes the reading: what is left open is reported, and checked all the same.
     fn finish(mut self) -> SceneDescription {
-        if let Some(world) = self.world.take() {
+        if let Some(world) = &self.world {
+            let opened = world.opened;
             self.diagnostics.push(
                 Diagnostic::error("the file ends inside the world block; nothing is rendered")
-                    .at(world.opened)
+                    .at(opened)
                     .label("the block begins here")
                     .with_help("add `WorldEnd` at the end"),
             );
-        } else if self.frames.is_empty() && !self.diagnostics.has_errors() {
-            let message = "the file describes no picture: there is no `WorldBegin` … `WorldEnd`";
-            self.diagnostics.push(Diagnostic::error(message));
+            drop(self.close_world());
+        } else if self.frames.is_empty() {
+            drop(self.read_options());
+            if !self.diagnostics.has_errors() {
+                let message =
+                    "the file describes no picture: there is no `WorldBegin` … `WorldEnd`";
+                self.diagnostics.push(Diagnostic::error(message));
+            }
         }
-        SceneDescription { frames: self.frames, dialect: self.dialect }
+        SceneDescription {
+            frames: self.frames,
+            dialect: self.dialect,
+        }
+    }
+
+    pub(super) fn dialect(&self) -> Dialect {
+        self.dialect
     }
 
     pub(super) fn error(&self, span: Span, message: impl Into<String>) {
@@ -140,7 +163,13 @@ impl<'a> Interpreter<'a> {
 
     /// For reading parameters with the given textures in scope.
     pub(super) fn reading<'b>(&'b self, textures: &'b TextureNames) -> Reading<'b> {
-        Reading::new(&self.directory, self.dialect, self.diagnostics, &self.spectra, textures)
+        Reading::new(
+            &self.directory,
+            self.dialect,
+            self.diagnostics,
+            &self.spectra,
+            textures,
+        )
     }
 
     fn directive(&mut self, directive: Directive) -> Result<(), MustRestart> {
@@ -148,60 +177,89 @@ impl<'a> Interpreter<'a> {
         if !self.allowed_here(&kind, span) {
             return Ok(());
         }
-        self.note_evidence(&kind, span)?;
+        self.learn_dialect(&kind, span)?;
+        let word = kind.word();
+        let stored = |typed| Some(StoredDirective { word, span, typed });
         use DirectiveKind as D;
         match kind {
             D::Identity => self.transform(|_| Transform::IDENTITY),
             D::Translate(t) => self.transform(|m| *m * Transform::translate(t)),
             D::Scale(s) => {
-                if s.x * s.y * s.z == 0.0 {
-                    self.warn(span, "scaling by zero flattens everything that follows; such shapes are left out");
-                }
                 self.transform(|m| *m * Transform::scale(s));
+                self.check_invertible(span);
             }
-            D::Rotate { degrees, axis } => self.transform(|m| *m * Transform::rotate(degrees, axis)),
-            D::LookAt { eye, look, up } => match Transform::look_at(eye, look, up) {
-                Some(look_at) => self.transform(|m| *m * look_at),
-                None => self.error(
-                    span,
-                    "`LookAt` has no direction: eye and look coincide, or up is parallel to the view; ignored",
-                ),
-            },
-            D::Transform(m) => self.transform(|_| Transform::from_matrix(*m)),
-            D::ConcatTransform(m) => self.transform(|ctm| *ctm * Transform::from_matrix(*m)),
+            D::Rotate { degrees, axis } => self.rotate(span, degrees, axis),
+            D::LookAt { eye, look, up } => self.look_at(span, eye, look, up),
+            D::Transform(m) => {
+                self.transform(|_| Transform::from_matrix(*m));
+                self.check_invertible(span);
+            }
+            D::ConcatTransform(m) => {
+                self.transform(|ctm| *ctm * Transform::from_matrix(*m));
+                self.check_invertible(span);
+            }
             D::CoordinateSystem(name) => {
-                self.coordinate_systems.insert(name.text, self.current.ctm.clone());
+                self.coordinate_systems
+                    .insert(name.text, self.current.ctm.clone());
             }
             D::CoordSysTransform(name) => self.restore_coordinate_system(&name),
             D::ActiveTransform(which) => self.current.active = which,
             D::TransformTimes(..) => {}
             D::TransformBegin => self.scopes.open(Scope::Transform, span, &self.current),
-            D::TransformEnd => self.scopes.close(Scope::Transform, span, &mut self.current, self.diagnostics),
+            D::TransformEnd => {
+                self.scopes
+                    .close(Scope::Transform, span, &mut self.current, self.diagnostics)
+            }
             D::AttributeBegin => self.scopes.open(Scope::Attribute, span, &self.current),
-            D::AttributeEnd => self.scopes.close(Scope::Attribute, span, &mut self.current, self.diagnostics),
-            D::PixelFilter(typed) => self.options.filter = Some((typed, span)),
-            D::Film(typed) => self.options.film = Some((typed, span)),
-            D::Sampler(typed) => self.options.sampler = Some((typed, span)),
-            D::Accelerator(typed) => self.options.accelerator = Some((typed, span)),
-            D::Integrator(typed) | D::SurfaceIntegrator(typed) => self.options.integrator = Some((typed, span)),
-            D::Renderer(typed) => self.options.renderer = Some((typed, span)),
+            D::AttributeEnd => {
+                self.scopes
+                    .close(Scope::Attribute, span, &mut self.current, self.diagnostics)
+            }
+            D::PixelFilter(typed) => self.options.filter = stored(typed),
+            D::Film(typed) => self.options.film = stored(typed),
+            D::Sampler(typed) => self.options.sampler = stored(typed),
+            D::Accelerator(typed) => self.options.accelerator = stored(typed),
+            D::Integrator(typed) | D::SurfaceIntegrator(typed) => {
+                self.options.integrator = stored(typed);
+            }
+            D::Renderer(typed) => self.options.renderer = stored(typed),
+            D::Camera(typed) => {
+                let camera_to_world = Ctm {
+                    start: self.current.ctm.start.inverted(),
+                    end: self.current.ctm.end.inverted(),
+                };
+                let name = "camera".to_string();
+                self.coordinate_systems.insert(name, camera_to_world);
+                self.options.camera = stored(typed);
+                self.options.camera_ctm = self.current.ctm.clone();
+            }
             D::VolumeIntegrator(_) => {}
             D::Volume(typed) => {
                 self.warn(typed.kind.span, "volumes are not modelled yet; left out");
             }
             D::MakeNamedMedium(typed) => {
-                self.warn(typed.kind.span, "participating media are not modelled yet; left out");
+                self.warn(
+                    typed.kind.span,
+                    "participating media are not modelled yet; left out",
+                );
             }
             D::MediumInterface { .. } => {}
-            D::Camera(typed) => {
-                let camera_to_world = Ctm { start: self.current.ctm.start.inverted(), end: self.current.ctm.end.inverted() };
-                self.coordinate_systems.insert("camera".to_string(), camera_to_world);
-                self.options.camera = Some((typed, span));
-                self.options.camera_ctm = self.current.ctm.clone();
-            }
             D::WorldBegin => self.begin_world(span),
             D::WorldEnd => self.end_world(span),
-            D::Texture { name, value_type, class, params } => self.texture(span, &name, &value_type, Typed { kind: class, params }),
+            D::Texture {
+                name,
+                value_type,
+                class,
+                params,
+            } => self.texture(
+                span,
+                &name,
+                &value_type,
+                Typed {
+                    kind: class,
+                    params,
+                },
+            ),
             D::Material(typed) => {
                 let material = self.make_material("Material", span, typed);
                 self.current.state.material = Some(Rc::new(material));
@@ -209,11 +267,11 @@ impl<'a> Interpreter<'a> {
             D::MakeNamedMaterial(typed) => self.make_named_material(span, typed),
             D::NamedMaterial(name) => self.use_named_material(&name),
             D::LightSource(typed) => self.light_source(span, &typed),
-            D::AreaLightSource(typed) => {
-                self.current.state.area_light = (!typed.kind.text.is_empty()).then(|| Rc::new((typed, span)));
-            }
+            D::AreaLightSource(typed) => self.area_light_source(span, &typed),
             D::Shape(typed) => self.shape(span, &typed),
-            D::ReverseOrientation => self.current.state.reverse_orientation = !self.current.state.reverse_orientation,
+            D::ReverseOrientation => {
+                self.current.state.reverse_orientation = !self.current.state.reverse_orientation
+            }
             D::ObjectBegin(name) => self.begin_object(span, name),
             D::ObjectEnd => self.end_object(span),
             D::ObjectInstance(name) => self.instance(&name),
@@ -221,73 +279,41 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Reports a directive in the wrong block (scene-language 2); it is ignored then.
+    /// Reports a directive in the wrong block; it is ignored then.
     fn allowed_here(&self, kind: &DirectiveKind, span: Span) -> bool {
-        use DirectiveKind as D;
-        let options_only = matches!(
-            kind,
-            D::TransformTimes(..)
-                | D::PixelFilter(_)
-                | D::Film(_)
-                | D::Sampler(_)
-                | D::Accelerator(_)
-                | D::Integrator(_)
-                | D::SurfaceIntegrator(_)
-                | D::VolumeIntegrator(_)
-                | D::Renderer(_)
-                | D::Camera(_)
-                | D::WorldBegin
-        );
-        let world_only = matches!(
-            kind,
-            D::TransformBegin
-                | D::TransformEnd
-                | D::AttributeBegin
-                | D::AttributeEnd
-                | D::Texture { .. }
-                | D::Material(_)
-                | D::MakeNamedMaterial(_)
-                | D::NamedMaterial(_)
-                | D::LightSource(_)
-                | D::AreaLightSource(_)
-                | D::Shape(_)
-                | D::ReverseOrientation
-                | D::ObjectBegin(_)
-                | D::ObjectEnd
-                | D::ObjectInstance(_)
-                | D::Volume(_)
-                | D::WorldEnd
-        );
         let word = kind.word();
-        if options_only && self.world.is_some() {
-            self.error(span, format!("`{word}` belongs before `WorldBegin`; ignored"));
-            return false;
+        match (block_of(kind), &self.world) {
+            (Block::Options, Some(world)) => {
+                let message = format!("`{word}` belongs before `WorldBegin`; ignored");
+                let problem = Diagnostic::error(message).at(span);
+                self.diagnostics
+                    .push(problem.related(world.opened, "the world block begins here"));
+                false
+            }
+            (Block::World, None) => {
+                let message =
+                    format!("`{word}` belongs between `WorldBegin` and `WorldEnd`; ignored");
+                self.error(span, message);
+                false
+            }
+            _ => true,
         }
-        if world_only && self.world.is_none() {
-            self.error(span, format!("`{word}` belongs between `WorldBegin` and `WorldEnd`; ignored"));
-            return false;
-        }
-        true
     }
 
-    /// Collects what tells the dialect; inside the world it is too late to be told.
-    fn note_evidence(&mut self, kind: &DirectiveKind, span: Span) -> Result<(), MustRestart> {
-        use DirectiveKind as D;
-        match kind {
-            D::Integrator(_) => self.evidence.v3_integrator = true,
-            D::SurfaceIntegrator(_) | D::VolumeIntegrator(_) | D::Renderer(_) => {
-                self.evidence.v2_directive = self.evidence.v2_directive.or(Some(kind.word()));
-            }
-            D::Volume(_) if self.dialect == Dialect::V3 && self.settings.dialect == DialectChoice::Auto => {
-                return Err(MustRestart);
-            }
-            D::WorldBegin => self.settle_dialect(),
-            _ => {}
+    /// Collects what tells the dialect. Once the world has begun, what was read has been read.
+    fn learn_dialect(&mut self, kind: &DirectiveKind, span: Span) -> Result<(), MustRestart> {
+        let auto = self.settings.dialect == DialectChoice::Auto;
+        if matches!(kind, DirectiveKind::WorldBegin) {
+            self.settle_dialect();
+        } else if self.world.is_none() {
+            self.evidence.note(kind);
+        } else if auto && self.dialect == Dialect::V3 && is_v2_only(kind) {
+            return Err(MustRestart);
         }
-        let v2_word =
-            matches!(kind, D::SurfaceIntegrator(_) | D::VolumeIntegrator(_) | D::Renderer(_) | D::Volume(_));
-        if v2_word && self.settings.dialect == DialectChoice::Fixed(Dialect::V3) {
-            self.warn(span, format!("`{}` is pbrt-v2's; read with v3's meanings as --dialect asks", kind.word()));
+        if is_v2_only(kind) && self.settings.dialect == DialectChoice::Fixed(Dialect::V3) {
+            let word = kind.word();
+            let message = format!("`{word}` is pbrt-v2's; the file is read as pbrt-v3 as asked");
+            self.warn(span, message);
         }
         Ok(())
     }
@@ -307,15 +333,48 @@ impl<'a> Interpreter<'a> {
         self.current.ctm.change(self.current.active, f);
     }
 
+    fn rotate(&mut self, span: Span, degrees: f64, axis: DVec3) {
+        if axis.try_normalize().is_none() {
+            self.error(span, "`Rotate` about an axis of no length; ignored");
+        }
+        self.transform(|m| *m * Transform::rotate(degrees, axis));
+    }
+
+    fn look_at(&mut self, span: Span, eye: DVec3, look: DVec3, up: DVec3) {
+        match Transform::look_at(eye, look, up) {
+            Some(look_at) => self.transform(|m| *m * look_at),
+            None if eye == look => {
+                self.error(span, "`LookAt` looks from a point at itself; ignored");
+            }
+            None => {
+                self.error(span, "`LookAt` has an up vector along the view; ignored");
+            }
+        }
+    }
+
+    /// What a singular transformation flattens cannot be seen, nor looked from.
+    fn check_invertible(&self, span: Span) {
+        let Ctm { start, end } = &self.current.ctm;
+        if !(start.is_invertible() && end.is_invertible()) {
+            self.warn(
+                span,
+                "the transformation cannot be undone from here on; shapes under it are left out",
+            );
+        }
+    }
+
     fn restore_coordinate_system(&mut self, name: &Name) {
         match self.coordinate_systems.get(&name.text) {
             Some(ctm) => self.current.ctm = ctm.clone(),
             None => {
                 let known = self.coordinate_systems.keys().map(String::as_str);
                 self.diagnostics.push(
-                    Diagnostic::warning(format!("there is no coordinate system `{}`; ignored", name.text))
-                        .at(name.span)
-                        .with_suggestion(nearest(&name.text, known)),
+                    Diagnostic::warning(format!(
+                        "there is no coordinate system `{}`; ignored",
+                        name.text
+                    ))
+                    .at(name.span)
+                    .with_suggestion(nearest(&name.text, known)),
                 );
             }
         }
@@ -324,26 +383,28 @@ impl<'a> Interpreter<'a> {
     fn begin_world(&mut self, span: Span) {
         self.current.ctm = Ctm::IDENTITY;
         self.current.active = ActiveTransform::All;
-        self.coordinate_systems.insert("world".to_string(), Ctm::IDENTITY);
+        self.coordinate_systems
+            .insert("world".to_string(), Ctm::IDENTITY);
         self.world = Some(WorldBlock::new(span));
     }
 
     fn end_world(&mut self, span: Span) {
-        let Some(mut world) = self.world.take() else { return };
-        self.scopes.close_all(self.diagnostics);
-        if let Some((_, opened)) = world.open_object.take() {
-            self.error(opened, "`ObjectBegin` without `ObjectEnd`: the object is dropped");
-        }
-        if world.lights.is_empty() && world.area_lights.is_empty() {
+        if self.world.as_ref().is_some_and(|world| !world.has_lights()) {
             self.warn(span, "the scene has no lights: the picture will be black");
         }
-        let names = TextureNames::default();
-        if let Some(mut options) = self.options.read(&self.reading(&names)) {
-            if let Some(compat) = self.settings.compat {
-                options.camera.set_compat(compat);
-            }
-            self.frames.push(world.into_frame(options));
+        let frame = self.close_world();
+        self.frames.extend(frame);
+    }
+
+    /// Ends the world block and resets what a frame does not hand on to the next.
+    fn close_world(&mut self) -> Option<Frame> {
+        let mut world = self.world.take()?;
+        self.scopes.close_all(self.diagnostics);
+        if let Some((_, opened)) = world.open_object.take() {
+            let message = "`ObjectBegin` without `ObjectEnd`: the object is dropped";
+            self.error(opened, message);
         }
+        let options = self.read_options();
         // pbrt-v2 keeps the options for the next frame, v3 forgets them (scene-language A.1).
         if self.dialect == Dialect::V3 {
             self.options = StoredOptions::default();
@@ -351,5 +412,15 @@ impl<'a> Interpreter<'a> {
         }
         self.current = Current::new();
         self.coordinate_systems.clear();
+        Some(world.into_frame(options?))
+    }
+
+    fn read_options(&self) -> Option<Options> {
+        let names = TextureNames::default();
+        let mut options = self.options.read(&self.reading(&names))?;
+        if let Some(compat) = self.settings.compat {
+            options.camera.set_compat(compat);
+        }
+        Some(options)
     }
 }

@@ -2,13 +2,19 @@
 //! every parameter read and checked, nothing loaded that only a render needs. All problems of a
 //! file are reported in one go; `fstop check` stops here.
 
-pub mod dialect;
+pub mod blocks;
 pub mod description;
+pub mod dialect;
 pub mod graphics_state;
 pub mod interpreter;
+mod materials;
+mod objects;
 pub mod options;
 pub mod reading;
 pub mod scopes;
+mod shapes;
+#[cfg(test)]
+mod tests;
 pub mod transforms;
 mod world_block;
 

@@ -8,7 +8,7 @@ use crate::film::FilmSpec;
 use crate::filters::Filter;
 use crate::integrators::IntegratorSettings;
 use crate::math::transform::Transform;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::samplers::SamplerSpec;
 use crate::syntax::{Diagnostic, Span, Typed};
 
@@ -29,28 +29,36 @@ pub struct Options {
     pub integrator: IntegratorSettings,
 }
 
-/// A directive as it stands in the file, with the place of its word.
-type Stored = Option<(Typed, Span)>;
+/// A directive as it stands in the file.
+#[derive(Clone, Debug)]
+pub struct StoredDirective {
+    /// `Film`
+    pub word: &'static str,
+    /// Of the word.
+    pub span: Span,
+    /// Type and parameters.
+    pub typed: Typed,
+}
 
 /// The directives of the options block as they stand in the file; the last of each kind counts.
 #[derive(Clone, Debug)]
 pub struct StoredOptions {
     /// `Camera`.
-    pub camera: Stored,
+    pub camera: Option<StoredDirective>,
     /// The transformations in force there.
     pub camera_ctm: Ctm,
     /// `Film`.
-    pub film: Stored,
+    pub film: Option<StoredDirective>,
     /// `PixelFilter`.
-    pub filter: Stored,
+    pub filter: Option<StoredDirective>,
     /// `Sampler`.
-    pub sampler: Stored,
+    pub sampler: Option<StoredDirective>,
     /// `Integrator` or `SurfaceIntegrator`.
-    pub integrator: Stored,
+    pub integrator: Option<StoredDirective>,
     /// `Accelerator`: read for its parameters' sake, without effect on the picture.
-    pub accelerator: Stored,
+    pub accelerator: Option<StoredDirective>,
     /// `Renderer`, pbrt-v2 only.
-    pub renderer: Stored,
+    pub renderer: Option<StoredDirective>,
 }
 
 impl Default for StoredOptions {
@@ -72,8 +80,10 @@ impl StoredOptions {
     /// Is the camera written in the course's form? Its own parameter names give it away.
     pub fn has_course_camera(&self) -> bool {
         const COURSE_NAMES: [&str; 3] = ["specfile", "aperture_diameter", "filmdiag"];
-        self.camera.as_ref().is_some_and(|(camera, _)| {
-            camera.kind.text == "realistic" && COURSE_NAMES.iter().any(|name| camera.params.named(name).is_some())
+        self.camera.as_ref().is_some_and(|camera| {
+            let Typed { kind, params } = &camera.typed;
+            let given = |name: &&str| params.named(name).is_some();
+            kind.text == "realistic" && COURSE_NAMES.iter().any(given)
         })
     }
 
@@ -88,48 +98,84 @@ impl StoredOptions {
             }
             FilmSpec::from_params(reader)
         });
-        let filter = reading.read_or("PixelFilter", self.filter.as_ref(), "box", Filter::from_params);
-        let default_sampler = if dialect == Dialect::V2 { "lowdiscrepancy" } else { "halton" };
-        let sampler = reading.read_or("Sampler", self.sampler.as_ref(), default_sampler, SamplerSpec::from_params);
+        let filter = self.filter.as_ref();
+        let filter = reading.read_or("PixelFilter", filter, "box", Filter::from_params);
+        let sampler = self.read_sampler(reading);
         let integrator = match &self.integrator {
-            Some((typed, span)) => reading.read("Integrator", *span, typed, IntegratorSettings::from_params),
+            Some(given) => reading.read_stored(given, IntegratorSettings::from_params),
             None => IntegratorSettings::default_for(dialect),
         };
-        let camera = reading.read_or("Camera", self.camera.as_ref(), "perspective", CameraSpec::from_params)?;
-        if let Some((_, span)) = &self.camera
+        let camera = self.camera.as_ref();
+        let camera = reading.read_or("Camera", camera, "perspective", CameraSpec::from_params)?;
+        self.hold_camera(reading);
+        let camera_from_world = self.camera_ctm.start;
+        Some(Options {
+            camera,
+            camera_from_world,
+            film,
+            filter,
+            sampler,
+            integrator,
+        })
+    }
+
+    fn read_sampler(&self, reading: &Reading) -> SamplerSpec {
+        let Some(given) = &self.sampler else {
+            return SamplerSpec::default_for(reading.dialect());
+        };
+        reading.read_stored(given, |reader| {
+            let sampler = SamplerSpec::from_params(reader);
+            if let Some(note) = sampler.note {
+                reader.note(note);
+            }
+            sampler
+        })
+    }
+
+    fn hold_camera(&self, reading: &Reading) {
+        if let Some(camera) = &self.camera
             && self.camera_ctm.is_animated()
         {
             let message = "a moving camera is held at its start: motion blur is not supported yet";
-            reading.diagnostics().push(Diagnostic::warning(message).at(*span));
+            let warning = Diagnostic::warning(message).at(camera.span);
+            reading.diagnostics().push(warning);
         }
-        Some(Options { camera, camera_from_world: self.camera_ctm.start, film, filter, sampler, integrator })
     }
 
     /// Accelerators do not change the picture: their parameters are legal and unused.
     fn read_accelerator(&self, reading: &Reading) {
-        const PARAMETERS: [&str; 9] = [
-            "maxnodeprims", "splitmethod", "intersectcost", "traversalcost", "emptybonus", "maxprims", "maxdepth",
-            "refineimmediately", "nx",
+        const KNOWN: [&str; 3] = ["bvh", "kdtree", "grid"];
+        const PARAMETERS: [&str; 8] = [
+            "maxnodeprims",
+            "splitmethod",
+            "intersectcost",
+            "traversalcost",
+            "emptybonus",
+            "maxprims",
+            "maxdepth",
+            "refineimmediately",
         ];
-        let Some((typed, span)) = &self.accelerator else { return };
-        reading.read("Accelerator", *span, typed, |reader: &ParamReader| {
+        let Some(given) = &self.accelerator else {
+            return;
+        };
+        reading.read_stored(given, |reader: &ParamReader| {
             for name in PARAMETERS {
                 reader.accept(name);
             }
-            let known = ["bvh", "kdtree", "grid"];
-            if !known.contains(&reader.kind()) {
-                reader.unknown_type(&known, "fstop's own is used, as for every scene");
+            if !KNOWN.contains(&reader.kind()) {
+                reader.unknown_kind_replaced(&KNOWN, "fstop's own is used, as for every scene");
             }
         });
     }
 
     /// pbrt-v2's renderers: all are answered by the one there is.
     fn read_renderer(&self, reading: &Reading) {
-        let Some((typed, span)) = &self.renderer else { return };
-        reading.read("Renderer", *span, typed, |reader: &ParamReader| {
+        let Some(given) = &self.renderer else { return };
+        reading.read_stored(given, |reader: &ParamReader| {
             reader.accept_all();
             if reader.kind() != "sampler" {
-                reader.note(format!("renderer `{}` is replaced by the ordinary one", reader.kind()));
+                let kind = reader.kind();
+                reader.note(format!("renderer `{kind}` is replaced by the ordinary one"));
             }
         });
     }

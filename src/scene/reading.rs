@@ -1,5 +1,6 @@
 //! What reading parameters needs, at one point of the file.
 
+use super::options::StoredDirective;
 use crate::params::{Dialect, ParamContext, ParamReader, SpectrumFiles, TextureNames};
 use crate::syntax::{Diagnostics, FileId, Name, ParamList, Span, Typed};
 use std::path::Path;
@@ -19,7 +20,15 @@ impl<'a> Reading<'a> {
         spectra: &'a SpectrumFiles,
         textures: &'a TextureNames,
     ) -> Reading<'a> {
-        Reading { context: ParamContext { directory, dialect, diagnostics, spectra, textures } }
+        Reading {
+            context: ParamContext {
+                directory,
+                dialect,
+                diagnostics,
+                spectra,
+                textures,
+            },
+        }
     }
 
     /// Whose defaults apply.
@@ -33,30 +42,59 @@ impl<'a> Reading<'a> {
     }
 
     /// Reads a directive and reports its unused parameters.
-    pub fn read<R>(&self, word: &'static str, span: Span, typed: &Typed, f: impl FnOnce(&ParamReader) -> R) -> R {
+    pub fn read<R>(
+        &self,
+        word: &'static str,
+        span: Span,
+        typed: &Typed,
+        f: impl FnOnce(&ParamReader) -> R,
+    ) -> R {
         let reader = ParamReader::new(&self.context, word, span, &typed.kind, &typed.params);
         let result = f(&reader);
         reader.finish();
         result
     }
 
+    /// Reads a directive that was kept for later.
+    pub fn read_stored<R>(&self, stored: &StoredDirective, f: impl FnOnce(&ParamReader) -> R) -> R {
+        self.read(stored.word, stored.span, &stored.typed, f)
+    }
+
     /// What a directive of this type means without any parameters.
-    pub fn defaults<R>(&self, word: &'static str, kind: &str, f: impl FnOnce(&ParamReader) -> R) -> R {
-        let nowhere = Span { file: FileId(0), start: 0, end: 0 };
-        let name = Name { text: kind.to_string(), span: nowhere };
-        f(&ParamReader::new(&self.context, word, nowhere, &name, &ParamList::EMPTY))
+    pub fn defaults<R>(
+        &self,
+        word: &'static str,
+        kind: &str,
+        f: impl FnOnce(&ParamReader) -> R,
+    ) -> R {
+        let nowhere = Span {
+            file: FileId(0),
+            start: 0,
+            end: 0,
+        };
+        let name = Name {
+            text: kind.to_string(),
+            span: nowhere,
+        };
+        f(&ParamReader::new(
+            &self.context,
+            word,
+            nowhere,
+            &name,
+            &ParamList::EMPTY,
+        ))
     }
 
     /// Reads a directive, or the defaults of `kind` where it was not given.
     pub fn read_or<R>(
         &self,
         word: &'static str,
-        given: Option<&(Typed, Span)>,
+        given: Option<&StoredDirective>,
         kind: &str,
         f: impl FnOnce(&ParamReader) -> R,
     ) -> R {
         match given {
-            Some((typed, span)) => self.read(word, *span, typed, f),
+            Some(stored) => self.read_stored(stored, f),
             None => self.defaults(word, kind, f),
         }
     }

@@ -43,7 +43,11 @@ pub struct Current {
 impl Current {
     /// At the start of a file or frame.
     pub fn new() -> Current {
-        Current { state: GraphicsState::new(), ctm: Ctm::IDENTITY, active: ActiveTransform::All }
+        Current {
+            state: GraphicsState::new(),
+            ctm: Ctm::IDENTITY,
+            active: ActiveTransform::All,
+        }
     }
 }
 
@@ -61,11 +65,17 @@ struct SavedTransform {
     opened: Span,
 }
 
-/// The open scopes.
+#[derive(Debug)]
+struct SavedState {
+    state: GraphicsState,
+    scope: Scope,
+}
+
+/// The open scopes: attributes and objects are on both stacks, transforms on one.
 #[derive(Debug, Default)]
 pub struct Scopes {
     transforms: Vec<SavedTransform>,
-    states: Vec<GraphicsState>,
+    states: Vec<SavedState>,
 }
 
 impl Scopes {
@@ -78,29 +88,50 @@ impl Scopes {
             opened,
         });
         if scope != Scope::Transform {
-            self.states.push(current.state.clone());
+            let state = current.state.clone();
+            self.states.push(SavedState { state, scope });
         }
     }
 
-    /// Closes a scope: `AttributeEnd` or `TransformEnd`. An object's own scope stays closed to both.
-    pub fn close(&mut self, scope: Scope, span: Span, current: &mut Current, diagnostics: &Diagnostics) {
-        let Some(top) = self.transforms.pop_if(|top| top.scope != Scope::Object) else {
+    /// Closes a scope: `AttributeEnd` or `TransformEnd`. An object's own scope stays closed to
+    /// both, and `AttributeEnd` needs an `AttributeBegin` somewhere.
+    pub fn close(
+        &mut self,
+        scope: Scope,
+        span: Span,
+        current: &mut Current,
+        diagnostics: &Diagnostics,
+    ) {
+        let state_is_there = || {
+            self.states
+                .last()
+                .is_some_and(|top| top.scope == Scope::Attribute)
+        };
+        let matched = scope == Scope::Transform || state_is_there();
+        let top = self
+            .transforms
+            .pop_if(|top| matched && top.scope != Scope::Object);
+        let Some(top) = top else {
             let word = scope.word();
-            diagnostics.push(
-                Diagnostic::error(format!("`{word}End` without a matching `{word}Begin`; ignored")).at(span),
-            );
+            let message = format!("`{word}End` without a matching `{word}Begin`; ignored");
+            diagnostics.push(Diagnostic::error(message).at(span));
             return;
         };
         if top.scope != scope {
-            let message = format!("`{}End` closes a `{}Begin`", scope.word(), top.scope.word());
-            diagnostics.push(Diagnostic::warning(message).at(span).related(top.opened, "opened here"));
+            let (ended, begun) = (scope.word(), top.scope.word());
+            diagnostics.push(
+                Diagnostic::warning(format!("`{ended}End` closes a `{begun}Begin`"))
+                    .at(span)
+                    .label("restores the transformation, as in pbrt-v3")
+                    .related(top.opened, "of this scope"),
+            );
         }
         current.ctm = top.ctm;
         current.active = top.active;
         if scope == Scope::Attribute
-            && let Some(state) = self.states.pop()
+            && let Some(saved) = self.states.pop()
         {
-            current.state = state;
+            current.state = saved.state;
         }
     }
 
@@ -109,22 +140,25 @@ impl Scopes {
         while let Some(top) = self.transforms.pop() {
             current.ctm = top.ctm.clone();
             current.active = top.active;
-            if top.scope != Scope::Transform
-                && let Some(state) = self.states.pop()
-            {
-                current.state = state;
-            }
             if top.scope == Scope::Object {
-                return;
+                break;
             }
             never_closed(&top, diagnostics);
         }
+        while let Some(top) = self.states.pop() {
+            current.state = top.state;
+            if top.scope == Scope::Object {
+                break;
+            }
+        }
     }
 
-    /// Closes everything at the end of the world.
+    /// Closes everything at the end of the world; an object left open is the caller's to report.
     pub fn close_all(&mut self, diagnostics: &Diagnostics) {
-        for left in self.transforms.drain(..).filter(|s| s.scope != Scope::Object) {
-            never_closed(&left, diagnostics);
+        for left in self.transforms.drain(..) {
+            if left.scope != Scope::Object {
+                never_closed(&left, diagnostics);
+            }
         }
         self.states.clear();
     }

@@ -42,6 +42,23 @@ use crate::surface::TexturePoint;
 /// worker thread has room for far more than this.
 pub const MAX_DEPTH: usize = 256;
 
+/// The classes a scene may name, for "did you mean".
+const CLASSES: [&str; 13] = [
+    "constant",
+    "scale",
+    "mix",
+    "bilerp",
+    "uv",
+    "checkerboard",
+    "imagemap",
+    "dots",
+    "fbm",
+    "wrinkled",
+    "windy",
+    "marble",
+    "ptex",
+];
+
 /// A texture as the scene file describes it, in world space.
 #[derive(Clone, Debug)]
 pub enum TextureSpec<V: TextureValue> {
@@ -80,12 +97,17 @@ pub(crate) enum Texture<V: TextureValue> {
 }
 
 /// The float texture that `Texture "name" "float" "class"` describes under the transformation
-/// `ctm`; `None`, with a message, where there is no such class.
+/// `ctm`; `None`, with a message, where there is no such class. Classes that are not modelled yet are
+/// 0.5 everywhere, with a warning, so that the rest of the scene can be rendered.
 pub fn from_params_float(reader: &ParamReader, ctm: &Transform) -> Option<FloatTextureSpec> {
-    if reader.kind() == "uv" {
+    if matches!(reader.kind(), "uv" | "marble") {
+        reader.accept_all();
         reader.warn(
             "",
-            "the uv texture makes colours only: no float texture is defined",
+            format!(
+                "a `{}` texture has colours only: no float texture is defined",
+                reader.kind()
+            ),
         );
         return None;
     }
@@ -107,18 +129,14 @@ fn from_params<V: TextureValue>(reader: &ParamReader, ctm: &Transform) -> Option
         "uv" => TextureSpec::Uv(Uv::from_params(reader, ctm)),
         "checkerboard" => TextureSpec::Checkerboard(Checkerboard::from_params(reader, ctm)),
         "imagemap" => TextureSpec::Imagemap(ImagemapSpec::from_params(reader, ctm)),
-        class @ ("dots" | "fbm" | "wrinkled" | "windy" | "marble" | "ptex") => {
-            reader.warn(
-                "",
-                format!("texture class '{class}' is not supported yet: nothing is defined"),
-            );
-            return None;
+        "dots" | "fbm" | "wrinkled" | "windy" | "marble" | "ptex" => {
+            reader.unsupported_kind("0.5 everywhere is used");
+            TextureSpec::Constant(Constant {
+                value: V::splat(0.5),
+            })
         }
-        class => {
-            reader.warn(
-                "",
-                format!("there is no texture class '{class}': nothing is defined"),
-            );
+        _ => {
+            reader.unknown_kind_replaced(&CLASSES, "no texture is defined");
             return None;
         }
     })

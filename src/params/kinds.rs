@@ -1,0 +1,46 @@
+//! Types nobody knows, and types that are known but not modelled yet.
+//!
+//! What is done about them follows pbrt-v3 where that makes a picture (scene-language 2.3, 3.8,
+//! 3.9): a warning says what was put in their place. Where pbrt-v3 makes none, it is an error.
+//! Either way the parameters are left in peace: nobody can say which of them the type would use.
+
+use super::ParamReader;
+use crate::syntax::{Diagnostic, suggest};
+
+impl ParamReader<'_> {
+    /// Reports an error: the directive's type is none of `known`, and nothing can stand for it.
+    pub fn unknown_kind(&self, known: &[&'static str]) {
+        let message = format!("{} is not a known type", self.described());
+        self.report_kind(Diagnostic::error(message), known);
+    }
+
+    /// Warns that the directive's type is none of `known`, and says what was `done` about it.
+    pub fn unknown_kind_replaced(&self, known: &[&'static str], done: &str) {
+        let message = format!("{} is not a known type: {done}", self.described());
+        self.report_kind(Diagnostic::warning(message), known);
+    }
+
+    /// Warns that the directive's type is not modelled yet, and says what was `done` about it.
+    pub fn unsupported_kind(&self, done: &str) {
+        let message = format!("{} is not supported yet: {done}", self.described());
+        self.report_kind(Diagnostic::warning(message), &[]);
+    }
+
+    /// Reports an error: the directive's type is not modelled yet, and nothing can stand for it.
+    pub fn unsupported_kind_refused(&self) {
+        let message = format!("{} is not supported yet", self.described());
+        self.report_kind(Diagnostic::error(message), &[]);
+    }
+
+    fn report_kind(&self, diagnostic: Diagnostic, known: &[&'static str]) {
+        self.accept_all();
+        let suggestion = suggest::nearest(self.kind(), known.iter().copied());
+        let diagnostic = diagnostic.at(self.kind_span());
+        self.context.diagnostics.push(match suggestion {
+            None if !known.is_empty() => {
+                diagnostic.with_note(format!("known types: {}", known.join(", ")))
+            }
+            _ => diagnostic.with_suggestion(suggestion),
+        });
+    }
+}

@@ -1,0 +1,123 @@
+//! `Shape` and `AreaLightSource`: shapes with all that the graphics state says of them.
+
+use super::description::ShapeEntity;
+use super::graphics_state::MaterialDirective;
+use super::interpreter::Interpreter;
+use super::materials::read_material;
+use crate::handles::MaterialId;
+use crate::lights::DiffuseAreaSpec;
+use crate::materials::Material;
+use crate::params::{Dialect, ParamReader, may_change_material};
+use crate::shapes::ShapeSpec;
+use crate::syntax::{Diagnostic, ParamList, Span, Typed};
+use std::rc::Rc;
+
+impl Interpreter<'_> {
+    /// `AreaLightSource "type"`: emission of the shapes after it; the type `""` ends it.
+    pub(super) fn area_light_source(&mut self, span: Span, typed: &Typed) {
+        let names = Rc::clone(&self.current.state.textures);
+        let reading = self.reading(&names);
+        let spec = reading.read("AreaLightSource", span, typed, DiffuseAreaSpec::from_params);
+        let Some(world) = self.world.as_mut() else {
+            return;
+        };
+        self.current.state.area_light = spec.map(|spec| world.add_area_light(spec));
+    }
+
+    /// `Shape "type"`.
+    pub(super) fn shape(&mut self, span: Span, typed: &Typed) {
+        if self.current.ctm.is_animated() {
+            self.warn(
+                span,
+                "a moving shape is held at its start: motion blur is not supported yet",
+            );
+        }
+        let (material, spec) = self.read_shape(span, typed);
+        let Some(spec) = spec else { return };
+        let entity = ShapeEntity {
+            spec,
+            world_from_shape: self.current.ctm.start,
+            reverse_orientation: self.current.state.reverse_orientation,
+            material,
+            area_light: self.area_light_of_shape(span),
+            span,
+        };
+        if let Some(world) = self.world.as_mut() {
+            world.add_shape(entity);
+        }
+    }
+
+    /// The shape, and the material it gets: the current one, or a fresh one where the shape's own
+    /// parameters override the material's (scene-language 2.4).
+    fn read_shape(&mut self, span: Span, typed: &Typed) -> (Option<MaterialId>, Option<ShapeSpec>) {
+        let current = self.current.state.material.clone();
+        let names = Rc::clone(&self.current.state.textures);
+        // In pbrt-v2 named materials are finished when they are made (appendix A.1).
+        let fixed = self.dialect() == Dialect::V2 && current.as_ref().is_some_and(|m| m.named);
+        let overrides = !fixed && may_change_material(&typed.params);
+        let mut overridden = None;
+        let spec = self.reading(&names).read("Shape", span, typed, |reader| {
+            let spec = read_spec(reader);
+            if overrides {
+                overridden = Some(read_overridden(reader, current.as_deref()));
+            }
+            spec
+        });
+        let base = match &current {
+            Some(material) => material.id,
+            None => self.default_material(),
+        };
+        let material = match overridden {
+            None => base,
+            Some(None) => None,
+            Some(Some(material)) => self.same_or_new(base, material),
+        };
+        (material, spec)
+    }
+
+    fn area_light_of_shape(&mut self, shape: Span) -> Option<usize> {
+        let area_light = self.current.state.area_light?;
+        if self.current.ctm.is_animated() {
+            self.warn(
+                shape,
+                "a moving shape cannot be an area light; it does not emit",
+            );
+            return None;
+        }
+        if self.world.as_ref()?.open_object.is_some() {
+            self.diagnostics.push(
+                Diagnostic::warning(
+                    "an emitter inside an object glows but lights nothing, as in pbrt-v3",
+                )
+                .at(shape),
+            );
+        }
+        Some(area_light)
+    }
+}
+
+/// The shape; what cannot be made is reported and left out.
+fn read_spec(reader: &ParamReader) -> Option<ShapeSpec> {
+    const LEFT_OUT: &str = "the shape is left out";
+    let kind = reader.kind();
+    if ShapeSpec::FUTURE_KINDS.contains(&kind) {
+        reader.unsupported_kind(LEFT_OUT);
+        return None;
+    }
+    if !ShapeSpec::KINDS.contains(&kind) {
+        let all: Vec<&'static str> = [&ShapeSpec::KINDS[..], &ShapeSpec::FUTURE_KINDS].concat();
+        reader.unknown_kind_replaced(&all, LEFT_OUT);
+        return None;
+    }
+    ShapeSpec::from_params(reader)
+}
+
+/// The material of a shape whose own parameters come before the material's.
+fn read_overridden(shape: &ParamReader, current: Option<&MaterialDirective>) -> Option<Material> {
+    match current {
+        Some(MaterialDirective { typed, .. }) => {
+            read_material(&shape.layered(&typed.kind.text, &typed.params))
+        }
+        None => read_material(&shape.layered("matte", const { &ParamList::EMPTY })),
+    }
+}
