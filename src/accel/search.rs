@@ -56,6 +56,10 @@ where
 
     fn go(&mut self, ray: &TraversalRay) {
         let level = self.level;
+        // Comparisons with NaN would let such rays into unused slots of nodes.
+        if !(ray.o.is_finite() && ray.d.is_finite()) {
+            return;
+        }
         if SHADOW {
             level.tree.traverse::<false>(ray, self);
         } else {

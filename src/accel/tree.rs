@@ -5,10 +5,12 @@ use super::node::{Child, Node};
 use super::packet::{LANES, Packet, PrimitiveId};
 use super::ray::TraversalRay;
 use crate::math::Vec3;
+use crate::math::hash::{mix, mix2};
 use arrayvec::ArrayVec;
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
+use rayon::slice::ParallelSliceMut;
 
 /// Primitives in a leaf: one packet. (8, two packets, was slower: more half-filled lanes.)
 const LEAF_PRIMITIVES: u32 = LANES as u32;
@@ -49,19 +51,16 @@ impl Tree {
         if items.is_empty() {
             return Tree { nodes: vec![Node::empty()], packets: Vec::new() };
         }
-        let boxes: Vec<obvhs::aabb::Aabb> = items
-            .iter()
-            .map(|item| obvhs::aabb::Aabb::new(item.bounds.min.into(), item.bounds.max.into()))
-            .collect();
+        let groups = Groups::of(items);
         let parameters = BvhBuildParams {
             max_prims_per_leaf: LEAF_PRIMITIVES,
             ..BvhBuildParams::medium_build()
         };
-        let binary = build_bvh2(&boxes, parameters, &mut Default::default());
-        drop(boxes);
+        let binary = build_bvh2(&groups.boxes(items), parameters, &mut Default::default());
         let mut builder = Builder {
             binary: &binary,
             items,
+            groups: &groups,
             corners,
             tree: Tree { nodes: Vec::new(), packets: Vec::with_capacity(items.len() / 2) },
         };
@@ -142,10 +141,57 @@ fn sort_far_to_near(entries: &mut [(Child, f32)]) {
     }
 }
 
+/// Items by box: the binary builder pairs neighbours of least cost, and among thousands of equal
+/// ones finds a single pair a pass, which takes for ever. So it gets every box once.
+struct Groups {
+    /// Items, those with equal boxes together.
+    order: Vec<u32>,
+    /// Where groups start in `order`, and its length.
+    starts: Vec<u32>,
+}
+
+impl Groups {
+    fn of(items: &[Item]) -> Groups {
+        let bits = |v: Vec3| v.to_array().into_iter().fold(0, |h, x| mix2(h, u64::from(x.to_bits())));
+        let hash = |item: &Item| mix(bits(item.bounds.min)) ^ bits(item.bounds.max);
+        let mut keys: Vec<(u64, u32)> = items.iter().zip(0..).map(|(item, i)| (hash(item), i)).collect();
+        keys.par_sort_unstable();
+        let mut starts: Vec<u32> = (0..keys.len() as u32)
+            .filter(|&i| i == 0 || keys[i as usize - 1].0 != keys[i as usize].0)
+            .collect();
+        if starts.len() == keys.len() {
+            // The usual case; in the file's order neighbours are near each other in memory.
+            let order: Vec<u32> = (0..items.len() as u32).collect();
+            starts = order.clone();
+            starts.push(items.len() as u32);
+            return Groups { order, starts };
+        }
+        starts.push(keys.len() as u32);
+        Groups { order: keys.into_iter().map(|(_, i)| i).collect(), starts }
+    }
+
+    fn members(&self, group: u32) -> &[u32] {
+        let group = group as usize;
+        &self.order[self.starts[group] as usize..self.starts[group + 1] as usize]
+    }
+
+    /// One box a group. (Around all members: hashes may collide.)
+    fn boxes(&self, items: &[Item]) -> Vec<obvhs::aabb::Aabb> {
+        (0..self.starts.len() as u32 - 1)
+            .map(|group| {
+                let of = |&i: &u32| items[i as usize].bounds;
+                let bounds = self.members(group).iter().fold(Aabb::EMPTY, |b, i| b.union(of(i)));
+                obvhs::aabb::Aabb::new(bounds.min.into(), bounds.max.into())
+            })
+            .collect()
+    }
+}
+
 /// Turns the binary tree into the wide one.
 struct Builder<'a, F> {
     binary: &'a Bvh2,
     items: &'a [Item],
+    groups: &'a Groups,
     corners: F,
     tree: Tree,
 }
@@ -159,12 +205,9 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3]> Builder<'_, F> {
     /// Builds what is below node `root` of the binary tree.
     fn subtree(&mut self, root: usize, depth: usize) -> (Child, Aabb) {
         let bounds = self.bounds(root);
-        if self.binary.nodes[root].is_leaf() {
-            return (self.leaf(root), bounds);
-        }
-        if depth >= MAX_DEPTH {
-            let leaves = self.leaves_below(root);
-            return (self.balanced(&leaves), bounds);
+        if self.binary.nodes[root].is_leaf() || depth >= MAX_DEPTH {
+            let items = self.items_below(root);
+            return (self.balanced(&items), bounds);
         }
         let index = self.tree.nodes.len();
         self.tree.nodes.push(Node::empty());
@@ -194,41 +237,42 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3]> Builder<'_, F> {
         members
     }
 
-    /// The leaves below `root` from left to right.
-    fn leaves_below(&self, root: usize) -> Vec<usize> {
-        let (mut leaves, mut stack) = (Vec::new(), vec![root]);
+    /// The items below `root` from left to right.
+    fn items_below(&self, root: usize) -> Vec<u32> {
+        let (mut found, mut stack) = (Vec::new(), vec![root]);
         while let Some(i) = stack.pop() {
             let node = &self.binary.nodes[i];
             if node.is_leaf() {
-                leaves.push(i);
+                let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+                for &group in &self.binary.primitive_indices[range] {
+                    found.extend(self.groups.members(group));
+                }
             } else {
                 stack.extend([node.first_index as usize + 1, node.first_index as usize]);
             }
         }
-        leaves
+        found
     }
 
-    /// A tree of least depth over `leaves`.
-    fn balanced(&mut self, leaves: &[usize]) -> Child {
-        if let [leaf] = leaves {
-            return self.leaf(*leaf);
+    /// A tree of least depth over `items`, which may be all in one place.
+    fn balanced(&mut self, items: &[u32]) -> Child {
+        if items.len() <= LANES {
+            return self.leaf(items);
         }
         let index = self.tree.nodes.len();
         self.tree.nodes.push(Node::empty());
-        for (slot, part) in leaves.chunks(leaves.len().div_ceil(Node::WIDTH)).enumerate() {
-            let bounds = part.iter().fold(Aabb::EMPTY, |b, &leaf| b.union(self.bounds(leaf)));
+        for (slot, part) in items.chunks(items.len().div_ceil(Node::WIDTH)).enumerate() {
+            let bounds = part.iter().fold(Aabb::EMPTY, |b, &i| b.union(self.items[i as usize].bounds));
             let child = self.balanced(part);
             self.tree.nodes[index].set(slot, child, bounds);
         }
         Child::node(index)
     }
 
-    fn leaf(&mut self, node: usize) -> Child {
-        let node = &self.binary.nodes[node];
-        let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+    fn leaf(&mut self, items: &[u32]) -> Child {
         let first = self.tree.packets.len();
         let mut others = false;
-        for members in self.binary.primitive_indices[range].chunks(LANES) {
+        for members in items.chunks(LANES) {
             let mut packet = Packet::empty();
             for (lane, &member) in members.iter().enumerate() {
                 let id = self.items[member as usize].id;

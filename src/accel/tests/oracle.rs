@@ -91,7 +91,7 @@ fn a_large_soup_agrees_with_obvhs() {
         different += usize::from(!(ours == theirs || (ours - theirs).abs() < 1e-3));
     }
     // They lose some rays at edges: about one in 1e5 here.
-    assert!(hits > 10_000 && different <= 3, "{hits} hits, {different} different");
+    assert!(hits > 5000 && different <= 3, "{hits} hits, {different} different");
 }
 
 #[test]

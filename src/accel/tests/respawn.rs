@@ -29,7 +29,9 @@ fn check_convex(geometry: &Geometry, center: Vec3, size: f32, random: &mut Rando
             } else if d.dot(s.n) < -0.01 {
                 inside += 1;
                 let again = again.expect("the far side");
-                assert!(again.t > 1e-3 * size, "{} at {size}", again.t);
+                // Another face may be as near as the edge is.
+                let same_face = again.surface.n.dot(s.n) > 0.9;
+                assert!(again.t > 1e-3 * size || !same_face, "{} at {size}", again.t);
             }
         }
         // The light's end of a shadow ray.
@@ -148,9 +150,10 @@ fn an_open_cylinder_sees_its_inside() {
     for _ in 0..2000 {
         let across = (random.direction() * Vec3::new(1.0, 1.0, 0.0)).normalize();
         let hit = geometry.intersect(&Ray::new(center, across, 0.0), &opaque).unwrap();
-        assert!((hit.t - 0.1).abs() < 1e-4); // 300 has a spacing of 3e-5
+        // 300 has a spacing of 3e-5, and an offset is two or three of those.
+        assert!((hit.t - 0.1).abs() < 2e-4);
         let back = geometry.intersect(&hit.surface.spawn_ray(-across), &opaque).unwrap();
-        assert!((back.t - 0.2).abs() < 1e-4);
+        assert!((back.t - 0.2).abs() < 2e-4);
         assert!(geometry.intersect(&hit.surface.spawn_ray(across), &opaque).is_none());
     }
 }
