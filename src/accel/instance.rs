@@ -31,7 +31,11 @@ pub(super) struct InnerRay {
 
 impl Instance {
     /// Places `object`, whose shapes are `level`. `None` where the transformation is singular.
-    pub fn new(object: ObjectId, level: &Level, render_from_object: &Transform) -> Option<Instance> {
+    pub fn new(
+        object: ObjectId,
+        level: &Level,
+        render_from_object: &Transform,
+    ) -> Option<Instance> {
         let placed = *render_from_object * Transform::translate(level.anchor);
         placed.is_invertible().then(|| Instance {
             object,
@@ -53,8 +57,16 @@ impl Instance {
         let (low, high) = (low - margin, high + margin);
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for i in 0..8 {
-            let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
-            let corner = self.outer_from_inner.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+            let pick = |axis: usize| {
+                if i >> axis & 1 == 0 {
+                    low[axis]
+                } else {
+                    high[axis]
+                }
+            };
+            let corner =
+                self.outer_from_inner
+                    .transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
             min = min.min(corner);
             max = max.max(corner);
         }
@@ -70,7 +82,12 @@ impl Instance {
         let d = inner_d / scale;
         // The nearest the ray can be to the sphere around the object.
         let start = (-inner_o.dot(d) - level.radius * 1.001).max(0.0);
-        InnerRay { o: inner_o + d * start, d, scale, start }
+        InnerRay {
+            o: inner_o + d * start,
+            d,
+            scale,
+            start,
+        }
     }
 }
 

@@ -11,6 +11,10 @@ use crate::shapes::mesh::TriangleMesh;
 use crate::shapes::quadric::Quadric;
 use crate::shapes::triangle::{DEFAULT_UV, Orientation, Triangle};
 
+/// What is farther out, infinite or no number is left out: areas of boxes, which the builder
+/// compares, would overflow.
+const LARGEST_COORDINATE: f32 = 1e18;
+
 /// A mesh rounded to single precision.
 pub(super) struct StoredMesh {
     /// Number of its first triangle within the level.
@@ -36,7 +40,11 @@ impl StoredMesh {
         let at = |values: &[Vec3]| {
             (!values.is_empty()).then(|| corners.map(|v| values[v as usize].as_dvec3()))
         };
-        let uv = if self.uv.is_empty() { DEFAULT_UV } else { corners.map(|v| self.uv[v as usize]) };
+        let uv = if self.uv.is_empty() {
+            DEFAULT_UV
+        } else {
+            corners.map(|v| self.uv[v as usize])
+        };
         Triangle {
             p: self.corners(i).map(Vec3::as_dvec3),
             normals: at(&self.normals),
@@ -102,7 +110,8 @@ impl LevelBuilder {
 
     fn add_mesh(&mut self, mesh: TriangleMesh, attributes: PrimitiveAttributes, anchor: DVec3) {
         // A constant that is not 0 cuts nothing out, and need not be asked for every hit.
-        let cuts = |alpha: &FloatInput| !matches!(alpha, FloatInput::Constant(value) if *value != 0.0);
+        let cuts =
+            |alpha: &FloatInput| !matches!(alpha, FloatInput::Constant(value) if *value != 0.0);
         let attributes = PrimitiveAttributes {
             alpha: attributes.alpha.filter(cuts),
             shadow_alpha: attributes.shadow_alpha.filter(cuts),
@@ -114,7 +123,11 @@ impl LevelBuilder {
             // Checked against the limit before use.
             first: first as u32,
             indices: mesh.indices.into(),
-            positions: mesh.positions.iter().map(|&p| (p - anchor).as_vec3()).collect(),
+            positions: mesh
+                .positions
+                .iter()
+                .map(|&p| (p - anchor).as_vec3())
+                .collect(),
             normals: mesh.normals.into(),
             tangents: mesh.tangents.into(),
             uv: mesh.uv.into(),
@@ -139,9 +152,17 @@ impl LevelBuilder {
             tree: Tree::build(&[], |_| [Vec3::ZERO; 3]),
         };
         let items = level.items(instances);
-        level.bounds = items.iter().fold(Aabb::EMPTY, |b, item| b.union(item.bounds));
+        level.bounds = items
+            .iter()
+            .fold(Aabb::EMPTY, |b, item| b.union(item.bounds));
         if !level.bounds.is_empty() {
-            level.radius = level.bounds.min.abs().max(level.bounds.max.abs()).as_dvec3().length();
+            level.radius = level
+                .bounds
+                .min
+                .abs()
+                .max(level.bounds.max.abs())
+                .as_dvec3()
+                .length();
         }
         level.tree = Tree::build(&items, |id| level.corners(id.index()));
         Ok(level)
@@ -164,38 +185,49 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// What the tree is built over. Triangles without area or with non-finite corners are left
-    /// out and counted.
+    /// What the tree is built over. Triangles without area or with unusable corners are left out
+    /// and counted.
     fn items(&mut self, instances: &[Aabb]) -> Vec<Item> {
-        let mut items = Vec::with_capacity(self.triangles() + self.quadrics.len() + instances.len());
+        let mut items =
+            Vec::with_capacity(self.triangles() + self.quadrics.len() + instances.len());
         for mesh in &self.meshes {
             let cut_out = mesh.attributes.alpha.is_some() || mesh.attributes.shadow_alpha.is_some();
             for i in 0..mesh.indices.len() {
                 let corners = mesh.corners(i);
                 let [a, b, c] = corners.map(Vec3::as_dvec3);
-                // The negation also catches NaN.
                 let area = (b - a).cross(c - a).length_squared();
-                if !(area > 0.0 && area.is_finite()) {
+                let usable = corners
+                    .iter()
+                    .all(|p| p.abs().max_element() <= LARGEST_COORDINATE);
+                if !usable || area == 0.0 {
                     self.skipped += 1;
                     continue;
                 }
                 items.push(Item {
                     id: PrimitiveId::triangle(mesh.first + i as u32, cut_out),
-                    bounds: corners.iter().fold(Aabb::EMPTY, |bounds, &p| bounds.with_point(p)),
+                    bounds: corners
+                        .iter()
+                        .fold(Aabb::EMPTY, |bounds, &p| bounds.with_point(p)),
                 });
             }
         }
-        let finite = |bounds: &Aabb| bounds.min.is_finite() && bounds.max.is_finite();
+        let usable = |b: &Aabb| b.min.abs().max(b.max.abs()).max_element() <= LARGEST_COORDINATE;
         for (i, stored) in self.quadrics.iter().enumerate() {
             let (min, max) = stored.quadric.bounds();
             let bounds = Aabb::around(min, max);
-            if finite(&bounds) {
-                items.push(Item { id: PrimitiveId::quadric(i), bounds });
+            if usable(&bounds) {
+                items.push(Item {
+                    id: PrimitiveId::quadric(i),
+                    bounds,
+                });
             }
         }
         for (i, &bounds) in instances.iter().enumerate() {
-            if finite(&bounds) {
-                items.push(Item { id: PrimitiveId::instance(i), bounds });
+            if usable(&bounds) {
+                items.push(Item {
+                    id: PrimitiveId::instance(i),
+                    bounds,
+                });
             }
         }
         items
@@ -208,7 +240,9 @@ impl Level {
 
     /// The mesh that triangle `id` of the level belongs to, and its number there.
     pub fn locate(&self, id: usize) -> (&StoredMesh, usize) {
-        let after = self.meshes.partition_point(|mesh| mesh.first as usize <= id);
+        let after = self
+            .meshes
+            .partition_point(|mesh| mesh.first as usize <= id);
         // Meshes without triangles share their number with the next one, which comes after them.
         let mesh = &self.meshes[after - 1];
         (mesh, id - mesh.first as usize)

@@ -136,7 +136,7 @@ pub struct GeometryStatistics {
     pub quadrics: usize,
     /// Instances.
     pub instances: usize,
-    /// Triangles left out: zero area or coordinates that are not finite.
+    /// Triangles left out: zero area, or coordinates that are not finite or beyond 1e18.
     pub skipped: usize,
     /// 8-wide nodes.
     pub nodes: usize,
@@ -164,11 +164,7 @@ impl Geometry {
     }
 
     /// Is anything hit nearer than `ray.t_max`?
-    pub fn occluded(
-        &self,
-        ray: &Ray,
-        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
-    ) -> bool {
+    pub fn occluded(&self, ray: &Ray, alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32) -> bool {
         Search::<_, true>::run(self, ray, alpha).is_some()
     }
 
@@ -181,7 +177,8 @@ impl Geometry {
                 let level = &self.objects[instance.object.index()];
                 let inner = instance.enter(o, d, level);
                 let (local, attributes, light) = resolve_in(level, inner.o, inner.d, found)?;
-                let outer = local.transformed(&instance.outer_from_inner, &instance.inner_from_outer);
+                let outer =
+                    local.transformed(&instance.outer_from_inner, &instance.inner_from_outer);
                 (outer, attributes, light)
             }
         };
@@ -227,14 +224,21 @@ fn resolve_in<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Option
         let triangle = mesh.triangle(i);
         // A ray within the plane of the triangle: any point of it is as good.
         let b = triangle.barycentrics(o, d).unwrap_or([1.0 / 3.0; 3]);
-        let light = mesh.attributes.light.map(|first| LightId(first.0 + i as u32));
+        let light = mesh
+            .attributes
+            .light
+            .map(|first| LightId(first.0 + i as u32));
         return Some((triangle.surface(b), &mesh.attributes, light));
     }
     let stored = &level.quadrics[i];
     // The ray as the search had it, so that the same point is found again.
     let (o, d) = (o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3());
     let (_, p) = stored.quadric.intersect(o, d)?;
-    Some((stored.quadric.surface(p), &stored.attributes, stored.attributes.light))
+    Some((
+        stored.quadric.surface(p),
+        &stored.attributes,
+        stored.attributes.light,
+    ))
 }
 
 #[cfg(test)]

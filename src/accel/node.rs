@@ -88,10 +88,13 @@ impl Node {
     /// Which children's boxes the ray meets between 0 and `t_max`, and where it enters them.
     #[inline(always)]
     pub fn test(&self, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
-        let plane = |axis: usize, side: usize, o: f32x8| (self.bounds[axis][side] - o) * ray.inverse[axis];
+        let plane =
+            |axis: usize, side: usize, o: f32x8| (self.bounds[axis][side] - o) * ray.inverse[axis];
         let entering = |axis: usize| plane(axis, ray.near_side[axis], ray.near_origin[axis]);
         let leaving = |axis: usize| plane(axis, 1 - ray.near_side[axis], ray.far_origin[axis]);
-        let near = entering(0).fast_max(entering(1)).fast_max(entering(2).fast_max(f32x8::ZERO));
+        let near = entering(0)
+            .fast_max(entering(1))
+            .fast_max(entering(2).fast_max(f32x8::ZERO));
         let far = leaving(0).fast_min(leaving(1)).fast_min(leaving(2)) * f32x8::splat(FAR_MARGIN);
         let hit = near.simd_le(far.fast_min(f32x8::splat(t_max)));
         (hit.to_bitmask(), near.to_array())

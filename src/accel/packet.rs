@@ -111,15 +111,25 @@ impl Packet {
     /// Calls `accept(lane, t)` for every triangle that the ray meets at 0 < t, possibly at or
     /// beyond `t_max`, until it returns true.
     #[inline(always)]
-    pub fn test(&self, ray: &TraversalRay, t_max: f32, mut accept: impl FnMut(usize, f64) -> bool) -> bool {
+    pub fn test(
+        &self,
+        ray: &TraversalRay,
+        t_max: f32,
+        mut accept: impl FnMut(usize, f64) -> bool,
+    ) -> bool {
         let [ax, ay, az] = ray.axes;
         let [sx, sy, sz] = ray.shear.map(f32x4::splat);
-        let (ox, oy, oz) = (f32x4::splat(ray.o[ax]), f32x4::splat(ray.o[ay]), f32x4::splat(ray.o[az]));
+        let (ox, oy, oz) = (
+            f32x4::splat(ray.o[ax]),
+            f32x4::splat(ray.o[ay]),
+            f32x4::splat(ray.o[az]),
+        );
         let sheared = |c: &[f32x4; 3]| {
             let z = c[az] - oz;
             (c[ax] - ox + sx * z, c[ay] - oy + sy * z, z * sz)
         };
-        let [(x0, y0, z0), (x1, y1, z1), (x2, y2, z2)] = [0, 1, 2].map(|c| sheared(&self.corners[c]));
+        let [(x0, y0, z0), (x1, y1, z1), (x2, y2, z2)] =
+            [0, 1, 2].map(|c| sheared(&self.corners[c]));
         let mut e = [x1 * y2 - y1 * x2, x2 * y0 - y2 * x0, x0 * y1 - y0 * x1];
         let zero = f32x4::ZERO;
         if (e[0].simd_eq(zero) | e[1].simd_eq(zero) | e[2].simd_eq(zero)).any() {
@@ -128,7 +138,10 @@ impl Packet {
         let positive = e[0].simd_ge(zero) & e[1].simd_ge(zero) & e[2].simd_ge(zero);
         let negative = e[0].simd_le(zero) & e[1].simd_le(zero) & e[2].simd_le(zero);
         // z are the distances of the corners, and the meeting point is between them.
-        let reached = z0.fast_min(z1).fast_min(z2).simd_le(f32x4::splat(t_max * (1.0 + 8.0 * f32::EPSILON)));
+        let reached = z0
+            .fast_min(z1)
+            .fast_min(z2)
+            .simd_le(f32x4::splat(t_max * (1.0 + 8.0 * f32::EPSILON)));
         let ahead = z0.fast_max(z1).fast_max(z2).simd_ge(zero);
         let mut lanes = ((positive | negative) & reached & ahead).to_bitmask();
         while lanes != 0 {
@@ -148,7 +161,13 @@ impl Packet {
     /// Distance to the plane of the triangle in `lane`, which the ray is known to cross inside.
     /// `None` where that is behind the origin or the triangle is seen exactly edge-on.
     #[inline]
-    fn distance(&self, ray: &TraversalRay, lane: usize, weights: [f32; 3], depths: [f32; 3]) -> Option<f64> {
+    fn distance(
+        &self,
+        ray: &TraversalRay,
+        lane: usize,
+        weights: [f32; 3],
+        depths: [f32; 3],
+    ) -> Option<f64> {
         let determinant = weights[0] + weights[1] + weights[2];
         if determinant == 0.0 {
             return None;

@@ -92,8 +92,16 @@ where
             uv: Vec2::new(uv.x as f32, uv.y as f32),
             footprint: Footprint::default(),
         };
-        let PrimitiveAttributes { alpha, shadow_alpha, .. } = &mesh.attributes;
-        let solid = |input: &Option<FloatInput>| input.as_ref().is_none_or(|input| (self.alpha)(input, &point) != 0.0);
+        let PrimitiveAttributes {
+            alpha,
+            shadow_alpha,
+            ..
+        } = &mesh.attributes;
+        let solid = |input: &Option<FloatInput>| {
+            input
+                .as_ref()
+                .is_none_or(|input| (self.alpha)(input, &point) != 0.0)
+        };
         solid(alpha) && (!SHADOW || solid(shadow_alpha))
     }
 
@@ -164,6 +172,10 @@ where
     }
 
     fn other(&mut self, id: PrimitiveId) -> bool {
-        if id.is_instance() { self.instance(id) } else { self.quadric(id) }
+        if id.is_instance() {
+            self.instance(id)
+        } else {
+            self.quadric(id)
+        }
     }
 }

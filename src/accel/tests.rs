@@ -68,7 +68,11 @@ fn instanced(shapes: Vec<CompiledShape>, transform: &Transform) -> Geometry {
 
 /// Anything given by its triangles.
 fn mesh(positions: Vec<DVec3>, indices: Vec<[u32; 3]>) -> MeshData {
-    MeshData { indices, positions, ..MeshData::default() }
+    MeshData {
+        indices,
+        positions,
+        ..MeshData::default()
+    }
 }
 
 /// A closed bumpy ball about the origin: `n` rings of `2 n` quads.
@@ -107,7 +111,12 @@ fn soup(n: usize, size: f32, seed: u64) -> MeshData {
         let center = random.cube();
         positions.extend([0; 3].map(|_| (center + random.cube() * size).as_dvec3()));
     }
-    mesh(positions, (0..n as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
+    mesh(
+        positions,
+        (0..n as u32)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .collect(),
+    )
 }
 
 fn full_sphere(transform: Transform) -> CompiledShape {

@@ -49,7 +49,10 @@ impl Tree {
     /// Builds a tree over `items` with finite boxes; `corners` gives the corners of triangles.
     pub fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3]) -> Tree {
         if items.is_empty() {
-            return Tree { nodes: vec![Node::empty()], packets: Vec::new() };
+            return Tree {
+                nodes: vec![Node::empty()],
+                packets: Vec::new(),
+            };
         }
         let groups = Groups::of(items);
         let parameters = BvhBuildParams {
@@ -62,7 +65,10 @@ impl Tree {
             items,
             groups: &groups,
             corners,
-            tree: Tree { nodes: Vec::new(), packets: Vec::with_capacity(items.len() / 2) },
+            tree: Tree {
+                nodes: Vec::new(),
+                packets: Vec::with_capacity(items.len() / 2),
+            },
         };
         let (root, bounds) = builder.subtree(0, 0);
         if root.is_leaf() {
@@ -83,7 +89,11 @@ impl Tree {
     /// Shows `visitor` what the ray may meet, nearer boxes first where `ORDERED`. Returns true
     /// where the visitor ended the traversal.
     #[inline]
-    pub fn traverse<const ORDERED: bool>(&self, ray: &TraversalRay, visitor: &mut impl Visitor) -> bool {
+    pub fn traverse<const ORDERED: bool>(
+        &self,
+        ray: &TraversalRay,
+        visitor: &mut impl Visitor,
+    ) -> bool {
         let mut stack = ArrayVec::<(Child, f32), STACK>::new();
         let mut node = &self.nodes[0];
         loop {
@@ -118,10 +128,17 @@ impl Tree {
     #[inline(always)]
     fn visit_leaf(&self, leaf: Child, ray: &TraversalRay, visitor: &mut impl Visitor) -> bool {
         for packet in &self.packets[leaf.packets()] {
-            if packet.test(ray, visitor.t_max(), |lane, t| visitor.triangle(packet.ids[lane], t)) {
+            if packet.test(ray, visitor.t_max(), |lane, t| {
+                visitor.triangle(packet.ids[lane], t)
+            }) {
                 return true;
             }
-            if leaf.has_others() && packet.ids.iter().any(|id| id.is_other() && visitor.other(*id)) {
+            if leaf.has_others()
+                && packet
+                    .ids
+                    .iter()
+                    .any(|id| id.is_other() && visitor.other(*id))
+            {
                 return true;
             }
         }
@@ -152,9 +169,17 @@ struct Groups {
 
 impl Groups {
     fn of(items: &[Item]) -> Groups {
-        let bits = |v: Vec3| v.to_array().into_iter().fold(0, |h, x| mix2(h, u64::from(x.to_bits())));
+        let bits = |v: Vec3| {
+            v.to_array()
+                .into_iter()
+                .fold(0, |h, x| mix2(h, u64::from(x.to_bits())))
+        };
         let hash = |item: &Item| mix(bits(item.bounds.min)) ^ bits(item.bounds.max);
-        let mut keys: Vec<(u64, u32)> = items.iter().zip(0..).map(|(item, i)| (hash(item), i)).collect();
+        let mut keys: Vec<(u64, u32)> = items
+            .iter()
+            .zip(0..)
+            .map(|(item, i)| (hash(item), i))
+            .collect();
         keys.par_sort_unstable();
         let mut starts: Vec<u32> = (0..keys.len() as u32)
             .filter(|&i| i == 0 || keys[i as usize - 1].0 != keys[i as usize].0)
@@ -167,7 +192,10 @@ impl Groups {
             return Groups { order, starts };
         }
         starts.push(keys.len() as u32);
-        Groups { order: keys.into_iter().map(|(_, i)| i).collect(), starts }
+        Groups {
+            order: keys.into_iter().map(|(_, i)| i).collect(),
+            starts,
+        }
     }
 
     fn members(&self, group: u32) -> &[u32] {
@@ -180,7 +208,10 @@ impl Groups {
         (0..self.starts.len() as u32 - 1)
             .map(|group| {
                 let of = |&i: &u32| items[i as usize].bounds;
-                let bounds = self.members(group).iter().fold(Aabb::EMPTY, |b, i| b.union(of(i)));
+                let bounds = self
+                    .members(group)
+                    .iter()
+                    .fold(Aabb::EMPTY, |b, i| b.union(of(i)));
                 obvhs::aabb::Aabb::new(bounds.min.into(), bounds.max.into())
             })
             .collect()
@@ -199,7 +230,10 @@ struct Builder<'a, F> {
 impl<F: Fn(PrimitiveId) -> [Vec3; 3]> Builder<'_, F> {
     fn bounds(&self, node: usize) -> Aabb {
         let aabb = &self.binary.nodes[node].aabb;
-        Aabb { min: aabb.min.into(), max: aabb.max.into() }
+        Aabb {
+            min: aabb.min.into(),
+            max: aabb.max.into(),
+        }
     }
 
     /// Builds what is below node `root` of the binary tree.
@@ -243,7 +277,8 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3]> Builder<'_, F> {
         while let Some(i) = stack.pop() {
             let node = &self.binary.nodes[i];
             if node.is_leaf() {
-                let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+                let range =
+                    node.first_index as usize..(node.first_index + node.prim_count) as usize;
                 for &group in &self.binary.primitive_indices[range] {
                     found.extend(self.groups.members(group));
                 }
@@ -262,7 +297,9 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3]> Builder<'_, F> {
         let index = self.tree.nodes.len();
         self.tree.nodes.push(Node::empty());
         for (slot, part) in items.chunks(items.len().div_ceil(Node::WIDTH)).enumerate() {
-            let bounds = part.iter().fold(Aabb::EMPTY, |b, &i| b.union(self.items[i as usize].bounds));
+            let bounds = part
+                .iter()
+                .fold(Aabb::EMPTY, |b, &i| b.union(self.items[i as usize].bounds));
             let child = self.balanced(part);
             self.tree.nodes[index].set(slot, child, bounds);
         }

@@ -27,12 +27,29 @@ fn one_triangle_is_hit_from_both_sides() {
     let data = mesh(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
     let geometry = scene(vec![compiled(&data, &Transform::IDENTITY)]);
     let hit = geometry.intersect(&down(0.25, 0.25), &opaque).unwrap();
-    assert_eq!((hit.t, hit.surface.p, hit.surface.n), (5.0, Vec3::new(0.25, 0.25, 0.0), Vec3::Z));
+    assert_eq!(
+        (hit.t, hit.surface.p, hit.surface.n),
+        (5.0, Vec3::new(0.25, 0.25, 0.0), Vec3::Z)
+    );
     let up = Ray::new(Vec3::new(0.25, 0.25, -1.0), Vec3::Z, 0.0);
     assert_eq!(geometry.intersect(&up, &opaque).unwrap().t, 1.0);
     // Not at or beyond t_max, not behind.
-    assert!(geometry.intersect(&Ray { t_max: 1.0, ..up }, &opaque).is_none());
-    assert!(geometry.intersect(&Ray { d: Vec3::NEG_Z, ..up }, &opaque).is_none());
+    assert!(
+        geometry
+            .intersect(&Ray { t_max: 1.0, ..up }, &opaque)
+            .is_none()
+    );
+    assert!(
+        geometry
+            .intersect(
+                &Ray {
+                    d: Vec3::NEG_Z,
+                    ..up
+                },
+                &opaque
+            )
+            .is_none()
+    );
     assert_eq!(geometry.statistics().triangles, 1);
 }
 
@@ -41,21 +58,41 @@ fn triangles_without_area_or_with_wild_corners_are_left_out_and_counted() {
     let bad = [f64::NAN, f64::INFINITY, 1e300];
     let mut positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X * 2.0];
     positions.extend(bad.map(DVec3::splat));
-    let data = mesh(positions, vec![[0, 1, 4], [0, 1, 2], [5, 1, 2], [0, 6, 2], [0, 1, 1], [0, 1, 3]]);
+    let data = mesh(
+        positions,
+        vec![
+            [0, 1, 4],
+            [0, 1, 2],
+            [5, 1, 2],
+            [0, 6, 2],
+            [0, 1, 1],
+            [0, 1, 3],
+        ],
+    );
     let geometry = scene(vec![compiled(&data, &Transform::IDENTITY)]);
     assert_eq!(geometry.statistics().skipped, 5);
     assert!(geometry.intersect(&down(0.25, 0.25), &opaque).is_some());
     // A mesh pressed flat by its transformation is still there, seen from above.
     let flat = Transform::scale(DVec3::new(1.0, 1.0, 0.0));
-    assert!(scene(vec![compiled(&data, &flat)]).intersect(&down(0.25, 0.25), &opaque).is_some());
+    assert!(
+        scene(vec![compiled(&data, &flat)])
+            .intersect(&down(0.25, 0.25), &opaque)
+            .is_some()
+    );
 }
 
 #[test]
 fn a_hundred_thousand_triangles_in_one_place_are_found() {
     // A tree over these has no shape to follow.
-    let data = mesh(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]; 100_000]);
+    let data = mesh(
+        vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+        vec![[0, 1, 2]; 100_000],
+    );
     let geometry = scene(vec![compiled(&data, &Transform::IDENTITY)]);
-    assert_eq!(geometry.intersect(&down(0.25, 0.25), &opaque).unwrap().t, 5.0);
+    assert_eq!(
+        geometry.intersect(&down(0.25, 0.25), &opaque).unwrap().t,
+        5.0
+    );
     assert!(geometry.intersect(&down(0.75, 0.75), &opaque).is_none());
     assert!(geometry.occluded(&down(0.1, 0.1), &opaque));
 }
@@ -66,7 +103,11 @@ fn sizes_that_shrink_for_ever_do_not_overflow_the_stack() {
     let mut positions = Vec::new();
     for i in 0..3000 {
         let s = 0.97f64.powi(i);
-        positions.extend([DVec3::new(-s, -s, -s), DVec3::new(s, -s, s), DVec3::new(0.0, s, 0.3 * s)]);
+        positions.extend([
+            DVec3::new(-s, -s, -s),
+            DVec3::new(s, -s, s),
+            DVec3::new(0.0, s, 0.3 * s),
+        ]);
     }
     let indices = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let data = mesh(positions, indices);
@@ -75,7 +116,10 @@ fn sizes_that_shrink_for_ever_do_not_overflow_the_stack() {
     for _ in 0..1000 {
         let o = random.cube() * 2.0;
         let ray = Ray::new(o, (random.cube() * 0.01 - o).normalize(), 0.0);
-        assert_eq!(geometry.intersect(&ray, &opaque).is_some(), geometry.occluded(&ray, &opaque));
+        assert_eq!(
+            geometry.intersect(&ray, &opaque).is_some(),
+            geometry.occluded(&ray, &opaque)
+        );
     }
 }
 
@@ -94,10 +138,19 @@ fn coordinates_over_the_whole_range_neither_panic_nor_hang() {
         }
     }
     // Rays that are no rays.
-    let geometry = scene(vec![compiled(&ball(8), &Transform::IDENTITY), full_sphere(Transform::IDENTITY)]);
+    let geometry = scene(vec![
+        compiled(&ball(8), &Transform::IDENTITY),
+        full_sphere(Transform::IDENTITY),
+    ]);
     for bad in [f32::NAN, f32::INFINITY, 0.0] {
         let _ = geometry.intersect(&Ray::new(Vec3::ZERO, Vec3::splat(bad), 0.0), &opaque);
         let _ = geometry.intersect(&Ray::new(Vec3::splat(bad), Vec3::X, 0.0), &opaque);
-        let _ = geometry.occluded(&Ray { t_max: bad, ..Ray::new(Vec3::ZERO, Vec3::X, 0.0) }, &opaque);
+        let _ = geometry.occluded(
+            &Ray {
+                t_max: bad,
+                ..Ray::new(Vec3::ZERO, Vec3::X, 0.0)
+            },
+            &opaque,
+        );
     }
 }

@@ -29,7 +29,13 @@ fn brute_force(data: &MeshData, ray: &Ray) -> Option<(f64, f64)> {
 
 #[test]
 fn random_soups_agree_with_brute_force() {
-    for (n, size, seed) in [(1, 0.5, 1), (2, 0.5, 2), (9, 0.5, 3), (300, 0.3, 4), (2000, 0.05, 5)] {
+    for (n, size, seed) in [
+        (1, 0.5, 1),
+        (2, 0.5, 2),
+        (9, 0.5, 3),
+        (300, 0.3, 4),
+        (2000, 0.05, 5),
+    ] {
         let data = soup(n, size, seed);
         let geometry = scene(vec![compiled(&data, &Transform::IDENTITY)]);
         let mut random = Random(seed + 100);
@@ -53,11 +59,19 @@ fn random_soups_agree_with_brute_force() {
                 // Distances are computed in double precision and rounded once.
                 assert!((f64::from(hit.t) - t).abs() <= 1e-6 * t, "{} {t}", hit.t);
                 let p = ray.o.as_dvec3() + ray.d.as_dvec3() * t;
-                assert!((hit.surface.p.as_dvec3() - p).abs().cmple(DVec3::splat(1e-6)).all());
+                assert!(
+                    (hit.surface.p.as_dvec3() - p)
+                        .abs()
+                        .cmple(DVec3::splat(1e-6))
+                        .all()
+                );
                 assert_eq!(hit.surface.wo, -ray.d);
             }
         }
-        assert!(unclear < 20 && (hits > 100 || n < 10), "{unclear} unclear, {hits} hits");
+        assert!(
+            unclear < 20 && (hits > 100 || n < 10),
+            "{unclear} unclear, {hits} hits"
+        );
     }
 }
 
@@ -73,7 +87,11 @@ fn a_large_soup_agrees_with_obvhs() {
             ObvhsTriangle { v0, v1, v2 }
         })
         .collect();
-    let bvh = build_bvh2_from_tris(&triangles, BvhBuildParams::fast_build(), &mut Default::default());
+    let bvh = build_bvh2_from_tris(
+        &triangles,
+        BvhBuildParams::fast_build(),
+        &mut Default::default(),
+    );
     let mut random = Random(8);
     let (mut hits, mut different) = (0, 0);
     for _ in 0..20_000 {
@@ -85,25 +103,39 @@ fn a_large_soup_agrees_with_obvhs() {
         });
         let hit = geometry.intersect(&ray, &opaque);
         let ours = hit.map_or(f32::INFINITY, |hit| hit.t);
-        let theirs = if found.t.is_finite() && found.t < 1e30 { found.t } else { f32::INFINITY };
+        let theirs = if found.t.is_finite() && found.t < 1e30 {
+            found.t
+        } else {
+            f32::INFINITY
+        };
         hits += usize::from(ours.is_finite());
         // Their distances have single-precision errors.
         different += usize::from(!(ours == theirs || (ours - theirs).abs() < 1e-3));
     }
     // They lose some rays at edges: about one in 1e5 here.
-    assert!(hits > 5000 && different <= 3, "{hits} hits, {different} different");
+    assert!(
+        hits > 5000 && different <= 3,
+        "{hits} hits, {different} different"
+    );
 }
 
 #[test]
 fn nearer_triangles_hide_farther_ones_whatever_the_order() {
     let square = |z: f64| {
         mesh(
-            vec![DVec3::new(-1.0, -1.0, z), DVec3::new(1.0, -1.0, z), DVec3::new(0.0, 1.0, z)],
+            vec![
+                DVec3::new(-1.0, -1.0, z),
+                DVec3::new(1.0, -1.0, z),
+                DVec3::new(0.0, 1.0, z),
+            ],
             vec![[0, 1, 2]],
         )
     };
     let heights = [3.0, 1.0, 2.0, 5.0, 4.0];
-    let shapes = heights.iter().map(|&z| compiled(&square(z), &Transform::IDENTITY)).collect();
+    let shapes = heights
+        .iter()
+        .map(|&z| compiled(&square(z), &Transform::IDENTITY))
+        .collect();
     let geometry = scene(shapes);
     for (z, expected) in [(0.0, 1.0), (1.5, 2.0), (4.5, 5.0)] {
         let hit = geometry.intersect(&Ray::new(Vec3::new(0.0, 0.0, z), Vec3::Z, 0.0), &opaque);

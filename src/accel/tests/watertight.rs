@@ -3,7 +3,12 @@
 use super::*;
 
 /// Rays from points inside at every vertex, points of every edge, and centres of triangles.
-fn leaks(geometry: &Geometry, data: &MeshData, render_from_object: &Transform, random: &mut Random) -> usize {
+fn leaks(
+    geometry: &Geometry,
+    data: &MeshData,
+    render_from_object: &Transform,
+    random: &mut Random,
+) -> usize {
     let place = |p: DVec3| render_from_object.point(p).as_vec3();
     let mut leaks = 0;
     for t in &data.indices {
@@ -69,8 +74,10 @@ fn rays_along_the_axes_and_in_the_planes_of_boxes_do_not_leak() {
                     p
                 };
                 let first = data.positions.len() as u32;
-                data.positions.extend([at(0, 0), at(1, 0), at(1, 1), at(0, 1)]);
-                data.indices.extend([[first, first + 1, first + 2], [first + 3, first, first + 2]]);
+                data.positions
+                    .extend([at(0, 0), at(1, 0), at(1, 1), at(0, 1)]);
+                data.indices
+                    .extend([[first, first + 1, first + 2], [first + 3, first, first + 2]]);
             }
         }
     }
