@@ -37,7 +37,9 @@ pub fn triangulate(arities: &[u32], corners: &[u32], positions: &[DVec3]) -> Vec
             [] | [_] | [_, _] => {}
             [a, b, c] => triangles.push([a, b, c]),
             [a, b, c, d] => triangles.extend([[a, b, c], [d, a, c]]),
-            _ if polygon.len() <= EAR_CLIPPING_LIMIT => clip_ears(polygon, positions, &mut triangles),
+            _ if polygon.len() <= EAR_CLIPPING_LIMIT => {
+                clip_ears(polygon, positions, &mut triangles)
+            }
             [first, ref others @ ..] => {
                 triangles.extend(others.windows(2).map(|w| [first, w[0], w[1]]));
             }
@@ -110,11 +112,24 @@ mod tests {
     #[test]
     fn concave_polygons_keep_their_outline() {
         // An L of area 3, in three planes and both turning senses.
-        let outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
+        let outline = [
+            (0.0, 0.0),
+            (2.0, 0.0),
+            (2.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 2.0),
+            (0.0, 2.0),
+        ];
         for plane in 0..3 {
             let positions: Vec<DVec3> = outline
                 .iter()
-                .map(|&(x, y)| [DVec3::new(x, y, 5.0), DVec3::new(5.0, x, y), DVec3::new(y, 5.0, x)][plane])
+                .map(|&(x, y)| {
+                    [
+                        DVec3::new(x, y, 5.0),
+                        DVec3::new(5.0, x, y),
+                        DVec3::new(y, 5.0, x),
+                    ][plane]
+                })
                 .collect();
             for backward in [false, true] {
                 let mut corners: Vec<u32> = (0..6).collect();
@@ -125,7 +140,10 @@ mod tests {
                 assert_eq!(triangles.len(), 4);
                 let sum = area(&triangles, &positions);
                 // Neither more nor less than the outline: no triangle is turned over or outside.
-                let separate: f64 = triangles.iter().map(|&t| area(&[t], &positions).length()).sum();
+                let separate: f64 = triangles
+                    .iter()
+                    .map(|&t| area(&[t], &positions).length())
+                    .sum();
                 assert!((sum.length() - 3.0).abs() < 1e-12 && (separate - 3.0).abs() < 1e-12);
                 assert_eq!(sum.max_element() > 0.0, !backward);
             }
@@ -135,7 +153,10 @@ mod tests {
     #[test]
     fn quads_are_cut_as_pbrt_cuts_them() {
         let p = [DVec3::ZERO; 4];
-        assert_eq!(triangulate(&[4, 2, 3], &[0, 1, 2, 3, 1, 2, 0, 2, 1], &p), [[0, 1, 2], [3, 0, 2], [0, 2, 1]]);
+        assert_eq!(
+            triangulate(&[4, 2, 3], &[0, 1, 2, 3, 1, 2, 0, 2, 1], &p),
+            [[0, 1, 2], [3, 0, 2], [0, 2, 1]]
+        );
     }
 
     #[test]

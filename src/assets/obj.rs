@@ -39,7 +39,8 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
     // Names and comments may be in any encoding, but the reader wants UTF-8.
     let text = String::from_utf8_lossy(bytes);
     let no_materials = |_: &Path| Ok(Default::default());
-    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials).map_err(|e| e.to_string())?;
+    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
+        .map_err(|e| e.to_string())?;
     let mut mesh = MeshData::default();
     let (mut with_normals, mut with_uv) = (true, true);
     for tobj::Model { mesh: part, .. } in models {
@@ -51,16 +52,31 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
         // says which corners they were.
         with_normals &= normals.len() == points.len();
         with_uv &= uv.len() == points.len();
-        let positions: Vec<DVec3> = points.iter().map(|&[x, y, z]| Vec3::new(x, y, z).as_dvec3()).collect();
-        if let Some(bad) = part.indices.iter().find(|&&i| i as usize >= positions.len()) {
-            return Err(format!("a face refers to vertex {bad}, but there are {}", positions.len()));
+        let positions: Vec<DVec3> = points
+            .iter()
+            .map(|&[x, y, z]| Vec3::new(x, y, z).as_dvec3())
+            .collect();
+        if let Some(bad) = part
+            .indices
+            .iter()
+            .find(|&&i| i as usize >= positions.len())
+        {
+            return Err(format!(
+                "a face refers to vertex {bad}, but there are {}",
+                positions.len()
+            ));
         }
         if first + positions.len() > u32::MAX as usize {
             return Err("too many vertices".into());
         }
-        let arities = if part.face_arities.is_empty() { vec![3; part.indices.len() / 3] } else { part.face_arities };
+        let arities = if part.face_arities.is_empty() {
+            vec![3; part.indices.len() / 3]
+        } else {
+            part.face_arities
+        };
         let triangles = triangulate(&arities, &part.indices, &positions);
-        mesh.indices.extend(triangles.iter().map(|t| t.map(|i| i + first as u32)));
+        mesh.indices
+            .extend(triangles.iter().map(|t| t.map(|i| i + first as u32)));
         mesh.positions.extend(positions);
         mesh.normals.extend(normals.iter().map(|&n| Vec3::from(n)));
         mesh.uv.extend(uv.iter().map(|&t| Vec2::from(t)));
@@ -75,10 +91,12 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
 /// Per-vertex data that some vertices lack is not used.
 fn drop_incomplete(mesh: &mut MeshData, with_normals: bool, with_uv: bool) {
     if !with_normals && !mesh.normals.is_empty() {
-        mesh.warnings.push("some faces have no normals, so none are used".into());
+        mesh.warnings
+            .push("some faces have no normals, so none are used".into());
     }
     if !with_uv && !mesh.uv.is_empty() {
-        mesh.warnings.push("some faces have no texture coordinates, so none are used".into());
+        mesh.warnings
+            .push("some faces have no texture coordinates, so none are used".into());
     }
     if !with_normals {
         mesh.normals.clear();
@@ -99,7 +117,10 @@ mod tests {
     fn objects_are_joined() {
         let mesh = parse(FILE.as_bytes()).unwrap();
         assert_eq!(mesh.indices, [[0, 1, 2], [3, 4, 5], [6, 3, 5]]);
-        assert_eq!((mesh.positions.len(), mesh.normals.len(), mesh.uv.len()), (7, 7, 7));
+        assert_eq!(
+            (mesh.positions.len(), mesh.normals.len(), mesh.uv.len()),
+            (7, 7, 7)
+        );
         assert_eq!(mesh.positions[6], DVec3::Y);
         assert!(mesh.warnings.is_empty());
     }
@@ -107,13 +128,17 @@ mod tests {
     #[test]
     fn incomplete_texture_coordinates_are_dropped() {
         let mesh = parse(FILE.replace("4/1/1", "4//1").as_bytes()).unwrap();
-        assert_eq!((mesh.normals.len(), mesh.uv.len(), mesh.warnings.len()), (7, 0, 1));
+        assert_eq!(
+            (mesh.normals.len(), mesh.uv.len(), mesh.warnings.len()),
+            (7, 0, 1)
+        );
     }
 
     #[test]
     fn concave_polygons_keep_their_outline() {
         // A fan from the first corner would cover the notch.
-        let file = "v 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1.5 0.5 0\nf 1 2 3 4 5 6 7\n";
+        let file =
+            "v 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1.5 0.5 0\nf 1 2 3 4 5 6 7\n";
         let mesh = parse(file.as_bytes()).unwrap();
         let area: f64 = mesh
             .indices
@@ -134,7 +159,12 @@ mod tests {
                 let mut damaged = FILE.as_bytes().to_vec();
                 damaged[at] = value;
                 if let Ok(mesh) = parse(&damaged) {
-                    assert!(mesh.indices.iter().flatten().all(|&i| (i as usize) < mesh.positions.len()));
+                    assert!(
+                        mesh.indices
+                            .iter()
+                            .flatten()
+                            .all(|&i| (i as usize) < mesh.positions.len())
+                    );
                 }
             }
         }

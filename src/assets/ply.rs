@@ -52,7 +52,8 @@ fn parse_plain(bytes: &[u8]) -> Result<MeshData, String> {
     if !bytes.starts_with(b"ply") {
         return Err("not a PLY file: it does not start with \"ply\"".into());
     }
-    let (header, body) = bytes.split_at(header_length(bytes).ok_or("the header has no end_header line")?);
+    let (header, body) =
+        bytes.split_at(header_length(bytes).ok_or("the header has no end_header line")?);
     // Comments may be in any encoding, but the reader wants UTF-8; the last number of an ascii
     // file may lack the blank that the reader needs after it.
     let header = String::from_utf8_lossy(header);
@@ -78,7 +79,9 @@ fn parse_plain(bytes: &[u8]) -> Result<MeshData, String> {
     assemble(vertices, &faces, warnings)
 }
 
-fn next<T: for<'a> Deserialize<'a>>(reader: &mut PlyReader<impl BufRead>) -> Result<T, serde_ply::DeserializeError> {
+fn next<T: for<'a> Deserialize<'a>>(
+    reader: &mut PlyReader<impl BufRead>,
+) -> Result<T, serde_ply::DeserializeError> {
     reader.next_element()
 }
 
@@ -107,25 +110,40 @@ fn check_element(element: &ElementDef) -> Result<(), String> {
             }
         }
     }
-    if element.name == "face" && !element.has_property("vertex_indices") && !element.has_property("vertex_index") {
+    if element.name == "face"
+        && !element.has_property("vertex_indices")
+        && !element.has_property("vertex_index")
+    {
         return Err("faces have no list vertex_indices".into());
     }
     Ok(())
 }
 
-fn assemble(vertices: Vertices, faces: &Faces, mut warnings: Vec<String>) -> Result<MeshData, String> {
+fn assemble(
+    vertices: Vertices,
+    faces: &Faces,
+    mut warnings: Vec<String>,
+) -> Result<MeshData, String> {
     let count = vertices.positions.len();
     if count > u32::MAX as usize {
         return Err(format!("{count} vertices are too many"));
     }
-    if let Some(&bad) = faces.corners.iter().find(|&&i| i < 0 || i as u64 >= count as u64) {
-        return Err(format!("a face refers to vertex {bad}, but there are {count} vertices"));
+    if let Some(&bad) = faces
+        .corners
+        .iter()
+        .find(|&&i| i < 0 || i as u64 >= count as u64)
+    {
+        return Err(format!(
+            "a face refers to vertex {bad}, but there are {count} vertices"
+        ));
     }
     let corners: Vec<u32> = faces.corners.iter().map(|&i| i as u32).collect();
     let indices = triangulate(&faces.arities, &corners, &vertices.positions);
     let short = faces.arities.iter().filter(|&&n| n < 3).count();
     if short > 0 {
-        warnings.push(format!("{short} faces with fewer than three corners are left out"));
+        warnings.push(format!(
+            "{short} faces with fewer than three corners are left out"
+        ));
     }
     if indices.is_empty() {
         warnings.push("the file has no triangles".into());
@@ -268,8 +286,13 @@ mod tests {
         element face 2\nproperty uchar flag\nproperty list uchar INDEX vertex_index\nend_header\n";
 
     fn ascii() -> Vec<u8> {
-        let mut text = format!("ply\nformat ascii 1.0\ncomment caf\u{e9}\n{}", HEADER.replace("INDEX", "int"));
-        text.push_str("0 0 0 9 0 0 1 0 0\n1 0 0 9 0 0 1 1 0\n1 1.5 0 9 0 0 1 1 1\n0 1.5 -2 9 0 0 1 0 1\n");
+        let mut text = format!(
+            "ply\nformat ascii 1.0\ncomment caf\u{e9}\n{}",
+            HEADER.replace("INDEX", "int")
+        );
+        text.push_str(
+            "0 0 0 9 0 0 1 0 0\n1 0 0 9 0 0 1 1 0\n1 1.5 0 9 0 0 1 1 1\n0 1.5 -2 9 0 0 1 0 1\n",
+        );
         text.push_str("2 0.5 0.25\n7 4 0 1 2 3\n7 3 0 1 2");
         text.into_bytes()
     }
@@ -283,7 +306,12 @@ mod tests {
         macro_rules! put {
             ($($v:expr),*) => { $( if big { out.extend($v.to_be_bytes()) } else { out.extend($v.to_le_bytes()) } )* };
         }
-        for (x, y, z, u, v) in [(0.0f32, 0.0f64, 0i16, 0.0f32, 0.0f32), (1.0, 0.0, 0, 1.0, 0.0), (1.0, 1.5, 0, 1.0, 1.0), (0.0, 1.5, -2, 0.0, 1.0)] {
+        for (x, y, z, u, v) in [
+            (0.0f32, 0.0f64, 0i16, 0.0f32, 0.0f32),
+            (1.0, 0.0, 0, 1.0, 0.0),
+            (1.0, 1.5, 0, 1.0, 1.0),
+            (0.0, 1.5, -2, 0.0, 1.0),
+        ] {
             put!(x, y, z, 9u8, 0.0f32, 0.0f32, 1.0f32, u, v);
         }
         put!(2u8, 0.5f32, 0.25f32);
@@ -301,7 +329,12 @@ mod tests {
     fn every_encoding_gives_the_same_mesh() {
         let expected = MeshData {
             indices: vec![[0, 1, 2], [3, 0, 2], [0, 1, 2]],
-            positions: vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.5, 0.0), DVec3::new(0.0, 1.5, -2.0)],
+            positions: vec![
+                DVec3::ZERO,
+                DVec3::X,
+                DVec3::new(1.0, 1.5, 0.0),
+                DVec3::new(0.0, 1.5, -2.0),
+            ],
             normals: vec![Vec3::Z; 4],
             tangents: vec![],
             uv: vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
@@ -315,7 +348,12 @@ mod tests {
 
     #[test]
     fn all_names_of_texture_coordinates_are_known() {
-        for (u, v) in [("u", "v"), ("s", "t"), ("texture_u", "texture_v"), ("texture_s", "texture_t")] {
+        for (u, v) in [
+            ("u", "v"),
+            ("s", "t"),
+            ("texture_u", "texture_v"),
+            ("texture_s", "texture_t"),
+        ] {
             let text = format!(
                 "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
                  property float z\nproperty float {u}\nproperty float {v}\nend_header\n1 2 3 4 5\n"
@@ -329,7 +367,8 @@ mod tests {
         let error = |text: &str| parse(text.as_bytes()).unwrap_err();
         assert!(error("off\n").contains("not a PLY file"));
         assert!(error("ply\nformat ascii 1.0\n").contains("end_header"));
-        let vertex = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n";
+        let vertex =
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n";
         assert!(error(&format!("{vertex}end_header\n1 2\n")).contains("property z"));
         let face = "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n1 2 3\n";
         assert!(error(&format!("{vertex}{face}3 0 0 7\n")).contains("vertex 7, but there are 1"));
@@ -337,7 +376,9 @@ mod tests {
         assert!(error(&format!("{vertex}{face}3 0\n")).contains("element face"));
         let empty = "ply\nformat ascii 1.0\nelement thing 99999999999999\nend_header\n";
         assert!(error(empty).contains("no properties"));
-        let file = load(Path::new("/nowhere/at all.ply")).unwrap_err().to_string();
+        let file = load(Path::new("/nowhere/at all.ply"))
+            .unwrap_err()
+            .to_string();
         assert!(file.contains("/nowhere/at all.ply") && file.contains("cannot read"));
     }
 
@@ -352,7 +393,12 @@ mod tests {
                     damaged[at] = value;
                     // Whatever is accepted is consistent.
                     if let Ok(mesh) = parse(&damaged) {
-                        assert!(mesh.indices.iter().flatten().all(|&i| (i as usize) < mesh.positions.len()));
+                        assert!(
+                            mesh.indices
+                                .iter()
+                                .flatten()
+                                .all(|&i| (i as usize) < mesh.positions.len())
+                        );
                     }
                 }
             }
@@ -369,7 +415,13 @@ mod tests {
     fn huge_counts_in_small_files_are_an_error() {
         for count in ["99999999999", "18446744073709551615"] {
             let file = String::from_utf8(ascii()).unwrap();
-            assert!(parse(file.replace("vertex 4", &format!("vertex {count}")).as_bytes()).is_err());
+            assert!(
+                parse(
+                    file.replace("vertex 4", &format!("vertex {count}"))
+                        .as_bytes()
+                )
+                .is_err()
+            );
         }
         let list = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
             element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n4294967295 0 0 0\n";

@@ -9,8 +9,8 @@
 //! u = φ/φmax; v = z/height; the normal points outward and up
 //! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.5).
 
-use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
 use super::positive;
+use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
 use std::f64::consts::TAU;
@@ -50,7 +50,11 @@ impl Cone {
     fn onto_surface(&self, p: DVec3) -> DVec3 {
         let rho = self.radius * (1.0 - p.z / self.height);
         let length = p.truncate().length();
-        if length > 0.0 { (p.truncate() * (rho / length)).extend(p.z) } else { p }
+        if length > 0.0 {
+            (p.truncate() * (rho / length)).extend(p.z)
+        } else {
+            p
+        }
     }
 }
 
@@ -122,16 +126,23 @@ mod tests {
     #[test]
     fn the_mirrored_half_above_the_apex_is_not_there() {
         let cone = Cone::new(1.0, 2.0, 360.0);
-        assert!(cone.intersect(DVec3::new(-5.0, 0.0, 3.0), DVec3::X).is_none());
+        assert!(
+            cone.intersect(DVec3::new(-5.0, 0.0, 3.0), DVec3::X)
+                .is_none()
+        );
         // At half height the radius is half.
-        let (t, p) = cone.intersect(DVec3::new(-5.0, 0.0, 1.0), DVec3::X).unwrap();
+        let (t, p) = cone
+            .intersect(DVec3::new(-5.0, 0.0, 1.0), DVec3::X)
+            .unwrap();
         assert!((t - 4.5).abs() < 1e-14 && (p - DVec3::new(-0.5, 0.0, 1.0)).length() < 1e-14);
         // Parallel to the side: one meeting only.
         let along = DVec3::new(1.0, 0.0, -2.0);
         let (_, p) = cone.intersect(DVec3::new(-1.0, 0.0, 3.0), along).unwrap();
         assert!((p.x - 0.0).abs() < 1.0 && p.z >= 0.0);
         // No base cap.
-        let (_, p) = cone.intersect(DVec3::new(0.5, 0.0, -1.0), DVec3::Z).unwrap();
+        let (_, p) = cone
+            .intersect(DVec3::new(0.5, 0.0, -1.0), DVec3::Z)
+            .unwrap();
         assert!((p.z - 1.0).abs() < 1e-14);
     }
 

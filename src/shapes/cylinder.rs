@@ -9,8 +9,8 @@
 //! u = φ/φmax; v = (z − zmin)/(zmax − zmin); the normal points outward
 //! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.3).
 
-use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
 use super::positive;
+use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
 use std::f64::consts::TAU;
@@ -114,7 +114,9 @@ mod tests {
         let c = Cylinder::new(1.0, -1.0, 1.0, 360.0);
         assert!(c.intersect(DVec3::new(0.3, 0.0, -5.0), DVec3::Z).is_none());
         // In by the open end, out through the side: 1 to the right, 1 up.
-        let (t, p) = c.intersect(DVec3::new(0.0, 0.0, -0.5), DVec3::new(1.0, 0.0, 1.0)).unwrap();
+        let (t, p) = c
+            .intersect(DVec3::new(0.0, 0.0, -0.5), DVec3::new(1.0, 0.0, 1.0))
+            .unwrap();
         assert_eq!((t, p), (1.0, DVec3::new(1.0, 0.0, 0.5)));
         let (t, _) = c.intersect(DVec3::new(-3.0, 0.0, 0.0), DVec3::X).unwrap();
         assert_eq!(t, 2.0);
@@ -122,7 +124,10 @@ mod tests {
 
     #[test]
     fn partial_cylinders_have_the_stated_parameters() {
-        for c in [Cylinder::new(0.8, 2.0, -1.0, 360.0), Cylinder::new(0.8, 0.0, 1.0, 100.0)] {
+        for c in [
+            Cylinder::new(0.8, 2.0, -1.0, 360.0),
+            Cylinder::new(0.8, 0.0, 1.0, 100.0),
+        ] {
             check_derivatives(&c);
             check_hits(&c);
             check_uniform(&c);

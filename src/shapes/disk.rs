@@ -10,8 +10,8 @@
 //! u = φ/φmax; v = 0 at the rim, 1 at the inner edge; the normal is +z
 //! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.4).
 
-use super::quadric::{ObjectPoint, ObjectSurface, azimuth, sweep};
 use super::positive;
+use super::quadric::{ObjectPoint, ObjectSurface, azimuth, sweep};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
 use std::f64::consts::TAU;
@@ -48,7 +48,10 @@ impl Disk {
         let phi_max = reader.float("phimax", 360.0);
         positive(reader, "radius", radius)?;
         if inner_radius >= radius {
-            reader.warn("innerradius", "the hole is as large as the disk: nothing is left of it");
+            reader.warn(
+                "innerradius",
+                "the hole is as large as the disk: nothing is left of it",
+            );
         }
         Some(Disk::new(height, radius, inner_radius, phi_max))
     }
@@ -71,7 +74,11 @@ impl ObjectSurface for Disk {
     fn at(&self, p: DVec3) -> ObjectPoint {
         let rho = p.x.hypot(p.y);
         let width = self.radius - self.inner_radius;
-        let outward = if rho > 0.0 { DVec3::new(p.x / rho, p.y / rho, 0.0) } else { DVec3::X };
+        let outward = if rho > 0.0 {
+            DVec3::new(p.x / rho, p.y / rho, 0.0)
+        } else {
+            DVec3::X
+        };
         ObjectPoint {
             uv: DVec2::new(azimuth(p) / self.phi_max, (self.radius - rho) / width),
             n: DVec3::Z,
@@ -88,7 +95,10 @@ impl ObjectSurface for Disk {
     }
 
     fn sample(&self, u: DVec2) -> DVec3 {
-        let (inner2, outer2) = (self.inner_radius * self.inner_radius, self.radius * self.radius);
+        let (inner2, outer2) = (
+            self.inner_radius * self.inner_radius,
+            self.radius * self.radius,
+        );
         let rho = (inner2 + u.x * (outer2 - inner2)).sqrt();
         let (sin, cos) = (u.y * self.phi_max).sin_cos();
         DVec3::new(rho * cos, rho * sin, self.height)
@@ -113,12 +123,18 @@ mod tests {
         assert_eq!(disk.at(DVec3::new(2.0, 0.0, 3.0)).uv, DVec2::ZERO);
         assert_eq!(disk.at(DVec3::new(0.0, 1.0, 3.0)).uv, DVec2::new(0.25, 1.0));
         // A ray in the plane of the disk misses it.
-        assert!(disk.intersect(DVec3::new(-5.0, 0.0, 3.0), DVec3::X).is_none());
+        assert!(
+            disk.intersect(DVec3::new(-5.0, 0.0, 3.0), DVec3::X)
+                .is_none()
+        );
     }
 
     #[test]
     fn rings_have_the_stated_parameters() {
-        for disk in [Disk::new(0.5, 1.5, 0.0, 360.0), Disk::new(-1.0, 1.5, 0.7, 130.0)] {
+        for disk in [
+            Disk::new(0.5, 1.5, 0.0, 360.0),
+            Disk::new(-1.0, 1.5, 0.7, 130.0),
+        ] {
             check_derivatives(&disk);
             check_hits(&disk);
             check_uniform(&disk);

@@ -49,7 +49,11 @@ impl Emitter {
     /// The triangles of `mesh`, in order.
     pub fn of_mesh(mesh: &TriangleMesh) -> Vec<Emitter> {
         let triangle = |corners: &[u32; 3]| {
-            let at = |i: u32| mesh.positions.get(i as usize).map_or(Vec3::NAN, |p| p.as_vec3());
+            let at = |i: u32| {
+                mesh.positions
+                    .get(i as usize)
+                    .map_or(Vec3::NAN, |p| p.as_vec3())
+            };
             let normal = |i: u32| mesh.normals.get(i as usize).copied();
             let [a, b, c] = corners.map(normal);
             Emitter::Triangle(TriangleEmitter {
@@ -122,7 +126,13 @@ fn per_solid_angle(density: f64, distance2: f64, cosine: f64) -> f32 {
 }
 
 /// The sample at `p` with unit normal `n`, given the density per area and the error of `p`.
-fn sample_at(p: DVec3, error: DVec3, n: DVec3, density: f64, from: &ReferencePoint) -> Option<EmitterSample> {
+fn sample_at(
+    p: DVec3,
+    error: DVec3,
+    n: DVec3,
+    density: f64,
+    from: &ReferencePoint,
+) -> Option<EmitterSample> {
     let away = p - from.p.as_dvec3();
     let distance2 = away.length_squared();
     let cosine = away.try_normalize()?.dot(n);
@@ -165,7 +175,13 @@ impl TriangleEmitter {
         let p = triangle.p[0] * b[0] + triangle.p[1] * b[1] + triangle.p[2] * b[2];
         let largest = triangle.p.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
         let error = largest * (8.0 * f64::EPSILON);
-        sample_at(p, error, triangle.geometric_normal(b), 1.0 / self.area(), from)
+        sample_at(
+            p,
+            error,
+            triangle.geometric_normal(b),
+            1.0 / self.area(),
+            from,
+        )
     }
 }
 
@@ -277,7 +293,13 @@ impl QuadricEmitter {
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
         let surface = self.quadric.surface(self.quadric.form.sample(u.as_dvec2()));
-        sample_at(surface.p, surface.p_error, surface.n, self.density(surface.n), from)
+        sample_at(
+            surface.p,
+            surface.p_error,
+            surface.n,
+            self.density(surface.n),
+            from,
+        )
     }
 }
 

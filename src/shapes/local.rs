@@ -47,18 +47,29 @@ impl LocalSurface {
     /// The surface of an instance: moved by `outer_from_inner`, whose inverse is also given.
     /// Mirrored instances are not turned; the shading normal is, to the side of the geometric one
     /// (scene-language 4.4).
-    pub fn transformed(&self, outer_from_inner: &DAffine3, inner_from_outer: &DAffine3) -> LocalSurface {
+    pub fn transformed(
+        &self,
+        outer_from_inner: &DAffine3,
+        inner_from_outer: &DAffine3,
+    ) -> LocalSurface {
         let m = &outer_from_inner.matrix3;
         let normal_matrix = inner_from_outer.matrix3.transpose();
         let abs = DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
         let p = outer_from_inner.transform_point3(self.p);
         let inverse = &inner_from_outer.matrix3;
-        let abs_inverse = DMat3::from_cols(inverse.x_axis.abs(), inverse.y_axis.abs(), inverse.z_axis.abs());
+        let abs_inverse = DMat3::from_cols(
+            inverse.x_axis.abs(),
+            inverse.y_axis.abs(),
+            inverse.z_axis.abs(),
+        );
         let back = abs_inverse * p.abs() + inner_from_outer.translation.abs();
         // Rays enter an instance with an origin rounded to single precision there: half an ulp,
         // doubled to be strictly outside. The rest is what double precision loses both ways.
-        let inner = self.p_error + self.p.abs() * f64::from(2.0 * UNIT_ROUNDOFF) + back * (16.0 * f64::EPSILON);
-        let p_error = abs * inner + (outer_from_inner.translation.abs() + p.abs()) * (16.0 * f64::EPSILON);
+        let inner = self.p_error
+            + self.p.abs() * f64::from(2.0 * UNIT_ROUNDOFF)
+            + back * (16.0 * f64::EPSILON);
+        let p_error =
+            abs * inner + (outer_from_inner.translation.abs() + p.abs()) * (16.0 * f64::EPSILON);
         let n = (normal_matrix * self.n).normalize_or(DVec3::Z);
         let shading = normal_matrix * self.shading_n;
         let length = shading.length();
@@ -92,7 +103,8 @@ impl LocalSurface {
     pub fn hit(&self, ray: &Ray) -> SurfaceHit {
         let p = self.p.as_vec3();
         // Half an ulp each, and the rounding of the bound itself.
-        let p_error = (self.p_error.as_vec3() + p.abs() * UNIT_ROUNDOFF) * (1.0 + 4.0 * UNIT_ROUNDOFF);
+        let p_error =
+            (self.p_error.as_vec3() + p.abs() * UNIT_ROUNDOFF) * (1.0 + 4.0 * UNIT_ROUNDOFF);
         SurfaceHit {
             p,
             p_error,

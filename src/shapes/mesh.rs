@@ -28,7 +28,11 @@ pub struct TriangleMesh {
 
 impl TriangleMesh {
     /// Places `data`. Indices out of range must have been refused before.
-    pub fn new(data: &MeshData, level_from_object: &Transform, reverse_orientation: bool) -> TriangleMesh {
+    pub fn new(
+        data: &MeshData,
+        level_from_object: &Transform,
+        reverse_orientation: bool,
+    ) -> TriangleMesh {
         let complete = |len: usize| len == data.positions.len();
         let normal = |n: &Vec3| {
             let n = level_from_object.normal(n.as_dvec3());
@@ -38,15 +42,27 @@ impl TriangleMesh {
         let with_normals = complete(data.normals.len()) && level_from_object.is_invertible();
         TriangleMesh {
             indices: data.indices.clone(),
-            positions: data.positions.iter().map(|&p| level_from_object.point(p)).collect(),
-            normals: if with_normals { data.normals.iter().map(normal).collect() } else { Vec::new() },
+            positions: data
+                .positions
+                .iter()
+                .map(|&p| level_from_object.point(p))
+                .collect(),
+            normals: if with_normals {
+                data.normals.iter().map(normal).collect()
+            } else {
+                Vec::new()
+            },
             tangents: if complete(data.tangents.len()) {
                 let place = |s: &Vec3| level_from_object.vector(s.as_dvec3()).as_vec3();
                 data.tangents.iter().map(place).collect()
             } else {
                 Vec::new()
             },
-            uv: if complete(data.uv.len()) { data.uv.clone() } else { Vec::new() },
+            uv: if complete(data.uv.len()) {
+                data.uv.clone()
+            } else {
+                Vec::new()
+            },
             orientation: Orientation {
                 flip_geometric: reverse_orientation ^ level_from_object.swaps_handedness(),
                 flip_shading: reverse_orientation,
@@ -60,6 +76,8 @@ impl TriangleMesh {
         self.positions
             .iter()
             .filter(|p| p.is_finite())
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &p| (min.min(p), max.max(p)))
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &p| {
+                (min.min(p), max.max(p))
+            })
     }
 }

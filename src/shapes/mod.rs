@@ -131,7 +131,11 @@ impl ShapeSpec {
         reverse_orientation: bool,
     ) -> Result<CompiledShape, ShapeError> {
         let mesh = |data: &_| {
-            CompiledShape::Mesh(Box::new(TriangleMesh::new(data, level_from_object, reverse_orientation)))
+            CompiledShape::Mesh(Box::new(TriangleMesh::new(
+                data,
+                level_from_object,
+                reverse_orientation,
+            )))
         };
         Ok(match self {
             ShapeSpec::Quadric(form) => {
@@ -189,6 +193,9 @@ fn positive(reader: &ParamReader, name: &str, value: f64) -> Option<()> {
     if value > 0.0 && value.is_finite() {
         return Some(());
     }
-    reader.error(name, format!("{name} must be positive, not {value}: the shape is left out"));
+    reader.error(
+        name,
+        format!("{name} must be positive, not {value}: the shape is left out"),
+    );
     None
 }

@@ -127,10 +127,8 @@ impl Quadric {
     /// object space.
     pub fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
         let inverse = &self.level_from_object.inverse;
-        self.form.intersect(
-            inverse.transform_point3(o),
-            inverse.transform_vector3(d),
-        )
+        self.form
+            .intersect(inverse.transform_point3(o), inverse.transform_vector3(d))
     }
 
     /// The surface at `p`, a point of it in object space.
@@ -179,7 +177,13 @@ impl Quadric {
         let (low, high) = self.form.bounds();
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for i in 0..8 {
-            let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            let pick = |axis: usize| {
+                if i >> axis & 1 == 0 {
+                    low[axis]
+                } else {
+                    high[axis]
+                }
+            };
             let corner = DVec3::new(pick(0), pick(1), pick(2));
             let error = self.position_error(corner);
             let corner = self.level_from_object.m.transform_point3(corner);
@@ -217,7 +221,10 @@ impl Quadric {
         let product = m.transpose() * m;
         let scale2 = (product.x_axis.x + product.y_axis.y + product.z_axis.z) / 3.0;
         let off = product - DMat3::from_diagonal(DVec3::splat(scale2));
-        let worst = off.to_cols_array().iter().fold(0.0f64, |a, b| a.max(b.abs()));
+        let worst = off
+            .to_cols_array()
+            .iter()
+            .fold(0.0f64, |a, b| a.max(b.abs()));
         // Rotations written with single-precision numbers are orthogonal to 1e-7.
         (worst <= 1e-6 * scale2).then(|| scale2.sqrt())
     }
@@ -226,7 +233,11 @@ impl Quadric {
 /// The angle of (x, y) from +x toward +y, in [0, 2π).
 pub(super) fn azimuth(p: DVec3) -> f64 {
     let phi = p.y.atan2(p.x);
-    if phi < 0.0 { phi + std::f64::consts::TAU } else { phi }
+    if phi < 0.0 {
+        phi + std::f64::consts::TAU
+    } else {
+        phi
+    }
 }
 
 /// Real roots of a t² + 2 b t + c, ascending, without cancellation between them

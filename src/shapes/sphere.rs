@@ -10,8 +10,8 @@
 //! u = φ/φmax; v runs with the polar angle from the zmin end (0) to the zmax end (1)
 //! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.2).
 
-use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
 use super::positive;
+use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
 use std::f64::consts::TAU;
@@ -92,11 +92,19 @@ impl ObjectSurface for Sphere {
     fn at(&self, p: DVec3) -> ObjectPoint {
         let phi = azimuth(p);
         let rho = p.x.hypot(p.y);
-        let (sin_phi, cos_phi) = if rho > 0.0 { (p.y / rho, p.x / rho) } else { (0.0, 1.0) };
+        let (sin_phi, cos_phi) = if rho > 0.0 {
+            (p.y / rho, p.x / rho)
+        } else {
+            (0.0, 1.0)
+        };
         let (theta_0, theta_1) = self.polar_range();
         let range = theta_1 - theta_0;
         let theta = (p.z / self.radius).clamp(-1.0, 1.0).acos();
-        let v = if range == 0.0 { 0.0 } else { (theta - theta_0) / range };
+        let v = if range == 0.0 {
+            0.0
+        } else {
+            (theta - theta_0) / range
+        };
         let dpdu = self.phi_max * DVec3::new(-p.y, p.x, 0.0);
         let dpdv = range * DVec3::new(p.z * cos_phi, p.z * sin_phi, -rho);
         ObjectPoint {
@@ -135,14 +143,28 @@ mod tests {
     #[test]
     fn first_hit_is_the_near_side_then_the_far_side() {
         let sphere = Sphere::new(2.0, -2.0, 2.0, 360.0);
-        let (t, p) = sphere.intersect(DVec3::new(0.0, 0.0, -5.0), DVec3::Z).unwrap();
+        let (t, p) = sphere
+            .intersect(DVec3::new(0.0, 0.0, -5.0), DVec3::Z)
+            .unwrap();
         assert_eq!((t, p), (3.0, DVec3::new(0.0, 0.0, -2.0)));
         let (t, _) = sphere.intersect(DVec3::ZERO, DVec3::Z).unwrap();
         assert_eq!(t, 2.0);
-        assert!(sphere.intersect(DVec3::new(0.0, 0.0, 2.1), DVec3::Z).is_none());
+        assert!(
+            sphere
+                .intersect(DVec3::new(0.0, 0.0, 2.1), DVec3::Z)
+                .is_none()
+        );
         // A tangent ray just inside meets it, just outside does not.
-        assert!(sphere.intersect(DVec3::new(1.999_999_9, 0.0, -5.0), DVec3::Z).is_some());
-        assert!(sphere.intersect(DVec3::new(2.000_000_1, 0.0, -5.0), DVec3::Z).is_none());
+        assert!(
+            sphere
+                .intersect(DVec3::new(1.999_999_9, 0.0, -5.0), DVec3::Z)
+                .is_some()
+        );
+        assert!(
+            sphere
+                .intersect(DVec3::new(2.000_000_1, 0.0, -5.0), DVec3::Z)
+                .is_none()
+        );
     }
 
     #[test]
@@ -155,7 +177,10 @@ mod tests {
 
     #[test]
     fn partial_spheres_have_the_stated_parameters() {
-        for s in [Sphere::new(1.5, -1.5, 1.5, 360.0), Sphere::new(1.5, -0.4, 1.1, 200.0)] {
+        for s in [
+            Sphere::new(1.5, -1.5, 1.5, 360.0),
+            Sphere::new(1.5, -0.4, 1.1, 200.0),
+        ] {
             check_derivatives(&s);
             check_hits(&s);
             check_uniform(&s);

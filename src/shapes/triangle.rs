@@ -59,8 +59,14 @@ impl Triangle {
     /// The unit geometric normal at `b`: the corners' order and the orientation decide its side,
     /// or else the interpolated normal does.
     pub fn geometric_normal(&self, b: [f64; 3]) -> DVec3 {
-        let n = (self.p[1] - self.p[0]).cross(self.p[2] - self.p[0]).normalize_or(DVec3::Z);
-        let n = if self.orientation.flip_geometric { -n } else { n };
+        let n = (self.p[1] - self.p[0])
+            .cross(self.p[2] - self.p[0])
+            .normalize_or(DVec3::Z);
+        let n = if self.orientation.flip_geometric {
+            -n
+        } else {
+            n
+        };
         match self.interpolated_normal(b) {
             Some(ns) if ns.dot(n) < 0.0 => -n,
             _ => n,
@@ -126,15 +132,24 @@ impl Triangle {
         let Some([n0, n1, n2]) = self.normals else {
             return (DVec3::ZERO, DVec3::ZERO);
         };
-        let side = if self.orientation.flip_shading { -1.0 } else { 1.0 };
-        let (du, dv) = self.solve(n0 - n2, n1 - n2).unwrap_or((DVec3::ZERO, DVec3::ZERO));
+        let side = if self.orientation.flip_shading {
+            -1.0
+        } else {
+            1.0
+        };
+        let (du, dv) = self
+            .solve(n0 - n2, n1 - n2)
+            .unwrap_or((DVec3::ZERO, DVec3::ZERO));
         (du * side, dv * side)
     }
 
     /// Unit shading ∂p/∂u and ∂p/∂v: s is the interpolated tangent or ∂p/∂u, t = s × n, then
     /// s = t × n, as pbrt-v3 has it; any frame where s is along n.
     fn shading_frame(&self, b: [f64; 3], n: DVec3, dpdu: DVec3) -> (DVec3, DVec3) {
-        let tangent = self.tangents.as_ref().and_then(|s| interpolate(s, b).try_normalize());
+        let tangent = self
+            .tangents
+            .as_ref()
+            .and_then(|s| interpolate(s, b).try_normalize());
         let s = tangent.unwrap_or_else(|| dpdu.normalize_or_zero());
         match s.cross(n).try_normalize() {
             Some(t) => (t.cross(n), t),
@@ -149,7 +164,11 @@ mod tests {
 
     fn triangle() -> Triangle {
         Triangle {
-            p: [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(2.0, 3.0, 0.0)],
+            p: [
+                DVec3::ZERO,
+                DVec3::new(2.0, 0.0, 0.0),
+                DVec3::new(2.0, 3.0, 0.0),
+            ],
             normals: None,
             tangents: None,
             uv: DEFAULT_UV.map(Vec2::as_dvec2),
@@ -163,26 +182,47 @@ mod tests {
         let s = t.surface([0.2, 0.3, 0.5]);
         assert_eq!(s.n, DVec3::Z);
         for (p, uv) in t.p.iter().zip(t.uv) {
-            let moved = s.p + s.dpdu * (uv.x - f64::from(s.uv.x)) + s.dpdv * (uv.y - f64::from(s.uv.y));
+            let moved =
+                s.p + s.dpdu * (uv.x - f64::from(s.uv.x)) + s.dpdv * (uv.y - f64::from(s.uv.y));
             assert!((*p - moved).length() < 1e-6); // uv are single precision
         }
     }
 
     #[test]
     fn degenerate_parameters_give_some_frame() {
-        let t = Triangle { uv: [DVec2::ONE; 3], ..triangle() };
+        let t = Triangle {
+            uv: [DVec2::ONE; 3],
+            ..triangle()
+        };
         let s = t.surface([0.2, 0.3, 0.5]);
         assert!(s.dpdu.cross(s.dpdv).dot(s.n) > 0.5);
     }
 
     #[test]
     fn interpolated_normals_decide_the_side() {
-        let down = Triangle { normals: Some([-DVec3::Z; 3]), ..triangle() };
+        let down = Triangle {
+            normals: Some([-DVec3::Z; 3]),
+            ..triangle()
+        };
         assert_eq!(down.surface([0.2, 0.3, 0.5]).n, -DVec3::Z);
-        let orientation = Orientation { flip_geometric: true, flip_shading: true };
-        assert_eq!(Triangle { orientation, ..down }.surface([0.2, 0.3, 0.5]).n, DVec3::Z);
+        let orientation = Orientation {
+            flip_geometric: true,
+            flip_shading: true,
+        };
+        assert_eq!(
+            Triangle {
+                orientation,
+                ..down
+            }
+            .surface([0.2, 0.3, 0.5])
+            .n,
+            DVec3::Z
+        );
         // Cancelling normals leave the geometric one.
-        let none = Triangle { normals: Some([DVec3::Z, -DVec3::Z, DVec3::ZERO]), ..triangle() };
+        let none = Triangle {
+            normals: Some([DVec3::Z, -DVec3::Z, DVec3::ZERO]),
+            ..triangle()
+        };
         assert_eq!(none.surface([0.5, 0.5, 0.0]).shading_n, DVec3::Z);
     }
 
@@ -202,8 +242,13 @@ mod tests {
     #[test]
     fn barycentrics_locate_the_point() {
         let t = triangle();
-        let b = t.barycentrics(DVec3::new(1.5, 1.0, 7.0), DVec3::new(0.0, 0.0, -1.0)).unwrap();
+        let b = t
+            .barycentrics(DVec3::new(1.5, 1.0, 7.0), DVec3::new(0.0, 0.0, -1.0))
+            .unwrap();
         assert!((interpolate(&t.p, b) - DVec3::new(1.5, 1.0, 0.0)).length() < 1e-15);
-        assert!(t.barycentrics(DVec3::new(1.5, 1.0, 7.0), DVec3::X).is_none());
+        assert!(
+            t.barycentrics(DVec3::new(1.5, 1.0, 7.0), DVec3::X)
+                .is_none()
+        );
     }
 }

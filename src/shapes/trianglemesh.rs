@@ -50,7 +50,10 @@ impl TriangleMeshSpec {
         };
         let positions = triples(points).map(DVec3::from).collect::<Vec<_>>();
         if indices.len() % 3 != 0 {
-            reader.warn("indices", "the number of indices is no multiple of 3: the last ones are dropped");
+            reader.warn(
+                "indices",
+                "the number of indices is no multiple of 3: the last ones are dropped",
+            );
         }
         let indices = match check_indices(indices, positions.len()) {
             Ok(indices) => indices,
@@ -60,9 +63,18 @@ impl TriangleMeshSpec {
             }
         };
         let per_vertex = |name: &str, values: Option<&[f64]>| -> Vec<Vec3> {
-            let Some(values) = values else { return Vec::new() };
+            let Some(values) = values else {
+                return Vec::new();
+            };
             if values.len() / 3 != positions.len() {
-                reader.error(name, format!("{} for {} vertices: they are not used", values.len() / 3, positions.len()));
+                reader.error(
+                    name,
+                    format!(
+                        "{} for {} vertices: they are not used",
+                        values.len() / 3,
+                        positions.len()
+                    ),
+                );
                 return Vec::new();
             }
             triples(values).map(|v| DVec3::from(v).as_vec3()).collect()
@@ -75,7 +87,11 @@ impl TriangleMeshSpec {
             positions,
             warnings: Vec::new(),
         };
-        Some(TriangleMeshSpec { data, alpha, shadow_alpha })
+        Some(TriangleMeshSpec {
+            data,
+            alpha,
+            shadow_alpha,
+        })
     }
 }
 
@@ -88,24 +104,52 @@ fn check_indices(indices: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, Stri
     let limit = vertices.min(u32::MAX as usize);
     let valid = |&i: &f64| i.trunc() >= 0.0 && i.trunc() < limit as f64;
     if let Some(bad) = indices.iter().find(|i| !valid(i)) {
-        return Err(format!("vertex {bad} does not exist: there are {vertices} vertices, numbered from 0"));
+        return Err(format!(
+            "vertex {bad} does not exist: there are {vertices} vertices, numbered from 0"
+        ));
     }
-    Ok(indices.as_chunks::<3>().0.iter().map(|t| t.map(|i| i as u32)).collect())
+    Ok(indices
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(|t| t.map(|i| i as u32))
+        .collect())
 }
 
 /// One pair a vertex: too few are dropped with an error, too many cut with a warning.
-fn texture_coordinates(reader: &ParamReader, name: &str, values: Option<&[f64]>, vertices: usize) -> Vec<Vec2> {
-    let Some(values) = values else { return Vec::new() };
+fn texture_coordinates(
+    reader: &ParamReader,
+    name: &str,
+    values: Option<&[f64]>,
+    vertices: usize,
+) -> Vec<Vec2> {
+    let Some(values) = values else {
+        return Vec::new();
+    };
     let pairs = values.len() / 2;
     if pairs < vertices {
-        reader.error(name, format!("{pairs} texture coordinates for {vertices} vertices: they are not used"));
+        reader.error(
+            name,
+            format!("{pairs} texture coordinates for {vertices} vertices: they are not used"),
+        );
         return Vec::new();
     }
     if pairs > vertices {
-        reader.warn(name, format!("{pairs} texture coordinates for {vertices} vertices: the last ones are not used"));
+        reader.warn(
+            name,
+            format!(
+                "{pairs} texture coordinates for {vertices} vertices: the last ones are not used"
+            ),
+        );
     }
     let narrow = |&[u, v]: &[f64; 2]| Vec2::new(u as f32, v as f32);
-    values.as_chunks::<2>().0.iter().take(vertices).map(narrow).collect()
+    values
+        .as_chunks::<2>()
+        .0
+        .iter()
+        .take(vertices)
+        .map(narrow)
+        .collect()
 }
 
 #[cfg(test)]
@@ -114,9 +158,20 @@ mod tests {
 
     #[test]
     fn indices_out_of_range_are_refused() {
-        assert_eq!(check_indices(&[0.0, 1.0, 2.0, 2.0], 3).unwrap(), [[0, 1, 2]]);
-        assert!(check_indices(&[0.0, 1.0, 3.0], 3).unwrap_err().contains("vertex 3"));
-        assert!(check_indices(&[0.0, -1.0, 2.0], 3).unwrap_err().contains("vertex -1"));
+        assert_eq!(
+            check_indices(&[0.0, 1.0, 2.0, 2.0], 3).unwrap(),
+            [[0, 1, 2]]
+        );
+        assert!(
+            check_indices(&[0.0, 1.0, 3.0], 3)
+                .unwrap_err()
+                .contains("vertex 3")
+        );
+        assert!(
+            check_indices(&[0.0, -1.0, 2.0], 3)
+                .unwrap_err()
+                .contains("vertex -1")
+        );
         assert!(check_indices(&[0.0, f64::NAN, 2.0], 3).is_err());
         // −0.5 truncates to 0.
         assert!(check_indices(&[0.0, -0.5, 2.0], 3).is_ok());

@@ -4,7 +4,10 @@ use super::*;
 pub fn points(n: usize) -> impl Iterator<Item = DVec2> {
     (0..n).map(|i| {
         let i = i as f64 + 0.5;
-        DVec2::new((i * 0.754_877_666_246_692_7).fract(), (i * 0.569_840_290_998_053_2).fract())
+        DVec2::new(
+            (i * 0.754_877_666_246_692_7).fract(),
+            (i * 0.569_840_290_998_053_2).fract(),
+        )
     })
 }
 
@@ -23,7 +26,10 @@ pub fn check_derivatives(shape: &impl ObjectSurface) {
         let p = shape.sample(u);
         let at = shape.at(p);
         assert!((at.n.length() - 1.0).abs() < 1e-12);
-        assert!((at.dpdu.cross(at.dpdv).normalize() - at.n).length() < 1e-9, "{at:?}");
+        assert!(
+            (at.dpdu.cross(at.dpdv).normalize() - at.n).length() < 1e-9,
+            "{at:?}"
+        );
         for (axis, dp, dn) in [(0, at.dpdu, at.dndu), (1, at.dpdv, at.dndv)] {
             // Back onto the surface from above; from both sides of a thin one the nearer counts.
             let above = p + dp * STEP + at.n * 1e-3;
@@ -33,9 +39,14 @@ pub fn check_derivatives(shape: &impl ObjectSurface) {
             let moved = shape.at(q);
             let mut expected = DVec2::ZERO;
             expected[axis] = STEP;
-            assert!((moved.uv - at.uv - expected).length() < 30.0 * STEP * STEP * dp.length().max(1.0));
+            assert!(
+                (moved.uv - at.uv - expected).length() < 30.0 * STEP * STEP * dp.length().max(1.0)
+            );
             let change = (moved.n - at.n) / STEP;
-            assert!((change - dn).length() < 30.0 * STEP * dn.length().max(1.0), "{change} {dn}");
+            assert!(
+                (change - dn).length() < 30.0 * STEP * dn.length().max(1.0),
+                "{change} {dn}"
+            );
         }
     }
 }
@@ -44,12 +55,19 @@ pub fn check_derivatives(shape: &impl ObjectSurface) {
 pub fn check_hits(shape: &impl ObjectSurface) {
     for (i, u) in points(2000).enumerate() {
         let target = shape.sample(u);
-        let o = DVec3::new((i as f64 * 0.7).sin(), (i as f64 * 1.1).cos(), (i as f64 * 0.3).sin()) * (1.0 + i as f64 * 0.01);
+        let o = DVec3::new(
+            (i as f64 * 0.7).sin(),
+            (i as f64 * 1.1).cos(),
+            (i as f64 * 0.3).sin(),
+        ) * (1.0 + i as f64 * 0.01);
         let d = target - o;
         let Some((t, p)) = shape.intersect(o, d) else {
             // Rounding may put a point of the cut outside.
             let uv = shape.at(target).uv;
-            assert!(uv.cmplt(DVec2::splat(1e-6)).any() || uv.cmpgt(DVec2::splat(1.0 - 1e-6)).any(), "missed {target} from {o}");
+            assert!(
+                uv.cmplt(DVec2::splat(1e-6)).any() || uv.cmpgt(DVec2::splat(1.0 - 1e-6)).any(),
+                "missed {target} from {o}"
+            );
             continue;
         };
         assert!(t <= 1.0 + 1e-7, "{t}");
@@ -157,10 +175,15 @@ fn hits_lie_within_their_error_boxes_at_every_scale() {
             for u in points(300) {
                 let object = form.sample(u);
                 let surface = quadric.surface(object);
-                let ray = crate::math::ray::Ray::new(crate::math::Vec3::ZERO, crate::math::Vec3::X, 0.0);
+                let ray =
+                    crate::math::ray::Ray::new(crate::math::Vec3::ZERO, crate::math::Vec3::X, 0.0);
                 let hit = surface.hit(&ray);
                 let off = (hit.p.as_dvec3() - surface.p).abs();
-                assert!(off.cmple(hit.p_error.as_dvec3()).all(), "{off} {}", hit.p_error);
+                assert!(
+                    off.cmple(hit.p_error.as_dvec3()).all(),
+                    "{off} {}",
+                    hit.p_error
+                );
                 // And the bound is not much more than the rounding: 2 ulp of the largest
                 // coordinate.
                 let ulp = f64::from(hit.p.abs().max_element()) * f64::from(f32::EPSILON);
@@ -178,11 +201,15 @@ fn normals_stay_perpendicular_and_derivatives_follow() {
             for u in points(100) {
                 let object = form.sample(DVec2::splat(0.05) + u * 0.9);
                 let s = quadric.surface(object);
-                assert!(s.n.dot(s.dpdu.normalize()).abs() < 1e-9 && s.n.dot(s.dpdv.normalize()).abs() < 1e-9);
+                assert!(
+                    s.n.dot(s.dpdu.normalize()).abs() < 1e-9
+                        && s.n.dot(s.dpdv.normalize()).abs() < 1e-9
+                );
                 // n over a step of u, against ∂n/∂u.
                 let step = 1e-5;
                 let at = form.at(object);
-                let Some((_, moved)) = form.intersect(object + at.dpdu * step + at.n * 1e-3, -at.n) else {
+                let Some((_, moved)) = form.intersect(object + at.dpdu * step + at.n * 1e-3, -at.n)
+                else {
                     continue;
                 };
                 let change = (quadric.surface(moved).n - s.n) / step;
