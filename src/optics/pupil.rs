@@ -266,17 +266,28 @@ pub fn boundary(lens: &Lens, radius: f64, plane_z: f64) -> Vec<[f64; 2]> {
 }
 
 /// The smallest t, to [`BOUNDARY_TOLERANCE`] and not below, where `inside` ends; `inside(0)` holds.
+/// Brackets it from `guess`, by steps that double each time, then bisects.
 fn first_outside(inside: impl Fn(f64) -> bool, guess: f64) -> f64 {
-    let (mut low, mut high) = (0.0, guess);
-    // Every region is bounded: 2^2000 mm is beyond f64. The count only guards against a caller's mistake.
-    for _ in 0..2000 {
-        if !inside(high) {
-            break;
+    let (mut low, mut high) = (guess, guess);
+    let mut factor: f64 = 1.0 / 64.0;
+    // Factors 1 + 2^k/64 leave the range of f64 within 60 steps either way.
+    if inside(guess) {
+        for _ in 0..60 {
+            high = low * (1.0 + factor);
+            if !inside(high) {
+                break;
+            }
+            (low, factor) = (high, 2.0 * factor);
         }
-        low = high;
-        high *= 1.25 + 0.75 * f64::from(u8::from(low < 1e-3));
+    } else {
+        for _ in 0..60 {
+            low = high / (1.0 + factor);
+            if inside(low) {
+                break;
+            }
+            (high, factor) = (low, 2.0 * factor);
+        }
     }
-    // Bisects from 0 to the tolerance where the first guess was outside: 60 halvings reach any scale above it.
     for _ in 0..60 {
         if high - low <= BOUNDARY_TOLERANCE * high {
             break;
@@ -380,8 +391,8 @@ impl RingSearch<'_> {
                 .filter(|(radius, p)| self.passes(*radius, *p))
                 .map(|(radius, p)| self.undrifted(radius, p)),
         );
+        let mut ellipse = enclosing_ellipse(&points)?;
         for _ in 0..4 {
-            let ellipse = enclosing_ellipse(&points)?;
             let before = points.len();
             points.extend(probes_around(&ellipse).enumerate().filter_map(|(i, p)| {
                 let radius = self.radius(i);
@@ -391,8 +402,8 @@ impl RingSearch<'_> {
             if points.len() == before {
                 break;
             }
+            ellipse = enclosing_ellipse(&points)?;
         }
-        let ellipse = enclosing_ellipse(&points)?;
         Some(Ring {
             ellipse,
             drift: self.drift,
@@ -447,9 +458,11 @@ fn probes_around(ellipse: &Ellipse) -> impl Iterator<Item = [f64; 2]> {
 /// for no points. For each ratio of the axes the best circle after scaling y, and of the ratios the
 /// one with the least area.
 fn enclosing_ellipse(points: &[[f64; 2]]) -> Option<Ellipse> {
-    let max = |f: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(f).fold(f64::NEG_INFINITY, f64::max);
-    let (low, high, top) = (-max(&|p| -p[0]), max(&|p| p[0]), max(&|p| p[1]));
-    if points.is_empty() || !(high - low).is_finite() || !top.is_finite() {
+    let (mut low, mut high, mut top) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
+    for p in points {
+        (low, high, top) = (low.min(p[0]), high.max(p[0]), top.max(p[1]));
+    }
+    if !(high - low).is_finite() || !top.is_finite() {
         return None;
     }
     // Regions thinner than this part of their length are as good as lines.
@@ -457,7 +470,13 @@ fn enclosing_ellipse(points: &[[f64; 2]]) -> Option<Ellipse> {
     let height = top.max(1e-6 * width);
     let fit = |log_ratio: f64| {
         let ratio = height / width * log_ratio.exp();
-        let farthest = |center: f64| max(&|p| (p[0] - center).powi(2) + (p[1] / ratio).powi(2));
+        let farthest = |center: f64| {
+            let distance2 = |p: &[f64; 2]| {
+                let (x, y) = (p[0] - center, p[1] / ratio);
+                x * x + y * y
+            };
+            points.iter().map(distance2).fold(0.0, f64::max)
+        };
         let center = valley_coarse(farthest, low, high);
         let radius = farthest(center).sqrt().max(f64::MIN_POSITIVE) * (1.0 + MARGIN);
         Ellipse {

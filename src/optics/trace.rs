@@ -213,6 +213,7 @@ impl<B: Plain> LensTracer<B> {
     /// Takes the ray across surface `i`, with z relative to its vertex. Every comparison is
     /// written so that a NaN blocks.
     #[inline(always)]
+    #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "a NaN must block")]
     fn cross<T: Real<Base = B>>(
         &self,
         i: usize,
