@@ -305,3 +305,26 @@ fn mean_weight(lens: &Lens, pupil: &ExitPupil, film: [f64; 2]) -> (f64, f64) {
     }
     (sum / f64::from(count), passed / f64::from(count))
 }
+
+/// The lenses that come with the program, by their focal lengths (optics study, table 2).
+#[test]
+fn our_lens_files_are_read_without_complaint() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("lenses");
+    for (file, focal_length, stop) in [
+        ("dgauss.100mm.dat", 100.716, 34.2),
+        ("dgauss.50mm.dat", 50.358, 17.1),
+        ("wide.22mm.dat", 22.023, 8.756),
+        ("telephoto.250mm.dat", 249.567, 40.5),
+        ("fisheye.10mm.dat", 9.991, 6.08),
+    ] {
+        let p = Prescription::read(&folder.join(file)).unwrap();
+        assert!(p.warnings.is_empty(), "{file}: {:?}", p.warnings);
+        let paraxial = Paraxial::new(&p.surfaces);
+        // Half the table's last digit.
+        assert!(
+            (paraxial.cardinals.unwrap().focal_length - focal_length).abs() < 5.1e-4,
+            "{file}"
+        );
+        assert_eq!(p.surfaces[paraxial.stop].aperture, stop, "{file}");
+    }
+}
