@@ -48,12 +48,21 @@ pub struct ShadingGeometry {
 impl SurfaceHit {
     /// A ray leaving this point in unit direction `d`, starting outside the error box.
     pub fn spawn_ray(&self, d: Vec3) -> Ray {
-        Ray::new(offset_ray_origin(self.p, self.p_error, self.n, d), d, self.time)
+        Ray::new(
+            offset_ray_origin(self.p, self.p_error, self.n, d),
+            d,
+            self.time,
+        )
     }
 
     /// What light sampling needs of this point.
     pub fn reference_point(&self) -> ReferencePoint {
-        ReferencePoint { p: self.p, p_error: self.p_error, n: self.n, time: self.time }
+        ReferencePoint {
+            p: self.p,
+            p_error: self.p_error,
+            n: self.n,
+            time: self.time,
+        }
     }
 
     /// The texture footprint of one film sample here, from the shifted rays' meetings with the
@@ -83,9 +92,18 @@ impl SurfaceHit {
         let solve = |b: Vec3| {
             let du = (self.dpdv[j] * b[i] - self.dpdv[i] * b[j]) / det;
             let dv = (self.dpdu[i] * b[j] - self.dpdu[j] * b[i]) / det;
-            if du.is_finite() && dv.is_finite() { Vec2::new(du, dv) } else { Vec2::ZERO }
+            if du.is_finite() && dv.is_finite() {
+                Vec2::new(du, dv)
+            } else {
+                Vec2::ZERO
+            }
         };
-        Footprint { dpdx, dpdy, duvdx: solve(dpdx), duvdy: solve(dpdy) }
+        Footprint {
+            dpdx,
+            dpdy,
+            duvdx: solve(dpdx),
+            duvdy: solve(dpdy),
+        }
     }
 }
 
@@ -135,11 +153,20 @@ impl ReferencePoint {
         let d = t - o;
         let distance = d.length();
         // A ten-thousandth short of the target, as pbrt: the light itself is no obstacle.
-        Ray { o, d: d / distance, t_max: distance * (1.0 - 1e-4), time: self.time }
+        Ray {
+            o,
+            d: d / distance,
+            t_max: distance * (1.0 - 1e-4),
+            time: self.time,
+        }
     }
 
     /// A shadow ray from here in unit direction `d` that never ends.
     pub fn shadow_ray_toward(&self, d: Vec3) -> Ray {
-        Ray::new(offset_ray_origin(self.p, self.p_error, self.n, d), d, self.time)
+        Ray::new(
+            offset_ray_origin(self.p, self.p_error, self.n, d),
+            d,
+            self.time,
+        )
     }
 }

@@ -39,7 +39,12 @@ pub fn build(
     render_from_world: &Transform,
     diagnostics: &Diagnostics,
 ) -> Option<Placed> {
-    let mut adder = Adder { area_lights: &shapes.area_lights, lights, groups: 0, diagnostics };
+    let mut adder = Adder {
+        area_lights: &shapes.area_lights,
+        lights,
+        groups: 0,
+        diagnostics,
+    };
     let mut top = GeometryBuilder::default();
     for (shape, attributes) in adder.compile(shapes.placed, render_from_world) {
         top.add(shape, attributes);
@@ -58,7 +63,11 @@ pub fn build(
         top.add_instance(instance.object, &render_from_object);
     }
     match top.build(objects) {
-        Ok(geometry) => Some(Placed { geometry, lights: adder.lights, sampled_lights }),
+        Ok(geometry) => Some(Placed {
+            geometry,
+            lights: adder.lights,
+            sampled_lights,
+        }),
         Err(error) => {
             diagnostics.push(Diagnostic::error(error.to_string()));
             None
@@ -84,11 +93,16 @@ impl Adder<'_> {
             .into_par_iter()
             .map(|shape| {
                 let level_from_shape = *level_from_world * shape.world_from_shape;
-                let result = shape.spec.compile(&level_from_shape, shape.reverse_orientation);
+                let result = shape
+                    .spec
+                    .compile(&level_from_shape, shape.reverse_orientation);
                 (shape, result)
             })
             .collect();
-        compiled.into_iter().filter_map(|(shape, result)| self.attributes(&shape, result)).collect()
+        compiled
+            .into_iter()
+            .filter_map(|(shape, result)| self.attributes(&shape, result))
+            .collect()
     }
 
     fn attributes(
@@ -109,11 +123,14 @@ impl Adder<'_> {
             }
         };
         for warning in compiled.warnings() {
-            self.diagnostics.push(Diagnostic::warning(warning.clone()).at(shape.span));
+            self.diagnostics
+                .push(Diagnostic::warning(warning.clone()).at(shape.span));
         }
         let attributes = PrimitiveAttributes {
             material: shape.material,
-            light: shape.area_light.map(|light| self.add_lights(&compiled, light)),
+            light: shape
+                .area_light
+                .map(|light| self.add_lights(&compiled, light)),
             alpha: shape.spec.alpha(),
             shadow_alpha: shape.spec.shadow_alpha(),
         };
@@ -125,7 +142,11 @@ impl Adder<'_> {
         let first = LightId(self.lights.len() as u32);
         let spec = &self.area_lights[area_light];
         for emitter in shape.emitters() {
-            self.lights.push(Light::DiffuseArea(DiffuseAreaLight::new(spec, emitter, self.groups)));
+            self.lights.push(Light::DiffuseArea(DiffuseAreaLight::new(
+                spec,
+                emitter,
+                self.groups,
+            )));
         }
         self.groups += 1;
         first

@@ -7,7 +7,11 @@ use crate::syntax::{Diagnostic, Diagnostics};
 
 /// Puts every light into render space. A map that cannot be read is reported; the light then
 /// shines with its constant radiance, as in pbrt-v3.
-pub fn place(specs: &[LightSpec], render_from_world: &Transform, diagnostics: &Diagnostics) -> Vec<Light> {
+pub fn place(
+    specs: &[LightSpec],
+    render_from_world: &Transform,
+    diagnostics: &Diagnostics,
+) -> Vec<Light> {
     specs
         .iter()
         .map(|spec| {
@@ -26,7 +30,11 @@ fn environment_map(spec: &InfiniteSpec, diagnostics: &Diagnostics) -> Option<Env
         Ok(picture) => {
             let (width, height) = (picture.width, picture.height);
             let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-            EnvironmentMap::new(width, height, texels.map(|(x, y)| picture.pixel(x, y)).collect())
+            EnvironmentMap::new(
+                width,
+                height,
+                texels.map(|(x, y)| picture.pixel(x, y)).collect(),
+            )
         }
         Err(error) => {
             diagnostics.push(Diagnostic::error(error.to_string()));

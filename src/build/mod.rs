@@ -42,7 +42,10 @@ pub fn build(frame: Frame, seed: u64) -> (Option<Built>, Diagnostics) {
 fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built> {
     let options = frame.options;
     let render_from_world = render_from_world(&options.camera_from_world);
-    let film = FilmGeometry { resolution: options.film.resolution, diagonal_mm: options.film.diagonal_mm };
+    let film = FilmGeometry {
+        resolution: options.film.resolution,
+        diagonal_mm: options.film.diagonal_mm,
+    };
     let render_from_camera = render_from_world * options.camera_from_world.inverted();
     let camera = match Camera::new(&options.camera, &film, &render_from_camera) {
         Ok(camera) => camera,
@@ -51,8 +54,11 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
             return None;
         }
     };
-    let (textures, problems) =
-        Textures::compile(&frame.float_textures, &frame.spectrum_textures, &render_from_world);
+    let (textures, problems) = Textures::compile(
+        &frame.float_textures,
+        &frame.spectrum_textures,
+        &render_from_world,
+    );
     for problem in problems {
         diagnostics.push(Diagnostic::error(problem.to_string()));
     }
@@ -64,17 +70,45 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         area_lights: frame.area_lights,
     };
     let placed = geometry::build(shapes, lights, &render_from_world, diagnostics)?;
-    let world = World::new(placed.geometry, frame.materials, textures, placed.lights, placed.sampled_lights);
+    let world = World::new(
+        placed.geometry,
+        frame.materials,
+        textures,
+        placed.lights,
+        placed.sampled_lights,
+    );
     let mut description = options.camera.describe(&film);
-    description.extend(options.camera.warnings(&film).into_iter().map(|w| format!("warning: {w}")));
+    description.extend(
+        options
+            .camera
+            .warnings(&film)
+            .into_iter()
+            .map(|w| format!("warning: {w}")),
+    );
     let integrator = Integrator::new(&options.integrator.spec, &world);
     let metadata = metadata(&options, &film);
     let sampler = Sampler::new(&options.sampler, seed);
-    let filter = if options.sampler.pixel_centers { options.filter.at_pixel_centers() } else { options.filter };
+    let filter = if options.sampler.pixel_centers {
+        options.filter.at_pixel_centers()
+    } else {
+        options.filter
+    };
     let film = options.film;
     let sampled = sampled_bounds(film.pixel_bounds(), options.integrator.pixel_bounds);
-    let shot = Shot { world, camera, integrator, sampler, filter, film, sampled };
-    Some(Built { shot, metadata, description })
+    let shot = Shot {
+        world,
+        camera,
+        integrator,
+        sampler,
+        filter,
+        film,
+        sampled,
+    };
+    Some(Built {
+        shot,
+        metadata,
+        description,
+    })
 }
 
 /// World to render space: minus the camera's position.

@@ -38,7 +38,9 @@ fn pinhole(left: f64, right: f64, top: f64, bottom: f64, pinhole_z: f64) -> DMat
 }
 
 fn perspective(spec: &PerspectiveSpec, film: &FilmGeometry) -> DMat4 {
-    let [xmin, xmax, ymin, ymax] = spec.window(film).map(|v| v * (0.5 * spec.fov).to_radians().tan());
+    let [xmin, xmax, ymin, ymax] = spec
+        .window(film)
+        .map(|v| v * (0.5 * spec.fov).to_radians().tan());
     pinhole(xmin, xmax, ymax, ymin, 0.0)
 }
 

@@ -22,7 +22,11 @@ pub fn run(args: &CheckArgs) -> ExitCode {
     for scene in &args.scenes {
         refused += usize::from(!check(scene, &args.read));
     }
-    if refused > 0 { ExitCode::from(BAD_INPUT) } else { ExitCode::SUCCESS }
+    if refused > 0 {
+        ExitCode::from(BAD_INPUT)
+    } else {
+        ExitCode::SUCCESS
+    }
 }
 
 fn check(path: &Path, args: &ReadArgs) -> bool {

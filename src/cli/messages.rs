@@ -11,7 +11,11 @@ pub fn read(
     settings: &ReadSettings,
     sources: &SourceMap,
 ) -> (Option<SceneDescription>, Diagnostics) {
-    let main = if path == Path::new("-") { sources.open_stdin() } else { sources.open(path) };
+    let main = if path == Path::new("-") {
+        sources.open_stdin()
+    } else {
+        sources.open(path)
+    };
     match main {
         Ok(main) => {
             let (scene, diagnostics) = read_scene(sources, main, settings);
@@ -27,9 +31,17 @@ pub fn read(
 
 /// Prints all messages to standard error, in colour on a terminal.
 pub fn print(diagnostics: &Diagnostics, sources: &SourceMap) {
-    let style = if std::io::stderr().is_terminal() { Style::Colored } else { Style::Plain };
+    let style = if std::io::stderr().is_terminal() {
+        Style::Colored
+    } else {
+        Style::Plain
+    };
     // Standard error may be closed; there is nobody left to tell.
-    let _ = write!(std::io::stderr().lock(), "{}", diagnostics.render(sources, style));
+    let _ = write!(
+        std::io::stderr().lock(),
+        "{}",
+        diagnostics.render(sources, style)
+    );
 }
 
 /// Prints one line of trouble that has no place in a file.

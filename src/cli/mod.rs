@@ -81,7 +81,11 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Err(error) => {
             // Printing help can only fail where nobody reads it.
             let _ = error.print();
-            return if error.use_stderr() { ExitCode::from(BAD_INPUT) } else { ExitCode::SUCCESS };
+            return if error.use_stderr() {
+                ExitCode::from(BAD_INPUT)
+            } else {
+                ExitCode::SUCCESS
+            };
         }
     };
     match cli.command {
@@ -94,7 +98,16 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// `fstop SCENE` means `fstop render SCENE`: where the first argument is no command and asks for
 /// no help, `render` is put before it.
 fn with_default_command(mut args: Vec<OsString>) -> Vec<OsString> {
-    const COMMANDS: [&str; 8] = ["render", "check", "lens", "help", "-h", "--help", "-V", "--version"];
+    const COMMANDS: [&str; 8] = [
+        "render",
+        "check",
+        "lens",
+        "help",
+        "-h",
+        "--help",
+        "-V",
+        "--version",
+    ];
     let first = args.get(1).map(|a| a.to_string_lossy().into_owned());
     if let Some(first) = first
         && !COMMANDS.contains(&first.as_str())
@@ -116,7 +129,11 @@ mod tests {
 
     #[test]
     fn a_scene_alone_is_rendered() {
-        let args = with_default_command(["fstop", "a.pbrt", "--spp", "4"].map(OsString::from).to_vec());
+        let args = with_default_command(
+            ["fstop", "a.pbrt", "--spp", "4"]
+                .map(OsString::from)
+                .to_vec(),
+        );
         assert_eq!(args[1], "render");
         let args = with_default_command(["fstop", "check", "a.pbrt"].map(OsString::from).to_vec());
         assert_eq!(args.len(), 3);

@@ -126,7 +126,11 @@ fn render_frame(
         report_start(&built);
     }
     let shot = &built.shot;
-    let progress = Progress::new(shot.film.pixel_bounds().area() as u64, shot.sampler.spp(), args.quiet);
+    let progress = Progress::new(
+        shot.film.pixel_bounds().area() as u64,
+        shot.sampler.spp(),
+        args.quiet,
+    );
     let rendering = Instant::now();
     let film = pool.install(|| render::render(shot, args.tile_size, &progress));
     progress.finish();
@@ -136,7 +140,12 @@ fn render_frame(
     }
     let metadata = FilmMetadata {
         seed: args.seed,
-        scene: args.scene.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        scene: args
+            .scene
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned(),
         ..built.metadata
     };
     for path in [Some(output), args.png.as_deref()].into_iter().flatten() {
@@ -159,9 +168,15 @@ fn apply(args: &RenderArgs, frame: &mut Frame) -> Result<(), String> {
         options.sampler = options.sampler.clone().with_spp(spp);
     }
     let scene_crops = options.film.crop_window != [0.0, 1.0, 0.0, 1.0];
-    let crop = args.crop.as_ref().or(args.cropwindow.as_ref().filter(|_| !scene_crops));
+    let crop = args
+        .crop
+        .as_ref()
+        .or(args.cropwindow.as_ref().filter(|_| !scene_crops));
     if let Some(crop) = crop {
-        options.film.set_crop(crop).map_err(|e| format!("--crop: {e}"))?;
+        options
+            .film
+            .set_crop(crop)
+            .map_err(|e| format!("--crop: {e}"))?;
     }
     Ok(())
 }
@@ -183,9 +198,14 @@ fn report_end(
     let samples = film.bounds().area() as f64 * f64::from(shot.sampler.spp());
     let seconds = rendering.elapsed().as_secs_f64();
     if film.dropped() > 0 {
-        eprintln!("warning: {} samples were not finite and count as black", film.dropped());
+        eprintln!(
+            "warning: {} samples were not finite and count as black",
+            film.dropped()
+        );
     }
-    let also = png.map(|p| format!(" and {}", p.display())).unwrap_or_default();
+    let also = png
+        .map(|p| format!(" and {}", p.display()))
+        .unwrap_or_default();
     eprintln!(
         "{}{also}: {} samples a pixel, {:.2} s ({:.2} M samples/s), {:.2} s in all",
         output.display(),

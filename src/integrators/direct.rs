@@ -11,7 +11,13 @@ use crate::world::World;
 
 /// One estimate of the light that `id` sends to `surface` and on toward its `wo`.
 /// Perfectly specular lobes take no part.
-pub fn estimate(world: &World, surface: &SurfaceHit, bsdf: &Bsdf, id: LightId, stream: &mut SampleStream) -> Rgb {
+pub fn estimate(
+    world: &World,
+    surface: &SurfaceHit,
+    bsdf: &Bsdf,
+    id: LightId,
+    stream: &mut SampleStream,
+) -> Rgb {
     let (light_u, lobe, direction_u) = (stream.next_2d(), stream.next_1d(), stream.next_2d());
     let light = world.light(id);
     let from = surface.reference_point();
@@ -20,20 +26,29 @@ pub fn estimate(world: &World, surface: &SurfaceHit, bsdf: &Bsdf, id: LightId, s
         let f = bsdf.f(surface.wo, sample.wi) * sample.wi.dot(bsdf.shading_normal()).abs();
         let contribution = f * sample.radiance;
         if !is_black(contribution) && !world.occluded(&sample.shadow) {
-            let weight =
-                if sample.delta { 1.0 } else { power_heuristic(sample.pdf, bsdf.pdf(surface.wo, sample.wi)) };
+            let weight = if sample.delta {
+                1.0
+            } else {
+                power_heuristic(sample.pdf, bsdf.pdf(surface.wo, sample.wi))
+            };
             sum += contribution * (weight / sample.pdf);
         }
     }
     if light.is_delta() {
         return sum;
     }
-    let Some(sample) = bsdf.sample(surface.wo, lobe, direction_u).filter(|s| !s.specular) else {
+    let Some(sample) = bsdf
+        .sample(surface.wo, lobe, direction_u)
+        .filter(|s| !s.specular)
+    else {
         return sum;
     };
     let ray = surface.spawn_ray(sample.wi);
     let (radiance, light_pdf) = match world.intersect(&ray) {
-        Some(hit) if hit.light == Some(id) => (light.emitted(&hit.surface), light.pdf(&from, ray.d, Some(&hit.surface))),
+        Some(hit) if hit.light == Some(id) => (
+            light.emitted(&hit.surface),
+            light.pdf(&from, ray.d, Some(&hit.surface)),
+        ),
         None if light.is_infinite() => (light.escaped(ray.d), light.pdf(&from, ray.d, None)),
         _ => return sum,
     };

@@ -30,7 +30,10 @@ pub struct DirectLighting {
 
 impl Default for DirectLighting {
     fn default() -> Self {
-        DirectLighting { max_depth: 5, strategy: Strategy::All }
+        DirectLighting {
+            max_depth: 5,
+            strategy: Strategy::All,
+        }
     }
 }
 
@@ -55,28 +58,45 @@ impl DirectLighting {
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
     ) -> Rgb {
-        specular::trace(world, self.max_depth, ray, differentials, stream, |hit, bsdf, stream| {
-            if !bsdf.has_non_specular() {
-                return Rgb::ZERO;
-            }
-            match self.strategy {
-                Strategy::One => {
-                    let choice = stream.next_1d();
-                    let Some((id, probability)) = selector.sample(&hit.surface.reference_point(), choice) else {
-                        return Rgb::ZERO;
-                    };
-                    direct::estimate(world, &hit.surface, bsdf, id, stream) / probability
+        specular::trace(
+            world,
+            self.max_depth,
+            ray,
+            differentials,
+            stream,
+            |hit, bsdf, stream| {
+                if !bsdf.has_non_specular() {
+                    return Rgb::ZERO;
                 }
-                Strategy::All => (0..world.sampled_lights().len())
-                    .map(|i| {
-                        let samples = world.lights[i].sample_count();
-                        let sum: Rgb = (0..samples)
-                            .map(|_| direct::estimate(world, &hit.surface, bsdf, LightId(i as u32), stream))
-                            .sum();
-                        sum / samples as f32
-                    })
-                    .sum(),
-            }
-        })
+                match self.strategy {
+                    Strategy::One => {
+                        let choice = stream.next_1d();
+                        let Some((id, probability)) =
+                            selector.sample(&hit.surface.reference_point(), choice)
+                        else {
+                            return Rgb::ZERO;
+                        };
+                        direct::estimate(world, &hit.surface, bsdf, id, stream) / probability
+                    }
+                    Strategy::All => (0..world.sampled_lights().len())
+                        .map(|i| {
+                            let samples = world.lights[i].sample_count();
+                            let sum: Rgb = (0..samples)
+                                .map(|_| {
+                                    direct::estimate(
+                                        world,
+                                        &hit.surface,
+                                        bsdf,
+                                        LightId(i as u32),
+                                        stream,
+                                    )
+                                })
+                                .sum();
+                            sum / samples as f32
+                        })
+                        .sum(),
+                }
+            },
+        )
     }
 }

@@ -69,7 +69,10 @@ impl IntegratorSettings {
             Dialect::V2 => IntegratorSpec::DirectLighting(DirectLighting::default()),
             Dialect::V3 => IntegratorSpec::Path(Path::default()),
         };
-        IntegratorSettings { spec, pixel_bounds: None }
+        IntegratorSettings {
+            spec,
+            pixel_bounds: None,
+        }
     }
 
     /// Reads an `Integrator` or `SurfaceIntegrator` directive. Integrators that differ from
@@ -80,23 +83,37 @@ impl IntegratorSettings {
             "directlighting" => IntegratorSpec::DirectLighting(DirectLighting::from_params(reader)),
             "whitted" => IntegratorSpec::Whitted(Whitted::from_params(reader)),
             "bdpt" | "mlt" | "sppm" => {
-                reader.note(format!("`{}` is rendered by `path`: the same picture, other noise", reader.kind()));
+                reader.note(format!(
+                    "`{}` is rendered by `path`: the same picture, other noise",
+                    reader.kind()
+                ));
                 read_and_ignore(reader);
                 IntegratorSpec::Path(Path::from_params(reader))
             }
-            "photonmap" | "exphotonmap" | "igi" | "irradiancecache" if reader.dialect() == Dialect::V2 => {
-                reader.note(format!("`{}` is rendered by `path`, which has none of its bias", reader.kind()));
+            "photonmap" | "exphotonmap" | "igi" | "irradiancecache"
+                if reader.dialect() == Dialect::V2 =>
+            {
+                reader.note(format!(
+                    "`{}` is rendered by `path`, which has none of its bias",
+                    reader.kind()
+                ));
                 read_and_ignore(reader);
                 IntegratorSpec::Path(Path::from_params(reader))
             }
             "volpath" => {
-                reader.warn("", "`volpath` is rendered by `path`: participating media are not modelled yet");
+                reader.warn(
+                    "",
+                    "`volpath` is rendered by `path`: participating media are not modelled yet",
+                );
                 IntegratorSpec::Path(Path::from_params(reader))
             }
             "ambientocclusion" | "dipolesubsurface" | "useprobes" | "diffuseprt" | "glossyprt" => {
                 reader.warn(
                     "",
-                    format!("integrator `{}` is not supported yet; `path` is used", reader.kind()),
+                    format!(
+                        "integrator `{}` is not supported yet; `path` is used",
+                        reader.kind()
+                    ),
                 );
                 read_and_ignore(reader);
                 IntegratorSpec::Path(Path::from_params(reader))
@@ -106,19 +123,51 @@ impl IntegratorSettings {
                 IntegratorSpec::Path(Path::from_params(reader))
             }
         };
-        IntegratorSettings { spec, pixel_bounds: pixel_bounds(reader) }
+        IntegratorSettings {
+            spec,
+            pixel_bounds: pixel_bounds(reader),
+        }
     }
 }
 
 /// Parameters of integrators whose work `path` does: legal, and without effect on the picture.
 fn read_and_ignore(reader: &ParamReader) {
     const WITHOUT_EFFECT: &[&str] = &[
-        "bootstrapsamples", "chains", "mutationsperpixel", "largestepprobability", "sigma", "iterations",
-        "numiterations", "photonsperiteration", "imagewritefrequency", "radius", "visualizestrategies",
-        "visualizeweights", "nsamples", "cossample", "causticphotons", "indirectphotons", "nused", "maxdist",
-        "finalgather", "finalgathersamples", "gatherangle", "maxspeculardepth", "maxphotondepth", "nsets", "nlights",
-        "rrthreshold", "mindist", "maxerror", "minweight", "minpixelspacing", "maxpixelspacing", "minsamples",
-        "maxangledifference", "interpolate", "indirectphotons",
+        "bootstrapsamples",
+        "chains",
+        "mutationsperpixel",
+        "largestepprobability",
+        "sigma",
+        "iterations",
+        "numiterations",
+        "photonsperiteration",
+        "imagewritefrequency",
+        "radius",
+        "visualizestrategies",
+        "visualizeweights",
+        "nsamples",
+        "cossample",
+        "causticphotons",
+        "indirectphotons",
+        "nused",
+        "maxdist",
+        "finalgather",
+        "finalgathersamples",
+        "gatherangle",
+        "maxspeculardepth",
+        "maxphotondepth",
+        "nsets",
+        "nlights",
+        "rrthreshold",
+        "mindist",
+        "maxerror",
+        "minweight",
+        "minpixelspacing",
+        "maxpixelspacing",
+        "minsamples",
+        "maxangledifference",
+        "interpolate",
+        "indirectphotons",
     ];
     for name in WITHOUT_EFFECT {
         reader.accept(name);
@@ -137,7 +186,9 @@ fn pixel_bounds(reader: &ParamReader) -> Option<[i32; 4]> {
 
 /// `maxdepth` as a count; negative values count as zero.
 pub(crate) fn max_depth(reader: &ParamReader) -> u32 {
-    reader.integer("maxdepth", 5).clamp(0, i64::from(u32::MAX >> 1)) as u32
+    reader
+        .integer("maxdepth", 5)
+        .clamp(0, i64::from(u32::MAX >> 1)) as u32
 }
 
 /// An integrator ready to run.
@@ -156,7 +207,10 @@ impl Integrator {
             _ => SelectionStrategy::Uniform,
         };
         let (_, radius) = world.geometry.bounds().bounding_sphere();
-        Integrator { spec: spec.clone(), selector: LightSelector::new(world.sampled_lights(), strategy, radius) }
+        Integrator {
+            spec: spec.clone(),
+            selector: LightSelector::new(world.sampled_lights(), strategy, radius),
+        }
     }
 
     /// Radiance along a camera ray.
@@ -168,7 +222,9 @@ impl Integrator {
         stream: &mut SampleStream,
     ) -> Rgb {
         match &self.spec {
-            IntegratorSpec::Path(path) => path.radiance(world, &self.selector, ray, differentials, stream),
+            IntegratorSpec::Path(path) => {
+                path.radiance(world, &self.selector, ray, differentials, stream)
+            }
             IntegratorSpec::DirectLighting(direct) => {
                 direct.radiance(world, &self.selector, ray, differentials, stream)
             }

@@ -33,7 +33,11 @@ pub struct Path {
 
 impl Default for Path {
     fn default() -> Self {
-        Path { max_depth: 5, rr_threshold: 1.0, light_strategy: SelectionStrategy::Spatial }
+        Path {
+            max_depth: 5,
+            rr_threshold: 1.0,
+            light_strategy: SelectionStrategy::Spatial,
+        }
     }
 }
 
@@ -56,7 +60,9 @@ impl Path {
         Path {
             max_depth: super::max_depth(reader) + extra,
             rr_threshold: reader.float("rrthreshold", 1.0) as f32,
-            light_strategy: match reader.choice("lightsamplestrategy", &["spatial", "power", "uniform"]) {
+            light_strategy: match reader
+                .choice("lightsamplestrategy", &["spatial", "power", "uniform"])
+            {
                 "power" => SelectionStrategy::Power,
                 "uniform" => SelectionStrategy::Uniform,
                 _ => SelectionStrategy::Spatial,
@@ -105,7 +111,8 @@ impl Path {
             differentials = None;
             let (choice, light_u) = (stream.next_1d(), stream.next_2d());
             if bsdf.has_non_specular() {
-                radiance += throughput * sampled_light(world, selector, surface, &bsdf, choice, light_u);
+                radiance +=
+                    throughput * sampled_light(world, selector, surface, &bsdf, choice, light_u);
             }
             let (lobe, direction_u) = (stream.next_1d(), stream.next_2d());
             let Some(sample) = bsdf.sample(surface.wo, lobe, direction_u) else {
@@ -123,7 +130,10 @@ impl Path {
             arrival = if sample.specular {
                 Arrival::Direct
             } else {
-                Arrival::Scattered { from: surface.reference_point(), pdf: sample.pdf }
+                Arrival::Scattered {
+                    from: surface.reference_point(),
+                    pdf: sample.pdf,
+                }
             };
             ray = surface.spawn_ray(sample.wi);
             if depth > ROULETTE_AFTER {
@@ -163,12 +173,22 @@ fn sampled_light(
         return Rgb::ZERO;
     }
     let pdf = probability * light.pdf;
-    let weight = if light.delta { 1.0 } else { power_heuristic(pdf, bsdf.pdf(surface.wo, light.wi)) };
+    let weight = if light.delta {
+        1.0
+    } else {
+        power_heuristic(pdf, bsdf.pdf(surface.wo, light.wi))
+    };
     contribution * (weight / pdf)
 }
 
 /// Emission of the surface hit, weighted by how the path arrived.
-fn emitted(world: &World, selector: &LightSelector, ray: &Ray, hit: &GeometryHit, arrival: &Arrival) -> Rgb {
+fn emitted(
+    world: &World,
+    selector: &LightSelector,
+    ray: &Ray,
+    hit: &GeometryHit,
+    arrival: &Arrival,
+) -> Rgb {
     let Some(id) = hit.light else {
         return Rgb::ZERO;
     };
@@ -183,7 +203,11 @@ fn emitted(world: &World, selector: &LightSelector, ray: &Ray, hit: &GeometryHit
         Arrival::Scattered { from, pdf } => {
             let light_pdf = selector.pmf(from, id) * light.pdf(from, ray.d, Some(&hit.surface));
             // A light that is never chosen (an instanced emitter) glows but lights nothing, as in pbrt-v3.
-            if light_pdf > 0.0 { radiance * power_heuristic(*pdf, light_pdf) } else { Rgb::ZERO }
+            if light_pdf > 0.0 {
+                radiance * power_heuristic(*pdf, light_pdf)
+            } else {
+                Rgb::ZERO
+            }
         }
     }
 }

@@ -33,7 +33,12 @@ pub fn trace(
 ) -> Rgb {
     let mut radiance = Rgb::ZERO;
     let mut pending = arrayvec::ArrayVec::<Branch, 64>::new();
-    let mut next = Some(Branch { ray, throughput: Rgb::ONE, level: 0, nulls: 0 });
+    let mut next = Some(Branch {
+        ray,
+        throughput: Rgb::ONE,
+        level: 0,
+        nulls: 0,
+    });
     let mut differentials = differentials;
     while let Some(branch) = next.take().or_else(|| pending.pop()) {
         let Some(hit) = world.intersect(&branch.ray) else {
@@ -44,7 +49,11 @@ pub fn trace(
         let Some(bsdf) = bsdf else {
             if branch.nulls < MAX_NULL_SURFACES {
                 let ray = hit.surface.spawn_ray(branch.ray.d);
-                next = Some(Branch { ray, nulls: branch.nulls + 1, ..branch });
+                next = Some(Branch {
+                    ray,
+                    nulls: branch.nulls + 1,
+                    ..branch
+                });
             }
             continue;
         };
@@ -89,5 +98,10 @@ fn scatter(
         }
         throughput /= survive;
     }
-    Some(Branch { ray: hit.surface.spawn_ray(sample.wi), throughput, level, nulls: 0 })
+    Some(Branch {
+        ray: hit.surface.spawn_ray(sample.wi),
+        throughput,
+        level,
+        nulls: 0,
+    })
 }

@@ -18,7 +18,9 @@ pub struct Whitted {
 impl Whitted {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Whitted {
-        Whitted { max_depth: super::max_depth(reader) }
+        Whitted {
+            max_depth: super::max_depth(reader),
+        }
     }
 
     /// Radiance along a camera ray.
@@ -29,25 +31,37 @@ impl Whitted {
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
     ) -> Rgb {
-        specular::trace(world, self.max_depth, ray, differentials, stream, |hit, bsdf, stream| {
-            if !bsdf.has_non_specular() {
-                return Rgb::ZERO;
-            }
-            let surface = &hit.surface;
-            let from = surface.reference_point();
-            world
-                .sampled_lights()
-                .iter()
-                .map(|light| {
-                    let u = stream.next_2d();
-                    let Some(sample) = light.sample(&from, u) else {
-                        return Rgb::ZERO;
-                    };
-                    let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
-                    let contribution = bsdf.f(surface.wo, sample.wi) * sample.radiance * (cosine / sample.pdf);
-                    if is_black(contribution) || world.occluded(&sample.shadow) { Rgb::ZERO } else { contribution }
-                })
-                .sum()
-        })
+        specular::trace(
+            world,
+            self.max_depth,
+            ray,
+            differentials,
+            stream,
+            |hit, bsdf, stream| {
+                if !bsdf.has_non_specular() {
+                    return Rgb::ZERO;
+                }
+                let surface = &hit.surface;
+                let from = surface.reference_point();
+                world
+                    .sampled_lights()
+                    .iter()
+                    .map(|light| {
+                        let u = stream.next_2d();
+                        let Some(sample) = light.sample(&from, u) else {
+                            return Rgb::ZERO;
+                        };
+                        let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
+                        let contribution =
+                            bsdf.f(surface.wo, sample.wi) * sample.radiance * (cosine / sample.pdf);
+                        if is_black(contribution) || world.occluded(&sample.shadow) {
+                            Rgb::ZERO
+                        } else {
+                            contribution
+                        }
+                    })
+                    .sum()
+            },
+        )
     }
 }

@@ -15,7 +15,10 @@ impl Distribution1D {
     /// From non-negative cell values (negative and non-finite ones count as 0).
     /// Where all are zero the density is uniform and [`Distribution1D::integral`] is 0.
     pub fn new(values: impl IntoIterator<Item = f32>) -> Distribution1D {
-        let function: Vec<f32> = values.into_iter().map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 }).collect();
+        let function: Vec<f32> = values
+            .into_iter()
+            .map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 })
+            .collect();
         let n = function.len().max(1) as f64;
         let mut sum = 0.0f64;
         let mut running = Vec::with_capacity(function.len() + 1);
@@ -29,7 +32,11 @@ impl Distribution1D {
         } else {
             (0..running.len()).map(|i| i as f32 / n as f32).collect()
         };
-        Distribution1D { function, cdf, integral: sum as f32 }
+        Distribution1D {
+            function,
+            cdf,
+            integral: sum as f32,
+        }
     }
 
     /// Number of cells.
@@ -50,9 +57,17 @@ impl Distribution1D {
     /// The cell of `u` in [0, 1), with the position inside the cell in [0, 1).
     fn locate(&self, u: f32) -> (usize, f32) {
         // The first cell whose upper end lies beyond u: never one of zero probability.
-        let i = self.cdf.partition_point(|&c| c <= u).clamp(1, self.function.len()) - 1;
+        let i = self
+            .cdf
+            .partition_point(|&c| c <= u)
+            .clamp(1, self.function.len())
+            - 1;
         let width = self.cdf[i + 1] - self.cdf[i];
-        let inside = if width > 0.0 { ((u - self.cdf[i]) / width).clamp(0.0, 1.0 - f32::EPSILON / 2.0) } else { 0.5 };
+        let inside = if width > 0.0 {
+            ((u - self.cdf[i]) / width).clamp(0.0, 1.0 - f32::EPSILON / 2.0)
+        } else {
+            0.5
+        };
         (i, inside)
     }
 
@@ -71,7 +86,11 @@ impl Distribution1D {
 
     /// Density over [0, 1) in cell `i`.
     pub fn density(&self, i: usize) -> f32 {
-        if self.integral > 0.0 { self.function[i] / self.integral } else { 1.0 }
+        if self.integral > 0.0 {
+            self.function[i] / self.integral
+        } else {
+            1.0
+        }
     }
 
     /// Probability of cell `i`.

@@ -17,7 +17,11 @@ pub const fn gamma(n: u32) -> f32 {
 /// (Pharr, Jakob and Humphreys 2016, §3.9.5).
 pub fn offset_ray_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
     let distance = n.abs().dot(error);
-    let offset = if w.dot(n) < 0.0 { -distance * n } else { distance * n };
+    let offset = if w.dot(n) < 0.0 {
+        -distance * n
+    } else {
+        distance * n
+    };
     let moved = p + offset;
     Vec3::new(
         round_away(moved.x, offset.x),

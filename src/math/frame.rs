@@ -34,7 +34,11 @@ impl Frame {
         let len2 = s.length_squared();
         if len2 > 1e-14 * dpdu.length_squared() && len2.is_finite() {
             let s = s / len2.sqrt();
-            return Frame { s, t: n.cross(s), n };
+            return Frame {
+                s,
+                t: n.cross(s),
+                n,
+            };
         }
         Frame::from_normal(n)
     }
@@ -69,7 +73,9 @@ mod tests {
             let n = Vec3::new(r * phi.cos(), r * phi.sin(), z).normalize();
             let f = Frame::from_normal(n);
             // Single-precision products of unit vectors.
-            assert!(f.s.dot(f.t).abs() < 1e-6 && f.s.dot(n).abs() < 1e-6 && f.t.dot(n).abs() < 1e-6);
+            assert!(
+                f.s.dot(f.t).abs() < 1e-6 && f.s.dot(n).abs() < 1e-6 && f.t.dot(n).abs() < 1e-6
+            );
             assert!((f.s.cross(f.t) - n).length() < 1e-6);
         }
     }

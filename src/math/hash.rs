@@ -11,7 +11,9 @@ pub const fn mix(mut x: u64) -> u64 {
 
 /// Mixes two words into one.
 pub const fn mix2(a: u64, b: u64) -> u64 {
-    mix(a.wrapping_add(0x9e37_79b9_7f4a_7c15).wrapping_add(mix(b.wrapping_add(0x9e37_79b9_7f4a_7c15))))
+    mix(a
+        .wrapping_add(0x9e37_79b9_7f4a_7c15)
+        .wrapping_add(mix(b.wrapping_add(0x9e37_79b9_7f4a_7c15))))
 }
 
 /// The top 24 bits as a float in [0, 1).

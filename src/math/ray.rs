@@ -18,7 +18,12 @@ pub struct Ray {
 impl Ray {
     /// An unbounded ray at time `time`.
     pub fn new(o: Vec3, d: Vec3, time: f32) -> Ray {
-        Ray { o, d, t_max: f32::INFINITY, time }
+        Ray {
+            o,
+            d,
+            t_max: f32::INFINITY,
+            time,
+        }
     }
 
     /// The point at distance `t`.

@@ -79,7 +79,10 @@ mod tests {
         let mut sum = 0.0f64;
         for i in 0..n {
             for j in 0..n {
-                let p = concentric_disk(Vec2::new((i as f32 + 0.5) / n as f32, (j as f32 + 0.5) / n as f32));
+                let p = concentric_disk(Vec2::new(
+                    (i as f32 + 0.5) / n as f32,
+                    (j as f32 + 0.5) / n as f32,
+                ));
                 assert!(p.length() <= 1.0 + 1e-6);
                 sum += p.length_squared() as f64;
             }

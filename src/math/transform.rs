@@ -14,21 +14,33 @@ pub struct Transform {
 
 impl Transform {
     /// The identity.
-    pub const IDENTITY: Transform = Transform { m: DMat4::IDENTITY, inverse: DMat4::IDENTITY };
+    pub const IDENTITY: Transform = Transform {
+        m: DMat4::IDENTITY,
+        inverse: DMat4::IDENTITY,
+    };
 
     /// From a matrix, inverted here.
     pub fn from_matrix(m: DMat4) -> Transform {
-        Transform { m, inverse: m.inverse() }
+        Transform {
+            m,
+            inverse: m.inverse(),
+        }
     }
 
     /// Translation by `t`.
     pub fn translate(t: DVec3) -> Transform {
-        Transform { m: DMat4::from_translation(t), inverse: DMat4::from_translation(-t) }
+        Transform {
+            m: DMat4::from_translation(t),
+            inverse: DMat4::from_translation(-t),
+        }
     }
 
     /// Scaling along the axes; a zero component makes the inverse non-finite.
     pub fn scale(s: DVec3) -> Transform {
-        Transform { m: DMat4::from_scale(s), inverse: DMat4::from_scale(s.recip()) }
+        Transform {
+            m: DMat4::from_scale(s),
+            inverse: DMat4::from_scale(s.recip()),
+        }
     }
 
     /// Rotation by `degrees` about `axis` (need not be a unit vector); the identity for a zero axis.
@@ -37,7 +49,10 @@ impl Transform {
             return Transform::IDENTITY;
         };
         let m = DMat4::from_axis_angle(axis, degrees.to_radians());
-        Transform { m, inverse: m.transpose() }
+        Transform {
+            m,
+            inverse: m.transpose(),
+        }
     }
 
     /// World to camera for a camera at `eye` looking at `look`, left-handed
@@ -47,19 +62,30 @@ impl Transform {
         let d = (look - eye).try_normalize()?;
         let r = up.try_normalize()?.cross(d).try_normalize()?;
         let u = d.cross(r);
-        let camera_to_world = DMat4::from_cols(r.extend(0.0), u.extend(0.0), d.extend(0.0), eye.extend(1.0));
-        Some(Transform { m: camera_to_world.inverse(), inverse: camera_to_world })
+        let camera_to_world =
+            DMat4::from_cols(r.extend(0.0), u.extend(0.0), d.extend(0.0), eye.extend(1.0));
+        Some(Transform {
+            m: camera_to_world.inverse(),
+            inverse: camera_to_world,
+        })
     }
 
     /// The inverse transformation.
     pub fn inverted(&self) -> Transform {
-        Transform { m: self.inverse, inverse: self.m }
+        Transform {
+            m: self.inverse,
+            inverse: self.m,
+        }
     }
 
     /// Transforms a point, dividing by w where it is not 1.
     pub fn point(&self, p: DVec3) -> DVec3 {
         let q: DVec4 = self.m * p.extend(1.0);
-        if q.w == 1.0 { q.truncate() } else { q.truncate() / q.w }
+        if q.w == 1.0 {
+            q.truncate()
+        } else {
+            q.truncate() / q.w
+        }
     }
 
     /// Transforms a vector (no translation).
@@ -92,7 +118,10 @@ impl std::ops::Mul for Transform {
     type Output = Transform;
 
     fn mul(self, b: Transform) -> Transform {
-        Transform { m: self.m * b.m, inverse: b.inverse * self.inverse }
+        Transform {
+            m: self.m * b.m,
+            inverse: b.inverse * self.inverse,
+        }
     }
 }
 
@@ -123,7 +152,8 @@ mod tests {
 
     #[test]
     fn normals_stay_perpendicular_under_uneven_scale() {
-        let t = Transform::scale(DVec3::new(1.0, 3.0, 0.5)) * Transform::rotate(33.0, DVec3::new(1.0, 2.0, 3.0));
+        let t = Transform::scale(DVec3::new(1.0, 3.0, 0.5))
+            * Transform::rotate(33.0, DVec3::new(1.0, 2.0, 3.0));
         let (v, n) = (DVec3::new(1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 0.3));
         assert!(v.dot(n).abs() < 1e-15);
         assert!(t.vector(v).dot(t.normal(n)).abs() < 1e-14);

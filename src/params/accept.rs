@@ -23,12 +23,18 @@ impl ParamReader<'_> {
 
     /// Says something worth knowing about the directive.
     pub fn note(&self, message: impl Into<String>) {
-        self.context.diagnostics.push(Diagnostic::note(message).at(self.kind_span));
+        self.context
+            .diagnostics
+            .push(Diagnostic::note(message).at(self.kind_span));
     }
 
     /// Warns that the directive's type is none of `known` and says what was done instead.
     pub fn unknown_type(&self, known: &[&'static str], done: &str) {
-        let message = format!("`{} \"{}\"` is not a known type: {done}", self.word, self.kind());
+        let message = format!(
+            "`{} \"{}\"` is not a known type: {done}",
+            self.word,
+            self.kind()
+        );
         self.context.diagnostics.push(
             Diagnostic::warning(message)
                 .at(self.kind_span)

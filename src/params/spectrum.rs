@@ -1,7 +1,7 @@
 //! Spectrum-valued parameters: `rgb`, `xyz`, `blackbody` and `spectrum` to linear RGB.
 
-use crate::assets::spd;
 use super::{Dialect, ParamReader};
+use crate::assets::spd;
 use crate::math::spectrum::{rgb_from_blackbody, rgb_from_samples};
 use crate::math::{Rgb, color};
 use crate::syntax::files;

@@ -42,7 +42,11 @@ pub struct Shot {
 /// Renders the picture on the current rayon pool.
 pub fn render(shot: &Shot, tile_size: u32, progress: &Progress) -> Film {
     let mut film = Film::new(&shot.film);
-    let tiles: Vec<PixelBounds> = film.bounds().intersection(shot.sampled).tiles(tile_size).collect();
+    let tiles: Vec<PixelBounds> = film
+        .bounds()
+        .intersection(shot.sampled)
+        .tiles(tile_size)
+        .collect();
     let blank = &film;
     let rendered: Vec<Tile> = tiles
         .into_par_iter()
@@ -70,18 +74,30 @@ fn sample_pixel(shot: &Shot, pixel: UVec2, tile: &mut Tile) {
     let want_differentials = shot.world.needs_footprint();
     let centre = pixel.as_vec2() + Vec2::splat(0.5);
     for index in 0..spp {
-        let mut stream = shot.sampler.stream(IVec2::new(pixel.x as i32, pixel.y as i32), index);
+        let mut stream = shot
+            .sampler
+            .stream(IVec2::new(pixel.x as i32, pixel.y as i32), index);
         let on_film = shot.filter.sample(stream.next_2d());
         let time = stream.next_1d();
         let lens = stream.next_2d();
-        let sample = CameraSample { raster: centre + on_film.offset, time, lens };
+        let sample = CameraSample {
+            raster: centre + on_film.offset,
+            time,
+            lens,
+        };
         let Some(camera_ray) = shot.camera.ray(&sample, want_differentials) else {
             tile.add_sample(pixel, crate::math::Rgb::ZERO, 0.0);
             continue;
         };
-        let differentials = camera_ray.differentials.map(|d| d.scaled(&camera_ray.ray, spacing));
-        let radiance =
-            shot.integrator.radiance(&shot.world, camera_ray.ray, differentials.as_ref(), &mut stream);
+        let differentials = camera_ray
+            .differentials
+            .map(|d| d.scaled(&camera_ray.ray, spacing));
+        let radiance = shot.integrator.radiance(
+            &shot.world,
+            camera_ray.ray,
+            differentials.as_ref(),
+            &mut stream,
+        );
         tile.add_sample(pixel, radiance, camera_ray.weight * on_film.weight);
     }
 }

@@ -15,7 +15,10 @@ impl Progress {
         if quiet {
             return Progress::hidden();
         }
-        let bar = ProgressBar::with_draw_target(Some(pixels * u64::from(spp)), ProgressDrawTarget::stderr());
+        let bar = ProgressBar::with_draw_target(
+            Some(pixels * u64::from(spp)),
+            ProgressDrawTarget::stderr(),
+        );
         let template = "{elapsed_precise} {wide_bar} {percent}% {per_sec} ETA {eta}";
         if let Ok(style) = ProgressStyle::with_template(template) {
             let rate = |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
@@ -29,7 +32,9 @@ impl Progress {
 
     /// No bar at all.
     pub fn hidden() -> Progress {
-        Progress { bar: ProgressBar::hidden() }
+        Progress {
+            bar: ProgressBar::hidden(),
+        }
     }
 
     /// `samples` more are done.

@@ -27,7 +27,10 @@ impl Evidence {
     /// The verdict, with the reason for a v2 reading.
     pub fn verdict(&self) -> (Dialect, Option<String>) {
         if let Some(word) = self.v2_directive {
-            return (Dialect::V2, Some(format!("it uses `{word}`, which only pbrt-v2 has")));
+            return (
+                Dialect::V2,
+                Some(format!("it uses `{word}`, which only pbrt-v2 has")),
+            );
         }
         if self.course_camera && !self.v3_integrator {
             let reason = "it has a course-form realistic camera and no `Integrator`";
@@ -43,11 +46,22 @@ mod tests {
 
     #[test]
     fn course_camera_with_a_v3_integrator_is_v3() {
-        let evidence = Evidence { course_camera: true, v3_integrator: true, ..Evidence::default() };
+        let evidence = Evidence {
+            course_camera: true,
+            v3_integrator: true,
+            ..Evidence::default()
+        };
         assert_eq!(evidence.verdict().0, Dialect::V3);
-        let evidence = Evidence { course_camera: true, ..Evidence::default() };
+        let evidence = Evidence {
+            course_camera: true,
+            ..Evidence::default()
+        };
         assert_eq!(evidence.verdict().0, Dialect::V2);
-        let evidence = Evidence { v2_directive: Some("Renderer"), v3_integrator: true, ..Evidence::default() };
+        let evidence = Evidence {
+            v2_directive: Some("Renderer"),
+            v3_integrator: true,
+            ..Evidence::default()
+        };
         assert_eq!(evidence.verdict().0, Dialect::V2);
     }
 }

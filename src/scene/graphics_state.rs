@@ -45,17 +45,25 @@ impl GraphicsState {
 
     /// Brings a float texture into scope; true where the name was taken.
     pub fn define_float_texture(&mut self, name: &str, id: FloatTextureId) -> bool {
-        Rc::make_mut(&mut self.textures).float.insert(name.to_string(), id).is_some()
+        Rc::make_mut(&mut self.textures)
+            .float
+            .insert(name.to_string(), id)
+            .is_some()
     }
 
     /// Brings a spectrum texture into scope; true where the name was taken.
     pub fn define_spectrum_texture(&mut self, name: &str, id: SpectrumTextureId) -> bool {
-        Rc::make_mut(&mut self.textures).spectrum.insert(name.to_string(), id).is_some()
+        Rc::make_mut(&mut self.textures)
+            .spectrum
+            .insert(name.to_string(), id)
+            .is_some()
     }
 
     /// Brings a named material into scope; true where the name was taken.
     pub fn define_material(&mut self, name: &str, material: MaterialDirective) -> bool {
-        Rc::make_mut(&mut self.named_materials).insert(name.to_string(), Rc::new(material)).is_some()
+        Rc::make_mut(&mut self.named_materials)
+            .insert(name.to_string(), Rc::new(material))
+            .is_some()
     }
 }
 

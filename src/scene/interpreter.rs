@@ -12,7 +12,8 @@ use crate::math::transform::Transform;
 use crate::params::{Dialect, SpectrumFiles, TextureNames};
 use crate::syntax::suggest::nearest;
 use crate::syntax::{
-    ActiveTransform, Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser, SourceMap, Span, Typed,
+    ActiveTransform, Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser,
+    SourceMap, Span, Typed,
 };
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -29,7 +30,11 @@ pub struct ReadSettings {
 
 /// Reads a whole scene file with its includes. The scene holds what could be understood, and is
 /// fit to render only where there were no errors among the problems found.
-pub fn read_scene(sources: &SourceMap, main: FileId, settings: &ReadSettings) -> (SceneDescription, Diagnostics) {
+pub fn read_scene(
+    sources: &SourceMap,
+    main: FileId,
+    settings: &ReadSettings,
+) -> (SceneDescription, Diagnostics) {
     let diagnostics = Diagnostics::new();
     let mut interpreter = Interpreter::new(sources, main, settings, &diagnostics);
     if interpreter.run(main).is_ok() {
@@ -39,7 +44,10 @@ pub fn read_scene(sources: &SourceMap, main: FileId, settings: &ReadSettings) ->
     // A directive that only pbrt-v2 has turned up inside the world, after parameters had been
     // read with v3's meanings: read everything again as v2.
     let diagnostics = Diagnostics::new();
-    let settings = ReadSettings { dialect: DialectChoice::Fixed(Dialect::V2), ..*settings };
+    let settings = ReadSettings {
+        dialect: DialectChoice::Fixed(Dialect::V2),
+        ..*settings
+    };
     let mut interpreter = Interpreter::new(sources, main, &settings, &diagnostics);
     interpreter.announce("it uses `Volume`, which only pbrt-v2 has");
     // With the dialect fixed there is nothing left to restart for.
@@ -127,7 +135,10 @@ impl<'a> Interpreter<'a> {
             let message = "the file describes no picture: there is no `WorldBegin` … `WorldEnd`";
             self.diagnostics.push(Diagnostic::error(message));
         }
-        SceneDescription { frames: self.frames, dialect: self.dialect }
+        SceneDescription {
+            frames: self.frames,
+            dialect: self.dialect,
+        }
     }
 
     pub(super) fn error(&self, span: Span, message: impl Into<String>) {
@@ -140,7 +151,13 @@ impl<'a> Interpreter<'a> {
 
     /// For reading parameters with the given textures in scope.
     pub(super) fn reading<'b>(&'b self, textures: &'b TextureNames) -> Reading<'b> {
-        Reading::new(&self.directory, self.dialect, self.diagnostics, &self.spectra, textures)
+        Reading::new(
+            &self.directory,
+            self.dialect,
+            self.diagnostics,
+            &self.spectra,
+            textures,
+        )
     }
 
     fn directive(&mut self, directive: Directive) -> Result<(), MustRestart> {
@@ -260,11 +277,17 @@ impl<'a> Interpreter<'a> {
         );
         let word = kind.word();
         if options_only && self.world.is_some() {
-            self.error(span, format!("`{word}` belongs before `WorldBegin`; ignored"));
+            self.error(
+                span,
+                format!("`{word}` belongs before `WorldBegin`; ignored"),
+            );
             return false;
         }
         if world_only && self.world.is_none() {
-            self.error(span, format!("`{word}` belongs between `WorldBegin` and `WorldEnd`; ignored"));
+            self.error(
+                span,
+                format!("`{word}` belongs between `WorldBegin` and `WorldEnd`; ignored"),
+            );
             return false;
         }
         true
@@ -278,16 +301,26 @@ impl<'a> Interpreter<'a> {
             D::SurfaceIntegrator(_) | D::VolumeIntegrator(_) | D::Renderer(_) => {
                 self.evidence.v2_directive = self.evidence.v2_directive.or(Some(kind.word()));
             }
-            D::Volume(_) if self.dialect == Dialect::V3 && self.settings.dialect == DialectChoice::Auto => {
+            D::Volume(_)
+                if self.dialect == Dialect::V3 && self.settings.dialect == DialectChoice::Auto =>
+            {
                 return Err(MustRestart);
             }
             D::WorldBegin => self.settle_dialect(),
             _ => {}
         }
-        let v2_word =
-            matches!(kind, D::SurfaceIntegrator(_) | D::VolumeIntegrator(_) | D::Renderer(_) | D::Volume(_));
+        let v2_word = matches!(
+            kind,
+            D::SurfaceIntegrator(_) | D::VolumeIntegrator(_) | D::Renderer(_) | D::Volume(_)
+        );
         if v2_word && self.settings.dialect == DialectChoice::Fixed(Dialect::V3) {
-            self.warn(span, format!("`{}` is pbrt-v2's; read with v3's meanings as --dialect asks", kind.word()));
+            self.warn(
+                span,
+                format!(
+                    "`{}` is pbrt-v2's; read with v3's meanings as --dialect asks",
+                    kind.word()
+                ),
+            );
         }
         Ok(())
     }
@@ -313,9 +346,12 @@ impl<'a> Interpreter<'a> {
             None => {
                 let known = self.coordinate_systems.keys().map(String::as_str);
                 self.diagnostics.push(
-                    Diagnostic::warning(format!("there is no coordinate system `{}`; ignored", name.text))
-                        .at(name.span)
-                        .with_suggestion(nearest(&name.text, known)),
+                    Diagnostic::warning(format!(
+                        "there is no coordinate system `{}`; ignored",
+                        name.text
+                    ))
+                    .at(name.span)
+                    .with_suggestion(nearest(&name.text, known)),
                 );
             }
         }
@@ -324,15 +360,21 @@ impl<'a> Interpreter<'a> {
     fn begin_world(&mut self, span: Span) {
         self.current.ctm = Ctm::IDENTITY;
         self.current.active = ActiveTransform::All;
-        self.coordinate_systems.insert("world".to_string(), Ctm::IDENTITY);
+        self.coordinate_systems
+            .insert("world".to_string(), Ctm::IDENTITY);
         self.world = Some(WorldBlock::new(span));
     }
 
     fn end_world(&mut self, span: Span) {
-        let Some(mut world) = self.world.take() else { return };
+        let Some(mut world) = self.world.take() else {
+            return;
+        };
         self.scopes.close_all(self.diagnostics);
         if let Some((_, opened)) = world.open_object.take() {
-            self.error(opened, "`ObjectBegin` without `ObjectEnd`: the object is dropped");
+            self.error(
+                opened,
+                "`ObjectBegin` without `ObjectEnd`: the object is dropped",
+            );
         }
         if world.lights.is_empty() && world.area_lights.is_empty() {
             self.warn(span, "the scene has no lights: the picture will be black");

@@ -2,8 +2,8 @@
 //! every parameter read and checked, nothing loaded that only a render needs. All problems of a
 //! file are reported in one go; `fstop check` stops here.
 
-pub mod dialect;
 pub mod description;
+pub mod dialect;
 pub mod graphics_state;
 pub mod interpreter;
 pub mod options;

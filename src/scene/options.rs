@@ -73,7 +73,10 @@ impl StoredOptions {
     pub fn has_course_camera(&self) -> bool {
         const COURSE_NAMES: [&str; 3] = ["specfile", "aperture_diameter", "filmdiag"];
         self.camera.as_ref().is_some_and(|(camera, _)| {
-            camera.kind.text == "realistic" && COURSE_NAMES.iter().any(|name| camera.params.named(name).is_some())
+            camera.kind.text == "realistic"
+                && COURSE_NAMES
+                    .iter()
+                    .any(|name| camera.params.named(name).is_some())
         })
     }
 
@@ -88,30 +91,69 @@ impl StoredOptions {
             }
             FilmSpec::from_params(reader)
         });
-        let filter = reading.read_or("PixelFilter", self.filter.as_ref(), "box", Filter::from_params);
-        let default_sampler = if dialect == Dialect::V2 { "lowdiscrepancy" } else { "halton" };
-        let sampler = reading.read_or("Sampler", self.sampler.as_ref(), default_sampler, SamplerSpec::from_params);
+        let filter = reading.read_or(
+            "PixelFilter",
+            self.filter.as_ref(),
+            "box",
+            Filter::from_params,
+        );
+        let default_sampler = if dialect == Dialect::V2 {
+            "lowdiscrepancy"
+        } else {
+            "halton"
+        };
+        let sampler = reading.read_or(
+            "Sampler",
+            self.sampler.as_ref(),
+            default_sampler,
+            SamplerSpec::from_params,
+        );
         let integrator = match &self.integrator {
-            Some((typed, span)) => reading.read("Integrator", *span, typed, IntegratorSettings::from_params),
+            Some((typed, span)) => {
+                reading.read("Integrator", *span, typed, IntegratorSettings::from_params)
+            }
             None => IntegratorSettings::default_for(dialect),
         };
-        let camera = reading.read_or("Camera", self.camera.as_ref(), "perspective", CameraSpec::from_params)?;
+        let camera = reading.read_or(
+            "Camera",
+            self.camera.as_ref(),
+            "perspective",
+            CameraSpec::from_params,
+        )?;
         if let Some((_, span)) = &self.camera
             && self.camera_ctm.is_animated()
         {
             let message = "a moving camera is held at its start: motion blur is not supported yet";
-            reading.diagnostics().push(Diagnostic::warning(message).at(*span));
+            reading
+                .diagnostics()
+                .push(Diagnostic::warning(message).at(*span));
         }
-        Some(Options { camera, camera_from_world: self.camera_ctm.start, film, filter, sampler, integrator })
+        Some(Options {
+            camera,
+            camera_from_world: self.camera_ctm.start,
+            film,
+            filter,
+            sampler,
+            integrator,
+        })
     }
 
     /// Accelerators do not change the picture: their parameters are legal and unused.
     fn read_accelerator(&self, reading: &Reading) {
         const PARAMETERS: [&str; 9] = [
-            "maxnodeprims", "splitmethod", "intersectcost", "traversalcost", "emptybonus", "maxprims", "maxdepth",
-            "refineimmediately", "nx",
+            "maxnodeprims",
+            "splitmethod",
+            "intersectcost",
+            "traversalcost",
+            "emptybonus",
+            "maxprims",
+            "maxdepth",
+            "refineimmediately",
+            "nx",
         ];
-        let Some((typed, span)) = &self.accelerator else { return };
+        let Some((typed, span)) = &self.accelerator else {
+            return;
+        };
         reading.read("Accelerator", *span, typed, |reader: &ParamReader| {
             for name in PARAMETERS {
                 reader.accept(name);
@@ -125,11 +167,16 @@ impl StoredOptions {
 
     /// pbrt-v2's renderers: all are answered by the one there is.
     fn read_renderer(&self, reading: &Reading) {
-        let Some((typed, span)) = &self.renderer else { return };
+        let Some((typed, span)) = &self.renderer else {
+            return;
+        };
         reading.read("Renderer", *span, typed, |reader: &ParamReader| {
             reader.accept_all();
             if reader.kind() != "sampler" {
-                reader.note(format!("renderer `{}` is replaced by the ordinary one", reader.kind()));
+                reader.note(format!(
+                    "renderer `{}` is replaced by the ordinary one",
+                    reader.kind()
+                ));
             }
         });
     }

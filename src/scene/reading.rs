@@ -19,7 +19,15 @@ impl<'a> Reading<'a> {
         spectra: &'a SpectrumFiles,
         textures: &'a TextureNames,
     ) -> Reading<'a> {
-        Reading { context: ParamContext { directory, dialect, diagnostics, spectra, textures } }
+        Reading {
+            context: ParamContext {
+                directory,
+                dialect,
+                diagnostics,
+                spectra,
+                textures,
+            },
+        }
     }
 
     /// Whose defaults apply.
@@ -33,7 +41,13 @@ impl<'a> Reading<'a> {
     }
 
     /// Reads a directive and reports its unused parameters.
-    pub fn read<R>(&self, word: &'static str, span: Span, typed: &Typed, f: impl FnOnce(&ParamReader) -> R) -> R {
+    pub fn read<R>(
+        &self,
+        word: &'static str,
+        span: Span,
+        typed: &Typed,
+        f: impl FnOnce(&ParamReader) -> R,
+    ) -> R {
         let reader = ParamReader::new(&self.context, word, span, &typed.kind, &typed.params);
         let result = f(&reader);
         reader.finish();
@@ -41,10 +55,28 @@ impl<'a> Reading<'a> {
     }
 
     /// What a directive of this type means without any parameters.
-    pub fn defaults<R>(&self, word: &'static str, kind: &str, f: impl FnOnce(&ParamReader) -> R) -> R {
-        let nowhere = Span { file: FileId(0), start: 0, end: 0 };
-        let name = Name { text: kind.to_string(), span: nowhere };
-        f(&ParamReader::new(&self.context, word, nowhere, &name, &ParamList::EMPTY))
+    pub fn defaults<R>(
+        &self,
+        word: &'static str,
+        kind: &str,
+        f: impl FnOnce(&ParamReader) -> R,
+    ) -> R {
+        let nowhere = Span {
+            file: FileId(0),
+            start: 0,
+            end: 0,
+        };
+        let name = Name {
+            text: kind.to_string(),
+            span: nowhere,
+        };
+        f(&ParamReader::new(
+            &self.context,
+            word,
+            nowhere,
+            &name,
+            &ParamList::EMPTY,
+        ))
     }
 
     /// Reads a directive, or the defaults of `kind` where it was not given.

@@ -43,7 +43,11 @@ pub struct Current {
 impl Current {
     /// At the start of a file or frame.
     pub fn new() -> Current {
-        Current { state: GraphicsState::new(), ctm: Ctm::IDENTITY, active: ActiveTransform::All }
+        Current {
+            state: GraphicsState::new(),
+            ctm: Ctm::IDENTITY,
+            active: ActiveTransform::All,
+        }
     }
 }
 
@@ -83,17 +87,30 @@ impl Scopes {
     }
 
     /// Closes a scope: `AttributeEnd` or `TransformEnd`. An object's own scope stays closed to both.
-    pub fn close(&mut self, scope: Scope, span: Span, current: &mut Current, diagnostics: &Diagnostics) {
+    pub fn close(
+        &mut self,
+        scope: Scope,
+        span: Span,
+        current: &mut Current,
+        diagnostics: &Diagnostics,
+    ) {
         let Some(top) = self.transforms.pop_if(|top| top.scope != Scope::Object) else {
             let word = scope.word();
             diagnostics.push(
-                Diagnostic::error(format!("`{word}End` without a matching `{word}Begin`; ignored")).at(span),
+                Diagnostic::error(format!(
+                    "`{word}End` without a matching `{word}Begin`; ignored"
+                ))
+                .at(span),
             );
             return;
         };
         if top.scope != scope {
             let message = format!("`{}End` closes a `{}Begin`", scope.word(), top.scope.word());
-            diagnostics.push(Diagnostic::warning(message).at(span).related(top.opened, "opened here"));
+            diagnostics.push(
+                Diagnostic::warning(message)
+                    .at(span)
+                    .related(top.opened, "opened here"),
+            );
         }
         current.ctm = top.ctm;
         current.active = top.active;
@@ -123,7 +140,11 @@ impl Scopes {
 
     /// Closes everything at the end of the world.
     pub fn close_all(&mut self, diagnostics: &Diagnostics) {
-        for left in self.transforms.drain(..).filter(|s| s.scope != Scope::Object) {
+        for left in self
+            .transforms
+            .drain(..)
+            .filter(|s| s.scope != Scope::Object)
+        {
             never_closed(&left, diagnostics);
         }
         self.states.clear();

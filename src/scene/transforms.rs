@@ -15,7 +15,10 @@ pub struct Ctm {
 
 impl Ctm {
     /// Identity at both times.
-    pub const IDENTITY: Ctm = Ctm { start: Transform::IDENTITY, end: Transform::IDENTITY };
+    pub const IDENTITY: Ctm = Ctm {
+        start: Transform::IDENTITY,
+        end: Transform::IDENTITY,
+    };
 
     /// True where something moves.
     pub fn is_animated(&self) -> bool {

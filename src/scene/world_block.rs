@@ -73,35 +73,56 @@ impl Interpreter<'_> {
         let reading = self.reading(&names);
         let redefined = match value_type.text.as_str() {
             "float" => {
-                let spec = reading.read("Texture", span, &typed, |r| crate::textures::from_params_float(r, &ctm));
-                let Some((spec, world)) = spec.zip(self.world.as_mut()) else { return };
+                let spec = reading.read("Texture", span, &typed, |r| {
+                    crate::textures::from_params_float(r, &ctm)
+                });
+                let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
+                    return;
+                };
                 world.float_textures.push(spec);
                 let id = FloatTextureId(world.float_textures.len() as u32 - 1);
                 self.current.state.define_float_texture(&name.text, id)
             }
             "color" | "spectrum" => {
-                let spec = reading.read("Texture", span, &typed, |r| crate::textures::from_params_spectrum(r, &ctm));
-                let Some((spec, world)) = spec.zip(self.world.as_mut()) else { return };
+                let spec = reading.read("Texture", span, &typed, |r| {
+                    crate::textures::from_params_spectrum(r, &ctm)
+                });
+                let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
+                    return;
+                };
                 world.spectrum_textures.push(spec);
                 let id = SpectrumTextureId(world.spectrum_textures.len() as u32 - 1);
                 self.current.state.define_spectrum_texture(&name.text, id)
             }
             other => {
                 self.diagnostics.push(
-                    Diagnostic::error(format!("textures are `float` or `spectrum`, not `{other}`; ignored"))
-                        .at(value_type.span)
-                        .with_suggestion(nearest(other, ["float", "spectrum", "color"].into_iter())),
+                    Diagnostic::error(format!(
+                        "textures are `float` or `spectrum`, not `{other}`; ignored"
+                    ))
+                    .at(value_type.span)
+                    .with_suggestion(nearest(other, ["float", "spectrum", "color"].into_iter())),
                 );
                 return;
             }
         };
         if redefined {
-            self.warn(name.span, format!("texture `{}` is defined again; later uses see this one", name.text));
+            self.warn(
+                name.span,
+                format!(
+                    "texture `{}` is defined again; later uses see this one",
+                    name.text
+                ),
+            );
         }
     }
 
     /// The material of a `Material` or `MakeNamedMaterial`.
-    pub(super) fn make_material(&mut self, word: &'static str, span: Span, typed: Typed) -> MaterialDirective {
+    pub(super) fn make_material(
+        &mut self,
+        word: &'static str,
+        span: Span,
+        typed: Typed,
+    ) -> MaterialDirective {
         let names = Rc::clone(&self.current.state.textures);
         let material = self.reading(&names).read(word, span, &typed, read_material);
         let id = material.and_then(|m| self.add_material(m));
@@ -119,16 +140,25 @@ impl Interpreter<'_> {
         let name = typed.kind.clone();
         let Some(kind) = named_type(&typed.params) else {
             self.diagnostics.push(
-                Diagnostic::error(format!("`MakeNamedMaterial \"{}\"` does not say its type; ignored", name.text))
-                    .at(name.span)
-                    .with_help("add for example \"string type\" \"matte\""),
+                Diagnostic::error(format!(
+                    "`MakeNamedMaterial \"{}\"` does not say its type; ignored",
+                    name.text
+                ))
+                .at(name.span)
+                .with_help("add for example \"string type\" \"matte\""),
             );
             return;
         };
         typed.kind = kind;
         let material = self.make_material("MakeNamedMaterial", span, typed);
         if self.current.state.define_material(&name.text, material) {
-            self.warn(name.span, format!("material `{}` is defined again; later uses see this one", name.text));
+            self.warn(
+                name.span,
+                format!(
+                    "material `{}` is defined again; later uses see this one",
+                    name.text
+                ),
+            );
         }
     }
 
@@ -137,11 +167,19 @@ impl Interpreter<'_> {
         match self.current.state.named_materials.get(&name.text) {
             Some(material) => self.current.state.material = Some(Rc::clone(material)),
             None => {
-                let known = self.current.state.named_materials.keys().map(String::as_str);
+                let known = self
+                    .current
+                    .state
+                    .named_materials
+                    .keys()
+                    .map(String::as_str);
                 self.diagnostics.push(
-                    Diagnostic::error(format!("there is no material `{}`; the current one stays", name.text))
-                        .at(name.span)
-                        .with_suggestion(nearest(&name.text, known)),
+                    Diagnostic::error(format!(
+                        "there is no material `{}`; the current one stays",
+                        name.text
+                    ))
+                    .at(name.span)
+                    .with_suggestion(nearest(&name.text, known)),
                 );
             }
         }
@@ -151,10 +189,15 @@ impl Interpreter<'_> {
     pub(super) fn light_source(&mut self, span: Span, typed: &Typed) {
         let ctm = self.current.ctm.start;
         if self.current.ctm.is_animated() {
-            self.warn(typed.kind.span, "a moving light is held at its start, as in pbrt-v3");
+            self.warn(
+                typed.kind.span,
+                "a moving light is held at its start, as in pbrt-v3",
+            );
         }
         let names = Rc::clone(&self.current.state.textures);
-        let light = self.reading(&names).read("LightSource", span, typed, |r| LightSpec::from_params(r, &ctm));
+        let light = self.reading(&names).read("LightSource", span, typed, |r| {
+            LightSpec::from_params(r, &ctm)
+        });
         if let Some((light, world)) = light.zip(self.world.as_mut()) {
             world.lights.push(light);
         }
@@ -163,7 +206,10 @@ impl Interpreter<'_> {
     /// A shape, with all that the graphics state says of it.
     pub(super) fn shape(&mut self, span: Span, typed: &Typed) {
         if self.current.ctm.is_animated() {
-            self.warn(span, "a moving shape is held at its start: motion blur is not supported yet");
+            self.warn(
+                span,
+                "a moving shape is held at its start: motion blur is not supported yet",
+            );
         }
         let (material, spec) = self.read_shape(span, typed);
         let Some(spec) = spec else { return };
@@ -175,7 +221,9 @@ impl Interpreter<'_> {
             area_light: self.area_light(span),
             span,
         };
-        let Some(world) = self.world.as_mut() else { return };
+        let Some(world) = self.world.as_mut() else {
+            return;
+        };
         match &mut world.open_object {
             Some((object, _)) => object.shapes.push(entity),
             None => world.shapes.push(entity),
@@ -234,7 +282,9 @@ impl Interpreter<'_> {
             return known;
         }
         let names = TextureNames::default();
-        let material = self.reading(&names).defaults("Material", "matte", read_material)?;
+        let material = self
+            .reading(&names)
+            .defaults("Material", "matte", read_material)?;
         let id = self.add_material(material);
         self.world.as_mut()?.default_material = id;
         id
@@ -243,15 +293,26 @@ impl Interpreter<'_> {
     fn area_light(&mut self, shape: Span) -> Option<usize> {
         let typed = self.current.state.area_light.clone()?;
         if self.current.ctm.is_animated() {
-            self.warn(shape, "a moving shape cannot be an area light; it does not emit");
+            self.warn(
+                shape,
+                "a moving shape cannot be an area light; it does not emit",
+            );
             return None;
         }
         let names = Rc::clone(&self.current.state.textures);
-        let spec = self.reading(&names).read("AreaLightSource", typed.1, &typed.0, DiffuseAreaSpec::from_params)?;
+        let spec = self.reading(&names).read(
+            "AreaLightSource",
+            typed.1,
+            &typed.0,
+            DiffuseAreaSpec::from_params,
+        )?;
         let world = self.world.as_mut()?;
         if world.open_object.is_some() {
             self.diagnostics.push(
-                Diagnostic::warning("an emitter inside an object glows but lights nothing, as in pbrt-v3").at(shape),
+                Diagnostic::warning(
+                    "an emitter inside an object glows but lights nothing, as in pbrt-v3",
+                )
+                .at(shape),
             );
         }
         let world = self.world.as_mut()?;
@@ -263,17 +324,25 @@ impl Interpreter<'_> {
 
     /// `ObjectBegin "name"`.
     pub(super) fn begin_object(&mut self, span: Span, name: Name) {
-        let Some(world) = self.world.as_ref() else { return };
+        let Some(world) = self.world.as_ref() else {
+            return;
+        };
         if let Some((open, opened)) = &world.open_object {
             self.diagnostics.push(
-                Diagnostic::error(format!("`ObjectBegin` inside the object `{}`; ignored", open.name))
-                    .at(span)
-                    .related(*opened, "which begins here"),
+                Diagnostic::error(format!(
+                    "`ObjectBegin` inside the object `{}`; ignored",
+                    open.name
+                ))
+                .at(span)
+                .related(*opened, "which begins here"),
             );
             return;
         }
         self.scopes.open(Scope::Object, span, &self.current);
-        let object = ObjectDefinition { name: name.text, shapes: Vec::new() };
+        let object = ObjectDefinition {
+            name: name.text,
+            shapes: Vec::new(),
+        };
         if let Some(world) = self.world.as_mut() {
             world.open_object = Some((object, span));
         }
@@ -286,8 +355,11 @@ impl Interpreter<'_> {
             self.error(span, "`ObjectEnd` without `ObjectBegin`; ignored");
             return;
         };
-        self.scopes.close_object(&mut self.current, self.diagnostics);
-        let Some(world) = self.world.as_mut() else { return };
+        self.scopes
+            .close_object(&mut self.current, self.diagnostics);
+        let Some(world) = self.world.as_mut() else {
+            return;
+        };
         let id = ObjectId(world.objects.len() as u32);
         world.object_names.insert(object.name.clone(), id);
         world.objects.push(object);
@@ -295,9 +367,14 @@ impl Interpreter<'_> {
 
     /// `ObjectInstance "name"`.
     pub(super) fn instance(&mut self, name: &Name) {
-        let Some(world) = self.world.as_ref() else { return };
+        let Some(world) = self.world.as_ref() else {
+            return;
+        };
         if world.open_object.is_some() {
-            self.error(name.span, "`ObjectInstance` inside an object definition; ignored");
+            self.error(
+                name.span,
+                "`ObjectInstance` inside an object definition; ignored",
+            );
             return;
         }
         let Some(&object) = world.object_names.get(&name.text) else {
@@ -310,11 +387,17 @@ impl Interpreter<'_> {
             return;
         };
         if self.current.ctm.is_animated() {
-            self.warn(name.span, "a moving instance is held at its start: motion blur is not supported yet");
+            self.warn(
+                name.span,
+                "a moving instance is held at its start: motion blur is not supported yet",
+            );
         }
         let world_from_object = self.current.ctm.start;
         if let Some(world) = self.world.as_mut() {
-            world.instances.push(InstanceEntity { object, world_from_object });
+            world.instances.push(InstanceEntity {
+                object,
+                world_from_object,
+            });
         }
     }
 }
@@ -331,7 +414,9 @@ fn read_material(reader: &ParamReader) -> Option<Material> {
 /// The material of a shape whose own parameters come before the material's.
 fn read_overridden(shape: &ParamReader, current: Option<&MaterialDirective>) -> Option<Material> {
     match current {
-        Some(MaterialDirective { typed, .. }) => read_material(&shape.layered(&typed.kind.text, &typed.params)),
+        Some(MaterialDirective { typed, .. }) => {
+            read_material(&shape.layered(&typed.kind.text, &typed.params))
+        }
         None => read_material(&shape.layered("matte", const { &ParamList::EMPTY })),
     }
 }

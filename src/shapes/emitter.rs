@@ -42,8 +42,15 @@ pub enum Emitter {
 impl Emitter {
     /// One flat triangle with its normal by the order of its corners.
     pub fn triangle(corners: [Vec3; 3]) -> Emitter {
-        let orientation = Orientation { flip_geometric: false, flip_shading: false };
-        Emitter::Triangle(TriangleEmitter { p: corners, normals: None, orientation })
+        let orientation = Orientation {
+            flip_geometric: false,
+            flip_shading: false,
+        };
+        Emitter::Triangle(TriangleEmitter {
+            p: corners,
+            normals: None,
+            orientation,
+        })
     }
 
     /// The triangles of `mesh`, in order.

@@ -37,9 +37,18 @@ impl World {
         lights: Vec<Light>,
         sampled_lights: usize,
     ) -> World {
-        let infinite_lights =
-            (0..lights.len()).filter(|&i| lights[i].is_infinite()).map(|i| LightId(i as u32)).collect();
-        World { geometry, materials, textures, lights, sampled_lights, infinite_lights }
+        let infinite_lights = (0..lights.len())
+            .filter(|&i| lights[i].is_infinite())
+            .map(|i| LightId(i as u32))
+            .collect();
+        World {
+            geometry,
+            materials,
+            textures,
+            lights,
+            sampled_lights,
+            infinite_lights,
+        }
     }
 
     /// The lights that light is sampled from; position i is [`LightId`] i.
