@@ -100,7 +100,7 @@ impl Interpreter<'_> {
                         "textures are `float` or `spectrum`, not `{other}`; ignored"
                     ))
                     .at(value_type.span)
-                    .with_suggestion(nearest(other, ["float", "spectrum", "color"].into_iter())),
+                    .with_suggestion(nearest(other, ["float", "spectrum", "color"])),
                 );
                 return;
             }
