@@ -16,6 +16,7 @@ mod common;
 
 use common::{Render, explain};
 use fstop::compare::{Estimate, Options, compare};
+use fstop::film::Image;
 use fstop::film::read;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -44,23 +45,29 @@ fn reference_file(name: &str) -> PathBuf {
 
 /// Renders the scene and panics with a table where the picture is not the reference's.
 fn check(name: &str, relative_tolerance: f64) {
-    let loaded = read(&reference_file(name)).unwrap_or_else(|error| panic!("{error}"));
-    let reference = Estimate::of(&loaded);
-    assert!(
-        loaded.runs.is_some() && reference.samples.is_some(),
-        "{name}: the reference counts its samples"
-    );
+    let mut loaded = read(&reference_file(name)).unwrap_or_else(|error| panic!("{error}"));
     let spp = f64::from(loaded.spp.unwrap_or(1));
     let runs = (SAMPLES / (spp * loaded.image.pixels.len() as f64))
         .round()
         .max(1.0) as u32;
-    let render = Render::new(&scene_file(name), runs, &[]);
+    let mut render = Render::new(&scene_file(name), runs, &[]);
     assert_eq!(
         render.samples,
         spp * f64::from(runs),
         "{name}: rendered with the scene's samples per pixel"
     );
 
+    // The references of cropped pictures do not say where the crop lies.
+    if loaded.image.bounds.size() == render.image.bounds.size() {
+        loaded.image.bounds = render.image.bounds;
+        loaded.image.resolution = render.image.resolution;
+    }
+    blacken(&mut loaded.image, &mut render.image);
+    let reference = Estimate::of(&loaded);
+    assert!(
+        loaded.runs.is_some() && reference.samples.is_some(),
+        "{name}: the reference counts its samples"
+    );
     let options = Options {
         alpha: ALPHA,
         relative_tolerance,
@@ -80,6 +87,25 @@ fn check(name: &str, relative_tolerance: f64) {
     match OPEN.iter().find(|(scene, _)| *scene == name) {
         Some((_, why)) => println!("{name} differs, known and open: {why}\n{explanation}"),
         None => panic!("{explanation}"),
+    }
+}
+
+/// pbrt-v3 keeps its sums as XYZ in single precision; a channel that is black comes back as some
+/// 1e-7 of the others, without noise. Where both pictures are black to 1e-6 both are made black.
+fn blacken(reference: &mut Image, ours: &mut Image) {
+    const BLACK: f32 = 1e-6;
+    for i in 0..reference.pixels.len().min(ours.pixels.len()) {
+        for c in 0..3 {
+            if reference.pixels[i][c].abs() < BLACK && ours.pixels[i][c].abs() < BLACK {
+                reference.pixels[i][c] = 0.0;
+                ours.pixels[i][c] = 0.0;
+                for image in [&mut *reference, &mut *ours] {
+                    if let Some(variance) = &mut image.variance {
+                        variance[i][c] = 0.0;
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -107,8 +133,10 @@ const OPEN: &[(&str, &str)] = &[
         "light_area_disk_sphere",
         "ours is 0.3 % darker in red; the disk's direct light agrees with its closed form",
     ),
-    ("cam_screenwindow_crop", "not looked into"),
-    ("filter_gaussian", "not looked into"),
+    (
+        "filter_gaussian",
+        "one pixel of an even surface off by 4e-4 where the reference's runs hardly vary",
+    ),
 ];
 
 /// One test for each scene. A number after the name is the relative difference that is allowed
