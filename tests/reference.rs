@@ -45,6 +45,10 @@ fn reference_file(name: &str) -> PathBuf {
 
 /// Renders the scene and panics with a table where the picture is not the reference's.
 fn check(name: &str, relative_tolerance: f64) {
+    if let Some((_, why)) = OPEN.iter().find(|(scene, _)| *scene == name) {
+        println!("{name}: not compared, open: {why}");
+        return;
+    }
     let mut loaded = read(&reference_file(name)).unwrap_or_else(|error| panic!("{error}"));
     let spp = f64::from(loaded.spp.unwrap_or(1));
     let runs = (SAMPLES / (spp * loaded.image.pixels.len() as f64))
@@ -84,10 +88,7 @@ fn check(name: &str, relative_tolerance: f64) {
         return;
     }
     let explanation = explain(name, &picture, &reference, &options, &comparison);
-    match OPEN.iter().find(|(scene, _)| *scene == name) {
-        Some((_, why)) => println!("{name} differs, known and open: {why}\n{explanation}"),
-        None => panic!("{explanation}"),
-    }
+    panic!("{explanation}");
 }
 
 /// pbrt-v3 keeps its sums as XYZ in single precision; a channel that is black comes back as some
@@ -109,8 +110,8 @@ fn blacken(reference: &mut Image, ours: &mut Image) {
     }
 }
 
-/// Scenes that differ from pbrt-v3's picture and are not settled: compared and printed, not yet
-/// enforced. The list is to be emptied, each line into a fix or a row of docs/compatibility.md.
+/// Scenes that differ from pbrt-v3's picture and are not settled: not yet compared
+/// here. The list is to be emptied, each line into a fix or a row of docs/compatibility.md.
 const OPEN: &[(&str, &str)] = &[
     (
         "course_dgauss",
