@@ -52,8 +52,10 @@ fn check(name: &str, tolerance: f64) {
     let render = Render::new(
         &scene,
         1,
+        1,
         &["--compat", "pbrt-v2", "--spp", &SAMPLES.to_string()],
     );
+    assert_eq!(render.spp, f64::from(SAMPLES), "--spp is obeyed");
     reference.variance = Some(reference_variance(&reference, &render));
 
     let options = Options {
