@@ -13,12 +13,13 @@ const CELLS: usize = 50;
 struct Lobe(DVec3, f64, f64);
 
 fn lobes() -> Vec<Lobe> {
-    let lobe = |x, y, z, height, sharpness| Lobe(DVec3::new(x, y, z).normalize(), height, sharpness);
+    let lobe =
+        |x, y, z, height, sharpness| Lobe(DVec3::new(x, y, z).normalize(), height, sharpness);
     vec![
         lobe(0.0, 0.55, -1.0, 1.1, 14.0),  // head
         lobe(0.12, 0.85, -1.0, 0.5, 90.0), // ears
         lobe(-0.12, 0.85, -1.0, 0.5, 90.0),
-        lobe(0.0, -0.1, 1.0, 1.6, 30.0), // tail
+        lobe(0.0, -0.1, 1.0, 1.6, 30.0),    // tail
         lobe(0.45, -1.0, -0.5, 0.75, 22.0), // legs
         lobe(-0.45, -1.0, -0.5, 0.75, 22.0),
         lobe(0.5, -1.0, 0.5, 0.85, 16.0),
@@ -28,8 +29,12 @@ fn lobes() -> Vec<Lobe> {
 }
 
 fn surface(direction: DVec3, lobes: &[Lobe]) -> DVec3 {
-    let bulge: f64 = lobes.iter().map(|Lobe(d, h, s)| h * (s * (direction.dot(*d) - 1.0)).exp()).sum();
-    let knobs = 0.02 * (17.0 * direction.x).sin() * (19.0 * direction.y).sin() * (18.0 * direction.z).sin();
+    let bulge: f64 = lobes
+        .iter()
+        .map(|Lobe(d, h, s)| h * (s * (direction.dot(*d) - 1.0)).exp())
+        .sum();
+    let knobs =
+        0.02 * (17.0 * direction.x).sin() * (19.0 * direction.y).sin() * (18.0 * direction.z).sin();
     direction * DVec3::new(0.75, 0.75, 1.1) * (0.8 + bulge + knobs)
 }
 
@@ -58,7 +63,12 @@ fn main() -> std::io::Result<()> {
         };
         for i in 0..CELLS {
             for j in 0..CELLS {
-                let q = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+                let q = [
+                    vertex(i, j),
+                    vertex(i + 1, j),
+                    vertex(i + 1, j + 1),
+                    vertex(i, j + 1),
+                ];
                 faces.push([q[0], q[1], q[2]]);
                 faces.push([q[0], q[2], q[3]]);
             }
@@ -71,15 +81,28 @@ fn main() -> std::io::Result<()> {
             normals[i as usize] += (b - a).cross(c - a);
         }
     }
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/creature/creature.ply");
+    let path =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/creature/creature.ply");
     let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
-    write!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {}\n", vertices.len())?;
+    write!(
+        out,
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n",
+        vertices.len()
+    )?;
     for property in ["x", "y", "z", "nx", "ny", "nz"] {
         writeln!(out, "property float {property}")?;
     }
-    write!(out, "element face {}\nproperty list uchar int vertex_indices\nend_header\n", faces.len())?;
+    write!(
+        out,
+        "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        faces.len()
+    )?;
     for (p, n) in vertices.iter().zip(&normals) {
-        for v in p.to_array().into_iter().chain(n.normalize_or_zero().to_array()) {
+        for v in p
+            .to_array()
+            .into_iter()
+            .chain(n.normalize_or_zero().to_array())
+        {
             out.write_all(&v.to_le_bytes())?;
         }
     }

@@ -16,8 +16,10 @@ mod common;
 
 use common::{Render, explain};
 use fstop::compare::{Estimate, Options, compare};
-use fstop::film::read;
+use fstop::film::{Image, read};
+use fstop::math::{Rgb, UVec2};
 use std::collections::BTreeSet;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// False-alarm rate of one scene.
@@ -42,56 +44,187 @@ fn reference_file(name: &str) -> PathBuf {
     root().join("refimages").join(name).with_extension("exr")
 }
 
-/// Renders the scene and panics with a table where the picture is not the reference's.
-fn check(name: &str, relative_tolerance: f64) {
-    let loaded = read(&reference_file(name)).unwrap_or_else(|error| panic!("{error}"));
-    let reference = Estimate::of(&loaded);
-    assert!(
-        loaded.runs.is_some() && reference.samples.is_some(),
-        "{name}: the reference counts its samples"
-    );
-    let spp = f64::from(loaded.spp.unwrap_or(1));
-    let runs = (SAMPLES / (spp * loaded.image.pixels.len() as f64))
-        .round()
-        .max(1.0) as u32;
-    let render = Render::new(&scene_file(name), runs, &[]);
-    assert_eq!(
-        render.samples,
-        spp * f64::from(runs),
-        "{name}: rendered with the scene's samples per pixel"
-    );
-
-    let options = Options {
-        alpha: ALPHA,
-        relative_tolerance,
-        ..Options::default()
-    };
-    let picture = render.estimate();
-    let comparison =
-        compare(&picture, &reference, &options).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let agrees = comparison
-        .verdict
-        .as_ref()
-        .is_some_and(|verdict| verdict.agrees());
-    assert!(
-        agrees,
-        "{}",
-        explain(name, &picture, &reference, &options, &comparison)
-    );
+/// A scene and what must be known about its reference.
+struct Case {
+    name: &'static str,
+    /// Pixels that one of the reference's samples falls on: pbrt-v3 adds each sample to all pixels
+    /// within its filter's radius. So a pixel there has met that many times more samples than ours,
+    /// which importance-sample the filter, and is correlated with its neighbours.
+    splat: f32,
+    /// Pixels where pbrt-v3 is known to be wrong.
+    left_out: LeftOut,
 }
 
-/// One test for each scene. A number after the name is the relative difference that is allowed
-/// besides noise, with its reason.
+/// Pixels that are not compared.
+enum LeftOut {
+    None,
+    /// Those that change by more than a twentieth when lines with this text are taken out of the scene.
+    Showing(&'static str),
+    /// Those in columns and rows from here on.
+    From(UVec2),
+}
+
+/// `Shape "cone"`: pbrt-v3 solves for the hit in single precision and, unlike its spheres and
+/// cylinders, does not move the point onto the surface. The discriminant cancels, more so the
+/// farther and smaller the cone, by more than its error bound knows of, so that shadow rays start
+/// inside. Its arithmetic done again step by step has 3 % of the shadow rays blocked by the cone itself
+/// near the base of `shape_instancing`'s and 60 % near the tip, where the reference is dark;
+/// for a convex body they should be none.
+const SHADOWED_CONES: LeftOut = LeftOut::Showing("Shape \"cone\"");
+
+/// A quadric under a mirroring transformation: in pbrt-v3 rays see its light on one side and
+/// light sampling sends it to the other (scene-language 4.5). Two of the four disks light the floor
+/// before the right half of the picture wrongly.
+const MIRRORED_DISKS: LeftOut = LeftOut::From(UVec2::new(16, 26));
+
+impl Case {
+    const PLAIN: Case = Case {
+        name: "",
+        splat: 1.0,
+        left_out: LeftOut::None,
+    };
+
+    /// Renders the scene and panics with a table where the picture is not the reference's.
+    fn check(&self) {
+        let name = self.name;
+        let loaded = read(&reference_file(name)).unwrap_or_else(|error| panic!("{error}"));
+        let (spp, runs) = (loaded.spp, loaded.runs);
+        let (spp, reference_runs) = spp.zip(runs).expect("the reference counts its samples");
+        let runs = SAMPLES / (f64::from(spp) * loaded.image.pixels.len() as f64);
+        let mut render = Render::new(&scene_file(name), 1, runs.round().max(1.0) as u32, &[]);
+        assert_eq!(
+            render.spp,
+            f64::from(spp),
+            "{name}: the scene's samples per pixel"
+        );
+
+        // pbrt-v3 was made to write PFM files, which do not know where the crop window lies.
+        let mut reference = Image {
+            bounds: render.image.bounds,
+            ..loaded.image
+        };
+        blacken(&mut reference, &mut render.image);
+        self.spread(&mut reference);
+        self.leave_out(&mut render.image, &mut reference);
+
+        let options = Options {
+            alpha: ALPHA,
+            ..Options::default()
+        };
+        let samples = Some(f64::from(spp) * f64::from(reference_runs));
+        let freedom = f64::from(reference_runs) - 1.0;
+        let (picture, reference) = (
+            render.estimate(),
+            Estimate {
+                image: &reference,
+                freedom,
+                samples,
+            },
+        );
+        let comparison =
+            compare(&picture, &reference, &options).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let agrees = comparison
+            .verdict
+            .as_ref()
+            .is_some_and(|verdict| verdict.agrees());
+        assert!(
+            agrees,
+            "{}",
+            explain(name, &picture, &reference, &options, &comparison)
+        );
+    }
+
+    /// Makes the reference's variance that of independent pixels with the samples of one pixel each.
+    fn spread(&self, reference: &mut Image) {
+        let variance = reference
+            .variance
+            .as_mut()
+            .expect("references have variances");
+        variance.iter_mut().for_each(|v| *v *= self.splat);
+    }
+
+    /// Blackens what is not to be compared in both pictures.
+    fn leave_out(&self, picture: &mut Image, reference: &mut Image) {
+        let bounds = picture.bounds;
+        let out: Vec<bool> = match self.left_out {
+            LeftOut::None => return,
+            LeftOut::From(corner) => bounds.pixels().map(|p| p.cmpge(corner).all()).collect(),
+            LeftOut::Showing(text) => self.showing(text),
+        };
+        // What is left must be worth the name.
+        let share = out.iter().filter(|&&out| out).count() as f64 / out.len() as f64;
+        assert!(
+            (0.001..0.5).contains(&share),
+            "{}: {share} of the pixels left out",
+            self.name
+        );
+        for image in [picture, reference] {
+            let variance = image.variance.as_mut().expect("both have variances");
+            for i in (0..out.len()).filter(|&i| out[i]) {
+                image.pixels[i] = Rgb::ZERO;
+                variance[i] = Rgb::ZERO;
+            }
+        }
+    }
+
+    /// Where the things whose lines have `text` show. From renders of their own, with other seeds
+    /// than the picture's: noise that chose pixels by their own values would bias what is left.
+    fn showing(&self, text: &str) -> Vec<bool> {
+        const OTHER_SEED: u32 = 1001;
+        let scene = scene_file(self.name);
+        let source = std::fs::read_to_string(&scene).expect("the scene is part of the project");
+        let lines = source.lines().filter(|line| !line.contains(text));
+        let mut changed = lines.collect::<Vec<_>>().join("\n");
+        for folder in ["lenses", "textures", "geometry"] {
+            let path = root().join("tests/scenes/reference").join(folder);
+            changed = changed.replace(&format!("\"{folder}/"), &format!("\"{}/", path.display()));
+        }
+        let mut file = tempfile::Builder::new()
+            .suffix(".pbrt")
+            .tempfile()
+            .expect("a temporary file");
+        file.write_all(changed.as_bytes())
+            .expect("room for a scene");
+        let with = Render::new(&scene, OTHER_SEED, 1, &[]).image;
+        let without = Render::new(file.path(), OTHER_SEED, 1, &[]).image;
+        let differs =
+            |(a, b): (&Rgb, &Rgb)| (*a - *b).abs().max_element() > 0.05 * a.max(*b).max_element();
+        with.pixels
+            .iter()
+            .zip(&without.pixels)
+            .map(differs)
+            .collect()
+    }
+}
+
+/// pbrt-v3 keeps its sums as XYZ in single precision; a channel that is black comes back as some
+/// 1e-7 of the others, without noise. Where both pictures are black to 1e-6 both are made black.
+fn blacken(reference: &mut Image, ours: &mut Image) {
+    const BLACK: f32 = 1e-6;
+    for i in 0..reference.pixels.len().min(ours.pixels.len()) {
+        for c in 0..3 {
+            if reference.pixels[i][c].abs() < BLACK && ours.pixels[i][c].abs() < BLACK {
+                reference.pixels[i][c] = 0.0;
+                ours.pixels[i][c] = 0.0;
+                for image in [&mut *reference, &mut *ours] {
+                    if let Some(variance) = &mut image.variance {
+                        variance[i][c] = 0.0;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// One test for each scene, with what differs from [`Case::PLAIN`].
 macro_rules! scenes {
-    ($($name:ident $(allows $tolerance:literal)?,)*) => {
+    ($($name:ident $({ $($field:ident: $value:expr),* })?,)*) => {
         const SCENES: &[&str] = &[$(stringify!($name)),*];
         $(
             #[test]
             fn $name() {
-                #[allow(unused_mut, unused_assignments)]
-                let mut tolerance = Options::default().relative_tolerance;
-                $(tolerance = $tolerance;)?
-                check(stringify!($name), tolerance);
+                #[allow(clippy::needless_update, reason = "some scenes name every field")]
+                Case { name: stringify!($name), $($($field: $value,)*)? ..Case::PLAIN }.check();
             }
         )*
     };
@@ -101,19 +234,19 @@ scenes! {
     cam_perspective,
     cam_perspective_dof,
     cam_screenwindow_crop,
-    course_dgauss,
-    course_fisheye,
-    course_telephoto,
-    course_wide,
+    course_dgauss { left_out: SHADOWED_CONES },
+    course_fisheye { left_out: SHADOWED_CONES },
+    course_telephoto { left_out: SHADOWED_CONES },
+    course_wide { left_out: SHADOWED_CONES },
     extreme_grazing,
     extreme_huge_ground,
     extreme_scale_1e4,
     extreme_scale_1em3,
     extreme_translate,
-    filter_gaussian,
-    filter_mitchell,
-    filter_sinc,
-    filter_triangle,
+    filter_gaussian { splat: 16.0 },
+    filter_mitchell { splat: 16.0 },
+    filter_sinc { splat: 36.0 },
+    filter_triangle { splat: 12.0 },
     int_cornell_path,
     int_direct_all,
     int_direct_one,
@@ -145,8 +278,8 @@ scenes! {
     realistic_tele250_full,
     realistic_wide22_full,
     realistic_wide22_stopped,
-    shape_instancing,
-    shape_orientation,
+    shape_instancing { left_out: SHADOWED_CONES },
+    shape_orientation { left_out: MIRRORED_DISKS },
     shape_plymesh,
     shape_quadrics1,
     tex_basic,

@@ -6,15 +6,27 @@
 //! (its anchor) so that single precision is spent on the object and not on where it stands.
 
 mod aabb;
+mod instance;
+mod level;
+mod node;
+mod packet;
+mod ray;
+mod search;
+mod tree;
 
 pub use aabb::Aabb;
 
 use crate::handles::{LightId, MaterialId, ObjectId};
+use crate::math::DVec3;
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::params::FloatInput;
 use crate::shapes::CompiledShape;
+use crate::shapes::local::LocalSurface;
 use crate::surface::{SurfaceHit, TexturePoint};
+use instance::Instance;
+use level::{Level, LevelBuilder};
+use search::{Found, Search};
 
 /// What a shape carries besides its geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,47 +65,78 @@ pub enum GeometryError {
 /// Collects the shapes of one named object (`ObjectBegin`), placed by the transformation they
 /// had there.
 #[derive(Default)]
-pub struct ObjectBuilder {}
+pub struct ObjectBuilder {
+    level: LevelBuilder,
+}
 
 impl ObjectBuilder {
     /// Adds a shape compiled with its object-to-world transformation.
-    pub fn add(&mut self, _shape: CompiledShape, _attributes: PrimitiveAttributes) {
-        todo!()
+    pub fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
+        self.level.add(shape, attributes);
     }
 }
 
 /// Collects the top level: shapes in render space, and instances.
-#[derive(Default)]
-pub struct GeometryBuilder {}
+pub struct GeometryBuilder {
+    level: LevelBuilder,
+    instances: Vec<(ObjectId, Transform)>,
+}
+
+impl Default for GeometryBuilder {
+    fn default() -> GeometryBuilder {
+        GeometryBuilder {
+            level: LevelBuilder::at_origin(),
+            instances: Vec::new(),
+        }
+    }
+}
 
 impl GeometryBuilder {
     /// Adds a shape compiled with its object-to-render transformation.
-    pub fn add(&mut self, _shape: CompiledShape, _attributes: PrimitiveAttributes) {
-        todo!()
+    pub fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
+        self.level.add(shape, attributes);
     }
 
-    /// Adds a copy of `object` (an index into `build`'s argument). `render_from_object` is
-    /// render-from-world times the transformation at `ObjectInstance`.
-    pub fn add_instance(&mut self, _object: ObjectId, _render_from_object: &Transform) {
-        todo!()
+    /// Adds a copy of `object` (an index into `build`'s argument; others are ignored).
+    /// `render_from_object` is render-from-world times the transformation at `ObjectInstance`;
+    /// one that is singular makes nothing.
+    pub fn add_instance(&mut self, object: ObjectId, render_from_object: &Transform) {
+        self.instances.push((object, *render_from_object));
     }
 
     /// Builds all trees.
-    pub fn build(self, _objects: Vec<ObjectBuilder>) -> Result<Geometry, GeometryError> {
-        todo!()
+    pub fn build(self, objects: Vec<ObjectBuilder>) -> Result<Geometry, GeometryError> {
+        let objects = objects
+            .into_iter()
+            .map(|object| object.level.build(&[]))
+            .collect::<Result<Vec<_>, _>>()?;
+        let instances: Vec<Instance> = self
+            .instances
+            .iter()
+            .filter_map(|(id, transform)| Instance::new(*id, objects.get(id.index())?, transform))
+            .collect();
+        let boxes: Vec<Aabb> = instances
+            .iter()
+            .map(|instance| instance.bounds(&objects[instance.object.index()]))
+            .collect();
+        Ok(Geometry {
+            top: self.level.build(&boxes)?,
+            objects,
+            instances,
+        })
     }
 }
 
 /// What was built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GeometryStatistics {
-    /// Triangles in trees; an object's count once.
+    /// Triangles in trees; those of an object once, however often it is instanced.
     pub triangles: usize,
     /// Quadrics in trees.
     pub quadrics: usize,
     /// Instances.
     pub instances: usize,
-    /// Triangles left out: zero area or coordinates that are not finite.
+    /// Triangles left out: zero area, or coordinates that are not finite or beyond 1e18.
     pub skipped: usize,
     /// 8-wide nodes.
     pub nodes: usize,
@@ -102,34 +145,101 @@ pub struct GeometryStatistics {
 }
 
 /// All surfaces of a scene, ready for rays.
-pub struct Geometry {}
+pub struct Geometry {
+    top: Level,
+    objects: Vec<Level>,
+    instances: Vec<Instance>,
+}
 
 impl Geometry {
-    /// The closest hit nearer than `ray.t_max`. `alpha` evaluates a texture for cut-outs.
+    /// The closest hit nearer than `ray.t_max`. `alpha` evaluates a texture for cut-outs, at
+    /// points in render space.
     pub fn intersect(
         &self,
-        _ray: &Ray,
-        _alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
+        ray: &Ray,
+        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
     ) -> Option<GeometryHit> {
-        todo!()
+        let found = Search::<_, false>::run(self, ray, alpha)?;
+        self.resolve(ray, &found)
     }
 
     /// Is anything hit nearer than `ray.t_max`?
-    pub fn occluded(
-        &self,
-        _ray: &Ray,
-        _alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
-    ) -> bool {
-        todo!()
+    pub fn occluded(&self, ray: &Ray, alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32) -> bool {
+        Search::<_, true>::run(self, ray, alpha).is_some()
+    }
+
+    /// Works out the surface that a search found.
+    fn resolve(&self, ray: &Ray, found: &Found) -> Option<GeometryHit> {
+        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+        let (local, attributes, light) = match found.instance.map(|i| &self.instances[i as usize]) {
+            None => resolve_in(&self.top, o, d, found)?,
+            Some(instance) => {
+                let level = &self.objects[instance.object.index()];
+                let inner = instance.enter(o, d, level);
+                let (local, attributes, light) = resolve_in(level, inner.o, inner.d, found)?;
+                let outer =
+                    local.transformed(&instance.outer_from_inner, &instance.inner_from_outer);
+                (outer, attributes, light)
+            }
+        };
+        Some(GeometryHit {
+            surface: local.hit(ray),
+            material: attributes.material,
+            light,
+            t: found.t,
+        })
     }
 
     /// The box around everything, render space; empty for an empty scene.
     pub fn bounds(&self) -> Aabb {
-        todo!()
+        self.top.bounds
     }
 
     /// Counts and sizes.
     pub fn statistics(&self) -> GeometryStatistics {
-        todo!()
+        let mut statistics = GeometryStatistics {
+            instances: self.instances.len(),
+            bytes: size_of_val(&self.instances[..]),
+            ..GeometryStatistics::default()
+        };
+        for level in self.objects.iter().chain([&self.top]) {
+            statistics.triangles += level.triangles() - level.skipped;
+            statistics.quadrics += level.quadrics.len();
+            statistics.skipped += level.skipped;
+            statistics.nodes += level.tree.nodes.len();
+            statistics.bytes += level.bytes();
+        }
+        statistics
     }
 }
+
+/// A surface, what it carries and the light that shines from it.
+type Resolved<'a> = (LocalSurface, &'a PrimitiveAttributes, Option<LightId>);
+
+/// The surface in the space of `level` where the line `o + t d` meets what was found.
+fn resolve_in<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Option<Resolved<'a>> {
+    let i = found.id.index();
+    if found.id.is_triangle() {
+        let (mesh, i) = level.locate(i);
+        let triangle = mesh.triangle(i);
+        // A ray within the plane of the triangle: any point of it is as good.
+        let b = triangle.barycentrics(o, d).unwrap_or([1.0 / 3.0; 3]);
+        let light = mesh
+            .attributes
+            .light
+            .map(|first| LightId(first.0 + i as u32));
+        return Some((triangle.surface(b), &mesh.attributes, light));
+    }
+    let stored = &level.quadrics[i];
+    // The ray as the search had it, so that the same point is found again.
+    let (o, d) = (o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3());
+    let (_, p) = stored.quadric.intersect(o, d)?;
+    Some((
+        stored.quadric.surface(p),
+        &stored.attributes,
+        stored.attributes.light,
+    ))
+}
+
+#[cfg(test)]
+mod tests;

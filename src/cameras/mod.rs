@@ -146,7 +146,7 @@ pub enum Camera {
     /// Pinhole or thin lens.
     Perspective(Perspective),
     /// A traced lens prescription.
-    Realistic(Realistic),
+    Realistic(Box<Realistic>),
 }
 
 impl Camera {
@@ -170,7 +170,7 @@ impl Camera {
                 render_from_camera,
             ))),
             CameraSpec::Realistic(s) => {
-                Realistic::new(s, film, render_from_camera).map(Camera::Realistic)
+                Realistic::new(s, film, render_from_camera).map(|c| Camera::Realistic(Box::new(c)))
             }
         }
     }

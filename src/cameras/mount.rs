@@ -3,12 +3,13 @@
 use super::Clip;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
-use crate::math::{DVec3, Vec3};
+use crate::math::{DMat4, DVec3, Vec3};
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Mount {
-    render_from_camera: Transform,
+    /// The matrix alone: the inverse is not needed here.
+    render_from_camera: DMat4,
     clip: Clip,
 }
 
@@ -25,7 +26,7 @@ impl Mount {
     /// A camera placed by `render_from_camera`.
     pub fn new(render_from_camera: &Transform, clip: Clip) -> Mount {
         Mount {
-            render_from_camera: *render_from_camera,
+            render_from_camera: render_from_camera.m,
             clip,
         }
     }
@@ -33,9 +34,11 @@ impl Mount {
     /// The render-space ray at `time`, cut to what lies between the clip planes.
     pub fn ray(&self, ray: &CameraSpaceRay, time: f32) -> Ray {
         let (start, end) = self.clip.interval(ray.o.z, ray.d.z);
-        let d = self.render_from_camera.vector(ray.d);
+        let d = self.render_from_camera.transform_vector3(ray.d);
         let length = d.length();
-        let o = self.render_from_camera.point(ray.o + ray.d * start);
+        let o = self
+            .render_from_camera
+            .project_point3(ray.o + ray.d * start);
         Ray {
             o: o.as_vec3(),
             d: (d / length).as_vec3(),
@@ -48,8 +51,11 @@ impl Mount {
     pub fn differentials(&self, x: &CameraSpaceRay, y: &CameraSpaceRay) -> RayDifferentials {
         let place = |r: &CameraSpaceRay| -> (Vec3, Vec3) {
             (
-                self.render_from_camera.point(r.o).as_vec3(),
-                self.render_from_camera.vector(r.d).normalize().as_vec3(),
+                self.render_from_camera.project_point3(r.o).as_vec3(),
+                self.render_from_camera
+                    .transform_vector3(r.d)
+                    .normalize()
+                    .as_vec3(),
             )
         };
         let ((rx_o, rx_d), (ry_o, ry_d)) = (place(x), place(y));

@@ -124,4 +124,19 @@ mod tests {
         let area = innermost_box_area(&lens, 40.0);
         assert!((area / expected - 1.0).abs() < 1e-3, "{area} {expected}");
     }
+
+    #[test]
+    fn agrees_with_pbrts_box_of_a_wide_angle_lens() {
+        // The reference pictures realistic_simpleweight_true and _false differ by nothing but the
+        // weight: their mean luminances, per unit of light, .29780/1.2 and .37298/(45·½), have
+        // the ratio z²/A with z = 14.96932 mm, so A = 14.968 mm².
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/lenses/wide.22mm.dat");
+        let mut p = Prescription::read(file.as_ref()).unwrap();
+        p.set_stops(6.0);
+        let lens = Lens::new(&p, Lens::focused(&p, 800.0).unwrap()).unwrap();
+        assert!((lens.film_distance() / 14.96932 - 1.0).abs() < 1e-5);
+        // The noise of the two means is some 3e-4 each.
+        let area = innermost_box_area(&lens, 30.0);
+        assert!((area / 14.968 - 1.0).abs() < 1e-3, "{area}");
+    }
 }

@@ -1,6 +1,7 @@
-//! `fstop lens LENS`.
+//! `fstop lens LENS`: surfaces, focal length, f-number, focal and principal planes, pupils.
 
-use super::BAD_INPUT;
+use super::{BAD_INPUT, messages};
+use crate::optics::{Lens, LensReport, Prescription};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -10,8 +11,65 @@ use std::process::ExitCode;
 pub struct LensArgs {
     /// Lens prescription (.dat)
     lens: PathBuf,
+    /// Diameter of the aperture stop in mm, instead of the file's
+    #[arg(long, value_name = "MM")]
+    aperture: Option<f64>,
+    /// Focus at this distance from the film, in metres
+    #[arg(long, value_name = "M", conflicts_with = "film_distance")]
+    focus: Option<f64>,
+    /// Distance from the last surface to the film in mm
+    #[arg(long, value_name = "MM")]
+    film_distance: Option<f64>,
+    /// Multiply every length of the prescription
+    #[arg(long, value_name = "S")]
+    scale: Option<f64>,
+    /// Print JSON instead of text; lengths in mm
+    #[arg(long)]
+    json: bool,
 }
 
-pub fn run(_args: &LensArgs) -> ExitCode {
-    ExitCode::from(BAD_INPUT)
+/// Prints what a lens is.
+pub fn run(args: &LensArgs) -> ExitCode {
+    match describe(args) {
+        Ok(text) => {
+            println!("{text}");
+            ExitCode::SUCCESS
+        }
+        Err(message) => {
+            messages::error(message);
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+fn describe(args: &LensArgs) -> Result<String, String> {
+    let mut prescription = Prescription::read(&args.lens).map_err(|e| e.to_string())?;
+    if let Some(scale) = args.scale {
+        if !(scale > 0.0 && scale.is_finite()) {
+            return Err(format!("--scale {scale}: expected a positive number"));
+        }
+        prescription = prescription.scaled(scale);
+    }
+    if let Some(diameter) = args.aperture {
+        if !(diameter >= 0.0 && diameter.is_finite()) {
+            return Err(format!("--aperture {diameter}: expected a diameter in mm"));
+        }
+        for warning in prescription.set_stops(diameter) {
+            eprintln!("warning: {warning}");
+        }
+    }
+    let film_distance = match (args.focus, args.film_distance) {
+        (Some(metres), _) => {
+            Lens::focused(&prescription, metres * 1e3).map_err(|e| e.to_string())?
+        }
+        (None, Some(mm)) => mm,
+        (None, None) => prescription.film_distance,
+    };
+    let lens = Lens::new(&prescription, film_distance).map_err(|e| e.to_string())?;
+    let report = LensReport::new(&lens);
+    if args.json {
+        serde_json::to_string_pretty(&report).map_err(|e| e.to_string())
+    } else {
+        Ok(report.to_string())
+    }
 }

@@ -204,9 +204,12 @@ fn noiseless_pictures() {
     let mut rounded = a.clone();
     rounded.pixels[5] *= 1.0 + 5e-6;
     assert!(agrees(&rounded));
+    // What comes back from XYZ in a channel that was black.
+    rounded.pixels[5].z = 1e-6;
+    assert!(agrees(&rounded));
     for change in [
         Rgb::new(1e-4, 0.0, 0.0),
-        Rgb::new(0.0, 0.0, 1e-9),
+        Rgb::new(0.0, 0.0, 1e-5),
         Rgb::NAN,
         Rgb::INFINITY,
     ] {

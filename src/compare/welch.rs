@@ -16,9 +16,9 @@ pub struct Options {
     /// of the whole picture is always tested too. Pixels find what is small and wrong, large blocks
     /// what is everywhere and slight.
     pub blocks: Vec<u32>,
-    /// Differences up to this fraction of the larger value do not count. The default, 1e-5, is ten
-    /// times what pbrt-v3's single-precision sums and its way through XYZ and back (1e-6) leave in a
-    /// reference; noise hides anything so small elsewhere.
+    /// Differences up to this fraction of the brightest channel's value do not count. The default,
+    /// 1e-5, is ten times what pbrt-v3's single-precision sums and its way through XYZ and back,
+    /// which mixes the channels, leave in a reference (1e-6); noise hides anything so small elsewhere.
     pub relative_tolerance: f64,
 }
 
@@ -173,13 +173,15 @@ fn test_level(a: &Estimate, b: &Estimate, side: Option<u32>, tolerance: f64) -> 
 
 fn test_block(a: &Estimate, b: &Estimate, bounds: PixelBounds, tolerance: f64) -> [Finding; 3] {
     let (block_a, block_b) = (block_means(a, bounds), block_means(b, bounds));
+    let values = block_a.iter().chain(&block_b).map(|block| block.mean.abs());
+    let tolerated = tolerance * values.fold(0.0, f64::max);
     [0, 1, 2].map(|channel| {
         let (x, y) = (block_a[channel], block_b[channel]);
         let (error, freedom) = match a.samples.zip(b.samples) {
             Some((samples_a, samples_b)) => common_error(x, y, samples_a, samples_b),
             None => welch_error(x, y),
         };
-        let excess = (x.mean - y.mean).abs() - tolerance * x.mean.abs().max(y.mean.abs());
+        let excess = (x.mean - y.mean).abs() - tolerated;
         let t = if excess <= 0.0 {
             0.0
         } else {

@@ -66,10 +66,10 @@ pub fn trace(
             let Some(child) = child else { continue };
             if next.is_none() {
                 next = Some(child);
-            } else if let Err(full) = pending.try_push(child) {
-                // Sixty-four undecided branches: only absurd depths get here; roulette has already
-                // thinned them, and the branch in hand is worth less than any of them.
-                drop(full);
+            } else if !pending.is_full() {
+                // Sixty-four undecided branches: only absurd depths would fill this, and roulette
+                // has thinned those long before.
+                pending.push(child);
             }
         }
     }

@@ -10,7 +10,7 @@ pub fn luminance(rgb: Rgb) -> f32 {
 /// CIE XYZ to linear RGB.
 pub fn rgb_from_xyz(xyz: Rgb) -> Rgb {
     Rgb::new(
-        3.240_479 * xyz.x - 1.537_150 * xyz.y - 0.498_535 * xyz.z,
+        3.240_479 * xyz.x - 1.537_15 * xyz.y - 0.498_535 * xyz.z,
         -0.969_256 * xyz.x + 1.875_991 * xyz.y + 0.041_556 * xyz.z,
         0.055_648 * xyz.x - 0.204_043 * xyz.y + 1.057_311 * xyz.z,
     )

@@ -78,7 +78,7 @@ pub fn film_distance_for_object(
     let c = imaging(cardinals)?;
     // From the object to the front focal point; Newton's form x x' = f².
     let x = distance + c.front_focal_point;
-    if !(x > 0.0) {
+    if x.is_nan() || x <= 0.0 {
         return Err(FocusError::TooNear {
             asked: distance,
             minimum: -c.front_focal_point,

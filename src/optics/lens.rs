@@ -46,7 +46,7 @@ impl Lens {
         })
     }
 
-    /// The lens of `prescription` focused on the plane `distance` mm from the film.
+    /// The film distance, mm, that focuses `prescription` on the plane `distance` mm from the film.
     pub fn focused(prescription: &Prescription, distance: f64) -> Result<f64, FocusError> {
         if prescription.surfaces.is_empty() {
             return Err(FocusError::NoImage { focal_length: None });

@@ -485,3 +485,148 @@ struct Columns {
 fn plausible_index(text: &str) -> bool {
     text.parse::<f64>().is_ok_and(|n| (1.0..=2.5).contains(&n))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn surfaces(text: &str) -> Vec<Surface> {
+        Prescription::parse(text).unwrap().surfaces
+    }
+
+    fn errors(text: &str) -> Vec<RowNote> {
+        match Prescription::parse(text) {
+            Err(PrescriptionError::Rows(notes)) => notes,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn four_and_five_columns_say_the_same() {
+        let four = surfaces("58.95 7.52 1.67 50.4\n169.66 0.24 1 50.4\n0 9 0 34.2\n-40 0 1 40\n");
+        let five = surfaces(
+            "58.95 7.52 1.67 47.1 50.4\n169.66 0.24 1 0 50.4\n0 9 0 0 34.2\n-40 0 1 0 40\n",
+        );
+        assert_eq!(five[0].abbe, Some(47.1));
+        assert_eq!(four[1..], five[1..]);
+        assert!(four[2].is_stop && !four[3].is_stop);
+        assert_eq!(four[2].radius, f64::INFINITY);
+    }
+
+    #[test]
+    fn every_way_of_writing_a_file_is_read() {
+        let plain = surfaces("58.95 7.52 1.67 50.4\n169.66 0.24 1 50.4\n0 9 0 34.2\n");
+        for text in [
+            // CRLF, tabs, comments anywhere, no last newline, blank lines.
+            "# title\r\n58.95\t7.52\t1.67\t50.4 # front\r\n\r\n169.66\t0.24\t1\t50.4#rim\r\n0\t9\t0\t34.2",
+            // A byte order mark, upper-case exponents, signs, bare dots.
+            "\u{feff}5.895E1 +7.52 1.67 50.4\n1.6966E+2 .24 1. 50.4\n0. 9 0 342e-1",
+            // Blank index: three columns, or an empty cell between tabs.
+            "58.95 7.52 1.67 50.4\n169.66 0.24 50.4\n0 9 34.2\n",
+            "58.95\t7.52\t1.67\t50.4\n169.66\t0.24\t\t50.4\n0\t9\t\t34.2\n",
+            // Lines that end in CR alone; words for the stop and for air.
+            "58.95 7.52 1.67 50.4\r169.66 0.24 air 50.4\rSTOP 9 0 34.2\r",
+        ] {
+            assert_eq!(surfaces(text), plain, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn the_lectures_table_is_read_with_its_blanks() {
+        let p = Prescription::parse(
+            "58.950 7.520 1.670 47.1 50.4\n169.660 0.240 50.4\n25.5 11.41 36.0\n9.000 34.2\n-79.460 72.228 40.0",
+        )
+        .unwrap();
+        assert_eq!(p.surfaces.len(), 5);
+        assert!(p.surfaces[3].is_stop);
+        assert_eq!(
+            (p.surfaces[3].thickness, p.surfaces[3].aperture),
+            (9.0, 34.2)
+        );
+        assert_eq!(p.film_distance, 72.228);
+        assert_eq!(p.surfaces[4].thickness, 0.0);
+        // The two-column row is a guess, and said to be one.
+        assert_eq!(p.warnings.len(), 1);
+    }
+
+    #[test]
+    fn planes_and_stops_are_told_apart() {
+        // A plane-parallel plate written both ways, and a stop inside glass.
+        let plate = surfaces("inf 5 1.5 20\nInfinity 0 1 20\n");
+        assert!(plate.iter().all(|s| !s.is_stop && s.curvature() == 0.0));
+        let p = Prescription::parse("0 5 1.5 20\n0 3 0 10\n0 0 1 20\n").unwrap();
+        assert_eq!(
+            p.surfaces.iter().map(|s| s.is_stop).collect::<Vec<_>>(),
+            [false, true, false]
+        );
+        assert_eq!(p.surfaces[1].index, 1.5);
+        assert_eq!(p.warnings.len(), 2);
+    }
+
+    #[test]
+    fn errors_name_row_line_and_column() {
+        let notes = errors("# a lens\n50 5 1.5 20\n\n  -50 x 1 20\n30 2 SK16 20\n1 2 3\n");
+        let places: Vec<_> = notes.iter().map(|n| (n.line, n.column, n.row)).collect();
+        assert_eq!(places, [(4, 7, 2), (5, 6, 3)]);
+        assert!(
+            notes[0].message.contains("thickness in mm, found x"),
+            "{}",
+            notes[0]
+        );
+        assert!(
+            notes[1].message.contains("glass names such as SK16"),
+            "{}",
+            notes[1]
+        );
+        let wrong = [
+            ("50 5\n", "2 columns"),
+            ("50 5 1.5\n", "may be an index or an aperture"),
+            ("50 5 1.5 60 20 -1 0.001\n", "aspheric"),
+            ("1e-9 5 1.5 20\n", "expected between 1e-6 and 1e30"),
+            ("nan 5 1.5 20\n", "the radius in mm, found nan"),
+            ("1e999 5 1.5 20\n", "the radius in mm"),
+            ("50 inf 1.5 20\n", "the thickness in mm"),
+            ("50 5 -1.5 20\n", "refractive index of -1.5"),
+            ("50 5 1.5 0\n", "expected a positive length"),
+            ("50 5 1.5 -60 20\n", "Abbe number of -60"),
+            ("TYPE EVENASPH 1 2\n", "the radius in mm, found TYPE"),
+        ];
+        for (text, expected) in wrong {
+            let notes = errors(text);
+            assert!(
+                notes[0].to_string().contains(expected),
+                "{text:?}: {}",
+                notes[0]
+            );
+        }
+        assert!(matches!(
+            Prescription::parse("# nothing\n"),
+            Err(PrescriptionError::Empty)
+        ));
+    }
+
+    #[test]
+    fn stops_open_no_wider_than_their_row() {
+        let mut p = Prescription::parse("50 5 1.5 20\n-50 2 1 20\n0 1 0 10\n0 0 0 6\n").unwrap();
+        let notes = p.set_stops(8.0);
+        assert_eq!(p.surfaces[2].aperture, 8.0);
+        assert_eq!(p.surfaces[3].aperture, 6.0);
+        assert_eq!(p.surfaces[0].aperture, 20.0);
+        assert!(notes.len() == 1 && notes[0].contains("row 4"));
+    }
+
+    proptest! {
+        /// Whatever the text, reading ends, and what it returns can be used.
+        #[test]
+        fn reading_never_panics(text in "([-+0-9.eE#\t\r\n a-z]|inf|nan|\u{feff}|é){0,120}") {
+            if let Ok(p) = Prescription::parse(&text) {
+                for s in &p.surfaces {
+                    prop_assert!(s.curvature().is_finite() && s.thickness.is_finite());
+                    prop_assert!(s.index > 0.0 && s.aperture > 0.0);
+                }
+                prop_assert_eq!(p.surfaces.last().map(|s| s.thickness), Some(0.0));
+            }
+        }
+    }
+}

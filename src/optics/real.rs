@@ -118,6 +118,10 @@ impl Sub for Dual {
     }
 }
 
+#[expect(
+    clippy::suspicious_arithmetic_impl,
+    reason = "the product and quotient rules"
+)]
 impl Mul for Dual {
     type Output = Dual;
     fn mul(self, b: Dual) -> Dual {
@@ -129,6 +133,10 @@ impl Mul for Dual {
     }
 }
 
+#[expect(
+    clippy::suspicious_arithmetic_impl,
+    reason = "the product and quotient rules"
+)]
 impl Div for Dual {
     type Output = Dual;
     fn div(self, b: Dual) -> Dual {

@@ -10,6 +10,8 @@ use std::process::Command;
 pub struct Render {
     /// The mean, with its variance.
     pub image: Image,
+    /// Samples per pixel of one run.
+    pub spp: f64,
     /// Samples per pixel of all runs together.
     pub samples: f64,
     /// Degrees of freedom of the variance, which every run estimates from its own samples.
@@ -17,13 +19,14 @@ pub struct Render {
 }
 
 impl Render {
-    /// Renders `scene` `runs` times with `fstop render`, seeds 1, 2, …, and `arguments` besides.
+    /// Renders `scene` `runs` times with `fstop render`, seeds from `first_seed` on, and `arguments`
+    /// besides.
     ///
     /// Averaging runs, rather than asking for more samples once, keeps what depends on the number of
     /// samples per pixel as the reference has it: the width of texture filters, the cut at 0.
-    pub fn new(scene: &Path, runs: u32, arguments: &[&str]) -> Render {
+    pub fn new(scene: &Path, first_seed: u32, runs: u32, arguments: &[&str]) -> Render {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let renders: Vec<_> = (1..=runs)
+        let renders: Vec<_> = (first_seed..first_seed + runs)
             .map(|seed| {
                 let output = folder.path().join(format!("{seed}.exr"));
                 render(scene, &output, seed, arguments);
@@ -35,6 +38,7 @@ impl Render {
         let runs = f64::from(runs);
         Render {
             image: average(&images),
+            spp,
             samples: spp * runs,
             freedom: (spp - 1.0) * runs,
         }

@@ -1,0 +1,104 @@
+//! Copies of objects.
+
+use super::aabb::Aabb;
+use super::level::Level;
+use crate::handles::ObjectId;
+use crate::math::DVec3;
+use crate::math::transform::Transform;
+use glam::DAffine3;
+
+/// An object in a place.
+pub(super) struct Instance {
+    /// Which object.
+    pub object: ObjectId,
+    /// Object space, counted from the object's anchor, to render space.
+    pub outer_from_inner: DAffine3,
+    /// The inverse.
+    pub inner_from_outer: DAffine3,
+}
+
+/// A ray taken to an object's space and moved up to the object.
+pub(super) struct InnerRay {
+    /// Origin.
+    pub o: DVec3,
+    /// Unit direction.
+    pub d: DVec3,
+    /// Inner distances are outer ones times `scale`, less `start`.
+    pub scale: f64,
+    /// How far the origin was moved along the ray.
+    pub start: f64,
+}
+
+impl Instance {
+    /// Places `object`, whose shapes are `level`. `None` where the transformation is singular.
+    pub fn new(
+        object: ObjectId,
+        level: &Level,
+        render_from_object: &Transform,
+    ) -> Option<Instance> {
+        let placed = *render_from_object * Transform::translate(level.anchor);
+        placed.is_invertible().then(|| Instance {
+            object,
+            outer_from_inner: DAffine3::from_mat4(placed.m),
+            inner_from_outer: DAffine3::from_mat4(placed.inverse),
+        })
+    }
+
+    /// A box in render space around the object's box.
+    pub fn bounds(&self, level: &Level) -> Aabb {
+        if level.bounds.is_empty() {
+            // Not finite: the level leaves it out.
+            return Aabb::EMPTY;
+        }
+        let [low, high] = [level.bounds.min.as_dvec3(), level.bounds.max.as_dvec3()];
+        // The object's rays are rounded to single precision, which may move them by that much
+        // of the distance from the anchor.
+        let margin = DVec3::splat(level.radius * 4.0 * f64::from(f32::EPSILON));
+        let (low, high) = (low - margin, high + margin);
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for i in 0..8 {
+            let pick = |axis: usize| {
+                if i >> axis & 1 == 0 {
+                    low[axis]
+                } else {
+                    high[axis]
+                }
+            };
+            let corner =
+                self.outer_from_inner
+                    .transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+            min = min.min(corner);
+            max = max.max(corner);
+        }
+        Aabb::around(min, max)
+    }
+
+    /// The ray `o + t d` in the object's space, starting near the object: distances are then small,
+    /// and single precision is spent where it matters, however far away the ray began.
+    pub fn enter(&self, o: DVec3, d: DVec3, level: &Level) -> InnerRay {
+        let inner_o = self.inner_from_outer.transform_point3(o);
+        let inner_d = self.inner_from_outer.transform_vector3(d);
+        let scale = inner_d.length();
+        let d = inner_d / scale;
+        // The nearest the ray can be to the sphere around the object.
+        let start = (-inner_o.dot(d) - level.radius * 1.001).max(0.0);
+        InnerRay {
+            o: inner_o + d * start,
+            d,
+            scale,
+            start,
+        }
+    }
+}
+
+impl InnerRay {
+    /// The outer distance of an inner one.
+    pub fn outer(&self, t: f64) -> f64 {
+        (t + self.start) / self.scale
+    }
+
+    /// The inner distance of an outer one.
+    pub fn inner(&self, t: f64) -> f64 {
+        t * self.scale - self.start
+    }
+}

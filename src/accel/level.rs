@@ -1,0 +1,263 @@
+//! The shapes of one tree, stored relative to the tree's anchor.
+
+use super::aabb::Aabb;
+use super::packet::PrimitiveId;
+use super::tree::{Item, Tree};
+use super::{GeometryError, PrimitiveAttributes};
+use crate::math::{DVec3, Vec2, Vec3};
+use crate::params::FloatInput;
+use crate::shapes::CompiledShape;
+use crate::shapes::mesh::TriangleMesh;
+use crate::shapes::quadric::Quadric;
+use crate::shapes::triangle::{DEFAULT_UV, Orientation, Triangle};
+
+/// What is farther out, infinite or no number is left out: areas of boxes, which the builder
+/// compares, would overflow.
+const LARGEST_COORDINATE: f32 = 1e18;
+
+/// A mesh rounded to single precision.
+pub(super) struct StoredMesh {
+    /// Number of its first triangle within the level.
+    pub first: u32,
+    indices: Box<[[u32; 3]]>,
+    positions: Box<[Vec3]>,
+    normals: Box<[Vec3]>,
+    tangents: Box<[Vec3]>,
+    uv: Box<[Vec2]>,
+    orientation: Orientation,
+    pub attributes: PrimitiveAttributes,
+}
+
+impl StoredMesh {
+    /// The corners of triangle `i`.
+    fn corners(&self, i: usize) -> [Vec3; 3] {
+        self.indices[i].map(|v| self.positions[v as usize])
+    }
+
+    /// Triangle `i` with its attributes.
+    pub fn triangle(&self, i: usize) -> Triangle {
+        let corners = self.indices[i];
+        let at = |values: &[Vec3]| {
+            (!values.is_empty()).then(|| corners.map(|v| values[v as usize].as_dvec3()))
+        };
+        let uv = if self.uv.is_empty() {
+            DEFAULT_UV
+        } else {
+            corners.map(|v| self.uv[v as usize])
+        };
+        Triangle {
+            p: self.corners(i).map(Vec3::as_dvec3),
+            normals: at(&self.normals),
+            tangents: at(&self.tangents),
+            uv: uv.map(Vec2::as_dvec2),
+            orientation: self.orientation,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.indices[..])
+            + size_of_val(&self.positions[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.tangents[..])
+            + size_of_val(&self.uv[..])
+    }
+}
+
+/// A quadric with what it carries.
+pub(super) struct StoredQuadric {
+    pub quadric: Quadric,
+    pub attributes: PrimitiveAttributes,
+}
+
+/// Shapes being collected.
+#[derive(Default)]
+pub(super) struct LevelBuilder {
+    /// Where single-precision coordinates count from; set by the first shape unless given. Any
+    /// point of the object serves: no coordinate is then larger than the object.
+    anchor: Option<DVec3>,
+    meshes: Vec<StoredMesh>,
+    quadrics: Vec<StoredQuadric>,
+    triangles: usize,
+}
+
+impl LevelBuilder {
+    /// A level whose coordinates count from the origin.
+    pub fn at_origin() -> LevelBuilder {
+        LevelBuilder {
+            anchor: Some(DVec3::ZERO),
+            ..LevelBuilder::default()
+        }
+    }
+
+    pub fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
+        let (min, max) = match &shape {
+            CompiledShape::Mesh(mesh) => mesh.bounds(),
+            CompiledShape::Quadric(quadric) => quadric.bounds(),
+        };
+        let center = (min + max) * 0.5;
+        if self.anchor.is_none() && center.is_finite() {
+            self.anchor = Some(center);
+        }
+        let anchor = self.anchor.unwrap_or_default();
+        match shape {
+            CompiledShape::Mesh(mesh) => self.add_mesh(*mesh, attributes, anchor),
+            CompiledShape::Quadric(quadric) => self.quadrics.push(StoredQuadric {
+                quadric: quadric.relative_to(anchor),
+                attributes,
+            }),
+        }
+    }
+
+    fn add_mesh(&mut self, mesh: TriangleMesh, attributes: PrimitiveAttributes, anchor: DVec3) {
+        // A constant that is not 0 cuts nothing out, and need not be asked for every hit.
+        let cuts =
+            |alpha: &FloatInput| !matches!(alpha, FloatInput::Constant(value) if *value != 0.0);
+        let attributes = PrimitiveAttributes {
+            alpha: attributes.alpha.filter(cuts),
+            shadow_alpha: attributes.shadow_alpha.filter(cuts),
+            ..attributes
+        };
+        let first = self.triangles;
+        self.triangles += mesh.indices.len();
+        self.meshes.push(StoredMesh {
+            // Checked against the limit before use.
+            first: first as u32,
+            indices: mesh.indices.into(),
+            positions: mesh
+                .positions
+                .iter()
+                .map(|&p| (p - anchor).as_vec3())
+                .collect(),
+            normals: mesh.normals.into(),
+            tangents: mesh.tangents.into(),
+            uv: mesh.uv.into(),
+            orientation: mesh.orientation,
+            attributes,
+        });
+    }
+
+    /// Builds the tree, with `instances` beside the shapes.
+    pub fn build(self, instances: &[Aabb]) -> Result<Level, GeometryError> {
+        let largest = self.triangles.max(self.quadrics.len()).max(instances.len());
+        if largest >= PrimitiveId::LIMIT || self.triangles / 2 >= super::node::Child::MAX_PACKETS {
+            return Err(GeometryError::TooMany(largest));
+        }
+        let mut level = Level {
+            anchor: self.anchor.unwrap_or_default(),
+            radius: 0.0,
+            meshes: self.meshes,
+            quadrics: self.quadrics,
+            bounds: Aabb::EMPTY,
+            skipped: 0,
+            tree: Tree::build(&[], |_| [Vec3::ZERO; 3]),
+        };
+        let items = level.items(instances);
+        level.bounds = items
+            .iter()
+            .fold(Aabb::EMPTY, |b, item| b.union(item.bounds));
+        if !level.bounds.is_empty() {
+            level.radius = level
+                .bounds
+                .min
+                .abs()
+                .max(level.bounds.max.abs())
+                .as_dvec3()
+                .length();
+        }
+        level.tree = Tree::build(&items, |id| level.corners(id.index()));
+        Ok(level)
+    }
+}
+
+/// A tree with its shapes.
+pub(super) struct Level {
+    /// What coordinates count from.
+    pub anchor: DVec3,
+    /// Everything is within this distance of the anchor.
+    pub radius: f64,
+    pub meshes: Vec<StoredMesh>,
+    pub quadrics: Vec<StoredQuadric>,
+    pub tree: Tree,
+    /// Relative to the anchor.
+    pub bounds: Aabb,
+    /// Triangles left out.
+    pub skipped: usize,
+}
+
+impl Level {
+    /// What the tree is built over. Triangles without area or with unusable corners are left out
+    /// and counted.
+    fn items(&mut self, instances: &[Aabb]) -> Vec<Item> {
+        let mut items =
+            Vec::with_capacity(self.triangles() + self.quadrics.len() + instances.len());
+        for mesh in &self.meshes {
+            let cut_out = mesh.attributes.alpha.is_some() || mesh.attributes.shadow_alpha.is_some();
+            for i in 0..mesh.indices.len() {
+                let corners = mesh.corners(i);
+                let [a, b, c] = corners.map(Vec3::as_dvec3);
+                let area = (b - a).cross(c - a).length_squared();
+                let usable = corners
+                    .iter()
+                    .all(|p| p.abs().max_element() <= LARGEST_COORDINATE);
+                if !usable || area == 0.0 {
+                    self.skipped += 1;
+                    continue;
+                }
+                items.push(Item {
+                    id: PrimitiveId::triangle(mesh.first + i as u32, cut_out),
+                    bounds: corners
+                        .iter()
+                        .fold(Aabb::EMPTY, |bounds, &p| bounds.with_point(p)),
+                });
+            }
+        }
+        let usable = |b: &Aabb| b.min.abs().max(b.max.abs()).max_element() <= LARGEST_COORDINATE;
+        for (i, stored) in self.quadrics.iter().enumerate() {
+            let (min, max) = stored.quadric.bounds();
+            let bounds = Aabb::around(min, max);
+            if usable(&bounds) {
+                items.push(Item {
+                    id: PrimitiveId::quadric(i),
+                    bounds,
+                });
+            }
+        }
+        for (i, &bounds) in instances.iter().enumerate() {
+            if usable(&bounds) {
+                items.push(Item {
+                    id: PrimitiveId::instance(i),
+                    bounds,
+                });
+            }
+        }
+        items
+    }
+
+    /// How many triangles there are, those left out included.
+    pub fn triangles(&self) -> usize {
+        self.meshes.iter().map(|mesh| mesh.indices.len()).sum()
+    }
+
+    /// The mesh that triangle `id` of the level belongs to, and its number there.
+    pub fn locate(&self, id: usize) -> (&StoredMesh, usize) {
+        let after = self
+            .meshes
+            .partition_point(|mesh| mesh.first as usize <= id);
+        // Meshes without triangles share their number with the next one, which comes after them.
+        let mesh = &self.meshes[after - 1];
+        (mesh, id - mesh.first as usize)
+    }
+
+    fn corners(&self, id: usize) -> [Vec3; 3] {
+        let (mesh, i) = self.locate(id);
+        mesh.corners(i)
+    }
+
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        self.tree.bytes()
+            + self.meshes.iter().map(StoredMesh::bytes).sum::<usize>()
+            + size_of_val(&self.meshes[..])
+            + size_of_val(&self.quadrics[..])
+    }
+}

@@ -1,0 +1,181 @@
+//! What a traversal looks for: the closest hit, or any.
+
+use super::instance::{InnerRay, Instance};
+use super::level::Level;
+use super::packet::PrimitiveId;
+use super::ray::TraversalRay;
+use super::tree::Visitor;
+use super::{Geometry, PrimitiveAttributes};
+use crate::math::{DVec3, Vec2};
+use crate::params::FloatInput;
+use crate::surface::{Footprint, TexturePoint};
+
+/// The closest hit so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    pub id: PrimitiveId,
+    /// Number of the instance it is in.
+    pub instance: Option<u32>,
+    /// Distance along the outer ray.
+    pub t: f32,
+}
+
+/// A search in one level. `SHADOW` accepts any hit and asks shadow alpha too.
+pub(super) struct Search<'a, A, const SHADOW: bool> {
+    geometry: &'a Geometry,
+    level: &'a Level,
+    instance: Option<(u32, &'a Instance)>,
+    o: DVec3,
+    d: DVec3,
+    /// In units of this level's ray.
+    t_max: f32,
+    alpha: &'a A,
+    /// `t` in units of this level's ray.
+    pub found: Option<Found>,
+}
+
+impl<'a, A, const SHADOW: bool> Search<'a, A, SHADOW>
+where
+    A: Fn(&FloatInput, &TexturePoint) -> f32,
+{
+    /// Searches the top level along `ray`.
+    pub fn run(geometry: &'a Geometry, ray: &crate::math::ray::Ray, alpha: &'a A) -> Option<Found> {
+        let mut search = Search::<A, SHADOW> {
+            geometry,
+            level: &geometry.top,
+            instance: None,
+            o: ray.o.as_dvec3(),
+            d: ray.d.as_dvec3(),
+            t_max: ray.t_max,
+            alpha,
+            found: None,
+        };
+        search.go(&TraversalRay::new(ray.o, ray.d));
+        search.found
+    }
+
+    fn go(&mut self, ray: &TraversalRay) {
+        let level = self.level;
+        // Comparisons with NaN would let such rays into unused slots of nodes.
+        if !(ray.o.is_finite() && ray.d.is_finite()) {
+            return;
+        }
+        if SHADOW {
+            level.tree.traverse::<false>(ray, self);
+        } else {
+            level.tree.traverse::<true>(ray, self);
+        }
+    }
+
+    fn accept(&mut self, id: PrimitiveId, instance: Option<u32>, t: f32) -> bool {
+        self.t_max = t;
+        self.found = Some(Found { id, instance, t });
+        SHADOW
+    }
+
+    /// Is there surface where the ray meets a triangle with cut-outs?
+    #[cold]
+    fn is_solid(&self, id: PrimitiveId) -> bool {
+        let (mesh, i) = self.level.locate(id.index());
+        let triangle = mesh.triangle(i);
+        let Some(b) = triangle.barycentrics(self.o, self.d) else {
+            return true;
+        };
+        let p = triangle.p[0] * b[0] + triangle.p[1] * b[1] + triangle.p[2] * b[2];
+        let uv = triangle.uv[0] * b[0] + triangle.uv[1] * b[1] + triangle.uv[2] * b[2];
+        let p = match self.instance {
+            Some((_, instance)) => instance.outer_from_inner.transform_point3(p),
+            None => p,
+        };
+        let point = TexturePoint {
+            p: p.as_vec3(),
+            uv: Vec2::new(uv.x as f32, uv.y as f32),
+            footprint: Footprint::default(),
+        };
+        let PrimitiveAttributes {
+            alpha,
+            shadow_alpha,
+            ..
+        } = &mesh.attributes;
+        let solid = |input: &Option<FloatInput>| {
+            input
+                .as_ref()
+                .is_none_or(|input| (self.alpha)(input, &point) != 0.0)
+        };
+        solid(alpha) && (!SHADOW || solid(shadow_alpha))
+    }
+
+    fn quadric(&mut self, id: PrimitiveId) -> bool {
+        let stored = &self.level.quadrics[id.index()];
+        match stored.quadric.intersect(self.o, self.d) {
+            Some((t, _)) if (t as f32) < self.t_max => self.accept(id, None, t as f32),
+            _ => false,
+        }
+    }
+
+    fn instance(&mut self, id: PrimitiveId) -> bool {
+        let instance = &self.geometry.instances[id.index()];
+        let level = &self.geometry.objects[instance.object.index()];
+        let inner = instance.enter(self.o, self.d, level);
+        let t_max = inner.inner(f64::from(self.t_max)) as f32;
+        if t_max <= 0.0 {
+            return false;
+        }
+        let Some(found) = self.search_inside(id, instance, level, &inner, t_max) else {
+            return false;
+        };
+        let t = inner.outer(f64::from(found.t)) as f32;
+        t < self.t_max && self.accept(found.id, Some(id.index() as u32), t)
+    }
+
+    /// Objects hold no instances, so this goes one level deep.
+    fn search_inside(
+        &self,
+        id: PrimitiveId,
+        instance: &'a Instance,
+        level: &'a Level,
+        inner: &InnerRay,
+        t_max: f32,
+    ) -> Option<Found> {
+        let ray = TraversalRay::new(inner.o.as_vec3(), inner.d.as_vec3());
+        let mut search = Search::<A, SHADOW> {
+            geometry: self.geometry,
+            level,
+            instance: Some((id.index() as u32, instance)),
+            o: ray.o.as_dvec3(),
+            d: ray.d.as_dvec3(),
+            t_max,
+            alpha: self.alpha,
+            found: None,
+        };
+        search.go(&ray);
+        search.found
+    }
+}
+
+impl<A, const SHADOW: bool> Visitor for Search<'_, A, SHADOW>
+where
+    A: Fn(&FloatInput, &TexturePoint) -> f32,
+{
+    #[inline(always)]
+    fn t_max(&self) -> f32 {
+        self.t_max
+    }
+
+    #[inline(always)]
+    fn triangle(&mut self, id: PrimitiveId, t: f64) -> bool {
+        let t = t as f32;
+        if t < self.t_max && (!id.is_cut_out() || self.is_solid(id)) {
+            return self.accept(id, None, t);
+        }
+        false
+    }
+
+    fn other(&mut self, id: PrimitiveId) -> bool {
+        if id.is_instance() {
+            self.instance(id)
+        } else {
+            self.quadric(id)
+        }
+    }
+}

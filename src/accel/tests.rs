@@ -1,0 +1,125 @@
+//! Whole geometries against closed forms, brute force and obvhs's own traversal.
+
+use super::*;
+use crate::assets::mesh::MeshData;
+use crate::math::hash::{mix2, unit_float};
+use crate::math::sampling::uniform_sphere;
+use crate::math::{Vec2, Vec3};
+use crate::shapes::mesh::TriangleMesh;
+use crate::shapes::quadric::{Form, Quadric};
+use crate::shapes::sphere::Sphere;
+
+mod degenerate;
+mod hits;
+mod oracle;
+mod respawn;
+mod watertight;
+
+/// Everything solid.
+fn opaque(_: &FloatInput, _: &TexturePoint) -> f32 {
+    1.0
+}
+
+/// Deterministic numbers in [0, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 += 1;
+        unit_float(mix2(0x5eed, self.0))
+    }
+
+    fn pair(&mut self) -> Vec2 {
+        Vec2::new(self.next(), self.next())
+    }
+
+    /// In the cube from −1 to 1.
+    fn cube(&mut self) -> Vec3 {
+        Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
+    }
+
+    fn direction(&mut self) -> Vec3 {
+        uniform_sphere(self.pair())
+    }
+}
+
+fn compiled(data: &MeshData, transform: &Transform) -> CompiledShape {
+    CompiledShape::Mesh(Box::new(TriangleMesh::new(data, transform, false)))
+}
+
+fn scene(shapes: Vec<CompiledShape>) -> Geometry {
+    let mut builder = GeometryBuilder::default();
+    for shape in shapes {
+        builder.add(shape, PrimitiveAttributes::default());
+    }
+    builder.build(vec![]).unwrap()
+}
+
+/// The same shapes as an object, seen through one instance.
+fn instanced(shapes: Vec<CompiledShape>, transform: &Transform) -> Geometry {
+    let mut object = ObjectBuilder::default();
+    for shape in shapes {
+        object.add(shape, PrimitiveAttributes::default());
+    }
+    let mut builder = GeometryBuilder::default();
+    builder.add_instance(ObjectId(0), transform);
+    builder.build(vec![object]).unwrap()
+}
+
+/// Anything given by its triangles.
+fn mesh(positions: Vec<DVec3>, indices: Vec<[u32; 3]>) -> MeshData {
+    MeshData {
+        indices,
+        positions,
+        ..MeshData::default()
+    }
+}
+
+/// A closed bumpy ball about the origin: `n` rings of `2 n` quads.
+fn ball(n: usize) -> MeshData {
+    let around = 2 * n;
+    let mut positions = vec![DVec3::NEG_Z];
+    for i in 1..n {
+        for j in 0..around {
+            let theta = std::f64::consts::PI * i as f64 / n as f64;
+            let phi = std::f64::consts::TAU * j as f64 / around as f64;
+            let r = 1.0 + 0.1 * (5.0 * phi).sin() * (7.0 * theta).sin() * theta.sin();
+            let across = DVec3::new(phi.cos(), phi.sin(), 0.0) * theta.sin();
+            positions.push((across - DVec3::Z * theta.cos()) * r);
+        }
+    }
+    positions.push(DVec3::Z);
+    let top = positions.len() as u32 - 1;
+    let at = |i: usize, j: usize| (1 + (i - 1) * around + j % around) as u32;
+    let mut indices = Vec::new();
+    for j in 0..around {
+        indices.push([0, at(1, j + 1), at(1, j)]);
+        for i in 1..n - 1 {
+            indices.push([at(i, j), at(i, j + 1), at(i + 1, j + 1)]);
+            indices.push([at(i, j), at(i + 1, j + 1), at(i + 1, j)]);
+        }
+        indices.push([top, at(n - 1, j), at(n - 1, j + 1)]);
+    }
+    mesh(positions, indices)
+}
+
+/// Triangles anywhere in the unit cube.
+fn soup(n: usize, size: f32, seed: u64) -> MeshData {
+    let mut random = Random(seed);
+    let mut positions = Vec::new();
+    for _ in 0..n {
+        let center = random.cube();
+        positions.extend([0; 3].map(|_| (center + random.cube() * size).as_dvec3()));
+    }
+    mesh(
+        positions,
+        (0..n as u32)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .collect(),
+    )
+}
+
+fn full_sphere(transform: Transform) -> CompiledShape {
+    let form = Form::Sphere(Sphere::new(1.0, -1.0, 1.0, 360.0));
+    CompiledShape::Quadric(Box::new(Quadric::new(form, transform, false)))
+}

@@ -1,0 +1,215 @@
+//! Rays that start on a surface do not meet it again where they start.
+
+use super::*;
+use crate::shapes::cylinder::Cylinder;
+use crate::shapes::disk::Disk;
+
+/// Spawns rays to both sides of hits on a convex closed surface: outward ones meet nothing,
+/// inward ones the other side.
+fn check_convex(geometry: &Geometry, center: Vec3, size: f32, random: &mut Random) {
+    let mut inside = 0;
+    for _ in 0..2000 {
+        let o = center + random.direction() * size * 3.0;
+        let target = center + random.cube() * 0.5 * size;
+        let ray = Ray::new(o, (target - o).normalize(), 0.0);
+        let Some(hit) = geometry.intersect(&ray, &opaque) else {
+            continue;
+        };
+        let s = &hit.surface;
+        for _ in 0..4 {
+            let mut d = random.direction();
+            if random.next() < 0.5 {
+                // Nearly along the surface.
+                d = (d - s.n * s.n.dot(d) * 0.9999).normalize();
+            }
+            let spawned = s.spawn_ray(d);
+            let again = geometry.intersect(&spawned, &opaque);
+            if d.dot(s.n) > 0.0 {
+                assert!(again.is_none(), "{s:?} {d} {again:?}");
+            } else if d.dot(s.n) < -0.01 {
+                inside += 1;
+                let again = again.expect("the far side");
+                // Another face may be as near as the edge is.
+                let same_face = again.surface.n.dot(s.n) > 0.9;
+                assert!(again.t > 1e-3 * size || !same_face, "{} at {size}", again.t);
+            }
+        }
+        // The light's end of a shadow ray.
+        let from = crate::surface::ReferencePoint {
+            p: o,
+            p_error: Vec3::ZERO,
+            n: Vec3::ZERO,
+            time: 0.0,
+        };
+        assert!(!geometry.occluded(&from.shadow_ray_to(s.p, s.p_error, s.n), &opaque));
+    }
+    assert!(inside > 1000);
+}
+
+fn placements() -> Vec<(Transform, f64)> {
+    let mut placements = Vec::new();
+    let turned = Transform::rotate(77.0, DVec3::new(-1.0, 2.0, 0.3));
+    for scale in [1e-4, 1e-2, 1.0, 1e3, 1e6] {
+        for away in [0.0, 10.0, 1000.0] {
+            let moved = Transform::translate(DVec3::new(1.0, -0.6, 0.8) * away * scale);
+            placements.push((
+                moved * turned * Transform::scale(DVec3::splat(scale)),
+                scale,
+            ));
+        }
+    }
+    placements
+}
+
+/// A cube, convex and with large triangles.
+fn cube() -> MeshData {
+    let positions = (0..8)
+        .map(|i| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * 1.2 - 0.6)
+        .collect();
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [d, a, c]];
+    mesh(positions, quads.into_iter().flat_map(halves).collect())
+}
+
+#[test]
+fn triangles_at_every_scale() {
+    let mut random = Random(11);
+    for (transform, scale) in placements() {
+        let center = transform.point(DVec3::ZERO).as_vec3();
+        check_convex(
+            &scene(vec![compiled(&cube(), &transform)]),
+            center,
+            scale as f32,
+            &mut random,
+        );
+    }
+}
+
+#[test]
+fn spheres_at_every_scale() {
+    let mut random = Random(12);
+    for (transform, scale) in placements() {
+        let center = transform.point(DVec3::ZERO).as_vec3();
+        check_convex(
+            &scene(vec![full_sphere(transform)]),
+            center,
+            scale as f32,
+            &mut random,
+        );
+        // An ellipsoid.
+        let uneven = transform * Transform::scale(DVec3::new(1.0, 0.7, 1.3));
+        check_convex(
+            &scene(vec![full_sphere(uneven)]),
+            center,
+            scale as f32,
+            &mut random,
+        );
+    }
+}
+
+#[test]
+fn instances_at_every_scale() {
+    let mut random = Random(13);
+    for (transform, scale) in placements() {
+        let center = transform.point(DVec3::ZERO).as_vec3();
+        // The object itself is large and far from its origin.
+        let far = Transform::translate(DVec3::new(5e4, 1e4, -3e4))
+            * Transform::scale(DVec3::splat(100.0));
+        let place = transform * far.inverted();
+        let geometry = instanced(vec![compiled(&cube(), &far)], &place);
+        check_convex(&geometry, center, scale as f32, &mut random);
+        let geometry = instanced(vec![full_sphere(far)], &place);
+        check_convex(&geometry, center, scale as f32, &mut random);
+    }
+}
+
+#[test]
+fn a_ground_of_a_million_units_is_there_a_hundredth_below() {
+    let s = 1e6;
+    let plane = mesh(
+        vec![
+            DVec3::new(-s, -s, 0.0),
+            DVec3::new(s, -s, 0.0),
+            DVec3::new(0.3 * s, s, 0.0),
+        ],
+        vec![[0, 1, 2]],
+    );
+    let disk = CompiledShape::Quadric(Box::new(Quadric::new(
+        Form::Disk(Disk::new(0.0, s, 0.0, 360.0)),
+        Transform::IDENTITY,
+        false,
+    )));
+    let mut random = Random(14);
+    for ground in [compiled(&plane, &Transform::IDENTITY), disk] {
+        // Marbles of a hundredth, a hundredth above the ground.
+        let marble = |x: f64| {
+            full_sphere(
+                Transform::translate(DVec3::new(x, 0.0, 0.02))
+                    * Transform::scale(DVec3::splat(0.01)),
+            )
+        };
+        let geometry = scene(vec![ground, marble(0.0), marble(1.0)]);
+        for _ in 0..2000 {
+            let x = random.next() * 100.0 + 2.0;
+            let o = Vec3::new(x, random.next(), 0.01);
+            let d = (random.direction() * Vec3::new(1.0, 1.0, 0.5) - Vec3::Z * 0.6).normalize();
+            let Some(hit) = geometry.intersect(&Ray::new(o, d, 0.0), &opaque) else {
+                assert!(d.z >= 0.0);
+                continue;
+            };
+            assert_eq!(hit.surface.p.z, 0.0);
+            // The point is where the ray says, not only somewhere on the plane.
+            let expected = o.as_dvec3() - d.as_dvec3() * (f64::from(o.z) / f64::from(d.z));
+            assert!((hit.surface.p.as_dvec3() - expected).length() < 1e-7 * expected.length());
+            assert!(
+                geometry
+                    .intersect(&hit.surface.spawn_ray(Vec3::Z), &opaque)
+                    .is_none()
+            );
+        }
+        // The marble hides the ground below it, and the ground is seen beside it.
+        let from_above = |x: f32| {
+            geometry.intersect(&Ray::new(Vec3::new(x, 0.0, 5.0), Vec3::NEG_Z, 0.0), &opaque)
+        };
+        assert!((from_above(0.001).unwrap().surface.p.z - 0.03).abs() < 1e-3);
+        assert_eq!(from_above(0.02).unwrap().surface.p.z, 0.0);
+        // From under the marble up, and down to the ground's contact shadow.
+        let under = Ray::new(Vec3::new(0.0, 0.0, 0.005), Vec3::Z, 0.0);
+        assert!((geometry.intersect(&under, &opaque).unwrap().t - 0.005).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn an_open_cylinder_sees_its_inside() {
+    let form = Form::Cylinder(Cylinder::new(1.0, -1.0, 1.0, 360.0));
+    let transform = Transform::translate(DVec3::splat(300.0)) * Transform::scale(DVec3::splat(0.1));
+    let geometry = scene(vec![CompiledShape::Quadric(Box::new(Quadric::new(
+        form, transform, false,
+    )))]);
+    let center = Vec3::splat(300.0);
+    let mut random = Random(15);
+    for _ in 0..2000 {
+        let across = (random.direction() * Vec3::new(1.0, 1.0, 0.0)).normalize();
+        let hit = geometry
+            .intersect(&Ray::new(center, across, 0.0), &opaque)
+            .unwrap();
+        // 300 has a spacing of 3e-5, and an offset is two or three of those.
+        assert!((hit.t - 0.1).abs() < 2e-4);
+        let back = geometry
+            .intersect(&hit.surface.spawn_ray(-across), &opaque)
+            .unwrap();
+        assert!((back.t - 0.2).abs() < 2e-4);
+        assert!(
+            geometry
+                .intersect(&hit.surface.spawn_ray(across), &opaque)
+                .is_none()
+        );
+    }
+}

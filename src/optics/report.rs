@@ -1,0 +1,201 @@
+//! What `fstop lens` tells about a lens: as text, and as JSON through serde.
+//!
+//! Lengths are millimetres. Every `z` is measured from the front vertex, positive toward the film.
+//! What a lens does not have (the focal length of an afocal one, a pupil at infinity) is absent as text
+//! and `null` in JSON.
+
+use super::lens::Lens;
+use super::paraxial::Pupil;
+use serde::Serialize;
+use std::fmt;
+
+/// Everything first-order about a lens, ready to print.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LensReport {
+    /// From the scene to the film.
+    pub surfaces: Vec<SurfaceReport>,
+    /// From the front vertex to the last.
+    pub length: f64,
+    /// From the last vertex to the film.
+    pub film_distance: f64,
+    /// Effective focal length.
+    pub effective_focal_length: Option<f64>,
+    /// From the last vertex to the rear focal point.
+    pub back_focal_distance: Option<f64>,
+    /// z of the front focal point: negative in front of the lens.
+    pub front_focal_distance: Option<f64>,
+    /// z of the front principal plane.
+    pub front_principal_plane: Option<f64>,
+    /// z of the rear principal plane.
+    pub rear_principal_plane: Option<f64>,
+    /// Effective focal length over entrance pupil diameter.
+    pub f_number: Option<f64>,
+    /// The stop as the scene sees it.
+    pub entrance_pupil: Option<PupilReport>,
+    /// The stop as the film sees it.
+    pub exit_pupil: Option<PupilReport>,
+    /// z of the plane of focus; `None` at infinity and where there is none.
+    pub plane_of_focus: Option<f64>,
+}
+
+/// One row of the prescription.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SurfaceReport {
+    /// Radius of curvature; 0 for a stop or another plane.
+    pub radius: f64,
+    /// To the next surface; 0 for the last.
+    pub thickness: f64,
+    /// Index of the space behind.
+    pub index: f64,
+    /// Its Abbe number.
+    pub abbe: Option<f64>,
+    /// Full clear diameter.
+    pub aperture: f64,
+    /// An aperture stop?
+    pub stop: bool,
+    /// z of the vertex.
+    pub z: f64,
+}
+
+/// A pupil.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PupilReport {
+    /// z of its centre.
+    pub z: f64,
+    /// Its diameter.
+    pub diameter: f64,
+}
+
+impl From<Pupil> for PupilReport {
+    fn from(p: Pupil) -> PupilReport {
+        PupilReport {
+            z: p.z,
+            diameter: p.diameter,
+        }
+    }
+}
+
+impl LensReport {
+    /// Of `lens`, as it is stopped down and focused.
+    pub fn new(lens: &Lens) -> LensReport {
+        let paraxial = lens.paraxial();
+        let cardinals = paraxial.cardinals;
+        let mut z = 0.0;
+        let surfaces = lens.surfaces().iter().map(|s| {
+            let at = z;
+            z += s.thickness;
+            SurfaceReport {
+                radius: if s.radius.is_finite() { s.radius } else { 0.0 },
+                thickness: s.thickness,
+                index: s.index,
+                abbe: s.abbe,
+                aperture: s.aperture,
+                stop: s.is_stop,
+                z: at,
+            }
+        });
+        LensReport {
+            surfaces: surfaces.collect(),
+            length: lens.length(),
+            film_distance: lens.film_distance(),
+            effective_focal_length: cardinals.map(|c| c.focal_length),
+            back_focal_distance: cardinals.map(|c| c.back_focal_distance),
+            front_focal_distance: cardinals.map(|c| c.front_focal_point),
+            front_principal_plane: cardinals.map(|c| c.front_principal_plane),
+            rear_principal_plane: cardinals.map(|c| c.rear_principal_plane),
+            f_number: paraxial.f_number,
+            entrance_pupil: paraxial.entrance_pupil.map(PupilReport::from),
+            exit_pupil: paraxial.exit_pupil.map(PupilReport::from),
+            plane_of_focus: lens.plane_of_focus().filter(|z| z.is_finite()),
+        }
+    }
+}
+
+impl fmt::Display for LensReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "surface      radius  thickness    index      V  aperture"
+        )?;
+        for (i, s) in self.surfaces.iter().enumerate() {
+            let radius = match (s.stop, s.radius) {
+                (true, _) => "stop".to_string(),
+                (_, 0.0) => "plane".to_string(),
+                (_, r) => format!("{r:.4}"),
+            };
+            let abbe = s.abbe.map_or(String::new(), |v| format!("{v:.1}"));
+            writeln!(
+                f,
+                "{:7} {radius:>11} {:10.4} {:8.5} {abbe:>6} {:9.4}",
+                i + 1,
+                s.thickness,
+                s.index,
+                s.aperture
+            )?;
+        }
+        writeln!(f, "\nmm; z from the front vertex, positive toward the film")?;
+        let mut line = |name: &str, value: Option<f64>| match value {
+            Some(v) => writeln!(f, "{name:24}{v:12.4}"),
+            None => writeln!(f, "{name:24}{:>12}", "none"),
+        };
+        line("effective focal length", self.effective_focal_length)?;
+        line("f-number", self.f_number)?;
+        line("back focal distance", self.back_focal_distance)?;
+        line("front focal point z", self.front_focal_distance)?;
+        line(
+            "rear focal point z",
+            self.back_focal_distance.map(|b| self.length + b),
+        )?;
+        line("front principal plane z", self.front_principal_plane)?;
+        line("rear principal plane z", self.rear_principal_plane)?;
+        line("entrance pupil z", self.entrance_pupil.map(|p| p.z))?;
+        line(
+            "entrance pupil diameter",
+            self.entrance_pupil.map(|p| p.diameter),
+        )?;
+        line("exit pupil z", self.exit_pupil.map(|p| p.z))?;
+        line("exit pupil diameter", self.exit_pupil.map(|p| p.diameter))?;
+        line("length", Some(self.length))?;
+        line("film distance", Some(self.film_distance))?;
+        line("plane of focus z", self.plane_of_focus)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Prescription;
+
+    #[test]
+    fn json_has_the_promised_keys() {
+        let p = Prescription::parse("50 5 1.5 60 20\n-50 0 1 0 20\n0 2 0 0 5\n").unwrap();
+        let report = LensReport::new(&Lens::new(&p, 60.0).unwrap());
+        let json = serde_json::to_value(&report).unwrap();
+        for key in [
+            "effective_focal_length",
+            "back_focal_distance",
+            "front_focal_distance",
+            "f_number",
+        ] {
+            assert!(json[key].as_f64().unwrap().is_finite(), "{key}");
+        }
+        assert_eq!(json["exit_pupil"]["diameter"], 5.0);
+        assert_eq!(json["exit_pupil"]["z"], 5.0);
+        // 5 mm behind a lens of f = 49: enlarged, and a little farther off.
+        assert!(json["entrance_pupil"]["diameter"].as_f64().unwrap() > 5.0);
+        assert_eq!(json["surfaces"][0]["abbe"], 60.0);
+        assert_eq!(json["surfaces"][2]["stop"], true);
+    }
+
+    #[test]
+    fn an_afocal_lens_is_reported_without_numbers_it_has_not() {
+        let p = Prescription::parse("inf 5 1.5 20\ninf 0 1 20\n").unwrap();
+        let report = LensReport::new(&Lens::new(&p, 60.0).unwrap());
+        assert!(
+            report
+                .to_string()
+                .contains("effective focal length          none")
+        );
+        assert!(serde_json::to_value(&report).unwrap()["f_number"].is_null());
+    }
+}
