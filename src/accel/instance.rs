@@ -36,7 +36,8 @@ impl Instance {
         level: &Level,
         render_from_object: &Transform,
     ) -> Option<Instance> {
-        let placed = *render_from_object * Transform::translate(level.anchor);
+        let placed =
+            (*render_from_object * Transform::translate(level.anchor)).with_translations_matched();
         placed.is_invertible().then(|| Instance {
             object,
             outer_from_inner: DAffine3::from_mat4(placed.m),

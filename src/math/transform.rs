@@ -108,6 +108,15 @@ impl Transform {
         m.determinant() < 0.0
     }
 
+    /// The same, with the inverse's translation computed from the matrix's. Where a chain of large
+    /// translations cancels, matrix and inverse round differently and stop being each other's
+    /// inverse by units of what cancelled; after this they are to units of what is left.
+    pub fn with_translations_matched(mut self) -> Transform {
+        let back = -self.inverse.transform_vector3(self.m.w_axis.truncate());
+        self.inverse.w_axis = back.extend(1.0);
+        self
+    }
+
     /// True where all matrix and inverse entries are finite.
     pub fn is_invertible(&self) -> bool {
         self.m.is_finite() && self.inverse.is_finite()

@@ -67,9 +67,10 @@ impl LocalSurface {
         // doubled to be strictly outside. The rest is what double precision loses both ways.
         let inner = self.p_error
             + self.p.abs() * f64::from(2.0 * UNIT_ROUNDOFF)
-            + back * (16.0 * f64::EPSILON);
-        let p_error =
-            abs * inner + (outer_from_inner.translation.abs() + p.abs()) * (16.0 * f64::EPSILON);
+            + DVec3::splat(back.max_element() * (16.0 * f64::EPSILON));
+        let moved = outer_from_inner.translation.abs().max_element() + p.abs().max_element();
+        // The largest over all axes, as for quadrics.
+        let p_error = abs * inner + DVec3::splat(moved * (16.0 * f64::EPSILON));
         let n = (normal_matrix * self.n).normalize_or(DVec3::Z);
         let shading = normal_matrix * self.shading_n;
         let length = shading.length();

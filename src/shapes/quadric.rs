@@ -113,13 +113,14 @@ impl Quadric {
         Quadric {
             form,
             flip: reverse_orientation ^ level_from_object.swaps_handedness(),
-            level_from_object,
+            level_from_object: level_from_object.with_translations_matched(),
         }
     }
 
     /// The same quadric seen from the point `anchor`.
     pub fn relative_to(mut self, anchor: DVec3) -> Quadric {
-        self.level_from_object = Transform::translate(-anchor) * self.level_from_object;
+        self.level_from_object =
+            (Transform::translate(-anchor) * self.level_from_object).with_translations_matched();
         self
     }
 
@@ -162,14 +163,16 @@ impl Quadric {
     }
 
     /// Bound on what double precision loses when `p` (object space) is moved to level space and a
-    /// ray that starts there is moved back: every product's magnitude times the roundings.
+    /// ray that starts there is moved back: the largest product's magnitude times the roundings.
+    /// The largest over all axes: a rotation's entries and a sum of translations may come out
+    /// next to nothing (the sine of 180°), and are then as wrong as what they were made from.
     pub(super) fn position_error(&self, p: DVec3) -> DVec3 {
         let (m, inverse) = (&self.level_from_object.m, &self.level_from_object.inverse);
         let (abs_m, abs_inverse) = (abs_matrix(m), abs_matrix(inverse));
         let level = m.transform_point3(p);
         let back = abs_inverse * level.abs() + inverse.w_axis.truncate().abs();
         let magnitude = abs_m * (p.abs() + back) + m.w_axis.truncate().abs();
-        magnitude * (ROUNDINGS * f64::EPSILON)
+        DVec3::splat(magnitude.max_element() * (ROUNDINGS * f64::EPSILON))
     }
 
     /// Corners of a box around the surface, level space.

@@ -213,3 +213,32 @@ fn an_open_cylinder_sees_its_inside() {
         );
     }
 }
+
+/// A disk in the plane through the camera: its height comes out as next to nothing after
+/// translations that cancel, and rays must still leave it (they met it again once: the light of
+/// `light_area_disk_sphere` reflected nothing).
+#[test]
+fn rays_leave_a_disk_at_the_cameras_own_height() {
+    let mut random = Random(16);
+    for away in [3.0, 1e6 + 0.1] {
+        let place =
+            Transform::translate(DVec3::new(-1.5, away, 0.0)) * Transform::rotate(90.0, DVec3::X);
+        let disk = Form::Disk(Disk::new(0.0, 0.8, 0.0, 360.0));
+        let camera = DVec3::new(0.0, away, -6.0);
+        let seen = Transform::translate(-camera) * place;
+        let alone = CompiledShape::Quadric(Box::new(Quadric::new(disk, seen, false)));
+        let object = CompiledShape::Quadric(Box::new(Quadric::new(disk, place, false)));
+        let copied = instanced(vec![object], &Transform::translate(-camera));
+        for geometry in [scene(vec![alone]), copied] {
+            let center = Vec3::new(-1.5, 0.0, 6.0);
+            let o = center - Vec3::Y * 3.0;
+            for _ in 0..2000 {
+                let target = center + random.cube() * Vec3::new(0.5, 0.0, 0.5);
+                let ray = Ray::new(o, (target - o).normalize(), 0.0);
+                let hit = geometry.intersect(&ray, &opaque).expect("the disk");
+                let spawned = hit.surface.spawn_ray(random.direction());
+                assert!(geometry.intersect(&spawned, &opaque).is_none());
+            }
+        }
+    }
+}
