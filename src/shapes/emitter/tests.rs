@@ -104,11 +104,12 @@ fn shapes() -> Vec<Shape> {
     shapes
 }
 
-/// Points that look at the shapes: outside, near, and inside the closed ones.
+/// Points that look at the shapes: outside, near, and inside the closed ones; none in the plane of a
+/// disk, which nothing is sampled from.
 const PLACES: [Vec3; 3] = [
     Vec3::new(2.5, -1.0, 1.5),
     Vec3::new(0.3, 0.2, 1.9),
-    Vec3::new(0.1, -0.05, 0.15),
+    Vec3::new(0.1, -0.05, 0.35),
 ];
 
 /// Choices are points; along a direction several may lie behind each other, and the density of
@@ -155,7 +156,6 @@ fn densities_integrate_to_one() {
 }
 
 #[test]
-#[ignore = "shape 3 seen from inside compares no sample since the merge of the emitters: to be understood"]
 fn samples_carry_the_density_of_their_point() {
     for (i, shape) in shapes().iter().enumerate() {
         for place in PLACES {
