@@ -8,7 +8,7 @@
 use super::mesh::TriangleMesh;
 use super::quadric::{Form, ObjectSurface, Quadric};
 use super::triangle::{DEFAULT_UV, Orientation, Triangle};
-use crate::math::float::UNIT_ROUNDOFF;
+use crate::math::float::{UNIT_ROUNDOFF, offset_ray_origin};
 use crate::math::sampling::uniform_triangle;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::surface::{ReferencePoint, SurfaceHit};
@@ -106,7 +106,7 @@ impl Emitter {
     pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: &SurfaceHit) -> f32 {
         let density = match self {
             Emitter::Triangle(triangle) => 1.0 / triangle.area(),
-            Emitter::Sphere(sphere) => match sphere.cone(from.p.as_dvec3()) {
+            Emitter::Sphere(sphere) => match sphere.cone(from) {
                 Some(cone) => return cone.density() as f32,
                 None => 1.0 / sphere.area(),
             },
@@ -225,13 +225,16 @@ impl SphereEmitter {
         2.0 * TAU * self.radius * self.radius
     }
 
-    /// `None` from inside the sphere.
-    fn cone(&self, from: DVec3) -> Option<Cone> {
-        let toward = self.center - from;
-        let distance = toward.length();
-        if distance <= self.radius {
+    /// `None` from inside the sphere, and from a point on it: rounding decides which side of the
+    /// sphere that falls, and only its inside can be seen from there.
+    fn cone(&self, from: &ReferencePoint) -> Option<Cone> {
+        let toward_centre = (self.center - from.p.as_dvec3()).as_vec3();
+        let moved_in = offset_ray_origin(from.p, from.p_error, from.n, toward_centre);
+        if (self.center - moved_in.as_dvec3()).length() <= self.radius {
             return None;
         }
+        let toward = self.center - from.p.as_dvec3();
+        let distance = toward.length();
         let sin_max = self.radius / distance;
         // Products instead of 1 − cos and 1 − sin²: nothing cancels for far or near spheres.
         let cos_max = ((1.0 - sin_max) * (1.0 + sin_max)).sqrt();
@@ -244,7 +247,7 @@ impl SphereEmitter {
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
         let (u, phi) = (f64::from(u.x), TAU * f64::from(u.y));
-        let cone = self.cone(from.p.as_dvec3());
+        let cone = self.cone(from);
         // The direction from the centre to the point chosen.
         let outward = match &cone {
             Some(cone) => {

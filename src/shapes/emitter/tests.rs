@@ -116,7 +116,7 @@ const PLACES: [Vec3; 3] = [
 /// the direction is the sum over them. Only the cone of a full sphere chooses the nearest.
 fn total_density(shape: &Shape, from: &ReferencePoint, wi: DVec3) -> f64 {
     let hits = shape.hits(from.p.as_dvec3(), wi);
-    let from_outside = |s: &SphereEmitter| s.cone(from.p.as_dvec3()).is_some();
+    let from_outside = |s: &SphereEmitter| s.cone(from).is_some();
     let counted = match shape.emitter() {
         Emitter::Sphere(sphere) if from_outside(sphere) => 1,
         _ => hits.len(),
