@@ -352,13 +352,14 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// What a singular transformation flattens cannot be seen, nor looked from.
+    /// Rays cannot be taken into the space of what a singular transformation flattens.
     fn check_invertible(&self, span: Span) {
         let Ctm { start, end } = &self.current.ctm;
         if !(start.is_invertible() && end.is_invertible()) {
             self.warn(
                 span,
-                "the transformation cannot be undone from here on; shapes under it are left out",
+                "the transformation flattens space from here on; spheres, disks, cones, \
+                 cylinders and instances under it are left out",
             );
         }
     }
