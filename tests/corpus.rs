@@ -13,7 +13,10 @@ fn problems(stderr: &str) -> String {
     let mut inside = false;
     for line in stderr.lines() {
         let severities = ["error", "warning", "note"];
-        if severities.iter().any(|s| line.starts_with(&format!("{s}: "))) {
+        if severities
+            .iter()
+            .any(|s| line.starts_with(&format!("{s}: ")))
+        {
             inside = true;
         }
         if inside {
@@ -43,7 +46,11 @@ fn render(scene: &Path) -> Result<(), String> {
     for entry in std::fs::read_dir(folder.path()).expect("the folder") {
         let path = entry.expect("an entry").path();
         let picture = fstop::film::read(&path).map_err(|e| e.to_string())?.image;
-        if !picture.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0) {
+        if !picture
+            .pixels
+            .iter()
+            .all(|p| p.is_finite() && p.min_element() >= 0.0)
+        {
             return Err(format!("{}: not a finite picture", scene.display()));
         }
     }
@@ -55,5 +62,10 @@ fn every_valid_scene_renders() {
     let all = scenes("valid");
     assert!(all.len() > 50, "only {} scenes", all.len());
     let wrong: Vec<String> = all.iter().filter_map(|s| render(s).err()).collect();
-    assert!(wrong.is_empty(), "{} scenes:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "{} scenes:\n{}",
+        wrong.len(),
+        wrong.join("\n")
+    );
 }

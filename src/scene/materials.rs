@@ -44,7 +44,7 @@ impl Interpreter<'_> {
         let Some(kind) = named_type(&typed.params) else {
             self.diagnostics.push(
                 Diagnostic::error(format!(
-                    "`MakeNamedMaterial \"{}\"` does not say its type; ignored",
+                    "`MakeNamedMaterial \"{}\"` needs one `string type`; ignored",
                     name.text
                 ))
                 .at(name.span)
@@ -140,7 +140,7 @@ fn named_type(params: &ParamList) -> Option<Name> {
     let param = params.get("type", ParamGroup::String)?;
     param.used.set(true);
     match &param.value {
-        ParamValue::Strings(names) => names.first().cloned(),
+        ParamValue::Strings(names) if names.len() == 1 => names.first().cloned(),
         _ => None,
     }
 }
