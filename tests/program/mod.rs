@@ -9,6 +9,7 @@ pub struct Run {
     /// Exit code; a signal counts as a failure of the test.
     pub code: i32,
     /// Standard output.
+    #[allow(dead_code)] // not every test program looks at it
     pub stdout: String,
     /// Standard error.
     pub stderr: String,

@@ -1,9 +1,7 @@
 //! `tests/scenes/valid`: scenes in every spelling that public scene files have. Each is rendered by
 //! the program, must end well, say exactly what is recorded beside it, and give a finite picture.
 
-mod program;
-
-use program::{differs_from_recorded, fstop, scenes};
+use crate::program::{differs_from_recorded, fstop, scenes};
 use std::path::Path;
 
 /// The problems among what `fstop render` printed: paragraphs that begin with their severity. The
