@@ -415,10 +415,10 @@ impl<'a> Interpreter<'a> {
     }
 
     fn begin_world(&mut self, span: Span) {
-        // What stood open in a world that was only assumed has been complained about.
+        // Nothing is left of a world that was only assumed: its scopes have been complained about,
+        // and the materials and lights of its state are gone with it.
         self.scopes = Scopes::default();
-        self.current.ctm = Ctm::IDENTITY;
-        self.current.active = ActiveTransform::All;
+        self.current = Current::new();
         self.coordinate_systems
             .insert("world".to_string(), Ctm::IDENTITY);
         self.world = Some(WorldBlock::new(span));

@@ -114,7 +114,7 @@ impl Interpreter<'_> {
         material: Material,
     ) -> Option<MaterialId> {
         let materials = &self.world.as_ref()?.materials;
-        if base.is_some_and(|id| materials[id.index()] == material) {
+        if base.is_some_and(|id| materials.get(id.index()) == Some(&material)) {
             return base;
         }
         if let Some(last) = materials.last()

@@ -261,7 +261,12 @@ fn ten_thousand_nested_includes_render() {
 fn a_million_shapes_render() {
     let mut shapes = String::new();
     for i in 0..1_000_000 {
-        writeln!(shapes, "Shape \"sphere\" \"float radius\" .{i}1").expect("memory");
+        let (x, y, z) = (i * 7919 % 1000, i * 104_729 % 997, i * 31 % 991);
+        writeln!(
+            shapes,
+            "TransformBegin Translate {x} {y} {z} Shape \"sphere\" \"float radius\" .{i}1 TransformEnd"
+        )
+        .expect("memory");
     }
     let (code, stderr) = judge(&world(&shapes));
     assert_eq!(code, 0, "{stderr}");
