@@ -77,14 +77,10 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         placed.lights,
         placed.sampled_lights,
     );
-    let mut description = options.camera.describe(&film);
-    description.extend(
-        options
-            .camera
-            .warnings(&film)
-            .into_iter()
-            .map(|w| format!("warning: {w}")),
-    );
+    let description = options.camera.describe(&film);
+    for warning in options.camera.warnings(&film) {
+        diagnostics.push(Diagnostic::warning(warning));
+    }
     let integrator = Integrator::new(&options.integrator.spec, &world);
     let metadata = metadata(&options, &film);
     let sampler = Sampler::new(&options.sampler, seed);

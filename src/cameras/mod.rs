@@ -85,6 +85,9 @@ pub enum CameraError {
     SingularTransform,
 }
 
+/// The type names a scene may give, for "did you mean".
+pub const CAMERA_NAMES: [&str; 4] = ["perspective", "realistic", "orthographic", "environment"];
+
 /// A camera as the scene file describes it.
 #[derive(Clone, Debug)]
 pub enum CameraSpec {
@@ -98,21 +101,25 @@ impl CameraSpec {
     /// Reads a `Camera` directive. Every problem is reported to the diagnostics under the
     /// parameter that has it; `None` where no camera can be made of the rest.
     pub fn from_params(params: &ParamReader) -> Option<CameraSpec> {
-        match params.kind() {
+        let spec = match params.kind() {
             "perspective" => PerspectiveSpec::from_params(params).map(CameraSpec::Perspective),
             "realistic" => {
                 RealisticSpec::from_params(params).map(|s| CameraSpec::Realistic(Box::new(s)))
             }
-            other => {
-                params.error(
-                    "",
-                    format!(
-                        "there is no camera \"{other}\"; expected \"perspective\" or \"realistic\""
-                    ),
-                );
+            "orthographic" | "environment" => {
+                params.unsupported_kind_refused();
                 None
             }
+            _ => {
+                params.unknown_kind(&CAMERA_NAMES);
+                None
+            }
+        };
+        if spec.is_none() {
+            // Parameters that were not come to are not superfluous.
+            params.accept_all();
         }
+        spec
     }
 
     /// Chooses whose habits to copy (`--compat`); only `realistic` has any.

@@ -34,12 +34,9 @@ fn check(path: &Path, args: &ReadArgs) -> bool {
     let (_, diagnostics) = messages::read(path, &args.settings(), &sources);
     messages::print(&diagnostics, &sources);
     let fit = !messages::refused(&diagnostics, args.strict);
-    println!(
-        "{}: {} ({} errors, {} warnings)",
-        path.display(),
-        if fit { "ok" } else { "not fit to render" },
-        diagnostics.errors(),
-        diagnostics.warnings(),
-    );
+    let verdict = if fit { "ok" } else { "not fit to render" };
+    let summary = diagnostics.summary();
+    let found = summary.map_or_else(String::new, |found| format!(" ({found})"));
+    println!("{}: {verdict}{found}", path.display());
     fit
 }

@@ -63,7 +63,9 @@ fn describe(args: &LensArgs) -> Result<String, String> {
             Lens::focused(&prescription, metres * 1e3).map_err(|e| e.to_string())?
         }
         (None, Some(mm)) => mm,
-        (None, None) => prescription.film_distance,
+        (None, None) if prescription.film_distance > 0.0 => prescription.film_distance,
+        // Course files leave the film to the scene: shown focused at infinity.
+        (None, None) => Lens::focused(&prescription, f64::INFINITY).map_err(|e| e.to_string())?,
     };
     let lens = Lens::new(&prescription, film_distance).map_err(|e| e.to_string())?;
     let report = LensReport::new(&lens);

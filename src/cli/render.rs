@@ -81,24 +81,53 @@ fn render_scene(args: &RenderArgs) -> Outcome {
         messages::print(&diagnostics, &sources);
     }
     let scene = scene.filter(|_| !refused).ok_or(None)?;
-    let frames = scene.frames.len();
-    for (number, frame) in scene.frames.into_iter().enumerate() {
-        let output = output_path(args, &frame, number, frames);
-        render_frame(args, frame, &output, &sources, &pool)?;
+    let outputs: Vec<Outputs> = (1..)
+        .zip(&scene.frames)
+        .map(|(number, frame)| Outputs::new(args, frame, number))
+        .collect();
+    // All of them before the first is rendered: nobody wants to learn of a misspelt folder after a
+    // night's work.
+    for path in outputs.iter().flat_map(Outputs::paths) {
+        film::check_output(path).map_err(|e| Some(e.to_string()))?;
+    }
+    for (frame, outputs) in scene.frames.into_iter().zip(&outputs) {
+        render_frame(args, frame, outputs, &sources, &pool)?;
     }
     Ok(())
 }
 
-/// Where a frame goes: `-o` names the first; later frames of a file get their number added.
-fn output_path(args: &RenderArgs, frame: &Frame, number: usize, frames: usize) -> PathBuf {
-    match &args.output {
-        None => frame.options.film.output(),
-        Some(path) if frames == 1 || number == 0 => path.clone(),
-        Some(path) => numbered(path, number + 1),
+/// The files of one frame.
+struct Outputs {
+    picture: PathBuf,
+    png: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// `-o` and `--png` name the files of the first frame; later frames of a file get their number
+    /// added.
+    fn new(args: &RenderArgs, frame: &Frame, number: usize) -> Outputs {
+        let of_frame = |path: &PathBuf| numbered(path, number);
+        Outputs {
+            picture: match &args.output {
+                None => frame.options.film.output(),
+                Some(path) => of_frame(path),
+            },
+            png: args.png.as_ref().map(of_frame),
+        }
+    }
+
+    fn paths(&self) -> impl Iterator<Item = &Path> {
+        [Some(self.picture.as_path()), self.png.as_deref()]
+            .into_iter()
+            .flatten()
     }
 }
 
+/// `a.exr` for the first frame, `a.2.exr` for the second.
 fn numbered(path: &Path, number: usize) -> PathBuf {
+    if number == 1 {
+        return path.to_path_buf();
+    }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!("{stem}.{number}.{ending}"))
@@ -107,14 +136,11 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
 fn render_frame(
     args: &RenderArgs,
     mut frame: Frame,
-    output: &Path,
+    outputs: &Outputs,
     sources: &SourceMap,
     pool: &rayon::ThreadPool,
 ) -> Outcome {
     apply(args, &mut frame).map_err(Some)?;
-    for path in [Some(output), args.png.as_deref()].into_iter().flatten() {
-        film::check_output(path).map_err(|e| Some(e.to_string()))?;
-    }
     let started = Instant::now();
     let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
     let refused = messages::refused(&diagnostics, args.read.strict);
@@ -148,11 +174,11 @@ fn render_frame(
             .into_owned(),
         ..built.metadata
     };
-    for path in [Some(output), args.png.as_deref()].into_iter().flatten() {
+    for path in outputs.paths() {
         film::write(path, &picture, &metadata).map_err(|e| Some(e.to_string()))?;
     }
     if !args.quiet {
-        report_end(&film, shot, output, args.png.as_deref(), started, rendering);
+        report_end(&film, shot, outputs, started, rendering);
     }
     Ok(())
 }
@@ -190,8 +216,7 @@ fn report_start(built: &build::Built) {
 fn report_end(
     film: &film::Film,
     shot: &Shot,
-    output: &Path,
-    png: Option<&Path>,
+    outputs: &Outputs,
     started: Instant,
     rendering: Instant,
 ) {
@@ -203,12 +228,10 @@ fn report_end(
             film.dropped()
         );
     }
-    let also = png
-        .map(|p| format!(" and {}", p.display()))
-        .unwrap_or_default();
+    let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();
     eprintln!(
-        "{}{also}: {} samples a pixel, {:.2} s ({:.2} M samples/s), {:.2} s in all",
-        output.display(),
+        "{}: {} samples a pixel, {:.2} s ({:.2} M samples/s), {:.2} s in all",
+        written.join(" and "),
         shot.sampler.spp(),
         seconds,
         samples / seconds / 1e6,

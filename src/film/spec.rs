@@ -202,7 +202,7 @@ fn positive(reader: &ParamReader, name: &str, default: f64) -> f64 {
     if value as f32 > 0.0 && ((value as f32).is_finite() || default.is_infinite()) {
         return value;
     }
-    reader.error(name, format!("must be above 0, not {value}"));
+    reader.error(name, format!("`{name}` must be above 0, not {value}"));
     default
 }
 

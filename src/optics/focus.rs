@@ -11,7 +11,7 @@ use super::paraxial::Cardinals;
 pub enum FocusError {
     /// The object is too near for a sharp image at any position of the lens.
     #[error(
-        "cannot focus at {asked} mm: the least distance from the film to the plane of focus is {minimum} mm for this lens"
+        "cannot focus at {asked:.2} mm: the least distance from the film to the plane of focus is {minimum:.2} mm for this lens"
     )]
     TooNear {
         /// The distance asked for, mm.

@@ -152,6 +152,7 @@ impl<'a> ParamReader<'a> {
         let ParamValue::Numbers(numbers) = &param.value else {
             return None;
         };
+        self.check_finite(param, numbers);
         self.is_single(param, numbers.len() / items)
             .then_some(numbers)
     }
@@ -173,9 +174,25 @@ impl<'a> ParamReader<'a> {
     }
 
     fn numbers(&self, name: &str, group: ParamGroup) -> Option<&'a [f64]> {
-        match &self.find(name, group)?.value {
-            ParamValue::Numbers(numbers) => Some(numbers),
+        let param = self.find(name, group)?;
+        match &param.value {
+            ParamValue::Numbers(numbers) => {
+                self.check_finite(param, numbers);
+                Some(numbers)
+            }
             ParamValue::Strings(_) | ParamValue::Bools(_) => None,
+        }
+    }
+
+    /// Reports what has no place in single precision among points, directions and colours.
+    pub(super) fn check_finite(&self, param: &Param, numbers: &[f64]) {
+        let may_be_infinite = matches!(param.ty.group(), ParamGroup::Float | ParamGroup::Integer);
+        let outside = |x: &&f64| !(**x as f32).is_finite();
+        if !may_be_infinite && let Some(number) = numbers.iter().find(outside) {
+            let (ty, name) = (param.ty.word(), &param.name);
+            let message = format!("`{ty} {name}` needs finite numbers, found {number:e}");
+            let error = Diagnostic::error(message).at(param.value_span);
+            self.context.diagnostics.push(error);
         }
     }
 

@@ -56,6 +56,7 @@ pub(super) fn first_value(reader: &ParamReader<'_>, param: &Param) -> Option<(Rg
             (!numbers.is_empty()).then(|| (inline(reader, param, numbers), 1))
         }
         ParamValue::Numbers(numbers) => {
+            reader.check_finite(param, numbers);
             let items = param.ty.items();
             Some((
                 converted(reader.dialect(), param.ty, numbers.get(..items)?),

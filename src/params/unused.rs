@@ -22,6 +22,14 @@ impl ParamReader<'_> {
     fn unused(&self, param: &Param, asked: &[String]) -> Diagnostic {
         let known = self.asked.groups(&param.name);
         let name = &param.name;
+        if known.contains(&param.ty.group()) {
+            // Of the right type: then a texture of the same name was preferred.
+            let ty = param.ty.word();
+            return Diagnostic::warning(format!(
+                "`{ty} {name}` is not used: `texture {name}` comes first"
+            ))
+            .at(param.declaration);
+        }
         if !known.is_empty() {
             let expected: Vec<&str> = known.iter().map(|group| expected_type(*group)).collect();
             let expected = alternatives(&expected);

@@ -12,7 +12,7 @@ pub(super) fn positive(reader: &ParamReader, name: &str, default: u32) -> u32 {
     if used != given {
         reader.error(
             name,
-            format!("{given} is not between 1 and {MOST}; using {used}"),
+            format!("`{name}` is {given}, not between 1 and {MOST}: {used} is used"),
         );
     }
     used as u32

@@ -77,6 +77,8 @@ pub(super) struct Interpreter<'a> {
     coordinate_systems: HashMap<String, Ctm>,
     options: StoredOptions,
     pub(super) world: Option<WorldBlock>,
+    /// A world block has been closed, whatever became of it.
+    had_world: bool,
 }
 
 impl<'a> Interpreter<'a> {
@@ -104,6 +106,7 @@ impl<'a> Interpreter<'a> {
             coordinate_systems: HashMap::new(),
             options: StoredOptions::default(),
             world: None,
+            had_world: false,
         }
     }
 
@@ -127,15 +130,16 @@ impl<'a> Interpreter<'a> {
     /// Closes the reading: what is left open is reported, and checked all the same.
     fn finish(mut self) -> SceneDescription {
         if let Some(world) = &self.world {
-            let opened = world.opened;
-            self.diagnostics.push(
-                Diagnostic::error("the file ends inside the world block; nothing is rendered")
-                    .at(opened)
-                    .label("the block begins here")
-                    .with_help("add `WorldEnd` at the end"),
-            );
+            if !world.assumed {
+                self.diagnostics.push(
+                    Diagnostic::error("the file ends inside the world block; nothing is rendered")
+                        .at(world.opened)
+                        .label("the block begins here")
+                        .with_help("add `WorldEnd` at the end"),
+                );
+            }
             drop(self.close_world());
-        } else if self.frames.is_empty() {
+        } else if !self.had_world {
             drop(self.read_options());
             if !self.diagnostics.has_errors() {
                 let message =
@@ -184,19 +188,12 @@ impl<'a> Interpreter<'a> {
         match kind {
             D::Identity => self.transform(|_| Transform::IDENTITY),
             D::Translate(t) => self.transform(|m| *m * Transform::translate(t)),
-            D::Scale(s) => {
-                self.transform(|m| *m * Transform::scale(s));
-                self.check_invertible(span);
-            }
+            D::Scale(s) => self.flattening_transform(span, |m| *m * Transform::scale(s)),
             D::Rotate { degrees, axis } => self.rotate(span, degrees, axis),
             D::LookAt { eye, look, up } => self.look_at(span, eye, look, up),
-            D::Transform(m) => {
-                self.transform(|_| Transform::from_matrix(*m));
-                self.check_invertible(span);
-            }
+            D::Transform(m) => self.flattening_transform(span, |_| Transform::from_matrix(*m)),
             D::ConcatTransform(m) => {
-                self.transform(|ctm| *ctm * Transform::from_matrix(*m));
-                self.check_invertible(span);
+                self.flattening_transform(span, |ctm| *ctm * Transform::from_matrix(*m));
             }
             D::CoordinateSystem(name) => {
                 self.coordinate_systems
@@ -279,24 +276,57 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Reports a directive in the wrong block; it is ignored then.
-    fn allowed_here(&self, kind: &DirectiveKind, span: Span) -> bool {
+    /// Reports a directive in the wrong block. False where it is to be ignored.
+    fn allowed_here(&mut self, kind: &DirectiveKind, span: Span) -> bool {
+        use DirectiveKind as D;
         let word = kind.word();
         match (block_of(kind), &self.world) {
+            // Whether these are out of place nobody knows, since no block has really begun.
+            (Block::Options, Some(world)) if world.assumed => true,
             (Block::Options, Some(world)) => {
-                let message = format!("`{word}` belongs before `WorldBegin`; ignored");
-                let problem = Diagnostic::error(message).at(span);
-                self.diagnostics
-                    .push(problem.related(world.opened, "the world block begins here"));
+                let problem = match kind {
+                    D::WorldBegin => {
+                        Diagnostic::error("`WorldBegin` inside the world block; ignored")
+                            .with_help("is a `WorldEnd` missing before it?")
+                    }
+                    _ => {
+                        Diagnostic::error(format!("`{word}` belongs before `WorldBegin`; ignored"))
+                    }
+                };
+                self.diagnostics.push(
+                    problem
+                        .at(span)
+                        .related(world.opened, "the world block begins here"),
+                );
                 false
             }
-            (Block::World, None) => {
-                let message =
-                    format!("`{word}` belongs between `WorldBegin` and `WorldEnd`; ignored");
-                self.error(span, message);
-                false
-            }
+            (Block::World, None) => match kind {
+                D::WorldEnd | D::AttributeEnd | D::TransformEnd | D::ObjectEnd => {
+                    self.error(span, format!("`{word}` without `WorldBegin`; ignored"));
+                    false
+                }
+                _ => {
+                    self.assume_world(word, span);
+                    true
+                }
+            },
             _ => true,
+        }
+    }
+
+    /// Reports a directive before `WorldBegin`, and goes on as if the block had begun: one missing
+    /// or misspelt word shall not hide what else is wrong.
+    fn assume_world(&mut self, word: &str, span: Span) {
+        let message = format!("`{word}` belongs between `WorldBegin` and `WorldEnd`");
+        self.diagnostics.push(
+            Diagnostic::error(message)
+                .at(span)
+                .with_help("is a `WorldBegin` missing before it?"),
+        );
+        self.settle_dialect();
+        self.begin_world(span);
+        if let Some(world) = self.world.as_mut() {
+            world.assumed = true;
         }
     }
 
@@ -352,13 +382,17 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// What a singular transformation flattens cannot be seen, nor looked from.
-    fn check_invertible(&self, span: Span) {
-        let Ctm { start, end } = &self.current.ctm;
-        if !(start.is_invertible() && end.is_invertible()) {
+    /// CTM := f(CTM), with a warning where that is the step that flattens it: rays cannot be taken
+    /// into the space of what is flattened.
+    fn flattening_transform(&mut self, span: Span, f: impl Fn(&Transform) -> Transform) {
+        let invertible = |Ctm { start, end }: &Ctm| start.is_invertible() && end.is_invertible();
+        let before = invertible(&self.current.ctm);
+        self.transform(f);
+        if before && !invertible(&self.current.ctm) {
             self.warn(
                 span,
-                "the transformation cannot be undone from here on; shapes under it are left out",
+                "the transformation flattens space from here on; spheres, disks, cones, \
+                 cylinders and instances under it are left out",
             );
         }
     }
@@ -381,8 +415,10 @@ impl<'a> Interpreter<'a> {
     }
 
     fn begin_world(&mut self, span: Span) {
-        self.current.ctm = Ctm::IDENTITY;
-        self.current.active = ActiveTransform::All;
+        // Nothing is left of a world that was only assumed: its scopes have been complained about,
+        // and the materials and lights of its state are gone with it.
+        self.scopes = Scopes::default();
+        self.current = Current::new();
         self.coordinate_systems
             .insert("world".to_string(), Ctm::IDENTITY);
         self.world = Some(WorldBlock::new(span));
@@ -399,6 +435,7 @@ impl<'a> Interpreter<'a> {
     /// Ends the world block and resets what a frame does not hand on to the next.
     fn close_world(&mut self) -> Option<Frame> {
         let mut world = self.world.take()?;
+        self.had_world = true;
         self.scopes.close_all(self.diagnostics);
         if let Some((_, opened)) = world.open_object.take() {
             let message = "`ObjectBegin` without `ObjectEnd`: the object is dropped";

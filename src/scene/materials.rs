@@ -44,7 +44,7 @@ impl Interpreter<'_> {
         let Some(kind) = named_type(&typed.params) else {
             self.diagnostics.push(
                 Diagnostic::error(format!(
-                    "`MakeNamedMaterial \"{}\"` does not say its type; ignored",
+                    "`MakeNamedMaterial \"{}\"` needs one `string type`; ignored",
                     name.text
                 ))
                 .at(name.span)
@@ -114,7 +114,7 @@ impl Interpreter<'_> {
         material: Material,
     ) -> Option<MaterialId> {
         let materials = &self.world.as_ref()?.materials;
-        if base.is_some_and(|id| materials[id.index()] == material) {
+        if base.is_some_and(|id| materials.get(id.index()) == Some(&material)) {
             return base;
         }
         if let Some(last) = materials.last()
@@ -140,7 +140,7 @@ fn named_type(params: &ParamList) -> Option<Name> {
     let param = params.get("type", ParamGroup::String)?;
     param.used.set(true);
     match &param.value {
-        ParamValue::Strings(names) => names.first().cloned(),
+        ParamValue::Strings(names) if names.len() == 1 => names.first().cloned(),
         _ => None,
     }
 }

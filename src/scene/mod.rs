@@ -13,8 +13,6 @@ pub mod options;
 pub mod reading;
 pub mod scopes;
 mod shapes;
-#[cfg(test)]
-mod tests;
 pub mod transforms;
 mod world_block;
 

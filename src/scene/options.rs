@@ -106,6 +106,7 @@ impl StoredOptions {
             None => IntegratorSettings::default_for(dialect),
         };
         let camera = self.camera.as_ref();
+        self.check_camera_place(reading);
         let camera = reading.read_or("Camera", camera, "perspective", CameraSpec::from_params)?;
         self.hold_camera(reading);
         let camera_from_world = self.camera_ctm.start;
@@ -130,6 +131,17 @@ impl StoredOptions {
             }
             sampler
         })
+    }
+
+    /// A camera whose space has no volume looks nowhere.
+    fn check_camera_place(&self, reading: &Reading) {
+        if let Some(camera) = &self.camera
+            && !self.camera_ctm.start.is_invertible()
+        {
+            let message = "the transformation of this camera cannot be inverted (a `Scale` by 0?)";
+            let error = Diagnostic::error(message).at(camera.span);
+            reading.diagnostics().push(error);
+        }
     }
 
     fn hold_camera(&self, reading: &Reading) {

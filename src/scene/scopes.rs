@@ -120,10 +120,10 @@ impl Scopes {
         if top.scope != scope {
             let (ended, begun) = (scope.word(), top.scope.word());
             diagnostics.push(
-                Diagnostic::warning(format!("`{ended}End` closes a `{begun}Begin`"))
+                Diagnostic::warning(format!("`{ended}End` closes the scope of `{begun}Begin`"))
                     .at(span)
                     .label("restores the transformation, as in pbrt-v3")
-                    .related(top.opened, "of this scope"),
+                    .related(top.opened, "which begins here"),
             );
         }
         current.ctm = top.ctm;

@@ -20,9 +20,11 @@ impl Ctm {
         end: Transform::IDENTITY,
     };
 
-    /// True where something moves.
+    /// True where something moves. Bits are compared: a matrix that has overflowed holds numbers
+    /// that are not equal to themselves, and still does not move.
     pub fn is_animated(&self) -> bool {
-        self.start != self.end
+        let bits = |t: &Transform| t.m.to_cols_array().map(f64::to_bits);
+        bits(&self.start) != bits(&self.end)
     }
 
     /// CTM := f(CTM) for the active matrices.
@@ -33,5 +35,27 @@ impl Ctm {
         if active != ActiveTransform::Start {
             self.end = f(&self.end);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::DVec3;
+
+    #[test]
+    fn what_cannot_be_inverted_does_not_move_for_that() {
+        let mut ctm = Ctm::IDENTITY;
+        ctm.change(ActiveTransform::All, |m| {
+            *m * Transform::scale(DVec3::new(1.0, 0.0, f64::MAX))
+        });
+        ctm.change(ActiveTransform::All, |m| {
+            *m * Transform::scale(DVec3::splat(f64::MAX))
+        });
+        assert!(!ctm.is_animated());
+        ctm.change(ActiveTransform::End, |m| {
+            *m * Transform::translate(DVec3::X)
+        });
+        assert!(ctm.is_animated());
     }
 }

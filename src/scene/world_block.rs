@@ -15,6 +15,8 @@ use std::rc::Rc;
 /// What accumulates between `WorldBegin` and `WorldEnd`.
 pub(super) struct WorldBlock {
     pub(super) opened: Span,
+    /// No `WorldBegin` was seen: a directive of the world block came first.
+    pub(super) assumed: bool,
     float_textures: Vec<FloatTextureSpec>,
     spectrum_textures: Vec<SpectrumTextureSpec>,
     pub(super) materials: Vec<Material>,
@@ -32,6 +34,7 @@ impl WorldBlock {
     pub(super) fn new(opened: Span) -> WorldBlock {
         WorldBlock {
             opened,
+            assumed: false,
             float_textures: Vec::new(),
             spectrum_textures: Vec::new(),
             materials: Vec::new(),

@@ -70,7 +70,7 @@ impl TriangleMeshSpec {
                 reader.error(
                     name,
                     format!(
-                        "{} for {} vertices: they are not used",
+                        "`{name}` has {} values for {} vertices: they are not used",
                         values.len() / 3,
                         positions.len()
                     ),

@@ -138,7 +138,7 @@ const KEPT: usize = 10_000;
 /// How often a message was met.
 #[derive(Debug)]
 struct Seen {
-    /// At different places, or at least not directly one after the other.
+    /// Different from the one before.
     places: usize,
     last_span: Option<Span>,
     /// Position of the last one kept in `State::kept`.
@@ -150,8 +150,6 @@ struct Kept {
     diagnostic: Diagnostic,
     /// The same message at places not kept.
     elsewhere: usize,
-    /// Again at the same place.
-    again: usize,
 }
 
 #[derive(Debug, Default)]
@@ -179,16 +177,21 @@ impl Diagnostics {
     /// Takes a problem.
     pub fn push(&self, diagnostic: Diagnostic) {
         let state = &mut *self.state.borrow_mut();
+        let key = (diagnostic.severity, diagnostic.message.clone());
+        let seen = state.seen.get_mut(&key);
+        if seen
+            .as_ref()
+            .is_some_and(|seen| seen.last_span == diagnostic.span)
+        {
+            // A parameter read for several shapes is one mistake.
+            return;
+        }
         match diagnostic.severity {
             Severity::Error => state.errors += 1,
             Severity::Warning => state.warnings += 1,
             Severity::Note => {}
         }
-        let key = (diagnostic.severity, diagnostic.message.clone());
-        match state.seen.get_mut(&key) {
-            Some(seen) if seen.last_span == diagnostic.span => {
-                state.kept[seen.last_kept].again += 1;
-            }
+        match seen {
             Some(seen) if seen.places >= PLACES_KEPT => {
                 seen.last_span = diagnostic.span;
                 state.kept[seen.last_kept].elsewhere += 1;
@@ -208,18 +211,17 @@ impl Diagnostics {
                 state.kept.push(Kept {
                     diagnostic,
                     elsewhere: 0,
-                    again: 0,
                 });
             }
         }
     }
 
-    /// Errors met, repeats included.
+    /// Errors met, those at places not kept included.
     pub fn errors(&self) -> usize {
         self.state.borrow().errors
     }
 
-    /// Warnings met, repeats included.
+    /// Warnings met, those at places not kept included.
     pub fn warnings(&self) -> usize {
         self.state.borrow().warnings
     }
@@ -289,12 +291,6 @@ impl Kept {
     /// With what was counted instead of kept.
     fn complete(&self) -> Diagnostic {
         let mut diagnostic = self.diagnostic.clone();
-        if self.again > 0 {
-            let again = self.again;
-            diagnostic
-                .notes
-                .push(format!("the same at the same place: {again} more"));
-        }
         if self.elsewhere > 0 {
             let elsewhere = self.elsewhere;
             diagnostic
@@ -325,18 +321,13 @@ mod tests {
             diagnostics.push(Diagnostic::warning("odd").at(at(start)));
         }
         diagnostics.push(Diagnostic::error("odd").at(at(0)));
-        assert_eq!((diagnostics.warnings(), diagnostics.errors()), (10, 1));
+        assert_eq!((diagnostics.warnings(), diagnostics.errors()), (8, 1));
         assert_eq!(
             diagnostics.summary().as_deref(),
-            Some("1 error and 10 warnings")
+            Some("1 error and 8 warnings")
         );
         assert_eq!(diagnostics.kept().len(), PLACES_KEPT + 1);
         let text = diagnostics.render(&SourceMap::new(), Style::Plain);
-        assert_eq!(
-            text.matches("the same at the same place: 2 more").count(),
-            1,
-            "{text}"
-        );
         assert_eq!(
             text.matches("the same at other places: 3 more").count(),
             1,

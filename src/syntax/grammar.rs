@@ -135,12 +135,25 @@ impl Parser<'_> {
     fn expected(&mut self, expected: &str, word: &'static str) -> Abandoned {
         let next = self.peek().clone();
         let message = format!("`{word}` needs {expected}, found {}", next.description());
-        let diagnostic = Diagnostic::error(message).at(next.span);
+        let mut diagnostic = Diagnostic::error(message).at(next.span);
+        if !self.on_the_statements_line(&next) {
+            diagnostic = diagnostic.related(self.statement, format!("`{word}` stands here"));
+        }
         self.report(match next.kind {
             TokenKind::Unterminated => diagnostic.label("this string does not end on its line"),
             _ => diagnostic.label(format!("expected {expected}")),
         });
         Abandoned
+    }
+
+    /// Does the token stand on the line of the statement's word?
+    fn on_the_statements_line(&self, token: &Token) -> bool {
+        let between = self.statement.end as usize..token.span.start as usize;
+        self.statement.file == token.span.file
+            && token
+                .bytes
+                .get(between)
+                .is_some_and(|bytes| !bytes.contains(&b'\n') && !bytes.contains(&b'\r'))
     }
 
     fn vector(&mut self, word: &'static str) -> Parsed<DVec3> {

@@ -72,6 +72,8 @@ pub struct Parser<'a> {
     open_paths: HashSet<PathBuf>,
     includes: usize,
     peeked: Option<Token>,
+    /// The word of the statement being read.
+    pub(super) statement: Span,
 }
 
 impl<'a> Parser<'a> {
@@ -86,6 +88,11 @@ impl<'a> Parser<'a> {
             open_paths: HashSet::new(),
             includes: 0,
             peeked: None,
+            statement: Span {
+                file: main,
+                start: 0,
+                end: 0,
+            },
         };
         let canonical = path.canonicalize().unwrap_or(path);
         parser.enter(main, canonical);
@@ -202,13 +209,18 @@ impl<'a> Parser<'a> {
         self.peeked.insert(token)
     }
 
-    /// Skips to the next directive's word, without a message: the reason has been given.
+    /// Skips to the next directive's word, or what may be a misspelt one, without a message: the
+    /// reason has been given.
     fn resynchronise(&mut self) {
         loop {
             let next = self.peek();
             match next.kind {
                 TokenKind::End => return,
-                TokenKind::Bare if directive_word(next.text()).is_some() => return,
+                TokenKind::Bare
+                    if directive_word(next.text()).is_some() || looks_like_a_directive(next) =>
+                {
+                    return;
+                }
                 _ => drop(self.bump()),
             }
         }
@@ -226,9 +238,15 @@ impl<'a> Parser<'a> {
             (TokenKind::Bare, _) if number(token.text()).is_some() => {
                 diagnostic.label("one number too many?")
             }
-            (TokenKind::Bare, word) => diagnostic
-                .label("no directive has this name")
-                .with_suggestion(nearest(word, WORDS)),
+            (TokenKind::Bare, word) => {
+                let near = nearest(word, WORDS);
+                let named = diagnostic.label("no directive has this name");
+                if near.is_none() && word.starts_with(|c: char| c.is_ascii_lowercase()) {
+                    named.with_help("parameters stand in quotes, like \"float radius\"")
+                } else {
+                    named.with_suggestion(near)
+                }
+            }
             (TokenKind::Unterminated, _) => {
                 diagnostic.label("this string does not end on its line")
             }
@@ -338,6 +356,7 @@ impl Iterator for Parser<'_> {
                 TokenKind::Bare => directive_word(token.text()),
                 _ => None,
             };
+            self.statement = token.span;
             let read = match word {
                 Some("Include") => self.include(token.span).map(|()| None),
                 Some(word) => self.statement(word).map(Some),
@@ -358,6 +377,21 @@ impl Iterator for Parser<'_> {
             }
         }
     }
+}
+
+/// The first word of a line, of letters alone, and capitalised or nearly a directive.
+fn looks_like_a_directive(token: &Token) -> bool {
+    let before = token.bytes.get(..token.span.start as usize);
+    let indent = before.unwrap_or_default().iter().rev();
+    let starts_line = indent
+        .take_while(|byte| !matches!(byte, b'\n' | b'\r'))
+        .all(|byte| matches!(byte, b' ' | b'\t'));
+    let word = token.text();
+    if !starts_line || !word.iter().all(u8::is_ascii_alphabetic) {
+        return false;
+    }
+    word.first().is_some_and(u8::is_ascii_uppercase)
+        || nearest(&String::from_utf8_lossy(word), WORDS).is_some()
 }
 
 /// The directive a word starts, if any.

@@ -53,7 +53,7 @@ pub struct Location {
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
     /// It could not be opened or read.
-    #[error("cannot read `{}`: {cause}", path.display())]
+    #[error("cannot read `{}`: {}", path.display(), reason(cause))]
     Unreadable {
         /// As it was asked for.
         path: PathBuf,
@@ -72,6 +72,14 @@ pub enum SourceError {
         /// As it was asked for.
         path: PathBuf,
     },
+}
+
+/// What the operating system said; the commonest in words of our own, the same on every system.
+fn reason(cause: &std::io::Error) -> String {
+    match cause.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        _ => cause.to_string(),
+    }
 }
 
 /// The largest file in bytes: offsets are `u32`.

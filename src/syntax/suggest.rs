@@ -25,6 +25,8 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     candidates
         .into_iter()
         .filter(|candidate| *candidate != word && candidate.chars().count() <= LONGEST)
+        // Every letter too many or too few costs a step.
+        .filter(|candidate| candidate.chars().count().abs_diff(lowered.len()) <= allowed)
         .map(|candidate| (distance(&lowered, &lower(candidate)), candidate))
         // A one-letter word is one step from every other one-letter word.
         .filter(|(steps, candidate)| *steps <= allowed && *steps < candidate.chars().count())

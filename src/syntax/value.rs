@@ -18,6 +18,8 @@ struct Items {
     bools: Vec<bool>,
     /// Something in between could not be read, and was reported.
     spoilt: bool,
+    /// A number was read that cannot be what was meant, and was reported.
+    doubtful: bool,
 }
 
 impl Parser<'_> {
@@ -52,6 +54,10 @@ impl Parser<'_> {
         if let Some((ty, name)) = &declared
             && self.value_is_missing(*ty)
         {
+            if self.peek().kind == TokenKind::Unterminated {
+                // The list's reader says what is wrong with it.
+                return Ok(None);
+            }
             let next = self.peek().description();
             self.report(
                 Diagnostic::error(format!("parameter `{name}` has no value, found {next}"))
@@ -217,7 +223,10 @@ impl Parser<'_> {
             (_, b"true") => items.bools.push(true),
             (_, b"false") => items.bools.push(false),
             _ => match self.checked_number(token) {
-                Some(number) => items.numbers.push(number),
+                Some(number) => {
+                    items.doubtful |= is_mistake(token.text());
+                    items.numbers.push(number);
+                }
                 None => {
                     items.spoilt = true;
                     self.report(
@@ -270,7 +279,7 @@ impl Parser<'_> {
             self.report(
                 Diagnostic::error("not a number")
                     .at(token.span)
-                    .label("0 is used to read on"),
+                    .label("expected a finite number"),
             );
             return Some(0.0);
         }
@@ -326,7 +335,7 @@ impl Parser<'_> {
                 ParamValue::Bools(items.strings.iter().map(|s| self.boolean(s)).collect())
             }
             _ if items.strings.is_empty() => {
-                ParamValue::Numbers(self.whole_values(ty, name, items.numbers, span))
+                ParamValue::Numbers(self.whole_values(ty, name, items, span)?)
             }
             _ => ParamValue::Strings(items.strings),
         })
@@ -346,15 +355,37 @@ impl Parser<'_> {
         string.text == "true"
     }
 
-    /// Drops the numbers that do not make a whole value.
+    /// Drops the numbers that do not make a whole value; `None` where nothing is left then. Where
+    /// one of them was reported already, their count says nothing new.
     fn whole_values(
         &self,
         ty: ParamType,
         name: &str,
-        mut numbers: Vec<f64>,
+        items: Items,
         span: Span,
-    ) -> Vec<f64> {
+    ) -> Option<Vec<f64>> {
+        let Items {
+            mut numbers,
+            doubtful,
+            ..
+        } = items;
         let surplus = numbers.len() % ty.items();
+        if doubtful {
+            numbers.truncate(numbers.len() - surplus);
+            return (!numbers.is_empty()).then_some(numbers);
+        }
+        if surplus > 0 && surplus == numbers.len() {
+            self.report(
+                Diagnostic::warning(format!(
+                    "`{} {name}` takes {} numbers, found {surplus}",
+                    ty.word(),
+                    ty.items(),
+                ))
+                .at(span)
+                .label("this parameter is ignored"),
+            );
+            return None;
+        }
         if surplus > 0 {
             self.report(
                 Diagnostic::warning(format!(
@@ -372,8 +403,15 @@ impl Parser<'_> {
             );
             numbers.truncate(numbers.len() - surplus);
         }
-        numbers
+        Some(numbers)
     }
+}
+
+/// Would [`Parser::checked_number`] report an error, although the word begins with a number?
+fn is_mistake(word: &[u8]) -> bool {
+    number(word).is_some_and(|(value, used)| {
+        value.is_nan() || word.iter().skip(used).any(u8::is_ascii_digit)
+    })
 }
 
 fn expected_items(ty: ParamType) -> &'static str {

@@ -78,7 +78,7 @@ impl ImagemapSpec {
         if !reader.has("filename") {
             reader.error(
                 "filename",
-                "an imagemap needs a 'string filename': a grey of 0.5 is used",
+                "an imagemap needs a \"string filename\": a grey of 0.5 is used",
             );
         }
         let name = Path::new(reader.string("filename", ""));
