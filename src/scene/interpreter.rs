@@ -14,8 +14,7 @@ use crate::math::transform::Transform;
 use crate::params::{Dialect, SpectrumFiles, TextureNames};
 use crate::syntax::suggest::nearest;
 use crate::syntax::{
-    ActiveTransform, Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser,
-    SourceMap, Span, Typed,
+    Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser, SourceMap, Span, Typed,
 };
 use std::collections::HashMap;
 use std::path::PathBuf;

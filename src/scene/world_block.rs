@@ -95,6 +95,8 @@ impl Interpreter<'_> {
                 let spec = reading.read("Texture", span, &typed, |r| {
                     crate::textures::from_params_float(r, &ctm)
                 });
+                // A table still shared would be copied whole for every texture defined.
+                drop(names);
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
                     return;
                 };
@@ -106,6 +108,7 @@ impl Interpreter<'_> {
                 let spec = reading.read("Texture", span, &typed, |r| {
                     crate::textures::from_params_spectrum(r, &ctm)
                 });
+                drop(names);
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
                     return;
                 };
