@@ -5,7 +5,7 @@ use super::node::{Child, Node};
 use super::packet::{LANES, Packet, PrimitiveId};
 use super::ray::TraversalRay;
 use crate::math::Vec3;
-use crate::math::hash::{mix, mix2};
+use crate::math::hash::{mix, mix2, unit_float};
 use arrayvec::ArrayVec;
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
@@ -18,6 +18,10 @@ const LEAF_PRIMITIVES: u32 = LANES as u32;
 /// Depth up to which the shape of the binary tree is kept. What is deeper (thousands of
 /// primitives in one place) is split evenly, which takes at most 11 levels for 2³² leaves.
 const MAX_DEPTH: usize = 32;
+
+/// Up to how much larger a box looks to the binary builder than it is ([`Groups::boxes`]). Boxes that
+/// grow faster than this from one to the next run out of single precision after 20,000.
+const UNEVENNESS: f32 = 0.01;
 
 /// Every level leaves at most seven siblings waiting, and the last one pushes eight.
 const STACK: usize = (MAX_DEPTH + 11) * (Node::WIDTH - 1) + Node::WIDTH;
@@ -62,6 +66,7 @@ impl Tree {
         let binary = build_bvh2(&groups.boxes(items), parameters, &mut Default::default());
         let mut builder = Builder {
             binary: &binary,
+            bounds: groups.bounds(items, &binary),
             items,
             groups: &groups,
             corners,
@@ -203,24 +208,63 @@ impl Groups {
         &self.order[self.starts[group] as usize..self.starts[group + 1] as usize]
     }
 
-    /// One box a group. (Around all members: hashes may collide.)
+    /// The box around a group. (Around all members: hashes may collide.)
+    fn group_bounds(&self, group: u32, items: &[Item]) -> Aabb {
+        let of = |&i: &u32| items[i as usize].bounds;
+        let members = self.members(group).iter();
+        members.fold(Aabb::EMPTY, |b, i| b.union(of(i)))
+    }
+
+    /// What the binary builder sees: one box a group, each a little larger by a share of its own.
+    ///
+    /// The builder pairs mutual nearest neighbours, pass by pass. Where every box's nearest is the
+    /// one before it (a row of equal boxes, boxes that grow from one to the next) there is one
+    /// mutual pair, and as many passes as boxes. Uneven sizes make a third of them mutual.
     fn boxes(&self, items: &[Item]) -> Vec<obvhs::aabb::Aabb> {
         (0..self.starts.len() as u32 - 1)
             .map(|group| {
-                let of = |&i: &u32| items[i as usize].bounds;
-                let bounds = self
-                    .members(group)
-                    .iter()
-                    .fold(Aabb::EMPTY, |b, i| b.union(of(i)));
-                obvhs::aabb::Aabb::new(bounds.min.into(), bounds.max.into())
+                let bounds = self.group_bounds(group, items);
+                let share = UNEVENNESS * unit_float(mix(u64::from(group)));
+                let grown = (bounds.max - bounds.min) * share;
+                // Where the sum overflows the box was as large as numbers are.
+                let max = (bounds.max + grown).min(Vec3::MAX);
+                obvhs::aabb::Aabb::new(bounds.min.into(), max.into())
             })
             .collect()
+    }
+
+    /// The true boxes of the binary tree's nodes.
+    fn bounds(&self, items: &[Item], binary: &Bvh2) -> Vec<Aabb> {
+        let nodes = &binary.nodes;
+        let mut order = vec![0];
+        let mut next = 0;
+        while let Some(&node) = order.get(next) {
+            next += 1;
+            if !nodes[node].is_leaf() {
+                let first = nodes[node].first_index as usize;
+                order.extend([first, first + 1]);
+            }
+        }
+        let mut bounds = vec![Aabb::EMPTY; nodes.len()];
+        for &node in order.iter().rev() {
+            let first = nodes[node].first_index as usize;
+            bounds[node] = if nodes[node].is_leaf() {
+                let range = first..first + nodes[node].prim_count as usize;
+                let groups = binary.primitive_indices[range].iter();
+                groups.fold(Aabb::EMPTY, |b, &g| b.union(self.group_bounds(g, items)))
+            } else {
+                bounds[first].union(bounds[first + 1])
+            };
+        }
+        bounds
     }
 }
 
 /// Turns the binary tree into the wide one.
 struct Builder<'a, F> {
     binary: &'a Bvh2,
+    /// Of the binary tree's nodes.
+    bounds: Vec<Aabb>,
     items: &'a [Item],
     groups: &'a Groups,
     corners: F,
@@ -228,17 +272,9 @@ struct Builder<'a, F> {
 }
 
 impl<F: Fn(PrimitiveId) -> [Vec3; 3]> Builder<'_, F> {
-    fn bounds(&self, node: usize) -> Aabb {
-        let aabb = &self.binary.nodes[node].aabb;
-        Aabb {
-            min: aabb.min.into(),
-            max: aabb.max.into(),
-        }
-    }
-
     /// Builds what is below node `root` of the binary tree.
     fn subtree(&mut self, root: usize, depth: usize) -> (Child, Aabb) {
-        let bounds = self.bounds(root);
+        let bounds = self.bounds[root];
         if self.binary.nodes[root].is_leaf() || depth >= MAX_DEPTH {
             let items = self.items_below(root);
             return (self.balanced(&items), bounds);

@@ -97,6 +97,35 @@ fn a_hundred_thousand_triangles_in_one_place_are_found() {
     assert!(geometry.occluded(&down(0.1, 0.1), &opaque));
 }
 
+/// Rows whose every box is nearest to the one before: the binary builder once took a pass for each
+/// (minutes for these).
+#[test]
+fn long_rows_are_built_in_passing() {
+    let count = 100_000;
+    let row = |place: &dyn Fn(f64) -> (f64, f64)| {
+        let corners = (0..count).flat_map(|i| {
+            let (x, size) = place(f64::from(i));
+            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+                .map(|(dx, dy)| DVec3::new(x + size * dx, size * dy, -size))
+        });
+        let indices = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+        scene(vec![compiled(
+            &mesh(corners.collect(), indices.collect()),
+            &Transform::IDENTITY,
+        )])
+    };
+    let equal = row(&|i| (2.0 * i, 1.0));
+    let hit = equal.intersect(&down(2.0 * 77_777.0 + 0.25, 0.25), &opaque);
+    assert_eq!(hit.expect("the row").t, 6.0);
+    assert!(equal.intersect(&down(1.5, 0.25), &opaque).is_none());
+    let growing = row(&|i| (i * i * 1e-3, 1e-3 * (i + 1.0)));
+    assert!(growing.intersect(&down(40.0, 0.01), &opaque).is_some());
+    // One within the other, all with the right angle in the same place.
+    let nested = row(&|i| (0.0, 1.0 + 1e-5 * i));
+    let hit = nested.intersect(&down(0.25, 0.25), &opaque);
+    assert_eq!(hit.expect("the smallest").t, 6.0);
+}
+
 #[test]
 fn sizes_that_shrink_for_ever_do_not_overflow_the_stack() {
     // Nested triangles, each a little smaller than the last, around one point: the deepest trees.
