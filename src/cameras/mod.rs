@@ -29,6 +29,7 @@ use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
 use crate::math::{UVec2, Vec2};
 use crate::params::ParamReader;
+use arrayvec::ArrayVec;
 
 /// Where, when and through which part of the lens the film is struck.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +41,9 @@ pub struct CameraSample {
     /// Point of the lens, in the unit square.
     pub lens: Vec2,
 }
+
+/// Samples that are turned into rays together.
+pub const BUNDLE: usize = 16;
 
 /// The ray that carries light to a film point.
 #[derive(Clone, Copy, Debug)]
@@ -180,6 +184,19 @@ impl Camera {
                 Realistic::new(s, film, render_from_camera).map(|c| Camera::Realistic(Box::new(c)))
             }
         }
+    }
+
+    /// The rays for up to [`BUNDLE`] samples, in order: as [`Camera::ray`] for each, whatever the
+    /// others are.
+    pub fn rays(
+        &self,
+        samples: &[CameraSample],
+        want_differentials: bool,
+        rays: &mut ArrayVec<Option<CameraRay>, BUNDLE>,
+    ) {
+        rays.clear();
+        let one = |sample| self.ray(sample, want_differentials);
+        rays.extend(samples.iter().take(BUNDLE).map(one));
     }
 
     /// The ray for `sample`; `None` where no light can arrive (a vignetted ray), which counts as

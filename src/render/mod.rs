@@ -8,13 +8,14 @@ mod progress;
 
 pub use progress::Progress;
 
-use crate::cameras::{Camera, CameraSample};
+use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::film::{Film, FilmSpec, PixelBounds, Tile};
 use crate::filters::Filter;
 use crate::integrators::Integrator;
-use crate::math::{IVec2, UVec2, Vec2};
-use crate::samplers::Sampler;
+use crate::math::{IVec2, Rgb, UVec2, Vec2};
+use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
+use arrayvec::ArrayVec;
 use rayon::prelude::*;
 
 /// Side of a tile in pixels: small enough to keep two cores busy to the end of a small picture,
@@ -52,9 +53,7 @@ pub fn render(shot: &Shot, tile_size: u32, progress: &Progress) -> Film {
         .into_par_iter()
         .map(|bounds| {
             let mut tile = blank.tile(bounds);
-            for pixel in bounds.pixels() {
-                sample_pixel(shot, pixel, &mut tile);
-            }
+            sample_tile(shot, &mut tile, bounds);
             progress.advance(bounds.area() as u64 * u64::from(shot.sampler.spp()));
             tile
         })
@@ -65,29 +64,67 @@ pub fn render(shot: &Shot, tile_size: u32, progress: &Progress) -> Film {
     film
 }
 
-/// Takes all samples of one pixel. The numbers are used in the order film, time, lens, path.
-fn sample_pixel(shot: &Shot, pixel: UVec2, tile: &mut Tile) {
+/// Takes all samples of a tile, a bundle of camera rays at a time.
+fn sample_tile(shot: &Shot, tile: &mut Tile, bounds: PixelBounds) {
     let spp = shot.sampler.spp();
     // With more samples each stands for a smaller part of the pixel, and textures are filtered
     // over less (scene-language 3.1).
     let spacing = 1.0 / (spp as f32).sqrt();
     let want_differentials = shot.world.needs_footprint();
-    let centre = pixel.as_vec2() + Vec2::splat(0.5);
-    for index in 0..spp {
-        let mut stream = shot
-            .sampler
-            .stream(IVec2::new(pixel.x as i32, pixel.y as i32), index);
+    let mut waiting = ArrayVec::<Waiting, BUNDLE>::new();
+    let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
+    let mut rays = ArrayVec::new();
+    let mut indices = bounds
+        .pixels()
+        .flat_map(|pixel| (0..spp).map(move |index| (pixel, index)));
+    loop {
+        for (pixel, index) in indices.by_ref().take(BUNDLE) {
+            let (sample, rest) = Waiting::new(shot, pixel, index);
+            samples.push(sample);
+            waiting.push(rest);
+        }
+        if samples.is_empty() {
+            return;
+        }
+        shot.camera.rays(&samples, want_differentials, &mut rays);
+        for (waiting, ray) in waiting.drain(..).zip(&rays) {
+            waiting.finish(shot, ray.as_ref(), spacing, tile);
+        }
+        samples.clear();
+    }
+}
+
+/// A sample whose ray is being made.
+struct Waiting {
+    pixel: UVec2,
+    stream: SampleStream,
+    filter_weight: f32,
+}
+
+impl Waiting {
+    /// The numbers are used in the order film, time, lens, path.
+    fn new(shot: &Shot, pixel: UVec2, index: u32) -> (CameraSample, Waiting) {
+        let at = IVec2::new(pixel.x as i32, pixel.y as i32);
+        let mut stream = shot.sampler.stream(at, index);
         let on_film = shot.filter.sample(stream.next_2d());
         let time = stream.next_1d();
-        let lens = stream.next_2d();
         let sample = CameraSample {
-            raster: centre + on_film.offset,
+            raster: pixel.as_vec2() + Vec2::splat(0.5) + on_film.offset,
             time,
-            lens,
+            lens: stream.next_2d(),
         };
-        let Some(camera_ray) = shot.camera.ray(&sample, want_differentials) else {
-            tile.add_sample(pixel, crate::math::Rgb::ZERO, 0.0);
-            continue;
+        let waiting = Waiting {
+            pixel,
+            stream,
+            filter_weight: on_film.weight,
+        };
+        (sample, waiting)
+    }
+
+    fn finish(mut self, shot: &Shot, ray: Option<&CameraRay>, spacing: f32, tile: &mut Tile) {
+        let Some(camera_ray) = ray else {
+            tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
+            return;
         };
         let differentials = camera_ray
             .differentials
@@ -96,8 +133,8 @@ fn sample_pixel(shot: &Shot, pixel: UVec2, tile: &mut Tile) {
             &shot.world,
             camera_ray.ray,
             differentials.as_ref(),
-            &mut stream,
+            &mut self.stream,
         );
-        tile.add_sample(pixel, radiance, camera_ray.weight * on_film.weight);
+        tile.add_sample(self.pixel, radiance, camera_ray.weight * self.filter_weight);
     }
 }
