@@ -9,7 +9,7 @@ use crate::optics::lens::Lens;
 
 /// Rings are split until less than this part of the samples, averaged over the film, is lost to the pupil's
 /// change within a ring ...
-const WASTE: f64 = 0.01;
+const WASTE: f64 = 0.004;
 
 /// ... or there are this many.
 const MOST_RINGS: usize = 96;
@@ -19,7 +19,7 @@ const EDGE: f64 = 1e-7;
 
 /// Rays that look for light outside the region of a ring: all over the rear element, and just
 /// outside the region.
-const PROBES: usize = 64;
+const PROBES: usize = 96;
 
 /// The lens and the plane on which its pupil is surveyed.
 pub(super) struct Survey<'a> {
