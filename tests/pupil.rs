@@ -84,8 +84,9 @@ fn most_rays_pass_everywhere_in_the_picture() {
 /// the film and in whatever direction from the region's middle.
 #[test]
 fn no_ray_outside_the_region_passes() {
+    let mut found = Vec::new();
     for name in LENSES {
-        for stop in STOPS {
+        for stop in [1.0, 0.6, 0.25, 0.05] {
             let (lens, radius) = lens(name, stop);
             let pupil = ExitPupil::new(&lens, radius, RINGS).with_sampling(PupilSampling::Polar);
             for i in 0..1 << 15 {
@@ -99,13 +100,13 @@ fn no_ray_outside_the_region_passes() {
                 // From the rim to a third beyond it, most of them near.
                 let s = 1.0 + 0.33 * r(i, 3, 4).powi(4);
                 let p = [0, 1, 2].map(|k| middle[k] + s * (rim[k] - middle[k]));
-                assert!(
-                    lens.trace_from_film(film, p).is_err(),
-                    "{name} at {stop}: light at {p:?} from {film:?}, {s} times the region"
-                );
+                if lens.trace_from_film(film, p).is_ok() {
+                    found.push(format!("{name} at {stop}: {s} times the region, from {film:?}"));
+                }
             }
         }
     }
+    assert!(found.is_empty(), "{} rays pass outside:\n{}", found.len(), found.join("\n"));
 }
 
 /// All three ways of spreading the unit square give the same light, and the same mean of a function of

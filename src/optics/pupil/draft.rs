@@ -1,7 +1,7 @@
 //! A ring's region while it is being made: corners that are pushed outward until nothing is left out.
 
 use super::ellipse::Ellipse;
-use super::outline::{Outline, cross};
+use super::outline::{Outline, cross, reach};
 use super::ring::{Moving, Ring};
 
 /// Every corner is moved outward by this part of its distance from the middle: covers what the
@@ -9,9 +9,10 @@ use super::ring::{Moving, Ring};
 /// the rays.
 const MARGIN: f64 = 1e-3;
 
-/// Between two outlines the region may stick out of the straight lines that join them by more than
-/// it does half-way: for a bend up to twice as much (at the bend, if it lies near either end), for a
-/// square root 1.2 times, for a parabola not at all.
+/// Between the two ends of a ring the region may stick out of the straight lines that join them by more
+/// than it does a quarter, half and three quarters of the way: for a bend up to 4/3 as much (at the bend, if
+/// it lies near either end), for a square root, as where light ends, or a parabola nothing. Twice as much
+/// is made room for.
 const BETWEEN: f64 = 2.0;
 
 /// The polygon of one ring; see [`Ring`].
@@ -22,14 +23,14 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// Between the outlines at the ring's inner and outer radius.
+    /// Around the outlines at the ring's inner and outer radius.
     pub fn between(inner: &Outline, outer: &Outline) -> Draft {
         Draft {
             center: Moving {
                 from: inner.center,
                 to: outer.center,
             },
-            corners: pairs(&inner.points, &outer.points),
+            corners: pairs(&inner.circumscribed(), &outer.circumscribed()),
         }
     }
 
@@ -67,8 +68,7 @@ impl Draft {
             .partition_point(|c| cross(c.at(t), v) >= 0.0)
             .clamp(1, last);
         let (a, b) = (self.corners[i - 1].at(t), self.corners[i].at(t));
-        // v = α a + β b; α + β is 1 on the side.
-        let reach = (cross(v, b) + cross(a, v)) / cross(a, b);
+        let reach = reach(a, b, v);
         // A triangle of no area, seen from its own plane, holds nothing.
         let length = v[0].hypot(v[1]);
         let beyond = if reach.is_finite() && reach > 0.0 {
@@ -79,30 +79,21 @@ impl Draft {
         (i - 1, beyond)
     }
 
-    /// Makes room for what bends outward between neighbouring corners: where the region is convex
-    /// it does not reach beyond the lines through the sides on either side.
-    pub fn circumscribe(&mut self) {
-        let from: Vec<[f64; 2]> = self.corners.iter().map(|c| c.from).collect();
-        let to: Vec<[f64; 2]> = self.corners.iter().map(|c| c.to).collect();
-        let (inner, outer) = (room_for_bends(&from), room_for_bends(&to));
-        for (i, c) in self.corners.iter_mut().enumerate() {
-            c.from = c.from.map(|x| inner[i] * x);
-            c.to = c.to.map(|x| outer[i] * x);
-        }
-    }
-
-    /// How far the outline found half-way sticks out, for each triangle, mm.
-    pub fn gaps(&self, middle: &Outline) -> Vec<f64> {
+    /// How far the outlines found at each t stick out, for each triangle, mm.
+    pub fn gaps<'a>(&self, inside: impl Iterator<Item = (f64, &'a Outline)>) -> Vec<f64> {
         let mut gaps = vec![0.0; self.corners.len() - 1];
-        for p in middle.absolute() {
-            let (i, beyond) = self.beyond(0.5, p);
-            gaps[i] = f64::max(gaps[i], beyond);
+        for (t, outline) in inside {
+            let points = outline.points.iter().copied().chain(outline.bends());
+            for p in points {
+                let (i, beyond) = self.beyond(t, [outline.center + p[0], p[1]]);
+                gaps[i] = f64::max(gaps[i], beyond);
+            }
         }
         gaps
     }
 
-    /// Moves the corners outward so that what sticks out by `gaps` half-way (and by more
-    /// elsewhere) lies inside.
+    /// Moves the corners outward so that what sticks out by `gaps` where it was measured (and by
+    /// more elsewhere) lies inside.
     pub fn fill(&mut self, gaps: &[f64]) {
         let last = self.corners.len() - 1;
         for i in 0..=last {
@@ -148,39 +139,4 @@ fn pairs(from: &[[f64; 2]], to: &[[f64; 2]]) -> Vec<Moving<[f64; 2]>> {
     pairs
         .map(|(a, b)| Moving { from: *a, to: *b })
         .collect()
-}
-
-/// For each corner, by what to multiply it so that the polygon holds every convex region through
-/// all of them.
-fn room_for_bends(points: &[[f64; 2]]) -> Vec<f64> {
-    let last = points.len() - 1;
-    // The other half is the mirror image.
-    let at = |i: isize| match i {
-        i if i < 0 => [points[1][0], -points[1][1]],
-        i if i as usize > last => [points[last - 1][0], -points[last - 1][1]],
-        i => points[i as usize],
-    };
-    let sides: Vec<f64> = (0..last as isize)
-        .map(|i| bend(at(i - 1), at(i), at(i + 1), at(i + 2)))
-        .collect();
-    (0..=last)
-        .map(|i| sides[i.saturating_sub(1)].max(sides[i.min(last - 1)]))
-        .collect()
-}
-
-/// How far the lines `a`–`b` and `d`–`c` meet beyond the side `b`–`c`, as a factor on the distance from 0
-/// (at least 1).
-fn bend(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> f64 {
-    let minus = |p: [f64; 2], q: [f64; 2]| [p[0] - q[0], p[1] - q[1]];
-    let (ab, dc, bc) = (minus(b, a), minus(c, d), minus(c, b));
-    let s = cross(bc, dc) / cross(ab, dc);
-    let apex = [b[0] + s * ab[0], b[1] + s * ab[1]];
-    let factor = (cross(apex, c) + cross(b, apex)) / cross(b, c);
-    // Nearly parallel lines meet far off; corners of the region sharper than 1.2 would need a right
-    // angle seen from less than a seventh of the region's size.
-    if factor.is_finite() && s > 0.0 {
-        factor.clamp(1.0, 1.2)
-    } else {
-        1.0
-    }
 }

@@ -142,6 +142,59 @@ impl Outline {
     pub fn absolute(&self) -> impl Iterator<Item = [f64; 2]> {
         self.points.iter().map(|p| [self.center + p[0], p[1]])
     }
+
+    /// How far the region may bend outward between neighbouring points: where it is convex it does
+    /// not reach beyond the lines through the points on either side, and so not beyond where they meet. One
+    /// point for each side that has such a point, relative to the middle, with the side's number.
+    fn bends_of_sides(&self) -> impl Iterator<Item = (usize, [f64; 2])> {
+        let p = &self.points;
+        let last = p.len() - 1;
+        let mirrored = |p: [f64; 2]| [p[0], -p[1]];
+        (0..last).filter_map(move |i| {
+            let before = if i == 0 { mirrored(p[1]) } else { p[i - 1] };
+            let after = if i + 1 == last {
+                mirrored(p[last - 1])
+            } else {
+                p[i + 2]
+            };
+            bend(before, p[i], p[i + 1], after).map(|bend| (i, bend))
+        })
+    }
+
+    /// The points between two neighbours that [`Outline::circumscribed`] holds besides.
+    pub fn bends(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.bends_of_sides().map(|(_, bend)| bend)
+    }
+
+    /// A polygon with as many corners around every convex region through all points.
+    pub fn circumscribed(&self) -> Vec<[f64; 2]> {
+        let mut factors = vec![1.0f64; self.points.len()];
+        for (i, bend) in self.bends_of_sides() {
+            let factor = reach(self.points[i], self.points[i + 1], bend);
+            for f in &mut factors[i..=i + 1] {
+                *f = f.max(factor);
+            }
+        }
+        let points = self.points.iter().zip(factors);
+        points.map(|(p, f)| p.map(|x| f * x)).collect()
+    }
+}
+
+/// Where the lines `a`–`b` and `d`–`c` meet beyond the side `b`–`c`; `None` where they do not.
+fn bend(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> Option<[f64; 2]> {
+    let minus = |p: [f64; 2], q: [f64; 2]| [p[0] - q[0], p[1] - q[1]];
+    let (ab, dc, bc) = (minus(b, a), minus(c, d), minus(c, b));
+    let s = cross(bc, dc) / cross(ab, dc);
+    let apex = [b[0] + s * ab[0], b[1] + s * ab[1]];
+    // Nearly parallel lines meet far off. A true corner reaches 1.2 times as far as its neighbours only
+    // if it is much sharper than a right angle.
+    let factor = reach(b, c, apex);
+    (s > 0.0 && factor > 1.0 && factor < 1.2).then_some(apex)
+}
+
+/// How far out `p` lies, relative to the line `a`–`b` in the same direction from 0.
+pub(super) fn reach(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
+    (cross(p, b) + cross(a, p)) / cross(a, b)
 }
 
 /// Twice the area of the triangle 0, `a`, `b`; positive where `b` is counterclockwise of `a`.

@@ -34,8 +34,8 @@ pub(super) struct Survey<'a> {
 struct Span {
     radii: [f64; 2],
     ends: [Outline; 2],
-    /// Half-way; `None` where the region's outline is not what it should be.
-    middle: Option<Outline>,
+    /// At a quarter, half and three quarters of the way; `None` where one of them is missing.
+    inside: Option<[Outline; 3]>,
     /// Part of the samples that are lost to the pupil's change.
     waste: f64,
 }
@@ -76,7 +76,8 @@ impl Survey<'_> {
             match (&pair[0], &pair[1]) {
                 ((a, _), (b, _)) if b <= a => {}
                 ((a, Some(inner)), (b, Some(outer))) => {
-                    spans.push(self.span([*a, *b], [inner.clone(), outer.clone()]));
+                    let middle = self.between([*a, *b], inner, outer);
+                    spans.push(self.span([*a, *b], [inner.clone(), outer.clone()], middle));
                 }
                 // Between the last film radius with light and the first without, or the other
                 // way: next to nothing.
@@ -110,17 +111,27 @@ impl Survey<'_> {
         ends
     }
 
-    fn span(&self, radii: [f64; 2], ends: [Outline; 2]) -> Span {
-        let hint = 0.5 * (ends[0].center + ends[1].center);
-        let middle = self.outline(0.5 * (radii[0] + radii[1]), Some(hint));
+    /// The outline half-way.
+    fn between(&self, radii: [f64; 2], inner: &Outline, outer: &Outline) -> Option<Outline> {
+        let hint = 0.5 * (inner.center + outer.center);
+        self.outline(0.5 * (radii[0] + radii[1]), Some(hint))
+    }
+
+    fn span(&self, radii: [f64; 2], ends: [Outline; 2], middle: Option<Outline>) -> Span {
+        let half = 0.5 * (radii[0] + radii[1]);
+        let inside = middle.and_then(|middle| {
+            let before = self.between([radii[0], half], &ends[0], &middle)?;
+            let after = self.between([half, radii[1]], &middle, &ends[1])?;
+            Some([before, middle, after])
+        });
         let mut span = Span {
             radii,
             ends,
-            middle,
+            inside,
             waste: 1.0,
         };
-        if let (Some(middle), Some(draft)) = (&span.middle, span.draft()) {
-            let plain = Draft::between(middle, middle).area(0.5);
+        if let (Some([_, middle, _]), Some(draft)) = (&span.inside, span.draft()) {
+            let plain = middle.area();
             // What any ring wastes, however narrow, is no reason to split it.
             let least = span.least_waste(middle);
             span.waste = (1.0 - plain / draft.area(0.5) - least).max(0.0);
@@ -141,16 +152,16 @@ impl Survey<'_> {
             let span = spans.swap_remove(worst);
             let [a, b] = span.radii;
             let half = 0.5 * (a + b);
-            match span.middle {
-                Some(middle) if a < half && half < b => {
+            match span.inside {
+                Some([before, middle, after]) if a < half && half < b => {
                     let [inner, outer] = span.ends;
-                    spans.push(self.span([a, half], [inner, middle.clone()]));
-                    spans.push(self.span([half, b], [middle, outer]));
+                    spans.push(self.span([a, half], [inner, middle.clone()], Some(before)));
+                    spans.push(self.span([half, b], [middle, outer], Some(after)));
                 }
                 // Nothing to split at: its bounding shape will have to do.
-                middle => spans.push(Span {
+                inside => spans.push(Span {
                     waste: 0.0,
-                    middle,
+                    inside,
                     ..span
                 }),
             }
@@ -226,13 +237,12 @@ impl Survey<'_> {
 }
 
 impl Span {
-    /// The polygon that holds the three outlines, and what bends outward between them; `None`
-    /// where the outline half-way is missing or the polygon is no star.
+    /// The polygon that holds all five outlines, and what bends outward between them; `None`
+    /// where an outline is missing or the polygon is no star.
     fn draft(&self) -> Option<Draft> {
-        let middle = self.middle.as_ref()?;
+        let inside = self.inside.as_ref()?;
         let mut draft = Draft::between(&self.ends[0], &self.ends[1]);
-        let gaps = draft.gaps(middle);
-        draft.circumscribe();
+        let gaps = draft.gaps([0.25, 0.5, 0.75].into_iter().zip(inside));
         draft.fill(&gaps);
         draft.grow();
         draft.finish(self.radii).map(|_| draft)
@@ -241,10 +251,8 @@ impl Span {
     /// What the margins alone waste.
     fn least_waste(&self, middle: &Outline) -> f64 {
         let mut draft = Draft::between(middle, middle);
-        let plain = draft.area(0.5);
-        draft.circumscribe();
         draft.grow();
-        1.0 - plain / draft.area(0.5)
+        1.0 - middle.area() / draft.area(0.5)
     }
 
     /// Over π, mm².
