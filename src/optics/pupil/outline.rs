@@ -214,7 +214,8 @@ fn first_outside(excess: impl Fn(f64) -> f64, guess: f64) -> f64 {
     for step in 1..80 {
         let width = high.t - low.t;
         let tolerance = TOLERANCE * high.t;
-        if width <= tolerance {
+        // Also where there is nothing to narrow: no end inside, or none outside.
+        if !(width > tolerance && high.t.is_finite()) {
             break;
         }
         let t = if step % 4 == 0 || !high.value.is_finite() || !low.value.is_finite() {
@@ -222,7 +223,8 @@ fn first_outside(excess: impl Fn(f64) -> f64, guess: f64) -> f64 {
         } else {
             let t = low.t + width * low.value / (low.value - high.value);
             let toward = if t - low.t < high.t - t { 0.45 } else { -0.45 };
-            (t + toward * tolerance).clamp(low.t + 0.4 * tolerance, high.t - 0.4 * tolerance)
+            let t = t + toward * tolerance;
+            t.max(low.t + 0.4 * tolerance).min(high.t - 0.4 * tolerance)
         };
         let value = excess(t);
         let side = if value > 0.0 || value.is_nan() { 1 } else { -1 };

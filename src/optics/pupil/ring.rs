@@ -176,6 +176,13 @@ impl Ring {
         })
     }
 
+    /// Is `p`, relative to the lens axis, within the region of film radius `radius`?
+    #[cfg(test)]
+    pub fn holds_absolute(&self, radius: f64, p: [f64; 2]) -> bool {
+        let t = self.t(radius);
+        self.holds(t, [p[0] - self.center.at(t), p[1]])
+    }
+
     /// Is `p`, relative to the middle, within the region?
     fn holds(&self, t: f64, p: [f64; 2]) -> bool {
         let p = [p[0], p[1].abs()];

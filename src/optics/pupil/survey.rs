@@ -17,9 +17,14 @@ const MOST_RINGS: usize = 96;
 /// The film radius where light ends is found to this part of the largest.
 const EDGE: f64 = 1e-7;
 
-/// Rays that look for light outside the region of a ring: all over the rear element, and just
-/// outside the region.
-const PROBES: usize = 96;
+/// Rays that look for light just outside the region of a ring.
+const PROBES_AROUND: usize = 96;
+
+/// Rays that look for light anywhere else on the rear element. Most end at the first surfaces.
+const PROBES_BEYOND: usize = 512;
+
+/// Rays that look for all light of a ring whose outline cannot be trusted.
+const PROBES_ASTRAY: usize = 4096;
 
 /// The lens and the plane on which its pupil is surveyed.
 pub(super) struct Survey<'a> {
@@ -179,8 +184,8 @@ impl Survey<'_> {
     fn probed(&self, radii: [f64; 2], mut draft: Draft) -> Option<Ring> {
         for round in 0..4 {
             let mut clean = true;
-            for i in 0..PROBES {
-                let t = spread(i + round * PROBES);
+            for i in 0..PROBES_AROUND {
+                let t = spread(i + round * PROBES_AROUND);
                 let view = self.view(radii[0] + t * (radii[1] - radii[0]));
                 let p = just_outside(&draft, t, i);
                 if view.passes(p) {
@@ -199,7 +204,7 @@ impl Survey<'_> {
             let p = view.on_plane(p);
             draft.beyond(t, p).1 > 0.0 && view.passes(p)
         };
-        if self.rear.probes(PROBES).enumerate().any(outside) {
+        if self.rear.probes(PROBES_BEYOND).enumerate().any(outside) {
             return None;
         }
         draft.finish(radii)
@@ -207,8 +212,7 @@ impl Survey<'_> {
 
     /// A shape around all light between two film radii, wherever it is; `None` where there is none.
     fn stray(&self, radii: [f64; 2]) -> Option<Ring> {
-        // Sixteen times as many as where the outline is known.
-        let count = 16 * PROBES;
+        let count = PROBES_ASTRAY;
         let passing = |(i, p): (usize, [f64; 3])| {
             let view = self.view(radii[0] + spread(i) * (radii[1] - radii[0]));
             let p = view.on_plane(p);
