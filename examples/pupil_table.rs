@@ -93,8 +93,9 @@ impl Bench {
         for s in prescription.surfaces.iter_mut().filter(|s| s.is_stop) {
             s.aperture *= scale;
         }
-        let data: Value =
-            serde_json::from_str(&std::fs::read_to_string(folder.join(format!("{name}.json")))?)?;
+        let data: Value = serde_json::from_str(&std::fs::read_to_string(
+            folder.join(format!("{name}.json")),
+        )?)?;
         let number = |v: &Value| v.as_f64().ok_or("no number");
         let distance = number(&data["film_z"])? - number(&data["first_order"]["length"])?;
         let fields = data["fields"].as_array().ok_or("no fields")?;
@@ -115,9 +116,13 @@ impl Bench {
     }
 
     fn rows(&self, name: &str) -> String {
-        let clock = Instant::now();
-        let pupil = ExitPupil::new(&self.lens, self.reach(), RINGS);
-        let set_up = 1e3 * clock.elapsed().as_secs_f64();
+        let (mut set_up, mut pupil) = (f64::INFINITY, None);
+        for _ in 0..5 {
+            let clock = Instant::now();
+            let found = ExitPupil::new(&self.lens, self.reach(), RINGS);
+            set_up = set_up.min(1e3 * clock.elapsed().as_secs_f64());
+            pupil = Some(found);
+        }
         let boxes: Vec<Option<PupilBox>> = (0..pbrt_pupil_box::RINGS)
             .map(|ring| pupil_box(&self.lens, 2.0 * self.reach(), ring))
             .collect();
@@ -127,8 +132,11 @@ impl Bench {
             ("pbrt-v3's boxes", self.boxes(&boxes), String::new()),
             (
                 "**fstop**",
-                Box::new(|film, u| pupil.sample(film, u)),
-                format!("{set_up:.0} ({} rings)", pupil.rings()),
+                Box::new(|film, u| pupil.as_ref()?.sample(film, u)),
+                format!(
+                    "{set_up:.0} ({} rings)",
+                    pupil.as_ref().map_or(0, ExitPupil::rings)
+                ),
             ),
         ];
         let mut text = String::new();
@@ -140,7 +148,7 @@ impl Bench {
                 let lost = 1.0 - mean / golden;
                 // The means are good to a few in ten thousand.
                 cells.push(if lost > 2e-3 {
-                    format!("{:.0} (−{:.1})", 100.0 * passed, 100.0 * lost)
+                    format!("{:.1} (−{:.1})", 100.0 * passed, 100.0 * lost)
                 } else {
                     format!("{:.1}", 100.0 * passed)
                 });
@@ -181,10 +189,7 @@ impl Bench {
                 sum += projected_solid_angle([film[0], film[1], self.lens.film_z()], &sample);
             }
         }
-        (
-            f64::from(passed) / f64::from(rays),
-            sum / f64::from(rays),
-        )
+        (f64::from(passed) / f64::from(rays), sum / f64::from(rays))
     }
 
     fn rear_disk(&self) -> Aim<'_> {

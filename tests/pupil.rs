@@ -145,7 +145,11 @@ fn the_mapping_changes_noise_only() {
                     Ok(_) => pupil.projected_solid_angle(film, &s),
                     Err(_) => 0.0,
                 };
-                let values = [weight, weight * s.point[0], weight * s.point[1] * s.point[1]];
+                let values = [
+                    weight,
+                    weight * s.point[0],
+                    weight * s.point[1] * s.point[1],
+                ];
                 sums.iter_mut().zip(values).for_each(|(s, v)| s.add(v));
             }
             sums
@@ -153,7 +157,8 @@ fn the_mapping_changes_noise_only() {
         let reference = mean(PupilSampling::Concentric);
         for sampling in [PupilSampling::Polar, PupilSampling::Rejection] {
             for (a, b) in reference.iter().zip(mean(sampling)) {
-                let z = (a.mean() - b.mean()) / (a.variance_of_mean() + b.variance_of_mean()).sqrt();
+                let z =
+                    (a.mean() - b.mean()) / (a.variance_of_mean() + b.variance_of_mean()).sqrt();
                 // 18 comparisons; 5 standard deviations are a false alarm once in 10^5 runs, were the
                 // numbers drawn anew.
                 assert!(z.abs() < 5.0, "{sampling:?} at {height}: {z}");
@@ -217,9 +222,8 @@ fn samples_are_even_over_the_area() {
         let cell_area = 4.0 * region.along * region.across / (CELLS * CELLS) as f64;
         let expected = f64::from(count) * cell_area / region.area;
         // Cells all of whose neighbours are occupied lie within the region, which is convex here.
-        let inner = |x: usize, y: usize| {
-            (x - 1..=x + 1).all(|i| (y - 1..=y + 1).all(|j| counts[i][j] > 0))
-        };
+        let inner =
+            |x: usize, y: usize| (x - 1..=x + 1).all(|i| (y - 1..=y + 1).all(|j| counts[i][j] > 0));
         let mut cells = 0;
         let mut chi2 = 0.0;
         for x in 1..CELLS - 1 {

@@ -180,10 +180,7 @@ pub fn scene_limits(lens: &Lens, angle: f64, plane_z: f64, count: usize) -> Vec<
     let start = -reach - front.sag(front.clear_radius()).abs() - plane_z.abs();
     let trace = |p: [f64; 2]| {
         let back = (plane_z - start) / cos;
-        let ray = LensRay::new(
-            [p[0] - back * sin, p[1], start],
-            [sin, 0.0, cos],
-        );
+        let ray = LensRay::new([p[0] - back * sin, p[1], start], [sin, 0.0, cos]);
         lens.tracer().to_film(&ray).map(|_| ()).err()
     };
     limits(trace, plane_z * angle.tan(), reach, count)
@@ -267,8 +264,14 @@ mod tests {
         assert_eq!(pupil(260.0).surface, 1);
         assert_eq!(exit_pupil(&s, AxisPoint::Infinity).unwrap().surface, 1);
         // From the scene likewise: 4/(d + 50) against 5/d.
-        assert_eq!(entrance_pupil(&s, AxisPoint::At(-100.0)).unwrap().surface, 1);
-        assert!((entrance_pupil(&s, AxisPoint::At(-100.0)).unwrap().opening - 4.0 / 150.0).abs() < 1e-15);
+        assert_eq!(
+            entrance_pupil(&s, AxisPoint::At(-100.0)).unwrap().surface,
+            1
+        );
+        assert!(
+            (entrance_pupil(&s, AxisPoint::At(-100.0)).unwrap().opening - 4.0 / 150.0).abs()
+                < 1e-15
+        );
         assert_eq!(entrance_pupil(&[], AxisPoint::Infinity), None);
     }
 
@@ -306,8 +309,15 @@ mod tests {
         assert!(film_limits(&lens, 40.0, 50.0, 91).is_empty());
         // A parallel beam at 5.7 degrees: the second aperture is seen from in front 5 mm aside.
         let limits = scene_limits(&lens, 0.1f64.atan(), 0.0, 91);
-        assert_eq!((limits[0].blocked.surface, limits[90].blocked.surface), (1, 0));
-        assert!((limits[0].point[0] - (4.0 - 5.0)).abs() < 1e-11, "{:?}", limits[0]);
+        assert_eq!(
+            (limits[0].blocked.surface, limits[90].blocked.surface),
+            (1, 0)
+        );
+        assert!(
+            (limits[0].point[0] - (4.0 - 5.0)).abs() < 1e-11,
+            "{:?}",
+            limits[0]
+        );
         assert!((limits[90].point[0] + 5.0).abs() < 1e-11);
     }
 }

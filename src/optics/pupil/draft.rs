@@ -136,7 +136,5 @@ impl Draft {
 
 fn pairs(from: &[[f64; 2]], to: &[[f64; 2]]) -> Vec<Moving<[f64; 2]>> {
     let pairs = from.iter().zip(to);
-    pairs
-        .map(|(a, b)| Moving { from: *a, to: *b })
-        .collect()
+    pairs.map(|(a, b)| Moving { from: *a, to: *b }).collect()
 }

@@ -107,13 +107,19 @@ mod tests {
             .collect();
         let e = Ellipse::around(&points).unwrap();
         // What the coarse search leaves, on each axis.
-        assert!((e.along / 3.0 - 1.0).abs() < 5e-3 && (e.across / 0.5 - 1.0).abs() < 5e-3, "{e:?}");
+        assert!(
+            (e.along / 3.0 - 1.0).abs() < 5e-3 && (e.across / 0.5 - 1.0).abs() < 5e-3,
+            "{e:?}"
+        );
         assert!((e.center - 7.0).abs() < 1e-2);
         assert_eq!(Ellipse::around(&[]), None);
         // Its polygon's sides touch it from outside.
         let corners: Vec<[f64; 2]> = e.corners().collect();
         for p in corners.windows(2) {
-            let (x, y) = (0.5 * (p[0][0] + p[1][0]) / e.along, 0.5 * (p[0][1] + p[1][1]) / e.across);
+            let (x, y) = (
+                0.5 * (p[0][0] + p[1][0]) / e.along,
+                0.5 * (p[0][1] + p[1][1]) / e.across,
+            );
             assert!((x.hypot(y) - 1.0).abs() < 1e-12);
         }
     }

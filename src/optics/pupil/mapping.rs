@@ -43,7 +43,12 @@ impl Polar {
         };
         // A negative distance along an axis points the other way.
         let eighths = if radius < 0.0 { eighths + 4.0 } else { eighths };
-        let turn = 0.125 * if eighths < 0.0 { eighths + 8.0 } else { eighths };
+        let turn = 0.125
+            * if eighths < 0.0 {
+                eighths + 8.0
+            } else {
+                eighths
+            };
         Polar {
             radius: radius.abs(),
             turn,
@@ -118,7 +123,13 @@ mod tests {
             .collect();
         let mean = draws.iter().sum::<Vec2>() / 4096.0;
         let square = draws.iter().map(|u| *u * *u).sum::<Vec2>() / 4096.0;
-        assert!((mean - Vec2::splat(0.5)).abs().max_element() < 5.0 * 0.0045, "{mean}");
-        assert!((square - Vec2::splat(1.0 / 3.0)).abs().max_element() < 0.025, "{square}");
+        assert!(
+            (mean - Vec2::splat(0.5)).abs().max_element() < 5.0 * 0.0045,
+            "{mean}"
+        );
+        assert!(
+            (square - Vec2::splat(1.0 / 3.0)).abs().max_element() < 0.025,
+            "{square}"
+        );
     }
 }

@@ -70,11 +70,7 @@ pub struct Region {
 impl Ring {
     /// For film radii from `radii[0]` to `radii[1]`, where t runs from 0 to 1. `None` unless the
     /// corners go once around the middle, counterclockwise, at every t.
-    pub fn new(
-        radii: [f64; 2],
-        center: Moving<f64>,
-        corners: &[Moving<[f64; 2]>],
-    ) -> Option<Ring> {
+    pub fn new(radii: [f64; 2], center: Moving<f64>, corners: &[Moving<[f64; 2]>]) -> Option<Ring> {
         let mut before = [0.0; 3];
         let mut finished = Vec::with_capacity(corners.len());
         for (i, corner) in corners.iter().enumerate() {
@@ -119,10 +115,7 @@ impl Ring {
                 let (low, high) = self.bounds(t);
                 let in_box = |u: Vec2| {
                     let u = u.as_dvec2();
-                    let p = [
-                        low + u.x * (high[0] - low),
-                        (2.0 * u.y - 1.0) * high[1],
-                    ];
+                    let p = [low + u.x * (high[0] - low), (2.0 * u.y - 1.0) * high[1]];
                     self.holds(t, p).then_some(p)
                 };
                 redrawn(u, in_box).unwrap_or_else(|u| self.point(t, Polar::concentric(u)))

@@ -86,7 +86,9 @@ impl Survey<'_> {
                 }
                 // Between the last film radius with light and the first without, or the other
                 // way: next to nothing.
-                ((a, Some(one)), (b, None)) | ((a, None), (b, Some(one))) if b - a <= 2.0 * EDGE * self.reach => {
+                ((a, Some(one)), (b, None)) | ((a, None), (b, Some(one)))
+                    if b - a <= 2.0 * EDGE * self.reach =>
+                {
                     rings.extend(Draft::between(one, one).finish([*a, *b]));
                 }
                 ((a, _), (b, _)) => rings.extend(self.stray([*a, *b])),
@@ -150,8 +152,10 @@ impl Survey<'_> {
         loop {
             let wasted = |s: &Span| s.waste * s.film_area();
             let total: f64 = spans.iter().map(wasted).sum();
-            let worst = (0..spans.len()).max_by(|a, b| wasted(&spans[*a]).total_cmp(&wasted(&spans[*b])));
-            let (Some(worst), true) = (worst, total > WASTE * lit && spans.len() < MOST_RINGS) else {
+            let worst =
+                (0..spans.len()).max_by(|a, b| wasted(&spans[*a]).total_cmp(&wasted(&spans[*b])));
+            let (Some(worst), true) = (worst, total > WASTE * lit && spans.len() < MOST_RINGS)
+            else {
                 return;
             };
             let span = spans.swap_remove(worst);
@@ -176,7 +180,9 @@ impl Survey<'_> {
     /// The region of a span: its polygon if that holds all light, else a shape around all light found,
     /// else everything the rear element lets through.
     fn ring(&self, span: &Span) -> Option<Ring> {
-        let polygon = span.draft().and_then(|draft| self.probed(span.radii, draft));
+        let polygon = span
+            .draft()
+            .and_then(|draft| self.probed(span.radii, draft));
         polygon.or_else(|| self.stray(span.radii))
     }
 
@@ -218,7 +224,12 @@ impl Survey<'_> {
             let p = view.on_plane(p);
             view.passes(p).then_some([p[0], p[1].abs()])
         };
-        let found: Vec<[f64; 2]> = self.rear.probes(count).enumerate().filter_map(passing).collect();
+        let found: Vec<[f64; 2]> = self
+            .rear
+            .probes(count)
+            .enumerate()
+            .filter_map(passing)
+            .collect();
         if found.is_empty() {
             return None;
         }
@@ -233,7 +244,9 @@ impl Survey<'_> {
             ..e
         });
         let draft = match around {
-            Some(e) if e.along * e.across < inner.along * inner.across => Draft::of_ellipses(&e, &e),
+            Some(e) if e.along * e.across < inner.along * inner.across => {
+                Draft::of_ellipses(&e, &e)
+            }
             _ => whole,
         };
         draft.finish(radii)

@@ -24,11 +24,7 @@ fn spread(count: u32) -> impl Iterator<Item = Vec2> {
 }
 
 /// Mean projected solid angle of samples of `region`, and the fraction that passes.
-fn mean(
-    lens: &Lens,
-    film: [f64; 2],
-    samples: impl Fn(Vec2) -> Option<PupilSample>,
-) -> (f64, f64) {
+fn mean(lens: &Lens, film: [f64; 2], samples: impl Fn(Vec2) -> Option<PupilSample>) -> (f64, f64) {
     let count = 1 << 15;
     let (mut sum, mut passed) = (0.0, 0.0);
     for sample in spread(count).filter_map(samples) {
@@ -137,7 +133,10 @@ fn of_wild_lenses_next_to_nothing_is_lost() {
             let radius = if c.abs() < 0.3 { 0.0 } else { 20.0 / c };
             let index = 1.0 + random(10 * i + 3);
             let aperture = 0.01 + 30.0 * random(10 * i + 4);
-            format!("{radius} {} {index} {aperture}\n", 10.0 * random(10 * i + 2))
+            format!(
+                "{radius} {} {index} {aperture}\n",
+                10.0 * random(10 * i + 2)
+            )
         };
         let text: String = (0..1 + (8.0 * random(0)) as u64).map(row).collect();
         let prescription = Prescription::parse(&text).unwrap();
@@ -160,13 +159,20 @@ fn of_wild_lenses_next_to_nothing_is_lost() {
             let p = view.on_plane(pupil.rear.point(height * cos, height * sin));
             if view.passes(p) {
                 passed += 1;
-                lost += u32::from(!pupil.ring(radius).is_some_and(|r| r.holds_absolute(radius, p)));
+                lost += u32::from(
+                    !pupil
+                        .ring(radius)
+                        .is_some_and(|r| r.holds_absolute(radius, p)),
+                );
             }
         }
     }
     // Measured over 400 such lenses: 3e-5, all of it from lenses that let almost nothing through.
     assert!(passed > 100_000, "{passed}");
-    assert!(f64::from(lost) < 1e-4 * f64::from(passed), "{lost} of {passed}");
+    assert!(
+        f64::from(lost) < 1e-4 * f64::from(passed),
+        "{lost} of {passed}"
+    );
 }
 
 proptest! {
