@@ -12,6 +12,7 @@
 
 use super::lens::Lens;
 use super::paraxial::RayMatrix;
+use super::pupil::boundary;
 use super::surface::Surface;
 use super::trace::{Blocked, LensRay};
 
@@ -161,56 +162,58 @@ pub struct Limit {
 pub fn film_limits(lens: &Lens, radius: f64, plane_z: f64, count: usize) -> Vec<Limit> {
     let trace = |p: [f64; 2]| {
         let out = lens.trace_from_film([radius, 0.0], [p[0], p[1], plane_z]);
-        out.map(|_| ()).err()
+        out.err()
     };
-    // Lines from the film point to the rear element's rim meet the plane within this extent.
-    let k = (plane_z - lens.film_z()) / (lens.length() - lens.film_z());
-    let reach = 2.0 * k.abs() * lens.rear().clear_radius();
-    limits(trace, radius * (1.0 - k), reach, count)
+    let outline = boundary(lens, radius, plane_z);
+    let (Some(first), Some(last)) = (outline.first(), outline.last()) else {
+        return Vec::new();
+    };
+    let size = |p: &[f64; 2]| (p[0] - first[0]).hypot(p[1]);
+    let reach = outline.iter().map(size).fold(0.0, f64::max);
+    limits(trace, 0.5 * (first[0] + last[0]), 2.0 * reach, count)
 }
 
-/// The entrance pupil by real rays, for light from a distant object: a parallel beam at `angle` (radians)
-/// to the axis, tilted so that it comes from −x. Its outline on the plane `plane_z` perpendicular to the
-/// axis, as in [`film_limits`].
+/// The entrance pupil by real rays, for light from a distant object: a parallel beam at `angle` (radians,
+/// less than a right angle) to the axis, tilted so that it comes from −x. Its outline on the plane
+/// `plane_z` perpendicular to the axis, as in [`film_limits`]. Pupils narrower than a thousandth of
+/// the front element are overlooked.
 pub fn scene_limits(lens: &Lens, angle: f64, plane_z: f64, count: usize) -> Vec<Limit> {
-    let (sin, cos) = angle.sin_cos();
+    /// Rays tried along the azimuth to find those that pass.
+    const SCAN: usize = 4096;
+    let tangent = angle.tan();
     let front = &lens.surfaces()[0];
-    let reach = 2.0 * front.clear_radius();
-    // The beam starts on a plane in front of everything.
-    let start = -reach - front.sag(front.clear_radius()).abs() - plane_z.abs();
+    let sag = front.sag(front.clear_radius()).abs();
+    // A beam as wide as the front element, whose rim lies off the vertex plane, and in front of it.
+    let reach = front.clear_radius() + sag * tangent.abs();
+    let start = -reach - sag - plane_z.abs();
     let trace = |p: [f64; 2]| {
-        let back = (plane_z - start) / cos;
-        let ray = LensRay::new([p[0] - back * sin, p[1], start], [sin, 0.0, cos]);
-        lens.tracer().to_film(&ray).map(|_| ()).err()
+        let x = p[0] - (plane_z - start) * tangent;
+        let ray = LensRay::new([x, p[1], start], [tangent, 0.0, 1.0]);
+        lens.tracer().to_film(&ray).err()
     };
-    limits(trace, plane_z * angle.tan(), reach, count)
+    let at = |i: usize| plane_z * tangent + reach * (2.0 * i as f64 / SCAN as f64 - 1.0);
+    let passing = |i: &usize| trace([at(*i), 0.0]).is_none();
+    match ((0..=SCAN).find(passing), (0..=SCAN).rev().find(passing)) {
+        (Some(low), Some(high)) => {
+            let center = 0.5 * (at(low) + at(high));
+            limits(trace, center, 4.0 * reach, count)
+        }
+        _ => Vec::new(),
+    }
 }
 
-/// Points tried along the azimuth to find one that passes: pupils narrower than a thousandth of the
-/// rear element's diameter are overlooked.
-const SCAN: usize = 4096;
-
+/// Around `center`, where light passes, to `reach`, where none does.
 fn limits(
     trace: impl Fn([f64; 2]) -> Option<Blocked>,
-    middle: f64,
+    center: f64,
     reach: f64,
     count: usize,
 ) -> Vec<Limit> {
-    let at = |i: usize| middle + reach * (2.0 * i as f64 / SCAN as f64 - 1.0);
-    let passing = |i: &usize| trace([at(*i), 0.0]).is_none();
-    let (Some(low), Some(high)) = ((0..=SCAN).find(passing), (0..=SCAN).rev().find(passing)) else {
-        return Vec::new();
-    };
-    let center = 0.5 * (at(low) + at(high));
-    if trace([center, 0.0]).is_some() {
-        return Vec::new();
-    }
     let limit = |i: usize| {
         let angle = std::f64::consts::PI * i as f64 / count.max(2).saturating_sub(1) as f64;
         let (sin, cos) = angle.sin_cos();
         let point = |t: f64| [center + t * cos, t * sin.max(0.0)];
-        // 2·reach is beyond all rims.
-        let (mut inside, mut outside) = (0.0, 2.0 * reach);
+        let (mut inside, mut outside) = (0.0, reach);
         let mut blocked = trace(point(outside))?;
         // To 15 digits.
         for _ in 0..52 {
@@ -226,7 +229,10 @@ fn limits(
             blocked,
         })
     };
-    (0..count).filter_map(limit).collect()
+    match trace([center, 0.0]) {
+        None => (0..count).filter_map(limit).collect(),
+        Some(_) => Vec::new(),
+    }
 }
 
 #[cfg(test)]

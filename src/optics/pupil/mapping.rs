@@ -32,26 +32,22 @@ pub(super) struct Polar {
 
 impl Polar {
     /// The concentric mapping. `turn` needs no trigonometry: along the side of a square it is linear.
+    /// Written as choices between values, not between paths: which triangle of the square a
+    /// sample falls into cannot be predicted.
+    #[inline]
     pub fn concentric(u: Vec2) -> Polar {
         let [x, y] = u.as_dvec2().to_array().map(|x| 2.0 * x - 1.0);
-        let (radius, eighths) = if x.abs() > y.abs() {
-            (x, y / x)
-        } else if y != 0.0 {
-            (y, 2.0 - x / y)
-        } else {
-            (0.0, 0.0)
-        };
+        let flat = x.abs() > y.abs();
+        let (long, short) = if flat { (x, y) } else { (y, x) };
+        // In the middle of the square both are 0.
+        let slope = short / if long == 0.0 { 1.0 } else { long };
+        let eighths = if flat { slope } else { 2.0 - slope };
         // A negative distance along an axis points the other way.
-        let eighths = if radius < 0.0 { eighths + 4.0 } else { eighths };
-        let turn = 0.125
-            * if eighths < 0.0 {
-                eighths + 8.0
-            } else {
-                eighths
-            };
+        let eighths = eighths + if long < 0.0 { 4.0 } else { 0.0 };
+        let eighths = eighths + if eighths < 0.0 { 8.0 } else { 0.0 };
         Polar {
-            radius: radius.abs(),
-            turn,
+            radius: long.abs(),
+            turn: 0.125 * eighths,
         }
     }
 

@@ -58,6 +58,8 @@ pub struct ExitPupil {
     rings: Vec<Ring>,
     /// For equal parts of the reach, the first ring that may serve it.
     first: Vec<u32>,
+    /// Parts in a millimetre.
+    parts_per_mm: f64,
     rear: Rear,
     sampling: PupilSampling,
 }
@@ -88,6 +90,7 @@ impl ExitPupil {
             film_z: lens.film_z(),
             reach: survey.reach,
             first: first.collect(),
+            parts_per_mm: parts as f64 / survey.reach,
             rings,
             rear: survey.rear,
             sampling: PupilSampling::default(),
@@ -127,7 +130,7 @@ impl ExitPupil {
     /// The ring of a film radius within reach.
     #[inline]
     fn ring(&self, radius: f64) -> Option<&Ring> {
-        let part = (radius / self.reach * self.first.len() as f64) as usize;
+        let part = (radius * self.parts_per_mm) as usize;
         let first = self.first[part.min(self.first.len() - 1)] as usize;
         let ring = self.rings[first..].iter().find(|r| radius <= r.radii[1])?;
         (ring.radii[0] <= radius).then_some(ring)
@@ -135,18 +138,21 @@ impl ExitPupil {
 
     /// Maps `u` in the unit square to the region of the film point (x, y) mm, evenly over its area.
     /// `None` where no light arrives.
+    #[inline]
     pub fn sample(&self, film: [f64; 2], u: Vec2) -> Option<PupilSample> {
-        let radius = film[0].hypot(film[1]);
+        // Not `hypot`, which takes as long as all the rest: film points are neither tiny nor huge,
+        // and one nearer than 1e-154 mm to the axis is on it.
+        let radius = (film[0] * film[0] + film[1] * film[1]).sqrt();
         let ([x, y], area) = if radius <= self.reach {
             let ring = self.ring(radius)?;
             let t = ring.t(radius);
             (ring.sample(t, u, self.sampling), ring.area(t))
         } else {
-            let e = self.rear.region(radius, self.plane_z, self.film_z)?;
-            (e.point(Polar::concentric(u)), e.area())
+            self.beyond_reach(radius, u)?
         };
         let (cos, sin) = if radius > 0.0 {
-            (film[0] / radius, film[1] / radius)
+            let scale = 1.0 / radius;
+            (film[0] * scale, film[1] * scale)
         } else {
             (1.0, 0.0)
         };
@@ -154,6 +160,13 @@ impl ExitPupil {
             point: [cos * x - sin * y, sin * x + cos * y, self.plane_z],
             area,
         })
+    }
+
+    /// A point of what the rear element lets through, and its area.
+    #[cold]
+    fn beyond_reach(&self, radius: f64, u: Vec2) -> Option<([f64; 2], f64)> {
+        let e = self.rear.region(radius, self.plane_z, self.film_z)?;
+        Some((e.point(Polar::concentric(u)), e.area()))
     }
 
     /// Projected solid angle ∫cosθ dω, in steradians, that a sample of area `area` stands for, seen

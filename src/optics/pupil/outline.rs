@@ -127,7 +127,9 @@ impl View<'_> {
                 direction.map(|x| t * x)
             })
             .collect();
-        let sound = along > 0.0 && across > 0.0 && points.iter().flatten().all(|x| x.is_finite());
+        // An aperture of size 0 lets a ray through but no light.
+        let sound =
+            along * across >= f64::MIN_POSITIVE && points.iter().flatten().all(|x| x.is_finite());
         (sound && center.is_finite()).then_some(Outline { center, points })
     }
 }

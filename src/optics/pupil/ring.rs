@@ -50,6 +50,8 @@ impl Corner {
 pub(super) struct Ring {
     /// Film radii that it serves, mm.
     pub radii: [f64; 2],
+    /// One over their difference.
+    per_width: f64,
     center: Moving<f64>,
     corners: Vec<Corner>,
 }
@@ -90,6 +92,7 @@ impl Ring {
         let finite = center.from.is_finite() && center.to.is_finite();
         (finite && positive(0.0) && positive(0.5) && positive(1.0)).then_some(Ring {
             radii,
+            per_width: 1.0 / (radii[1] - radii[0]),
             center,
             corners: finished,
         })
@@ -97,7 +100,7 @@ impl Ring {
 
     /// Where `radius` lies in the ring.
     pub fn t(&self, radius: f64) -> f64 {
-        ((radius - self.radii[0]) / (self.radii[1] - self.radii[0])).clamp(0.0, 1.0)
+        ((radius - self.radii[0]) * self.per_width).clamp(0.0, 1.0)
     }
 
     /// In mm².
@@ -111,27 +114,29 @@ impl Ring {
         let p = match sampling {
             PupilSampling::Concentric => self.point(t, Polar::concentric(u)),
             PupilSampling::Polar => self.point(t, Polar::square_root(u)),
-            PupilSampling::Rejection => {
-                let (low, high) = self.bounds(t);
-                let in_box = |u: Vec2| {
-                    let u = u.as_dvec2();
-                    let p = [low + u.x * (high[0] - low), (2.0 * u.y - 1.0) * high[1]];
-                    self.holds(t, p).then_some(p)
-                };
-                redrawn(u, in_box).unwrap_or_else(|u| self.point(t, Polar::concentric(u)))
-            }
+            PupilSampling::Rejection => self.by_rejection(t, u),
         };
         [self.center.at(t) + p[0], p[1]]
+    }
+
+    /// The first candidate in the bounding box that lies in the region.
+    #[cold]
+    fn by_rejection(&self, t: f64, u: Vec2) -> [f64; 2] {
+        let (low, high) = self.bounds(t);
+        let in_box = |u: Vec2| {
+            let u = u.as_dvec2();
+            let p = [low + u.x * (high[0] - low), (2.0 * u.y - 1.0) * high[1]];
+            self.holds(t, p).then_some(p)
+        };
+        redrawn(u, in_box).unwrap_or_else(|u| self.point(t, Polar::concentric(u)))
     }
 
     /// The point `p` of the region, relative to its middle.
     #[inline]
     fn point(&self, t: f64, p: Polar) -> [f64; 2] {
-        let (half, side) = if p.turn <= 0.5 {
-            (2.0 * p.turn, 1.0)
-        } else {
-            (2.0 - 2.0 * p.turn, -1.0)
-        };
+        // The part of half a turn, and which half.
+        let half = 2.0 * p.turn.min(1.0 - p.turn);
+        let side = 1f64.copysign(0.5 - p.turn);
         let last = self.corners.len() - 1;
         let wanted = half * self.area(t);
         // Triangles have about the same area, so the one wanted is near its share.

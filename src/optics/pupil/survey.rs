@@ -291,7 +291,7 @@ fn just_outside(draft: &Draft, t: f64, i: usize) -> [f64; 2] {
     let (a, b) = (draft.corners[side].at(t), draft.corners[side + 1].at(t));
     let s = along - side as f64;
     // Alternately at the rim and 2 % beyond it.
-    let scale = if i % 2 == 0 { 1.0005 } else { 1.02 };
+    let scale = if i.is_multiple_of(2) { 1.0005 } else { 1.02 };
     [
         draft.center.at(t) + scale * (a[0] + s * (b[0] - a[0])),
         scale * (a[1] + s * (b[1] - a[1])),
