@@ -1,12 +1,12 @@
 //! Where to aim: the part of the exit pupil that a film point sees light through.
 //!
 //! Most rays toward the rear element end at some rim. For each of a number of rings of film
-//! radius the outline of the rays that pass is found by tracing ([`outline`]), and a polygon around it is
-//! kept that moves with the film radius ([`ring`]); samples are drawn uniformly from the polygon, and
+//! radius the outline of the rays that pass is found by tracing (`outline`), and a polygon around it is
+//! kept that moves with the film radius (`ring`); samples are drawn uniformly from the polygon, and
 //! their weight carries its area. The polygon holds every ray that passes, so the expectation is that of
 //! sampling everything: what bends outward between the film radii and directions that were traced is
-//! measured half-way and made room for ([`draft`]), rings are split where the pupil changes fast, and rays
-//! just outside and all over the rear element look for light that was overlooked ([`survey`]).
+//! measured half-way and made room for (`draft`), rings are split where the pupil changes fast, and rays
+//! just outside and all over the rear element look for light that was overlooked (`survey`).
 //!
 //! The plane is that of the paraxial exit pupil, where the region hardly moves within a ring. The
 //! paraxial pupil disk itself would not do (pupil aberration moves the true one off it by up to half
