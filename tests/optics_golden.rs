@@ -279,7 +279,9 @@ fn pupil_samples_weigh_the_projected_solid_angle() {
                     (mean / expected - 1.0).abs() < 1e-3,
                     "{what}, {passed:.3} passed"
                 );
-                assert!(passed > 0.5, "{what}: {passed:.3} passed");
+                // Least at the rim of fisheye_10's field, where the pupil vanishes within a fiftieth of the
+                // radius: docs/pupil.md.
+                assert!(passed > 0.85, "{what}: {passed:.3} passed");
             }
         }
     }

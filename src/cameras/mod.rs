@@ -11,7 +11,7 @@
 mod clip;
 mod mount;
 mod ndc;
-mod pbrt_pupil_box;
+pub mod pbrt_pupil_box;
 mod perspective;
 mod realistic;
 mod realistic_params;

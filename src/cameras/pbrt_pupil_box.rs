@@ -8,8 +8,8 @@ use crate::optics::pupil::boundary;
 /// Candidates that pbrt tries.
 const CANDIDATES: u32 = 1 << 20;
 
-/// The film radius is cut into this many rings; the box is the innermost one's.
-const RINGS: f64 = 64.0;
+/// The film radius is cut into this many rings, each with a box.
+pub const RINGS: u32 = 64;
 
 /// Half the side of the square that candidates lie in, in radii of the rear element.
 const SQUARE: f64 = 1.5;
@@ -18,11 +18,18 @@ const SQUARE: f64 = 1.5;
 /// diagonal `diagonal` mm.
 pub fn innermost_box_area(lens: &Lens, diagonal: f64) -> f64 {
     let half = SQUARE * 0.5 * lens.rear().aperture;
-    let film_max = 0.5 * diagonal / RINGS;
-    let Some(limits) = Box2::around_pupil(lens, film_max) else {
-        return 4.0 * half * half;
-    };
-    let mut found: Option<Box2> = None;
+    pupil_box(lens, diagonal, 0).map_or(4.0 * half * half, |b| b.area())
+}
+
+/// pbrt-v3's exit-pupil box of ring `ring` (of [`RINGS`]), on the rear vertex plane, its x along the film
+/// point's azimuth; `None` where pbrt finds nothing, and then samples a square of three times the rear
+/// element's radius.
+pub fn pupil_box(lens: &Lens, diagonal: f64, ring: u32) -> Option<PupilBox> {
+    let half = SQUARE * 0.5 * lens.rear().aperture;
+    let width = 0.5 * diagonal / f64::from(RINGS);
+    let inner = f64::from(ring) * width;
+    let limits = PupilBox::around_pupil(lens, inner, width)?;
+    let mut found: Option<PupilBox> = None;
     for i in 0..CANDIDATES {
         let x = half * (2.0 * radical_inverse(i, 2) - 1.0);
         // Far from the true pupil: would be blocked.
@@ -33,37 +40,45 @@ pub fn innermost_box_area(lens: &Lens, diagonal: f64) -> f64 {
         if !limits.holds(p) || found.is_some_and(|b| b.holds(p)) {
             continue;
         }
-        let film = [film_max * (f64::from(i) + 0.5) / f64::from(CANDIDATES), 0.0];
+        let film = inner + width * (f64::from(i) + 0.5) / f64::from(CANDIDATES);
         if lens
-            .trace_from_film(film, [p[0], p[1], lens.length()])
+            .trace_from_film([film, 0.0], [p[0], p[1], lens.length()])
             .is_ok()
         {
-            found = Some(found.map_or(Box2 { low: p, high: p }, |b| b.with(p)));
+            found = Some(found.map_or(PupilBox { low: p, high: p }, |b| b.with(p)));
         }
     }
     // Twice the square's diagonal over the candidates per side, on every side.
     let margin = 2.0 * (2.0 * half) * std::f64::consts::SQRT_2 / f64::from(CANDIDATES).sqrt();
-    found.map_or(4.0 * half * half, |b| {
-        (b.high[0] - b.low[0] + 2.0 * margin) * (b.high[1] - b.low[1] + 2.0 * margin)
+    found.map(|b| PupilBox {
+        low: b.low.map(|x| x - margin),
+        high: b.high.map(|x| x + margin),
     })
 }
 
-/// An axis-parallel rectangle.
-#[derive(Clone, Copy, Debug)]
-struct Box2 {
-    low: [f64; 2],
-    high: [f64; 2],
+/// An axis-parallel rectangle, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PupilBox {
+    /// Its lowest corner.
+    pub low: [f64; 2],
+    /// Its highest corner.
+    pub high: [f64; 2],
 }
 
-impl Box2 {
-    /// Somewhat more than the pupil of the film points up to `film_max`; `None` where nothing passes.
-    fn around_pupil(lens: &Lens, film_max: f64) -> Option<Box2> {
+impl PupilBox {
+    /// In mm².
+    pub fn area(&self) -> f64 {
+        (self.high[0] - self.low[0]) * (self.high[1] - self.low[1])
+    }
+
+    /// Somewhat more than the pupil of the film points of a ring; `None` where nothing passes.
+    fn around_pupil(lens: &Lens, inner: f64, width: f64) -> Option<PupilBox> {
         let points = [0.0, 0.5, 1.0]
-            .map(|s| boundary(lens, s * film_max, lens.length()))
+            .map(|s| boundary(lens, inner + s * width, lens.length()))
             .concat();
         let first = *points.first()?;
         let b = points.iter().fold(
-            Box2 {
+            PupilBox {
                 low: first,
                 high: first,
             },
@@ -71,7 +86,7 @@ impl Box2 {
         );
         // Wide of the boundary, sought in 3.75 degree steps, by any measure.
         let grow = 0.05 * (b.high[0] - b.low[0]).max(b.high[1] - b.low[1]);
-        Some(Box2 {
+        Some(PupilBox {
             low: b.low.map(|x| x - grow),
             high: b.high.map(|x| x + grow),
         })
@@ -81,8 +96,8 @@ impl Box2 {
         (0..2).all(|i| p[i] >= self.low[i] && p[i] <= self.high[i])
     }
 
-    fn with(&self, p: [f64; 2]) -> Box2 {
-        Box2 {
+    fn with(&self, p: [f64; 2]) -> PupilBox {
+        PupilBox {
             low: std::array::from_fn(|i| self.low[i].min(p[i])),
             high: std::array::from_fn(|i| self.high[i].max(p[i])),
         }

@@ -12,6 +12,9 @@
 //! | weight | irradiance | `simpleweighting` true: relative; false: irradiance times the time the shutter is open |
 //! | clip planes | `hither`, `yon` | none |
 //!
+//! Both know `"string pupilsampling"`, how lens samples are spread over the exit pupil: `concentric`
+//! (default), `polar` or `rejection`; see [`PupilSampling`]. It changes noise only.
+//!
 //! In both the scene lies on +z and the picture is upright. The course form is recognised by any of its
 //! own names. Sources: Kolb, Mitchell and Hanrahan, "A Realistic Camera Model for Computer Graphics",
 //! SIGGRAPH 1995; Pharr, Jakob and Humphreys, 3rd edition, §6.4.
@@ -22,7 +25,7 @@ use super::{CameraError, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::sampling::concentric_disk;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Vec2};
-use crate::optics::pupil::{ExitPupil, PupilSample, RINGS, projected_solid_angle};
+use crate::optics::pupil::{ExitPupil, PupilSample, PupilSampling, RINGS, projected_solid_angle};
 use crate::optics::real::Dual;
 use crate::optics::{Lens, LensRay};
 
@@ -71,6 +74,8 @@ pub struct RealisticSpec {
     pub weighting: Weighting,
     /// Whose habits to copy.
     pub compat: Compat,
+    /// How lens samples are spread over the exit pupil.
+    pub pupil_sampling: PupilSampling,
     /// Film diagonal in mm that overrides the film's own (`filmdiag`).
     pub film_diagonal: Option<f64>,
     /// When light is let in.
@@ -130,7 +135,10 @@ impl Realistic {
         let lens = spec.lens.clone();
         let reach = 0.5 * diagonal + FILTER_REACH * pitch * std::f64::consts::SQRT_2;
         let aim = match spec.compat {
-            Compat::None => Aim::Pupil(ExitPupil::new(&lens, reach, RINGS)),
+            Compat::None => {
+                let pupil = ExitPupil::new(&lens, reach, RINGS);
+                Aim::Pupil(pupil.with_sampling(spec.pupil_sampling))
+            }
             Compat::PbrtV2 => Aim::RearDisk(0.5 * lens.rear().aperture),
         };
         let weight_scale = match spec.weighting {

@@ -2,6 +2,7 @@
 
 use super::realistic::{Compat, Form, RealisticSpec, Weighting};
 use super::{Clip, Shutter};
+use crate::optics::pupil::PupilSampling;
 use crate::optics::{Lens, Prescription, PrescriptionError};
 use crate::params::ParamReader;
 
@@ -27,6 +28,12 @@ impl RealisticSpec {
             "pbrt-v2" => Compat::PbrtV2,
             _ => Compat::None,
         };
+        let pupil_sampling =
+            match params.choice("pupilsampling", &["concentric", "polar", "rejection"]) {
+                "polar" => PupilSampling::Polar,
+                "rejection" => PupilSampling::Rejection,
+                _ => PupilSampling::Concentric,
+            };
         let simple = params.boolean("simpleweighting", form == Form::Pbrt3);
         let weighting = if simple {
             Weighting::Simple
@@ -50,6 +57,7 @@ impl RealisticSpec {
             form,
             weighting,
             compat,
+            pupil_sampling,
             film_diagonal,
             shutter,
             clip,

@@ -9,7 +9,8 @@
 //!    why it ends if it does. It is generic over the number type ([`real`]): f64 is the truth, f32 the fast path, dual
 //!    numbers carry the derivatives that texture footprints need.
 //! 4. [`paraxial`] has the focal length, principal planes and pupils; [`focus`] moves the film.
-//! 5. [`pupil`] says where rays from a film point should be aimed so that few are lost and no light is.
+//! 5. [`stops`] finds which aperture limits the light; [`pupil`] says where rays from a film point should be
+//!    aimed so that few are lost and no light is.
 //! 6. [`report`] prints it all.
 //!
 //! Coordinates throughout: millimetres, origin at the vertex of the first (scene-side) surface, **z toward the
@@ -43,6 +44,7 @@ pub mod prescription;
 pub mod pupil;
 pub mod real;
 pub mod report;
+pub mod stops;
 pub mod surface;
 pub mod trace;
 

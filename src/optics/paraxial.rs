@@ -9,15 +9,15 @@ use super::surface::Surface;
 
 /// Takes (y, n·u) from one plane to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct RayMatrix {
-    a: f64,
-    b: f64,
-    c: f64,
-    d: f64,
+pub(super) struct RayMatrix {
+    pub a: f64,
+    pub b: f64,
+    pub c: f64,
+    pub d: f64,
 }
 
 impl RayMatrix {
-    const IDENTITY: RayMatrix = RayMatrix {
+    pub const IDENTITY: RayMatrix = RayMatrix {
         a: 1.0,
         b: 0.0,
         c: 0.0,
@@ -25,7 +25,7 @@ impl RayMatrix {
     };
 
     /// Then refracts at a surface of curvature `c` from index `n` to `n2`: n·u falls by (n2−n)·c·y.
-    fn refract(self, c: f64, n: f64, n2: f64) -> RayMatrix {
+    pub fn refract(self, c: f64, n: f64, n2: f64) -> RayMatrix {
         let power = (n2 - n) * c;
         RayMatrix {
             c: self.c - power * self.a,
@@ -35,7 +35,7 @@ impl RayMatrix {
     }
 
     /// Then goes `t` along the axis through index `n`: y grows by t·u.
-    fn transfer(self, t: f64, n: f64) -> RayMatrix {
+    pub fn transfer(self, t: f64, n: f64) -> RayMatrix {
         RayMatrix {
             a: self.a + t / n * self.c,
             b: self.b + t / n * self.d,

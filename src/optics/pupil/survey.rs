@@ -1,0 +1,299 @@
+//! Making the regions: outlines at a few film radii, and more of them where the pupil changes fast.
+
+use super::draft::Draft;
+use super::ellipse::Ellipse;
+use super::outline::{Outline, View};
+use super::rear::Rear;
+use super::ring::Ring;
+use crate::optics::lens::Lens;
+
+/// Rings are split until less than this part of the samples, averaged over the film, is lost to the pupil's
+/// change within a ring ...
+const WASTE: f64 = 0.004;
+
+/// ... or there are this many.
+const MOST_RINGS: usize = 96;
+
+/// The film radius where light ends is found to this part of the largest.
+const EDGE: f64 = 1e-7;
+
+/// Rays that look for light just outside the region of a ring.
+const PROBES_AROUND: usize = 96;
+
+/// Rays that look for light anywhere else on the rear element. Most end at the first surfaces.
+const PROBES_BEYOND: usize = 512;
+
+/// Rays that look for all light of a ring whose outline cannot be trusted.
+const PROBES_ASTRAY: usize = 4096;
+
+/// The lens and the plane on which its pupil is surveyed.
+pub(super) struct Survey<'a> {
+    pub lens: &'a Lens,
+    pub plane_z: f64,
+    pub rear: Rear,
+    /// Largest film radius, mm.
+    pub reach: f64,
+}
+
+/// The part of the film between two radii at which the outline is known.
+struct Span {
+    radii: [f64; 2],
+    ends: [Outline; 2],
+    /// At a quarter, half and three quarters of the way; `None` where one of them is missing.
+    inside: Option<[Outline; 3]>,
+    /// Part of the samples that are lost to the pupil's change.
+    waste: f64,
+}
+
+impl Survey<'_> {
+    fn view(&self, radius: f64) -> View<'_> {
+        View {
+            lens: self.lens,
+            radius,
+            plane_z: self.plane_z,
+        }
+    }
+
+    fn outline(&self, radius: f64, hint: Option<f64>) -> Option<Outline> {
+        self.view(radius).outline(&self.rear, hint)
+    }
+
+    /// The regions of all rings, by film radius; starts with `count` rings. Film radii up to
+    /// [`Survey::reach`] that are in none are dark.
+    pub fn rings(&self, count: usize) -> Vec<Ring> {
+        let radius = |i: usize| self.reach * i as f64 / count as f64;
+        let mut known: Vec<(f64, Option<Outline>)> = Vec::with_capacity(count + 3);
+        let mut hint = None;
+        for i in 0..=count {
+            let outline = self.outline(radius(i), hint);
+            hint = outline.as_ref().map(|o| o.center);
+            if let Some(previous) = known.pop() {
+                let edge = (previous.1.is_some() != outline.is_some())
+                    .then(|| self.edge(&previous, &(radius(i), outline.clone())));
+                known.push(previous);
+                known.extend(edge.into_iter().flatten());
+            }
+            known.push((radius(i), outline));
+        }
+        let mut spans = Vec::new();
+        let mut rings = Vec::new();
+        for pair in known.windows(2) {
+            match (&pair[0], &pair[1]) {
+                ((a, _), (b, _)) if b <= a => {}
+                ((a, Some(inner)), (b, Some(outer))) => {
+                    let middle = self.between([*a, *b], inner, outer);
+                    spans.push(self.span([*a, *b], [inner.clone(), outer.clone()], middle));
+                }
+                // Between the last film radius with light and the first without, or the other
+                // way: next to nothing.
+                ((a, Some(one)), (b, None)) | ((a, None), (b, Some(one)))
+                    if b - a <= 2.0 * EDGE * self.reach =>
+                {
+                    rings.extend(Draft::between(one, one).finish([*a, *b]));
+                }
+                ((a, _), (b, _)) => rings.extend(self.stray([*a, *b])),
+            }
+        }
+        self.refine(&mut spans);
+        rings.extend(spans.iter().filter_map(|span| self.ring(span)));
+        rings.sort_by(|a, b| a.radii[0].total_cmp(&b.radii[0]));
+        rings
+    }
+
+    /// The film radii on either side of where light ends between `a` and `b`, of which one is dark.
+    fn edge(
+        &self,
+        a: &(f64, Option<Outline>),
+        b: &(f64, Option<Outline>),
+    ) -> [(f64, Option<Outline>); 2] {
+        let mut ends = [a.clone(), b.clone()];
+        while ends[1].0 - ends[0].0 > EDGE * self.reach {
+            let radius = 0.5 * (ends[0].0 + ends[1].0);
+            let lit = if ends[0].1.is_some() { 0 } else { 1 };
+            let hint = ends[lit].1.as_ref().map(|o| o.center);
+            let outline = self.outline(radius, hint);
+            let side = if outline.is_some() { lit } else { 1 - lit };
+            ends[side] = (radius, outline);
+        }
+        ends
+    }
+
+    /// The outline half-way.
+    fn between(&self, radii: [f64; 2], inner: &Outline, outer: &Outline) -> Option<Outline> {
+        let hint = 0.5 * (inner.center + outer.center);
+        self.outline(0.5 * (radii[0] + radii[1]), Some(hint))
+    }
+
+    fn span(&self, radii: [f64; 2], ends: [Outline; 2], middle: Option<Outline>) -> Span {
+        let half = 0.5 * (radii[0] + radii[1]);
+        let inside = middle.and_then(|middle| {
+            let before = self.between([radii[0], half], &ends[0], &middle)?;
+            let after = self.between([half, radii[1]], &middle, &ends[1])?;
+            Some([before, middle, after])
+        });
+        let mut span = Span {
+            radii,
+            ends,
+            inside,
+            waste: 1.0,
+        };
+        if let (Some([_, middle, _]), Some(draft)) = (&span.inside, span.draft()) {
+            let plain = middle.area();
+            // What any ring wastes, however narrow, is no reason to split it.
+            let least = span.least_waste(middle);
+            span.waste = (1.0 - plain / draft.area(0.5) - least).max(0.0);
+        }
+        span
+    }
+
+    /// Splits the spans that waste most of the film's samples.
+    fn refine(&self, spans: &mut Vec<Span>) {
+        let lit: f64 = spans.iter().map(Span::film_area).sum();
+        loop {
+            let wasted = |s: &Span| s.waste * s.film_area();
+            let total: f64 = spans.iter().map(wasted).sum();
+            let worst =
+                (0..spans.len()).max_by(|a, b| wasted(&spans[*a]).total_cmp(&wasted(&spans[*b])));
+            let (Some(worst), true) = (worst, total > WASTE * lit && spans.len() < MOST_RINGS)
+            else {
+                return;
+            };
+            let span = spans.swap_remove(worst);
+            let [a, b] = span.radii;
+            let half = 0.5 * (a + b);
+            match span.inside {
+                Some([before, middle, after]) if a < half && half < b => {
+                    let [inner, outer] = span.ends;
+                    spans.push(self.span([a, half], [inner, middle.clone()], Some(before)));
+                    spans.push(self.span([half, b], [middle, outer], Some(after)));
+                }
+                // Nothing to split at: its bounding shape will have to do.
+                inside => spans.push(Span {
+                    waste: 0.0,
+                    inside,
+                    ..span
+                }),
+            }
+        }
+    }
+
+    /// The region of a span: its polygon if that holds all light, else a shape around all light found,
+    /// else everything the rear element lets through.
+    fn ring(&self, span: &Span) -> Option<Ring> {
+        let polygon = span
+            .draft()
+            .and_then(|draft| self.probed(span.radii, draft));
+        polygon.or_else(|| self.stray(span.radii))
+    }
+
+    /// The draft, a little larger where probes just outside it pass; `None` where light is far outside.
+    fn probed(&self, radii: [f64; 2], mut draft: Draft) -> Option<Ring> {
+        for round in 0..4 {
+            let mut clean = true;
+            for i in 0..PROBES_AROUND {
+                let t = spread(i + round * PROBES_AROUND);
+                let view = self.view(radii[0] + t * (radii[1] - radii[0]));
+                let p = just_outside(&draft, t, i);
+                if view.passes(p) {
+                    let (side, beyond) = draft.beyond(t, p);
+                    draft.push_side(side, 2.0 * beyond);
+                    clean = false;
+                }
+            }
+            if clean {
+                break;
+            }
+        }
+        let outside = |(i, p): (usize, [f64; 3])| {
+            let t = spread(i);
+            let view = self.view(radii[0] + t * (radii[1] - radii[0]));
+            let p = view.on_plane(p);
+            draft.beyond(t, p).1 > 0.0 && view.passes(p)
+        };
+        if self.rear.probes(PROBES_BEYOND).enumerate().any(outside) {
+            return None;
+        }
+        draft.finish(radii)
+    }
+
+    /// A shape around all light between two film radii, wherever it is; `None` where there is none.
+    fn stray(&self, radii: [f64; 2]) -> Option<Ring> {
+        let count = PROBES_ASTRAY;
+        let passing = |(i, p): (usize, [f64; 3])| {
+            let view = self.view(radii[0] + spread(i) * (radii[1] - radii[0]));
+            let p = view.on_plane(p);
+            view.passes(p).then_some([p[0], p[1].abs()])
+        };
+        let found: Vec<[f64; 2]> = self
+            .rear
+            .probes(count)
+            .enumerate()
+            .filter_map(passing)
+            .collect();
+        if found.is_empty() {
+            return None;
+        }
+        let rear = |radius: f64| self.rear.region(radius, self.plane_z, self.lens.film_z());
+        let (inner, outer) = (rear(radii[0])?, rear(radii[1])?);
+        let whole = Draft::of_ellipses(&inner, &outer);
+        // Probes lie this far apart, relative to the element.
+        let spacing = (4.0 / count as f64).sqrt() * inner.along.max(outer.along);
+        let around = Ellipse::around(&found).map(|e| Ellipse {
+            along: e.along + 2.0 * spacing,
+            across: e.across + 2.0 * spacing,
+            ..e
+        });
+        let draft = match around {
+            Some(e) if e.along * e.across < inner.along * inner.across => {
+                Draft::of_ellipses(&e, &e)
+            }
+            _ => whole,
+        };
+        draft.finish(radii)
+    }
+}
+
+impl Span {
+    /// The polygon that holds all five outlines, and what bends outward between them; `None`
+    /// where an outline is missing or the polygon is no star.
+    fn draft(&self) -> Option<Draft> {
+        let inside = self.inside.as_ref()?;
+        let mut draft = Draft::between(&self.ends[0], &self.ends[1]);
+        let gaps = draft.gaps([0.25, 0.5, 0.75].into_iter().zip(inside));
+        draft.fill(&gaps);
+        draft.grow();
+        draft.finish(self.radii).map(|_| draft)
+    }
+
+    /// What the margins alone waste.
+    fn least_waste(&self, middle: &Outline) -> f64 {
+        let mut draft = Draft::between(middle, middle);
+        draft.grow();
+        1.0 - middle.area() / draft.area(0.5)
+    }
+
+    /// Over π, mm².
+    fn film_area(&self) -> f64 {
+        self.radii[1].powi(2) - self.radii[0].powi(2)
+    }
+}
+
+/// Well-spread numbers from 0 to 1 (Kronecker's sequence of the golden ratio).
+fn spread(i: usize) -> f64 {
+    (0.5 + i as f64 * 0.618_033_988_749_895).fract()
+}
+
+/// A point just outside the draft at `t`.
+fn just_outside(draft: &Draft, t: f64, i: usize) -> [f64; 2] {
+    let sides = draft.corners.len() - 1;
+    let along = sides as f64 * (0.5 + i as f64 * 0.754_877_666_246_692_8).fract();
+    let side = (along as usize).min(sides - 1);
+    let (a, b) = (draft.corners[side].at(t), draft.corners[side + 1].at(t));
+    let s = along - side as f64;
+    // Alternately at the rim and 2 % beyond it.
+    let scale = if i.is_multiple_of(2) { 1.0005 } else { 1.02 };
+    [
+        draft.center.at(t) + scale * (a[0] + s * (b[0] - a[0])),
+        scale * (a[1] + s * (b[1] - a[1])),
+    ]
+}
