@@ -37,6 +37,7 @@
 //! ```
 
 pub mod focus;
+pub mod lanes;
 pub mod lens;
 pub mod paraxial;
 pub mod prescription;

@@ -9,7 +9,7 @@
 //! Lens coordinates: millimetres, origin at the vertex of the first (scene-side) surface, z toward
 //! the film. Light runs toward +z; rays from the film run toward −z.
 
-use super::real::{Dual, Plain, Real};
+use super::real::{Dual, Mask, Number, Plain, Real};
 use super::surface::Surface;
 use std::fmt;
 
@@ -23,20 +23,30 @@ pub struct LensRay<T> {
     pub d: [T; 3],
 }
 
-impl<T: Real> LensRay<T> {
+impl<T: Number> LensRay<T> {
     /// From a point in a direction of any length. A direction that has none gives a ray that
     /// tracing blocks.
+    #[inline(always)]
     pub fn new(o: [T; 3], d: [T; 3]) -> LensRay<T> {
         let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
         LensRay {
             o,
-            d: d.map(|x| x / length),
+            d: [d[0] / length, d[1] / length, d[2] / length],
         }
     }
 
     /// From the point `from` through the point `to`.
+    #[inline(always)]
     pub fn through(from: [T; 3], to: [T; 3]) -> LensRay<T> {
-        LensRay::new(from, std::array::from_fn(|i| to[i] - from[i]))
+        LensRay::new(from, [to[0] - from[0], to[1] - from[1], to[2] - from[2]])
+    }
+
+    /// Is every coordinate finite?
+    #[inline(always)]
+    fn finite(&self) -> T::Mask {
+        let o = self.o[0].finite().and(self.o[1].finite());
+        let d = self.d[0].finite().and(self.d[1].finite());
+        o.and(d).and(self.o[2].finite()).and(self.d[2].finite())
     }
 }
 
@@ -210,25 +220,88 @@ impl<B: Plain> LensTracer<B> {
         Some(largest.sqrt())
     }
 
-    /// Takes the ray across surface `i`, with z relative to its vertex. Every comparison is
-    /// written so that a NaN blocks.
+    /// Traces rays from behind the last surface to the scene, apertures blocking: where they
+    /// leave the first surface, and which of them do. z is relative to the *last* vertex on the way in and
+    /// to the first on the way out. A ray alone or a bundle of them, side by side and without a branch
+    /// between them; the arithmetic is that of [`LensTracer::to_scene`], in the same order.
     #[inline(always)]
-    #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "a NaN must block")]
+    pub fn to_scene_masked<T: Number<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+    ) -> (LensRay<T>, T::Mask) {
+        let pass = Pass {
+            sign: -B::ONE,
+            to_film: false,
+            clip: true,
+        };
+        let mut r = *ray;
+        let mut passes = T::Mask::YES;
+        for i in (0..self.elements.len()).rev() {
+            if i + 1 < self.elements.len() {
+                r.o[2] = r.o[2].plus(self.elements[i].thickness);
+            }
+            let crossing = self.elements[i].cross(&r, &pass);
+            passes = passes.and(crossing.all());
+            if !passes.any() {
+                break;
+            }
+            r = crossing.ray;
+        }
+        let r = LensRay::new(r.o, r.d);
+        (r, passes.and(r.finite()))
+    }
+
+    /// Takes the ray across surface `i`, with z relative to its vertex.
+    #[inline(always)]
     fn cross<T: Real<Base = B>>(
         &self,
         i: usize,
         ray: &mut LensRay<T>,
         pass: &Pass<B>,
     ) -> Result<(), Blocked> {
-        let e = &self.elements[i];
-        let blocked = |cause| Err(Blocked { surface: i, cause });
+        let crossing = self.elements[i].cross(ray, pass);
+        let cause = if !crossing.met {
+            Cause::Missed
+        } else if !crossing.inside {
+            Cause::Vignetted
+        } else if !crossing.refracted {
+            Cause::TotalReflection
+        } else {
+            *ray = crossing.ray;
+            return Ok(());
+        };
+        Err(Blocked { surface: i, cause })
+    }
+}
+
+/// Behind one surface; the ray means something where all conditions hold.
+struct Crossing<T: Number> {
+    ray: LensRay<T>,
+    /// It runs toward the surface and meets its near half.
+    met: T::Mask,
+    /// Inside the clear aperture.
+    inside: T::Mask,
+    /// And is not totally reflected.
+    refracted: T::Mask,
+}
+
+impl<T: Number> Crossing<T> {
+    #[inline(always)]
+    fn all(&self) -> T::Mask {
+        self.met.and(self.inside).and(self.refracted)
+    }
+}
+
+impl<B: Plain> Element<B> {
+    /// Takes a ray across the surface, with z relative to its vertex. Nothing branches on the ray, so
+    /// that rays can go side by side; every comparison is written so that a NaN blocks.
+    #[inline(always)]
+    fn cross<T: Number<Base = B>>(&self, ray: &LensRay<T>, pass: &Pass<B>) -> Crossing<T> {
         let [x, y, z] = ray.o;
         let [l, m, n] = ray.d;
-        let (s, c) = (pass.sign, e.curvature);
+        let (s, c) = (pass.sign, self.curvature);
         // A ray that runs parallel to the vertex plane, or away from the next surface, has missed it.
-        if !((n.value() * s) > B::ZERO) {
-            return blocked(Cause::Missed);
-        }
+        let ahead = n.times(s).greater(B::ZERO);
         // To the vertex tangent plane: keeps the digits of all that follows.
         let t = -z / n;
         let (x, y) = (x + t * l, y + t * m);
@@ -236,43 +309,45 @@ impl<B: Plain> LensTracer<B> {
         let f = (x * x + y * y).times(c);
         let g = n - (x * l + y * m).times(c);
         let discriminant = g * g - f.times(c);
-        if !(discriminant.value() >= B::ZERO) {
-            return blocked(Cause::Missed);
-        }
+        let reached = discriminant.at_least(B::ZERO);
         // The cosine of incidence, signed as the direction.
         let q = discriminant.sqrt().times(s);
         let t = f / (g + q);
         let (x, y, z) = (x + t * l, y + t * m, t * n);
         let axial = -z.times(c);
         // On the near half of the sphere, the normal (−cx, −cy, 1 − cz) leans along the axis.
-        if !(axial.value() > -B::ONE) {
-            return blocked(Cause::Missed);
+        let near = axial.greater(-B::ONE);
+        let mut crossing = Crossing {
+            ray: LensRay {
+                o: [x, y, z],
+                d: ray.d,
+            },
+            met: ahead.and(reached).and(near),
+            inside: T::Mask::YES,
+            refracted: T::Mask::YES,
+        };
+        if pass.clip {
+            crossing.inside = (x * x + y * y).at_most(self.radius2);
         }
-        if pass.clip && !((x * x + y * y).value() <= e.radius2) {
-            return blocked(Cause::Vignetted);
-        }
-        ray.o = [x, y, z];
         let mu = if pass.to_film {
-            e.ratio_to_film
+            self.ratio_to_film
         } else {
-            e.ratio_to_scene
+            self.ratio_to_scene
         };
         if mu == B::ONE {
-            return Ok(());
+            return crossing;
         }
         // Snell's law: squared cosine of refraction.
         let k = (discriminant.plus(-B::ONE)).times(mu * mu).plus(B::ONE);
-        if !(k.value() >= B::ZERO) {
-            return blocked(Cause::TotalReflection);
-        }
+        crossing.refracted = k.at_least(B::ZERO);
         let g = k.sqrt().times(s) - q.times(mu);
         let gc = g.times(c);
-        ray.d = [
+        crossing.ray.d = [
             l.times(mu) - gc * x,
             m.times(mu) - gc * y,
             n.times(mu) + g + g * axial,
         ];
-        Ok(())
+        crossing
     }
 }
 
@@ -288,9 +363,9 @@ impl LensTracer<f64> {
         let from = [
             Dual::parameter(film[0], 0),
             Dual::parameter(film[1], 1),
-            Dual::constant(film[2]),
+            Dual::fixed(film[2]),
         ];
-        let mut ray = LensRay::through(from, pupil.map(Dual::constant));
+        let mut ray = LensRay::through(from, pupil.map(Dual::fixed));
         // The line is the same whichever side of the film the pupil lies.
         if ray.d[2].value > 0.0 {
             ray.d = ray.d.map(|x| -x);
@@ -302,7 +377,7 @@ impl LensTracer<f64> {
 /// Makes the direction's length 1 again, and makes sure that what is handed out is finite.
 fn finished<T: Real>(ray: LensRay<T>, surface: usize) -> Result<LensRay<T>, Blocked> {
     let ray = LensRay::new(ray.o, ray.d);
-    if ray.o.iter().chain(&ray.d).all(|x| x.value().is_finite()) {
+    if ray.finite() {
         Ok(ray)
     } else {
         Err(Blocked {
