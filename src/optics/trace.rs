@@ -225,10 +225,7 @@ impl<B: Plain> LensTracer<B> {
     /// to the first on the way out. A ray alone or a bundle of them, side by side and without a branch
     /// between them; the arithmetic is that of [`LensTracer::to_scene`], in the same order.
     #[inline(always)]
-    pub fn to_scene_masked<T: Number<Base = B>>(
-        &self,
-        ray: &LensRay<T>,
-    ) -> (LensRay<T>, T::Mask) {
+    pub fn to_scene_masked<T: Number<Base = B>>(&self, ray: &LensRay<T>) -> (LensRay<T>, T::Mask) {
         let pass = Pass {
             sign: -B::ONE,
             to_film: false,

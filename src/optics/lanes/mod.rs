@@ -10,9 +10,11 @@
 
 mod dispatch;
 mod lane;
+mod sample;
 mod tracer;
 mod wide_lanes;
 
 pub use dispatch::{Instructions, Kernel, vectorize};
 pub use lane::{LaneMask, Lanes};
+pub use sample::{PupilSamples, WeightedRays};
 pub use tracer::{FilmTracer, Traced};

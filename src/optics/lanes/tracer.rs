@@ -51,6 +51,11 @@ impl FilmTracer {
         }
     }
 
+    /// The vector instructions in use.
+    pub fn instructions(&self) -> Instructions {
+        self.instructions
+    }
+
     /// Traces the rays from the film points (x, y) mm along the lines through the points (x, y) mm of the
     /// plane, with the best instructions the processor has.
     #[inline]
