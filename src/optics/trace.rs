@@ -28,11 +28,7 @@ impl<T: Number> LensRay<T> {
     /// tracing blocks.
     #[inline(always)]
     pub fn new(o: [T; 3], d: [T; 3]) -> LensRay<T> {
-        let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-        LensRay {
-            o,
-            d: [d[0] / length, d[1] / length, d[2] / length],
-        }
+        LensRay { o, d }.normalized().0
     }
 
     /// From the point `from` through the point `to`.
@@ -41,12 +37,20 @@ impl<T: Number> LensRay<T> {
         LensRay::new(from, [to[0] - from[0], to[1] - from[1], to[2] - from[2]])
     }
 
-    /// Is every coordinate finite?
+    /// This ray with a direction of length 1, and whether there is such a ray: a direction whose
+    /// squared length overflows, or that has none, and a point that is not finite, give none.
     #[inline(always)]
-    fn finite(&self) -> T::Mask {
-        let o = self.o[0].finite().and(self.o[1].finite());
-        let d = self.d[0].finite().and(self.d[1].finite());
-        o.and(d).and(self.o[2].finite()).and(self.d[2].finite())
+    fn normalized(&self) -> (LensRay<T>, T::Mask) {
+        let d = self.d;
+        let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        let ray = LensRay {
+            o: self.o,
+            d: [d[0] / length, d[1] / length, d[2] / length],
+        };
+        let o = ray.o[0].finite().and(ray.o[1].finite());
+        let d = ray.d[0].finite().and(ray.d[1].finite());
+        let z = ray.o[2].finite().and(ray.d[2].finite());
+        (ray, o.and(d).and(z).and(length.finite()))
     }
 }
 
@@ -244,8 +248,8 @@ impl<B: Plain> LensTracer<B> {
             }
             r = crossing.ray;
         }
-        let r = LensRay::new(r.o, r.d);
-        (r, passes.and(r.finite()))
+        let (r, finite) = r.normalized();
+        (r, passes.and(finite))
     }
 
     /// Takes the ray across surface `i`, with z relative to its vertex.
@@ -373,8 +377,8 @@ impl LensTracer<f64> {
 
 /// Makes the direction's length 1 again, and makes sure that what is handed out is finite.
 fn finished<T: Real>(ray: LensRay<T>, surface: usize) -> Result<LensRay<T>, Blocked> {
-    let ray = LensRay::new(ray.o, ray.d);
-    if ray.finite() {
+    let (ray, finite) = ray.normalized();
+    if finite {
         Ok(ray)
     } else {
         Err(Blocked {

@@ -9,7 +9,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// Plain loops of fixed length, all inlined, which the compiler turns into the vector instructions
 /// of the function around them; that is what lets [`super::vectorize`] choose the instructions at
 /// run time. `wide`'s types fix them when the program is built. Measured through the 11 surfaces of the
-/// double Gauss on an AMD EPYC (Zen 4), ns a ray, 8 and 16 lanes: `wide` 34 and 26, these without
+/// double Gauss on an AMD EPYC with AVX-512, ns a ray, 8 and 16 lanes: `wide` 34 and 26, these without
 /// vector instructions beyond SSE2 36 and 27, with AVX2 29 and 18, with AVX-512 28 and 16. One loop
 /// over the lanes around the whole of a surface, instead of one for each operation: 34 with AVX2 and 16 lanes,
 /// and 129 with SSE2, where it is not vectorised at all.

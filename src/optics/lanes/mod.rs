@@ -18,3 +18,6 @@ pub use dispatch::{Instructions, Kernel, vectorize};
 pub use lane::{LaneMask, Lanes};
 pub use sample::{PupilSamples, WeightedRays};
 pub use tracer::{FilmTracer, Traced};
+
+#[cfg(test)]
+mod tests;

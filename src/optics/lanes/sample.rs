@@ -37,7 +37,7 @@ impl FilmTracer {
         film: &[Lanes<N>; 2],
         u: &[Lanes<N>; 2],
     ) -> WeightedRays<N> {
-        self.instructions().run(SampleAndTrace {
+        self.instructions(N).run(SampleAndTrace {
             tracer: self,
             pupil,
             film,

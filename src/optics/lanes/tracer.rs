@@ -18,7 +18,8 @@ pub struct FilmTracer {
     film_distance: f32,
     /// From the film to the plane aimed at, along z; rounded once, from double precision.
     to_plane: f32,
-    instructions: Instructions,
+    /// The best for the width where none are chosen.
+    instructions: Option<Instructions>,
 }
 
 /// Rays side by side in the scene, and which of them are any: what a lane without an answer
@@ -39,21 +40,25 @@ impl FilmTracer {
             tracer: LensTracer::new(lens.surfaces()),
             film_distance: lens.film_distance() as f32,
             to_plane: (plane_z - lens.film_z()) as f32,
-            instructions: Instructions::best(),
+            instructions: None,
         }
     }
 
     /// The same with other vector instructions, for comparison.
     pub fn with_instructions(self, instructions: Instructions) -> FilmTracer {
         FilmTracer {
-            instructions,
+            instructions: Some(instructions),
             ..self
         }
     }
 
-    /// The vector instructions in use.
-    pub fn instructions(&self) -> Instructions {
-        self.instructions
+    /// The vector instructions in use for bundles of `lanes`.
+    #[inline(always)]
+    pub fn instructions(&self, lanes: usize) -> Instructions {
+        match self.instructions {
+            Some(chosen) => chosen,
+            None => Instructions::best(lanes),
+        }
     }
 
     /// Traces the rays from the film points (x, y) mm along the lines through the points (x, y) mm of the
@@ -64,7 +69,7 @@ impl FilmTracer {
         film: &[Lanes<N>; 2],
         pupil: &[Lanes<N>; 2],
     ) -> Traced<Lanes<N>> {
-        self.instructions.run(Bundle {
+        self.instructions(N).run(Bundle {
             tracer: self,
             film,
             pupil,
@@ -79,7 +84,7 @@ impl FilmTracer {
         film: &[Lanes<N>; 2],
         pupil: &[Lanes<N>; 2],
     ) -> Traced<Dual<Lanes<N>>> {
-        self.instructions.run(BundleWithDerivatives(Bundle {
+        self.instructions(N).run(BundleWithDerivatives(Bundle {
             tracer: self,
             film,
             pupil,
