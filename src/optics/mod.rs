@@ -39,6 +39,7 @@
 pub mod focus;
 pub mod lanes;
 pub mod lens;
+pub mod models;
 pub mod paraxial;
 pub mod prescription;
 pub mod pupil;

@@ -40,6 +40,21 @@ pub trait Number:
     fn finite(self) -> Self::Mask;
 }
 
+/// Numbers that say where in a table to look: one place, or one for each of a bundle.
+pub trait Index: Number {
+    /// Places in a table.
+    type Place: Copy;
+    /// The whole part as a place from 0 to `last`, and what is left beyond it. What is not a number
+    /// looks at 0.
+    fn place(self, last: usize) -> (Self::Place, Self);
+    /// The entry at the sum of place · stride over `at`, plus `offset`; 0 beyond the table's end.
+    fn look_up<const K: usize>(
+        table: &[Self::Base],
+        at: [(Self::Place, usize); K],
+        offset: usize,
+    ) -> Self;
+}
+
 /// The answers of a comparison.
 pub trait Mask: Copy {
     /// Yes throughout.
@@ -69,13 +84,15 @@ pub trait Real: Number<Mask = bool> + PartialOrd {
 }
 
 /// f32 and f64.
-pub trait Plain: Real<Base = Self> {
+pub trait Plain: Real<Base = Self> + Index {
     /// 0.
     const ZERO: Self;
     /// 1.
     const ONE: Self;
     /// Rounds to this type.
     fn round_from(x: f64) -> Self;
+    /// As an f64, exactly.
+    fn to_f64(self) -> f64;
     /// Neither infinite nor not a number.
     fn is_finite(self) -> bool;
 }
@@ -102,6 +119,23 @@ macro_rules! plain {
             #[inline(always)]
             fn finite(self) -> bool { <$t>::is_finite(self) }
         }
+        impl Index for $t {
+            type Place = usize;
+            #[inline(always)]
+            fn place(self, last: usize) -> (usize, $t) {
+                // The cast stops at the ends, and takes what is not a number for 0.
+                let place = (self as usize).min(last);
+                (place, self - place as $t)
+            }
+            #[inline(always)]
+            fn look_up<const K: usize>(table: &[$t], at: [(usize, usize); K], offset: usize) -> $t {
+                let mut entry = offset;
+                for (place, stride) in at {
+                    entry += place * stride;
+                }
+                table.get(entry).copied().unwrap_or(0.0)
+            }
+        }
         impl Real for $t {
             #[inline(always)]
             fn value(self) -> $t { self }
@@ -111,6 +145,8 @@ macro_rules! plain {
             const ONE: $t = 1.0;
             #[inline(always)]
             fn round_from(x: f64) -> $t { x as $t }
+            #[inline(always)]
+            fn to_f64(self) -> f64 { f64::from(self) }
             #[inline(always)]
             fn is_finite(self) -> bool { <$t>::is_finite(self) }
         }
@@ -278,6 +314,23 @@ impl<V: Number> Number for Dual<V> {
     #[inline(always)]
     fn finite(self) -> V::Mask {
         self.value.finite()
+    }
+}
+
+impl<V: Index> Index for Dual<V> {
+    type Place = V::Place;
+    #[inline(always)]
+    fn place(self, last: usize) -> (V::Place, Dual<V>) {
+        let (place, value) = self.value.place(last);
+        (place, Dual { value, by: self.by })
+    }
+    #[inline(always)]
+    fn look_up<const K: usize>(
+        table: &[V::Base],
+        at: [(V::Place, usize); K],
+        offset: usize,
+    ) -> Dual<V> {
+        Dual::fixed(V::look_up(table, at, offset))
     }
 }
 

@@ -1,6 +1,6 @@
 //! A bundle of numbers side by side.
 
-use crate::optics::real::{Mask, Number};
+use crate::optics::real::{Index, Mask, Number};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// `N` numbers in single precision, on which every operation acts one by one, each rounded as
@@ -155,5 +155,37 @@ impl<const N: usize> Number for Lanes<N> {
     fn finite(self) -> LaneMask<N> {
         // Infinity and NaN are no smaller than the largest number.
         self.abs().at_most(f32::MAX)
+    }
+}
+
+impl<const N: usize> Index for Lanes<N> {
+    type Place = [u32; N];
+    #[inline(always)]
+    fn place(self, last: usize) -> ([u32; N], Lanes<N>) {
+        // Tables are shorter than 2^24, so that a place is exact as an f32.
+        let last = last as u32;
+        let mut place = [0; N];
+        let mut rest = self;
+        for i in 0..N {
+            place[i] = (self.0[i] as u32).min(last);
+            rest.0[i] = self.0[i] - place[i] as f32;
+        }
+        (place, rest)
+    }
+    #[inline(always)]
+    fn look_up<const K: usize>(
+        table: &[f32],
+        at: [([u32; N], usize); K],
+        offset: usize,
+    ) -> Lanes<N> {
+        let mut r = Lanes([0.0; N]);
+        for i in 0..N {
+            let mut entry = offset;
+            for (place, stride) in &at {
+                entry += place[i] as usize * stride;
+            }
+            r.0[i] = table.get(entry).copied().unwrap_or(0.0);
+        }
+        r
     }
 }

@@ -47,7 +47,7 @@ fn bits(ray: &LensRay<f32>) -> [u32; 6] {
 fn same_bits<const N: usize>() {
     for name in LENSES {
         let lens = lens(name);
-        let tracer = FilmTracer::new(&lens, lens.length());
+        let tracer = FilmTracer::<f32>::new(&lens, lens.length());
         let mut passed = 0;
         for bundle in 0..2048 / N {
             let (film, pupil) = aims::<N>(&lens, bundle);
@@ -87,7 +87,7 @@ fn a_lane_has_the_bits_of_a_ray_alone() {
 #[test]
 fn lanes_have_the_bits_of_wides_lanes() {
     let lens = lens("dgauss_50");
-    let tracer = FilmTracer::new(&lens, lens.length());
+    let tracer = FilmTracer::<f32>::new(&lens, lens.length());
     for bundle in 0..64 {
         let (film, pupil) = aims::<16>(&lens, bundle);
         let ours = tracer.trace(&film, &pupil);
@@ -109,7 +109,7 @@ fn lanes_have_the_bits_of_wides_lanes() {
 fn outcomes_are_those_of_f64_away_from_the_rims() {
     for name in LENSES {
         let lens = lens(name);
-        let tracer = FilmTracer::new(&lens, lens.length());
+        let tracer = FilmTracer::<f32>::new(&lens, lens.length());
         // The same lens with rims one part in 1e5 wider and narrower: single precision puts a ray within
         // 1e-4 mm of where it belongs (tests/golden/README.md), and no rim is smaller than 5 mm here.
         let scaled = |scale: f64| {
@@ -153,7 +153,7 @@ fn outcomes_are_those_of_f64_away_from_the_rims() {
 #[test]
 fn derivatives_in_lanes_are_those_of_f64() {
     let lens = lens("dgauss_50");
-    let tracer = FilmTracer::new(&lens, lens.length());
+    let tracer = FilmTracer::<f32>::new(&lens, lens.length());
     for bundle in 0..64 {
         let (film, pupil) = aims::<16>(&lens, bundle);
         let traced = tracer.trace_with_derivatives(&film, &pupil);
@@ -194,7 +194,7 @@ fn weighted_rays_are_those_made_one_at_a_time() {
     for name in ["dgauss_50", "petzval_50"] {
         let lens = lens(name);
         let pupil = ExitPupil::new(&lens, 20.0, RINGS);
-        let tracer = FilmTracer::new(&lens, pupil.plane_z());
+        let tracer = FilmTracer::<f32>::new(&lens, pupil.plane_z());
         let mut passed = 0;
         for bundle in 0..128 {
             let s: [[f64; 4]; 16] = std::array::from_fn(|i| spread(16 * bundle + i));
@@ -234,7 +234,7 @@ fn weighted_rays_are_those_made_one_at_a_time() {
 fn the_middle_of_the_square_is_the_middle_of_the_pupil() {
     let lens = lens("dgauss_50");
     let pupil = ExitPupil::new(&lens, 20.0, RINGS);
-    let tracer = FilmTracer::new(&lens, pupil.plane_z());
+    let tracer = FilmTracer::<f32>::new(&lens, pupil.plane_z());
     let (zero, half) = (Lanes::<8>::splat(0.0), Lanes::<8>::splat(0.5));
     let ray = tracer
         .rays(&pupil, &[zero; 2], &[half; 2])
@@ -287,7 +287,7 @@ proptest! {
     ) {
         let prescription = Prescription { surfaces, ..Prescription::parse("0 0 0 1\n").unwrap() };
         let Ok(lens) = Lens::new(&prescription, film_distance) else { return Ok(()) };
-        let tracer = FilmTracer::new(&lens, plane);
+        let tracer = FilmTracer::<f32>::new(&lens, plane);
         let (film, pupil) = (film.map(Lanes), pupil.map(Lanes));
         let traced = tracer.trace(&film, &pupil);
         for i in 0..8 {

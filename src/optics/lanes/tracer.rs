@@ -3,21 +3,21 @@
 use super::dispatch::{Instructions, Kernel};
 use super::lane::Lanes;
 use crate::optics::lens::Lens;
-use crate::optics::real::{Dual, Number};
+use crate::optics::real::{Dual, Number, Plain};
 use crate::optics::trace::{LensRay, LensTracer};
 
-/// A lens to be traced from its film, in single precision, a bundle of rays at a time; all rays are aimed
+/// A lens to be traced from its film in precision `B`, in single precision a bundle of rays at a time; all rays are aimed
 /// at points of one plane (the pupil's). Lens coordinates, mm.
 ///
 /// Error against f64: below 0.02 pixels of a 6000 × 4000 full-frame sensor for every lens in
 /// `tests/golden` (`docs/lens-precision.md`).
 #[derive(Clone, Debug)]
-pub struct FilmTracer {
-    tracer: LensTracer<f32>,
+pub struct FilmTracer<B = f32> {
+    tracer: LensTracer<B>,
     /// From the last vertex to the film.
-    film_distance: f32,
+    film_distance: B,
     /// From the film to the plane aimed at, along z; rounded once, from double precision.
-    to_plane: f32,
+    to_plane: B,
     /// The best for the width where none are chosen.
     instructions: Option<Instructions>,
 }
@@ -32,18 +32,55 @@ pub struct Traced<T: Number> {
     pub passed: T::Mask,
 }
 
-impl FilmTracer {
+impl<B: Plain> FilmTracer<B> {
     /// For rays from the film of `lens` through points of the plane at `plane_z`, which may lie on
     /// either side of the film but not in it.
-    pub fn new(lens: &Lens, plane_z: f64) -> FilmTracer {
+    pub fn new(lens: &Lens, plane_z: f64) -> FilmTracer<B> {
         FilmTracer {
             tracer: LensTracer::new(lens.surfaces()),
-            film_distance: lens.film_distance() as f32,
-            to_plane: (plane_z - lens.film_z()) as f32,
+            film_distance: B::round_from(lens.film_distance()),
+            to_plane: B::round_from(plane_z - lens.film_z()),
             instructions: None,
         }
     }
 
+    /// The calculation itself, for use inside a larger [`Kernel`]; for a number alone as well.
+    #[inline(always)]
+    pub fn trace_inline<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
+        // The line is the same whichever side of the film the plane lies.
+        let toward = if self.to_plane > B::ZERO {
+            -B::ONE
+        } else {
+            B::ONE
+        };
+        let d = [
+            (pupil[0] - film[0]).times(toward),
+            (pupil[1] - film[1]).times(toward),
+            T::constant(self.to_plane * toward),
+        ];
+        let ray = LensRay::new([film[0], film[1], T::constant(self.film_distance)], d);
+        let (ray, passed) = self.tracer.to_scene_masked(&ray);
+        Traced { ray, passed }
+    }
+
+    /// Projected solid angle, sr, that an area (mm²) of the plane at `pupil` stands for, seen from
+    /// `film`: A·cos⁴θ/Z² (see [`crate::optics::pupil::projected_solid_angle`]).
+    #[inline(always)]
+    pub fn projected_solid_angle<T: Number<Base = B>>(
+        &self,
+        film: &[T; 2],
+        pupil: &[T; 2],
+        area: T,
+    ) -> T {
+        let (x, y) = (pupil[0] - film[0], pupil[1] - film[1]);
+        let z2 = self.to_plane * self.to_plane;
+        // Relative to the plane's distance: its fourth power would overflow for a distant pupil.
+        let r = (x * x + y * y).times(B::ONE / z2).plus(B::ONE);
+        area.times(B::ONE / z2) / (r * r)
+    }
+}
+
+impl FilmTracer {
     /// The same with other vector instructions, for comparison.
     pub fn with_instructions(self, instructions: Instructions) -> FilmTracer {
         FilmTracer {
@@ -89,37 +126,6 @@ impl FilmTracer {
             film,
             pupil,
         }))
-    }
-
-    /// The calculation itself, for use inside a larger [`Kernel`]; for an f32 alone as well.
-    #[inline(always)]
-    pub fn trace_inline<T: Number<Base = f32>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
-        // The line is the same whichever side of the film the plane lies.
-        let toward = if self.to_plane > 0.0 { -1.0 } else { 1.0 };
-        let d = [
-            (pupil[0] - film[0]).times(toward),
-            (pupil[1] - film[1]).times(toward),
-            T::constant(self.to_plane * toward),
-        ];
-        let ray = LensRay::new([film[0], film[1], T::constant(self.film_distance)], d);
-        let (ray, passed) = self.tracer.to_scene_masked(&ray);
-        Traced { ray, passed }
-    }
-
-    /// Projected solid angle, sr, that an area (mm²) of the plane at `pupil` stands for, seen from
-    /// `film`: A·cos⁴θ/Z² (see [`crate::optics::pupil::projected_solid_angle`]).
-    #[inline(always)]
-    pub fn projected_solid_angle<T: Number<Base = f32>>(
-        &self,
-        film: &[T; 2],
-        pupil: &[T; 2],
-        area: T,
-    ) -> T {
-        let (x, y) = (pupil[0] - film[0], pupil[1] - film[1]);
-        let z2 = self.to_plane * self.to_plane;
-        // Relative to the plane's distance: its fourth power would overflow for a distant pupil.
-        let r = (x * x + y * y).times(1.0 / z2).plus(1.0);
-        area.times(1.0 / z2) / (r * r)
     }
 }
 
