@@ -53,12 +53,17 @@ impl FilmTracer {
         film: &[Lanes<N>; 2],
         u: &[Lanes<N>; 2],
     ) -> WeightedRays<N> {
-        let samples = sample(pupil, film, u);
+        let samples = sample_pupil(pupil, film, u);
         let mut traced = self.trace_inline(film, &samples.point);
         traced.passed = traced.passed.and(samples.lit);
         WeightedRays {
             traced,
-            projected_solid_angle: self.projected_solid_angle(film, &samples.point, samples.area),
+            projected_solid_angle: projected_solid_angle(
+                self.to_plane(),
+                film,
+                &samples.point,
+                samples.area,
+            ),
         }
     }
 }
@@ -78,9 +83,25 @@ impl<const N: usize> Kernel for SampleAndTrace<'_, N> {
     }
 }
 
+/// Projected solid angle, sr, that an area (mm²) at `pupil`, on the plane `to_plane` mm from the film, stands for,
+/// seen from `film`: A·cos⁴θ/Z² (see [`crate::optics::pupil::projected_solid_angle`]).
+#[inline(always)]
+pub fn projected_solid_angle<const N: usize>(
+    to_plane: f32,
+    film: &[Lanes<N>; 2],
+    pupil: &[Lanes<N>; 2],
+    area: Lanes<N>,
+) -> Lanes<N> {
+    let (x, y) = (pupil[0] - film[0], pupil[1] - film[1]);
+    let z2 = to_plane * to_plane;
+    // Relative to the plane's distance: its fourth power would overflow for a distant pupil.
+    let r = (x * x + y * y).times(1.0 / z2).plus(1.0);
+    area.times(1.0 / z2) / (r * r)
+}
+
 /// Maps `u` to the pupil's regions, as [`ExitPupil::sample`] does one at a time.
 #[inline(always)]
-fn sample<const N: usize>(
+pub fn sample_pupil<const N: usize>(
     pupil: &ExitPupil,
     film: &[Lanes<N>; 2],
     u: &[Lanes<N>; 2],

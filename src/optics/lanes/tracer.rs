@@ -63,20 +63,10 @@ impl<B: Plain> FilmTracer<B> {
         Traced { ray, passed }
     }
 
-    /// Projected solid angle, sr, that an area (mm²) of the plane at `pupil` stands for, seen from
-    /// `film`: A·cos⁴θ/Z² (see [`crate::optics::pupil::projected_solid_angle`]).
+    /// From the film to the plane aimed at, along z, mm.
     #[inline(always)]
-    pub fn projected_solid_angle<T: Number<Base = B>>(
-        &self,
-        film: &[T; 2],
-        pupil: &[T; 2],
-        area: T,
-    ) -> T {
-        let (x, y) = (pupil[0] - film[0], pupil[1] - film[1]);
-        let z2 = self.to_plane * self.to_plane;
-        // Relative to the plane's distance: its fourth power would overflow for a distant pupil.
-        let r = (x * x + y * y).times(B::ONE / z2).plus(B::ONE);
-        area.times(B::ONE / z2) / (r * r)
+    pub fn to_plane(&self) -> B {
+        self.to_plane
     }
 }
 

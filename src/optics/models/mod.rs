@@ -33,7 +33,9 @@ pub use table::Table;
 pub use thick::Thick;
 pub use thin::Thin;
 
-use super::lanes::{FilmTracer, Kernel, Lanes, Traced, vectorize};
+use super::lanes::{
+    FilmTracer, Kernel, Lanes, Traced, WeightedRays, projected_solid_angle, sample_pupil, vectorize,
+};
 use super::lens::Lens;
 use super::pupil::ExitPupil;
 use super::real::{Dual, Index, Mask, Number, Plain};
@@ -238,6 +240,27 @@ impl LensModel {
         )
     }
 
+    /// From film points (mm) and samples of the unit square to weighted rays: samples `pupil`, on whose
+    /// plane this model aims, and traces; as [`FilmTracer::rays`]. Not for the thin model, whose pupil is
+    /// another ([`LensModel::disk_radius`]).
+    #[inline]
+    pub fn rays<const N: usize>(
+        &self,
+        pupil: &ExitPupil,
+        film: &[Lanes<N>; 2],
+        u: &[Lanes<N>; 2],
+    ) -> WeightedRays<N> {
+        vectorize(
+            N,
+            SampledBundle {
+                model: self,
+                pupil,
+                film,
+                u,
+            },
+        )
+    }
+
     /// The calculation of [`LensModel::trace_lanes`], for use inside a larger [`Kernel`].
     #[inline(always)]
     pub fn trace_inline<T: Index<Base = f32>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
@@ -274,6 +297,33 @@ impl<const N: usize> Kernel for Bundle<'_, N> {
     #[inline(always)]
     fn run(self) -> Traced<Lanes<N>> {
         self.model.trace_inline(self.film, self.pupil)
+    }
+}
+
+struct SampledBundle<'a, const N: usize> {
+    model: &'a LensModel,
+    pupil: &'a ExitPupil,
+    film: &'a [Lanes<N>; 2],
+    u: &'a [Lanes<N>; 2],
+}
+
+impl<const N: usize> Kernel for SampledBundle<'_, N> {
+    type Output = WeightedRays<N>;
+    #[inline(always)]
+    fn run(self) -> WeightedRays<N> {
+        let samples = sample_pupil(self.pupil, self.film, self.u);
+        let mut traced = self.model.trace_inline(self.film, &samples.point);
+        traced.passed = traced.passed.and(samples.lit);
+        let to_plane = (self.model.plane_z - self.model.lens.film_z()) as f32;
+        WeightedRays {
+            traced,
+            projected_solid_angle: projected_solid_angle(
+                to_plane,
+                self.film,
+                &samples.point,
+                samples.area,
+            ),
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::math::DVec2;
 use crate::optics::lens::Lens;
 use crate::optics::pupil::boundary;
-use crate::optics::real::{Index, Mask, Number, Plain};
+use crate::optics::real::{Index, Mask, Plain};
 
 /// For each film radius, how far from its middle the pupil reaches in every direction, on the plane that
 /// rays are aimed at. Between the measured film radii and directions it is interpolated linearly.

@@ -13,7 +13,7 @@ use super::coordinates::Coordinates;
 use super::least_squares::LeastSquares;
 use super::rays::FitRay;
 use super::shape::RADII;
-use crate::optics::real::{Index, Number, Plain};
+use crate::optics::real::{Index, Plain};
 use crate::optics::trace::LensRay;
 
 /// A table of polynomials; see the module.

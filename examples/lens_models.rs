@@ -1,0 +1,228 @@
+//! Writes `docs/lens-models.md`: error and time of every lens model for every lens in `tests/golden`.
+//!
+//! `cargo run --release --example lens_models`
+
+use fstop::optics::lanes::{Instructions, Lanes};
+use fstop::optics::models::{LensModel, ModelError, ModelKind, Models};
+use fstop::optics::pupil::RINGS;
+use fstop::optics::{ExitPupil, Lens, Prescription};
+use std::error::Error;
+use std::fmt::Write;
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// mm: a full-frame sensor of 6000 × 4000.
+const PIXEL: f64 = 0.006;
+
+const KINDS: [ModelKind; 9] = [
+    ModelKind::Exact,
+    ModelKind::Polynomial(9),
+    ModelKind::Polynomial(7),
+    ModelKind::Polynomial(5),
+    ModelKind::Polynomial(3),
+    ModelKind::Table(5),
+    ModelKind::Table(3),
+    ModelKind::Table(1),
+    ModelKind::Thick,
+];
+
+const TOLERANCES: [f64; 5] = [20.0, 5.0, 1.0, 0.5, 0.1];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let mut lenses: Vec<PathBuf> = std::fs::read_dir(root.join("tests/golden"))?
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.extension().is_some_and(|e| e == "dat"))
+        // Even aspheres, which the prescription has no room for.
+        .filter(|path| path.file_stem().is_some_and(|s| s != "noct_58_f0.95"))
+        .collect();
+    lenses.sort();
+    let mut table = String::new();
+    let mut choices = String::new();
+    for path in &lenses {
+        for (name, scale) in [("full", 1.0), ("/4", 0.25)] {
+            let setting = Setting::read(path, scale)?;
+            let label = format!(
+                "{} {name}",
+                path.file_stem().unwrap_or_default().to_string_lossy()
+            );
+            eprintln!("{label}");
+            setting.report(&label, &mut table, &mut choices)?;
+        }
+    }
+    let text = format!(
+        "{INTRODUCTION}\nInstructions: {}; bundles of 16.\n\n{HEADER}{table}\n{CHOICES}{choices}\n{CONCLUSION}",
+        Instructions::best(16).name()
+    );
+    std::fs::write(root.join("docs/lens-models.md"), text)?;
+    Ok(())
+}
+
+/// A lens, its stop set, focused at infinity.
+struct Setting {
+    lens: Lens,
+    film_radius: f64,
+}
+
+impl Setting {
+    fn read(path: &Path, scale: f64) -> Result<Setting, Box<dyn Error>> {
+        let mut prescription = Prescription::read(path)?;
+        for s in prescription.surfaces.iter_mut().filter(|s| s.is_stop) {
+            s.aperture *= scale;
+        }
+        let golden: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(path.with_extension("json"))?)?;
+        let film_radius = golden["image_radius"].as_f64().ok_or("no image_radius")?;
+        let film_distance = Lens::focused(&prescription, f64::INFINITY)?;
+        Ok(Setting {
+            lens: Lens::new(&prescription, film_distance)?,
+            film_radius,
+        })
+    }
+
+    fn report(
+        &self,
+        label: &str,
+        table: &mut String,
+        choices: &mut String,
+    ) -> Result<(), Box<dyn Error>> {
+        let pupil = ExitPupil::new(&self.lens, self.film_radius, RINGS);
+        let start = Instant::now();
+        let models = Models::new(&self.lens, &pupil, self.film_radius);
+        let measuring = start.elapsed().as_secs_f64();
+        write!(table, "| {label} | {} |", self.lens.surfaces().len())?;
+        let mut slowest: f64 = 0.0;
+        for kind in KINDS {
+            let start = Instant::now();
+            let model = models.model(kind)?;
+            slowest = slowest.max(measuring + start.elapsed().as_secs_f64());
+            let error = models.error(&model, PIXEL).ok_or("dark")?;
+            let (alone, useful) = (
+                trace_time(&models, &pupil, &model),
+                useful_time(&models, &pupil, &model),
+            );
+            write!(
+                table,
+                " {} · {alone:.0}, {useful:.0} |",
+                errors(kind, &error)
+            )?;
+        }
+        writeln!(table, " {:.2} |", slowest)?;
+        write!(choices, "| {label} |")?;
+        for tolerance in TOLERANCES {
+            let choice = models.choose(tolerance, PIXEL)?;
+            write!(choices, " {} |", choice.model.kind())?;
+        }
+        writeln!(choices)?;
+        Ok(())
+    }
+}
+
+fn errors(kind: ModelKind, e: &ModelError) -> String {
+    if kind == ModelKind::Exact {
+        return "0".into();
+    }
+    let short = |x: f64| match x {
+        _ if x >= 10.0 => format!("{x:.0}"),
+        _ if x >= 1.0 => format!("{x:.1}"),
+        _ if x >= 0.01 => format!("{x:.2}"),
+        _ => format!("{x:.0e}"),
+    };
+    format!(
+        "{}/{}/{} {:.1}%",
+        short(e.rms),
+        short(e.p99),
+        short(e.max),
+        100.0 * e.wrong_outcome
+    )
+}
+
+const LANES: usize = 16;
+const BUNDLES: usize = 256;
+
+type Points = [Lanes<LANES>; 2];
+
+/// Film points and numbers for the pupil.
+fn samples(models: &Models) -> Vec<(Points, Points)> {
+    (0..BUNDLES)
+        .map(|b| {
+            let s: [_; LANES] = std::array::from_fn(|i| models.sample(b * LANES + i));
+            let lane = |f: &dyn Fn(usize) -> f32| Lanes(std::array::from_fn(f));
+            (
+                [lane(&|i| s[i].0[0] as f32), lane(&|i| s[i].0[1] as f32)],
+                [lane(&|i| s[i].1.x), lane(&|i| s[i].1.y)],
+            )
+        })
+        .collect()
+}
+
+/// ns for a ray from film point to scene, vignetted or not.
+fn trace_time(models: &Models, pupil: &ExitPupil, model: &LensModel) -> f64 {
+    let aims: Vec<(Points, Points)> = samples(models)
+        .into_iter()
+        .map(|(film, u)| {
+            let point = |i: usize| {
+                let at = [f64::from(film[0].0[i]), f64::from(film[1].0[i])];
+                let u = fstop::math::Vec2::new(u[0].0[i], u[1].0[i]);
+                pupil
+                    .sample(at, u)
+                    .map_or([0.0; 2], |p| [p.point[0] as f32, p.point[1] as f32])
+            };
+            let p: [[f32; 2]; LANES] = std::array::from_fn(point);
+            (film, [Lanes(p.map(|p| p[0])), Lanes(p.map(|p| p[1]))])
+        })
+        .collect();
+    shortest(|| {
+        for (film, point) in &aims {
+            black_box(model.trace_lanes(film, point));
+        }
+        BUNDLES * LANES
+    })
+}
+
+/// ns for a ray that passes: pupil sampled, traced, weighted.
+fn useful_time(models: &Models, pupil: &ExitPupil, model: &LensModel) -> f64 {
+    let samples = samples(models);
+    shortest(|| {
+        let mut passed = 0;
+        for (film, u) in &samples {
+            passed += black_box(model.rays(pupil, film, u)).traced.passed.count() as usize;
+        }
+        passed
+    })
+}
+
+/// The shortest time of many, over what was done: others share the processor.
+fn shortest(mut f: impl FnMut() -> usize) -> f64 {
+    (0..40).fold(f64::INFINITY, |best, _| {
+        let start = Instant::now();
+        let count = f();
+        best.min(start.elapsed().as_secs_f64() * 1e9 / count.max(1) as f64)
+    })
+}
+
+const INTRODUCTION: &str = "# Lens models: error and time
+
+Written by `cargo run --release --example lens_models`. Lenses of `tests/golden`, focused at infinity, stop full and at
+a quarter of its diameter, over the whole image circle; pixels of 6 µm (6000 × 4000 on full frame).
+
+Each entry: rms/99th percentile/largest error in pixels, share of rays whose outcome (passed or blocked) is wrong · ns a
+ray for film point to scene, ns a useful ray (pupil sampled, traced, weighted; those that pass counted).
+`Fit`: measuring the pupil, tracing and fitting the slowest of the models, in seconds.
+";
+
+const HEADER: &str =
+    "| lens | rows | exact | polynomial 9 | 7 | 5 | 3 | table 5 | 3 | 1 | thick | fit s |
+|---|---|---|---|---|---|---|---|---|---|---|---|
+";
+
+const CHOICES: &str = "## What `auto` takes
+
+By tolerance of the 99th percentile, in pixels.
+
+| lens | 20 | 5 | 1 | 0.5 | 0.1 |
+|---|---|---|---|---|---|
+";
+
+const CONCLUSION: &str = "";
