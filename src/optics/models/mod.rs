@@ -11,8 +11,10 @@
 //! All map a film point and a point of one plane (the one that [`crate::optics::ExitPupil`] samples) to a ray in
 //! lens coordinates, for one number or a bundle ([`Number`]), with derivatives or without. [`error`] measures a model
 //! against exact rays; [`automatic`] takes the cheapest that is good enough. `docs/lens-models.md` has the figures
-//! for thirteen lenses: **traced in lanes, a lens of a dozen surfaces costs no more than a polynomial of the
-//! same error, counted with all that a camera does for a ray.**
+//! for twelve lenses. In lanes an exact ray costs about 1.75 ns a surface, a polynomial 10 to 18 ns, of which 7 are its
+//! vignetting: up to nine surfaces exact is no dearer than what is right to a pixel, at a dozen the polynomial of degree 9
+//! (right to 0.05 pixels) saves a tenth, and only from two dozen on do polynomials halve the cost and more. One ray at a time,
+//! without lanes, they are several times as fast as exact tracing.
 
 pub mod automatic;
 pub mod coordinates;
@@ -122,17 +124,17 @@ impl<B: Plain> Map<B> {
             Map::Thick(t, shape) => (t.ray(film, pupil), shape.holds(film, pupil)),
             Map::Thin(t) => (t.ray(film, pupil), t.holds(film, pupil)),
         };
+        // Not what overflowed: the length of a direction that did is 0.
+        let [l, m, n] = ray.d;
+        let unit = (l * l + m * m + n * n).at_least(B::round_from(0.5));
         let o = ray.o[0]
             .finite()
             .and(ray.o[1].finite())
             .and(ray.o[2].finite());
-        let d = ray.d[0]
-            .finite()
-            .and(ray.d[1].finite())
-            .and(ray.d[2].finite());
+        let d = l.finite().and(m.finite()).and(n.finite());
         Traced {
             ray,
-            passed: passed.and(o).and(d),
+            passed: passed.and(o).and(d).and(unit),
         }
     }
 }
