@@ -225,10 +225,7 @@ impl<V: Number> Sub for Dual<V> {
     }
 }
 
-#[expect(
-    clippy::suspicious_arithmetic_impl,
-    reason = "the product and quotient rules"
-)]
+/// The product rule.
 impl<V: Number> Mul for Dual<V> {
     type Output = Dual<V>;
     #[inline(always)]
@@ -243,10 +240,7 @@ impl<V: Number> Mul for Dual<V> {
     }
 }
 
-#[expect(
-    clippy::suspicious_arithmetic_impl,
-    reason = "the product and quotient rules"
-)]
+/// The quotient rule.
 impl<V: Number> Div for Dual<V> {
     type Output = Dual<V>;
     #[inline(always)]

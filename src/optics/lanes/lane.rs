@@ -166,9 +166,9 @@ impl<const N: usize> Index for Lanes<N> {
         let last = last as u32;
         let mut place = [0; N];
         let mut rest = self;
-        for i in 0..N {
-            place[i] = (self.0[i] as u32).min(last);
-            rest.0[i] = self.0[i] - place[i] as f32;
+        for (rest, place) in rest.0.iter_mut().zip(&mut place) {
+            *place = (*rest as u32).min(last);
+            *rest -= *place as f32;
         }
         (place, rest)
     }

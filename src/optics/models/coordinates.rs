@@ -117,9 +117,8 @@ mod tests {
             // The start lies on the line: the difference is along it.
             let v: [f64; 3] = std::array::from_fn(|i| back.o[i] - ray.o[i]);
             let along: f64 = (0..3).map(|i| v[i] * ray.d[i]).sum();
-            for i in 0..3 {
-                prop_assert!((v[i] - along * ray.d[i]).abs() < 1e-11, "{back:?} {ray:?}");
-            }
+            let off = |(v, d): (&f64, f64)| (v - along * d).abs();
+            prop_assert!(v.iter().zip(ray.d).map(off).all(|x| x < 1e-11), "{back:?} {ray:?}");
             // And nowhere on it is nearer to the vertex.
             let nearest: f64 = (0..3).map(|i| back.o[i] * back.d[i]).sum();
             prop_assert!(nearest.abs() < 1e-11);

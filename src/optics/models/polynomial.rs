@@ -194,8 +194,8 @@ mod tests {
             let (sin, cos) = 1f64.sin_cos();
             let [l, m, n] = ray.scene.d;
             let expected = [cos * l - sin * m, sin * l + cos * m, n];
-            for k in 0..3 {
-                assert!((turned.scene.d[k] - expected[k]).abs() < 1e-13);
+            for (found, expected) in turned.scene.d.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-13);
             }
         }
     }
