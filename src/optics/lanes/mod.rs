@@ -16,7 +16,7 @@ mod wide_lanes;
 
 pub use dispatch::{Instructions, Kernel, vectorize};
 pub use lane::{LaneMask, Lanes};
-pub use sample::{PupilSamples, WeightedRays, projected_solid_angle, sample_pupil};
+pub use sample::{PupilSamples, WeightedRays, projected_solid_angle, sample_disk, sample_pupil};
 pub use tracer::{FilmTracer, Traced};
 
 #[cfg(test)]

@@ -131,6 +131,17 @@ pub fn sample_pupil<const N: usize>(
     }
 }
 
+/// Maps `u` to a disk of `radius` mm about the axis, the same for every film point.
+#[inline(always)]
+pub fn sample_disk<const N: usize>(radius: f32, u: &[Lanes<N>; 2]) -> PupilSamples<N> {
+    let [x, y] = concentric_disk(u);
+    PupilSamples {
+        point: [x.times(radius), y.times(radius)],
+        area: Lanes::splat(std::f32::consts::PI * radius * radius),
+        lit: LaneMask::YES,
+    }
+}
+
 /// The unit square to the unit disk (Shirley and Chiu 1997), as
 /// [`crate::math::sampling::concentric_disk`], to 2e-7.
 #[inline(always)]

@@ -36,12 +36,15 @@ pub use thick::Thick;
 pub use thin::Thin;
 
 use super::lanes::{
-    FilmTracer, Kernel, Lanes, Traced, WeightedRays, projected_solid_angle, sample_pupil, vectorize,
+    FilmTracer, Kernel, Lanes, Traced, WeightedRays, projected_solid_angle, sample_disk,
+    sample_pupil, vectorize,
 };
 use super::lens::Lens;
-use super::pupil::ExitPupil;
+use super::pupil::{ExitPupil, PupilSample};
 use super::real::{Dual, Index, Mask, Number, Plain};
 use super::trace::{Blocked, Cause, LensRay};
+use crate::math::Vec2;
+use crate::math::sampling::concentric_disk;
 use coordinates::Coordinates;
 use rays::FitRay;
 use std::fmt;
@@ -122,7 +125,7 @@ impl<B: Plain> Map<B> {
             Map::Polynomial(p, shape) => (p.ray(film, pupil), shape.holds(film, pupil)),
             Map::Table(t, shape) => (t.ray(film, pupil), shape.holds(film, pupil)),
             Map::Thick(t, shape) => (t.ray(film, pupil), shape.holds(film, pupil)),
-            Map::Thin(t) => (t.ray(film, pupil), t.holds(film, pupil)),
+            Map::Thin(t) => (t.ray(film, pupil), t.holds(pupil)),
         };
         // Not what overflowed: the length of a direction that did is 0.
         let [l, m, n] = ray.d;
@@ -155,18 +158,23 @@ impl LensModel {
         self.kind
     }
 
-    /// z of the plane that bundles are aimed at.
+    /// z of the plane that bundles are aimed at: that of the exit pupil that is sampled; of the thin model
+    /// the rear principal plane.
     pub fn plane_z(&self) -> f64 {
         self.plane_z
     }
 
-    /// For the thin model the radius, mm, of its pupil, a disk in the rear principal plane: where its rays
-    /// should be aimed in place of the real lens' exit pupil.
-    pub fn disk_radius(&self) -> Option<f64> {
-        match &self.double {
-            Map::Thin(thin) => Some(thin.radius()),
-            _ => None,
-        }
+    /// A point to aim at, for `u` in the unit square: of the region of `pupil` (as [`ExitPupil::sample`]),
+    /// or of the thin model's own pupil, a disk in the rear principal plane. `None` where no light arrives.
+    pub fn sample_pupil(&self, pupil: &ExitPupil, film: [f64; 2], u: Vec2) -> Option<PupilSample> {
+        let Map::Thin(thin) = &self.double else {
+            return pupil.sample(film, u);
+        };
+        let p = thin.radius() * concentric_disk(u).as_dvec2();
+        Some(PupilSample {
+            point: [p.x, p.y, self.plane_z],
+            area: std::f64::consts::PI * thin.radius() * thin.radius(),
+        })
     }
 
     /// The ray from the film point (x, y) mm along the line through `pupil`, in lens coordinates.
@@ -242,9 +250,8 @@ impl LensModel {
         )
     }
 
-    /// From film points (mm) and samples of the unit square to weighted rays: samples `pupil`, on whose
-    /// plane this model aims, and traces; as [`FilmTracer::rays`]. Not for the thin model, whose pupil is
-    /// another ([`LensModel::disk_radius`]).
+    /// From film points (mm) and samples of the unit square to weighted rays: samples `pupil` (or the thin
+    /// model's own, see [`LensModel::sample_pupil`]) and traces; as [`FilmTracer::rays`].
     #[inline]
     pub fn rays<const N: usize>(
         &self,
@@ -313,7 +320,10 @@ impl<const N: usize> Kernel for SampledBundle<'_, N> {
     type Output = WeightedRays<N>;
     #[inline(always)]
     fn run(self) -> WeightedRays<N> {
-        let samples = sample_pupil(self.pupil, self.film, self.u);
+        let samples = match &self.model.single {
+            Map::Thin(thin) => sample_disk(thin.radius(), self.u),
+            _ => sample_pupil(self.pupil, self.film, self.u),
+        };
         let mut traced = self.model.trace_inline(self.film, &samples.point);
         traced.passed = traced.passed.and(samples.lit);
         let to_plane = (self.model.plane_z - self.model.lens.film_z()) as f32;
@@ -373,9 +383,12 @@ impl<'a> Models<'a> {
 
     /// Makes a model; the slowest, a polynomial of degree 9, in a few tenths of a second.
     pub fn model(&self, kind: ModelKind) -> Result<LensModel, Unavailable> {
-        let plane_z = self.pupil.plane_z();
         let shape = || self.shape.clone();
         let no_focal_length = Unavailable::NoFocalLength(kind);
+        let plane_z = match (kind, self.lens.paraxial().cardinals) {
+            (ModelKind::Thin, Some(c)) => c.rear_principal_plane,
+            _ => self.pupil.plane_z(),
+        };
         let double = match kind {
             ModelKind::Exact => Map::Exact(FilmTracer::new(self.lens, plane_z)),
             ModelKind::Polynomial(degree) => {
@@ -399,7 +412,7 @@ impl<'a> Models<'a> {
                 Thick::new(self.lens, plane_z).ok_or(no_focal_length)?,
                 shape(),
             ),
-            ModelKind::Thin => Map::Thin(Thin::new(self.lens, plane_z).ok_or(no_focal_length)?),
+            ModelKind::Thin => Map::Thin(Thin::new(self.lens).ok_or(no_focal_length)?),
         };
         Ok(LensModel {
             kind,

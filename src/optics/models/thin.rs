@@ -14,19 +14,18 @@ use crate::optics::trace::LensRay;
 #[derive(Clone, Copy, Debug)]
 pub struct Thin<B> {
     thick: Thick<B>,
-    /// Square of the disk's radius, mm².
-    radius2: B,
+    /// Of the disk, mm.
+    radius: B,
 }
 
 impl Thin<f64> {
-    /// Of `lens`, for rays aimed at the plane at `plane_z`; `None` for a lens without focal length
+    /// Of `lens`, for rays aimed at the rear principal plane; `None` for a lens without focal length
     /// or f-number.
-    pub fn new(lens: &Lens, plane_z: f64) -> Option<Thin<f64>> {
+    pub fn new(lens: &Lens) -> Option<Thin<f64>> {
         let cardinals = lens.paraxial().cardinals?;
-        let radius = 0.5 * cardinals.focal_length / lens.paraxial().f_number?;
         Some(Thin {
-            thick: Thick::new(lens, plane_z)?,
-            radius2: radius * radius,
+            thick: Thick::new(lens, cardinals.rear_principal_plane)?,
+            radius: 0.5 * cardinals.focal_length.abs() / lens.paraxial().f_number?,
         })
     }
 
@@ -34,27 +33,30 @@ impl Thin<f64> {
     pub fn rounded<B: Plain>(&self) -> Thin<B> {
         Thin {
             thick: self.thick.rounded(),
-            radius2: B::round_from(self.radius2),
+            radius: B::round_from(self.radius),
         }
-    }
-
-    /// Radius of the disk, mm.
-    pub fn radius(&self) -> f64 {
-        self.radius2.sqrt()
     }
 }
 
 impl<B: Plain> Thin<B> {
+    /// Radius of the disk, mm.
+    #[inline(always)]
+    pub fn radius(&self) -> B {
+        self.radius
+    }
+
     /// The ray in the scene.
     #[inline(always)]
     pub fn ray<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> LensRay<T> {
         self.thick.ray(film, pupil)
     }
 
-    /// Does the ray pass the disk?
+    /// Is the point of the principal plane in the disk?
     #[inline(always)]
-    pub fn holds<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> T::Mask {
-        let [x, y] = self.thick.height(film, pupil);
-        (x * x + y * y).at_most(self.radius2)
+    pub fn holds<T: Number<Base = B>>(&self, pupil: &[T; 2]) -> T::Mask {
+        // A sample of the disk's very edge may be rounded out of it.
+        let rounded = B::round_from(1.0 + 1e-6);
+        let [x, y] = *pupil;
+        (x * x + y * y).at_most(self.radius * self.radius * rounded)
     }
 }
