@@ -13,12 +13,13 @@ pub struct Choice {
 }
 
 /// Models that might pay, besides exact. Tables do not: every lane fetches its own coefficients.
-pub const CANDIDATES: [ModelKind; 6] = [
+pub const CANDIDATES: [ModelKind; 7] = [
     ModelKind::Thick,
     ModelKind::Polynomial(3),
     ModelKind::Polynomial(5),
     ModelKind::Polynomial(7),
     ModelKind::Polynomial(9),
+    ModelKind::Polynomial(11),
     ModelKind::Table(1),
 ];
 
