@@ -35,8 +35,9 @@ const TOP: f64 = 20.0;
 const RIGHT: f64 = 210.0;
 
 /// Okabe and Ito's colours, told apart by the colour-blind too ("Color Universal Design", 2008).
-const COLORS: [&str; 8] = [
+const COLORS: [&str; 10] = [
     "#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#999999",
+    "#f0e442", "#882255",
 ];
 
 /// The plot.

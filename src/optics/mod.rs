@@ -49,6 +49,8 @@ pub mod real;
 pub mod report;
 pub mod surface;
 pub mod trace;
+#[cfg(test)]
+mod trace_tests;
 
 pub use focus::FocusError;
 pub use lens::{Lens, LensError};

@@ -15,6 +15,25 @@
 //! vignetting: up to nine surfaces exact is no dearer than what is right to a pixel, at a dozen the polynomial of degree 9
 //! (right to 0.05 pixels) saves a tenth, and only from two dozen on do polynomials halve the cost and more. One ray at a time,
 //! without lanes, they are several times as fast as exact tracing.
+//!
+//! ```
+//! use fstop::optics::models::{ModelKind, Models};
+//! use fstop::optics::{ExitPupil, Lens, Prescription};
+//!
+//! let prescription = Prescription::parse("50 5 1.5168 20\n-50 2 1 20\n0 0 0 10\n")?;
+//! let lens = Lens::new(&prescription, Lens::focused(&prescription, 1000.0)?)?;
+//! let pupil = ExitPupil::new(&lens, 10.0, 16);
+//! let models = Models::new(&lens, &pupil, 10.0);
+//! // Right to 2 pixels of 6 µm, as cheaply as can be.
+//! let choice = models.choose(2.0, 0.006)?;
+//! println!("{}", choice.reason());
+//! let ray = choice.model.trace_from_film([3.0, 4.0], [0.0, 0.0, 7.0]);
+//! assert!(ray.is_ok());
+//! // Or one that is asked for, and its error.
+//! let thick = models.model(ModelKind::Thick)?;
+//! assert!(models.error(&thick, 0.006).is_some_and(|e| e.p99 > 2.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod automatic;
 pub mod coordinates;

@@ -166,3 +166,58 @@ impl<B: Plain> PupilShape<B> {
             .and(inside_film)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Prescription;
+
+    /// Two holes in a wall and nothing else: the pupil is the overlap of two disks.
+    fn holes() -> Lens {
+        let text = "0 10 0 8\n0 10 0 10\n0 0 0 60\n";
+        Lens::new(&Prescription::parse(text).unwrap(), 30.0).unwrap()
+    }
+
+    #[test]
+    fn the_shape_is_the_overlap_of_the_rims() {
+        let lens = holes();
+        // Aimed at the middle hole, 40 mm from the film; the first is 50 mm from it and seen from there
+        // 4/5 as large, shifted by a fifth of the film point.
+        let shape = PupilShape::measure(&lens, 20.0, 10.0);
+        let single = shape.rounded::<f32>();
+        let (mut inside, mut wrong) = (0, 0);
+        for i in 0..20_000 {
+            let r = |k: i32| (0.5 + f64::from(i) / 1.167_303_978_261_418_7f64.powi(k)).fract();
+            let (radius, angle) = (20.0 * r(1), 6.0 * r(2));
+            let film = [radius * angle.cos(), radius * angle.sin()];
+            let p = [12.0 * r(3) - 6.0, 12.0 * r(4) - 6.0];
+            let away = |c: [f64; 2]| (p[0] - c[0]).hypot(p[1] - c[1]);
+            let truth = away([0.0; 2]) <= 5.0 && away(film.map(|x| 0.2 * x)) <= 3.2;
+            inside += i32::from(truth);
+            wrong += i32::from(truth != shape.holds(&film, &p));
+            let same = single.holds(&film.map(|x| x as f32), &p.map(|x| x as f32));
+            wrong += i32::from(truth != same);
+        }
+        // Corners between measured directions are cut: a thousandth of the outcomes, in either
+        // precision.
+        assert!(
+            inside > 2000 && wrong < 2 * inside / 500,
+            "{wrong} of {inside}"
+        );
+    }
+
+    #[test]
+    fn what_is_no_point_is_outside() {
+        let shape = PupilShape::measure(&holes(), 20.0, 10.0);
+        assert!(shape.holds(&[0.0f64, 0.0], &[0.0, 0.0]));
+        for bad in [f64::NAN, f64::INFINITY, 1e300] {
+            assert!(!shape.holds(&[bad, 0.0], &[0.0, 0.0]));
+            assert!(!shape.holds(&[0.0, 0.0], &[0.0, bad]));
+        }
+        // Beyond the film that was measured.
+        assert!(!shape.holds(&[20.1f64, 0.0], &[2.0, 0.0]));
+        // Where it is dark: beyond 41 mm the holes no longer overlap.
+        let shape = PupilShape::measure(&holes(), 60.0, 10.0);
+        assert!(!shape.holds(&[50.0f64, 0.0], &[5.0, 0.0]));
+    }
+}
