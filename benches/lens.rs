@@ -1,8 +1,17 @@
 //! Tracing, pupil sampling and set-up of the double Gauss: `cargo bench --bench lens`.
+//!
+//! Counters are rays: divan prints rays a second, the inverse of time per ray. The rays of `trace_*` are aimed at the exit
+//! pupil's regions and nearly all pass; `useful_*` count the rays that passed, with all that a camera does for
+//! one: pupil sample, trace, transform to the world, weight.
 
-use fstop::math::Vec2;
-use fstop::optics::pupil::RINGS;
+use divan::counter::ItemsCount;
+use fstop::math::{DVec3, Vec2};
+use fstop::optics::lanes::{FilmTracer, Instructions, Kernel, Lanes};
+use fstop::optics::pupil::{RINGS, projected_solid_angle};
+use fstop::optics::real::Number;
 use fstop::optics::{ExitPupil, Lens, LensRay, LensTracer, Prescription};
+use glam::DMat3;
+use std::hint::black_box;
 
 fn main() {
     divan::main();
@@ -14,64 +23,296 @@ fn lens() -> Lens {
     Lens::new(&prescription, 36.77).expect("a lens with its film behind it")
 }
 
-/// Film points and pupil points of rays of which most pass.
-fn aims(lens: &Lens) -> Vec<([f64; 2], [f64; 3])> {
-    let pupil = ExitPupil::new(lens, 22.0, RINGS);
-    let r = |i: i32, a: f64| (0.5 + f64::from(i) * a).fract();
-    (0..1024)
-        .filter_map(|i| {
-            let film = [
+const RAYS: usize = 1024;
+
+/// A film point and a sample of the unit square.
+struct Sample {
+    film: [f64; 2],
+    u: Vec2,
+}
+
+fn samples() -> Vec<Sample> {
+    let r = |i: usize, a: f64| (0.5 + i as f64 * a).fract();
+    (0..RAYS)
+        .map(|i| Sample {
+            film: [
                 30.0 * r(i, 0.7548776662) - 15.0,
                 30.0 * r(i, 0.5698402909) - 15.0,
-            ];
-            let u = Vec2::new(r(i, 0.8191725134) as f32, r(i, 0.6710436067) as f32);
-            Some((film, pupil.sample(film, u)?.point))
+            ],
+            u: Vec2::new(r(i, 0.8191725134) as f32, r(i, 0.6710436067) as f32),
         })
         .collect()
+}
+
+struct Setting {
+    lens: Lens,
+    pupil: ExitPupil,
+    samples: Vec<Sample>,
+}
+
+impl Setting {
+    fn new() -> Setting {
+        let lens = lens();
+        Setting {
+            pupil: ExitPupil::new(&lens, 22.0, RINGS),
+            lens,
+            samples: samples(),
+        }
+    }
+
+    /// Points of the film and of the pupil.
+    fn aims(&self) -> Vec<([f64; 2], [f64; 3])> {
+        let aim = |s: &Sample| Some((s.film, self.pupil.sample(s.film, s.u)?.point));
+        self.samples.iter().filter_map(aim).collect()
+    }
+
+    fn tracer(&self) -> FilmTracer {
+        FilmTracer::new(&self.lens, self.pupil.plane_z())
+    }
+
+    fn bundles<const N: usize>(&self) -> Vec<[[Lanes<N>; 2]; 2]> {
+        let aims = self.aims();
+        let lane = |chunk: &[([f64; 2], [f64; 3])], k: usize, film: bool| {
+            let at = |i: usize| chunk.get(i).unwrap_or(&chunk[0]);
+            Lanes(std::array::from_fn(|i| {
+                if film {
+                    at(i).0[k] as f32
+                } else {
+                    at(i).1[k] as f32
+                }
+            }))
+        };
+        aims.chunks(N)
+            .map(|c| {
+                [
+                    [lane(c, 0, true), lane(c, 1, true)],
+                    [lane(c, 0, false), lane(c, 1, false)],
+                ]
+            })
+            .collect()
+    }
+}
+
+/// The rays that pass, of the samples.
+fn useful(setting: &Setting) -> usize {
+    let passes =
+        |(film, pupil): &([f64; 2], [f64; 3])| setting.lens.trace_from_film(*film, *pupil).is_ok();
+    setting.aims().iter().filter(|aim| passes(aim)).count()
 }
 
 /// 1024 rays from the film, 11 surfaces, f64.
 #[divan::bench]
 fn trace_f64(bencher: divan::Bencher) {
-    let lens = lens();
-    let aims = aims(&lens);
-    bencher.bench_local(|| {
-        aims.iter()
-            .filter(|(film, pupil)| lens.trace_from_film(*film, *pupil).is_ok())
-            .count()
-    });
+    let setting = Setting::new();
+    let aims = setting.aims();
+    bencher
+        .counter(ItemsCount::new(aims.len()))
+        .bench_local(|| {
+            aims.iter()
+                .filter(|(film, pupil)| setting.lens.trace_from_film(*film, *pupil).is_ok())
+                .count()
+        });
 }
 
 /// The same in f32.
 #[divan::bench]
 fn trace_f32(bencher: divan::Bencher) {
-    let lens = lens();
-    let tracer = LensTracer::<f32>::new(lens.surfaces());
-    let rays: Vec<LensRay<f32>> = aims(&lens)
-        .iter()
-        .map(|(film, pupil)| {
-            let from = [film[0], film[1], lens.film_z()];
-            LensRay::through(from.map(|x| x as f32), pupil.map(|x| x as f32))
-        })
-        .collect();
-    bencher.bench_local(|| rays.iter().filter(|r| tracer.to_scene(r).is_ok()).count());
+    let setting = Setting::new();
+    let tracer = LensTracer::<f32>::new(setting.lens.surfaces());
+    let film_z = setting.lens.film_z();
+    let ray = |(film, pupil): &([f64; 2], [f64; 3])| {
+        let from = [film[0], film[1], film_z];
+        LensRay::through(from.map(|x| x as f32), pupil.map(|x| x as f32))
+    };
+    let rays: Vec<LensRay<f32>> = setting.aims().iter().map(ray).collect();
+    bencher
+        .counter(ItemsCount::new(rays.len()))
+        .bench_local(|| rays.iter().filter(|r| tracer.to_scene(r).is_ok()).count());
 }
+
+/// In f32 lanes, with each set of vector instructions of this processor.
+#[divan::bench(args = names(), consts = [8, 16, 32])]
+fn trace_lanes<const N: usize>(bencher: divan::Bencher, name: &str) {
+    let setting = Setting::new();
+    let tracer = setting.tracer().with_instructions(instructions(name));
+    let bundles = setting.bundles::<N>();
+    bencher.counter(ItemsCount::new(RAYS)).bench_local(|| {
+        for [film, pupil] in &bundles {
+            black_box(tracer.trace(film, pupil));
+        }
+    });
+}
+
+/// With derivatives by the film point, which texture filtering asks for.
+#[divan::bench(args = names(), consts = [8, 16, 32])]
+fn trace_lanes_with_derivatives<const N: usize>(bencher: divan::Bencher, name: &str) {
+    let setting = Setting::new();
+    let tracer = setting.tracer().with_instructions(instructions(name));
+    let bundles = setting.bundles::<N>();
+    bencher.counter(ItemsCount::new(RAYS)).bench_local(|| {
+        for [film, pupil] in &bundles {
+            black_box(tracer.trace_with_derivatives(film, pupil));
+        }
+    });
+}
+
+/// The sets of vector instructions of this processor.
+fn names() -> Vec<&'static str> {
+    Instructions::available().iter().map(|i| i.name()).collect()
+}
+
+fn instructions(name: &str) -> Instructions {
+    let available = Instructions::available();
+    *available
+        .iter()
+        .find(|i| i.name() == name)
+        .expect("one of them")
+}
+
+macro_rules! wide_bench {
+    ($($name:ident $t:ty, $n:literal);*) => {$(
+        /// In lanes of the `wide` crate.
+        #[divan::bench]
+        fn $name(bencher: divan::Bencher) {
+            let setting = Setting::new();
+            let tracer = setting.tracer();
+            let bundles: Vec<[[$t; 2]; 2]> = setting
+                .bundles::<$n>()
+                .into_iter()
+                .map(|b| b.map(|p| p.map(|x| <$t>::from(x.0))))
+                .collect();
+            bencher.counter(ItemsCount::new(RAYS)).bench_local(|| {
+                for [film, pupil] in &bundles {
+                    black_box(tracer.trace_inline(film, pupil));
+                }
+            });
+        }
+    )*};
+}
+wide_bench!(trace_wide_8 wide::f32x8, 8; trace_wide_16 wide::f32x16, 16);
 
 /// The same in f64, with derivatives by the film point.
 #[divan::bench]
 fn trace_with_derivatives(bencher: divan::Bencher) {
-    let lens = lens();
-    let aims = aims(&lens);
-    bencher.bench_local(|| {
-        aims.iter()
-            .filter(|(film, pupil)| {
-                let from = [film[0], film[1], lens.film_z()];
-                lens.tracer()
-                    .to_scene_with_derivatives(from, *pupil)
-                    .is_ok()
-            })
-            .count()
-    });
+    let setting = Setting::new();
+    let aims = setting.aims();
+    let film_z = setting.lens.film_z();
+    bencher
+        .counter(ItemsCount::new(aims.len()))
+        .bench_local(|| {
+            aims.iter()
+                .filter(|(film, pupil)| {
+                    let from = [film[0], film[1], film_z];
+                    setting
+                        .lens
+                        .tracer()
+                        .to_scene_with_derivatives(from, *pupil)
+                        .is_ok()
+                })
+                .count()
+        });
+}
+
+/// From camera to world, some rotation and shift.
+fn mount() -> (DMat3, DVec3) {
+    (DMat3::from_rotation_y(0.3), DVec3::new(1.0, 2.0, 3.0))
+}
+
+/// A useful ray one at a time in f64, as the camera of the first issue made it: time for each that passed.
+#[divan::bench]
+fn useful_f64(bencher: divan::Bencher) {
+    let setting = Setting::new();
+    let (rotation, shift) = mount();
+    bencher
+        .counter(ItemsCount::new(useful(&setting)))
+        .bench_local(|| {
+            for s in &setting.samples {
+                let Some(pupil) = setting.pupil.sample(s.film, s.u) else {
+                    continue;
+                };
+                let Ok(ray) = setting.lens.trace_from_film(s.film, pupil.point) else {
+                    continue;
+                };
+                let o = rotation * DVec3::from(ray.o) + shift;
+                let d = (rotation * DVec3::from(ray.d)).normalize();
+                let film = [s.film[0], s.film[1], setting.lens.film_z()];
+                black_box((
+                    o.as_vec3(),
+                    d.as_vec3(),
+                    projected_solid_angle(film, &pupil) as f32,
+                ));
+            }
+        });
+}
+
+/// A useful ray in lanes.
+#[divan::bench(args = names(), consts = [8, 16, 32])]
+fn useful_lanes<const N: usize>(bencher: divan::Bencher, name: &str) {
+    let setting = Setting::new();
+    let (rotation, shift) = mount();
+    let tracer = setting.tracer();
+    let bundles: Vec<[[Lanes<N>; 2]; 2]> = setting
+        .samples
+        .chunks(N)
+        .map(|c| {
+            let lane = |f: &dyn Fn(&Sample) -> f32| {
+                Lanes(std::array::from_fn(|i| f(c.get(i).unwrap_or(&c[0]))))
+            };
+            [
+                [lane(&|s| s.film[0] as f32), lane(&|s| s.film[1] as f32)],
+                [lane(&|s| s.u.x), lane(&|s| s.u.y)],
+            ]
+        })
+        .collect();
+    let rotation = rotation
+        .transpose()
+        .to_cols_array_2d()
+        .map(|r| r.map(|x| x as f32));
+    let shift = shift.as_vec3().to_array();
+    let instructions = instructions(name);
+    bencher
+        .counter(ItemsCount::new(useful(&setting)))
+        .bench_local(|| {
+            for [film, u] in &bundles {
+                black_box(instructions.run(UsefulRays {
+                    tracer: &tracer,
+                    pupil: &setting.pupil,
+                    film,
+                    u,
+                    rotation: &rotation,
+                    shift: &shift,
+                }));
+            }
+        });
+}
+
+struct UsefulRays<'a, const N: usize> {
+    tracer: &'a FilmTracer,
+    pupil: &'a ExitPupil,
+    film: &'a [Lanes<N>; 2],
+    u: &'a [Lanes<N>; 2],
+    rotation: &'a [[f32; 3]; 3],
+    shift: &'a [f32; 3],
+}
+
+impl<const N: usize> Kernel for UsefulRays<'_, N> {
+    type Output = ([Lanes<N>; 3], [Lanes<N>; 3], Lanes<N>, u32);
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let rays = self.tracer.rays_inline(self.pupil, self.film, self.u);
+        let LensRay { o, d } = rays.traced.ray;
+        let turn = |v: &[Lanes<N>; 3], r: &[f32; 3]| {
+            v[0].times(r[0]) + v[1].times(r[1]) + v[2].times(r[2])
+        };
+        let [a, b, c] = self.rotation;
+        let o = [
+            turn(&o, a).plus(self.shift[0]),
+            turn(&o, b).plus(self.shift[1]),
+            turn(&o, c).plus(self.shift[2]),
+        ];
+        let d = LensRay::new(o, [turn(&d, a), turn(&d, b), turn(&d, c)]).d;
+        (o, d, rays.projected_solid_angle, rays.traced.passed.count())
+    }
 }
 
 /// Finding the exit pupil's regions.

@@ -11,7 +11,9 @@
 //! 4. [`paraxial`] has the focal length, principal planes and pupils; [`focus`] moves the film.
 //! 5. [`stops`] finds which aperture limits the light; [`pupil`] says where rays from a film point should be
 //!    aimed so that few are lost and no light is.
-//! 6. [`report`] prints it all.
+//! 6. [`lanes`] trace bundles of rays side by side in single precision: the fast path.
+//! 7. [`models`] are cheaper lenses whose error is measured: polynomials, tables, the thick and the thin lens.
+//! 8. [`report`] prints it all.
 //!
 //! Coordinates throughout: millimetres, origin at the vertex of the first (scene-side) surface, **z toward the
 //! film**; the film lies at `length + film_distance`. Indices of refraction are at the d line, 587.56 nm.
@@ -38,7 +40,9 @@
 //! ```
 
 pub mod focus;
+pub mod lanes;
 pub mod lens;
+pub mod models;
 pub mod paraxial;
 pub mod prescription;
 pub mod pupil;
@@ -47,6 +51,8 @@ pub mod report;
 pub mod stops;
 pub mod surface;
 pub mod trace;
+#[cfg(test)]
+mod trace_tests;
 
 pub use focus::FocusError;
 pub use lens::{Lens, LensError};

@@ -1,12 +1,16 @@
-//! The numbers a lens is traced with: f64, f32, and dual numbers that carry derivatives along.
+//! The numbers a lens is traced with: f64, f32, bundles of f32 side by side, and dual numbers that
+//! carry derivatives along.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What tracing asks of a number. Lens data themselves are of the plain type `Base`, so that
+/// What tracing asks of a number: one of them, or a bundle of them side by side
+/// ([`super::lanes::Lanes`]). Lens data themselves are of the plain type `Base`, so that
 /// multiplying a dual number by a curvature costs nothing for the curvature's derivative.
-pub trait Real:
+///
+/// Implementations are `#[inline(always)]` throughout: a bundle's arithmetic must end up inside the
+/// function that was compiled for the processor's widest registers (see [`super::lanes`]).
+pub trait Number:
     Copy
-    + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -15,45 +19,135 @@ pub trait Real:
 {
     /// The plain floating-point type underneath.
     type Base: Plain;
+    /// What a comparison gives: one answer, or one for each of a bundle.
+    type Mask: Mask;
 
     /// A constant.
     fn constant(base: Self::Base) -> Self;
-    /// The value without derivatives.
-    fn value(self) -> Self::Base;
     /// Square root; of a negative number: not a number.
     fn sqrt(self) -> Self;
     /// Product with a constant.
     fn times(self, base: Self::Base) -> Self;
     /// Sum with a constant.
     fn plus(self, base: Self::Base) -> Self;
+    /// Larger than `base`? Like every comparison, false for what is not a number.
+    fn greater(self, base: Self::Base) -> Self::Mask;
+    /// `base` or larger?
+    fn at_least(self, base: Self::Base) -> Self::Mask;
+    /// `base` or smaller?
+    fn at_most(self, base: Self::Base) -> Self::Mask;
+    /// Neither infinite nor not a number?
+    fn finite(self) -> Self::Mask;
+}
+
+/// Numbers that say where in a table to look: one place, or one for each of a bundle.
+pub trait Index: Number {
+    /// Places in a table.
+    type Place: Copy;
+    /// The whole part as a place from 0 to `last`, and what is left beyond it. What is not a number
+    /// looks at 0.
+    fn place(self, last: usize) -> (Self::Place, Self);
+    /// The entry at the sum of place · stride over `at`, plus `offset`; 0 beyond the table's end.
+    fn look_up<const K: usize>(
+        table: &[Self::Base],
+        at: [(Self::Place, usize); K],
+        offset: usize,
+    ) -> Self;
+}
+
+/// The answers of a comparison.
+pub trait Mask: Copy {
+    /// Yes throughout.
+    const YES: Self;
+    /// Where both say yes.
+    fn and(self, other: Self) -> Self;
+    /// Is there a yes?
+    fn any(self) -> bool;
+}
+
+impl Mask for bool {
+    const YES: bool = true;
+    #[inline(always)]
+    fn and(self, other: bool) -> bool {
+        self & other
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+}
+
+/// One number, which can be looked at.
+pub trait Real: Number<Mask = bool> + PartialOrd {
+    /// The value without derivatives.
+    fn value(self) -> Self::Base;
 }
 
 /// f32 and f64.
-pub trait Plain: Real<Base = Self> {
+pub trait Plain: Real<Base = Self> + Index {
     /// 0.
     const ZERO: Self;
     /// 1.
     const ONE: Self;
     /// Rounds to this type.
     fn round_from(x: f64) -> Self;
+    /// As an f64, exactly.
+    fn to_f64(self) -> f64;
     /// Neither infinite nor not a number.
     fn is_finite(self) -> bool;
 }
 
 macro_rules! plain {
     ($($t:ty)*) => {$(
-        impl Real for $t {
+        impl Number for $t {
             type Base = $t;
+            type Mask = bool;
+            #[inline(always)]
             fn constant(base: $t) -> $t { base }
-            fn value(self) -> $t { self }
+            #[inline(always)]
             fn sqrt(self) -> $t { <$t>::sqrt(self) }
+            #[inline(always)]
             fn times(self, base: $t) -> $t { self * base }
+            #[inline(always)]
             fn plus(self, base: $t) -> $t { self + base }
+            #[inline(always)]
+            fn greater(self, base: $t) -> bool { self > base }
+            #[inline(always)]
+            fn at_least(self, base: $t) -> bool { self >= base }
+            #[inline(always)]
+            fn at_most(self, base: $t) -> bool { self <= base }
+            #[inline(always)]
+            fn finite(self) -> bool { <$t>::is_finite(self) }
+        }
+        impl Index for $t {
+            type Place = usize;
+            #[inline(always)]
+            fn place(self, last: usize) -> (usize, $t) {
+                // The cast stops at the ends, and takes what is not a number for 0.
+                let place = (self as usize).min(last);
+                (place, self - place as $t)
+            }
+            #[inline(always)]
+            fn look_up<const K: usize>(table: &[$t], at: [(usize, usize); K], offset: usize) -> $t {
+                let mut entry = offset;
+                for (place, stride) in at {
+                    entry += place * stride;
+                }
+                table.get(entry).copied().unwrap_or(0.0)
+            }
+        }
+        impl Real for $t {
+            #[inline(always)]
+            fn value(self) -> $t { self }
         }
         impl Plain for $t {
             const ZERO: $t = 0.0;
             const ONE: $t = 1.0;
+            #[inline(always)]
             fn round_from(x: f64) -> $t { x as $t }
+            #[inline(always)]
+            fn to_f64(self) -> f64 { f64::from(self) }
+            #[inline(always)]
             fn is_finite(self) -> bool { <$t>::is_finite(self) }
         }
     )*};
@@ -63,22 +157,33 @@ plain!(f32 f64);
 /// A value and its derivatives by two parameters, exact to rounding (forward-mode differentiation:
 /// Griewank and Walther, *Evaluating Derivatives*, 2008, chapter 3). Compares by value.
 #[derive(Clone, Copy, Debug)]
-pub struct Dual {
+pub struct Dual<V = f64> {
     /// The value.
-    pub value: f64,
+    pub value: V,
     /// Derivatives by the first and by the second parameter.
-    pub by: [f64; 2],
+    pub by: [V; 2],
 }
 
-impl Dual {
+impl<V: Number> Dual<V> {
     /// The parameter number `i` (0 or 1) itself, at `value`.
-    pub fn parameter(value: f64, i: usize) -> Dual {
-        let mut by = [0.0; 2];
-        by[i] = 1.0;
+    #[inline(always)]
+    pub fn parameter(value: V, i: usize) -> Dual<V> {
+        let mut by = [V::constant(V::Base::ZERO); 2];
+        by[i] = V::constant(V::Base::ONE);
         Dual { value, by }
     }
 
-    fn map(self, value: f64, slope: f64) -> Dual {
+    /// A value that depends on neither parameter.
+    #[inline(always)]
+    pub fn fixed(value: V) -> Dual<V> {
+        Dual {
+            value,
+            by: [V::constant(V::Base::ZERO); 2],
+        }
+    }
+
+    #[inline(always)]
+    fn map(self, value: V, slope: V) -> Dual<V> {
         Dual {
             value,
             by: [self.by[0] * slope, self.by[1] * slope],
@@ -86,21 +191,22 @@ impl Dual {
     }
 }
 
-impl PartialEq for Dual {
-    fn eq(&self, other: &Dual) -> bool {
+impl<V: PartialEq> PartialEq for Dual<V> {
+    fn eq(&self, other: &Dual<V>) -> bool {
         self.value == other.value
     }
 }
 
-impl PartialOrd for Dual {
-    fn partial_cmp(&self, other: &Dual) -> Option<std::cmp::Ordering> {
+impl<V: PartialOrd> PartialOrd for Dual<V> {
+    fn partial_cmp(&self, other: &Dual<V>) -> Option<std::cmp::Ordering> {
         self.value.partial_cmp(&other.value)
     }
 }
 
-impl Add for Dual {
-    type Output = Dual;
-    fn add(self, b: Dual) -> Dual {
+impl<V: Number> Add for Dual<V> {
+    type Output = Dual<V>;
+    #[inline(always)]
+    fn add(self, b: Dual<V>) -> Dual<V> {
         Dual {
             value: self.value + b.value,
             by: [self.by[0] + b.by[0], self.by[1] + b.by[1]],
@@ -108,9 +214,10 @@ impl Add for Dual {
     }
 }
 
-impl Sub for Dual {
-    type Output = Dual;
-    fn sub(self, b: Dual) -> Dual {
+impl<V: Number> Sub for Dual<V> {
+    type Output = Dual<V>;
+    #[inline(always)]
+    fn sub(self, b: Dual<V>) -> Dual<V> {
         Dual {
             value: self.value - b.value,
             by: [self.by[0] - b.by[0], self.by[1] - b.by[1]],
@@ -118,67 +225,113 @@ impl Sub for Dual {
     }
 }
 
-#[expect(
-    clippy::suspicious_arithmetic_impl,
-    reason = "the product and quotient rules"
-)]
-impl Mul for Dual {
-    type Output = Dual;
-    fn mul(self, b: Dual) -> Dual {
-        let by = |i: usize| self.by[i] * b.value + self.value * b.by[i];
+/// The product rule.
+impl<V: Number> Mul for Dual<V> {
+    type Output = Dual<V>;
+    #[inline(always)]
+    fn mul(self, b: Dual<V>) -> Dual<V> {
         Dual {
             value: self.value * b.value,
-            by: [by(0), by(1)],
+            by: [
+                self.by[0] * b.value + self.value * b.by[0],
+                self.by[1] * b.value + self.value * b.by[1],
+            ],
         }
     }
 }
 
-#[expect(
-    clippy::suspicious_arithmetic_impl,
-    reason = "the product and quotient rules"
-)]
-impl Div for Dual {
-    type Output = Dual;
-    fn div(self, b: Dual) -> Dual {
+/// The quotient rule.
+impl<V: Number> Div for Dual<V> {
+    type Output = Dual<V>;
+    #[inline(always)]
+    fn div(self, b: Dual<V>) -> Dual<V> {
         let value = self.value / b.value;
-        let by = |i: usize| (self.by[i] - value * b.by[i]) / b.value;
         Dual {
             value,
-            by: [by(0), by(1)],
+            by: [
+                (self.by[0] - value * b.by[0]) / b.value,
+                (self.by[1] - value * b.by[1]) / b.value,
+            ],
         }
     }
 }
 
-impl Neg for Dual {
-    type Output = Dual;
-    fn neg(self) -> Dual {
-        self.map(-self.value, -1.0)
-    }
-}
-
-impl Real for Dual {
-    type Base = f64;
-    fn constant(base: f64) -> Dual {
+impl<V: Number> Neg for Dual<V> {
+    type Output = Dual<V>;
+    #[inline(always)]
+    fn neg(self) -> Dual<V> {
         Dual {
-            value: base,
-            by: [0.0; 2],
+            value: -self.value,
+            by: [-self.by[0], -self.by[1]],
         }
     }
-    fn value(self) -> f64 {
-        self.value
+}
+
+impl<V: Number> Number for Dual<V> {
+    type Base = V::Base;
+    type Mask = V::Mask;
+    #[inline(always)]
+    fn constant(base: V::Base) -> Dual<V> {
+        Dual::fixed(V::constant(base))
     }
-    fn sqrt(self) -> Dual {
+    #[inline(always)]
+    fn sqrt(self) -> Dual<V> {
         let root = self.value.sqrt();
-        self.map(root, 0.5 / root)
+        self.map(root, V::constant(V::Base::ONE) / (root + root))
     }
-    fn times(self, base: f64) -> Dual {
-        self.map(self.value * base, base)
-    }
-    fn plus(self, base: f64) -> Dual {
+    #[inline(always)]
+    fn times(self, base: V::Base) -> Dual<V> {
         Dual {
-            value: self.value + base,
+            value: self.value.times(base),
+            by: [self.by[0].times(base), self.by[1].times(base)],
+        }
+    }
+    #[inline(always)]
+    fn plus(self, base: V::Base) -> Dual<V> {
+        Dual {
+            value: self.value.plus(base),
             by: self.by,
         }
+    }
+    #[inline(always)]
+    fn greater(self, base: V::Base) -> V::Mask {
+        self.value.greater(base)
+    }
+    #[inline(always)]
+    fn at_least(self, base: V::Base) -> V::Mask {
+        self.value.at_least(base)
+    }
+    #[inline(always)]
+    fn at_most(self, base: V::Base) -> V::Mask {
+        self.value.at_most(base)
+    }
+    #[inline(always)]
+    fn finite(self) -> V::Mask {
+        self.value.finite()
+    }
+}
+
+impl<V: Index> Index for Dual<V> {
+    type Place = V::Place;
+    #[inline(always)]
+    fn place(self, last: usize) -> (V::Place, Dual<V>) {
+        let (place, value) = self.value.place(last);
+        (place, Dual { value, by: self.by })
+    }
+    #[inline(always)]
+    fn look_up<const K: usize>(
+        table: &[V::Base],
+        at: [(V::Place, usize); K],
+        offset: usize,
+    ) -> Dual<V> {
+        Dual::fixed(V::look_up(table, at, offset))
+    }
+}
+
+impl<V: Plain> Real for Dual<V> {
+    #[inline(always)]
+    fn value(self) -> V {
+        self.value
     }
 }
 
