@@ -24,6 +24,7 @@ pub mod illumination;
 pub mod path;
 pub mod sampling;
 pub mod spot;
+pub mod text;
 
 pub use beam::Beam;
 pub use chief::{ChiefFinder, ChiefRay};

@@ -24,14 +24,9 @@ impl PathTracer {
         }
     }
 
-    /// The points of `ray` from the plane z = `start_z` on: on that plane, on every surface, and on the film where it gets
-    /// there. The direction's z must be positive.
-    pub fn points(&self, ray: &LensRay<f64>, start_z: f64) -> Vec<[f64; 3]> {
-        let along = |ray: &LensRay<f64>, z: f64| {
-            let t = (z - ray.o[2]) / ray.d[2];
-            std::array::from_fn(|i| ray.o[i] + t * ray.d[i])
-        };
-        let mut points = vec![along(ray, start_z)];
+    /// Where `ray` crosses every surface and the film, as far as it gets. The direction's z must be positive.
+    pub fn points(&self, ray: &LensRay<f64>) -> Vec<[f64; 3]> {
+        let mut points = Vec::with_capacity(self.parts.len() + 1);
         let mut last = None;
         for part in &self.parts {
             let Ok(out) = part.to_film(ray) else {
@@ -40,9 +35,10 @@ impl PathTracer {
             points.push(out.o);
             last = Some(out);
         }
-        if let Some(out) = last {
-            points.push(along(&out, self.film_z));
-        }
+        points.extend(last.map(|out: LensRay<f64>| {
+            let t = (self.film_z - out.o[2]) / out.d[2];
+            std::array::from_fn(|i| out.o[i] + t * out.d[i])
+        }));
         points
     }
 }
@@ -58,13 +54,12 @@ mod tests {
         let lens = Lens::new(&p, 49.0).unwrap();
         let path = PathTracer::new(&lens);
         let at = |y: f64| LensRay::new([0.0, y, 0.0], [0.0, 0.0, 1.0]);
-        let points = path.points(&at(3.0), -10.0);
-        assert_eq!(points.len(), 4);
-        assert_eq!(points[0], [0.0, 3.0, -10.0]);
+        let points = path.points(&at(3.0));
+        assert_eq!(points.len(), 3);
         // A converging lens brings it toward the axis at every step.
-        assert!(points.windows(2).all(|p| p[1][1] <= p[0][1]));
-        assert_eq!(points[3][2], 54.0);
+        assert!(points[0][1] == 3.0 && points.windows(2).all(|p| p[1][1] < p[0][1]));
+        assert_eq!(points[2][2], 54.0);
         // Outside the first aperture it is not followed further.
-        assert_eq!(path.points(&at(10.5), -10.0).len(), 1);
+        assert!(path.points(&at(10.5)).is_empty());
     }
 }
