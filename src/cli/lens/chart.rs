@@ -7,8 +7,8 @@ use std::ops::Range;
 /// A picture being drawn.
 pub type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// The backend counts in whole pixels, so pictures are drawn twice as large as they are shown.
-const FINE: u32 = 2;
+/// The backend counts in whole pixels, so pictures are drawn so much larger than they are shown.
+pub const FINE: u32 = 4;
 
 /// Text height on axes, in drawn pixels.
 const TEXT: u32 = 13 * FINE;
@@ -94,6 +94,15 @@ impl Chart {
 
     /// Onto a part of a picture.
     pub fn draw(&self, canvas: &Canvas) -> Result<(), Failure> {
+        self.draw_and_locate(canvas, std::iter::empty()).map(drop)
+    }
+
+    /// Onto a part of a picture; returns where in the picture `points` lie.
+    pub fn draw_and_locate(
+        &self,
+        canvas: &Canvas,
+        points: impl Iterator<Item = (f64, f64)>,
+    ) -> Result<Vec<(i32, i32)>, Failure> {
         let mut builder = ChartBuilder::on(canvas);
         builder
             .margin(6 * FINE)
@@ -109,20 +118,29 @@ impl Chart {
         let (x_step, y_step) = (step(&self.x), step(&self.y));
         chart
             .configure_mesh()
+            .set_all_tick_mark_size(5 * FINE)
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
-            .x_labels(8)
-            .y_labels(8)
+            .x_labels(labels(canvas.dim_in_pixel().0))
+            .y_labels(labels(canvas.dim_in_pixel().1))
             .x_label_formatter(&|v| number(*v, x_step))
             .y_label_formatter(&|v| number(*v, y_step))
             .label_style(("sans-serif", TEXT))
             .axis_desc_style(("sans-serif", TEXT))
-            .bold_line_style(RGBColor(215, 215, 215))
+            .bold_line_style(ShapeStyle::from(&RGBColor(220, 220, 220)).stroke_width(FINE))
+            .axis_style(ShapeStyle::from(&BLACK).stroke_width(FINE))
             .light_line_style(TRANSPARENT)
             .draw()
             .map_err(failure)?;
+        if self.y.start < 0.0 && self.y.end > 0.0 {
+            let zero = [(self.x.start, 0.0), (self.x.end, 0.0)];
+            let style = ShapeStyle::from(&RGBColor(120, 120, 120)).stroke_width(FINE);
+            chart
+                .draw_series(LineSeries::new(zero, style))
+                .map_err(failure)?;
+        }
         for curve in &self.curves {
-            let style = ShapeStyle::from(&curve.color).stroke_width(2 * FINE - 1);
+            let style = ShapeStyle::from(&curve.color).stroke_width(3 * FINE / 2);
             let points = curve.points.iter().copied();
             let series = match dashes(curve.stroke) {
                 None => chart.draw_series(LineSeries::new(points, style)),
@@ -155,7 +173,7 @@ impl Chart {
                 .draw()
                 .map_err(failure)?;
         }
-        Ok(())
+        Ok(points.map(|p| chart.backend_coord(&p)).collect())
     }
 }
 
@@ -175,6 +193,11 @@ fn legend_pieces(stroke: Stroke) -> [[i32; 2]; 3] {
         Stroke::Dashed => [[0, 6], [9, 15], [18, 24]],
         Stroke::Dotted => [[2, 5], [10, 13], [18, 21]],
     }
+}
+
+/// How many tick labels an axis of so many drawn pixels has room for.
+fn labels(pixels: u32) -> usize {
+    (pixels / (48 * FINE)).clamp(4, 9) as usize
 }
 
 /// About the distance between two tick labels of a range.
@@ -247,7 +270,7 @@ mod tests {
             legend: Some(SeriesLabelPosition::UpperLeft),
         };
         let text = chart.svg((640, 400)).unwrap();
-        assert!(text.starts_with("<svg width=\"640\" height=\"400\" viewBox=\"0 0 1280 800\""));
+        assert!(text.starts_with("<svg width=\"640\" height=\"400\" viewBox=\"0 0 2560 1600\""));
         for part in ["height (mm)", "y (%)", "Title", "curve", "</svg>"] {
             assert!(text.contains(part), "{part}");
         }

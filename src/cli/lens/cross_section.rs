@@ -9,7 +9,7 @@ use std::fmt::Write;
 /// Width of the picture in pixels.
 const WIDTH: f64 = 960.0;
 
-/// Parts of half the film diagonal whose beams are drawn, with colours as in the charts.
+/// Parts of half the film diagonal (or of the image circle, where that is smaller) whose beams are drawn, with colours as in the charts.
 const FIELDS: [(f64, &str, usize); 3] = [
     (0.0, "#0072b2", 7),
     (0.7, "#d55e00", 5),
@@ -87,9 +87,12 @@ impl<'a> Scene<'a> {
 
     /// The rays of every field, from wave fronts `lead` mm in front of the first surface.
     fn trace_fans(&mut self, lead: f64) {
-        let corner = 0.5 * self.film.diagonal();
-        let pupil = ExitPupil::new(self.lens, corner * (1.0 + 1e-6), RINGS);
         let chief = ChiefFinder::new(self.lens);
+        let corner = chief
+            .limit(10.0 * self.film.diagonal())
+            .map_or(f64::INFINITY, |l| l[0])
+            .min(0.5 * self.film.diagonal());
+        let pupil = ExitPupil::new(self.lens, corner * (1.0 + 1e-6), RINGS);
         let path = PathTracer::new(self.lens);
         for (part, color, count) in FIELDS {
             let beam = chief
@@ -145,6 +148,7 @@ impl<'a> Scene<'a> {
         picture.line(&[[z, -half], [z, half]], "film");
         picture.label([z, half], "film", "middle", -6.0);
         picture.ruler(&self.marks());
+        picture.legend();
     }
 
     /// Surface `i` from −`radius` to `radius`.
@@ -259,7 +263,7 @@ struct Picture {
 
 /// Pixels left free around the drawing, and for the ruler below it.
 const MARGIN: f64 = 18.0;
-const RULER: f64 = 62.0;
+const RULER: f64 = 84.0;
 
 impl Picture {
     fn new(z: [f64; 2], y: f64) -> Picture {
@@ -367,6 +371,14 @@ impl Picture {
                 top - 2.0
             );
         }
+    }
+
+    fn legend(&mut self) {
+        let y = self.bottom() + 71.0;
+        let _ = writeln!(
+            self.body,
+            r##"<text x="{MARGIN}" y="{y:.1}" font-size="11" fill="#555">S stop · E entrance pupil (dashed) · E′ exit pupil (dotted) · F, F′ focal points · H, H′ principal planes</text>"##
+        );
     }
 
     fn finish(self) -> String {

@@ -85,7 +85,7 @@ fn figures(lens: &Lens, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure>
             "Cross-section",
             cross_section::svg(lens, analysis.film),
             "To scale; light comes from the left. Blue: the beam of the middle of the film; vermilion and green: those of 0.7 \
-             and 1 of half its diagonal. S stop, F F′ focal points, H H′ principal planes, E E′ entrance and exit pupil (drawn \
+             and 1 of half its diagonal (of the image circle, where that is smaller). S stop, F F′ focal points, H H′ principal planes, E E′ entrance and exit pupil (drawn \
              dashed and dotted), as far as they lie within the picture. The darker the glass, the higher its index."
                 .to_string(),
         ),

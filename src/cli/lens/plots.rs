@@ -1,20 +1,21 @@
 //! The charts of the lens report.
 
-use super::chart::{self, Canvas, Chart, Curve, Failure, PALETTE, Stroke, failure, round_up};
+use super::chart::{self, Canvas, Chart, Curve, Failure, PALETTE, Stroke, round_up};
 use crate::optics::analysis::{FieldPoint, LensAnalysis, MTF_FREQUENCIES};
-use plotters::prelude::*;
+use plotters::prelude::SeriesLabelPosition;
+use std::fmt::Write;
 use std::ops::Range;
 
 /// Size of a chart as shown, pixels.
 const SIZE: (u32, u32) = (620, 400);
 
-/// A chart over film heights from 0 to the corner.
+/// A chart over film heights from 0 to the edge of the image.
 fn over_field(analysis: &LensAnalysis, y_label: &str, y: Range<f64>, curves: Vec<Curve>) -> Chart {
     Chart {
         title: String::new(),
         x_label: "film height (mm)".to_string(),
         y_label: y_label.to_string(),
-        x: 0.0..0.5 * analysis.film.diagonal(),
+        x: 0.0..analysis.image_radius,
         y,
         curves,
         legend: Some(SeriesLabelPosition::LowerLeft),
@@ -70,8 +71,19 @@ pub fn distortion(analysis: &LensAnalysis) -> Result<String, Failure> {
             |f| f.f_theta_distortion,
         ));
     }
-    let limit = round_up(1.05 * curves.iter().map(largest).fold(0.1, f64::max));
-    over_field(analysis, "distortion (%)", -limit..limit, curves).svg(SIZE)
+    let values = || curves.iter().flat_map(|c| &c.points).map(|p| p.1);
+    let (low, high) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
+    let limit = round_up(low.abs().max(high).max(0.1));
+    // Both sides of zero are shown, but not an empty half.
+    let side = |x: f64| {
+        if x < 0.05 * limit {
+            0.1 * limit
+        } else {
+            round_up(x)
+        }
+    };
+    let range = -side(-low)..side(high);
+    over_field(analysis, "distortion (%)", range, curves).svg(SIZE)
 }
 
 /// Relative illumination, with the law of the fourth power.
@@ -169,51 +181,50 @@ pub fn spots(analysis: &LensAnalysis) -> Result<String, Failure> {
         })
         .fold(1e-4, f64::max);
     let limit = round_up(1e3 * reach);
-    panels(analysis.spots.len(), 1, (200, 236), |canvas, i, _| {
+    let mut dots = String::new();
+    let picture = panels(analysis.spots.len(), 1, (200, 186), |canvas, i, _| {
         let spot = &analysis.spots[i];
         let c = spot.centroid();
-        let area = canvas.margin(2, 2, 2, 2);
-        let mut chart = ChartBuilder::on(&area)
-            .margin(8)
-            .margin_right(20)
-            .x_label_area_size(44)
-            .y_label_area_size(if i == 0 { 84 } else { 60 })
-            .caption(
-                format!(
-                    "{:.1} mm, rms {:.1} µm",
-                    spot.height,
-                    1e3 * analysis_rms(analysis, i)
-                ),
-                ("sans-serif", 25),
-            )
-            .build_cartesian_2d(-limit..limit, -limit..limit)
-            .map_err(failure)?;
-        chart
-            .configure_mesh()
-            .x_labels(3)
-            .y_labels(3)
-            .x_desc(if i == 0 { "µm" } else { "" })
-            .y_desc(if i == 0 {
-                "µm, away from the axis ↑"
+        let title = format!(
+            "{:.1} mm, rms {:.1} µm",
+            spot.height,
+            1e3 * rms_radius(analysis, i)
+        );
+        let chart = Chart {
+            title,
+            x_label: if i == 0 { "µm" } else { "" }.to_string(),
+            y_label: if i == 0 {
+                "µm, away from the axis"
             } else {
                 ""
-            })
-            .label_style(("sans-serif", 22))
-            .bold_line_style(RGBColor(225, 225, 225))
-            .light_line_style(TRANSPARENT)
-            .draw()
-            .map_err(failure)?;
-        let dots = spot.points.iter().map(|p| {
-            let at = [p[0] - c[0], p[1] - c[1]].map(|x| 1e3 * x);
-            Circle::new((at[0], at[1]), 2, PALETTE[0].filled())
-        });
-        chart.draw_series(dots).map_err(failure)?;
+            }
+            .to_string(),
+            x: -1.12 * limit..1.12 * limit,
+            y: -1.12 * limit..1.12 * limit,
+            curves: Vec::new(),
+            legend: None,
+        };
+        for at in chart.draw_and_locate(
+            canvas,
+            spot.points
+                .iter()
+                .map(|p| (1e3 * (p[0] - c[0]), 1e3 * (p[1] - c[1]))),
+        )? {
+            // Writing to a string cannot fail.
+            let _ = write!(dots, "M{} {}h0", at.0, at.1);
+        }
         Ok(())
-    })
+    })?;
+    // One path of round dots: a twentieth of the size of as many circles.
+    let path = format!(
+        "<path d=\"{dots}\" fill=\"none\" stroke=\"#0072b2\" stroke-width=\"{}\" stroke-linecap=\"round\"/>\n</svg>",
+        1.3 * f64::from(chart::FINE)
+    );
+    Ok(picture.replacen("</svg>", &path, 1))
 }
 
 /// The rms radius over all rays where the field points have it, which is better than that of the rays drawn.
-fn analysis_rms(analysis: &LensAnalysis, i: usize) -> f64 {
+fn rms_radius(analysis: &LensAnalysis, i: usize) -> f64 {
     let spot = &analysis.spots[i];
     analysis
         .fields
@@ -255,7 +266,7 @@ pub fn fans(analysis: &LensAnalysis) -> Result<String, Failure> {
                 String::new()
             },
             x: -1.1..1.1,
-            y: -limit..limit,
+            y: -1.05 * limit..1.05 * limit,
             curves: vec![Curve {
                 name: String::new(),
                 color: PALETTE[row],
@@ -273,7 +284,7 @@ fn panels(
     columns: usize,
     rows: usize,
     size: (u32, u32),
-    draw: impl Fn(&Canvas, usize, usize) -> Result<(), Failure>,
+    mut draw: impl FnMut(&Canvas, usize, usize) -> Result<(), Failure>,
 ) -> Result<String, Failure> {
     let whole = (size.0 * columns.max(1) as u32, size.1 * rows as u32);
     chart::svg(whole, |canvas| {

@@ -54,7 +54,7 @@ impl Effort {
     /// Curves that look smooth and numbers good to three digits, in less than a second on one core.
     pub const REPORT: Effort = Effort {
         fields: 25,
-        rays_across: 96,
+        rays_across: 128,
         pupil_samples: 1 << 13,
     };
 }
@@ -62,8 +62,8 @@ impl Effort {
 /// Spatial frequencies of the MTF over the field, line pairs per mm: those of lens data sheets.
 pub const MTF_FREQUENCIES: [f64; 3] = [10.0, 20.0, 40.0];
 
-/// The film heights of spot diagrams and ray fans, in parts of half the film diagonal: the middle, half-way,
-/// the zone of equal areas (0.7), near the corner and the corner.
+/// The film heights of spot diagrams and ray fans, in parts of [`LensAnalysis::image_radius`]: the middle, half-way,
+/// the zone of equal areas (0.7), near the edge and the edge.
 pub const SPOT_FIELDS: [f64; 5] = [0.0, 0.5, 0.7, 0.9, 1.0];
 
 /// Everything real rays say about a lens that is stopped down and focused.
@@ -76,9 +76,11 @@ pub struct LensAnalysis {
     /// The largest film height whose chief ray gets through, and the angle in degrees at which that ray comes
     /// in; `None` where there is no such limit below ten film diagonals.
     pub chief_limit: Option<[f64; 2]>,
+    /// Half the film diagonal, or the radius of the image circle where that is smaller, mm.
+    pub image_radius: f64,
     /// f-number of the beam that really reaches the middle of the film: 1/(2 sin u').
     pub effective_f_number: Option<f64>,
-    /// From the middle of the film to its corner; ends early where no light arrives.
+    /// From the middle of the film to the image radius.
     pub fields: Vec<FieldPoint>,
     /// Spatial frequencies of [`FieldPoint::mtf`], line pairs per mm.
     pub mtf_frequencies: [f64; 3],
@@ -95,10 +97,13 @@ pub struct LensAnalysis {
 impl LensAnalysis {
     /// Of `lens` before `film`.
     pub fn new(lens: &Lens, film: Film, effort: &Effort) -> LensAnalysis {
-        let corner = 0.5 * film.diagonal();
+        let chief = ChiefFinder::new(lens);
+        let chief_limit = chief.limit(10.0 * film.diagonal());
+        let corner = chief_limit
+            .map_or(f64::INFINITY, |l| l[0])
+            .min(0.5 * film.diagonal());
         // The corner itself must lie within the last ring.
         let pupil = ExitPupil::new(lens, corner * (1.0 + 1e-6), RINGS);
-        let chief = ChiefFinder::new(lens);
         let heights = |count: usize| {
             let last = count.max(2) - 1;
             (0..=last).map(move |i| corner * i as f64 / last as f64)
@@ -124,11 +129,12 @@ impl LensAnalysis {
             .collect();
         let axial_radius = beams.first().map_or(1.0, Beam::half_height);
         // Enough rays for the eye to see the shape of the spot.
-        const DRAWN_ACROSS: usize = 24;
+        const DRAWN_ACROSS: usize = 48;
         LensAnalysis {
             film,
             field_of_view: FieldOfView::new(&chief, film),
-            chief_limit: chief.limit(10.0 * film.diagonal()),
+            chief_limit,
+            image_radius: corner,
             effective_f_number: illumination::effective_f_number(at_axis),
             fields,
             mtf_frequencies: MTF_FREQUENCIES,
