@@ -37,6 +37,8 @@
 //! ```
 
 pub mod analysis;
+pub mod asphere;
+pub mod dispersion;
 pub mod focus;
 pub mod lens;
 pub mod paraxial;

@@ -363,11 +363,9 @@ mod tests {
             let r = 10f64.powi(exponent);
             let t = LensTracer::<f64>::new(&[Surface {
                 radius: r,
-                thickness: 0.0,
                 index: 1.5,
-                abbe: None,
                 aperture: 20.0,
-                is_stop: false,
+                ..Surface::default()
             }]);
             let out = t
                 .to_scene(&LensRay::new([3.0, 4.0, 50.0], [0.0, 0.0, -1.0]))
@@ -459,6 +457,7 @@ mod tests {
                 abbe: None,
                 aperture,
                 is_stop,
+                ..Surface::default()
             })
     }
 
