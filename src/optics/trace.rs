@@ -9,6 +9,7 @@
 //! Lens coordinates: millimetres, origin at the vertex of the first (scene-side) surface, z toward
 //! the film. Light runs toward +z; rays from the film run toward −z.
 
+use super::asphere::AsphericSurface;
 use super::real::{Dual, Plain, Real};
 use super::surface::Surface;
 use std::fmt;
@@ -84,6 +85,8 @@ struct Element<B> {
     ratio_to_film: B,
     /// Its inverse, for rays from the film.
     ratio_to_scene: B,
+    /// For an aspheric surface; `curvature` is not used then.
+    asphere: Option<AsphericSurface<B>>,
 }
 
 /// A lens ready to be traced in precision `B` (f64 is the truth, f32 the fast path).
@@ -119,6 +122,9 @@ impl<B: Plain> LensTracer<B> {
                     thickness: B::round_from(s.thickness),
                     ratio_to_film: B::round_from(ratio),
                     ratio_to_scene: B::round_from(1.0 / ratio),
+                    asphere: s
+                        .asphere
+                        .map(|a| AsphericSurface::new(s.radius, &a, s.clear_radius())),
                 }
             })
             .collect();
@@ -229,6 +235,9 @@ impl<B: Plain> LensTracer<B> {
         if !((n.value() * s) > B::ZERO) {
             return blocked(Cause::Missed);
         }
+        if let Some(asphere) = &e.asphere {
+            return self.cross_asphere(i, asphere, ray, pass);
+        }
         // To the vertex tangent plane: keeps the digits of all that follows.
         let t = -z / n;
         let (x, y) = (x + t * l, y + t * m);
@@ -272,6 +281,46 @@ impl<B: Plain> LensTracer<B> {
             m.times(mu) - gc * y,
             n.times(mu) + g + g * axial,
         ];
+        Ok(())
+    }
+
+    /// As [`LensTracer::cross`], for an aspheric surface.
+    #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "a NaN must block")]
+    fn cross_asphere<T: Real<Base = B>>(
+        &self,
+        i: usize,
+        asphere: &AsphericSurface<B>,
+        ray: &mut LensRay<T>,
+        pass: &Pass<B>,
+    ) -> Result<(), Blocked> {
+        let e = &self.elements[i];
+        let blocked = |cause| Err(Blocked { surface: i, cause });
+        let meeting = asphere.meet(ray.o, ray.d, pass.sign);
+        let ([x, y, _], d, normal) = (meeting.point, ray.d, meeting.normal);
+        let q = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
+        let residual = meeting.residual.value();
+        let tolerance = asphere.tolerance();
+        if !(residual * residual <= tolerance * tolerance)
+            || !(meeting.inside.value() > B::ZERO)
+            || !(q.value() * pass.sign > B::ZERO)
+        {
+            return blocked(Cause::Missed);
+        }
+        if pass.clip && !((x * x + y * y).value() <= e.radius2) {
+            return blocked(Cause::Vignetted);
+        }
+        ray.o = meeting.point;
+        let mu = if pass.to_film {
+            e.ratio_to_film
+        } else {
+            e.ratio_to_scene
+        };
+        let k = (q * q).plus(-B::ONE).times(mu * mu).plus(B::ONE);
+        if !(k.value() >= B::ZERO) {
+            return blocked(Cause::TotalReflection);
+        }
+        let g = k.sqrt().times(pass.sign) - q.times(mu);
+        ray.d = std::array::from_fn(|axis| d[axis].times(mu) + g * normal[axis]);
         Ok(())
     }
 }
