@@ -1,6 +1,7 @@
 //! The analysis of lenses against golden data computed by others (tests/golden/README.md).
 
-use fstop::optics::analysis::{Beam, ChiefFinder, ReferenceScale, Spot, illumination};
+use fstop::optics::analysis::{Beam, ChiefFinder, ObjectPlane, ReferenceScale, Spot, illumination};
+use fstop::optics::best_focus;
 use fstop::optics::pupil::RINGS;
 use fstop::optics::{ExitPupil, Lens, Prescription};
 use serde_json::Value;
@@ -44,7 +45,7 @@ fn chief_rays_and_distortion() {
         let (lens, data) = read(name);
         let chief = ChiefFinder::new(&lens);
         let corner = number(&data, "/image_radius");
-        let scale = ReferenceScale::new(&lens, &chief, corner);
+        let scale = ReferenceScale::new(&chief, ObjectPlane::INFINITY, corner);
         for field in data["fields"].as_array().unwrap().iter().skip(1) {
             let height = number(field, "/h");
             let ray = chief.find(height).unwrap();
@@ -104,7 +105,13 @@ fn spots_and_illumination() {
                 "{name} {height}: illumination {found} {expected}"
             );
             let expected = number(field, "/spot_rms_um/1") * 1e-3;
-            let beam = Beam::new(&lens, &pupil, &chief.find(height).unwrap()).unwrap();
+            let beam = Beam::new(
+                &lens,
+                &pupil,
+                &chief.find(height).unwrap(),
+                ObjectPlane::INFINITY,
+            )
+            .unwrap();
             let found = Spot::trace(&lens, &beam, 128).rms_radius();
             // The edge of a beam 128 cells wide is known to 128^(-3/2) of its area, and the farthest rays are
             // there.
@@ -113,5 +120,23 @@ fn spots_and_illumination() {
                 "{name} {height}: spot {found} {expected}"
             );
         }
+    }
+}
+
+/// Autofocus finds the film of the smallest spot: the golden shift from the paraxial focus.
+#[test]
+fn best_focus_at_infinity() {
+    for name in LENSES {
+        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+        let p = Prescription::read(&folder.join(format!("{name}.dat"))).unwrap();
+        let (_, data) = read(name);
+        let best = best_focus::film_distance(&p, f64::INFINITY).unwrap();
+        let expected = number(&data, "/fields/0/best_focus_shift");
+        let found = p.length() + best - number(&data, "/film_z");
+        // The golden value is that of a quadrature good to 1e-4, on a film rounded to 1e-6 mm.
+        assert!(
+            (found - expected).abs() < 3e-4 * expected.abs() + 2e-6,
+            "{name}: {found} {expected}"
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! The aspheric lens among the golden data: Nikon Z 58 mm f/0.95 (WO 2019/229849, example 1), and lateral and
 //! longitudinal colour.
 
-use fstop::optics::analysis::{Beam, ChiefFinder, Spot};
+use fstop::optics::analysis::{Beam, ChiefFinder, ObjectPlane, Spot};
 use fstop::optics::asphere::Asphere;
 use fstop::optics::dispersion::{AbbeModel, LINE_C, LINE_F};
 use fstop::optics::real::Plain;
@@ -157,7 +157,7 @@ fn chief_rays_and_spots_of_the_aspheric_lens() {
         let ray = chief.find(height).unwrap();
         let expected = number(field, "/chief_object_angle_deg");
         assert!((ray.field_angle().to_degrees() - expected).abs() < 1e-8);
-        let beam = Beam::new(&lens, &pupil, &ray).unwrap();
+        let beam = Beam::new(&lens, &pupil, &ray, ObjectPlane::INFINITY).unwrap();
         let found = Spot::trace(&lens, &beam, 128).rms_radius();
         let expected = number(field, "/spot_rms_um/1") * 1e-3;
         // The edge of a beam 128 cells wide.

@@ -38,6 +38,7 @@
 
 pub mod analysis;
 pub mod asphere;
+pub mod best_focus;
 pub mod dispersion;
 pub mod focus;
 pub mod lens;

@@ -1,7 +1,7 @@
 //! The lens cut through its axis, to scale, with rays.
 
 use crate::optics::analysis::path::PathTracer;
-use crate::optics::analysis::{Beam, ChiefFinder, Film};
+use crate::optics::analysis::{Beam, ChiefFinder, Film, ObjectPlane};
 use crate::optics::pupil::RINGS;
 use crate::optics::{ExitPupil, Lens, Surface};
 use std::fmt::Write;
@@ -33,16 +33,16 @@ struct Scene<'a> {
     y: f64,
 }
 
-/// Draws `lens` before `film` as an SVG document.
-pub fn svg(lens: &Lens, film: Film) -> String {
-    let scene = Scene::new(lens, film);
+/// Draws `lens` before `film` as an SVG document, with rays from `object`.
+pub fn svg(lens: &Lens, film: Film, object: ObjectPlane) -> String {
+    let scene = Scene::new(lens, film, object);
     let mut picture = Picture::new(scene.z, scene.y);
     scene.draw(&mut picture);
     picture.finish()
 }
 
 impl<'a> Scene<'a> {
-    fn new(lens: &'a Lens, film: Film) -> Scene<'a> {
+    fn new(lens: &'a Lens, film: Film, object: ObjectPlane) -> Scene<'a> {
         let mut z = 0.0;
         let vertices = lens
             .surfaces()
@@ -66,7 +66,7 @@ impl<'a> Scene<'a> {
                 .map(Surface::clear_radius)
                 .fold(0.5 * film.diagonal(), f64::max),
         };
-        scene.trace_fans(0.2 * total);
+        scene.trace_fans(0.2 * total, object);
         // Pupils near the lens belong into the picture.
         for pupil in scene.pupils().collect::<Vec<_>>() {
             if (-0.6 * total..1.4 * total).contains(&pupil.z) {
@@ -86,7 +86,7 @@ impl<'a> Scene<'a> {
     }
 
     /// The rays of every field, from wave fronts `lead` mm in front of the first surface.
-    fn trace_fans(&mut self, lead: f64) {
+    fn trace_fans(&mut self, lead: f64, object: ObjectPlane) {
         let chief = ChiefFinder::new(self.lens);
         let corner = chief
             .limit(10.0 * self.film.diagonal())
@@ -97,7 +97,7 @@ impl<'a> Scene<'a> {
         for (part, color, count) in FIELDS {
             let beam = chief
                 .find(part * corner)
-                .and_then(|ray| Beam::new(self.lens, &pupil, &ray));
+                .and_then(|ray| Beam::new(self.lens, &pupil, &ray, object));
             let Some(beam) = beam else { continue };
             let rays: Vec<Line> = fan(self.lens, &beam, count)
                 .into_iter()
@@ -127,13 +127,11 @@ impl<'a> Scene<'a> {
                 self.draw_glass(picture, i);
             }
         }
-        for (i, s) in self
-            .lens
-            .surfaces()
-            .iter()
-            .enumerate()
-            .filter(|(_, s)| !s.is_stop)
-        {
+        for (i, s) in self.lens.surfaces().iter().enumerate() {
+            // A stop row is a plane of air as a rule, but a glass surface may be the stop.
+            if s.is_stop && s.curvature() == 0.0 {
+                continue;
+            }
             picture.line(&self.arc(i, s.clear_radius()), "surface");
         }
         for (color, rays) in &self.fans {

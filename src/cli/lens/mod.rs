@@ -7,7 +7,8 @@ mod pictures;
 mod plots;
 
 use super::{BAD_INPUT, messages};
-use crate::optics::analysis::{Effort, Film, LensAnalysis};
+use crate::optics::analysis::{Effort, Film, LensAnalysis, ObjectPlane};
+use crate::optics::best_focus;
 use crate::optics::{Lens, LensReport, Prescription};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -16,15 +17,16 @@ use std::process::ExitCode;
 /// Arguments of `fstop lens`.
 #[derive(Args, Debug)]
 pub struct LensArgs {
-    /// Lens prescriptions (.dat)
+    /// Lens prescriptions (.dat tables, Zemax .zmx)
     #[arg(required = true, value_name = "LENS")]
     lenses: Vec<PathBuf>,
     /// Diameter of the aperture stop in mm, instead of the file's
     #[arg(long, value_name = "MM")]
     aperture: Option<f64>,
-    /// Focus at this distance from the film, in metres; `inf` for infinity
+    /// Focus at this distance from the film, in metres (`inf` for infinity); `best` or `best:M` for the film of the
+    /// smallest spot of real rays instead of Gaussian focus
     #[arg(long, value_name = "M", conflicts_with = "film_distance")]
-    focus: Option<f64>,
+    focus: Option<Focus>,
     /// Distance from the last surface to the film in mm
     #[arg(long, value_name = "MM")]
     film_distance: Option<f64>,
@@ -51,12 +53,41 @@ pub struct LensArgs {
     pictures: Option<PathBuf>,
 }
 
+/// Where to focus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Focus {
+    /// From the film, mm.
+    distance: f64,
+    /// By real rays.
+    best: bool,
+}
+
+impl std::str::FromStr for Focus {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Focus, String> {
+        let (best, metres) = match text.split_once(':') {
+            Some(("best", metres)) => (true, metres),
+            _ if text == "best" => (true, "inf"),
+            _ => (false, text),
+        };
+        match metres.parse::<f64>() {
+            Ok(m) if m > 0.0 => Ok(Focus {
+                distance: 1e3 * m,
+                best,
+            }),
+            _ => Err("expected a distance in metres, `inf`, `best` or `best:M`".to_string()),
+        }
+    }
+}
+
 /// A lens ready to be described.
 struct Bench {
     /// The file's name without its ending.
     name: String,
     lens: Lens,
     film: Film,
+    object: ObjectPlane,
 }
 
 /// Describes every lens.
@@ -86,13 +117,16 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
         let bench = mount(args, path).map_err(named)?;
         let report = LensReport::new(&bench.lens);
         let wanted = args.analysis || args.report.is_some() || args.pictures.is_some();
-        let analysis = wanted.then(|| LensAnalysis::new(&bench.lens, bench.film, &Effort::REPORT));
+        let analysis = wanted
+            .then(|| LensAnalysis::new(&bench.lens, bench.film, bench.object, &Effort::REPORT));
         if let Some(file) = &args.svg {
-            write(file, &cross_section::svg(&bench.lens, bench.film))?;
+            write(
+                file,
+                &cross_section::svg(&bench.lens, bench.film, bench.object),
+            )?;
         }
         if let Some(analysis) = &analysis {
-            let content =
-                page::Content::new(&bench.name, &bench.lens, &report, analysis).map_err(named)?;
+            let content = page::Content::new(&bench, &report, analysis).map_err(named)?;
             if let Some(file) = &args.report {
                 write(file, &page::html(&content))?;
             }
@@ -156,7 +190,12 @@ fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
     }
     let lens =
         Lens::new(&prescription, film_distance(args, &prescription)?).map_err(|e| e.to_string())?;
+    let object = match args.focus {
+        Some(focus) => ObjectPlane::at_distance(&lens, focus.distance),
+        None => ObjectPlane::in_focus(&lens),
+    };
     Ok(Bench {
+        object,
         name: path
             .file_stem()
             .map_or_else(|| "lens".to_string(), |s| s.to_string_lossy().into_owned()),
@@ -168,8 +207,11 @@ fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
 /// The film distance asked for, or the file's, or that of infinity where it has none.
 fn film_distance(args: &LensArgs, prescription: &Prescription) -> Result<f64, String> {
     match (args.focus, args.film_distance) {
-        (Some(metres), _) => {
-            Lens::focused(prescription, metres * 1e3).map_err(|e| e.to_string())
+        (Some(focus), _) if focus.best => {
+            best_focus::film_distance(prescription, focus.distance).map_err(|e| e.to_string())
+        }
+        (Some(focus), _) => {
+            Lens::focused(prescription, focus.distance).map_err(|e| e.to_string())
         }
         (None, Some(mm)) => Ok(mm),
         (None, None) if prescription.film_distance > 0.0 => Ok(prescription.film_distance),

@@ -1,10 +1,10 @@
 //! The lens report: one HTML page that needs nothing else.
 
 use super::chart::Failure;
-use super::{cross_section, plots};
+use super::{Bench, cross_section, plots};
+use crate::optics::LensReport;
 use crate::optics::analysis::LensAnalysis;
 use crate::optics::analysis::text::metres;
-use crate::optics::{Lens, LensReport};
 use std::fmt::Write;
 
 /// One picture of the report with what is said about it.
@@ -23,24 +23,26 @@ pub struct Figure {
 pub struct Content<'a> {
     /// Of the lens.
     pub name: String,
+    /// From the film to the object plane, mm; `None` at infinity.
+    pub object_distance: Option<f64>,
     pub report: &'a LensReport,
     pub analysis: &'a LensAnalysis,
     pub figures: Vec<Figure>,
 }
 
 impl<'a> Content<'a> {
-    /// Draws all pictures of `lens`.
+    /// Draws all pictures of a lens.
     pub fn new(
-        name: &str,
-        lens: &Lens,
+        bench: &Bench,
         report: &'a LensReport,
         analysis: &'a LensAnalysis,
     ) -> Result<Content<'a>, Failure> {
         Ok(Content {
-            name: name.to_string(),
+            name: bench.name.clone(),
+            object_distance: bench.object.z.map(|z| bench.lens.film_z() - z),
             report,
             analysis,
-            figures: figures(lens, analysis)?,
+            figures: figures(bench, analysis)?,
         })
     }
 
@@ -58,32 +60,29 @@ impl<'a> Content<'a> {
 
     /// Where it is focused, in words.
     pub fn focus(&self) -> String {
-        match self.report.plane_of_focus {
-            Some(z) => {
-                let from_film = self.report.length + self.report.film_distance - z;
-                format!("focused {} m from the film", metres(from_film))
-            }
+        match self.object_distance {
+            Some(distance) => format!("focused {} m from the film", metres(distance)),
             None => "focused at infinity".to_string(),
         }
     }
 }
 
-fn figures(lens: &Lens, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
+fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
     let figure = |slug, title, svg, caption: String| Figure {
         slug,
         title,
         caption,
         svg,
     };
-    let object = match lens.plane_of_focus().filter(|z| z.is_finite()) {
-        Some(_) => "a point of the plane of focus",
+    let object = match bench.object.z {
+        Some(_) => "a point of the object plane",
         None => "a distant point",
     };
     Ok(vec![
         figure(
             "cross-section",
             "Cross-section",
-            cross_section::svg(lens, analysis.film),
+            cross_section::svg(&bench.lens, bench.film, bench.object),
             "To scale; light comes from the left. Blue: the beam of the middle of the film; vermilion and green: those of 0.7 \
              and 1 of half its diagonal (of the image circle, where that is smaller). S stop, F F′ focal points, H H′ principal planes, E E′ entrance and exit pupil (drawn \
              dashed and dotted), as far as they lie within the picture. The darker the glass, the higher its index."

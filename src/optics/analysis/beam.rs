@@ -1,6 +1,7 @@
 //! The beam of one object point: the rays that get from it through the lens.
 
 use super::chief::ChiefRay;
+use super::object::ObjectPlane;
 use crate::optics::lens::Lens;
 use crate::optics::pupil::ExitPupil;
 use crate::optics::trace::LensRay;
@@ -21,14 +22,20 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// The beam of the film point of `chief`; `None` where no light arrives. `pupil` says where to look for it.
-    pub fn new(lens: &Lens, pupil: &ExitPupil, chief: &ChiefRay) -> Option<Beam> {
+    /// The beam from the point of `object` that `chief` comes from; `None` where no light arrives. `pupil` says where to
+    /// look for it.
+    pub fn new(
+        lens: &Lens,
+        pupil: &ExitPupil,
+        chief: &ChiefRay,
+        object: ObjectPlane,
+    ) -> Option<Beam> {
         let d = chief.ray.d.map(|x| -x);
         let mut beam = Beam {
             chief: *chief,
             direction: d,
             axes: [[1.0, 0.0, 0.0], [0.0, d[2], -d[1]]],
-            object: object_point(lens, chief),
+            object: object_point(object, chief),
             extent: [[f64::INFINITY, f64::NEG_INFINITY]; 2],
         };
         beam.find_extent(lens, pupil)?;
@@ -164,11 +171,9 @@ impl Beam {
     }
 }
 
-/// Where the chief ray meets the plane of focus; `None` for one at infinity, and where the lens is focused on nothing
-/// real: then its image of a distant object is what there is to look at.
-fn object_point(lens: &Lens, chief: &ChiefRay) -> Option<[f64; 3]> {
-    let z = lens.plane_of_focus().filter(|z| z.is_finite())?;
-    let t = (z - chief.ray.o[2]) / chief.ray.d[2];
+/// Where the chief ray meets the object plane; `None` for one at infinity, and where it lies behind the lens.
+fn object_point(object: ObjectPlane, chief: &ChiefRay) -> Option<[f64; 3]> {
+    let t = (object.z? - chief.ray.o[2]) / chief.ray.d[2];
     let p: [f64; 3] = std::array::from_fn(|i| chief.ray.o[i] + t * chief.ray.d[i]);
     (t > 0.0 && p.iter().all(|x| x.is_finite())).then_some(p)
 }

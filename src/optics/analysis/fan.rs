@@ -44,7 +44,7 @@ impl Fan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::analysis::ChiefFinder;
+    use crate::optics::analysis::{ChiefFinder, ObjectPlane};
     use crate::optics::{ExitPupil, Prescription};
 
     #[test]
@@ -54,7 +54,8 @@ mod tests {
         let p = Prescription::parse("0 1e-9 0 2\n500 1e-9 1.5 20\ninf 0 1 20\n").unwrap();
         let lens = Lens::new(&p, 990.0).unwrap();
         let pupil = ExitPupil::new(&lens, 1.0, 8);
-        let beam = Beam::new(&lens, &pupil, &ChiefFinder::new(&lens).find(0.0).unwrap()).unwrap();
+        let chief = ChiefFinder::new(&lens).find(0.0).unwrap();
+        let beam = Beam::new(&lens, &pupil, &chief, ObjectPlane::INFINITY).unwrap();
         // The rectangle is a few per cent larger than the beam.
         assert!(
             (beam.half_height() - 1.0).abs() < 0.1,

@@ -3,6 +3,7 @@
 use super::beam::Beam;
 use super::chief::{ChiefFinder, ChiefRay};
 use super::illumination::projected_solid_angle;
+use super::object::ObjectPlane;
 use super::spot::Spot;
 use super::{Effort, MTF_FREQUENCIES};
 use crate::optics::lens::Lens;
@@ -39,28 +40,23 @@ pub struct FieldPoint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceScale {
     scale: f64,
-    /// z of the object plane; `None` at infinity.
-    object_z: Option<f64>,
+    object: ObjectPlane,
 }
 
 impl ReferenceScale {
     /// Of a lens, measured on the chief ray next to the axis; `corner` is the largest film height. 0 where there is none.
-    pub fn new(lens: &Lens, chief: &ChiefFinder, corner: f64) -> ReferenceScale {
-        let object_z = lens.plane_of_focus().filter(|z| z.is_finite());
-        let unscaled = ReferenceScale {
-            scale: 1.0,
-            object_z,
-        };
+    pub fn new(chief: &ChiefFinder, object: ObjectPlane, corner: f64) -> ReferenceScale {
+        let unscaled = ReferenceScale { scale: 1.0, object };
         // Near enough that distortion, which grows as the square of the height, is 1e-8 of the corner's.
         let near = chief.find(1e-4 * corner);
         let scale = near.map_or(0.0, |ray| ray.height / unscaled.ideal_height(&ray));
-        ReferenceScale { scale, object_z }
+        ReferenceScale { scale, object }
     }
 
     /// Where a lens without distortion images what `chief` comes from, mm from the axis.
     pub fn ideal_height(&self, chief: &ChiefRay) -> f64 {
         let ray = &chief.ray;
-        match self.object_z {
+        match self.object.z {
             Some(z) => {
                 let y = ray.o[1] + (z - ray.o[2]) / ray.d[2] * ray.d[1];
                 -self.scale * y * chief.height.signum()
@@ -78,7 +74,7 @@ impl ReferenceScale {
     }
 
     fn f_theta_distortion(&self, chief: &ChiefRay) -> Option<f64> {
-        if self.object_z.is_some() {
+        if self.object.z.is_some() {
             return None;
         }
         if chief.height == 0.0 {
@@ -109,7 +105,7 @@ impl Context<'_> {
             return None;
         }
         let film_angle = ((height - chief.aim) / self.lens.film_distance()).atan();
-        let spot = Beam::new(self.lens, self.pupil, &chief)
+        let spot = Beam::new(self.lens, self.pupil, &chief, self.scale.object)
             .map(|b| Spot::trace(self.lens, &b, self.effort.rays_across))
             .filter(|s| !s.points.is_empty());
         Some(FieldPoint {

@@ -10,8 +10,8 @@
 //! * [`focus_table`]: where the film goes for which distance, and the depth of field.
 //!
 //! The meridional (tangential) plane is x = 0: film points are (0, height), and an object above the axis is imaged
-//! below it. Object points are those conjugate to the film (Welford, *Aberrations of Optical Systems*,
-//! 1986, chapter 7; Smith, *Modern Optical Engineering*, 4th edition, chapters 6, 9 and 15). All lengths
+//! below it. Object points lie on a plane that is given ([`object`]). See Welford, *Aberrations of Optical Systems*,
+//! 1986, chapter 7; Smith, *Modern Optical Engineering*, 4th edition, chapters 6, 9 and 15. All lengths
 //! are millimetres, all rays those of the d line.
 
 pub mod beam;
@@ -21,6 +21,7 @@ pub mod field;
 pub mod film;
 pub mod focus_table;
 pub mod illumination;
+pub mod object;
 pub mod path;
 pub mod sampling;
 pub mod spot;
@@ -32,6 +33,7 @@ pub use fan::Fan;
 pub use field::{FieldPoint, ReferenceScale};
 pub use film::{FieldOfView, Film};
 pub use focus_table::FocusRow;
+pub use object::ObjectPlane;
 pub use sampling::PassFractions;
 pub use spot::Spot;
 
@@ -95,8 +97,8 @@ pub struct LensAnalysis {
 }
 
 impl LensAnalysis {
-    /// Of `lens` before `film`.
-    pub fn new(lens: &Lens, film: Film, effort: &Effort) -> LensAnalysis {
+    /// Of `lens` before `film`, looking at `object`.
+    pub fn new(lens: &Lens, film: Film, object: ObjectPlane, effort: &Effort) -> LensAnalysis {
         let chief = ChiefFinder::new(lens);
         let chief_limit = chief.limit(10.0 * film.diagonal());
         let corner = chief_limit
@@ -109,7 +111,7 @@ impl LensAnalysis {
             (0..=last).map(move |i| corner * i as f64 / last as f64)
         };
         let at_axis = illumination::projected_solid_angle(lens, &pupil, 0.0, effort.pupil_samples);
-        let scale = ReferenceScale::new(lens, &chief, corner);
+        let scale = ReferenceScale::new(&chief, object, corner);
         let fields = heights(effort.fields)
             .map_while(|height| {
                 let context = field::Context {
@@ -125,7 +127,7 @@ impl LensAnalysis {
             .collect();
         let beams: Vec<Beam> = SPOT_FIELDS
             .iter()
-            .filter_map(|part| Beam::new(lens, &pupil, &chief.find(part * corner)?))
+            .filter_map(|part| Beam::new(lens, &pupil, &chief.find(part * corner)?, object))
             .collect();
         let axial_radius = beams.first().map_or(1.0, Beam::half_height);
         // Enough rays for the eye to see the shape of the spot.
