@@ -7,7 +7,7 @@ mod pictures;
 mod plots;
 
 use super::{BAD_INPUT, messages};
-use crate::optics::analysis::{Effort, Film, LensAnalysis, ObjectPlane};
+use crate::optics::analysis::{Colour, Effort, Film, LensAnalysis, ObjectPlane};
 use crate::optics::best_focus;
 use crate::optics::{Lens, LensReport, Prescription};
 use clap::Args;
@@ -85,9 +85,23 @@ impl std::str::FromStr for Focus {
 struct Bench {
     /// The file's name without its ending.
     name: String,
+    prescription: Prescription,
     lens: Lens,
     film: Film,
     object: ObjectPlane,
+}
+
+impl Bench {
+    /// Traces real rays over the field.
+    fn analysis(&self) -> LensAnalysis {
+        let mut analysis = LensAnalysis::new(&self.lens, self.film, self.object, &Effort::REPORT);
+        analysis.colour = Colour::new(
+            &self.prescription,
+            self.lens.film_distance(),
+            analysis.image_radius,
+        );
+        analysis
+    }
 }
 
 /// Describes every lens.
@@ -117,8 +131,7 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
         let bench = mount(args, path).map_err(named)?;
         let report = LensReport::new(&bench.lens);
         let wanted = args.analysis || args.report.is_some() || args.pictures.is_some();
-        let analysis = wanted
-            .then(|| LensAnalysis::new(&bench.lens, bench.film, bench.object, &Effort::REPORT));
+        let analysis = wanted.then(|| bench.analysis());
         if let Some(file) = &args.svg {
             write(
                 file,
@@ -138,7 +151,10 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
         println!("{}", text(args, path, &report, shown)?);
     }
     match &args.pictures {
-        Some(folder) => write(&folder.join("README.md"), &pictures::readme(&overview)),
+        Some(folder) => write(
+            &folder.join("README.md"),
+            &pictures::readme(&overview, &command()),
+        ),
         None => Ok(()),
     }
 }
@@ -199,6 +215,7 @@ fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
         name: path
             .file_stem()
             .map_or_else(|| "lens".to_string(), |s| s.to_string_lossy().into_owned()),
+        prescription,
         lens,
         film: Film::of_diagonal(args.film_diagonal),
     })
@@ -221,6 +238,101 @@ fn film_distance(args: &LensArgs, prescription: &Prescription) -> Result<f64, St
     }
 }
 
+/// The command line, to be given again: its program without the folder it lies in.
+fn command() -> String {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    format!("fstop {}", arguments.join(" "))
+}
+
 fn write(file: &Path, text: &str) -> Result<(), String> {
     std::fs::write(file, text).map_err(|e| format!("cannot write {}: {e}", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An achromat with a stop, from the course's kind of table.
+    const ACHROMAT: &str = "0 2 0 0 12\n61 4 1.5168 64.2 20\n-45 2 1.6727 32.2 20\n-130 0 1 0 20\n";
+
+    fn bench(text: &str) -> Bench {
+        let prescription = Prescription::parse(text).unwrap();
+        let film_distance = best_focus::film_distance(&prescription, f64::INFINITY).unwrap();
+        Bench {
+            name: "an <achromat>".to_string(),
+            lens: Lens::new(&prescription, film_distance).unwrap(),
+            prescription,
+            film: Film::FULL_FRAME,
+            object: ObjectPlane::INFINITY,
+        }
+    }
+
+    #[test]
+    fn focus_is_a_distance_or_best() {
+        let focus = |text: &str| text.parse::<Focus>();
+        let expected = |distance, best| Ok(Focus { distance, best });
+        assert_eq!(focus("2"), expected(2000.0, false));
+        assert_eq!(focus("inf"), expected(f64::INFINITY, false));
+        assert_eq!(focus("best"), expected(f64::INFINITY, true));
+        assert_eq!(focus("best:0.5"), expected(500.0, true));
+        for wrong in ["", "best:", "-1", "0", "nan", "worst:2", "best:x"] {
+            assert!(focus(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_page_has_everything_and_needs_no_network() {
+        let bench = bench(ACHROMAT);
+        let (report, analysis) = (LensReport::new(&bench.lens), bench.analysis());
+        let content = page::Content::new(&bench, &report, &analysis).unwrap();
+        let html = page::html(&content);
+        for part in [
+            "an &lt;achromat&gt;",
+            "Cross-section",
+            "Spot diagrams",
+            "Ray aberrations",
+            "MTF over the field",
+            "Distortion",
+            "Relative illumination",
+            "Lateral colour",
+            "Pupil sampling",
+            "Focus table",
+            "Prescription",
+        ] {
+            assert!(html.contains(part), "{part}");
+        }
+        // The name of SVG's namespace is no address to fetch.
+        let links = html.replace("http://www.w3.org/2000/svg", "");
+        for outside in ["http:", "https:", "src=", "@import", "url("] {
+            assert!(!links.contains(outside), "{outside}");
+        }
+        assert_eq!(html.matches("<svg").count(), content.figures.len());
+        assert_eq!(html.matches("</svg>").count(), content.figures.len());
+        assert!(!html.contains("NaN"));
+    }
+
+    #[test]
+    fn awkward_lenses_have_a_page_too() {
+        // A pinhole, a window, a lens without a stop in front of its focus, one that lets nothing through.
+        for text in [
+            "0 0 0 0.4\n",
+            "inf 5 1.5 20\ninf 0 1 20\n",
+            "50 5 1.5 60 20 k=-1 A4=1e-6\n-50 0 1 0 20\n",
+            "0 50 0 1e-3\n0 0 1.5 1e-3\n20 0 1 30\n",
+        ] {
+            let prescription = Prescription::parse(text).unwrap();
+            let lens = Lens::new(&prescription, 30.0).unwrap();
+            let bench = Bench {
+                name: "awkward".to_string(),
+                object: ObjectPlane::in_focus(&lens),
+                prescription,
+                lens,
+                film: Film::FULL_FRAME,
+            };
+            let (report, analysis) = (LensReport::new(&bench.lens), bench.analysis());
+            let content = page::Content::new(&bench, &report, &analysis).unwrap();
+            let html = page::html(&content);
+            assert!(!html.contains("NaN") && !html.contains("inf,"), "{text}");
+        }
+    }
 }

@@ -78,7 +78,7 @@ fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failur
         Some(_) => "a point of the object plane",
         None => "a distant point",
     };
-    Ok(vec![
+    let mut figures = vec![
         figure(
             "cross-section",
             "Cross-section",
@@ -140,7 +140,23 @@ fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failur
              The paraxial exit pupil also misses light off the axis."
                 .to_string(),
         ),
-    ])
+    ];
+    if let Some(colour) = &analysis.colour {
+        figures.insert(
+            4,
+            figure(
+                "colour",
+                "Lateral colour",
+                plots::lateral_colour(analysis, colour)?,
+                format!(
+                    "How much farther from the middle of the film blue and red light of a direction arrives than yellow (d). Indices from \
+                     the Abbe numbers by a Cauchy formula of three terms. Blue focuses {} mm behind red.",
+                    cell(colour.longitudinal, 3)
+                ),
+            ),
+        );
+    }
+    Ok(figures)
 }
 
 /// What diffraction would do at most, in words.
@@ -331,10 +347,34 @@ fn prescription(report: &LensReport) -> String {
             cell(Some(s.index), 5),
             cell(s.abbe, 1),
             cell(Some(s.aperture), 3),
+            s.shape().unwrap_or_default(),
         ]
     });
-    let head = ["surface", "radius", "thickness", "index", "V", "diameter"];
-    format!("<h2>Prescription</h2>\n{}", table(&head, rows))
+    let head = [
+        "surface",
+        "radius",
+        "thickness",
+        "index",
+        "V",
+        "diameter",
+        "aspheric terms",
+    ];
+    // A column for what no surface has would only take room.
+    let columns = if report.surfaces.iter().any(|s| s.conic.is_some()) {
+        7
+    } else {
+        6
+    };
+    format!(
+        "<h2>Prescription</h2>\n{}",
+        table(
+            &head[..columns],
+            rows.map(|mut row| {
+                row.truncate(columns);
+                row
+            })
+        )
+    )
 }
 
 /// Text as HTML.

@@ -26,9 +26,11 @@ pub fn write_all(folder: &Path, content: &Content) -> Result<String, String> {
     Ok(part)
 }
 
-/// The overview of all lenses.
-pub fn readme(parts: &[String]) -> String {
-    let mut text = "# Lenses\n\nPictures of the report pages of `fstop lens --report`, made by `fstop lens LENS… --pictures FOLDER`.\n".to_string();
+/// The overview of all lenses; `command` is what made it.
+pub fn readme(parts: &[String], command: &str) -> String {
+    let mut text = format!(
+        "# Lenses\n\nPictures of the report pages of `fstop lens --report`, made by\n\n```text\n{command}\n```\n"
+    );
     for part in parts {
         let _ = write!(text, "\n{part}");
     }

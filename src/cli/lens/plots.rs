@@ -1,7 +1,7 @@
 //! The charts of the lens report.
 
 use super::chart::{self, Canvas, Chart, Curve, Failure, PALETTE, Stroke, round_up};
-use crate::optics::analysis::{FieldPoint, LensAnalysis, MTF_FREQUENCIES};
+use crate::optics::analysis::{Colour, FieldPoint, LateralColour, LensAnalysis, MTF_FREQUENCIES};
 use plotters::prelude::SeriesLabelPosition;
 use std::fmt::Write;
 use std::ops::Range;
@@ -137,6 +137,27 @@ pub fn mtf(analysis: &LensAnalysis) -> Result<String, Failure> {
         }
     }
     over_field(analysis, "contrast", 0.0..1.0, curves).svg((SIZE.0, 460))
+}
+
+/// Lateral colour against film height.
+pub fn lateral_colour(analysis: &LensAnalysis, colour: &Colour) -> Result<String, Failure> {
+    let curve = |name: &str, color, value: fn(&LateralColour) -> f64| Curve {
+        name: name.to_string(),
+        color,
+        stroke: Stroke::Solid,
+        points: colour
+            .lateral
+            .iter()
+            .map(|p| (p.height, 1e3 * value(p)))
+            .collect(),
+    };
+    let curves = vec![
+        curve("F (486 nm)", PALETTE[0], |p| p.blue),
+        curve("C (656 nm)", PALETTE[1], |p| p.red),
+    ];
+    let values = curves.iter().flat_map(|c| &c.points).map(|p| p.1.abs());
+    let limit = round_up(values.fold(0.1, f64::max));
+    over_field(analysis, "lateral colour (µm)", -limit..limit, curves).svg(SIZE)
 }
 
 /// Part of the sampled rays that get through, against film height.

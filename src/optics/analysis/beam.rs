@@ -141,8 +141,8 @@ impl Beam {
         for _ in 0..8 {
             let probes = 64;
             let mut growth = [[0.0; 2]; 2];
-            for axis in 0..2 {
-                for side in 0..2 {
+            for (axis, sides) in growth.iter_mut().enumerate() {
+                for (side, amount) in sides.iter_mut().enumerate() {
                     let edge = |i: usize| {
                         let [low, high] = self.extent[1 - axis];
                         let mut p = [0.0; 2];
@@ -151,7 +151,7 @@ impl Beam {
                         p
                     };
                     if (0..=probes).any(|i| self.on_film(lens, edge(i)).is_some()) {
-                        growth[axis][side] = 0.05;
+                        *amount = 0.05;
                     }
                 }
             }

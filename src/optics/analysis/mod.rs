@@ -7,6 +7,7 @@
 //!   aberration curves ([`fan`]);
 //! * [`illumination`]: the projected solid angle of the pupil seen from the film, hence the fall-off;
 //! * [`sampling`]: how many of the rays of several ways to sample the pupil get through;
+//! * [`colour`]: where other colours go, for a lens whose glass is known that well;
 //! * [`focus_table`]: where the film goes for which distance, and the depth of field.
 //!
 //! The meridional (tangential) plane is x = 0: film points are (0, height), and an object above the axis is imaged
@@ -16,6 +17,7 @@
 
 pub mod beam;
 pub mod chief;
+pub mod colour;
 pub mod fan;
 pub mod field;
 pub mod film;
@@ -29,6 +31,7 @@ pub mod text;
 
 pub use beam::Beam;
 pub use chief::{ChiefFinder, ChiefRay};
+pub use colour::{Colour, LateralColour};
 pub use fan::Fan;
 pub use field::{FieldPoint, ReferenceScale};
 pub use film::{FieldOfView, Film};
@@ -92,6 +95,8 @@ pub struct LensAnalysis {
     pub fans: Vec<Fan>,
     /// Film distances for object distances.
     pub focus: Vec<FocusRow>,
+    /// Colour errors; filled in by those who have the prescription ([`Colour::new`]).
+    pub colour: Option<Colour>,
     /// How well pupil sampling works, over the field.
     pub pass_fractions: Vec<PassFractions>,
 }
@@ -149,6 +154,7 @@ impl LensAnalysis {
                 .map(|b| Fan::trace(lens, b, axial_radius))
                 .collect(),
             focus: focus_table::rows(lens, film),
+            colour: None,
             pass_fractions: sampling::over_the_field(lens, &pupil, corner, effort.pupil_samples),
         }
     }

@@ -69,7 +69,7 @@ impl Extras {
 /// Of `a4`: 1, the place of the coefficient of r⁴.
 fn term_index(name: &str) -> Option<usize> {
     let power: usize = name.strip_prefix('a')?.parse().ok()?;
-    (power % 2 == 0 && (2..=2 * TERMS).contains(&power)).then(|| power / 2 - 1)
+    (power.is_multiple_of(2) && (2..=2 * TERMS).contains(&power)).then(|| power / 2 - 1)
 }
 
 /// Exactly `N` finite numbers separated by commas.

@@ -262,7 +262,7 @@ impl Reader {
 
     /// As the tracer wants it; `None` with an error.
     fn surface(&mut self, block: &Block) -> Option<Surface> {
-        if !(block.semi_diameter > 0.0) {
+        if block.semi_diameter <= 0.0 {
             self.error(
                 block.line,
                 1,
