@@ -216,13 +216,23 @@ fn number(value: f64, step: f64) -> String {
     }
 }
 
-/// The smallest of 1, 2, 2.5, 5 times a power of ten that is at least `x`; 1 for nothing.
+/// The smallest round number that is at least `x`, for the end of an axis; 1 for nothing.
 pub fn round_up(x: f64) -> f64 {
+    next_of(&[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0], x)
+}
+
+/// The smallest of 1, 2, 5 times a power of ten that is at least `x`, for the distance between ticks.
+pub fn tick_step(x: f64) -> f64 {
+    next_of(&[1.0, 2.0, 5.0, 10.0], x)
+}
+
+/// The smallest of `steps` times a power of ten that is at least `x`; 1 for nothing.
+fn next_of(steps: &[f64], x: f64) -> f64 {
     if !(x > 0.0 && x.is_finite()) {
         return 1.0;
     }
     let power = 10f64.powf(x.log10().floor());
-    [1.0, 2.0, 2.5, 5.0, 10.0]
+    steps
         .iter()
         .map(|m| m * power)
         .find(|limit| *limit >= x * (1.0 - 1e-9))
@@ -237,7 +247,7 @@ mod tests {
     fn limits_are_round() {
         for (x, limit) in [
             (0.0, 1.0),
-            (3.1, 5.0),
+            (3.1, 4.0),
             (0.021, 0.025),
             (100.0, 100.0),
             (f64::NAN, 1.0),

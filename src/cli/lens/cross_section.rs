@@ -333,7 +333,7 @@ impl Picture {
     /// z in mm below the drawing, with the marks on it. Marks that would touch share two rows.
     fn ruler(&mut self, marks: &[(f64, &str)]) {
         let y = self.bottom() + 30.0;
-        let step = super::chart::round_up((self.z[1] - self.z[0]) / 12.0);
+        let step = super::chart::tick_step((self.z[1] - self.z[0]) / 14.0);
         let _ = writeln!(
             self.body,
             r#"<polyline class="tick" points="{MARGIN},{y:.1} {:.1},{y:.1}"/>"#,
