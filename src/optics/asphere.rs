@@ -166,6 +166,7 @@ impl<B: Plain> AsphericSurface<B> {
 mod tests {
     use super::*;
     use crate::optics::real::Dual;
+    use crate::optics::{LensRay, LensTracer, Surface};
     use proptest::prelude::*;
 
     /// The rear surface of the Noct 58 mm f/0.95 (WO 2019/229849, example 1).
@@ -314,6 +315,62 @@ mod tests {
                 prop_assert!((sag - m.point[2]).abs() < 1e-9 * (1.0 + sag.abs()));
                 let length: f64 = m.normal.iter().map(|v| v * v).sum();
                 prop_assert!((length - 1.0).abs() < 1e-12);
+            }
+        }
+
+        /// Whatever the surface and the ray: tracing ends, and what passes is finite and inside the aperture.
+        #[test]
+        fn tracing_wild_aspheres_never_returns_nonsense(
+            radius in prop_oneof![Just(f64::INFINITY), -50.0..50.0f64, Just(1e-3), Just(-1e9)],
+            conic in prop_oneof![-10.0..10.0f64, Just(1e12), Just(-1e12)],
+            terms in prop::array::uniform8(prop_oneof![Just(0.0), -1.0..1.0f64, -1e-6..1e-6f64, Just(1e300)]),
+            o in prop::array::uniform3(prop_oneof![-30.0..30.0f64, Just(f64::NAN), Just(1e300)]),
+            d in prop::array::uniform3(prop_oneof![-1.0..1.0f64, Just(0.0), Just(f64::INFINITY)]),
+        ) {
+            let surface = Surface {
+                radius,
+                index: 1.7,
+                aperture: 20.0,
+                asphere: Some(Asphere { conic, terms }),
+                ..Surface::default()
+            };
+            let tracer = LensTracer::<f64>::new(&[surface]);
+            for ray in [LensRay::new(o, d), LensRay { o, d }] {
+                for out in [tracer.to_scene(&ray), tracer.to_film(&ray)].into_iter().flatten() {
+                    prop_assert!(out.o.iter().chain(&out.d).all(|x| x.is_finite()));
+                    prop_assert!(out.o[0].hypot(out.o[1]) <= 10.0 * (1.0 + 1e-12));
+                }
+            }
+        }
+
+        /// A ray that passes comes back the way it came.
+        #[test]
+        fn paths_through_aspheres_are_reversible(
+            conic in -2.0..2.0f64,
+            a4 in -1e-5..1e-5f64,
+            x in -8.0..8.0f64,
+            l in -0.2..0.2f64,
+        ) {
+            let mut terms = [0.0; TERMS];
+            terms[1] = a4;
+            let front = Surface {
+                radius: 30.0,
+                thickness: 5.0,
+                index: 1.6,
+                aperture: 20.0,
+                asphere: Some(Asphere { conic, terms }),
+                ..Surface::default()
+            };
+            let back = Surface { radius: -40.0, aperture: 20.0, ..Surface::default() };
+            let tracer = LensTracer::<f64>::new(&[front, back]);
+            let start = LensRay::new([x, 0.5, 20.0], [l, 0.05, -1.0]);
+            let Ok(out) = tracer.to_scene(&start) else { return Ok(()) };
+            let Ok(back) = tracer.to_film(&LensRay { o: out.o, d: out.d.map(|v| -v) }) else {
+                return Ok(());
+            };
+            for i in 0..3 {
+                // No ray here grazes.
+                prop_assert!((back.d[i] + start.d[i]).abs() < 1e-11);
             }
         }
     }

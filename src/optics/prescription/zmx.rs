@@ -2,7 +2,7 @@
 //!
 //! Lines of a keyword and values; `SURF n` begins surface n. What is read of a surface: `TYPE` (STANDARD and EVENASPH),
 //! `CURV` curvature, `CONI` conic constant, `PARM i` coefficient of r^2i, `DISZ` distance to the next, `GLAS` medium behind, `DIAM` half
-//! the clear diameter, `STOP`; of the whole: `MODE` and `UNIT`. The first surface is the object, the last one the film. What
+//! the clear diameter (`CLAP` goes before it), `STOP`; of the whole: `MODE` and `UNIT`. The first surface is the object, the last one the film. What
 //! the tracer cannot do (mirrors, tilts, other types) is an error that names its line; what changes no ray on its way is
 //! passed over. Surfaces between equal media that are not the stop are auxiliary planes of the design and left out.
 //!
@@ -61,6 +61,8 @@ struct Block {
     thickness: f64,
     medium: Glass,
     semi_diameter: f64,
+    /// An aperture smaller or larger than that.
+    aperture: Option<f64>,
     is_stop: bool,
 }
 
@@ -74,6 +76,7 @@ impl Block {
             thickness: 0.0,
             medium: glass::AIR,
             semi_diameter: 0.0,
+            aperture: None,
             is_stop: false,
         }
     }
@@ -101,11 +104,15 @@ struct Reader {
     errors: Vec<RowNote>,
 }
 
-/// Keywords of a surface that move or bend rays in ways the tracer does not know, with what they are.
-const UNKNOWN_OPTICS: [(&str, &str); 3] = [
-    ("MIRR", "mirrors"),
+/// Keywords of a surface that stop rays in ways the tracer does not know, with what they are.
+const UNKNOWN_OPTICS: [(&str, &str); 7] = [
     ("OBDC", "decentred apertures"),
     ("OBSC", "central obscurations"),
+    ("SQAP", "rectangular apertures"),
+    ("SQOB", "rectangular obscurations"),
+    ("ELAP", "elliptical apertures"),
+    ("ELOB", "elliptical obscurations"),
+    ("SPID", "spiders"),
 ];
 
 impl Reader {
@@ -165,8 +172,6 @@ impl Reader {
             _ => {
                 if let Some((_, what)) = UNKNOWN_OPTICS.iter().find(|(k, _)| *k == keyword)
                     && self.blocks.len() > 1
-                    // MIRR 2 0 is what every file says of its ordinary surfaces.
-                    && keyword != "MIRR"
                 {
                     self.error(line, column, format!("{keyword}: {what} cannot be traced"));
                 } else if let Err(message) = self.property(keyword, &words) {
@@ -213,6 +218,13 @@ impl Reader {
                 };
             }
             "DIAM" => block.semi_diameter = number(words, 0, "half a diameter")?,
+            // A circular aperture from an inner to an outer radius.
+            "CLAP" => {
+                if number(words, 0, "an inner radius")? > 0.0 {
+                    return Err("ring-shaped apertures cannot be traced".to_string());
+                }
+                block.aperture = Some(number(words, 1, "an outer radius")?);
+            }
             "GLAS" => block.medium = medium(words)?,
             _ => {}
         }
@@ -262,7 +274,8 @@ impl Reader {
 
     /// As the tracer wants it; `None` with an error.
     fn surface(&mut self, block: &Block) -> Option<Surface> {
-        if block.semi_diameter <= 0.0 {
+        let radius_of_rim = block.aperture.unwrap_or(block.semi_diameter);
+        if radius_of_rim <= 0.0 {
             self.error(
                 block.line,
                 1,
@@ -281,7 +294,7 @@ impl Reader {
             index: block.medium.index,
             abbe: block.medium.abbe,
             dispersion: None,
-            aperture: 2.0 * block.semi_diameter * self.unit,
+            aperture: 2.0 * radius_of_rim * self.unit,
             is_stop: block.is_stop,
             asphere: block.asphere().map(|a| a.scaled(self.unit)),
         };
@@ -432,6 +445,10 @@ mod tests {
             let line = 1 + before.matches('\n').count() + usize::from(to.contains("OBSC"));
             assert_eq!(notes[0].line, line, "{to}: {}", notes[0]);
         }
+        let ring = with("DIAM 10\r", "DIAM 10\r\n  CLAP 2 5\r");
+        assert!(ring[0].message.contains("ring-shaped"), "{}", ring[0]);
+        let narrow = parse(&TRIPLET.replacen("DIAM 9.5", "CLAP 0 8\r\n  DIAM 9.5", 1)).unwrap();
+        assert_eq!(narrow.surfaces[0].aperture, 16.0);
         let notes = with("DIAM 7.5 1 0 0 1 \"\"", "DIAM 0 0");
         assert!(
             notes[0].message.contains("no clear diameter"),
