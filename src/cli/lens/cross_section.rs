@@ -29,8 +29,8 @@ struct Scene<'a> {
     fans: Vec<(&'static str, Vec<Line>)>,
     /// Lowest and highest z.
     z: [f64; 2],
-    /// Largest y.
-    y: f64,
+    /// Largest y and largest −y.
+    y: [f64; 2],
 }
 
 /// Draws `lens` before `film` as an SVG document, with rays from `object`.
@@ -54,17 +54,18 @@ impl<'a> Scene<'a> {
             })
             .collect();
         let total = lens.film_z();
+        let half_height = lens
+            .surfaces()
+            .iter()
+            .map(Surface::clear_radius)
+            .fold(0.5 * film.diagonal(), f64::max);
         let mut scene = Scene {
             lens,
             film,
             vertices,
             fans: Vec::new(),
             z: [-0.2 * total, 1.04 * total],
-            y: lens
-                .surfaces()
-                .iter()
-                .map(Surface::clear_radius)
-                .fold(0.5 * film.diagonal(), f64::max),
+            y: [half_height; 2],
         };
         scene.trace_fans(0.2 * total, object);
         // Pupils near the lens belong into the picture.
@@ -74,7 +75,7 @@ impl<'a> Scene<'a> {
                     scene.z[0].min(pupil.z - 0.03 * total),
                     scene.z[1].max(pupil.z + 0.03 * total),
                 ];
-                scene.y = scene.y.max(0.5 * pupil.diameter);
+                scene.y = scene.y.map(|y| y.max(0.5 * pupil.diameter));
             }
         }
         scene
@@ -113,7 +114,7 @@ impl<'a> Scene<'a> {
                 })
                 .collect();
             for p in rays.iter().flatten() {
-                self.y = self.y.max(p[1].abs());
+                self.y = [self.y[0].max(p[1]), self.y[1].max(-p[1])];
                 self.z[0] = self.z[0].min(p[0]);
             }
             self.fans.push((color, rays));
@@ -182,7 +183,8 @@ impl<'a> Scene<'a> {
         for (s, z) in self.lens.surfaces().iter().zip(&self.vertices) {
             if s.is_stop {
                 let inner = 0.5 * s.aperture;
-                let outer = inner.max(0.06 * self.y) + 0.14 * self.y;
+                let tall = self.y[0].max(self.y[1]);
+                let outer = inner.max(0.06 * tall) + 0.14 * tall;
                 for side in [-1.0, 1.0] {
                     picture.line(&[[*z, side * inner], [*z, side * outer]], "stop");
                 }
@@ -257,20 +259,23 @@ struct Picture {
     scale: f64,
     /// Pixel height of the axis.
     axis: f64,
+    /// Pixels of the drawing below the axis.
+    below: f64,
 }
 
 /// Pixels left free around the drawing, and for the ruler below it.
 const MARGIN: f64 = 18.0;
-const RULER: f64 = 84.0;
+const RULER: f64 = 98.0;
 
 impl Picture {
-    fn new(z: [f64; 2], y: f64) -> Picture {
+    fn new(z: [f64; 2], y: [f64; 2]) -> Picture {
         let scale = (WIDTH - 2.0 * MARGIN) / (z[1] - z[0]);
         Picture {
             body: String::new(),
             z,
             scale,
-            axis: MARGIN + 8.0 + y * scale,
+            axis: MARGIN + 8.0 + y[0] * scale,
+            below: y[1] * scale,
         }
     }
 
@@ -327,12 +332,12 @@ impl Picture {
     }
 
     fn bottom(&self) -> f64 {
-        2.0 * self.axis - MARGIN
+        self.axis + self.below + 8.0
     }
 
-    /// z in mm below the drawing, with the marks on it. Marks that would touch share two rows.
+    /// z in mm below the drawing, with the marks on it. Marks that would touch go in rows above each other.
     fn ruler(&mut self, marks: &[(f64, &str)]) {
-        let y = self.bottom() + 30.0;
+        let y = self.bottom() + 44.0;
         let step = super::chart::tick_step((self.z[1] - self.z[0]) / 14.0);
         let _ = writeln!(
             self.body,
@@ -356,11 +361,12 @@ impl Picture {
                 (z * 1000.0).round() / 1000.0
             );
         }
-        let mut free = [f64::NEG_INFINITY; 2];
+        // Where the last mark of each row is.
+        let mut last = [f64::NEG_INFINITY; 3];
         for (z, name) in marks {
             let x = self.at([*z, 0.0])[0];
-            let row = usize::from(free[0] > x - 18.0 && free[1] < free[0]);
-            free[row] = x;
+            let row = last.iter().position(|l| *l <= x - 18.0).unwrap_or(0);
+            last[row] = x;
             let top = y - 5.0 - 13.0 * row as f64;
             let _ = writeln!(
                 self.body,
@@ -372,7 +378,7 @@ impl Picture {
     }
 
     fn legend(&mut self) {
-        let y = self.bottom() + 71.0;
+        let y = self.bottom() + 85.0;
         let _ = writeln!(
             self.body,
             r##"<text x="{MARGIN}" y="{y:.1}" font-size="11" fill="#555">S stop · E entrance pupil (dashed) · E′ exit pupil (dotted) · F, F′ focal points · H, H′ principal planes</text>"##
