@@ -168,11 +168,9 @@ fn lens_row(path: &Path) -> Result<(String, f64), Box<dyn Error>> {
 fn surface_errors(radius: f64) -> [f64; 2] {
     let surface = Surface {
         radius,
-        thickness: 0.0,
         index: 1.5,
-        abbe: None,
         aperture: 2.0 * (0.8 * radius).min(20.0),
-        is_stop: false,
+        ..Surface::default()
     };
     let exact = LensTracer::<f64>::new(&[surface]);
     let single = LensTracer::<f32>::new(&[surface]);

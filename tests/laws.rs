@@ -1,5 +1,6 @@
 //! Laws of light, through the whole program: pictures whose every pixel is known in closed form.
 
+#[allow(dead_code, reason = "the comparison is for other tests")]
 mod common;
 
 use common::Render;

@@ -39,6 +39,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod analysis;
+pub mod asphere;
+pub mod best_focus;
+pub mod dispersion;
 pub mod focus;
 pub mod lanes;
 pub mod lens;

@@ -53,6 +53,10 @@ pub struct SurfaceReport {
     pub aperture: f64,
     /// An aperture stop?
     pub stop: bool,
+    /// Conic constant of an aspheric surface.
+    pub conic: Option<f64>,
+    /// Its coefficients of r², r⁴ … r¹⁶, r in mm.
+    pub aspheric_terms: Option<[f64; 8]>,
     /// z of the vertex.
     pub z: f64,
 }
@@ -64,6 +68,19 @@ pub struct PupilReport {
     pub z: f64,
     /// Its diameter.
     pub diameter: f64,
+}
+
+impl SurfaceReport {
+    /// Conic constant and aspheric coefficients, as a lens file has them; `None` for a sphere.
+    pub fn shape(&self) -> Option<String> {
+        let mut text = format!("k={}", self.conic?);
+        for (i, a) in self.aspheric_terms.iter().flatten().enumerate() {
+            if *a != 0.0 {
+                text += &format!(" A{}={a:e}", 2 * i + 2);
+            }
+        }
+        Some(text)
+    }
 }
 
 impl From<Pupil> for PupilReport {
@@ -91,6 +108,8 @@ impl LensReport {
                 abbe: s.abbe,
                 aperture: s.aperture,
                 stop: s.is_stop,
+                conic: s.asphere.map(|a| a.conic),
+                aspheric_terms: s.asphere.map(|a| a.terms),
                 z: at,
             }
         });
@@ -132,6 +151,9 @@ impl fmt::Display for LensReport {
                 s.index,
                 s.aperture
             )?;
+            if let Some(shape) = s.shape() {
+                writeln!(f, "        {shape}")?;
+            }
         }
         writeln!(f, "\nmm; z from the front vertex, positive toward the film")?;
         let mut line = |name: &str, value: Option<f64>| match value {

@@ -1,10 +1,14 @@
-//! One row of a lens prescription: a spherical or plane surface, and the space behind it.
+//! One row of a lens prescription: a surface of revolution, and the space behind it.
+
+use super::asphere::{Asphere, AsphericSurface};
+use super::dispersion::Dispersion;
 
 /// A surface of revolution about the lens axis. Lengths in millimetres; the z axis points from
 /// the scene to the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Radius of curvature; positive where the centre lies on the film side; infinite for a plane.
+    /// Radius of curvature; positive where the centre lies on the film side; infinite for a plane. Of an aspheric surface:
+    /// that of its base sphere.
     pub radius: f64,
     /// Distance along the axis to the next surface; for the last one see
     /// [`super::Prescription::film_distance`].
@@ -13,30 +17,64 @@ pub struct Surface {
     pub index: f64,
     /// Abbe number V_d of that space; `None` for air and where the file does not give one.
     pub abbe: Option<f64>,
+    /// Dispersion formula of that space where the file gives one; it goes before the Abbe number.
+    pub dispersion: Option<Dispersion>,
     /// Full clear diameter: a ray farther from the axis where it meets the surface is blocked.
     pub aperture: f64,
-    /// An aperture stop: a plane that refracts nothing and whose diameter the photographer sets.
+    /// An aperture stop, whose diameter the photographer sets: as a rule a plane that refracts nothing.
     pub is_stop: bool,
+    /// Departure from a sphere.
+    pub asphere: Option<Asphere>,
+}
+
+impl Default for Surface {
+    /// A plane in air without an edge.
+    fn default() -> Surface {
+        Surface {
+            radius: f64::INFINITY,
+            thickness: 0.0,
+            index: 1.0,
+            abbe: None,
+            dispersion: None,
+            aperture: f64::INFINITY,
+            is_stop: false,
+            asphere: None,
+        }
+    }
 }
 
 impl Surface {
-    /// 1/radius; 0 for a plane.
+    /// Curvature at the vertex, which decides what happens near the axis; 0 for a plane.
     pub fn curvature(&self) -> f64 {
-        1.0 / self.radius
+        // The second derivative of A₂ r² adds to that of the base sphere.
+        1.0 / self.radius + self.asphere.map_or(0.0, |a| 2.0 * a.terms[0])
+    }
+
+    /// Distance from the axis at which the surface ends by itself: at the equator of a sphere.
+    fn edge(&self) -> f64 {
+        let one_plus_conic = 1.0 + self.asphere.map_or(0.0, |a| a.conic);
+        if one_plus_conic > 0.0 {
+            self.radius.abs() / one_plus_conic.sqrt()
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// z of the surface at distance `r` from the axis, relative to its vertex. Beyond the equator
     /// of a sphere: the equator's.
     pub fn sag(&self, r: f64) -> f64 {
-        let r = r.abs().min(self.radius.abs());
+        let r = r.abs().min(self.edge());
+        if let Some(asphere) = &self.asphere {
+            return AsphericSurface::<f64>::new(self.radius, asphere, self.clear_radius()).sag(r);
+        }
         let c = self.curvature();
         // Without cancellation for weak curvature: c r² / (1 + √(1 − c² r²)).
         c * r * r / (1.0 + (1.0 - c * c * r * r).max(0.0).sqrt())
     }
 
-    /// Half the clear diameter, or what of it the sphere reaches.
+    /// Half the clear diameter, or what of it the surface reaches.
     pub fn clear_radius(&self) -> f64 {
-        (0.5 * self.aperture).min(self.radius.abs())
+        (0.5 * self.aperture).min(self.edge())
     }
 }
 
@@ -48,11 +86,8 @@ mod tests {
     fn sag_is_exact_for_weak_and_strong_curvature() {
         let s = |radius| Surface {
             radius,
-            thickness: 1.0,
-            index: 1.5,
-            abbe: None,
             aperture: 20.0,
-            is_stop: false,
+            ..Surface::default()
         };
         // 3-4-5 triangle: at r = 3 a sphere of radius 5 has fallen behind by 1.
         assert!((s(5.0).sag(3.0) - 1.0).abs() < 1e-15);
@@ -62,5 +97,28 @@ mod tests {
         assert!((s(1e9).sag(3.0) / 4.5e-9 - 1.0).abs() < 1e-15);
         assert_eq!(s(5.0).sag(7.0), 5.0);
         assert_eq!(s(-5.0).clear_radius(), 5.0);
+    }
+
+    #[test]
+    fn an_ellipsoid_ends_later_than_a_sphere_and_a_paraboloid_never() {
+        let s = |conic| Surface {
+            radius: 5.0,
+            aperture: 100.0,
+            asphere: Some(Asphere {
+                conic,
+                ..Asphere::default()
+            }),
+            ..Surface::default()
+        };
+        assert!((s(-0.75).clear_radius() - 10.0).abs() < 1e-14);
+        assert_eq!(s(-1.0).clear_radius(), 50.0);
+        assert!((s(-1.0).sag(10.0) - 10.0).abs() < 1e-14);
+        // A₂ bends the vertex.
+        let mut bent = s(0.0);
+        bent.asphere = Some(Asphere {
+            conic: 0.0,
+            terms: [0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        });
+        assert!((bent.curvature() - 0.22).abs() < 1e-15);
     }
 }

@@ -9,6 +9,7 @@
 //! Lens coordinates: millimetres, origin at the vertex of the first (scene-side) surface, z toward
 //! the film. Light runs toward +z; rays from the film run toward −z.
 
+use super::asphere::AsphericSurface;
 use super::real::{Dual, Mask, Number, Plain, Real};
 use super::surface::Surface;
 use std::fmt;
@@ -98,6 +99,8 @@ struct Element<B> {
     ratio_to_film: B,
     /// Its inverse, for rays from the film.
     ratio_to_scene: B,
+    /// For an aspheric surface; `curvature` is not used then.
+    asphere: Option<AsphericSurface<B>>,
 }
 
 /// A lens ready to be traced in precision `B` (f64 is the truth, f32 the fast path).
@@ -133,6 +136,9 @@ impl<B: Plain> LensTracer<B> {
                     thickness: B::round_from(s.thickness),
                     ratio_to_film: B::round_from(ratio),
                     ratio_to_scene: B::round_from(1.0 / ratio),
+                    asphere: s
+                        .asphere
+                        .map(|a| AsphericSurface::new(s.radius, &a, s.clear_radius())),
                 }
             })
             .collect();
@@ -303,6 +309,9 @@ impl<B: Plain> Element<B> {
         let (s, c) = (pass.sign, self.curvature);
         // A ray that runs parallel to the vertex plane, or away from the next surface, has missed it.
         let ahead = n.times(s).greater(B::ZERO);
+        if let Some(asphere) = &self.asphere {
+            return self.cross_asphere(asphere, ray, pass, ahead);
+        }
         // To the vertex tangent plane: keeps the digits of all that follows.
         let t = -z / n;
         let (x, y) = (x + t * l, y + t * m);
@@ -348,6 +357,48 @@ impl<B: Plain> Element<B> {
             m.times(mu) - gc * y,
             n.times(mu) + g + g * axial,
         ];
+        crossing
+    }
+
+    /// As [`Element::cross`], for an aspheric surface and rays of which those run `ahead`.
+    #[inline(always)]
+    fn cross_asphere<T: Number<Base = B>>(
+        &self,
+        asphere: &AsphericSurface<B>,
+        ray: &LensRay<T>,
+        pass: &Pass<B>,
+        ahead: T::Mask,
+    ) -> Crossing<T> {
+        let meeting = asphere.meet(ray.o, ray.d, pass.sign);
+        let ([x, y, _], d, normal) = (meeting.point, ray.d, meeting.normal);
+        let q = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
+        let tolerance = asphere.tolerance();
+        let on = (meeting.residual * meeting.residual).at_most(tolerance * tolerance);
+        let forward = q.times(pass.sign).greater(B::ZERO);
+        let mut crossing = Crossing {
+            ray: LensRay {
+                o: meeting.point,
+                d,
+            },
+            met: ahead
+                .and(on)
+                .and(meeting.inside.greater(B::ZERO))
+                .and(forward),
+            inside: T::Mask::YES,
+            refracted: T::Mask::YES,
+        };
+        if pass.clip {
+            crossing.inside = (x * x + y * y).at_most(self.radius2);
+        }
+        let mu = if pass.to_film {
+            self.ratio_to_film
+        } else {
+            self.ratio_to_scene
+        };
+        let k = (q * q).plus(-B::ONE).times(mu * mu).plus(B::ONE);
+        crossing.refracted = k.at_least(B::ZERO);
+        let g = k.sqrt().times(pass.sign) - q.times(mu);
+        crossing.ray.d = [0, 1, 2].map(|axis| d[axis].times(mu) + g * normal[axis]);
         crossing
     }
 }

@@ -50,11 +50,9 @@ fn nothing_cancels_from_a_millimetre_to_a_million_kilometres() {
         let r = 10f64.powi(exponent);
         let t = LensTracer::<f64>::new(&[Surface {
             radius: r,
-            thickness: 0.0,
             index: 1.5,
-            abbe: None,
             aperture: 20.0,
-            is_stop: false,
+            ..Surface::default()
         }]);
         let out = t
             .to_scene(&LensRay::new([3.0, 4.0, 50.0], [0.0, 0.0, -1.0]))
@@ -146,6 +144,7 @@ fn wild_surface() -> impl Strategy<Value = Surface> {
             abbe: None,
             aperture,
             is_stop,
+            ..Surface::default()
         })
 }
 

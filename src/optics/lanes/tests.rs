@@ -319,9 +319,8 @@ fn wild_surface() -> impl Strategy<Value = Surface> {
             radius,
             thickness,
             index,
-            abbe: None,
             aperture,
-            is_stop: false,
+            ..Surface::default()
         })
 }
 

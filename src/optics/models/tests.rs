@@ -435,9 +435,9 @@ fn wild_lens() -> impl Strategy<Value = Vec<Surface>> {
             radius: if is_stop { f64::INFINITY } else { radius },
             thickness,
             index: if is_stop { 1.0 } else { index },
-            abbe: None,
             aperture,
             is_stop,
+            ..Surface::default()
         });
     prop::collection::vec(surface, 1..5)
 }

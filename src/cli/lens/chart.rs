@@ -1,0 +1,288 @@
+//! Curves on axes, as SVG.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use std::ops::Range;
+
+/// A picture being drawn.
+pub type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// The backend counts in whole pixels, so pictures are drawn so much larger than they are shown.
+pub const FINE: u32 = 4;
+
+/// Text height on axes, in drawn pixels.
+const TEXT: u32 = 13 * FINE;
+
+/// Blue, vermilion, green, purple, orange: told apart by people who see colours differently (Okabe and Ito, "Color universal design",
+/// 2008).
+pub const PALETTE: [RGBColor; 5] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(150, 80, 140),
+    RGBColor(200, 140, 0),
+];
+
+/// How a curve is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stroke {
+    /// In one line.
+    Solid,
+    /// Dashed.
+    Dashed,
+    /// Dashed finely.
+    Dotted,
+}
+
+/// One curve.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// In the legend; empty for a curve that is explained by another one.
+    pub name: String,
+    pub color: RGBColor,
+    pub stroke: Stroke,
+    /// A curve that breaks off and goes on has several parts.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// One set of axes with its curves.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// Above it.
+    pub title: String,
+    /// With units.
+    pub x_label: String,
+    pub y_label: String,
+    pub x: Range<f64>,
+    pub y: Range<f64>,
+    pub curves: Vec<Curve>,
+    /// Where the legend goes; `None` for none.
+    pub legend: Option<SeriesLabelPosition>,
+}
+
+/// Draws a picture of `size` as shown on the page, as SVG text.
+pub fn svg(
+    size: (u32, u32),
+    draw: impl FnOnce(&Canvas) -> Result<(), Failure>,
+) -> Result<String, Failure> {
+    let mut text = String::new();
+    {
+        let canvas =
+            SVGBackend::with_string(&mut text, (size.0 * FINE, size.1 * FINE)).into_drawing_area();
+        draw(&canvas)?;
+        canvas.present().map_err(failure)?;
+    }
+    // The size it is shown at; the view box keeps the drawn one.
+    let drawn = format!("width=\"{}\" height=\"{}\"", size.0 * FINE, size.1 * FINE);
+    let shown = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
+    Ok(text.replacen(&drawn, &shown, 1))
+}
+
+/// Why a picture could not be drawn.
+pub type Failure = String;
+
+/// Turns the library's errors into ours.
+pub fn failure(error: impl std::fmt::Display) -> Failure {
+    format!("drawing: {error}")
+}
+
+impl Chart {
+    /// As a picture of its own.
+    pub fn svg(&self, size: (u32, u32)) -> Result<String, Failure> {
+        svg(size, |canvas| self.draw(canvas))
+    }
+
+    /// Onto a part of a picture.
+    pub fn draw(&self, canvas: &Canvas) -> Result<(), Failure> {
+        self.draw_and_locate(canvas, std::iter::empty()).map(drop)
+    }
+
+    /// Onto a part of a picture; returns where in the picture `points` lie.
+    pub fn draw_and_locate(
+        &self,
+        canvas: &Canvas,
+        points: impl Iterator<Item = (f64, f64)>,
+    ) -> Result<Vec<(i32, i32)>, Failure> {
+        let mut builder = ChartBuilder::on(canvas);
+        builder
+            .margin(6 * FINE)
+            .margin_right(14 * FINE)
+            .x_label_area_size(38 * FINE)
+            .y_label_area_size(58 * FINE);
+        if !self.title.is_empty() {
+            builder.caption(&self.title, ("sans-serif", TEXT));
+        }
+        let mut chart = builder
+            .build_cartesian_2d(self.x.clone(), self.y.clone())
+            .map_err(failure)?;
+        let (x_step, y_step) = (step(&self.x), step(&self.y));
+        chart
+            .configure_mesh()
+            .set_all_tick_mark_size(5 * FINE)
+            .x_desc(&self.x_label)
+            .y_desc(&self.y_label)
+            .x_labels(labels(canvas.dim_in_pixel().0))
+            .y_labels(labels(canvas.dim_in_pixel().1))
+            .x_label_formatter(&|v| number(*v, x_step))
+            .y_label_formatter(&|v| number(*v, y_step))
+            .label_style(("sans-serif", TEXT))
+            .axis_desc_style(("sans-serif", TEXT))
+            .bold_line_style(ShapeStyle::from(&RGBColor(220, 220, 220)).stroke_width(FINE))
+            .axis_style(ShapeStyle::from(&BLACK).stroke_width(FINE))
+            .light_line_style(TRANSPARENT)
+            .draw()
+            .map_err(failure)?;
+        if self.y.start < 0.0 && self.y.end > 0.0 {
+            let zero = [(self.x.start, 0.0), (self.x.end, 0.0)];
+            let style = ShapeStyle::from(&RGBColor(120, 120, 120)).stroke_width(FINE);
+            chart
+                .draw_series(LineSeries::new(zero, style))
+                .map_err(failure)?;
+        }
+        for curve in &self.curves {
+            let style = ShapeStyle::from(&curve.color).stroke_width(3 * FINE / 2);
+            let points = curve.points.iter().copied();
+            let series = match dashes(curve.stroke) {
+                None => chart.draw_series(LineSeries::new(points, style)),
+                Some((dash, gap)) => {
+                    chart.draw_series(DashedLineSeries::new(points, dash, gap, style))
+                }
+            }
+            .map_err(failure)?;
+            if curve.name.is_empty() {
+                continue;
+            }
+            let pieces = legend_pieces(curve.stroke);
+            series.label(&curve.name).legend(move |at| {
+                let piece = |i: usize| {
+                    let [a, b] = pieces[i].map(|x| x * FINE as i32);
+                    PathElement::new(vec![(a, 0), (b, 0)], style)
+                };
+                EmptyElement::at(at) + piece(0) + piece(1) + piece(2)
+            });
+        }
+        if let Some(position) = &self.legend {
+            chart
+                .configure_series_labels()
+                .position(position.clone())
+                .legend_area_size(28 * FINE)
+                .margin(6 * FINE)
+                .background_style(WHITE.mix(0.85))
+                .border_style(RGBColor(200, 200, 200))
+                .label_font(("sans-serif", TEXT))
+                .draw()
+                .map_err(failure)?;
+        }
+        Ok(points.map(|p| chart.backend_coord(&p)).collect())
+    }
+}
+
+/// Lengths of dashes and of the gaps between them, in drawn pixels.
+fn dashes(stroke: Stroke) -> Option<(u32, u32)> {
+    match stroke {
+        Stroke::Solid => None,
+        Stroke::Dashed => Some((7 * FINE, 4 * FINE)),
+        Stroke::Dotted => Some((2 * FINE, 3 * FINE)),
+    }
+}
+
+/// The three parts of the stroke shown in a legend, shown pixels.
+fn legend_pieces(stroke: Stroke) -> [[i32; 2]; 3] {
+    match stroke {
+        Stroke::Solid => [[0, 8], [8, 16], [16, 24]],
+        Stroke::Dashed => [[0, 6], [9, 15], [18, 24]],
+        Stroke::Dotted => [[2, 5], [10, 13], [18, 21]],
+    }
+}
+
+/// How many tick labels an axis of so many drawn pixels has room for.
+fn labels(pixels: u32) -> usize {
+    (pixels / (48 * FINE)).clamp(4, 9) as usize
+}
+
+/// About the distance between two tick labels of a range.
+fn step(range: &Range<f64>) -> f64 {
+    (range.end - range.start).abs() / 8.0
+}
+
+/// A number with as many decimals as tell neighbouring labels apart.
+fn number(value: f64, step: f64) -> String {
+    let decimals = (-step.log10()).ceil().clamp(0.0, 9.0) as usize;
+    // Rounding must not leave a minus before a zero.
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_string(),
+        _ => text,
+    }
+}
+
+/// The smallest round number that is at least `x`, for the end of an axis; 1 for nothing.
+pub fn round_up(x: f64) -> f64 {
+    next_of(&[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0], x)
+}
+
+/// The smallest of 1, 2, 5 times a power of ten that is at least `x`, for the distance between ticks.
+pub fn tick_step(x: f64) -> f64 {
+    next_of(&[1.0, 2.0, 5.0, 10.0], x)
+}
+
+/// The smallest of `steps` times a power of ten that is at least `x`; 1 for nothing.
+fn next_of(steps: &[f64], x: f64) -> f64 {
+    if !(x > 0.0 && x.is_finite()) {
+        return 1.0;
+    }
+    let power = 10f64.powf(x.log10().floor());
+    steps
+        .iter()
+        .map(|m| m * power)
+        .find(|limit| *limit >= x * (1.0 - 1e-9))
+        .unwrap_or(10.0 * power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_round() {
+        for (x, limit) in [
+            (0.0, 1.0),
+            (3.1, 4.0),
+            (0.021, 0.025),
+            (100.0, 100.0),
+            (f64::NAN, 1.0),
+        ] {
+            assert!((round_up(x) - limit).abs() < 1e-12, "{x}");
+        }
+    }
+
+    #[test]
+    fn labels_have_the_decimals_they_need() {
+        assert_eq!(number(-0.0, 0.5), "0.0");
+        assert_eq!(number(0.25, 0.05), "0.25");
+        assert_eq!(number(20.0, 2.5), "20");
+    }
+
+    #[test]
+    fn a_chart_is_svg_with_its_labels() {
+        let chart = Chart {
+            title: "Title".to_string(),
+            x_label: "height (mm)".to_string(),
+            y_label: "y (%)".to_string(),
+            x: 0.0..20.0,
+            y: -1.0..1.0,
+            curves: vec![Curve {
+                name: "curve".to_string(),
+                color: PALETTE[0],
+                stroke: Stroke::Dashed,
+                points: vec![(0.0, 0.0), (20.0, 0.5)],
+            }],
+            legend: Some(SeriesLabelPosition::UpperLeft),
+        };
+        let text = chart.svg((640, 400)).unwrap();
+        assert!(text.starts_with("<svg width=\"640\" height=\"400\" viewBox=\"0 0 2560 1600\""));
+        for part in ["height (mm)", "y (%)", "Title", "curve", "</svg>"] {
+            assert!(text.contains(part), "{part}");
+        }
+    }
+}

@@ -1,0 +1,338 @@
+//! `fstop lens LENS`: what a lens is, as text, JSON, a drawing, or a page of plots.
+
+mod chart;
+mod cross_section;
+mod page;
+mod pictures;
+mod plots;
+
+use super::{BAD_INPUT, messages};
+use crate::optics::analysis::{Colour, Effort, Film, LensAnalysis, ObjectPlane};
+use crate::optics::best_focus;
+use crate::optics::{Lens, LensReport, Prescription};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `fstop lens`.
+#[derive(Args, Debug)]
+pub struct LensArgs {
+    /// Lens prescriptions (.dat tables, Zemax .zmx)
+    #[arg(required = true, value_name = "LENS")]
+    lenses: Vec<PathBuf>,
+    /// Diameter of the aperture stop in mm, instead of the file's
+    #[arg(long, value_name = "MM")]
+    aperture: Option<f64>,
+    /// Focus at this distance from the film, in metres (`inf` for infinity); `best` or `best:M` for the film of the
+    /// smallest spot of real rays instead of Gaussian focus
+    #[arg(long, value_name = "M", conflicts_with = "film_distance")]
+    focus: Option<Focus>,
+    /// Distance from the last surface to the film in mm
+    #[arg(long, value_name = "MM")]
+    film_distance: Option<f64>,
+    /// Diagonal of the film in mm, of proportions 3:2
+    #[arg(long, value_name = "MM", default_value_t = Film::FULL_FRAME.diagonal())]
+    film_diagonal: f64,
+    /// Multiply every length of the prescription
+    #[arg(long, value_name = "S")]
+    scale: Option<f64>,
+    /// Print JSON instead of text; lengths in mm
+    #[arg(long)]
+    json: bool,
+    /// Trace rays over the field as well: distortion, illumination, sharpness, focus table
+    #[arg(long)]
+    analysis: bool,
+    /// Draw the cross-section with rays to this SVG file
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    /// Write one page with all plots, readable without network, to this HTML file
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Write each picture of the page to this folder, in one subfolder per lens, with an overview README.md
+    #[arg(long, value_name = "FOLDER")]
+    pictures: Option<PathBuf>,
+}
+
+/// Where to focus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Focus {
+    /// From the film, mm.
+    distance: f64,
+    /// By real rays.
+    best: bool,
+}
+
+impl std::str::FromStr for Focus {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Focus, String> {
+        let (best, metres) = match text.split_once(':') {
+            Some(("best", metres)) => (true, metres),
+            _ if text == "best" => (true, "inf"),
+            _ => (false, text),
+        };
+        match metres.parse::<f64>() {
+            Ok(m) if m > 0.0 => Ok(Focus {
+                distance: 1e3 * m,
+                best,
+            }),
+            _ => Err("expected a distance in metres, `inf`, `best` or `best:M`".to_string()),
+        }
+    }
+}
+
+/// A lens ready to be described.
+struct Bench {
+    /// The file's name without its ending.
+    name: String,
+    prescription: Prescription,
+    lens: Lens,
+    film: Film,
+    object: ObjectPlane,
+}
+
+impl Bench {
+    /// Traces real rays over the field.
+    fn analysis(&self) -> LensAnalysis {
+        let mut analysis = LensAnalysis::new(&self.lens, self.film, self.object, &Effort::REPORT);
+        analysis.colour = Colour::new(
+            &self.prescription,
+            self.lens.film_distance(),
+            analysis.image_radius,
+        );
+        analysis
+    }
+}
+
+/// Describes every lens.
+pub fn run(args: &LensArgs) -> ExitCode {
+    match describe_all(args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            messages::error(message);
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+fn describe_all(args: &LensArgs) -> Result<(), String> {
+    if args.lenses.len() > 1 && (args.svg.is_some() || args.report.is_some()) {
+        return Err("--svg and --report take one lens; --pictures takes several".to_string());
+    }
+    if !(args.film_diagonal > 0.0 && args.film_diagonal.is_finite()) {
+        return Err(format!(
+            "--film-diagonal {}: expected a positive length in mm",
+            args.film_diagonal
+        ));
+    }
+    let mut overview = Vec::new();
+    for path in &args.lenses {
+        let named = |e: String| format!("{}: {e}", path.display());
+        let bench = mount(args, path).map_err(named)?;
+        let report = LensReport::new(&bench.lens);
+        let wanted = args.analysis || args.report.is_some() || args.pictures.is_some();
+        let analysis = wanted.then(|| bench.analysis());
+        if let Some(file) = &args.svg {
+            write(
+                file,
+                &cross_section::svg(&bench.lens, bench.film, bench.object),
+            )?;
+        }
+        if let Some(analysis) = &analysis {
+            let content = page::Content::new(&bench, &report, analysis).map_err(named)?;
+            if let Some(file) = &args.report {
+                write(file, &page::html(&content))?;
+            }
+            if let Some(folder) = &args.pictures {
+                overview.push(pictures::write_all(folder, &content)?);
+            }
+        }
+        let shown = analysis.filter(|_| args.analysis);
+        println!("{}", text(args, path, &report, shown)?);
+    }
+    match &args.pictures {
+        Some(folder) => write(
+            &folder.join("README.md"),
+            &pictures::readme(&overview, &command()),
+        ),
+        None => Ok(()),
+    }
+}
+
+/// What is printed.
+fn text(
+    args: &LensArgs,
+    path: &Path,
+    report: &LensReport,
+    analysis: Option<LensAnalysis>,
+) -> Result<String, String> {
+    if args.json {
+        let mut value = serde_json::to_value(report).map_err(|e| e.to_string())?;
+        if let Some(analysis) = analysis {
+            value["analysis"] = serde_json::to_value(analysis).map_err(|e| e.to_string())?;
+        }
+        return serde_json::to_string_pretty(&value).map_err(|e| e.to_string());
+    }
+    let mut text = String::new();
+    if args.lenses.len() > 1 {
+        text = format!("{}\n\n", path.display());
+    }
+    text += &report.to_string();
+    if let Some(analysis) = analysis {
+        text += &format!("\n{analysis}");
+    }
+    Ok(text)
+}
+
+/// Reads a lens and puts it before its film as the arguments say.
+fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
+    let mut prescription = Prescription::read(path).map_err(|e| e.to_string())?;
+    for warning in &prescription.warnings {
+        eprintln!("warning: {}: {warning}", path.display());
+    }
+    if let Some(scale) = args.scale {
+        if !(scale > 0.0 && scale.is_finite()) {
+            return Err(format!("--scale {scale}: expected a positive number"));
+        }
+        prescription = prescription.scaled(scale);
+    }
+    if let Some(diameter) = args.aperture {
+        if !(diameter >= 0.0 && diameter.is_finite()) {
+            return Err(format!("--aperture {diameter}: expected a diameter in mm"));
+        }
+        for warning in prescription.set_stops(diameter) {
+            eprintln!("warning: {warning}");
+        }
+    }
+    let lens =
+        Lens::new(&prescription, film_distance(args, &prescription)?).map_err(|e| e.to_string())?;
+    let object = match args.focus {
+        Some(focus) => ObjectPlane::at_distance(&lens, focus.distance),
+        None => ObjectPlane::in_focus(&lens),
+    };
+    Ok(Bench {
+        object,
+        name: path
+            .file_stem()
+            .map_or_else(|| "lens".to_string(), |s| s.to_string_lossy().into_owned()),
+        prescription,
+        lens,
+        film: Film::of_diagonal(args.film_diagonal),
+    })
+}
+
+/// The film distance asked for, or the file's, or that of infinity where it has none.
+fn film_distance(args: &LensArgs, prescription: &Prescription) -> Result<f64, String> {
+    match (args.focus, args.film_distance) {
+        (Some(focus), _) if focus.best => {
+            best_focus::film_distance(prescription, focus.distance).map_err(|e| e.to_string())
+        }
+        (Some(focus), _) => {
+            Lens::focused(prescription, focus.distance).map_err(|e| e.to_string())
+        }
+        (None, Some(mm)) => Ok(mm),
+        (None, None) if prescription.film_distance > 0.0 => Ok(prescription.film_distance),
+        (None, None) => Lens::focused(prescription, f64::INFINITY).map_err(|e| {
+            format!("the file gives no film distance and none follows from infinity focus ({e}); use --film-distance")
+        }),
+    }
+}
+
+/// The command line, to be given again: its program without the folder it lies in.
+fn command() -> String {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    format!("fstop {}", arguments.join(" "))
+}
+
+fn write(file: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(file, text).map_err(|e| format!("cannot write {}: {e}", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An achromat with a stop, from the course's kind of table.
+    const ACHROMAT: &str = "0 2 0 0 12\n61 4 1.5168 64.2 20\n-45 2 1.6727 32.2 20\n-130 0 1 0 20\n";
+
+    fn bench(text: &str) -> Bench {
+        let prescription = Prescription::parse(text).unwrap();
+        let film_distance = best_focus::film_distance(&prescription, f64::INFINITY).unwrap();
+        Bench {
+            name: "an <achromat>".to_string(),
+            lens: Lens::new(&prescription, film_distance).unwrap(),
+            prescription,
+            film: Film::FULL_FRAME,
+            object: ObjectPlane::INFINITY,
+        }
+    }
+
+    #[test]
+    fn focus_is_a_distance_or_best() {
+        let focus = |text: &str| text.parse::<Focus>();
+        let expected = |distance, best| Ok(Focus { distance, best });
+        assert_eq!(focus("2"), expected(2000.0, false));
+        assert_eq!(focus("inf"), expected(f64::INFINITY, false));
+        assert_eq!(focus("best"), expected(f64::INFINITY, true));
+        assert_eq!(focus("best:0.5"), expected(500.0, true));
+        for wrong in ["", "best:", "-1", "0", "nan", "worst:2", "best:x"] {
+            assert!(focus(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_page_has_everything_and_needs_no_network() {
+        let bench = bench(ACHROMAT);
+        let (report, analysis) = (LensReport::new(&bench.lens), bench.analysis());
+        let content = page::Content::new(&bench, &report, &analysis).unwrap();
+        let html = page::html(&content);
+        for part in [
+            "an &lt;achromat&gt;",
+            "Cross-section",
+            "Spot diagrams",
+            "Ray aberrations",
+            "MTF over the field",
+            "Distortion",
+            "Relative illumination",
+            "Lateral colour",
+            "Pupil sampling",
+            "Focus table",
+            "Prescription",
+        ] {
+            assert!(html.contains(part), "{part}");
+        }
+        // The name of SVG's namespace is no address to fetch.
+        let links = html.replace("http://www.w3.org/2000/svg", "");
+        for outside in ["http:", "https:", "src=", "@import", "url("] {
+            assert!(!links.contains(outside), "{outside}");
+        }
+        assert_eq!(html.matches("<svg").count(), content.figures.len());
+        assert_eq!(html.matches("</svg>").count(), content.figures.len());
+        assert!(!html.contains("NaN"));
+    }
+
+    #[test]
+    fn awkward_lenses_have_a_page_too() {
+        // A pinhole, a window, a lens without a stop in front of its focus, one that lets nothing through.
+        for text in [
+            "0 0 0 0.4\n",
+            "inf 5 1.5 20\ninf 0 1 20\n",
+            "50 5 1.5 60 20 k=-1 A4=1e-6\n-50 0 1 0 20\n",
+            "0 50 0 1e-3\n0 0 1.5 1e-3\n20 0 1 30\n",
+        ] {
+            let prescription = Prescription::parse(text).unwrap();
+            let lens = Lens::new(&prescription, 30.0).unwrap();
+            let bench = Bench {
+                name: "awkward".to_string(),
+                object: ObjectPlane::in_focus(&lens),
+                prescription,
+                lens,
+                film: Film::FULL_FRAME,
+            };
+            let (report, analysis) = (LensReport::new(&bench.lens), bench.analysis());
+            let content = page::Content::new(&bench, &report, &analysis).unwrap();
+            let html = page::html(&content);
+            assert!(!html.contains("NaN") && !html.contains("inf,"), "{text}");
+        }
+    }
+}

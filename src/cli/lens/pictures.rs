@@ -1,0 +1,45 @@
+//! The report's pictures as files, with an overview in Markdown.
+
+use super::page::Content;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Writes the pictures of one lens to `folder/name`, and returns its part of the overview.
+pub fn write_all(folder: &Path, content: &Content) -> Result<String, String> {
+    let own = folder.join(&content.name);
+    std::fs::create_dir_all(&own).map_err(|e| format!("cannot make {}: {e}", own.display()))?;
+    let mut part = format!(
+        "## {}\n\n{}.\n",
+        content.title(),
+        capitalised(&content.focus())
+    );
+    for figure in &content.figures {
+        let file = format!("{}.svg", figure.slug);
+        super::write(&own.join(&file), &figure.svg)?;
+        // Writing to a string cannot fail.
+        let _ = write!(
+            part,
+            "\n### {}\n\n![{} of {}]({}/{file})\n\n{}\n",
+            figure.title, figure.title, content.name, content.name, figure.caption
+        );
+    }
+    Ok(part)
+}
+
+/// The overview of all lenses; `command` is what made it.
+pub fn readme(parts: &[String], command: &str) -> String {
+    let mut text = format!(
+        "# Lenses\n\nPictures of the report pages of `fstop lens --report`, made by\n\n```text\n{command}\n```\n"
+    );
+    for part in parts {
+        let _ = write!(text, "\n{part}");
+    }
+    text
+}
+
+fn capitalised(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(chars).collect()
+    })
+}

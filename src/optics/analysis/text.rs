@@ -1,0 +1,131 @@
+//! The analysis as a text table.
+
+use super::{LensAnalysis, MTF_FREQUENCIES};
+use std::fmt;
+
+impl fmt::Display for LensAnalysis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_view(f)?;
+        self.write_fields(f)?;
+        self.write_focus(f)?;
+        self.write_pass_fractions(f)
+    }
+}
+
+impl LensAnalysis {
+    fn write_view(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let film = &self.film;
+        writeln!(f, "film {:.2} mm x {:.2} mm", film.width, film.height)?;
+        let view = &self.field_of_view;
+        for (name, angle) in [
+            ("horizontal view", view.horizontal),
+            ("vertical view", view.vertical),
+            ("diagonal view", view.diagonal),
+        ] {
+            match angle {
+                Some(a) => writeln!(f, "{name:24}{a:12.2} degrees")?,
+                None => writeln!(f, "{name:24}{:>12}", "not covered")?,
+            }
+        }
+        if let Some([height, angle]) = self.chief_limit {
+            writeln!(
+                f,
+                "{:24}{height:12.4} at {angle:.2} degrees",
+                "image circle radius"
+            )?;
+        }
+        if let Some(n) = self.effective_f_number {
+            writeln!(f, "{:24}{n:12.4}", "effective f-number")?;
+        }
+        Ok(())
+    }
+
+    fn write_fields(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "\nheight  angle  distortion  illumination  cos^4  spot rms   contrast, sagittal/tangential, at"
+        )?;
+        for frequency in MTF_FREQUENCIES {
+            write!(f, " {frequency}")?;
+        }
+        writeln!(
+            f,
+            " lp/mm\n    mm    deg           %             %      %        um"
+        )?;
+        for p in &self.fields {
+            let distortion = p
+                .distortion
+                .map_or_else(|| "-".to_string(), |d| format!("{d:.3}"));
+            write!(
+                f,
+                "{:6.2} {:6.2} {distortion:>11} {:13.1} {:6.1} ",
+                p.height,
+                p.field_angle,
+                100.0 * p.relative_illumination,
+                100.0 * p.cos4_field
+            )?;
+            match p.spot_rms {
+                Some(r) => write!(f, "{:9.2} ", 1e3 * r)?,
+                None => write!(f, "{:>9} ", "-")?,
+            }
+            for [s, t] in p.mtf.iter().flatten() {
+                write!(f, "  {s:.2}/{t:.2}")?;
+            }
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+
+    fn write_focus(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "\nfocus at  film distance  extension  magnification  sharp from        to\n       m             mm         mm                          m         m"
+        )?;
+        for row in &self.focus {
+            writeln!(
+                f,
+                "{:>8} {:14.4} {:10.4} {:14.5} {:>11} {:>9}",
+                metres(row.distance),
+                row.film_distance,
+                row.extension,
+                row.magnification,
+                row.near.map_or_else(|| "-".to_string(), metres),
+                row.far.map_or_else(|| "-".to_string(), metres)
+            )?;
+        }
+        Ok(())
+    }
+
+    fn write_pass_fractions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "\nrays that get through, %\nheight mm  fstop  box per radius  exit pupil  rear element"
+        )?;
+        for p in &self.pass_fractions {
+            let pupil = p
+                .exit_pupil
+                .map_or_else(|| "-".to_string(), |x| format!("{:.1}", 100.0 * x));
+            writeln!(
+                f,
+                "{:9.2} {:6.1} {:15.1} {pupil:>11} {:13.1}",
+                p.height,
+                100.0 * p.fstop,
+                100.0 * p.bounding_box,
+                100.0 * p.rear_element
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// A distance given in mm, in metres.
+pub fn metres(mm: f64) -> String {
+    if mm.is_finite() {
+        // Four significant digits, or millimetres.
+        let m = 1e-3 * mm;
+        let decimals = if m < 10.0 { 3 } else { 1 };
+        format!("{m:.decimals$}")
+    } else {
+        "inf".to_string()
+    }
+}

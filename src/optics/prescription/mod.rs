@@ -1,0 +1,130 @@
+//! Lens prescriptions: what a lens is made of, and the files that say so.
+//!
+//! * [`dat`]: the table of the course and of pbrt, with aspheric and dispersion terms added;
+//! * [`zmx`]: Zemax' sequential files, with the [`glass`] names they use.
+
+mod cells;
+pub mod dat;
+mod extras;
+pub mod glass;
+#[cfg(test)]
+mod tests;
+pub mod zmx;
+
+use super::surface::Surface;
+use std::fmt;
+use std::path::Path;
+
+/// A lens: its surfaces from the scene to the film.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prescription {
+    /// At least one. The last one's thickness is 0; see `film_distance`.
+    pub surfaces: Vec<Surface>,
+    /// From the last vertex to the film in mm: the last row's thickness; 0 where the file leaves
+    /// it open.
+    pub film_distance: f64,
+    /// What is odd about the file although it can be read.
+    pub warnings: Vec<RowNote>,
+}
+
+/// Something to say about one place of a lens file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RowNote {
+    /// Line in the file, from 1.
+    pub line: usize,
+    /// Column in that line, in characters from 1.
+    pub column: usize,
+    /// Row of the table, from 1.
+    pub row: usize,
+    /// What is wrong and what was expected, or done.
+    pub message: String,
+}
+
+impl fmt::Display for RowNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "line {}, column {} (row {}): {}",
+            self.line, self.column, self.row, self.message
+        )
+    }
+}
+
+/// Why a lens file cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum PrescriptionError {
+    /// The file itself.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// No rows.
+    #[error("the lens file has no surfaces")]
+    Empty,
+    /// Every row that cannot be read.
+    #[error("{}", .0.iter().map(RowNote::to_string).collect::<Vec<_>>().join("; "))]
+    Rows(Vec<RowNote>),
+}
+
+impl Prescription {
+    /// Reads the file at `path`: Zemax' format where its name ends in `.zmx`, else the table.
+    pub fn read(path: &Path) -> Result<Prescription, PrescriptionError> {
+        let bytes = std::fs::read(path)?;
+        let is_zemax = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("zmx"));
+        if is_zemax {
+            return zmx::parse(&zmx::decode(&bytes));
+        }
+        // Old lens files have Latin-1 comments: replaced characters there harm nobody.
+        Prescription::parse(&String::from_utf8_lossy(&bytes))
+    }
+
+    /// Reads a table; see [`dat`].
+    pub fn parse(text: &str) -> Result<Prescription, PrescriptionError> {
+        dat::parse(text)
+    }
+
+    /// Distance from the first vertex to the last, mm.
+    pub fn length(&self) -> f64 {
+        self.surfaces.iter().map(|s| s.thickness).sum()
+    }
+
+    /// Has it an aperture stop?
+    pub fn has_stop(&self) -> bool {
+        self.surfaces.iter().any(|s| s.is_stop)
+    }
+
+    /// All lengths times `factor`, as prescriptions are scaled to another focal length.
+    pub fn scaled(mut self, factor: f64) -> Prescription {
+        for s in &mut self.surfaces {
+            s.radius *= factor;
+            s.thickness *= factor;
+            s.aperture *= factor;
+            s.asphere = s.asphere.map(|a| a.scaled(factor));
+        }
+        self.film_distance *= factor;
+        self
+    }
+
+    /// Sets every stop to `diameter` mm, as pbrt does. A stop cannot open wider than its own row
+    /// says: there the row's value stays, and the returned lines say so.
+    pub fn set_stops(&mut self, diameter: f64) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (i, s) in self
+            .surfaces
+            .iter_mut()
+            .enumerate()
+            .filter(|(_, s)| s.is_stop)
+        {
+            if diameter > s.aperture {
+                notes.push(format!(
+                    "aperture diameter {diameter} mm is larger than the {} mm of the stop in row {}, which is kept",
+                    s.aperture,
+                    i + 1
+                ));
+            } else {
+                s.aperture = diameter;
+            }
+        }
+        notes
+    }
+}
