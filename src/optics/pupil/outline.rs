@@ -60,7 +60,7 @@ impl View<'_> {
     }
 
     /// x of a ray in the meridional plane that passes; `None` where none does. `hint` is tried first.
-    fn inside(&self, rear: &Rear, hint: Option<f64>) -> Option<f64> {
+    pub fn inside(&self, rear: &Rear, hint: Option<f64>) -> Option<f64> {
         let passes = |x: &f64| x.is_finite() && self.passes([*x, 0.0]);
         hint.filter(passes)
             .or_else(|| self.search(rear).filter(passes))

@@ -9,7 +9,7 @@ use crate::optics::lens::Lens;
 
 /// Rings are split until less than this part of the samples, averaged over the film, is lost to the pupil's
 /// change within a ring ...
-const WASTE: f64 = 0.004;
+const WASTE: f64 = 0.005;
 
 /// ... or there are this many.
 const MOST_RINGS: usize = 96;
@@ -91,7 +91,12 @@ impl Survey<'_> {
                 {
                     rings.extend(Draft::between(one, one).finish([*a, *b]));
                 }
-                ((a, _), (b, _)) => rings.extend(self.stray([*a, *b])),
+                // Dark at both ends, so dark unless a probe finds light.
+                ((a, _), (b, _)) => {
+                    let radii = [*a, *b];
+                    let lit = self.passing(radii, PROBES_BEYOND).next().is_some();
+                    rings.extend(lit.then(|| self.stray(radii)).flatten());
+                }
             }
         }
         self.refine(&mut spans);
@@ -107,15 +112,38 @@ impl Survey<'_> {
         b: &(f64, Option<Outline>),
     ) -> [(f64, Option<Outline>); 2] {
         let mut ends = [a.clone(), b.clone()];
-        while ends[1].0 - ends[0].0 > EDGE * self.reach {
-            let radius = 0.5 * (ends[0].0 + ends[1].0);
-            let lit = if ends[0].1.is_some() { 0 } else { 1 };
+        let lit = if a.1.is_some() { 0 } else { 1 };
+        let mut hint = ends[lit].1.as_ref().map(|o| o.center);
+        // One ray that passes tells lit from dark; the outline is found where the search ends.
+        let radii = self.bisected([a.0, b.0], |radius| {
+            let inside = self.view(radius).inside(&self.rear, hint);
+            hint = inside.or(hint);
+            if inside.is_some() { lit } else { 1 - lit }
+        });
+        let outline = self.outline(radii[lit], hint);
+        if outline.is_some() {
+            ends = radii.map(|radius| (radius, None));
+            ends[lit].1 = outline;
+            return ends;
+        }
+        // So near the edge the pupil may be too small to outline. Then the edge is where outlines end.
+        self.bisected([a.0, b.0], |radius| {
             let hint = ends[lit].1.as_ref().map(|o| o.center);
             let outline = self.outline(radius, hint);
             let side = if outline.is_some() { lit } else { 1 - lit };
             ends[side] = (radius, outline);
-        }
+            side
+        });
         ends
+    }
+
+    /// Narrows the film radii to [`EDGE`], by asking on which side a radius between them belongs.
+    fn bisected(&self, mut radii: [f64; 2], mut side: impl FnMut(f64) -> usize) -> [f64; 2] {
+        while radii[1] - radii[0] > EDGE * self.reach {
+            let radius = 0.5 * (radii[0] + radii[1]);
+            radii[side(radius)] = radius;
+        }
+        radii
     }
 
     /// The outline half-way.
@@ -216,20 +244,23 @@ impl Survey<'_> {
         draft.finish(radii)
     }
 
+    /// Of `count` rays from between two film radii to all over the rear element, those that pass: where
+    /// they meet the plane, in the half with y ≥ 0.
+    fn passing(&self, radii: [f64; 2], count: usize) -> impl Iterator<Item = [f64; 2]> {
+        self.rear
+            .probes(count)
+            .enumerate()
+            .filter_map(move |(i, p)| {
+                let view = self.view(radii[0] + spread(i) * (radii[1] - radii[0]));
+                let p = view.on_plane(p);
+                view.passes(p).then_some([p[0], p[1].abs()])
+            })
+    }
+
     /// A shape around all light between two film radii, wherever it is; `None` where there is none.
     fn stray(&self, radii: [f64; 2]) -> Option<Ring> {
         let count = PROBES_ASTRAY;
-        let passing = |(i, p): (usize, [f64; 3])| {
-            let view = self.view(radii[0] + spread(i) * (radii[1] - radii[0]));
-            let p = view.on_plane(p);
-            view.passes(p).then_some([p[0], p[1].abs()])
-        };
-        let found: Vec<[f64; 2]> = self
-            .rear
-            .probes(count)
-            .enumerate()
-            .filter_map(passing)
-            .collect();
+        let found: Vec<[f64; 2]> = self.passing(radii, count).collect();
         if found.is_empty() {
             return None;
         }
