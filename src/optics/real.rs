@@ -246,11 +246,13 @@ impl<V: Number> Div for Dual<V> {
     #[inline(always)]
     fn div(self, b: Dual<V>) -> Dual<V> {
         let value = self.value / b.value;
+        // Two divisions in place of three: the derivatives may be off in the last bit.
+        let inverse = V::constant(V::Base::ONE) / b.value;
         Dual {
             value,
             by: [
-                (self.by[0] - value * b.by[0]) / b.value,
-                (self.by[1] - value * b.by[1]) / b.value,
+                (self.by[0] - value * b.by[0]) * inverse,
+                (self.by[1] - value * b.by[1]) * inverse,
             ],
         }
     }
