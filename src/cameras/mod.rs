@@ -22,7 +22,8 @@ mod shutter;
 
 pub use clip::Clip;
 pub use perspective::{Perspective, PerspectiveSpec};
-pub use realistic::{Compat, Form, Realistic, RealisticSpec, Weighting};
+pub use realistic::{Compat, Form, ModelChoice, Precision, Realistic, RealisticSpec, Weighting};
+pub use realistic_params::{DEFAULT_TOLERANCE, DEGREES};
 pub use shutter::Shutter;
 
 use crate::math::ray::{Ray, RayDifferentials};
@@ -84,6 +85,9 @@ pub enum CameraError {
     /// The film's diagonal is not a positive length.
     #[error("the film's diagonal is {0} mm; expected a positive length")]
     FilmDiagonal(f64),
+    /// The lens has no model of the kind that is asked for.
+    #[error("{0}")]
+    LensModel(crate::optics::models::Unavailable),
     /// The camera's transformation cannot be inverted.
     #[error("the camera's transformation cannot be inverted (a Scale by 0?)")]
     SingularTransform,
@@ -130,6 +134,13 @@ impl CameraSpec {
     pub fn set_compat(&mut self, compat: Compat) {
         if let CameraSpec::Realistic(spec) = self {
             spec.compat = compat;
+        }
+    }
+
+    /// Chooses what rays are made with (`--lens-model`); only `realistic` has a choice.
+    pub fn set_model(&mut self, model: ModelChoice) {
+        if let CameraSpec::Realistic(spec) = self {
+            spec.model = model;
         }
     }
 
@@ -187,16 +198,21 @@ impl Camera {
     }
 
     /// The rays for up to [`BUNDLE`] samples, in order: as [`Camera::ray`] for each, whatever the
-    /// others are.
+    /// others are; those of `realistic` in single precision.
     pub fn rays(
         &self,
         samples: &[CameraSample],
         want_differentials: bool,
         rays: &mut ArrayVec<Option<CameraRay>, BUNDLE>,
     ) {
-        rays.clear();
-        let one = |sample| self.ray(sample, want_differentials);
-        rays.extend(samples.iter().take(BUNDLE).map(one));
+        match self {
+            Camera::Perspective(c) => {
+                rays.clear();
+                let one = |sample| Some(c.ray(sample, want_differentials));
+                rays.extend(samples.iter().take(BUNDLE).map(one));
+            }
+            Camera::Realistic(c) => c.rays(samples, want_differentials, rays),
+        }
     }
 
     /// The ray for `sample`; `None` where no light can arrive (a vignetted ray), which counts as

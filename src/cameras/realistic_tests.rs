@@ -26,6 +26,8 @@ fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form) -> Realis
         weighting: Weighting::Physical,
         compat: Compat::None,
         pupil_sampling: PupilSampling::default(),
+        model: Default::default(),
+        precision: Default::default(),
         film_diagonal: None,
         shutter: Shutter::default(),
         clip: Clip::NONE,

@@ -6,7 +6,8 @@ mod lens;
 mod messages;
 mod render;
 
-use crate::cameras::Compat;
+use crate::cameras::{Compat, DEFAULT_TOLERANCE, DEGREES, ModelChoice};
+use crate::optics::models::ModelKind;
 use crate::params::Dialect;
 use crate::scene::ReadSettings;
 use crate::scene::dialect::DialectChoice;
@@ -46,6 +47,23 @@ pub(crate) struct ReadArgs {
     /// Copy a habit of another renderer that changes the picture
     #[arg(long, value_enum)]
     compat: Option<CompatArg>,
+    /// Realistic camera: what rays are made with, instead of the scene's choice; `auto` takes the
+    /// cheapest within --tolerance
+    #[arg(long, value_enum)]
+    lens_model: Option<LensModelArg>,
+    /// Pixels that 99 of 100 rays of `--lens-model auto` may be off at most
+    #[arg(long, value_name = "PX", default_value_t = DEFAULT_TOLERANCE, requires = "lens_model")]
+    tolerance: f64,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum LensModelArg {
+    Exact,
+    Polynomial,
+    Table,
+    Thick,
+    Thin,
+    Auto,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug)]
@@ -70,6 +88,14 @@ impl ReadArgs {
                 Some(DialectArg::V3) => DialectChoice::Fixed(Dialect::V3),
             },
             compat: self.compat.map(|CompatArg::PbrtV2| Compat::PbrtV2),
+            lens_model: self.lens_model.map(|model| match model {
+                LensModelArg::Exact => ModelChoice::Exact,
+                LensModelArg::Polynomial => ModelChoice::Only(ModelKind::Polynomial(DEGREES[0])),
+                LensModelArg::Table => ModelChoice::Only(ModelKind::Table(DEGREES[1])),
+                LensModelArg::Thick => ModelChoice::Only(ModelKind::Thick),
+                LensModelArg::Thin => ModelChoice::Only(ModelKind::Thin),
+                LensModelArg::Auto => ModelChoice::Automatic(self.tolerance),
+            }),
         }
     }
 }

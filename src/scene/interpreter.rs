@@ -8,7 +8,7 @@ use super::reading::Reading;
 use super::scopes::{Current, Scope, Scopes};
 use super::transforms::Ctm;
 use super::world_block::WorldBlock;
-use crate::cameras::Compat;
+use crate::cameras::{Compat, ModelChoice};
 use crate::math::DVec3;
 use crate::math::transform::Transform;
 use crate::params::{Dialect, SpectrumFiles, TextureNames};
@@ -27,6 +27,8 @@ pub struct ReadSettings {
     pub dialect: DialectChoice,
     /// `--compat`.
     pub compat: Option<Compat>,
+    /// `--lens-model` with `--tolerance`.
+    pub lens_model: Option<ModelChoice>,
 }
 
 /// Reads a whole scene file with its includes. The scene holds what could be understood, and is
@@ -456,6 +458,9 @@ impl<'a> Interpreter<'a> {
         let mut options = self.options.read(&self.reading(&names))?;
         if let Some(compat) = self.settings.compat {
             options.camera.set_compat(compat);
+        }
+        if let Some(model) = self.settings.lens_model {
+            options.camera.set_model(model);
         }
         Some(options)
     }

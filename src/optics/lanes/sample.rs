@@ -3,6 +3,7 @@
 use super::dispatch::Kernel;
 use super::lane::{LaneMask, Lanes};
 use super::tracer::{FilmTracer, Traced};
+use crate::math::Vec2;
 use crate::optics::pupil::ExitPupil;
 use crate::optics::real::{Mask, Number};
 
@@ -99,36 +100,29 @@ pub fn projected_solid_angle<const N: usize>(
     area.times(1.0 / z2) / (r * r)
 }
 
-/// Maps `u` to the pupil's regions, as [`ExitPupil::sample`] does one at a time.
+/// Maps `u` to the pupil's regions by [`ExitPupil::sample`], one at a time.
 #[inline(always)]
 pub fn sample_pupil<const N: usize>(
     pupil: &ExitPupil,
     film: &[Lanes<N>; 2],
     u: &[Lanes<N>; 2],
 ) -> PupilSamples<N> {
-    let radius = (film[0] * film[0] + film[1] * film[1]).sqrt();
     let none = Lanes::splat(0.0);
-    let (mut center, mut along, mut across) = (none, none, none);
-    let mut lit = LaneMask([0; N]);
+    let mut samples = PupilSamples {
+        point: [none; 2],
+        area: none,
+        lit: LaneMask([0; N]),
+    };
     for i in 0..N {
-        if let Some(region) = pupil.region(f64::from(radius.0[i])) {
-            center.0[i] = region.center as f32;
-            along.0[i] = region.along as f32;
-            across.0[i] = region.across as f32;
-            lit.0[i] = u32::MAX;
+        let film = film.map(|x| f64::from(x.0[i]));
+        if let Some(sample) = pupil.sample(film, Vec2::new(u[0].0[i], u[1].0[i])) {
+            samples.point[0].0[i] = sample.point[0] as f32;
+            samples.point[1].0[i] = sample.point[1] as f32;
+            samples.area.0[i] = sample.area as f32;
+            samples.lit.0[i] = u32::MAX;
         }
     }
-    let disk = concentric_disk(u);
-    let (x, y) = (center + along * disk[0], across * disk[1]);
-    // On the axis every azimuth is as good: cos 1, sin 0.
-    let off_axis = radius.greater(0.0);
-    let cos = Lanes::select(off_axis, film[0] / radius, Lanes::splat(1.0));
-    let sin = Lanes::select(off_axis, film[1] / radius, none);
-    PupilSamples {
-        point: [cos * x - sin * y, sin * x + cos * y],
-        area: along * across * Lanes::splat(std::f32::consts::PI),
-        lit,
-    }
+    samples
 }
 
 /// Maps `u` to a disk of `radius` mm about the axis, the same for every film point.

@@ -149,6 +149,20 @@ impl<const N: usize> Kernel for BundleWithDerivatives<'_, N> {
     }
 }
 
+impl<const N: usize> Traced<Dual<Lanes<N>>> {
+    /// The ray in lane `i` with its derivatives; `None` where it did not pass.
+    pub fn get(&self, i: usize) -> Option<LensRay<Dual>> {
+        let number = |x: &Dual<Lanes<N>>| Dual {
+            value: f64::from(x.value.0[i]),
+            by: x.by.map(|by| f64::from(by.0[i])),
+        };
+        self.passed.at(i).then(|| LensRay {
+            o: self.ray.o.each_ref().map(number),
+            d: self.ray.d.each_ref().map(number),
+        })
+    }
+}
+
 impl<const N: usize> Traced<Lanes<N>> {
     /// The ray in lane `i`; `None` where it did not pass.
     pub fn get(&self, i: usize) -> Option<LensRay<f32>> {

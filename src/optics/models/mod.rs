@@ -172,6 +172,17 @@ pub struct LensModel {
 }
 
 impl LensModel {
+    /// The traced prescription, aimed at points of the plane at `plane_z`.
+    pub fn exact(lens: &Lens, plane_z: f64) -> LensModel {
+        LensModel {
+            kind: ModelKind::Exact,
+            lens: lens.clone(),
+            plane_z,
+            double: Map::Exact(FilmTracer::new(lens, plane_z)),
+            single: Map::Exact(FilmTracer::new(lens, plane_z)),
+        }
+    }
+
     /// Which model it is.
     pub fn kind(&self) -> ModelKind {
         self.kind
