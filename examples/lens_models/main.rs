@@ -329,11 +329,11 @@ const CONCLUSION: &str = "## What it means
 
 - In lanes, exact tracing costs about 1.75 ns a surface. The polynomials cost 10 (degree 3) to 18 ns (degree 9),
   whatever the lens; 7 of them are the test against the measured shape of the pupil, which exact tracing does not need.
-- Up to 9 surfaces exact is as cheap as any polynomial that is right to a pixel, and `auto` takes it at strict tolerances. At 11 to 13
-  surfaces a polynomial of degree 9, right to 0.05 pixels, saves a tenth of the tracing; at 26 and 33 surfaces
-  polynomials save a half to five sixths.
-- Sampling the pupil and weighing costs about 8 ns more with every model, and a path through the scene microseconds: what a
-  model saves is below a hundredth of a picture's time. Exact stays the default for good reason.
+- With 7 surfaces exact is cheaper than a polynomial of degree 7, and `auto` takes it where degree 5 is not enough. At 11 to
+  13 surfaces a polynomial of degree 9, right to 0.02 to 0.1 pixels, saves a tenth to a quarter of the tracing; at 26 and 33
+  surfaces polynomials save a half to five sixths.
+- Sampling the pupil and weighing costs 8 to 12 ns more with every model, so what a model saves of a useful ray is
+  less: at 11 to 13 surfaces 2 to 5 ns with degree 9, some 10 with degree 3 or 5. Exact stays the default for good reason.
 - Tables of polynomials in the pupil need fewer multiplications than polynomials in film and pupil point, but in lanes their
   look-ups make them dearer: degree 1 costs as much as tracing 11 surfaces, degree 5 three times that. `auto` keeps only degree 1 on
   its list, for long lenses with steep distortion.
