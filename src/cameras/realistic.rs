@@ -15,7 +15,9 @@
 //! Both know `"string pupilsampling"`, how lens samples are spread over the exit pupil: `concentric`
 //! (default), `polar` or `rejection`; see [`PupilSampling`]. It changes noise only.
 //!
-//! and `"string model"`: what rays are made with, `exact` (default), `polynomial`, `table`, `thick`, `thin`, or `auto`,
+//! `"string focus"`: `paraxial` (default) or `best`, the film where the axial spot of real rays is smallest
+//! ([`crate::optics::best_focus`]); `"float scale"`, by which all lengths of the lens file are multiplied; and
+//! `"string model"`: what rays are made with, `exact` (default), `polynomial`, `table`, `thick`, `thin`, or `auto`,
 //! the cheapest of them that is within `"float tolerance"` pixels (0.1) for 99 of 100 rays; see
 //! [`crate::optics::models`]. Rays of a picture are made side by side in single precision
 //! ([`Realistic::rays`]), which is below 0.02 pixels of a 6000 × 4000 full-frame sensor for every lens in `tests/golden`;

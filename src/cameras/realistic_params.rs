@@ -4,7 +4,7 @@ use super::realistic::{Compat, Form, ModelChoice, Precision, RealisticSpec, Weig
 use super::{Clip, Shutter};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
-use crate::optics::{Lens, Prescription, PrescriptionError};
+use crate::optics::{Lens, Prescription, PrescriptionError, best_focus};
 use crate::params::ParamReader;
 
 /// Names only the course form has.
@@ -141,6 +141,10 @@ fn lens(params: &ParamReader, form: Form) -> Option<Lens> {
     let aperture_name = given(params, aperture_names);
     let aperture = positive(params, aperture_name, DEFAULT_APERTURE);
     let mut prescription = prescription(params, given(params, file_names))?;
+    let scale = positive(params, "scale", 1.0);
+    if scale != 1.0 {
+        prescription = prescription.scaled(scale);
+    }
     for note in prescription.set_stops(aperture) {
         params.warn(aperture_name, note);
     }
@@ -203,9 +207,17 @@ fn film_distance(params: &ParamReader, form: Form, prescription: &Prescription) 
             DEFAULT_FILM_DISTANCE
         });
     }
-    let metres = positive(params, "focusdistance", DEFAULT_FOCUS_DISTANCE);
-    Lens::focused(prescription, 1000.0 * metres)
-        .map_err(|e| params.error("focusdistance", format!("{e} (focusdistance is in metres)")))
+    let metres = match params.find_float("focusdistance") {
+        // Focused at infinity.
+        Some(f64::INFINITY) => f64::INFINITY,
+        _ => positive(params, "focusdistance", DEFAULT_FOCUS_DISTANCE),
+    };
+    let distance = 1000.0 * metres;
+    let film = match params.choice("focus", &["paraxial", "best"]) {
+        "best" => best_focus::film_distance(prescription, distance),
+        _ => Lens::focused(prescription, distance),
+    };
+    film.map_err(|e| params.error("focusdistance", format!("{e} (focusdistance is in metres)")))
         .ok()
 }
 

@@ -1,8 +1,8 @@
 //! Focusing by moving the whole lens before the film.
 //!
 //! Gaussian optics of a thick lens (Born and Wolf §4.4; pbrt 3rd edition §6.4.3 solves the same
-//! equation): with f the focal length, s from the object to the front and s' from the rear principal plane to
-//! the film, 1/s + 1/s' = 1/f.
+//! equation): with f the focal length in front, n' the index behind the lens, s from the object to the
+//! front and s' from the rear principal plane to the film, 1/s + n'/s' = 1/f.
 
 use super::paraxial::Cardinals;
 
@@ -50,20 +50,23 @@ pub fn film_distance_for_focus(
     // The part of the distance outside the gap between the principal planes: s + s'.
     let gap = c.rear_principal_plane - c.front_principal_plane;
     let outside = distance - gap;
-    let discriminant = outside * (outside - 4.0 * f);
+    // With D = s + s': s² − (D + f − n'f) s + D f = 0, of which the larger root has the lens nearer the film.
+    let sum = outside - f * (c.index_behind - 1.0);
+    let discriminant = sum * sum - 4.0 * f * outside;
     // Negative `outside` solves the equation too, with a virtual object. Catches NaN.
-    if !(discriminant >= 0.0 && outside > 0.0) {
+    if !(discriminant >= 0.0 && sum > 0.0) && outside != f64::INFINITY {
         return Err(FocusError::TooNear {
             asked: distance,
             minimum: minimum_focus_distance(cardinals)?,
         });
     }
-    // s' is the smaller root of s² − (s+s') s + (s+s') f; the product of both roots, over the
-    // larger, has nothing to cancel.
+    let rear = c.index_behind * f;
     let image = if outside.is_finite() {
-        2.0 * f / (1.0 + (1.0 - 4.0 * f / outside).sqrt())
+        let object = 0.5 * (sum + discriminant.sqrt());
+        // n'f s/(s − f), where nothing cancels: s is at least f (1 + √n').
+        rear / (1.0 - f / object)
     } else {
-        f
+        rear
     };
     checked(c.rear_principal_plane + image - length, distance)
 }
@@ -76,7 +79,7 @@ pub fn film_distance_for_object(
     distance: f64,
 ) -> Result<f64, FocusError> {
     let c = imaging(cardinals)?;
-    // From the object to the front focal point; Newton's form x x' = f².
+    // From the object to the front focal point; Newton's form x x' = n' f².
     let x = distance + c.front_focal_point;
     if x.is_nan() || x <= 0.0 {
         return Err(FocusError::TooNear {
@@ -85,7 +88,7 @@ pub fn film_distance_for_object(
         });
     }
     checked(
-        c.rear_focal_point + c.focal_length * c.focal_length / x - length,
+        c.rear_focal_point + c.index_behind * c.focal_length * c.focal_length / x - length,
         distance,
     )
 }
@@ -95,7 +98,8 @@ pub fn film_distance_for_object(
 /// the lens is sharp.
 pub fn plane_of_focus(cardinals: &Cardinals, length: f64, film_distance: f64) -> Option<f64> {
     let behind = length + film_distance - cardinals.rear_focal_point;
-    let z = cardinals.front_focal_point - cardinals.focal_length * cardinals.focal_length / behind;
+    let power = cardinals.index_behind * cardinals.focal_length * cardinals.focal_length;
+    let z = cardinals.front_focal_point - power / behind;
     // A film nearer than the focal point asks for an object behind the lens. Rounding of the
     // focal point itself must not count as nearer.
     if behind.abs() <= 1e-12 * cardinals.focal_length.abs() {
@@ -105,10 +109,11 @@ pub fn plane_of_focus(cardinals: &Cardinals, length: f64, film_distance: f64) ->
 }
 
 /// The least distance from film to plane of focus at which the lens can give a sharp image, mm:
-/// four focal lengths and the gap between the principal planes, at magnification −1.
+/// f (1 + √n')², four focal lengths in air, and the gap between the principal planes.
 pub fn minimum_focus_distance(cardinals: Option<Cardinals>) -> Result<f64, FocusError> {
     let c = imaging(cardinals)?;
-    Ok(4.0 * c.focal_length + (c.rear_principal_plane - c.front_principal_plane))
+    let lengths = (1.0 + c.index_behind.sqrt()).powi(2);
+    Ok(lengths * c.focal_length + (c.rear_principal_plane - c.front_principal_plane))
 }
 
 fn imaging(cardinals: Option<Cardinals>) -> Result<Cardinals, FocusError> {
@@ -135,6 +140,35 @@ fn checked(film_distance: f64, asked: f64) -> Result<f64, FocusError> {
 mod tests {
     use super::*;
     use crate::optics::{Paraxial, Prescription};
+
+    /// A film in glass: the plane that the film is put for is the plane in focus, and a film at infinity
+    /// focus lies at the rear focal point.
+    #[test]
+    fn a_film_in_glass_is_focused_by_its_index() {
+        let text = "50 100 1.5 20\n";
+        let prescription = Prescription::parse(text).unwrap();
+        let paraxial = Paraxial::new(&prescription.surfaces);
+        let c = paraxial.cardinals.unwrap();
+        // A single surface: f = R/(n − 1) in front, n f behind.
+        assert!((c.focal_length - 100.0).abs() < 1e-12);
+        assert!((c.rear_focal_point - 150.0).abs() < 1e-12);
+        for distance in [600.0, 10_000.0, 1e6] {
+            let film = film_distance_for_focus(Some(c), 0.0, distance).unwrap();
+            let plane = plane_of_focus(&c, 0.0, film).unwrap();
+            // Gauss: n/s' + 1/s = 1/f, to rounding of numbers that differ by `distance`.
+            assert!(
+                ((film - plane) / distance - 1.0).abs() < 1e-9,
+                "{film} {plane}"
+            );
+        }
+        let minimum = minimum_focus_distance(Some(c)).unwrap();
+        assert!(film_distance_for_focus(Some(c), 0.0, minimum * (1.0 + 1e-12)).is_ok());
+        assert!(film_distance_for_focus(Some(c), 0.0, minimum * (1.0 - 1e-9)).is_err());
+        assert_eq!(
+            film_distance_for_focus(Some(c), 0.0, f64::INFINITY),
+            Ok(150.0)
+        );
+    }
 
     /// The sample lens of scene-language 6.6, whose values were measured on pbrt-v3.
     const SAMPLE: &str = "35 6 1.5168 24\n-90 4 1 24\n0 10 0 12\n60 5 1.62 22\n-45 20 1 22\n";

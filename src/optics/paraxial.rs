@@ -61,6 +61,8 @@ pub struct Cardinals {
     pub back_focal_distance: f64,
     /// z of the rear focal point.
     pub rear_focal_point: f64,
+    /// Refractive index of the space behind the lens: 1, but for a film in glass or water.
+    pub index_behind: f64,
 }
 
 /// An image of the aperture stop.
@@ -173,6 +175,7 @@ fn cardinals(m: &RayMatrix, length: f64, behind: f64) -> Option<Cardinals> {
         rear_principal_plane: length + (back_focal_distance - behind * focal_length),
         back_focal_distance,
         rear_focal_point: length + back_focal_distance,
+        index_behind: behind,
     })
 }
 

@@ -41,8 +41,8 @@ pub struct LensReport {
 /// One row of the prescription.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurfaceReport {
-    /// Radius of curvature; 0 for a stop or another plane.
-    pub radius: f64,
+    /// Radius of curvature; `None` for a plane, a stop among them.
+    pub radius: Option<f64>,
     /// To the next surface; 0 for the last.
     pub thickness: f64,
     /// Index of the space behind.
@@ -102,7 +102,7 @@ impl LensReport {
             let at = z;
             z += s.thickness;
             SurfaceReport {
-                radius: if s.radius.is_finite() { s.radius } else { 0.0 },
+                radius: Some(s.radius).filter(|r| r.is_finite()),
                 thickness: s.thickness,
                 index: s.index,
                 abbe: s.abbe,
@@ -139,8 +139,8 @@ impl fmt::Display for LensReport {
         for (i, s) in self.surfaces.iter().enumerate() {
             let radius = match (s.stop, s.radius) {
                 (true, _) => "stop".to_string(),
-                (_, 0.0) => "plane".to_string(),
-                (_, r) => format!("{r:.4}"),
+                (_, None) => "plane".to_string(),
+                (_, Some(r)) => format!("{r:.4}"),
             };
             let abbe = s.abbe.map_or(String::new(), |v| format!("{v:.1}"));
             writeln!(

@@ -340,8 +340,8 @@ fn prescription(report: &LensReport) -> String {
             (i + 1).to_string(),
             match (s.stop, s.radius) {
                 (true, _) => "stop".to_string(),
-                (_, 0.0) => "plane".to_string(),
-                (_, r) => format!("{r:.4}"),
+                (_, None) => "plane".to_string(),
+                (_, Some(r)) => format!("{r:.4}"),
             },
             cell(Some(s.thickness), 4),
             cell(Some(s.index), 5),

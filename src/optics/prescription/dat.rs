@@ -293,7 +293,7 @@ impl Reader {
             return None;
         }
         // No lens material leaves this range; a column mix-up does.
-        if !(0.5..=6.0).contains(&n) {
+        if !(1.0..=6.0).contains(&n) {
             self.error(
                 row,
                 cell,
