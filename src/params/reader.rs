@@ -3,7 +3,7 @@
 use super::asked::Asked;
 use super::{Dialect, SpectrumFiles, TextureNames, spectrum};
 use crate::math::{DVec3, Rgb};
-use crate::syntax::files;
+use crate::syntax::files::{self, FileProblem};
 use crate::syntax::{
     Diagnostic, Diagnostics, Name, Param, ParamGroup, ParamList, ParamValue, Span, suggest,
 };
@@ -271,8 +271,8 @@ impl<'a> ParamReader<'a> {
         }
     }
 
-    /// A string out of `choices` (first one is the default); any other is reported with
-    /// "did you mean" and the default is used.
+    /// A string out of `choices`, the first of which is the default and what stands for any other
+    /// word, as in pbrt-v3; such a word is warned of, with "did you mean".
     pub fn choice(&self, name: &str, choices: &[&'static str]) -> &'static str {
         let default = choices.first().copied().unwrap_or_default();
         let Some(given) = self.find_name(name) else {
@@ -286,13 +286,13 @@ impl<'a> ParamReader<'a> {
             .map(|choice| format!("\"{choice}\""))
             .collect();
         self.context.diagnostics.push(
-            Diagnostic::error(format!(
+            Diagnostic::warning(format!(
                 "`{name}` is one of {}, found \"{}\"",
                 quoted.join(", "),
                 given.text
             ))
             .at(given.span)
-            .label(format!("\"{default}\" is used to read on"))
+            .label(format!("\"{default}\" is used instead"))
             .with_suggestion(suggest::nearest(&given.text, choices.iter().copied())),
         );
         default
@@ -381,28 +381,30 @@ impl<'a> ParamReader<'a> {
     }
 
     /// A `string` parameter naming a file, resolved against the search directory. `None` where it
-    /// is not given, or where no such file exists (then already reported as an error).
+    /// is not given, or where it names no regular file (then already reported as an error).
     pub fn file(&self, name: &str) -> Option<PathBuf> {
         let given = self.find_name(name)?;
-        let path = files::resolve(self.context.directory, &given.text);
-        if path.is_none() {
-            let directory = self.context.directory.display().to_string();
-            let place = if directory.is_empty() {
-                "the working directory".to_owned()
-            } else {
-                format!("`{directory}`")
-            };
-            self.context.diagnostics.push(
-                Diagnostic::error(format!(
-                    "{} needs `{}`, and there is no such file",
-                    self.described(),
-                    given.text
-                ))
-                .at(given.span)
-                .label(format!("not found in {place}")),
-            );
-        }
-        path
+        files::regular(self.context.directory, &given.text)
+            .map_err(|problem| self.no_file(given, problem))
+            .ok()
+    }
+
+    fn no_file(&self, given: &Name, problem: FileProblem) {
+        let directory = self.context.directory.display().to_string();
+        let place = if directory.is_empty() {
+            "the working directory".to_owned()
+        } else {
+            format!("`{directory}`")
+        };
+        let what = format!("{} needs `{}`, and {problem}", self.described(), given.text);
+        let diagnostic = Diagnostic::error(what).at(given.span);
+        self.context.diagnostics.push(match problem {
+            FileProblem::Missing => diagnostic.label(format!("not found in {place}")),
+            FileProblem::Folder => diagnostic.label("the name of a file is needed"),
+            FileProblem::NotRegular => {
+                diagnostic.label("pipes and devices are not read: they may never end")
+            }
+        });
     }
 
     /// Reports a warning under the parameter `name` (under the directive where it is not given).

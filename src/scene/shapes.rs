@@ -3,7 +3,7 @@
 use super::description::ShapeEntity;
 use super::graphics_state::MaterialDirective;
 use super::interpreter::Interpreter;
-use super::materials::read_material;
+use super::materials::{read_material, texture_names};
 use crate::handles::MaterialId;
 use crate::lights::DiffuseAreaSpec;
 use crate::materials::Material;
@@ -52,9 +52,13 @@ impl Interpreter<'_> {
     fn read_shape(&mut self, span: Span, typed: &Typed) -> (Option<MaterialId>, Option<ShapeSpec>) {
         let current = self.current.state.material.clone();
         let names = Rc::clone(&self.current.state.textures);
-        // In pbrt-v2 named materials are finished when they are made (appendix A.1).
-        let fixed = self.dialect() == Dialect::V2 && current.as_ref().is_some_and(|m| m.named);
-        let overrides = !fixed && may_change_material(&typed.params);
+        // pbrt-v2 (appendix A.1): named materials are finished when they are made; others are made
+        // here, with the textures that have their names now.
+        let v2 = self.dialect() == Dialect::V2;
+        let fixed = v2 && current.as_ref().is_some_and(|m| m.named);
+        let textured = |m: &Rc<MaterialDirective>| texture_names(&m.typed.params).next().is_some();
+        let made_here = v2 && current.as_ref().is_some_and(textured);
+        let overrides = !fixed && (made_here || may_change_material(&typed.params));
         let mut overridden = None;
         let spec = self.reading(&names).read("Shape", span, typed, |reader| {
             let spec = read_spec(reader);
