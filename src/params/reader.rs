@@ -187,11 +187,14 @@ impl<'a> ParamReader<'a> {
     /// Reports what has no place in single precision among points, directions and colours.
     pub(super) fn check_finite(&self, param: &Param, numbers: &[f64]) {
         let may_be_infinite = matches!(param.ty.group(), ParamGroup::Float | ParamGroup::Integer);
-        let outside = |x: &&f64| !(**x as f32).is_finite();
-        if !may_be_infinite && let Some(number) = numbers.iter().find(outside) {
+        let outside = |x: &f64| !(*x as f32).is_finite();
+        let position = || numbers.iter().position(outside);
+        if !may_be_infinite
+            && let Some((item, number)) = position().and_then(|i| Some((i, numbers.get(i)?)))
+        {
             let (ty, name) = (param.ty.word(), &param.name);
             let message = format!("`{ty} {name}` needs finite numbers, found {number:e}");
-            let error = Diagnostic::error(message).at(param.value_span);
+            let error = Diagnostic::error(message).at_item(param.value_span, item);
             self.context.diagnostics.push(error);
         }
     }
@@ -303,9 +306,20 @@ impl<'a> ParamReader<'a> {
         self.numbers(name, ParamGroup::Float)
     }
 
-    /// All numbers of an `integer` parameter, as written (truncation is the caller's).
+    /// All numbers of an `integer` parameter, as written: truncation is the caller's, the warning
+    /// about fractions is given here.
     pub fn integers(&self, name: &str) -> Option<&'a [f64]> {
-        self.numbers(name, ParamGroup::Integer)
+        let numbers = self.numbers(name, ParamGroup::Integer)?;
+        if let Some(item) = numbers.iter().position(|x| *x != x.trunc()) {
+            let number = numbers.get(item).copied().unwrap_or_default();
+            let used = number.trunc();
+            self.warn_item(
+                name,
+                item,
+                format!("`integer {name}` holds {number}, not a whole number: {used} is used"),
+            );
+        }
+        Some(numbers)
     }
 
     /// Flat x y z triples of a `point3`/`point` parameter.
@@ -331,8 +345,9 @@ impl<'a> ParamReader<'a> {
         let numbers = points.or(floats)?;
         let (pairs, rest) = numbers.as_chunks::<2>();
         if !rest.is_empty() {
-            self.warn(
+            self.warn_item(
                 name,
+                numbers.len() - 1,
                 format!(
                     "`{name}` takes pairs, found {} numbers; the last one is ignored",
                     numbers.len()

@@ -371,7 +371,10 @@ fn spectra_and_files_are_looked_up_beside_the_scene() {
             outcome.text
         );
     }
-    for (odd, said) in [("spds", "this is a folder"), ("/dev/null", "not a regular file")] {
+    for (odd, said) in [
+        ("spds", "this is a folder"),
+        ("/dev/null", "not a regular file"),
+    ] {
         let params = format!("\"spectrum x\" \"{odd}\" \"string f\" \"{odd}\"");
         let outcome = read_in(&here, "metal", &params, |p| {
             (p.find_spectrum("x"), p.file("f"))

@@ -185,7 +185,9 @@ fn named_type(params: &ParamList) -> Option<Name> {
 #[cfg(test)]
 mod tests {
     use crate::params::Dialect;
-    use crate::scene::{DialectChoice, Frame, ReadSettings, read_scene};
+    use crate::scene::description::{Frame, ShapeEntity};
+    use crate::scene::dialect::DialectChoice;
+    use crate::scene::{ReadSettings, read_scene};
     use crate::syntax::SourceMap;
 
     fn frame(dialect: Dialect, world: &str) -> (Frame, usize, usize) {
@@ -203,7 +205,7 @@ mod tests {
 
     /// The material of each shape, as numbers for what is the same.
     fn materials(frame: &Frame) -> Vec<Option<&super::Material>> {
-        let of = |shape: &crate::scene::ShapeEntity| frame.materials.get(shape.material?.index());
+        let of = |shape: &ShapeEntity| frame.materials.get(shape.material?.index());
         frame.shapes.iter().map(of).collect()
     }
 

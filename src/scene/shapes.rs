@@ -9,7 +9,7 @@ use crate::lights::DiffuseAreaSpec;
 use crate::materials::Material;
 use crate::params::{Dialect, ParamReader, may_change_material};
 use crate::shapes::ShapeSpec;
-use crate::syntax::{Diagnostic, ParamList, Span, Typed};
+use crate::syntax::{Diagnostic, ParamGroup, ParamList, Span, Typed};
 use std::rc::Rc;
 
 impl Interpreter<'_> {
@@ -40,7 +40,7 @@ impl Interpreter<'_> {
             reverse_orientation: self.current.state.reverse_orientation,
             material,
             area_light: self.area_light_of_shape(span),
-            span,
+            span: file_name_span(typed).unwrap_or(span),
         };
         if let Some(world) = self.world.as_mut() {
             world.add_shape(entity);
@@ -98,6 +98,12 @@ impl Interpreter<'_> {
         }
         Some(area_light)
     }
+}
+
+/// Where the name of the shape's file stands: there problems with the file are shown.
+fn file_name_span(shape: &Typed) -> Option<Span> {
+    let name = shape.params.get("filename", ParamGroup::String)?;
+    Some(name.value_span)
 }
 
 /// The shape; what cannot be made is reported and left out.
