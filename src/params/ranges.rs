@@ -16,9 +16,10 @@ impl ParamReader<'_> {
         let given = self.find_integer(name)?;
         let used = given.clamp(*range.start(), *range.end());
         if used != given {
+            let side = if given < used { "below" } else { "above" };
             self.warn(
                 name,
-                format!("`{name}` is {given}, out of its range: {used} is used"),
+                format!("`{name}` is {given}, {side} {used}: {used} is used"),
             );
         }
         Some(used)
