@@ -67,17 +67,17 @@ mod tests {
 
     #[test]
     fn the_caret_stands_under_the_item() {
-        let params = "\"integer x\" [ 10 11# no comment\n 12 ]";
+        let params = "\"integer x\" [ 10 11 # a comment\n 12 ]";
         let outcome = read("path", params, |p| p.warn_item("x", 2, "twelve"));
         assert!(outcome.text.contains("test.pbrt:2:2"), "{}", outcome.text);
         let outcome = read("path", params, |p| p.error_item("x", 0, "ten"));
-        assert!(outcome.text.contains("test.pbrt:1:29"), "{}", outcome.text);
+        assert!(outcome.text.contains("test.pbrt:1:28"), "{}", outcome.text);
         // Without brackets, and beyond the last.
         for item in [0, 1] {
             let outcome = read("path", "\"integer x\" 10", |p| {
                 p.warn_item("x", item, "odd")
             });
-            assert!(outcome.text.contains("test.pbrt:1:27"), "{}", outcome.text);
+            assert!(outcome.text.contains("test.pbrt:1:26"), "{}", outcome.text);
         }
     }
 }
