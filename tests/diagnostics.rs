@@ -59,3 +59,24 @@ fn render_refuses_what_check_refuses() {
         .count();
     assert_eq!(left, 0, "files were written");
 }
+
+/// What is wrong inside a mesh file is found out when it is loaded, and shown at the file's name.
+#[test]
+fn a_corrupt_mesh_is_shown_at_its_name() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("picture.exr");
+    let scene = Path::new("tests/scenes/invalid/parts/corrupt_mesh.pbrt");
+    let run = fstop([
+        "render".as_ref(),
+        "--quiet".as_ref(),
+        scene.as_os_str(),
+        "-o".as_ref(),
+        output.as_os_str(),
+    ]);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(!output.exists());
+    let text: String = (run.stderr.lines().map(str::trim_end))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    assert_eq!(differs_from_recorded(scene, &text), None);
+}

@@ -42,8 +42,8 @@ impl DirectLighting {
     pub fn from_params(reader: &ParamReader) -> DirectLighting {
         DirectLighting {
             max_depth: super::max_depth(reader),
-            strategy: match reader.choice("strategy", &["all", "one", "weighted"]) {
-                "one" | "weighted" => Strategy::One,
+            strategy: match reader.choice("strategy", &["all", "one"]) {
+                "one" => Strategy::One,
                 _ => Strategy::All,
             },
         }

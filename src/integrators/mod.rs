@@ -187,11 +187,9 @@ fn pixel_bounds(reader: &ParamReader) -> Option<[i32; 4]> {
     Some(v.map(|x| x as i32))
 }
 
-/// `maxdepth` as a count; negative values count as zero.
+/// `maxdepth` as a count; negative values count as zero, with a warning.
 pub(crate) fn max_depth(reader: &ParamReader) -> u32 {
-    reader
-        .integer("maxdepth", 5)
-        .clamp(0, i64::from(u32::MAX >> 1)) as u32
+    reader.integer_within("maxdepth", 5, 0..=i64::from(u32::MAX >> 1)) as u32
 }
 
 /// An integrator ready to run.

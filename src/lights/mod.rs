@@ -62,6 +62,7 @@ impl LightSpec {
     /// where no light can be made of it.
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> Option<LightSpec> {
         if !light_to_world.is_invertible() {
+            reader.accept_all();
             reader.error(
                 "",
                 "the transformation of this light source cannot be inverted; the light is left out",

@@ -3,14 +3,32 @@
 use crate::params::{Dialect, ParamReader};
 
 /// The most samples of one light at one point.
-const MOST: i64 = 1 << 16;
+const MOST: i64 = 4096;
 
 /// `samples`, else its older name `nsamples` (the only one in pbrt-v2), default 1.
 pub(super) fn sample_count(reader: &ParamReader) -> u32 {
-    let older = reader.find_integer("nsamples");
+    let find = |name| reader.find_integer_within(name, 1..=MOST);
+    let older = find("nsamples");
     let given = match reader.dialect() {
         Dialect::V2 => older,
-        Dialect::V3 => reader.find_integer("samples").or(older),
+        Dialect::V3 => find("samples").or(older),
     };
-    given.unwrap_or(1).clamp(1, MOST) as u32
+    given.unwrap_or(1) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sample_count;
+    use crate::params::testing::read;
+
+    #[test]
+    fn counts_out_of_range_are_warned_of() {
+        for (given, used, warnings) in [(0, 1, 1), (16, 16, 0), (4096, 4096, 0), (5000, 4096, 1)] {
+            for name in ["samples", "nsamples"] {
+                let params = format!("\"integer {name}\" {given}");
+                let outcome = read("infinite", &params, sample_count);
+                assert_eq!((outcome.value, outcome.warnings), (used, warnings));
+            }
+        }
+    }
 }

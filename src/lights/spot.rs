@@ -50,10 +50,30 @@ impl SpotSpec {
             from,
             to,
             intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
-            cone_angle: reader.float("coneangle", 30.0),
+            cone_angle: cone_angle(reader),
             cone_delta_angle: reader.float("conedeltaangle", 5.0),
         }
     }
+}
+
+/// `coneangle` in 0…180 degrees. pbrt-v3 uses its cosine alone, and so takes other angles for ones
+/// in this range, without a word.
+fn cone_angle(reader: &ParamReader) -> f64 {
+    let given = reader.float("coneangle", 30.0);
+    let turned = given.abs() % 360.0;
+    let used = match given.is_finite() {
+        true => turned.min(360.0 - turned),
+        false => 180.0,
+    };
+    if used != given {
+        reader.warn(
+            "coneangle",
+            format!("`coneangle` is {given} degrees, outside 0 to 180: {used} is used"),
+        );
+    } else if used == 0.0 {
+        reader.warn("coneangle", "`coneangle` is 0: the light lights nothing");
+    }
+    used
 }
 
 /// A spot light in render space.
@@ -127,6 +147,7 @@ mod tests {
     use super::*;
     use crate::math::Vec2;
     use crate::math::sampling::uniform_sphere;
+    use crate::params::testing::read;
 
     fn spot(light_to_world: Transform) -> SpotLight {
         let spec = SpotSpec {
@@ -178,5 +199,25 @@ mod tests {
         let diagonal = std::f32::consts::FRAC_1_SQRT_2;
         assert!(light.falloff(Vec3::new(diagonal, 0.0, diagonal)) > 0.5);
         assert_eq!(light.falloff(Vec3::new(0.0, diagonal, diagonal)), 0.0);
+    }
+
+    #[test]
+    fn odd_cone_angles_are_those_of_the_same_cosine() {
+        for (given, used, warnings) in [
+            ("30", 30.0, 0),
+            ("180", 180.0, 0),
+            ("0", 0.0, 1),
+            ("-10", 10.0, 1),
+            ("200", 160.0, 1),
+            ("730", 10.0, 1),
+            ("inf", 180.0, 1),
+        ] {
+            let outcome = read("spot", &format!("\"float coneangle\" {given}"), cone_angle);
+            assert_eq!(
+                (outcome.value, outcome.warnings),
+                (used, warnings),
+                "{given}"
+            );
+        }
     }
 }

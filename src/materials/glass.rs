@@ -1,6 +1,7 @@
 //! `glass`.
 
-use super::{RoughnessMeaning, reflectance};
+use super::roughness::find_roughness;
+use super::{RoughnessMeaning, reflectance, refractive_index};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::microfacet::{MicrofacetReflection, MicrofacetTransmission};
 use crate::bsdf::specular::FresnelSpecular;
@@ -33,20 +34,15 @@ impl Glass {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Glass {
         let smooth = FloatInput::Constant(0.0);
-        let (eta, roughness) = match reader.dialect() {
-            Dialect::V2 => (None, [smooth; 2]),
-            Dialect::V3 => {
-                let roughness = [
-                    reader.float_input("uroughness", 0.0),
-                    reader.float_input("vroughness", 0.0),
-                ];
-                (reader.find_float_input("eta"), roughness)
-            }
+        let roughness = match reader.dialect() {
+            Dialect::V2 => [smooth; 2],
+            Dialect::V3 => ["uroughness", "vroughness"]
+                .map(|name| find_roughness(reader, name).unwrap_or(smooth)),
         };
         Glass {
             kr: reader.spectrum_input("Kr", Rgb::ONE),
             kt: reader.spectrum_input("Kt", Rgb::ONE),
-            eta: eta.unwrap_or_else(|| reader.float_input("index", 1.5)),
+            eta: refractive_index(reader),
             roughness,
             meaning: RoughnessMeaning::from_params(reader),
         }

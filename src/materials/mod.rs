@@ -21,7 +21,7 @@ pub use uber::Uber;
 
 use crate::bsdf::Bsdf;
 use crate::math::Rgb;
-use crate::params::{ParamReader, SpectrumInput};
+use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
 use crate::surface::{Footprint, SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 
@@ -128,6 +128,28 @@ const PLANNED: [&str; 11] = [
     "measured",
 ];
 
+/// `eta`, else its older name `index` (the only one in pbrt-v2), 1.5 by default. Constants that are
+/// no refractive index are warned of, and the default is used.
+fn refractive_index(reader: &ParamReader) -> FloatInput {
+    let eta = match reader.dialect() {
+        Dialect::V2 => None,
+        Dialect::V3 => reader.find_float_input("eta").map(|eta| ("eta", eta)),
+    };
+    let index = || Some(("index", reader.find_float_input("index")?));
+    let usual = FloatInput::Constant(1.5);
+    match eta.or_else(index) {
+        Some((name, FloatInput::Constant(x))) if x <= 0.0 || !x.is_finite() => {
+            reader.warn(
+                name,
+                format!("`{name}` is {x}, no refractive index: 1.5 is used"),
+            );
+            usual
+        }
+        Some((_, given)) => given,
+        None => usual,
+    }
+}
+
 /// A reflectance at a point: negative values count as 0.
 fn reflectance(input: &SpectrumInput, at: &TexturePoint, textures: &Textures) -> Rgb {
     textures.spectrum(input, at).max(Rgb::ZERO)
@@ -137,7 +159,7 @@ fn reflectance(input: &SpectrumInput, at: &TexturePoint, textures: &Textures) ->
 mod tests {
     use super::*;
     use crate::bsdf::testing::{direction, flat_hit, sky_by_sampling, sky_by_value};
-    use crate::params::FloatInput;
+    use crate::params::testing::read;
 
     const fn grey(v: f32) -> SpectrumInput {
         SpectrumInput::Constant(Rgb::splat(v))
@@ -300,6 +322,35 @@ mod tests {
             )
             .x;
             assert!((shown - 0.9).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_replaced_with_a_warning() {
+        for kind in ["glass", "uber"] {
+            for (index, used, warnings) in [
+                ("0", 1.5, 1),
+                ("-1", 1.5, 1),
+                ("inf", 1.5, 1),
+                ("1", 1.0, 0),
+            ] {
+                for name in ["eta", "index"] {
+                    let params = format!("\"float {name}\" {index}");
+                    let outcome = read(kind, &params, refractive_index);
+                    assert_eq!((outcome.value, outcome.warnings), (float(used), warnings));
+                }
+            }
+        }
+        for (kind, name) in [
+            ("plastic", "roughness"),
+            ("glass", "uroughness"),
+            ("uber", "vroughness"),
+        ] {
+            let params = format!("\"float {name}\" -1");
+            let outcome = read(kind, &params, Material::from_params);
+            assert_eq!(outcome.warnings, 1, "{}", outcome.text);
+            let least = read(kind, &params.replace("-1", ".001"), Material::from_params);
+            assert_eq!((outcome.value, least.warnings), (least.value, 0));
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `plastic`.
 
+use super::roughness::find_roughness;
 use super::{RoughnessMeaning, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::lambertian::LambertianReflection;
@@ -34,7 +35,7 @@ impl Plastic {
         Plastic {
             kd: reader.spectrum_input("Kd", Rgb::splat(0.25)),
             ks: reader.spectrum_input("Ks", Rgb::splat(0.25)),
-            roughness: reader.float_input("roughness", 0.1),
+            roughness: find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.1)),
             meaning: RoughnessMeaning::from_params(reader),
         }
     }

@@ -1,7 +1,23 @@
 //! From roughness parameters to the widths of microfacet lobes.
 
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
-use crate::params::{Dialect, ParamReader};
+use crate::params::{Dialect, FloatInput, ParamReader};
+
+/// The least roughness that is not smooth: pbrt-v3 takes all below it for this.
+const LEAST: f32 = 1e-3;
+
+/// A roughness parameter, where it is given. Constants below 0 are warned of, and count as the least
+/// roughness, which is what pbrt-v3 does with them.
+pub(super) fn find_roughness(reader: &ParamReader, name: &str) -> Option<FloatInput> {
+    let given = reader.find_float_input(name)?;
+    Some(match given {
+        FloatInput::Constant(r) if r < 0.0 => {
+            reader.warn(name, format!("`{name}` is {r}, below 0: {LEAST} is used"));
+            FloatInput::Constant(LEAST)
+        }
+        _ => given,
+    })
+}
 
 /// What a roughness parameter means. Parameter: constant bool `remaproughness` (true); in
 /// pbrt-v2's language always [`RoughnessMeaning::BlinnExponent`].
@@ -29,7 +45,7 @@ impl RoughnessMeaning {
     pub fn alpha(self, roughness: f32) -> f32 {
         match self {
             RoughnessMeaning::Remapped => {
-                let x = roughness.max(1e-3).ln();
+                let x = roughness.max(LEAST).ln();
                 1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)))
             }
             RoughnessMeaning::Alpha => roughness,

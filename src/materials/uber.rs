@@ -1,6 +1,7 @@
 //! `uber`.
 
-use super::{RoughnessMeaning, reflectance};
+use super::roughness::find_roughness;
+use super::{RoughnessMeaning, reflectance, refractive_index};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::microfacet::MicrofacetReflection;
@@ -46,12 +47,12 @@ impl Uber {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Uber {
         let swapped = reader.dialect() == Dialect::V2;
-        let roughness = reader.float_input("roughness", 0.1);
-        let (eta, u, v) = if swapped {
-            (None, None, None)
+        let roughness = find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.1));
+        let (u, v) = if swapped {
+            (None, None)
         } else {
-            let find = |name| reader.find_float_input(name);
-            (find("eta"), find("uroughness"), find("vroughness"))
+            let find = |name| find_roughness(reader, name);
+            (find("uroughness"), find("vroughness"))
         };
         let u = u.unwrap_or(roughness);
         Uber {
@@ -62,7 +63,7 @@ impl Uber {
             opacity: reader.spectrum_input("opacity", Rgb::ONE),
             roughness: [u, v.unwrap_or(u)],
             meaning: RoughnessMeaning::from_params(reader),
-            eta: eta.unwrap_or_else(|| reader.float_input("index", 1.5)),
+            eta: refractive_index(reader),
             swapped,
         }
     }

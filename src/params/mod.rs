@@ -36,6 +36,7 @@ mod asked;
 mod inputs;
 mod kinds;
 mod layers;
+mod ranges;
 mod reader;
 mod spectrum;
 #[cfg(test)]

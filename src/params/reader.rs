@@ -3,7 +3,7 @@
 use super::asked::Asked;
 use super::{Dialect, SpectrumFiles, TextureNames, spectrum};
 use crate::math::{DVec3, Rgb};
-use crate::syntax::files;
+use crate::syntax::files::{self, FileProblem};
 use crate::syntax::{
     Diagnostic, Diagnostics, Name, Param, ParamGroup, ParamList, ParamValue, Span, suggest,
 };
@@ -187,11 +187,14 @@ impl<'a> ParamReader<'a> {
     /// Reports what has no place in single precision among points, directions and colours.
     pub(super) fn check_finite(&self, param: &Param, numbers: &[f64]) {
         let may_be_infinite = matches!(param.ty.group(), ParamGroup::Float | ParamGroup::Integer);
-        let outside = |x: &&f64| !(**x as f32).is_finite();
-        if !may_be_infinite && let Some(number) = numbers.iter().find(outside) {
+        let outside = |x: &f64| !(*x as f32).is_finite();
+        let position = || numbers.iter().position(outside);
+        if !may_be_infinite
+            && let Some((item, number)) = position().and_then(|i| Some((i, numbers.get(i)?)))
+        {
             let (ty, name) = (param.ty.word(), &param.name);
             let message = format!("`{ty} {name}` needs finite numbers, found {number:e}");
-            let error = Diagnostic::error(message).at(param.value_span);
+            let error = Diagnostic::error(message).at_item(param.value_span, item);
             self.context.diagnostics.push(error);
         }
     }
@@ -271,8 +274,8 @@ impl<'a> ParamReader<'a> {
         }
     }
 
-    /// A string out of `choices` (first one is the default); any other is reported with
-    /// "did you mean" and the default is used.
+    /// A string out of `choices`, the first of which is the default and what stands for any other
+    /// word, as in pbrt-v3; such a word is warned of, with "did you mean".
     pub fn choice(&self, name: &str, choices: &[&'static str]) -> &'static str {
         let default = choices.first().copied().unwrap_or_default();
         let Some(given) = self.find_name(name) else {
@@ -286,13 +289,13 @@ impl<'a> ParamReader<'a> {
             .map(|choice| format!("\"{choice}\""))
             .collect();
         self.context.diagnostics.push(
-            Diagnostic::error(format!(
+            Diagnostic::warning(format!(
                 "`{name}` is one of {}, found \"{}\"",
                 quoted.join(", "),
                 given.text
             ))
             .at(given.span)
-            .label(format!("\"{default}\" is used to read on"))
+            .label(format!("\"{default}\" is used instead"))
             .with_suggestion(suggest::nearest(&given.text, choices.iter().copied())),
         );
         default
@@ -303,9 +306,20 @@ impl<'a> ParamReader<'a> {
         self.numbers(name, ParamGroup::Float)
     }
 
-    /// All numbers of an `integer` parameter, as written (truncation is the caller's).
+    /// All numbers of an `integer` parameter, as written: truncation is the caller's, the warning
+    /// about fractions is given here.
     pub fn integers(&self, name: &str) -> Option<&'a [f64]> {
-        self.numbers(name, ParamGroup::Integer)
+        let numbers = self.numbers(name, ParamGroup::Integer)?;
+        if let Some(item) = numbers.iter().position(|x| *x != x.trunc()) {
+            let number = numbers.get(item).copied().unwrap_or_default();
+            let used = number.trunc();
+            self.warn_item(
+                name,
+                item,
+                format!("`integer {name}` holds {number}, not a whole number: {used} is used"),
+            );
+        }
+        Some(numbers)
     }
 
     /// Flat x y z triples of a `point3`/`point` parameter.
@@ -331,8 +345,9 @@ impl<'a> ParamReader<'a> {
         let numbers = points.or(floats)?;
         let (pairs, rest) = numbers.as_chunks::<2>();
         if !rest.is_empty() {
-            self.warn(
+            self.warn_item(
                 name,
+                numbers.len() - 1,
                 format!(
                     "`{name}` takes pairs, found {} numbers; the last one is ignored",
                     numbers.len()
@@ -381,28 +396,30 @@ impl<'a> ParamReader<'a> {
     }
 
     /// A `string` parameter naming a file, resolved against the search directory. `None` where it
-    /// is not given, or where no such file exists (then already reported as an error).
+    /// is not given, or where it names no regular file (then already reported as an error).
     pub fn file(&self, name: &str) -> Option<PathBuf> {
         let given = self.find_name(name)?;
-        let path = files::resolve(self.context.directory, &given.text);
-        if path.is_none() {
-            let directory = self.context.directory.display().to_string();
-            let place = if directory.is_empty() {
-                "the working directory".to_owned()
-            } else {
-                format!("`{directory}`")
-            };
-            self.context.diagnostics.push(
-                Diagnostic::error(format!(
-                    "{} needs `{}`, and there is no such file",
-                    self.described(),
-                    given.text
-                ))
-                .at(given.span)
-                .label(format!("not found in {place}")),
-            );
-        }
-        path
+        files::regular(self.context.directory, &given.text)
+            .map_err(|problem| self.no_file(given, problem))
+            .ok()
+    }
+
+    fn no_file(&self, given: &Name, problem: FileProblem) {
+        let directory = self.context.directory.display().to_string();
+        let place = if directory.is_empty() {
+            "the working directory".to_owned()
+        } else {
+            format!("`{directory}`")
+        };
+        let what = format!("{} needs `{}`, and {problem}", self.described(), given.text);
+        let diagnostic = Diagnostic::error(what).at(given.span);
+        self.context.diagnostics.push(match problem {
+            FileProblem::Missing => diagnostic.label(format!("not found in {place}")),
+            FileProblem::Folder => diagnostic.label("the name of a file is needed"),
+            FileProblem::NotRegular => {
+                diagnostic.label("pipes and devices are not read: they may never end")
+            }
+        });
     }
 
     /// Reports a warning under the parameter `name` (under the directive where it is not given).

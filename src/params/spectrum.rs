@@ -98,11 +98,10 @@ fn inline(reader: &ParamReader<'_>, param: &Param, numbers: &[f64]) -> Rgb {
 }
 
 fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
-    let read = match files::resolve(reader.context.directory, &name.text) {
-        Some(path) => reader.context.spectra.rgb(path),
-        None => Err("there is no such file".to_owned()),
-    };
-    let read = read.map(|v3| in_dialect(reader, v3));
+    let read = files::regular(reader.context.directory, &name.text)
+        .map_err(|problem| problem.to_string())
+        .and_then(|path| reader.context.spectra.rgb(path))
+        .map(|v3| in_dialect(reader, v3));
     read.unwrap_or_else(|error| {
         reader.context.diagnostics.push(
             Diagnostic::error(format!(

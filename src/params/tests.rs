@@ -222,7 +222,8 @@ fn choices() {
     let outcome = read("path", "\"string s\" \"spacial\"", |p| {
         p.choice("s", &choices)
     });
-    assert_eq!((outcome.value, outcome.errors), ("uniform", 1));
+    assert_eq!(outcome.value, "uniform");
+    assert_eq!((outcome.errors, outcome.warnings), (0, 1));
     assert!(
         outcome.text.contains("did you mean `spatial`?"),
         "{}",
@@ -366,6 +367,21 @@ fn spectra_and_files_are_looked_up_beside_the_scene() {
         assert_eq!(
             (outcome.value, outcome.errors),
             ((Some(Rgb::ZERO), None), 2),
+            "{}",
+            outcome.text
+        );
+    }
+    for (odd, said) in [
+        ("spds", "this is a folder"),
+        ("/dev/null", "not a regular file"),
+    ] {
+        let params = format!("\"spectrum x\" \"{odd}\" \"string f\" \"{odd}\"");
+        let outcome = read_in(&here, "metal", &params, |p| {
+            (p.find_spectrum("x"), p.file("f"))
+        });
+        assert_eq!(outcome.value, (Some(Rgb::ZERO), None));
+        assert!(
+            outcome.messages.iter().all(|m| m.ends_with(said)),
             "{}",
             outcome.text
         );

@@ -55,7 +55,8 @@ pub struct ShapeEntity {
     pub material: Option<MaterialId>,
     /// Emits by this entry of [`Frame::area_lights`].
     pub area_light: Option<usize>,
-    /// The directive, for messages about files that cannot be loaded.
+    /// The name of the shape's file, or else the directive: for messages about what is found out
+    /// when it is loaded.
     pub span: Span,
 }
 

@@ -23,6 +23,8 @@ pub struct MaterialDirective {
 pub struct GraphicsState {
     /// Current material; `None` until the first `Material`: matte with its defaults.
     pub material: Option<Rc<MaterialDirective>>,
+    /// What `Material` gave last: in pbrt-v2 unknown named materials fall back on it.
+    pub unnamed_material: Option<Rc<MaterialDirective>>,
     /// Texture names in scope.
     pub textures: Rc<TextureNames>,
     /// Named materials in scope.
@@ -38,6 +40,7 @@ impl GraphicsState {
     pub fn new() -> GraphicsState {
         GraphicsState {
             material: None,
+            unnamed_material: None,
             textures: Rc::default(),
             named_materials: Rc::default(),
             area_light: None,

@@ -18,7 +18,6 @@ use crate::syntax::{
 };
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::rc::Rc;
 
 /// What the command line says about how a scene is to be read.
 #[derive(Clone, Copy, Debug, Default)]
@@ -258,10 +257,7 @@ impl<'a> Interpreter<'a> {
                     params,
                 },
             ),
-            D::Material(typed) => {
-                let material = self.make_material("Material", span, typed);
-                self.current.state.material = Some(Rc::new(material));
-            }
+            D::Material(typed) => self.use_material(span, typed),
             D::MakeNamedMaterial(typed) => self.make_named_material(span, typed),
             D::NamedMaterial(name) => self.use_named_material(&name),
             D::LightSource(typed) => self.light_source(span, &typed),

@@ -4,12 +4,37 @@ use super::graphics_state::MaterialDirective;
 use super::interpreter::Interpreter;
 use crate::handles::MaterialId;
 use crate::materials::{self, Material};
-use crate::params::{ParamReader, TextureNames};
+use crate::params::{Dialect, ParamReader, TextureNames};
 use crate::syntax::suggest::nearest;
 use crate::syntax::{Diagnostic, Name, ParamGroup, ParamList, ParamValue, Span, Typed};
 use std::rc::Rc;
 
 impl Interpreter<'_> {
+    /// `Material "type"`. pbrt-v2 makes the material at each shape (scene-language A.1), so there
+    /// it may name textures that are defined later: then the shapes report what is wrong with it.
+    pub(super) fn use_material(&mut self, span: Span, typed: Typed) {
+        let wait = self.dialect() == Dialect::V2
+            && Material::KINDS.contains(&&*typed.kind.text)
+            && texture_names(&typed.params).any(|name| !self.is_texture(name));
+        let material = if wait {
+            MaterialDirective {
+                typed,
+                id: None,
+                named: false,
+            }
+        } else {
+            self.make_material("Material", span, typed)
+        };
+        let material = Some(Rc::new(material));
+        self.current.state.unnamed_material.clone_from(&material);
+        self.current.state.material = material;
+    }
+
+    fn is_texture(&self, name: &str) -> bool {
+        let names = &self.current.state.textures;
+        names.float.contains_key(name) || names.spectrum.contains_key(name)
+    }
+
     /// The material of a `Material` or `MakeNamedMaterial`.
     pub(super) fn make_material(
         &mut self,
@@ -68,25 +93,25 @@ impl Interpreter<'_> {
         }
     }
 
-    /// `NamedMaterial "name"`.
+    /// `NamedMaterial "name"`. A name that nobody has defined is an error, but in pbrt-v2 it stands
+    /// for the last unnamed material (scene-language A.1).
     pub(super) fn use_named_material(&mut self, name: &Name) {
+        let v2 = self.dialect() == Dialect::V2;
         match self.current.state.named_materials.get(&name.text) {
             Some(material) => self.current.state.material = Some(Rc::clone(material)),
             None => {
-                let known = self
-                    .current
-                    .state
-                    .named_materials
-                    .keys()
-                    .map(String::as_str);
-                self.diagnostics.push(
-                    Diagnostic::error(format!(
-                        "there is no material `{}`; the current one stays",
-                        name.text
-                    ))
-                    .at(name.span)
-                    .with_suggestion(nearest(&name.text, known)),
-                );
+                let state = &mut self.current.state;
+                let known = state.named_materials.keys().map(String::as_str);
+                let suggestion = nearest(&name.text, known);
+                let missing = format!("there is no material `{}`", name.text);
+                let diagnostic = if v2 {
+                    state.material.clone_from(&state.unnamed_material);
+                    Diagnostic::warning(format!("{missing}; the last unnamed one is used"))
+                } else {
+                    Diagnostic::error(format!("{missing}; the current one stays"))
+                };
+                self.diagnostics
+                    .push(diagnostic.at(name.span).with_suggestion(suggestion));
             }
         }
     }
@@ -135,6 +160,18 @@ pub(super) fn read_material(reader: &ParamReader) -> Option<Material> {
     Material::from_params(reader)
 }
 
+/// The names that parameters of type `texture` give.
+pub(super) fn texture_names(params: &ParamList) -> impl Iterator<Item = &str> {
+    let textures = params
+        .params
+        .iter()
+        .filter(|param| param.ty.group() == ParamGroup::Texture);
+    textures.flat_map(|param| match &param.value {
+        ParamValue::Strings(names) => names.iter().map(|name| name.text.as_str()).collect(),
+        ParamValue::Numbers(_) | ParamValue::Bools(_) => Vec::new(),
+    })
+}
+
 /// The value of `"string type"`.
 fn named_type(params: &ParamList) -> Option<Name> {
     let param = params.get("type", ParamGroup::String)?;
@@ -142,5 +179,79 @@ fn named_type(params: &ParamList) -> Option<Name> {
     match &param.value {
         ParamValue::Strings(names) if names.len() == 1 => names.first().cloned(),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::params::Dialect;
+    use crate::scene::description::{Frame, ShapeEntity};
+    use crate::scene::dialect::DialectChoice;
+    use crate::scene::{ReadSettings, read_scene};
+    use crate::syntax::SourceMap;
+
+    fn frame(dialect: Dialect, world: &str) -> (Frame, usize, usize) {
+        let sources = SourceMap::new();
+        let text = format!("WorldBegin LightSource \"point\" {world} WorldEnd");
+        let main = sources.add_text("test.pbrt", text);
+        let settings = ReadSettings {
+            dialect: DialectChoice::Fixed(dialect),
+            ..ReadSettings::default()
+        };
+        let (mut scene, diagnostics) = read_scene(&sources, main, &settings);
+        let frame = scene.frames.pop().expect("a frame");
+        (frame, diagnostics.errors(), diagnostics.warnings())
+    }
+
+    /// The material of each shape, as numbers for what is the same.
+    fn materials(frame: &Frame) -> Vec<Option<&super::Material>> {
+        let of = |shape: &ShapeEntity| frame.materials.get(shape.material?.index());
+        frame.shapes.iter().map(of).collect()
+    }
+
+    /// Scene-language A.1 and 2.1: a texture defined again between `Material` and `Shape` counts
+    /// in pbrt-v2, and does not in v3.
+    #[test]
+    fn textures_count_at_the_shape_in_v2_only() {
+        let texture = |x| format!("Texture \"a\" \"float\" \"constant\" \"float value\" {x} ");
+        let world = texture(1)
+            + "Material \"matte\" \"texture sigma\" \"a\" Shape \"sphere\" "
+            + &texture(2)
+            + "Shape \"sphere\" Shape \"sphere\"";
+        for (dialect, changes) in [(Dialect::V2, true), (Dialect::V3, false)] {
+            let (frame, errors, warnings) = frame(dialect, &world);
+            // The warning is about the texture defined again.
+            assert_eq!((errors, warnings), (0, 1));
+            let made = materials(&frame);
+            assert_eq!(made[0] != made[1], changes, "{dialect:?}");
+            assert_eq!(made[1], made[2]);
+            assert_eq!(frame.materials.len(), if changes { 2 } else { 1 });
+        }
+    }
+
+    #[test]
+    fn textures_may_come_after_the_material_in_v2() {
+        let material = "Material \"matte\" \"texture sigma\" \"a\" ";
+        let texture = "Texture \"a\" \"float\" \"constant\" ";
+        let shape = "Shape \"sphere\"";
+        let world = [material, texture, shape].concat();
+        assert_eq!(frame(Dialect::V2, &world).1, 0);
+        assert_eq!(frame(Dialect::V3, &world).1, 1);
+        // Without the texture the shape finds the mistake, and many shapes find it once.
+        let world = [material, shape, " ", shape].concat();
+        assert_eq!(frame(Dialect::V2, &world).1, 1);
+    }
+
+    #[test]
+    fn an_unknown_named_material_is_the_unnamed_one_in_v2() {
+        let world = "Material \"mirror\" Shape \"sphere\"
+            MakeNamedMaterial \"m\" \"string type\" \"matte\" NamedMaterial \"m\" Shape \"sphere\"
+            NamedMaterial \"nope\" Shape \"sphere\"";
+        let (v2, errors, warnings) = frame(Dialect::V2, world);
+        assert_eq!((errors, warnings), (0, 1));
+        assert_eq!(materials(&v2)[2], materials(&v2)[0]);
+        let (v3, errors, warnings) = frame(Dialect::V3, world);
+        assert_eq!((errors, warnings), (1, 0));
+        assert_eq!(materials(&v3)[2], materials(&v3)[1]);
     }
 }

@@ -3,13 +3,13 @@
 use super::description::ShapeEntity;
 use super::graphics_state::MaterialDirective;
 use super::interpreter::Interpreter;
-use super::materials::read_material;
+use super::materials::{read_material, texture_names};
 use crate::handles::MaterialId;
 use crate::lights::DiffuseAreaSpec;
 use crate::materials::Material;
 use crate::params::{Dialect, ParamReader, may_change_material};
 use crate::shapes::ShapeSpec;
-use crate::syntax::{Diagnostic, ParamList, Span, Typed};
+use crate::syntax::{Diagnostic, ParamGroup, ParamList, Span, Typed};
 use std::rc::Rc;
 
 impl Interpreter<'_> {
@@ -40,7 +40,7 @@ impl Interpreter<'_> {
             reverse_orientation: self.current.state.reverse_orientation,
             material,
             area_light: self.area_light_of_shape(span),
-            span,
+            span: file_name_span(typed).unwrap_or(span),
         };
         if let Some(world) = self.world.as_mut() {
             world.add_shape(entity);
@@ -52,9 +52,13 @@ impl Interpreter<'_> {
     fn read_shape(&mut self, span: Span, typed: &Typed) -> (Option<MaterialId>, Option<ShapeSpec>) {
         let current = self.current.state.material.clone();
         let names = Rc::clone(&self.current.state.textures);
-        // In pbrt-v2 named materials are finished when they are made (appendix A.1).
-        let fixed = self.dialect() == Dialect::V2 && current.as_ref().is_some_and(|m| m.named);
-        let overrides = !fixed && may_change_material(&typed.params);
+        // pbrt-v2 (appendix A.1): named materials are finished when they are made; others are made
+        // here, with the textures that have their names now.
+        let v2 = self.dialect() == Dialect::V2;
+        let fixed = v2 && current.as_ref().is_some_and(|m| m.named);
+        let textured = |m: &Rc<MaterialDirective>| texture_names(&m.typed.params).next().is_some();
+        let made_here = v2 && current.as_ref().is_some_and(textured);
+        let overrides = !fixed && (made_here || may_change_material(&typed.params));
         let mut overridden = None;
         let spec = self.reading(&names).read("Shape", span, typed, |reader| {
             let spec = read_spec(reader);
@@ -94,6 +98,12 @@ impl Interpreter<'_> {
         }
         Some(area_light)
     }
+}
+
+/// Where the name of the shape's file stands: there problems with the file are shown.
+fn file_name_span(shape: &Typed) -> Option<Span> {
+    let name = shape.params.get("filename", ParamGroup::String)?;
+    Some(name.value_span)
 }
 
 /// The shape; what cannot be made is reported and left out.

@@ -7,8 +7,10 @@ use crate::handles::{FloatTextureId, MaterialId, ObjectId, SpectrumTextureId};
 use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
 use crate::syntax::suggest::nearest;
-use crate::syntax::{Diagnostic, Name, Span, Typed};
-use crate::textures::{FloatTextureSpec, SpectrumTextureSpec};
+use crate::syntax::{Diagnostic, Diagnostics, Name, Span, Typed};
+use crate::textures::{
+    Constant, FloatTextureSpec, MAX_DEPTH, SpectrumTextureSpec, TextureSpec, TextureValue,
+};
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -19,6 +21,9 @@ pub(super) struct WorldBlock {
     pub(super) assumed: bool,
     float_textures: Vec<FloatTextureSpec>,
     spectrum_textures: Vec<SpectrumTextureSpec>,
+    /// How deep each texture nests others.
+    float_depths: Vec<usize>,
+    spectrum_depths: Vec<usize>,
     pub(super) materials: Vec<Material>,
     shapes: Vec<ShapeEntity>,
     pub(super) objects: Vec<ObjectDefinition>,
@@ -37,6 +42,8 @@ impl WorldBlock {
             assumed: false,
             float_textures: Vec::new(),
             spectrum_textures: Vec::new(),
+            float_depths: Vec::new(),
+            spectrum_depths: Vec::new(),
             materials: Vec::new(),
             shapes: Vec::new(),
             objects: Vec::new(),
@@ -84,6 +91,29 @@ impl WorldBlock {
     }
 }
 
+/// A texture that nests others too deep is reported, and a constant stands for it.
+fn shallow<V: TextureValue>(
+    spec: TextureSpec<V>,
+    depth: usize,
+    name: &Name,
+    diagnostics: &Diagnostics,
+) -> (TextureSpec<V>, usize) {
+    if depth <= MAX_DEPTH {
+        return (spec, depth);
+    }
+    let message = format!(
+        "texture `{}` nests textures more than {MAX_DEPTH} deep",
+        name.text
+    );
+    diagnostics.push(
+        Diagnostic::error(message)
+            .at(name.span)
+            .label("a constant 0.5 is used to read on"),
+    );
+    let value = V::splat(0.5);
+    (TextureSpec::Constant(Constant { value }), 1)
+}
+
 impl Interpreter<'_> {
     /// `Texture "name" "type" "class"`.
     pub(super) fn texture(&mut self, span: Span, name: &Name, value_type: &Name, typed: Typed) {
@@ -100,6 +130,9 @@ impl Interpreter<'_> {
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
                     return;
                 };
+                let depth = spec.depth(&world.float_depths, &world.float_depths);
+                let (spec, depth) = shallow(spec, depth, name, self.diagnostics);
+                world.float_depths.push(depth);
                 world.float_textures.push(spec);
                 let id = FloatTextureId(world.float_textures.len() as u32 - 1);
                 self.current.state.define_float_texture(&name.text, id)
@@ -112,6 +145,9 @@ impl Interpreter<'_> {
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
                     return;
                 };
+                let depth = spec.depth(&world.float_depths, &world.spectrum_depths);
+                let (spec, depth) = shallow(spec, depth, name, self.diagnostics);
+                world.spectrum_depths.push(depth);
                 world.spectrum_textures.push(spec);
                 let id = SpectrumTextureId(world.spectrum_textures.len() as u32 - 1);
                 self.current.state.define_spectrum_texture(&name.text, id)

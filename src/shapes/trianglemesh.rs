@@ -57,8 +57,8 @@ impl TriangleMeshSpec {
         }
         let indices = match check_indices(indices, positions.len()) {
             Ok(indices) => indices,
-            Err(message) => {
-                reader.error("indices", message);
+            Err((item, message)) => {
+                reader.error_item("indices", item, message);
                 return None;
             }
         };
@@ -67,14 +67,16 @@ impl TriangleMeshSpec {
                 return Vec::new();
             };
             if values.len() / 3 != positions.len() {
-                reader.error(
-                    name,
-                    format!(
-                        "`{name}` has {} values for {} vertices: they are not used",
-                        values.len() / 3,
-                        positions.len()
-                    ),
+                let given = values.len() / 3;
+                let message = format!(
+                    "`{name}` has {given} value{} for {} vertices: not used",
+                    if given == 1 { "" } else { "s" },
+                    positions.len()
                 );
+                match values.get(3 * positions.len()) {
+                    Some(_) => reader.error_item(name, 3 * positions.len(), message),
+                    None => reader.error(name, message),
+                }
                 return Vec::new();
             }
             triples(values).map(|v| DVec3::from(v).as_vec3()).collect()
@@ -99,13 +101,15 @@ fn triples(values: &[f64]) -> impl Iterator<Item = [f64; 3]> {
     values.as_chunks::<3>().0.iter().copied()
 }
 
-/// Triangles from a flat list of numbers, truncated to integers as pbrt does.
-fn check_indices(indices: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, String> {
+/// Triangles from a flat list of numbers, truncated to integers as pbrt does. An error tells which
+/// number is wrong.
+fn check_indices(indices: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, (usize, String)> {
     let limit = vertices.min(u32::MAX as usize);
     let valid = |&i: &f64| i.trunc() >= 0.0 && i.trunc() < limit as f64;
-    if let Some(bad) = indices.iter().find(|i| !valid(i)) {
-        return Err(format!(
-            "vertex {bad} does not exist: there are {vertices} vertices, numbered from 0"
+    if let Some((item, bad)) = indices.iter().enumerate().find(|(_, i)| !valid(i)) {
+        return Err((
+            item,
+            format!("vertex {bad} does not exist: there are {vertices} vertices, numbered from 0"),
         ));
     }
     Ok(indices
@@ -135,8 +139,9 @@ fn texture_coordinates(
         return Vec::new();
     }
     if pairs > vertices {
-        reader.warn(
+        reader.warn_item(
             name,
+            2 * vertices,
             format!(
                 "{pairs} texture coordinates for {vertices} vertices: the last ones are not used"
             ),
@@ -164,13 +169,11 @@ mod tests {
         );
         assert!(
             check_indices(&[0.0, 1.0, 3.0], 3)
-                .unwrap_err()
-                .contains("vertex 3")
+                .is_err_and(|(item, message)| item == 2 && message.contains("vertex 3"))
         );
         assert!(
             check_indices(&[0.0, -1.0, 2.0], 3)
-                .unwrap_err()
-                .contains("vertex -1")
+                .is_err_and(|(item, message)| item == 1 && message.contains("vertex -1"))
         );
         assert!(check_indices(&[0.0, f64::NAN, 2.0], 3).is_err());
         // −0.5 truncates to 0.

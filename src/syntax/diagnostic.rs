@@ -49,6 +49,10 @@ pub struct Diagnostic {
     pub message: String,
     /// Where.
     pub span: Option<Span>,
+    /// Which item of the list at `span` is meant, from 0; `None` for the whole of it. Where the
+    /// item stands is found out when the message is printed, so that places of a million numbers
+    /// need not be kept.
+    pub item: Option<usize>,
     /// What stands beside the caret.
     pub label: Option<String>,
     /// Other places that matter, with what to say about them.
@@ -65,6 +69,7 @@ impl Diagnostic {
             severity,
             message: message.into(),
             span: None,
+            item: None,
             label: None,
             related: Vec::new(),
             notes: Vec::new(),
@@ -90,6 +95,13 @@ impl Diagnostic {
     /// Puts the caret.
     pub fn at(mut self, span: Span) -> Self {
         self.span = Some(span);
+        self
+    }
+
+    /// Puts the caret under one item, counted from 0, of the list of values at `span`.
+    pub fn at_item(mut self, span: Span, item: usize) -> Self {
+        self.span = Some(span);
+        self.item = Some(item);
         self
     }
 

@@ -4,6 +4,7 @@
 //! of a line around the caret, since one line may be a mesh of many megabytes.
 
 use super::diagnostic::{Diagnostic, Severity, Style};
+use super::lexer::{Lexeme, lexeme};
 use super::source::{SourceMap, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use std::ops::Range;
@@ -37,6 +38,10 @@ impl Diagnostic {
         let mut group = Group::with_title(level.primary_title(self.message.as_str()));
         let primary = self
             .span
+            .map(|span| match self.item {
+                Some(item) => item_span(sources, span, item).unwrap_or(span),
+                None => span,
+            })
             .map(|span| (span, self.label.as_deref(), AnnotationKind::Primary));
         let related = self
             .related
@@ -79,6 +84,28 @@ impl Diagnostic {
             text.replacen(&shown, &really, 1)
         })
     }
+}
+
+/// Where an item, counted from 0, of the list of values at `list` stands.
+fn item_span(sources: &SourceMap, list: Span, item: usize) -> Option<Span> {
+    let bytes = sources.bytes(list.file)?;
+    let whole = bytes.get(list.start as usize..list.end as usize)?;
+    let mut rest = whole;
+    let mut items = 0;
+    while let Some((found, blanks, after)) = lexeme(rest) {
+        let is_item = !matches!(found, Lexeme::Open | Lexeme::Close);
+        if is_item && items == item {
+            let place = |left: usize| list.start + (whole.len() - left) as u32;
+            return Some(Span {
+                file: list.file,
+                start: place(rest.len() - blanks),
+                end: place(after.len()),
+            });
+        }
+        items += usize::from(is_item);
+        rest = after;
+    }
+    None
 }
 
 impl Excerpt {

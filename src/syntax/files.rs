@@ -2,6 +2,37 @@
 
 use std::path::{Path, PathBuf};
 
+/// Why a name leads to no file that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FileProblem {
+    /// Nothing is there.
+    #[error("there is no such file")]
+    Missing,
+    /// A folder is there.
+    #[error("this is a folder")]
+    Folder,
+    /// A pipe, a device or a socket is there: reading it might never end.
+    #[error("this is not a regular file")]
+    NotRegular,
+}
+
+/// The regular file that `name` stands for, by the rules of [`resolve`].
+pub fn regular(directory: &Path, name: &str) -> Result<PathBuf, FileProblem> {
+    if let Some(path) = resolve(directory, name) {
+        return if path.is_file() {
+            Ok(path)
+        } else {
+            Err(FileProblem::NotRegular)
+        };
+    }
+    let is_folder = |name: &str| directory.join(name).is_dir();
+    Err(if is_folder(name) || is_folder(&slashed(name)) {
+        FileProblem::Folder
+    } else {
+        FileProblem::Missing
+    })
+}
+
 /// The file that `name` stands for, seen from `directory`, or `None` where there is none.
 /// Absolute names stay what they are. Scenes written on Windows spell folders with backslashes,
 /// whose first letters may have been taken for escapes (`\t`, `\n`): where the name as read leads
@@ -40,6 +71,21 @@ mod tests {
     fn windows_paths_lead_to_the_same_file() {
         assert_eq!(slashed("a\\b.png"), "a/b.png");
         assert_eq!(slashed("maps\new\tiles.png"), "maps/new/tiles.png");
+    }
+
+    #[test]
+    fn only_regular_files_are_read() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::create_dir(folder.path().join("maps")).expect("a folder");
+        std::fs::write(folder.path().join("maps/a.png"), "").expect("a file");
+        let found = |name| regular(folder.path(), name);
+        assert!(found("maps/a.png").is_ok());
+        assert!(found("maps\\a.png").is_ok());
+        assert_eq!(found("maps"), Err(FileProblem::Folder));
+        assert_eq!(found(""), Err(FileProblem::Folder));
+        assert_eq!(found("maps/b.png"), Err(FileProblem::Missing));
+        #[cfg(unix)]
+        assert_eq!(found("/dev/null"), Err(FileProblem::NotRegular));
     }
 
     #[test]

@@ -13,8 +13,7 @@
 //! | byte-order mark (UTF-8) | unknown directive | skipped |
 //! | UTF-16 | unknown directive | error that says so |
 //! | form feed, vertical tab | part of a word | blank |
-//! | `1,` `2deg` `1.0f` `40#note`: no digits in the tail | tail dropped silently | tail dropped, warning |
-//! | `1,2` `1.2.3`: digits in the tail | tail dropped silently | error: a value is missing |
+//! | `1,2` `2deg` `1.2.3` `40#note` | tail dropped silently | tail dropped, warning |
 //! | `nan` | accepted | error: not a number |
 //! | `inf` | accepted | accepted in parameters, error in transforms |
 //! | `true`, `false` without quotes | fatal | accepted for `bool` |

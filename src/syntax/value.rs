@@ -223,9 +223,9 @@ impl Parser<'_> {
             (_, b"true") => items.bools.push(true),
             (_, b"false") => items.bools.push(false),
             _ => match self.checked_number(token) {
-                Some(number) => {
-                    items.doubtful |= is_mistake(token.text());
-                    items.numbers.push(number);
+                Some(value) => {
+                    items.doubtful |= number(token.text()).is_some_and(|(value, _)| value.is_nan());
+                    items.numbers.push(value);
                 }
                 None => {
                     items.spoilt = true;
@@ -250,25 +250,10 @@ impl Parser<'_> {
             start: token.span.start + used as u32,
             ..token.span
         };
-        if tail.iter().any(u8::is_ascii_digit) {
-            let missing = if tail.starts_with(b",") || tail.starts_with(b";") {
-                "separate numbers by blanks"
-            } else {
-                ""
-            };
-            let diagnostic =
-                Diagnostic::error("a number is followed by something with digits in it")
-                    .at(tail_span)
-                    .label("pbrt-v3 would drop this without a word");
-            self.report(if missing.is_empty() {
-                diagnostic
-            } else {
-                diagnostic.with_help(missing)
-            });
-        } else if !tail.is_empty() {
+        if !tail.is_empty() {
             let diagnostic = Diagnostic::warning("a number is followed by something else")
                 .at(tail_span)
-                .label("ignored");
+                .label("ignored, as pbrt-v3 does");
             self.report(match tail.first() {
                 Some(b'#') => diagnostic.with_help("a comment needs a blank before its `#`"),
                 Some(b',' | b';') => diagnostic.with_help("numbers are separated by blanks"),
@@ -405,13 +390,6 @@ impl Parser<'_> {
         }
         Some(numbers)
     }
-}
-
-/// Would [`Parser::checked_number`] report an error, although the word begins with a number?
-fn is_mistake(word: &[u8]) -> bool {
-    number(word).is_some_and(|(value, used)| {
-        value.is_nan() || word.iter().skip(used).any(u8::is_ascii_digit)
-    })
 }
 
 fn expected_items(ty: ParamType) -> &'static str {

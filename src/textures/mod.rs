@@ -143,6 +143,21 @@ fn from_params<V: TextureValue>(reader: &ParamReader, ctm: &Transform) -> Option
 }
 
 impl<V: TextureValue> TextureSpec<V> {
+    /// How deep it nests other textures (1: uses none), where those of float textures and of
+    /// textures of its own kind are known.
+    pub fn depth(&self, floats: &[usize], own: &[usize]) -> usize {
+        let Operands {
+            own: inputs,
+            amount,
+        } = self.operands();
+        let inputs = inputs.into_iter().filter_map(V::texture_index);
+        let amount = amount.and_then(f32::texture_index);
+        let below = inputs
+            .filter_map(|i| own.get(i))
+            .chain(amount.and_then(|i| floats.get(i)));
+        1 + below.max().copied().unwrap_or(0)
+    }
+
     /// The textures this one looks values up in.
     fn operands(&self) -> Operands<V> {
         match self {

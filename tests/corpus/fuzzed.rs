@@ -260,7 +260,7 @@ fn ten_thousand_nested_includes_render() {
 #[test]
 fn a_million_shapes_render() {
     let mut shapes = String::new();
-    for i in 0..1_000_000 {
+    for i in 0..1_000_000_u64 {
         let (x, y, z) = (i * 7919 % 1000, i * 104_729 % 997, i * 31 % 991);
         writeln!(
             shapes,

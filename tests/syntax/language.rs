@@ -249,6 +249,10 @@ fn lenient_forms_are_read_with_a_warning() {
             "a number is followed by something else",
         ),
         (
+            "Shape \"s\" \"float x\" [1,2 2abc 3]",
+            "a number is followed by something else",
+        ),
+        (
             "Shape \"s\" \"float x y\" 1",
             "a parameter's declaration has words behind the name; they are ignored",
         ),

@@ -23,14 +23,14 @@ fn messages_of_several_files_exactly() {
   = note: included from FOLDER/main.pbrt:2:1
   = help: did you mean `float`?
 
-error: a number is followed by something with digits in it
+warning: a number is followed by something else
  --> FOLDER/parts/ball.pbrt:4:18
   |
 4 |     "float zmin" [ 1,5 ]
-  |                     ^^ pbrt-v3 would drop this without a word
+  |                     ^^ ignored, as pbrt-v3 does
   |
   = note: included from FOLDER/main.pbrt:2:1
-  = help: separate numbers by blanks
+  = help: numbers are separated by blanks
 
 error: expected a directive, found `Shpae`
  --> FOLDER/main.pbrt:3:1
@@ -51,13 +51,13 @@ fn the_excerpt_of_an_endless_line_is_short() {
         "1 2 3 ".repeat(300_000),
         "4 5 6 ".repeat(300_000)
     );
-    let expected = r#"error: a number is followed by something with digits in it
+    let expected = r#"warning: a number is followed by something else
  --> scene.pbrt:1:1800027
   |
 1 | …3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3  7,7 4 5 6 4 5 6 4 5 6 4 5 6 4 5 6 4 5 6 4 5 6 4 5 6 4 5 6 4 5 6 4 5 6 4 5 6 4 5 6…
-  |                                          ^^ pbrt-v3 would drop this without a word
+  |                                          ^^ ignored, as pbrt-v3 does
   |
-  = help: separate numbers by blanks
+  = help: numbers are separated by blanks
 
 "#;
     let text = read(scene).text;

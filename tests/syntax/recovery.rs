@@ -43,10 +43,6 @@ fn all_errors_come_out_in_one_run() {
             "Shape \"s\" \"float x\" [1 two 3]",
             "expected a value, found `two`",
         ),
-        (
-            "Shape \"s\" \"float x\" [1,2]",
-            "a number is followed by something with digits in it",
-        ),
         ("Shape \"s\" \"float x\" nan", "not a number"),
         (
             "Shape \"s\" \"flaot x\" 1",
@@ -157,7 +153,7 @@ fn a_million_shapes() {
 #[test]
 fn a_million_errors() {
     let read =
-        read("Shape \"s\" \"float x\" [1,2]\n".repeat(100_000) + &"Identty\n".repeat(100_000));
+        read("Shape \"s\" \"float x\" [one]\n".repeat(100_000) + &"Identty\n".repeat(100_000));
     assert_eq!(read.errors, 200_000);
     assert!(read.text.len() < 10_000, "{}", read.text.len());
     assert!(
