@@ -12,16 +12,21 @@ pub struct LensArgs {
     /// Lens prescription (.dat)
     lens: PathBuf,
     /// Diameter of the aperture stop in mm, instead of the file's
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     aperture: Option<f64>,
     /// Focus at this distance from the film, in metres
-    #[arg(long, value_name = "M", conflicts_with = "film_distance")]
+    #[arg(
+        long,
+        value_name = "M",
+        allow_negative_numbers = true,
+        conflicts_with = "film_distance"
+    )]
     focus: Option<f64>,
     /// Distance from the last surface to the film in mm
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     film_distance: Option<f64>,
     /// Multiply every length of the prescription
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     scale: Option<f64>,
     /// Print JSON instead of text; lengths in mm
     #[arg(long)]
@@ -52,11 +57,23 @@ fn describe(args: &LensArgs) -> Result<String, String> {
     }
     if let Some(diameter) = args.aperture {
         if !(diameter >= 0.0 && diameter.is_finite()) {
-            return Err(format!("--aperture {diameter}: expected a diameter in mm"));
+            return Err(format!(
+                "--aperture {diameter}: expected a diameter in mm, 0 or more"
+            ));
         }
         for warning in prescription.set_stops(diameter) {
             eprintln!("warning: {warning}");
         }
+    }
+    if let Some(mm) = args.film_distance
+        && !(mm > 0.0 && mm.is_finite())
+    {
+        return Err(format!("--film-distance {mm}: expected a positive number"));
+    }
+    if let Some(metres) = args.focus
+        && (metres.is_nan() || metres <= 0.0)
+    {
+        return Err(format!("--focus {metres}: expected a positive number"));
     }
     let film_distance = match (args.focus, args.film_distance) {
         (Some(metres), _) => {

@@ -49,6 +49,11 @@ pub fn error(message: impl std::fmt::Display) {
     eprintln!("error: {message}");
 }
 
+/// Prints one line of advice that has no place in a file.
+pub fn warning(message: impl std::fmt::Display) {
+    eprintln!("warning: {message}");
+}
+
 /// Must the scene be refused? Errors always, warnings under `--strict`.
 pub fn refused(diagnostics: &Diagnostics, strict: bool) -> bool {
     diagnostics.errors() > 0 || (strict && diagnostics.warnings() > 0)

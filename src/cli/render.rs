@@ -23,19 +23,25 @@ pub struct RenderArgs {
     #[arg(long)]
     png: Option<PathBuf>,
     /// Samples a pixel, instead of the scene's
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     spp: Option<u32>,
-    /// Threads; by default one for each processor
+    /// Threads; by default one for each processor, at most eight times as many
     #[arg(long, visible_alias = "nthreads", default_value_t = 0)]
     threads: usize,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Part of the picture, as fractions: x0,x1,y0,y1
-    #[arg(long, value_delimiter = ',', num_args = 1, value_name = "x0,x1,y0,y1")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        value_name = "x0,x1,y0,y1"
+    )]
     crop: Option<Vec<f64>>,
     /// The same as four arguments, as pbrt; used only where the scene gives no crop window
-    #[arg(long, num_args = 4, value_names = ["x0", "x1", "y0", "y1"])]
+    #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["x0", "x1", "y0", "y1"])]
     cropwindow: Option<Vec<f64>>,
     /// Side of the square tiles that threads work on, in pixels; changes no bit of the picture
     #[arg(long, default_value_t = render::TILE_SIZE, hide = true)]
@@ -71,10 +77,11 @@ type Outcome = Result<(), Option<String>>;
 
 fn render_scene(args: &RenderArgs) -> Outcome {
     let sources = SourceMap::new();
+    let threads = threads(args);
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads)
+        .num_threads(threads)
         .build()
-        .map_err(|e| Some(format!("cannot start {} threads: {e}", args.threads)))?;
+        .map_err(|e| Some(format!("cannot start {threads} threads: {e}")))?;
     let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
     let refused = messages::refused(&diagnostics, args.read.strict);
     if !args.quiet || refused {
@@ -87,13 +94,42 @@ fn render_scene(args: &RenderArgs) -> Outcome {
         .collect();
     // All of them before the first is rendered: nobody wants to learn of a misspelt folder after a
     // night's work.
-    for path in outputs.iter().flat_map(Outputs::paths) {
-        film::check_output(path).map_err(|e| Some(e.to_string()))?;
+    for outputs in &outputs {
+        outputs.check().map_err(Some)?;
+    }
+    let keeps_variances = |outputs: &Outputs| outputs.paths().any(film::keeps_variances);
+    if args.variance && !args.quiet && !outputs.iter().any(keeps_variances) {
+        messages::warning("--variance has no effect: only .exr files keep variances");
     }
     for (frame, outputs) in scene.frames.into_iter().zip(&outputs) {
         render_frame(args, frame, outputs, &sources, &pool)?;
     }
     Ok(())
+}
+
+/// Threads for each processor beyond which more of them only cost memory and time.
+const THREADS_PER_PROCESSOR: usize = 8;
+
+/// The number of threads to start, 0 for one for each processor: as asked for, up to
+/// [`THREADS_PER_PROCESSOR`]. The picture does not depend on it.
+fn threads(args: &RenderArgs) -> usize {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = THREADS_PER_PROCESSOR * processors;
+    if args.threads > most && !args.quiet {
+        messages::warning(format!(
+            "--threads {}: {most} are used, {THREADS_PER_PROCESSOR} for each processor",
+            args.threads
+        ));
+    }
+    args.threads.min(most)
+}
+
+/// A count from the command line.
+fn positive(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
+        Ok(count) => Ok(count),
+    }
 }
 
 /// The files of one frame.
@@ -116,11 +152,45 @@ impl Outputs {
         }
     }
 
+    /// Can all of them be written, as far as is known before rendering?
+    fn check(&self) -> Result<(), String> {
+        for path in self.paths() {
+            film::check_output(path).map_err(|e| e.to_string())?;
+        }
+        let Some(png) = &self.png else { return Ok(()) };
+        if !png
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png"))
+        {
+            return Err(format!(
+                "--png {}: expected a name ending in .png",
+                png.display()
+            ));
+        }
+        if same_file(png, &self.picture) {
+            let png = png.display();
+            return Err(format!(
+                "--png {png}: the picture itself is written there already"
+            ));
+        }
+        Ok(())
+    }
+
     fn paths(&self) -> impl Iterator<Item = &Path> {
         [Some(self.picture.as_path()), self.png.as_deref()]
             .into_iter()
             .flatten()
     }
+}
+
+/// Do two names, whose folders exist, mean one file?
+fn same_file(a: &Path, b: &Path) -> bool {
+    let resolved = |path: &Path| {
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    a == b || (resolved(a).is_some() && resolved(a) == resolved(b))
 }
 
 /// `a.exr` for the first frame, `a.2.exr` for the second.
