@@ -469,6 +469,128 @@ fn strict_refuses_warnings() {
     );
 }
 
+/// What only shows when files are loaded: check and render say the same of it, at the place that
+/// names the file.
+#[test]
+fn broken_files_are_reported_where_they_are_named() {
+    let folder = Folder::new();
+    for name in ["bad.png", "bad.ply", "bad.obj"] {
+        std::fs::write(folder.path(name), "no such thing").expect("a file");
+    }
+    std::fs::write(folder.path("zero.png"), "").expect("a file");
+    let scene = folder.path("s.pbrt");
+    for (line, place, words) in [
+        (
+            "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"bad.png\"\n\
+             Material \"matte\" \"texture Kd\" \"t\"\nShape \"sphere\"",
+            "s.pbrt:3:53\n",
+            "error: cannot decode 'bad.png'",
+        ),
+        (
+            // By way of another texture, and a float one.
+            "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"bad.png\"\n\
+             Texture \"u\" \"float\" \"scale\" \"texture tex1\" \"t\"\n\
+             Material \"matte\" \"texture bumpmap\" \"u\"\nShape \"sphere\"",
+            "s.pbrt:3:50\n",
+            "error: cannot decode 'bad.png'",
+        ),
+        (
+            "LightSource \"infinite\" \"string mapname\" \"zero.png\"",
+            "s.pbrt:3:41\n",
+            "error: cannot decode 'zero.png'",
+        ),
+        (
+            "Shape \"plymesh\" \"string filename\" \"bad.ply\"",
+            "s.pbrt:3:1\n",
+            "error: bad.ply: ",
+        ),
+        (
+            "ObjectBegin \"o\"\nShape \"objmesh\" \"string filename\" \"bad.obj\"\nObjectEnd",
+            "s.pbrt:4:1\n",
+            "error: bad.obj: ",
+        ),
+    ] {
+        let text = format!("WorldBegin\nLightSource \"point\"\n{line}\nWorldEnd\n");
+        std::fs::write(&scene, text).expect("a scene");
+        let check = fstop_in(folder.0.path(), ["check", "s.pbrt"]);
+        assert_eq!(check.code, 2, "{line}\n{}{}", check.stdout, check.stderr);
+        assert!(check.stdout.contains("(1 error)"), "{}", check.stdout);
+        for part in [place, words, "^^^"] {
+            assert!(check.stderr.contains(part), "{part}\n{}", check.stderr);
+        }
+        let render = fstop_in(folder.0.path(), ["render", "s.pbrt", "-o", "a.exr"]);
+        assert_eq!((render.code, &render.stderr), (2, &check.stderr), "{line}");
+        assert!(!folder.path("a.exr").exists());
+    }
+}
+
+/// What nothing in the picture uses does not stop it.
+#[test]
+fn a_broken_picture_nobody_uses_is_a_warning() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("bad.png"), "no such thing").expect("a file");
+    let scene = "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 6\nWorldBegin\n\
+                 LightSource \"infinite\"\nTexture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \
+                 \"bad.png\"\nMakeNamedMaterial \"m\" \"string type\" \"matte\" \"texture Kd\" \"t\"\n\
+                 Shape \"sphere\"\nWorldEnd\n";
+    std::fs::write(folder.path("s.pbrt"), scene).expect("a scene");
+    let check = fstop_in(folder.0.path(), ["check", "s.pbrt"]);
+    assert_eq!(check.stdout, "s.pbrt: ok (1 warning)\n", "{}", check.stderr);
+    let render = fstop_in(folder.0.path(), ["s.pbrt", "--spp", "1", "-o", "a.exr"]);
+    assert_eq!(render.code, 0, "{}", render.stderr);
+    for run in [check, render] {
+        let words = "warning: cannot decode 'bad.png'";
+        assert!(run.stderr.contains(words), "{}", run.stderr);
+        assert!(run.stderr.contains("s.pbrt:4:53\n"), "{}", run.stderr);
+    }
+}
+
+/// A film's file name is wrong where it stands, unless `-o` names another.
+#[test]
+fn a_films_file_name_is_checked_at_its_place() {
+    let folder = Folder::new();
+    let scene = "Film \"image\" \"string filename\" \"a.gif\"\n \"integer xresolution\" 8 \
+                 \"integer yresolution\" 6\nWorldBegin\nLightSource \"infinite\"\nWorldEnd\n";
+    std::fs::write(folder.path("s.pbrt"), scene).expect("a scene");
+    let check = fstop_in(folder.0.path(), ["check", "s.pbrt"]);
+    assert_eq!(check.code, 2, "{}", check.stdout);
+    assert!(check.stderr.contains("must end in"), "{}", check.stderr);
+    assert!(check.stderr.contains("s.pbrt:1:32\n"), "{}", check.stderr);
+    let render = fstop_in(folder.0.path(), ["render", "s.pbrt"]);
+    assert_eq!((render.code, render.stderr), (2, check.stderr));
+    let elsewhere = fstop_in(folder.0.path(), ["s.pbrt", "-o", "a.exr", "--spp", "1"]);
+    assert_eq!(elsewhere.code, 0, "{}", elsewhere.stderr);
+    std::fs::write(folder.path("s.pbrt"), scene.replace("a.gif", "no/a.exr")).expect("a scene");
+    let nowhere = fstop_in(folder.0.path(), ["render", "s.pbrt"]);
+    let (code, said) = (nowhere.code, nowhere.stderr);
+    assert!(
+        code == 2 && said.contains("no folder `no`") && said.contains("s.pbrt:1:32\n"),
+        "{said}"
+    );
+}
+
+/// The last frame's broken mesh is found before the first is rendered.
+#[test]
+fn later_frames_are_checked_before_the_first_is_rendered() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("bad.ply"), "no such thing").expect("a file");
+    let frame = |content: &str| {
+        format!(
+            "Film \"image\" \"integer xresolution\" 64 \"integer yresolution\" 64\n\
+             WorldBegin\nLightSource \"infinite\"\n{content}\nWorldEnd\n"
+        )
+    };
+    let bad = "Shape \"plymesh\" \"string filename\" \"bad.ply\"";
+    let scene = frame("Shape \"sphere\"") + &frame("") + &frame(bad);
+    std::fs::write(folder.path("s.pbrt"), scene).expect("a scene");
+    // At a million samples a pixel the first frame would outlast the test's patience.
+    let options = ["s.pbrt", "-o", "a.exr", "--spp", "1000000"];
+    let run = fstop_in(folder.0.path(), options);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(run.stderr.contains("s.pbrt:14:1\n"), "{}", run.stderr);
+    assert_eq!(folder.names(), ["bad.ply", "s.pbrt"]);
+}
+
 #[test]
 fn check_takes_several_files() {
     let good = "tests/scenes/valid/crlf.pbrt";

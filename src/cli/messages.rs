@@ -1,6 +1,8 @@
 //! Printing what was found in a scene.
 
-use crate::scene::{ReadSettings, SceneDescription, read_scene};
+use crate::build;
+use crate::film;
+use crate::scene::{Frame, ReadSettings, SceneDescription, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap, Style};
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -26,6 +28,19 @@ pub fn read(
             diagnostics.push(Diagnostic::error(error.to_string()));
             (None, diagnostics)
         }
+    }
+}
+
+/// Adds what only shows when the files of the frames are loaded, and what is wrong with the names
+/// of their pictures.
+pub fn examine(frames: &[Frame], diagnostics: &Diagnostics) {
+    for frame in frames {
+        if let Some(file) = &frame.options.film.filename
+            && let Err(error) = film::check_name(&file.path)
+        {
+            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
+        }
+        build::check(frame, diagnostics);
     }
 }
 

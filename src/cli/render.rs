@@ -5,7 +5,7 @@ use crate::build;
 use crate::film::{self, FilmMetadata};
 use crate::render::{self, Progress, Shot};
 use crate::scene::Frame;
-use crate::syntax::SourceMap;
+use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -84,6 +84,10 @@ fn render_scene(args: &RenderArgs) -> Outcome {
         .map_err(|e| Some(format!("cannot start {threads} threads: {e}")))?;
     let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
     let refused = messages::refused(&diagnostics, args.read.strict);
+    if let Some(scene) = scene.as_ref().filter(|_| refused) {
+        // Nothing will be rendered: whoever mends the scene wants to know all that `check` knows.
+        messages::examine(&scene.frames, &diagnostics);
+    }
     if !args.quiet || refused {
         messages::print(&diagnostics, &sources);
     }
@@ -94,15 +98,66 @@ fn render_scene(args: &RenderArgs) -> Outcome {
         .collect();
     // All of them before the first is rendered: nobody wants to learn of a misspelt folder after a
     // night's work.
-    for outputs in &outputs {
-        outputs.check().map_err(Some)?;
-    }
+    check_outputs(args, &scene.frames, &outputs, &sources)?;
+    check_later_frames(args, &scene.frames, &sources, &pool)?;
     let keeps_variances = |outputs: &Outputs| outputs.paths().any(film::keeps_variances);
     if args.variance && !args.quiet && !outputs.iter().any(keeps_variances) {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
     for (frame, outputs) in scene.frames.into_iter().zip(&outputs) {
         render_frame(args, frame, outputs, &sources, &pool)?;
+    }
+    Ok(())
+}
+
+/// Refuses outputs that cannot be written; where the scene names them, at that place.
+fn check_outputs(
+    args: &RenderArgs,
+    frames: &[Frame],
+    outputs: &[Outputs],
+    sources: &SourceMap,
+) -> Outcome {
+    let diagnostics = Diagnostics::new();
+    for (frame, outputs) in frames.iter().zip(outputs) {
+        let named = frame.options.film.filename.as_ref();
+        let named = named.filter(|_| args.output.is_none());
+        if let Some(file) = named
+            && let Err(error) = film::check_output(&file.path)
+        {
+            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
+        } else if let Err(error) = outputs.check() {
+            diagnostics.push(Diagnostic::error(error));
+        }
+    }
+    if diagnostics.has_errors() {
+        messages::print(&diagnostics, sources);
+        return Err(None);
+    }
+    Ok(())
+}
+
+/// Loads the files of all frames but the first, and lets them go again: a broken mesh in the last
+/// frame is found before the first one has been rendered for an hour. What is no hindrance is said
+/// when the frame's turn comes.
+fn check_later_frames(
+    args: &RenderArgs,
+    frames: &[Frame],
+    sources: &SourceMap,
+    pool: &rayon::ThreadPool,
+) -> Outcome {
+    let Some((_, later)) = frames.split_first() else {
+        return Ok(());
+    };
+    let diagnostics = pool.install(|| {
+        let diagnostics = Diagnostics::new();
+        for frame in later {
+            build::check(frame, &diagnostics);
+        }
+        diagnostics
+    });
+    if messages::refused(&diagnostics, args.read.strict) {
+        messages::print(&diagnostics, sources);
+        return Err(None);
     }
     Ok(())
 }
