@@ -474,9 +474,10 @@ fn strict_refuses_warnings() {
 #[test]
 fn broken_files_are_reported_where_they_are_named() {
     let folder = Folder::new();
-    for name in ["bad.png", "bad.ply", "bad.obj"] {
+    for name in ["bad.png", "bad.ply"] {
         std::fs::write(folder.path(name), "no such thing").expect("a file");
     }
+    std::fs::write(folder.path("bad.obj"), "v 0 0 0\nf 1 2 9\n").expect("a file");
     std::fs::write(folder.path("zero.png"), "").expect("a file");
     let scene = folder.path("s.pbrt");
     for (line, place, words) in [
@@ -567,6 +568,25 @@ fn a_films_file_name_is_checked_at_its_place() {
         code == 2 && said.contains("no folder `no`") && said.contains("s.pbrt:1:32\n"),
         "{said}"
     );
+}
+
+/// Samples without a finite value are counted and located, the same for any tiles.
+#[test]
+fn samples_that_are_not_finite_are_located() {
+    let folder = Folder::new();
+    // Finite each, but not their product.
+    let scene = "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 6\nWorldBegin\n\
+                 LightSource \"infinite\" \"rgb L\" [3e38 3e38 3e38] \"rgb scale\" [10 10 10]\nWorldEnd\n";
+    std::fs::write(folder.path("s.pbrt"), scene).expect("a scene");
+    let crop = ["--crop", ".5,1,.5,1", "--spp", "2"];
+    for tiles in ["1", "3", "100"] {
+        let options = ["s.pbrt", "-o", "a.exr", "--tile-size", tiles];
+        let run = fstop_in(folder.0.path(), options.iter().chain(&crop));
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let words = "warning: 24 of the samples were not finite and count as black; \
+                     the first is sample 0 of pixel 4, 3 (both from 0)";
+        assert!(run.stderr.contains(words), "{}", run.stderr);
+    }
 }
 
 /// The last frame's broken mesh is found before the first is rendered.

@@ -66,9 +66,15 @@ impl Loaded {
             diagonal_mm: options.film.diagonal_mm,
         };
         let render_from_camera = render_from_world * options.camera_from_world.inverted();
-        let camera = Camera::new(&options.camera, &film, &render_from_camera)
-            .map_err(|error| diagnostics.push(Diagnostic::error(error.to_string())))
-            .ok();
+        let camera = match Camera::new(&options.camera, &film, &render_from_camera) {
+            Ok(camera) => Some(camera),
+            // Reported when the scene was read, at its place.
+            Err(_) if !options.camera_from_world.is_invertible() => None,
+            Err(error) => {
+                diagnostics.push(Diagnostic::error(error.to_string()));
+                None
+            }
+        };
         if camera.is_some() {
             for warning in options.camera.warnings(&film) {
                 diagnostics.push(Diagnostic::warning(warning));

@@ -347,11 +347,15 @@ fn report_end(
 ) {
     let samples = film.bounds().area() as f64 * f64::from(shot.sampler.spp());
     let seconds = rendering.elapsed().as_secs_f64();
-    if film.dropped() > 0 {
-        eprintln!(
-            "warning: {} samples were not finite and count as black",
-            film.dropped()
-        );
+    if let Some(first) = film.first_dropped() {
+        messages::warning(format!(
+            "{} of the samples were not finite and count as black; the first is sample {} of pixel \
+             {}, {} (both from 0)",
+            film.dropped(),
+            first.sample,
+            first.pixel.x,
+            first.pixel.y
+        ));
     }
     let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();
     eprintln!(
