@@ -662,6 +662,14 @@ fn negative_values_are_understood_and_refused() {
             "--scale -2: expected a positive number",
         ),
         (
+            &["render", MITCHELL, "--threads", "-2"],
+            "invalid value '-2' for '--threads",
+        ),
+        (
+            &["render", MITCHELL, "--seed", "-2"],
+            "invalid value '-2' for '--seed",
+        ),
+        (
             &["render", MITCHELL, "--spp", "-3"],
             "expected a whole number from 1",
         ),

@@ -26,10 +26,15 @@ pub struct RenderArgs {
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     spp: Option<u32>,
     /// Threads; by default one for each processor, at most eight times as many
-    #[arg(long, visible_alias = "nthreads", default_value_t = 0)]
+    #[arg(
+        long,
+        visible_alias = "nthreads",
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
     threads: usize,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
     /// Part of the picture, as fractions: x0,x1,y0,y1
     #[arg(
