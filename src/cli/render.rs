@@ -1,5 +1,6 @@
 //! `fstop render SCENE`: text to picture.
 
+use super::outputs::Outputs;
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::build;
 use crate::film::{self, FilmMetadata};
@@ -7,7 +8,7 @@ use crate::render::{self, Progress, Shot};
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -99,7 +100,9 @@ fn render_scene(args: &RenderArgs) -> Outcome {
     let scene = scene.filter(|_| !refused).ok_or(None)?;
     let outputs: Vec<Outputs> = (1..)
         .zip(&scene.frames)
-        .map(|(number, frame)| Outputs::new(args, frame, number))
+        .map(|(number, frame)| {
+            Outputs::new(args.output.as_deref(), args.png.as_deref(), frame, number)
+        })
         .collect();
     // All of them before the first is rendered: nobody wants to learn of a misspelt folder after a
     // night's work.
@@ -190,77 +193,6 @@ fn positive(text: &str) -> Result<u32, String> {
         Ok(0) | Err(_) => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
         Ok(count) => Ok(count),
     }
-}
-
-/// The files of one frame.
-struct Outputs {
-    picture: PathBuf,
-    png: Option<PathBuf>,
-}
-
-impl Outputs {
-    /// `-o` and `--png` name the files of the first frame; later frames of a file get their number
-    /// added.
-    fn new(args: &RenderArgs, frame: &Frame, number: usize) -> Outputs {
-        let of_frame = |path: &PathBuf| numbered(path, number);
-        Outputs {
-            picture: match &args.output {
-                None => frame.options.film.output(),
-                Some(path) => of_frame(path),
-            },
-            png: args.png.as_ref().map(of_frame),
-        }
-    }
-
-    /// Can all of them be written, as far as is known before rendering?
-    fn check(&self) -> Result<(), String> {
-        for path in self.paths() {
-            film::check_output(path).map_err(|e| e.to_string())?;
-        }
-        let Some(png) = &self.png else { return Ok(()) };
-        if !png
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("png"))
-        {
-            return Err(format!(
-                "--png {}: expected a name ending in .png",
-                png.display()
-            ));
-        }
-        if same_file(png, &self.picture) {
-            let png = png.display();
-            return Err(format!(
-                "--png {png}: the picture itself is written there already"
-            ));
-        }
-        Ok(())
-    }
-
-    fn paths(&self) -> impl Iterator<Item = &Path> {
-        [Some(self.picture.as_path()), self.png.as_deref()]
-            .into_iter()
-            .flatten()
-    }
-}
-
-/// Do two names, whose folders exist, mean one file?
-fn same_file(a: &Path, b: &Path) -> bool {
-    let resolved = |path: &Path| {
-        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
-        Some(folder.join(path.file_name()?))
-    };
-    a == b || (resolved(a).is_some() && resolved(a) == resolved(b))
-}
-
-/// `a.exr` for the first frame, `a.2.exr` for the second.
-fn numbered(path: &Path, number: usize) -> PathBuf {
-    if number == 1 {
-        return path.to_path_buf();
-    }
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let ending = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}.{number}.{ending}"))
 }
 
 fn render_frame(
