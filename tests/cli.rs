@@ -333,8 +333,8 @@ fn a_bad_output_is_refused_before_rendering() {
     std::fs::create_dir(folder.path("folder.exr")).expect("a folder");
     std::fs::write(folder.path("file"), "").expect("a file");
     for (output, word) in [
-        ("nowhere/a.exr", "cannot write"),
-        ("file/a.exr", "cannot write"),
+        ("nowhere/a.exr", "there is no folder `"),
+        ("file/a.exr", "there is no folder `"),
         ("folder.exr", "is a folder"),
         ("a.gif", "must end in"),
         ("a", "must end in"),
@@ -344,6 +344,7 @@ fn a_bad_output_is_refused_before_rendering() {
         let run = fstop(command("render", MITCHELL, &folder.path(output), &options));
         assert_eq!(run.code, 2, "{output}\n{}", run.stderr);
         assert!(run.stderr.contains(word), "{output}\n{}", run.stderr);
+        assert!(!run.stderr.contains(".fstop-"), "a hidden file is no news");
         assert!(
             !run.stderr.contains("field of view"),
             "rendering began\n{}",
@@ -495,6 +496,101 @@ fn check_takes_several_files() {
         "{}",
         run.stderr
     );
+}
+
+/// Values that begin with a hyphen are values: what is said is what is wrong with them.
+#[test]
+fn negative_values_are_understood_and_refused() {
+    const LENS_FILE: &str = "lenses/dgauss.50mm.dat";
+    for (arguments, words) in [
+        (
+            &["lens", LENS_FILE, "--aperture", "-1"][..],
+            "--aperture -1: expected",
+        ),
+        (
+            &["lens", LENS_FILE, "--film-distance", "-5"],
+            "--film-distance -5: expected a positive number",
+        ),
+        (
+            &["lens", LENS_FILE, "--focus", "-1"],
+            "--focus -1: expected a positive number",
+        ),
+        (
+            &["lens", LENS_FILE, "--scale", "-2"],
+            "--scale -2: expected a positive number",
+        ),
+        (
+            &["render", MITCHELL, "--threads", "-2"],
+            "invalid value '-2' for '--threads",
+        ),
+        (
+            &["render", MITCHELL, "--seed", "-2"],
+            "invalid value '-2' for '--seed",
+        ),
+        (
+            &["render", MITCHELL, "--spp", "-3"],
+            "expected a whole number from 1",
+        ),
+        (
+            &["render", MITCHELL, "--crop", "-1,-.5,0,1"],
+            "--crop: the crop window",
+        ),
+    ] {
+        let run = fstop(arguments);
+        assert_eq!(run.code, 2, "{arguments:?}\n{}", run.stderr);
+        assert!(run.stderr.contains(words), "{arguments:?}\n{}", run.stderr);
+    }
+    // Cut to the picture, as in a scene file.
+    let folder = Folder::new();
+    let cut = folder.picture(MITCHELL, &["--crop", "-1,2,0,.25", "--spp", "1"]);
+    assert_eq!(cut.bounds.max, UVec2::new(64, 16));
+}
+
+/// Far more threads than any processor needs are not started; the picture is the same.
+#[test]
+fn threads_are_limited() {
+    let folder = Folder::new();
+    let started = std::time::Instant::now();
+    let run = folder.render(MITCHELL, "a.exr", &["--spp", "1", "--threads", "100000"]);
+    // Starting as many as asked for took minutes; the limit takes a fraction of a second.
+    assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
+    let told = run.stderr.matches("warning: --threads 100000: ").count();
+    assert_eq!(told, 1, "{}", run.stderr);
+    let run = folder.render(MITCHELL, "b.exr", &["--spp", "1", "--threads", "2"]);
+    assert!(!run.stderr.contains("--threads"), "{}", run.stderr);
+    let [a, b] = ["a.exr", "b.exr"].map(|n| std::fs::read(folder.path(n)).expect("a picture"));
+    assert!(a == b);
+}
+
+#[test]
+fn outputs_must_not_collide() {
+    let folder = Folder::new();
+    for (picture, png, words) in [
+        ("x.exr", "x.exr", "expected a name ending in .png"),
+        ("x.png", "x.png", "written there already"),
+        ("x.png", "./x.png", "written there already"),
+        ("x.exr", "x.tga", "expected a name ending in .png"),
+    ] {
+        let scene = absolute(MITCHELL);
+        let arguments = ["render", &scene, "--spp", "1", "-o", picture, "--png", png];
+        let run = fstop_in(folder.0.path(), arguments);
+        assert_eq!(run.code, 2, "{picture} {png}\n{}", run.stderr);
+        assert!(
+            run.stderr.contains(words),
+            "{picture} {png}\n{}",
+            run.stderr
+        );
+        assert!(folder.names().is_empty());
+    }
+}
+
+#[test]
+fn variance_without_a_place_for_it_is_warned_about() {
+    let folder = Folder::new();
+    let told = |run: &Run| run.stderr.contains("--variance has no effect");
+    let options = ["--spp", "2", "--variance"];
+    assert!(told(&folder.render(MITCHELL, "a.png", &options)));
+    assert!(!told(&folder.render(MITCHELL, "a.exr", &options)));
 }
 
 #[test]

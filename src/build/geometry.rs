@@ -4,6 +4,7 @@ use crate::accel::{Geometry, GeometryBuilder, ObjectBuilder, PrimitiveAttributes
 use crate::handles::LightId;
 use crate::lights::{DiffuseAreaLight, DiffuseAreaSpec, Light};
 use crate::math::transform::Transform;
+use crate::scene::Frame;
 use crate::scene::description::{InstanceEntity, ObjectDefinition, ShapeEntity};
 use crate::shapes::{CompiledShape, ShapeError};
 use crate::syntax::{Diagnostic, Diagnostics};
@@ -75,6 +76,42 @@ pub fn build(
     }
 }
 
+/// Loads all shapes and lets them go again, for the problems alone.
+pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
+    let objects = frame.objects.iter().flat_map(|object| &object.shapes);
+    let shapes: Vec<&ShapeEntity> = frame.shapes.iter().chain(objects).collect();
+    let problems: Vec<Vec<Diagnostic>> = shapes
+        .into_par_iter()
+        .map(|shape| {
+            // Where the camera stands does not change what is wrong with a shape.
+            let result = shape
+                .spec
+                .compile(&shape.world_from_shape, shape.reverse_orientation);
+            problems(shape, &result)
+        })
+        .collect();
+    for problem in problems.into_iter().flatten() {
+        diagnostics.push(problem);
+    }
+}
+
+/// What is wrong with a shape.
+fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> Vec<Diagnostic> {
+    let problems = match result {
+        // A flattened shape shows nothing in pbrt either.
+        Err(error @ ShapeError::Singular) => {
+            vec![Diagnostic::warning(format!("{error}; left out"))]
+        }
+        Err(error) => vec![Diagnostic::error(error.to_string())],
+        Ok(compiled) => compiled
+            .warnings()
+            .iter()
+            .map(Diagnostic::warning)
+            .collect(),
+    };
+    problems.into_iter().map(|p| p.at(shape.span)).collect()
+}
+
 /// Turns shapes into primitives with attributes, collecting the lights they make.
 struct Adder<'a> {
     area_lights: &'a [DiffuseAreaSpec],
@@ -110,22 +147,10 @@ impl Adder<'_> {
         shape: &ShapeEntity,
         result: Result<CompiledShape, ShapeError>,
     ) -> Option<(CompiledShape, PrimitiveAttributes)> {
-        let compiled = match result {
-            Ok(compiled) => compiled,
-            Err(error) => {
-                let problem = match error {
-                    // A flattened shape shows nothing in pbrt either.
-                    ShapeError::Singular => Diagnostic::warning(format!("{error}; left out")),
-                    _ => Diagnostic::error(error.to_string()),
-                };
-                self.diagnostics.push(problem.at(shape.span));
-                return None;
-            }
-        };
-        for warning in compiled.warnings() {
-            self.diagnostics
-                .push(Diagnostic::warning(warning.clone()).at(shape.span));
+        for problem in problems(shape, &result) {
+            self.diagnostics.push(problem);
         }
+        let compiled = result.ok()?;
         let attributes = PrimitiveAttributes {
             material: shape.material,
             light: shape

@@ -25,8 +25,8 @@ pub fn place(
 }
 
 fn environment_map(spec: &InfiniteSpec, diagnostics: &Diagnostics) -> Option<EnvironmentMap> {
-    let path = spec.map.as_ref()?;
-    match Picture::load(path) {
+    let file = spec.map.as_ref()?;
+    match Picture::load(&file.path) {
         Ok(picture) => {
             let (width, height) = (picture.width, picture.height);
             let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
@@ -37,7 +37,7 @@ fn environment_map(spec: &InfiniteSpec, diagnostics: &Diagnostics) -> Option<Env
             )
         }
         Err(error) => {
-            diagnostics.push(Diagnostic::error(error.to_string()));
+            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
             None
         }
     }

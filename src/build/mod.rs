@@ -6,10 +6,12 @@
 
 mod geometry;
 mod lights;
+mod textures;
 
 use crate::cameras::{Camera, FilmGeometry};
 use crate::film::{FilmMetadata, PixelBounds};
 use crate::integrators::Integrator;
+use crate::lights::Light;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec2};
 use crate::render::Shot;
@@ -39,30 +41,68 @@ pub fn build(frame: Frame, seed: u64) -> (Option<Built>, Diagnostics) {
     (built, diagnostics)
 }
 
-fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built> {
-    let options = frame.options;
-    let render_from_world = render_from_world(&options.camera_from_world);
-    let film = FilmGeometry {
-        resolution: options.film.resolution,
-        diagonal_mm: options.film.diagonal_mm,
-    };
-    let render_from_camera = render_from_world * options.camera_from_world.inverted();
-    let camera = match Camera::new(&options.camera, &film, &render_from_camera) {
-        Ok(camera) => camera,
-        Err(error) => {
-            diagnostics.push(Diagnostic::error(error.to_string()));
-            return None;
+/// Finds every problem that building a frame would, without building trees: loads all pictures and
+/// meshes and lets them go again.
+pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
+    Loaded::new(frame, diagnostics);
+    geometry::check(frame, diagnostics);
+}
+
+/// All of a frame that is made before its shapes.
+struct Loaded {
+    render_from_world: Transform,
+    film: FilmGeometry,
+    camera: Option<Camera>,
+    textures: Textures,
+    lights: Vec<Light>,
+}
+
+impl Loaded {
+    fn new(frame: &Frame, diagnostics: &Diagnostics) -> Loaded {
+        let options = &frame.options;
+        let render_from_world = render_from_world(&options.camera_from_world);
+        let film = FilmGeometry {
+            resolution: options.film.resolution,
+            diagonal_mm: options.film.diagonal_mm,
+        };
+        let render_from_camera = render_from_world * options.camera_from_world.inverted();
+        let camera = match Camera::new(&options.camera, &film, &render_from_camera) {
+            Ok(camera) => Some(camera),
+            // Reported when the scene was read, at its place.
+            Err(_) if !options.camera_from_world.is_invertible() => None,
+            Err(error) => {
+                diagnostics.push(Diagnostic::error(error.to_string()));
+                None
+            }
+        };
+        if camera.is_some() {
+            for warning in options.camera.warnings(&film) {
+                diagnostics.push(Diagnostic::warning(warning));
+            }
         }
-    };
-    let (textures, problems) = Textures::compile(
-        &frame.float_textures,
-        &frame.spectrum_textures,
-        &render_from_world,
-    );
-    for problem in problems {
-        diagnostics.push(Diagnostic::error(problem.to_string()));
+        Loaded {
+            render_from_world,
+            film,
+            camera,
+            textures: textures::load(frame, &render_from_world, diagnostics),
+            lights: lights::place(&frame.lights, &render_from_world, diagnostics),
+        }
     }
-    let lights = lights::place(&frame.lights, &render_from_world, diagnostics);
+}
+
+fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built> {
+    let Loaded {
+        render_from_world,
+        film,
+        camera,
+        textures,
+        lights,
+    } = Loaded::new(&frame, diagnostics);
+    let Some(camera) = camera else {
+        geometry::check(&frame, diagnostics);
+        return None;
+    };
+    let options = frame.options;
     let shapes = Shapes {
         placed: frame.shapes,
         objects: frame.objects,
@@ -78,9 +118,6 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         placed.sampled_lights,
     );
     let description = options.camera.describe(&film);
-    for warning in options.camera.warnings(&film) {
-        diagnostics.push(Diagnostic::warning(warning));
-    }
     let integrator = Integrator::new(&options.integrator.spec, &world);
     let metadata = metadata(&options, &film);
     let sampler = Sampler::new(&options.sampler, seed);

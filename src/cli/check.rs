@@ -1,4 +1,5 @@
-//! `fstop check SCENE...`: every problem of the files and of what they include, nothing rendered.
+//! `fstop check SCENE...`: every problem of the files, of what they include and of the meshes and
+//! pictures they name; nothing is rendered.
 
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::syntax::SourceMap;
@@ -31,7 +32,10 @@ pub fn run(args: &CheckArgs) -> ExitCode {
 
 fn check(path: &Path, args: &ReadArgs) -> bool {
     let sources = SourceMap::new();
-    let (_, diagnostics) = messages::read(path, &args.settings(), &sources);
+    let (scene, diagnostics) = messages::read(path, &args.settings(), &sources);
+    if let Some(scene) = scene {
+        messages::examine(&scene.frames, &diagnostics);
+    }
     messages::print(&diagnostics, &sources);
     let fit = !messages::refused(&diagnostics, args.strict);
     let verdict = if fit { "ok" } else { "not fit to render" };

@@ -1,6 +1,8 @@
 //! Printing what was found in a scene.
 
-use crate::scene::{ReadSettings, SceneDescription, read_scene};
+use crate::build;
+use crate::film;
+use crate::scene::{Frame, ReadSettings, SceneDescription, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap, Style};
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -29,6 +31,19 @@ pub fn read(
     }
 }
 
+/// Adds what only shows when the files of the frames are loaded, and what is wrong with the names
+/// of their pictures.
+pub fn examine(frames: &[Frame], diagnostics: &Diagnostics) {
+    for frame in frames {
+        if let Some(file) = &frame.options.film.filename
+            && let Err(error) = film::check_name(&file.path)
+        {
+            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
+        }
+        build::check(frame, diagnostics);
+    }
+}
+
 /// Prints all messages to standard error, in colour on a terminal.
 pub fn print(diagnostics: &Diagnostics, sources: &SourceMap) {
     let style = if std::io::stderr().is_terminal() {
@@ -47,6 +62,11 @@ pub fn print(diagnostics: &Diagnostics, sources: &SourceMap) {
 /// Prints one line of trouble that has no place in a file.
 pub fn error(message: impl std::fmt::Display) {
     eprintln!("error: {message}");
+}
+
+/// Prints one line of advice that has no place in a file.
+pub fn warning(message: impl std::fmt::Display) {
+    eprintln!("warning: {message}");
 }
 
 /// Must the scene be refused? Errors always, warnings under `--strict`.

@@ -4,6 +4,7 @@
 mod check;
 mod lens;
 mod messages;
+mod outputs;
 mod render;
 
 use crate::cameras::{Compat, DEFAULT_TOLERANCE, DEGREES, ModelChoice};

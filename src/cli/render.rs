@@ -1,13 +1,14 @@
 //! `fstop render SCENE`: text to picture.
 
+use super::outputs::Outputs;
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::build;
 use crate::film::{self, FilmMetadata};
 use crate::render::{self, Progress, Shot};
 use crate::scene::Frame;
-use crate::syntax::SourceMap;
+use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -23,19 +24,30 @@ pub struct RenderArgs {
     #[arg(long)]
     png: Option<PathBuf>,
     /// Samples a pixel, instead of the scene's
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     spp: Option<u32>,
-    /// Threads; by default one for each processor
-    #[arg(long, visible_alias = "nthreads", default_value_t = 0)]
+    /// Threads; by default one for each processor, at most eight times as many
+    #[arg(
+        long,
+        visible_alias = "nthreads",
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
     threads: usize,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
     /// Part of the picture, as fractions: x0,x1,y0,y1
-    #[arg(long, value_delimiter = ',', num_args = 1, value_name = "x0,x1,y0,y1")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        value_name = "x0,x1,y0,y1"
+    )]
     crop: Option<Vec<f64>>,
     /// The same as four arguments, as pbrt; used only where the scene gives no crop window
-    #[arg(long, num_args = 4, value_names = ["x0", "x1", "y0", "y1"])]
+    #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["x0", "x1", "y0", "y1"])]
     cropwindow: Option<Vec<f64>>,
     /// Side of the square tiles that threads work on, in pixels; changes no bit of the picture
     #[arg(long, default_value_t = render::TILE_SIZE, hide = true)]
@@ -71,24 +83,34 @@ type Outcome = Result<(), Option<String>>;
 
 fn render_scene(args: &RenderArgs) -> Outcome {
     let sources = SourceMap::new();
+    let threads = threads(args);
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads)
+        .num_threads(threads)
         .build()
-        .map_err(|e| Some(format!("cannot start {} threads: {e}", args.threads)))?;
+        .map_err(|e| Some(format!("cannot start {threads} threads: {e}")))?;
     let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
     let refused = messages::refused(&diagnostics, args.read.strict);
+    if let Some(scene) = scene.as_ref().filter(|_| refused) {
+        // Nothing will be rendered: whoever mends the scene wants to know all that `check` knows.
+        messages::examine(&scene.frames, &diagnostics);
+    }
     if !args.quiet || refused {
         messages::print(&diagnostics, &sources);
     }
     let scene = scene.filter(|_| !refused).ok_or(None)?;
     let outputs: Vec<Outputs> = (1..)
         .zip(&scene.frames)
-        .map(|(number, frame)| Outputs::new(args, frame, number))
+        .map(|(number, frame)| {
+            Outputs::new(args.output.as_deref(), args.png.as_deref(), frame, number)
+        })
         .collect();
     // All of them before the first is rendered: nobody wants to learn of a misspelt folder after a
     // night's work.
-    for path in outputs.iter().flat_map(Outputs::paths) {
-        film::check_output(path).map_err(|e| Some(e.to_string()))?;
+    check_outputs(args, &scene.frames, &outputs, &sources)?;
+    check_later_frames(args, &scene.frames, &sources, &pool)?;
+    let keeps_variances = |outputs: &Outputs| outputs.paths().any(film::keeps_variances);
+    if args.variance && !args.quiet && !outputs.iter().any(keeps_variances) {
+        messages::warning("--variance has no effect: only .exr files keep variances");
     }
     for (frame, outputs) in scene.frames.into_iter().zip(&outputs) {
         render_frame(args, frame, outputs, &sources, &pool)?;
@@ -96,41 +118,81 @@ fn render_scene(args: &RenderArgs) -> Outcome {
     Ok(())
 }
 
-/// The files of one frame.
-struct Outputs {
-    picture: PathBuf,
-    png: Option<PathBuf>,
-}
-
-impl Outputs {
-    /// `-o` and `--png` name the files of the first frame; later frames of a file get their number
-    /// added.
-    fn new(args: &RenderArgs, frame: &Frame, number: usize) -> Outputs {
-        let of_frame = |path: &PathBuf| numbered(path, number);
-        Outputs {
-            picture: match &args.output {
-                None => frame.options.film.output(),
-                Some(path) => of_frame(path),
-            },
-            png: args.png.as_ref().map(of_frame),
+/// Refuses outputs that cannot be written; where the scene names them, at that place.
+fn check_outputs(
+    args: &RenderArgs,
+    frames: &[Frame],
+    outputs: &[Outputs],
+    sources: &SourceMap,
+) -> Outcome {
+    let diagnostics = Diagnostics::new();
+    for (frame, outputs) in frames.iter().zip(outputs) {
+        let named = frame.options.film.filename.as_ref();
+        let named = named.filter(|_| args.output.is_none());
+        if let Some(file) = named
+            && let Err(error) = film::check_output(&file.path)
+        {
+            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
+        } else if let Err(error) = outputs.check() {
+            diagnostics.push(Diagnostic::error(error));
         }
     }
-
-    fn paths(&self) -> impl Iterator<Item = &Path> {
-        [Some(self.picture.as_path()), self.png.as_deref()]
-            .into_iter()
-            .flatten()
+    if diagnostics.has_errors() {
+        messages::print(&diagnostics, sources);
+        return Err(None);
     }
+    Ok(())
 }
 
-/// `a.exr` for the first frame, `a.2.exr` for the second.
-fn numbered(path: &Path, number: usize) -> PathBuf {
-    if number == 1 {
-        return path.to_path_buf();
+/// Loads the files of all frames but the first, and lets them go again: a broken mesh in the last
+/// frame is found before the first one has been rendered for an hour. What is no hindrance is said
+/// when the frame's turn comes.
+fn check_later_frames(
+    args: &RenderArgs,
+    frames: &[Frame],
+    sources: &SourceMap,
+    pool: &rayon::ThreadPool,
+) -> Outcome {
+    let Some((_, later)) = frames.split_first() else {
+        return Ok(());
+    };
+    let diagnostics = pool.install(|| {
+        let diagnostics = Diagnostics::new();
+        for frame in later {
+            build::check(frame, &diagnostics);
+        }
+        diagnostics
+    });
+    if messages::refused(&diagnostics, args.read.strict) {
+        messages::print(&diagnostics, sources);
+        return Err(None);
     }
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let ending = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}.{number}.{ending}"))
+    Ok(())
+}
+
+/// Threads for each processor beyond which more of them only cost memory and time.
+const THREADS_PER_PROCESSOR: usize = 8;
+
+/// The number of threads to start, 0 for one for each processor: as asked for, up to
+/// [`THREADS_PER_PROCESSOR`]. The picture does not depend on it.
+fn threads(args: &RenderArgs) -> usize {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = THREADS_PER_PROCESSOR * processors;
+    if args.threads > most && !args.quiet {
+        messages::warning(format!(
+            "--threads {}: {most} are used, {THREADS_PER_PROCESSOR} for each processor",
+            args.threads
+        ));
+    }
+    args.threads.min(most)
+}
+
+/// A count from the command line.
+fn positive(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
+        Ok(count) => Ok(count),
+    }
 }
 
 fn render_frame(
@@ -222,11 +284,15 @@ fn report_end(
 ) {
     let samples = film.bounds().area() as f64 * f64::from(shot.sampler.spp());
     let seconds = rendering.elapsed().as_secs_f64();
-    if film.dropped() > 0 {
-        eprintln!(
-            "warning: {} samples were not finite and count as black",
-            film.dropped()
-        );
+    if let Some(first) = film.first_dropped() {
+        messages::warning(format!(
+            "{} of the samples were not finite and count as black; the first is sample {} of pixel \
+             {}, {} (both from 0)",
+            film.dropped(),
+            first.sample,
+            first.pixel.x,
+            first.pixel.y
+        ));
     }
     let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();
     eprintln!(

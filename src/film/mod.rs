@@ -45,8 +45,8 @@ pub use metadata::FilmMetadata;
 pub use pixels::PixelStatistics;
 pub use read::{Loaded, ReadError, read};
 pub use spec::{FilmError, FilmSpec};
-pub use tile::Tile;
-pub use write::{WriteError, check_output, write};
+pub use tile::{DroppedSample, Tile};
+pub use write::{WriteError, check_name, check_output, keeps_variances, write};
 
 use crate::math::{Rgb, UVec2};
 
@@ -59,6 +59,7 @@ pub struct Film {
     max_sample_luminance: f32,
     pixels: Vec<PixelStatistics>,
     dropped: u64,
+    first_dropped: Option<DroppedSample>,
 }
 
 impl Film {
@@ -72,6 +73,7 @@ impl Film {
             max_sample_luminance: spec.max_sample_luminance,
             pixels: vec![PixelStatistics::default(); bounds.area()],
             dropped: 0,
+            first_dropped: None,
         }
     }
 
@@ -88,6 +90,11 @@ impl Film {
     /// Samples that were dropped as not finite or clearly negative, each counted as black.
     pub fn dropped(&self) -> u64 {
         self.dropped
+    }
+
+    /// The first of them, row by row; no matter how the film was cut into tiles.
+    pub fn first_dropped(&self) -> Option<DroppedSample> {
+        self.first_dropped
     }
 
     /// The statistics of one pixel, `None` outside the crop window.
@@ -112,6 +119,7 @@ impl Film {
             }
         }
         self.dropped += tile.dropped();
+        self.first_dropped = DroppedSample::first(self.first_dropped, tile.first_dropped());
     }
 
     /// The picture: mean × film scale of every pixel, negative channels cut to 0 as pbrt-v3's

@@ -2,7 +2,7 @@
 
 use super::PixelBounds;
 use crate::math::UVec2;
-use crate::params::{Dialect, ParamReader};
+use crate::params::{Dialect, NamedFile, ParamReader};
 use std::path::PathBuf;
 
 /// Largest width or height in pixels: four times an 8K panorama's.
@@ -24,7 +24,7 @@ const MAX_PIXELS: usize = 1 << 28;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSpec {
     /// Output file as the scene names it; see [`output`](Self::output).
-    pub filename: Option<PathBuf>,
+    pub filename: Option<NamedFile>,
     /// Width and height of the full picture in pixels.
     pub resolution: UVec2,
     /// x0, x1, y0, y1 as fractions of the picture, each in 0…1 and in order.
@@ -86,10 +86,7 @@ impl FilmSpec {
             let _ = reader.find_boolean("display");
         }
         let mut film = FilmSpec {
-            filename: reader
-                .find_string("filename")
-                .filter(|name| !name.is_empty())
-                .map(PathBuf::from),
+            filename: filename(reader),
             resolution: UVec2::new(
                 side(reader, "xresolution", defaults.resolution.x),
                 side(reader, "yresolution", defaults.resolution.y),
@@ -113,9 +110,8 @@ impl FilmSpec {
 
     /// The file to write: the one named, or pbrt's `pbrt.exr`.
     pub fn output(&self) -> PathBuf {
-        self.filename
-            .clone()
-            .unwrap_or_else(|| PathBuf::from("pbrt.exr"))
+        let named = self.filename.as_ref().map(|file| file.path.clone());
+        named.unwrap_or_else(|| PathBuf::from("pbrt.exr"))
     }
 
     /// Replaces the crop window (`--crop`, `cropwindow`): x0, x1, y0, y1, each clamped to 0…1 and put
@@ -178,6 +174,13 @@ impl FilmSpec {
         }
         Ok(())
     }
+}
+
+/// The file to write, which need not exist; relative to the working directory as in pbrt.
+fn filename(reader: &ParamReader) -> Option<NamedFile> {
+    let path = PathBuf::from(reader.find_string("filename").filter(|n| !n.is_empty())?);
+    let span = reader.strings("filename")?.first()?.span;
+    Some(NamedFile { path, span })
 }
 
 /// A width or height in pixels.

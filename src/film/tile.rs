@@ -7,6 +7,24 @@ use crate::math::{Rgb, UVec2};
 /// Below this luminance a radiance is an error rather than rounding (scene-language 4.1).
 const MOST_NEGATIVE_LUMINANCE: f32 = -1e-5;
 
+/// A sample that was dropped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DroppedSample {
+    /// Its pixel, in raster coordinates of the full picture.
+    pub pixel: UVec2,
+    /// Which of the pixel's samples, from 0.
+    pub sample: u64,
+}
+
+impl DroppedSample {
+    /// The one that comes first in the picture, row by row; no matter in what order they were met.
+    pub(super) fn first(a: Option<Self>, b: Option<Self>) -> Option<Self> {
+        a.into_iter()
+            .chain(b)
+            .min_by_key(|d| (d.pixel.y, d.pixel.x, d.sample))
+    }
+}
+
 /// The pixels of a rectangle while one thread renders them: no lock is needed to add a sample.
 #[derive(Clone, Debug)]
 pub struct Tile {
@@ -14,6 +32,7 @@ pub struct Tile {
     max_sample_luminance: f32,
     pixels: Vec<PixelStatistics>,
     dropped: u64,
+    first_dropped: Option<DroppedSample>,
 }
 
 impl Tile {
@@ -26,6 +45,7 @@ impl Tile {
             max_sample_luminance,
             pixels,
             dropped: 0,
+            first_dropped: None,
         }
     }
 
@@ -59,14 +79,24 @@ impl Tile {
         };
         let value = limited * weight;
         let good = radiance.is_finite() && value.is_finite() && y >= MOST_NEGATIVE_LUMINANCE;
+        if !good {
+            let sample = statistics.count();
+            let dropped = Some(DroppedSample { pixel, sample });
+            self.first_dropped = DroppedSample::first(self.first_dropped, dropped);
+            self.dropped += 1;
+        }
         statistics.add(if good { value } else { Rgb::ZERO });
-        self.dropped += u64::from(!good);
         good
     }
 
     /// Samples counted as black because they were not finite or clearly negative.
     pub fn dropped(&self) -> u64 {
         self.dropped
+    }
+
+    /// The first of them.
+    pub fn first_dropped(&self) -> Option<DroppedSample> {
+        self.first_dropped
     }
 
     /// The statistics of one pixel, `None` outside.
@@ -117,6 +147,12 @@ mod tests {
         assert!(t.add_sample(p, Rgb::splat(-1e-6), 1.0));
         assert!(t.add_sample(p, Rgb::splat(7.0), -1.0));
         assert_eq!(t.dropped(), 6);
+        let first = |pixel, sample| Some(DroppedSample { pixel, sample });
+        assert_eq!(t.first_dropped(), first(p, 0));
+        let earlier = UVec2::new(2, 4);
+        t.add_sample(earlier, Rgb::ONE, 1.0);
+        t.add_sample(earlier, Rgb::NAN, 1.0);
+        assert_eq!(t.first_dropped(), first(earlier, 1));
         let s = t.statistics(p).unwrap();
         assert_eq!(s.count(), 8);
         // (−1e-6 − 7) / 8, to single precision of the two samples.

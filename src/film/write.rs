@@ -15,7 +15,15 @@ pub enum WriteError {
     /// There is a folder of that name.
     #[error("{}: is a folder", .0.display())]
     IsFolder(PathBuf),
-    /// The folder is missing, read-only or full.
+    /// The folder it would be in is not there.
+    #[error("{}: cannot write: there is no folder `{}`", .path.display(), .folder.display())]
+    NoFolder {
+        /// The picture's file.
+        path: PathBuf,
+        /// What is missing.
+        folder: PathBuf,
+    },
+    /// The folder is read-only or full.
     #[error("{}: cannot write: {source}", .path.display())]
     Io {
         /// The picture's file.
@@ -56,6 +64,19 @@ impl Format {
             _ => Err(WriteError::UnknownFormat(path.to_owned())),
         }
     }
+}
+
+/// Can a file of this name hold the variances of pixels?
+pub fn keeps_variances(path: &Path) -> bool {
+    matches!(Format::of(path), Ok(Format::Exr))
+}
+
+/// Does the name end in a format's extension?
+///
+/// # Errors
+/// It does not.
+pub fn check_name(path: &Path) -> Result<(), WriteError> {
+    Format::of(path).map(drop)
 }
 
 /// Will [`write()`] to this path work, as far as can be known before rendering? Leaves no trace.
@@ -111,15 +132,20 @@ fn temporary(path: &Path) -> Result<NamedTempFile, WriteError> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
+    if !folder.is_dir() {
+        return Err(WriteError::NoFolder {
+            path: path.to_owned(),
+            folder: folder.to_owned(),
+        });
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".fstop-");
     // Temporary files are private by default; a picture is a file like any other, subject to umask.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder
-        .tempfile_in(folder)
-        .map_err(|source| WriteError::Io {
-            path: path.to_owned(),
-            source,
-        })
+    builder.tempfile_in(folder).map_err(|error| WriteError::Io {
+        path: path.to_owned(),
+        // Of the hidden file's name, which `tempfile` adds, nobody has heard.
+        source: error.kind().into(),
+    })
 }

@@ -16,11 +16,10 @@ use crate::math::sampling::{
 };
 use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::params::ParamReader;
+use crate::params::{NamedFile, ParamReader};
 use crate::surface::ReferencePoint;
 use glam::{DMat3, Mat3};
 use std::f32::consts::PI;
-use std::path::PathBuf;
 
 /// Parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +29,7 @@ pub struct InfiniteSpec {
     /// Radiance, or factor of the picture.
     pub radiance: Rgb,
     /// File of the picture.
-    pub map: Option<PathBuf>,
+    pub map: Option<NamedFile>,
     /// Samples at each point in `directlighting`.
     pub samples: u32,
 }
@@ -41,7 +40,7 @@ impl InfiniteSpec {
         InfiniteSpec {
             light_to_world: *light_to_world,
             radiance: reader.spectrum("L", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
-            map: reader.file("mapname"),
+            map: reader.named_file("mapname"),
             samples: sample_count(reader),
         }
     }

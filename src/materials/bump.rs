@@ -73,7 +73,7 @@ mod tests {
     use crate::handles::FloatTextureId;
     use crate::math::transform::Transform;
     use crate::surface::Footprint;
-    use crate::textures::{Bilerp, MappingSpec, TextureSpec};
+    use crate::textures::{Bilerp, MappingSpec, TextureSpec, TextureUsage};
 
     /// Displacement 0.75 u − 0.5 v.
     fn slope() -> (Bump, Textures) {
@@ -88,7 +88,12 @@ mod tests {
             v10: 0.75,
             v11: 0.25,
         });
-        let (textures, _) = Textures::compile(&[bilerp], &[], &Transform::IDENTITY);
+        let (textures, _) = Textures::compile(
+            &[bilerp],
+            &[],
+            &TextureUsage::new(1, 0),
+            &Transform::IDENTITY,
+        );
         (
             Bump {
                 displacement: FloatInput::Texture(FloatTextureId(0)),

@@ -23,7 +23,7 @@ use crate::bsdf::Bsdf;
 use crate::math::Rgb;
 use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
 use crate::surface::{Footprint, SurfaceHit, TexturePoint};
-use crate::textures::Textures;
+use crate::textures::{TextureUsage, Textures};
 
 /// A material: kinds of scattering, and bumps that tilt the shading normal.
 /// Common parameter: float texture `bumpmap` (none), displacement in scene units.
@@ -105,6 +105,44 @@ impl Material {
             MaterialKind::Uber(m) => m.add_lobes(&at, textures, &mut bsdf),
         }
         bsdf
+    }
+
+    /// Adds the textures this material looks up. Every field is named, so that one added to a
+    /// material cannot be forgotten here.
+    pub fn add_usage(&self, usage: &mut TextureUsage) {
+        if let Some(Bump { displacement }) = self.bump {
+            usage.float(displacement);
+        }
+        let (spectra, floats): (&[SpectrumInput], &[FloatInput]) = match &self.kind {
+            MaterialKind::Matte(Matte { kd, sigma }) => (&[*kd], &[*sigma]),
+            MaterialKind::Mirror(Mirror { kr }) => (&[*kr], &[]),
+            MaterialKind::Glass(Glass {
+                kr,
+                kt,
+                eta,
+                roughness: [u, v],
+                meaning: _,
+            }) => (&[*kr, *kt], &[*eta, *u, *v]),
+            MaterialKind::Plastic(Plastic {
+                kd,
+                ks,
+                roughness,
+                meaning: _,
+            }) => (&[*kd, *ks], &[*roughness]),
+            MaterialKind::Uber(Uber {
+                kd,
+                ks,
+                kr,
+                kt,
+                opacity,
+                roughness: [u, v],
+                meaning: _,
+                eta,
+                swapped: _,
+            }) => (&[*kd, *ks, *kr, *kt, *opacity], &[*u, *v, *eta]),
+        };
+        spectra.iter().for_each(|&input| usage.spectrum(input));
+        floats.iter().for_each(|&input| usage.float(input));
     }
 
     /// Does the material itself use the footprint, apart from its textures?

@@ -36,6 +36,7 @@ mod asked;
 mod inputs;
 mod kinds;
 mod layers;
+mod named_file;
 mod ranges;
 mod reader;
 mod spectrum;
@@ -46,6 +47,7 @@ mod tests;
 mod unused;
 
 pub use layers::may_change_material;
+pub use named_file::NamedFile;
 pub use reader::{ParamContext, ParamReader};
 pub use spectrum::SpectrumFiles;
 

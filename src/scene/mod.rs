@@ -1,6 +1,6 @@
 //! Directives run through the graphics-state machine (scene-language §2): every name resolved,
 //! every parameter read and checked, nothing loaded that only a render needs. All problems of a
-//! file are reported in one go; `fstop check` stops here.
+//! file are reported in one go.
 
 pub mod blocks;
 pub mod description;

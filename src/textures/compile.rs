@@ -3,11 +3,14 @@
 use super::imagemap::PictureSettings;
 use super::mipmap::Mipmap;
 use super::{
-    Constant, FloatTextureSpec, MAX_DEPTH, SpectrumTextureSpec, Texture, TextureSpec, TextureValue,
+    Constant, FloatTextureSpec, MAX_DEPTH, SpectrumTextureSpec, Texture, TextureSpec, TextureUsage,
+    TextureValue,
 };
 use crate::assets::picture::{Picture, PictureError};
 use crate::math::Rgb;
 use crate::math::transform::Transform;
+use crate::params::NamedFile;
+use crate::syntax::Span;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -25,8 +28,15 @@ pub struct Textures {
 #[derive(Debug, thiserror::Error)]
 pub enum TextureProblem {
     /// A picture cannot be used; a grey of 0.5 stands in for it.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
+    #[error("{error}: a grey of 0.5 is used")]
+    Picture {
+        /// What is wrong with it.
+        error: PictureError,
+        /// Where it is named: by the first texture that something uses, if any.
+        span: Span,
+        /// Does anything use a texture of this picture?
+        used: bool,
+    },
     /// A texture nests others too deeply; it is 0.5 everywhere.
     #[error(
         "{kind} texture number {index} nests textures more than {MAX_DEPTH} deep: a constant 0.5 is used"
@@ -52,10 +62,12 @@ pub enum TextureProblem {
 impl Textures {
     /// Loads every picture once (in parallel) and moves all mappings to render space.
     /// `float[i]` is the texture of `FloatTextureId(i)`, `spectrum[i]` of `SpectrumTextureId(i)`.
+    /// `usage` only tells problems that matter from those that do not.
     /// Problems come in the order of the textures that have them.
     pub fn compile(
         float: &[FloatTextureSpec],
         spectrum: &[SpectrumTextureSpec],
+        usage: &TextureUsage,
         render_from_world: &Transform,
     ) -> (Textures, Vec<TextureProblem>) {
         let mut problems = Vec::new();
@@ -63,12 +75,18 @@ impl Textures {
         let float_depths = depths("float", float, &[], &mut problems);
         let spectrum_depths = depths("spectrum", spectrum, &float_depths, &mut problems);
         let mut textures = Textures {
-            float: compile_all(float, &float_depths, render_from_world, &mut wanted, |w| {
-                &mut w.float
-            }),
+            float: compile_all(
+                float,
+                &float_depths,
+                &usage.float,
+                render_from_world,
+                &mut wanted,
+                |w| &mut w.float,
+            ),
             spectrum: compile_all(
                 spectrum,
                 &spectrum_depths,
+                &usage.spectrum,
                 render_from_world,
                 &mut wanted,
                 |w| &mut w.spectrum,
@@ -134,11 +152,12 @@ fn depths<V: TextureValue>(
 fn compile_all<V: TextureValue>(
     specs: &[TextureSpec<V>],
     depths: &[Option<usize>],
+    used: &[bool],
     render_from_world: &Transform,
     wanted: &mut Wanted,
     list: fn(&mut Wanted) -> &mut Vec<WantedMap>,
 ) -> Vec<Texture<V>> {
-    let compile = |(spec, depth): (&TextureSpec<V>, &Option<usize>)| {
+    let compile = |(index, (spec, depth)): (usize, (&TextureSpec<V>, &Option<usize>))| {
         if depth.is_none() {
             return Texture::Constant(Constant {
                 value: V::splat(0.5),
@@ -152,7 +171,7 @@ fn compile_all<V: TextureValue>(
             TextureSpec::Uv(t) => Texture::Uv(t.compile(render_from_world)),
             TextureSpec::Checkerboard(t) => Texture::Checkerboard(t.compile(render_from_world)),
             TextureSpec::Imagemap(t) => {
-                let file = wanted.file_index(t.file.as_ref());
+                let file = wanted.file_index(t.file.as_ref(), used.get(index) == Some(&true));
                 let map = position_or_push(
                     list(wanted),
                     WantedMap {
@@ -164,17 +183,22 @@ fn compile_all<V: TextureValue>(
             }
         }
     };
-    specs.iter().zip(depths).map(compile).collect()
+    specs.iter().zip(depths).enumerate().map(compile).collect()
 }
 
 /// The pictures a scene's textures ask for.
 #[derive(Default)]
 struct Wanted {
-    files: Vec<PathBuf>,
+    files: Vec<WantedFile>,
     /// Positions in `files`.
     known: BTreeMap<PathBuf, usize>,
     float: Vec<WantedMap>,
     spectrum: Vec<WantedMap>,
+}
+
+struct WantedFile {
+    name: NamedFile,
+    used: bool,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -185,24 +209,31 @@ struct WantedMap {
 }
 
 impl Wanted {
-    fn file_index(&mut self, file: Option<&PathBuf>) -> Option<usize> {
-        file.map(|file| {
-            *self.known.entry(file.clone()).or_insert_with(|| {
-                self.files.push(file.clone());
-                self.files.len() - 1
-            })
-        })
+    fn file_index(&mut self, file: Option<&NamedFile>, used: bool) -> Option<usize> {
+        let name = file?.clone();
+        let next = self.files.len();
+        let index = *self.known.entry(name.path.clone()).or_insert(next);
+        match self.files.get_mut(index) {
+            None => self.files.push(WantedFile { name, used }),
+            Some(known) if used && !known.used => *known = WantedFile { name, used },
+            Some(_) => {}
+        }
+        Some(index)
     }
 
     /// All filtered pictures. Each file's picture is let go once its maps are made.
     fn load(self, problems: &mut Vec<TextureProblem>) -> (Vec<Mipmap<f32>>, Vec<Mipmap<Rgb>>) {
-        let files = self.files.par_iter().enumerate().map(|(i, path)| {
-            let picture = Picture::load(path);
+        let files = self.files.par_iter().enumerate().map(|(i, file)| {
+            let picture = Picture::load(&file.name.path);
             let usable = picture.as_ref().ok();
             (
                 self.maps(Some(i), &self.float, usable),
                 self.maps(Some(i), &self.spectrum, usable),
-                picture.err(),
+                picture.err().map(|error| TextureProblem::Picture {
+                    error,
+                    span: file.name.span,
+                    used: file.used,
+                }),
             )
         });
         let mut loaded: Vec<_> = files.collect();
@@ -215,7 +246,7 @@ impl Wanted {
         for (floats, spectra, error) in loaded {
             float.extend(floats);
             spectrum.extend(spectra);
-            problems.extend(error.map(TextureProblem::Picture));
+            problems.extend(error);
         }
         (in_order(float), in_order(spectrum))
     }
@@ -259,6 +290,7 @@ mod tests {
     use crate::math::{Vec2, Vec3};
     use crate::params::{FloatInput, SpectrumInput};
     use crate::surface::{Footprint, TexturePoint};
+    use crate::syntax::FileId;
     use crate::textures::imagemap::{Decoding, ImagemapSpec};
     use crate::textures::{Bilerp, Filter, MappingSpec, Mix, Scale, Uv, Wrap};
     use std::path::Path;
@@ -288,7 +320,8 @@ mod tests {
         f: &[FloatTextureSpec],
         s: &[SpectrumTextureSpec],
     ) -> (Textures, Vec<TextureProblem>) {
-        Textures::compile(f, s, &Transform::IDENTITY)
+        let usage = TextureUsage::new(f.len(), s.len());
+        Textures::compile(f, s, &usage, &Transform::IDENTITY)
     }
 
     fn imagemap(path: &Path, decoding: Decoding, top_first: bool) -> ImagemapSpec {
@@ -303,8 +336,20 @@ mod tests {
         };
         ImagemapSpec {
             mapping: UV,
-            file: Some(path.into()),
+            file: Some(named(path, 0)),
             settings,
+        }
+    }
+
+    fn named(path: &Path, start: u32) -> NamedFile {
+        let span = Span {
+            file: FileId(0),
+            start,
+            end: start + 1,
+        };
+        NamedFile {
+            path: path.into(),
+            span,
         }
     }
 
@@ -484,6 +529,37 @@ mod tests {
             textures.spectrum(&spectrum(0), &at(0.1, 3.7)),
             Rgb::splat(expected)
         );
+    }
+
+    /// One report for a file, at a texture that matters if there is one.
+    #[test]
+    fn a_broken_picture_is_reported_where_it_is_used() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("broken.png");
+        std::fs::write(&path, [0x89, b'P', b'N', b'G']).unwrap();
+        let specs: Vec<SpectrumTextureSpec> = (0..4)
+            .map(|start| {
+                TextureSpec::Imagemap(ImagemapSpec {
+                    file: Some(named(&path, start)),
+                    ..imagemap(&path, PLAIN, false)
+                })
+            })
+            .collect();
+        for (users, expected) in [
+            (&[][..], (0, false)),
+            (&[2, 3], (2, true)),
+            (&[0], (0, true)),
+        ] {
+            let mut usage = TextureUsage::new(0, specs.len());
+            for &user in users {
+                usage.spectrum(spectrum(user));
+            }
+            let (_, problems) = Textures::compile(&[], &specs, &usage, &Transform::IDENTITY);
+            let [TextureProblem::Picture { span, used, .. }] = &problems[..] else {
+                panic!("{problems:?}");
+            };
+            assert_eq!((span.start, *used), expected, "{users:?}");
+        }
     }
 
     #[test]

@@ -5,9 +5,9 @@ use super::{Mapping, MappingSpec, TextureValue, Textures};
 use crate::assets::picture::Picture;
 use crate::math::color::linear_from_srgb;
 use crate::math::transform::Transform;
-use crate::params::{Dialect, ParamReader};
+use crate::params::{Dialect, NamedFile, ParamReader};
 use crate::surface::TexturePoint;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A picture, filtered over the footprint. A float texture of a colour picture is the luminance
 /// of its encoded values, decoded afterwards.
@@ -23,7 +23,7 @@ pub struct ImagemapSpec {
     /// From points to (s, t).
     pub mapping: MappingSpec,
     /// The picture; `None` where none was given or found.
-    pub file: Option<PathBuf>,
+    pub file: Option<NamedFile>,
     /// Everything that shapes the filtered picture besides the file.
     pub settings: PictureSettings,
 }
@@ -116,7 +116,7 @@ impl ImagemapSpec {
         };
         ImagemapSpec {
             mapping: MappingSpec::from_params(reader, ctm),
-            file: reader.file("filename"),
+            file: reader.named_file("filename"),
             settings: PictureSettings {
                 wrap,
                 filter,

@@ -18,6 +18,7 @@ mod mapping;
 mod mipmap;
 mod mix;
 mod scale;
+mod usage;
 mod uv;
 mod value;
 
@@ -30,6 +31,7 @@ pub use mapping::{Mapping, MappingSpec, PointMap, TextureCoordinates};
 pub use mipmap::{Filter, Mipmap, Wrap};
 pub use mix::Mix;
 pub use scale::Scale;
+pub use usage::TextureUsage;
 pub use uv::Uv;
 pub use value::TextureValue;
 

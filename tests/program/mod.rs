@@ -16,6 +16,7 @@ pub struct Run {
 }
 
 /// Runs `fstop` with the arguments in the project's folder.
+#[allow(dead_code)] // not every test program runs there
 pub fn fstop<A: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = A>) -> Run {
     fstop_in(Path::new(env!("CARGO_MANIFEST_DIR")), arguments)
 }

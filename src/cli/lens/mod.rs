@@ -21,20 +21,25 @@ pub struct LensArgs {
     #[arg(required = true, value_name = "LENS")]
     lenses: Vec<PathBuf>,
     /// Diameter of the aperture stop in mm, instead of the file's
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     aperture: Option<f64>,
     /// Focus at this distance from the film, in metres (`inf` for infinity); `best` or `best:M` for the film of the
     /// smallest spot of real rays instead of Gaussian focus
-    #[arg(long, value_name = "M", conflicts_with = "film_distance")]
+    #[arg(
+        long,
+        value_name = "M",
+        allow_negative_numbers = true,
+        conflicts_with = "film_distance"
+    )]
     focus: Option<Focus>,
     /// Distance from the last surface to the film in mm
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     film_distance: Option<f64>,
     /// Diagonal of the film in mm, of proportions 3:2
     #[arg(long, value_name = "MM", default_value_t = Film::FULL_FRAME.diagonal())]
     film_diagonal: f64,
     /// Multiply every length of the prescription
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     scale: Option<f64>,
     /// Print JSON instead of text; lengths in mm
     #[arg(long)]
@@ -198,7 +203,9 @@ fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
     }
     if let Some(diameter) = args.aperture {
         if !(diameter >= 0.0 && diameter.is_finite()) {
-            return Err(format!("--aperture {diameter}: expected a diameter in mm"));
+            return Err(format!(
+                "--aperture {diameter}: expected a diameter in mm, 0 or more"
+            ));
         }
         for warning in prescription.set_stops(diameter) {
             eprintln!("warning: {warning}");
@@ -223,6 +230,19 @@ fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
 
 /// The film distance asked for, or the file's, or that of infinity where it has none.
 fn film_distance(args: &LensArgs, prescription: &Prescription) -> Result<f64, String> {
+    if let Some(mm) = args.film_distance
+        && !(mm > 0.0 && mm.is_finite())
+    {
+        return Err(format!("--film-distance {mm}: expected a positive number"));
+    }
+    if let Some(focus) = args.focus
+        && (focus.distance.is_nan() || focus.distance <= 0.0)
+    {
+        return Err(format!(
+            "--focus {}: expected a positive number",
+            1e-3 * focus.distance
+        ));
+    }
     match (args.focus, args.film_distance) {
         (Some(focus), _) if focus.best => {
             best_focus::film_distance(prescription, focus.distance).map_err(|e| e.to_string())

@@ -1,0 +1,55 @@
+//! Textures compiled, their pictures loaded.
+
+use crate::math::transform::Transform;
+use crate::scene::Frame;
+use crate::syntax::{Diagnostic, Diagnostics};
+use crate::textures::{TextureProblem, TextureUsage, Textures};
+
+/// Makes all textures of a frame. A picture that cannot be read is an error at its name; where
+/// nothing in the picture uses it, only a warning.
+pub fn load(frame: &Frame, render_from_world: &Transform, diagnostics: &Diagnostics) -> Textures {
+    let (textures, problems) = Textures::compile(
+        &frame.float_textures,
+        &frame.spectrum_textures,
+        &usage(frame),
+        render_from_world,
+    );
+    for problem in problems {
+        diagnostics.push(match problem {
+            TextureProblem::Picture {
+                error,
+                span,
+                used: false,
+            } => Diagnostic::warning(error.to_string())
+                .at(span)
+                .label("no shape uses this texture"),
+            TextureProblem::Picture {
+                ref error, span, ..
+            } => Diagnostic::error(error.to_string()).at(span),
+            _ => Diagnostic::error(problem.to_string()),
+        });
+    }
+    textures
+}
+
+/// The textures that shapes look up, by themselves or through their materials. Objects count
+/// whether or not they have an instance.
+fn usage(frame: &Frame) -> TextureUsage {
+    let (floats, spectra) = (&frame.float_textures, &frame.spectrum_textures);
+    let mut usage = TextureUsage::new(floats.len(), spectra.len());
+    let mut seen = vec![false; frame.materials.len()];
+    let objects = frame.objects.iter().flat_map(|object| &object.shapes);
+    for shape in frame.shapes.iter().chain(objects) {
+        for alpha in [shape.spec.alpha(), shape.spec.shadow_alpha()] {
+            alpha.into_iter().for_each(|input| usage.float(input));
+        }
+        if let Some(id) = shape.material.map(|material| material.index())
+            && let Some(material) = frame.materials.get(id)
+            && !std::mem::replace(&mut seen[id], true)
+        {
+            material.add_usage(&mut usage);
+        }
+    }
+    usage.complete(floats, spectra);
+    usage
+}

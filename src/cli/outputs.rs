@@ -1,0 +1,74 @@
+//! What files a frame's picture goes to.
+
+use crate::film;
+use crate::scene::Frame;
+use std::path::{Path, PathBuf};
+
+/// The files of one frame.
+pub struct Outputs {
+    picture: PathBuf,
+    png: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// `-o` and `--png` name the files of the first frame; later frames of a file get their number
+    /// added.
+    pub fn new(output: Option<&Path>, png: Option<&Path>, frame: &Frame, number: usize) -> Outputs {
+        let of_frame = |path: &Path| numbered(path, number);
+        Outputs {
+            picture: output.map_or_else(|| frame.options.film.output(), of_frame),
+            png: png.map(of_frame),
+        }
+    }
+
+    /// Can all of them be written, as far as is known before rendering?
+    pub fn check(&self) -> Result<(), String> {
+        for path in self.paths() {
+            film::check_output(path).map_err(|e| e.to_string())?;
+        }
+        let Some(png) = &self.png else { return Ok(()) };
+        if !png
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png"))
+        {
+            return Err(format!(
+                "--png {}: expected a name ending in .png",
+                png.display()
+            ));
+        }
+        if same_file(png, &self.picture) {
+            let png = png.display();
+            return Err(format!(
+                "--png {png}: the picture itself is written there already"
+            ));
+        }
+        Ok(())
+    }
+
+    /// The picture, then the PNG beside it.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        [Some(self.picture.as_path()), self.png.as_deref()]
+            .into_iter()
+            .flatten()
+    }
+}
+
+/// Do two names, whose folders exist, mean one file?
+fn same_file(a: &Path, b: &Path) -> bool {
+    let resolved = |path: &Path| {
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    a == b || (resolved(a).is_some() && resolved(a) == resolved(b))
+}
+
+/// `a.exr` for the first frame, `a.2.exr` for the second.
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    if number == 1 {
+        return path.to_path_buf();
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}.{number}.{ending}"))
+}

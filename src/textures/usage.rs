@@ -1,0 +1,111 @@
+//! Which textures matter.
+
+use super::{FloatTextureSpec, SpectrumTextureSpec, TextureSpec, TextureValue};
+use crate::math::Rgb;
+use crate::params::{FloatInput, SpectrumInput};
+
+/// Which textures of a scene are looked up by anything: a broken picture in a texture that nothing
+/// uses does not spoil the rendering.
+///
+/// Filled by those who use textures ([`float`](Self::float), [`spectrum`](Self::spectrum)), then
+/// completed by what these use in turn ([`complete`](Self::complete)).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TextureUsage {
+    /// By `FloatTextureId`.
+    pub(super) float: Vec<bool>,
+    /// By `SpectrumTextureId`.
+    pub(super) spectrum: Vec<bool>,
+}
+
+impl TextureUsage {
+    /// Of so many float and spectrum textures, none is used yet.
+    pub fn new(floats: usize, spectra: usize) -> TextureUsage {
+        TextureUsage {
+            float: vec![false; floats],
+            spectrum: vec![false; spectra],
+        }
+    }
+
+    /// Somebody looks this up.
+    pub fn float(&mut self, input: FloatInput) {
+        mark::<f32>(&mut self.float, input);
+    }
+
+    /// Somebody looks this up.
+    pub fn spectrum(&mut self, input: SpectrumInput) {
+        mark::<Rgb>(&mut self.spectrum, input);
+    }
+
+    /// Adds the textures that used textures use. They all come before their users (others are
+    /// refused), and a float texture uses no spectrum texture, so one pass from the last to the
+    /// first finds them all.
+    pub fn complete(&mut self, floats: &[FloatTextureSpec], spectra: &[SpectrumTextureSpec]) {
+        for index in (0..spectra.len()).rev() {
+            self.operands(&spectra[index], self.spectrum[index], Self::spectrum);
+        }
+        for index in (0..floats.len()).rev() {
+            self.operands(&floats[index], self.float[index], Self::float);
+        }
+    }
+
+    fn operands<V: TextureValue>(
+        &mut self,
+        spec: &TextureSpec<V>,
+        used: bool,
+        add: fn(&mut TextureUsage, V::Input),
+    ) {
+        if !used {
+            return;
+        }
+        let operands = spec.operands();
+        for input in operands.own {
+            add(self, input);
+        }
+        if let Some(amount) = operands.amount {
+            self.float(amount);
+        }
+    }
+}
+
+fn mark<V: TextureValue>(used: &mut [bool], input: V::Input) {
+    if let Some(used) = V::texture_index(input).and_then(|index| used.get_mut(index)) {
+        *used = true;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::handles::{FloatTextureId, SpectrumTextureId};
+    use crate::textures::{Constant, Mix, Scale};
+
+    #[test]
+    fn what_a_used_texture_uses_is_used() {
+        let float = |i| FloatInput::Texture(FloatTextureId(i));
+        let spectrum = |i| SpectrumInput::Texture(SpectrumTextureId(i));
+        let plain = || TextureSpec::Constant(Constant { value: 1.0 });
+        let scale = |i| {
+            TextureSpec::Scale(Scale {
+                tex1: float(i),
+                tex2: FloatInput::Constant(2.0),
+            })
+        };
+        let floats = [plain(), plain(), scale(0), scale(2), scale(1)];
+        let white = || TextureSpec::Constant(Constant { value: Rgb::ONE });
+        let mix = TextureSpec::Mix(Mix {
+            tex1: spectrum(1),
+            tex2: SpectrumInput::Constant(Rgb::ONE),
+            amount: float(3),
+        });
+        let spectra = [white(), white(), mix];
+        let mut usage = TextureUsage::new(floats.len(), spectra.len());
+        usage.complete(&floats, &spectra);
+        assert_eq!(usage, TextureUsage::new(5, 3), "nothing uses anything");
+        usage.spectrum(spectrum(2));
+        // What does not exist is not used.
+        usage.float(float(77));
+        usage.complete(&floats, &spectra);
+        assert_eq!(usage.float, [true, false, true, true, false]);
+        assert_eq!(usage.spectrum, [false, true, true]);
+    }
+}

@@ -1,0 +1,171 @@
+//! What only shows when a scene's files are loaded or its rays are followed: where it is reported,
+//! and when.
+
+mod program;
+
+use program::{Run, fstop_in};
+use std::ffi::OsStr;
+use std::path::PathBuf;
+
+/// A folder with a scene `s.pbrt` in it, gone with the test.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Folder {
+        Folder(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), content).expect("a file");
+    }
+
+    /// `fstop ARGUMENTS` in the folder.
+    fn run<A: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = A>) -> Run {
+        fstop_in(self.0.path(), arguments)
+    }
+}
+
+/// What only shows when files are loaded: check and render say the same of it, at the place that
+/// names the file.
+#[test]
+fn broken_files_are_reported_where_they_are_named() {
+    let folder = Folder::new();
+    for name in ["bad.png", "bad.ply"] {
+        folder.write(name, "no such thing");
+    }
+    folder.write("bad.obj", "v 0 0 0\nf 1 2 9\n");
+    folder.write("zero.png", "");
+    for (line, place, words) in [
+        (
+            "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"bad.png\"\n\
+             Material \"matte\" \"texture Kd\" \"t\"\nShape \"sphere\"",
+            "s.pbrt:3:53\n",
+            "error: cannot decode 'bad.png'",
+        ),
+        (
+            // By way of another texture, and a float one.
+            "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"bad.png\"\n\
+             Texture \"u\" \"float\" \"scale\" \"texture tex1\" \"t\"\n\
+             Material \"matte\" \"texture bumpmap\" \"u\"\nShape \"sphere\"",
+            "s.pbrt:3:50\n",
+            "error: cannot decode 'bad.png'",
+        ),
+        (
+            "LightSource \"infinite\" \"string mapname\" \"zero.png\"",
+            "s.pbrt:3:41\n",
+            "error: cannot decode 'zero.png'",
+        ),
+        (
+            "Shape \"plymesh\" \"string filename\" \"bad.ply\"",
+            "s.pbrt:3:1\n",
+            "error: bad.ply: ",
+        ),
+        (
+            "ObjectBegin \"o\"\nShape \"objmesh\" \"string filename\" \"bad.obj\"\nObjectEnd",
+            "s.pbrt:4:1\n",
+            "error: bad.obj: ",
+        ),
+    ] {
+        let text = format!("WorldBegin\nLightSource \"point\"\n{line}\nWorldEnd\n");
+        folder.write("s.pbrt", text);
+        let check = folder.run(["check", "s.pbrt"]);
+        assert_eq!(check.code, 2, "{line}\n{}{}", check.stdout, check.stderr);
+        assert!(check.stdout.contains("(1 error)"), "{}", check.stdout);
+        for part in [place, words, "^^^"] {
+            assert!(check.stderr.contains(part), "{part}\n{}", check.stderr);
+        }
+        let render = folder.run(["render", "s.pbrt", "-o", "a.exr"]);
+        assert_eq!((render.code, &render.stderr), (2, &check.stderr), "{line}");
+        assert!(!folder.path("a.exr").exists());
+    }
+}
+
+/// What nothing in the picture uses does not stop it.
+#[test]
+fn a_broken_picture_nobody_uses_is_a_warning() {
+    let folder = Folder::new();
+    folder.write("bad.png", "no such thing");
+    let scene = "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 6\nWorldBegin\n\
+                 LightSource \"infinite\"\nTexture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \
+                 \"bad.png\"\nMakeNamedMaterial \"m\" \"string type\" \"matte\" \"texture Kd\" \"t\"\n\
+                 Shape \"sphere\"\nWorldEnd\n";
+    folder.write("s.pbrt", scene);
+    let check = folder.run(["check", "s.pbrt"]);
+    assert_eq!(check.stdout, "s.pbrt: ok (1 warning)\n", "{}", check.stderr);
+    let render = folder.run(["s.pbrt", "--spp", "1", "-o", "a.exr"]);
+    assert_eq!(render.code, 0, "{}", render.stderr);
+    for run in [check, render] {
+        let words = "warning: cannot decode 'bad.png'";
+        assert!(run.stderr.contains(words), "{}", run.stderr);
+        assert!(run.stderr.contains("s.pbrt:4:53\n"), "{}", run.stderr);
+    }
+}
+
+/// A film's file name is wrong where it stands, unless `-o` names another.
+#[test]
+fn a_films_file_name_is_checked_at_its_place() {
+    let folder = Folder::new();
+    let scene = "Film \"image\" \"string filename\" \"a.gif\"\n \"integer xresolution\" 8 \
+                 \"integer yresolution\" 6\nWorldBegin\nLightSource \"infinite\"\nWorldEnd\n";
+    folder.write("s.pbrt", scene);
+    let check = folder.run(["check", "s.pbrt"]);
+    assert_eq!(check.code, 2, "{}", check.stdout);
+    assert!(check.stderr.contains("must end in"), "{}", check.stderr);
+    assert!(check.stderr.contains("s.pbrt:1:32\n"), "{}", check.stderr);
+    let render = folder.run(["render", "s.pbrt"]);
+    assert_eq!((render.code, render.stderr), (2, check.stderr));
+    let elsewhere = folder.run(["s.pbrt", "-o", "a.exr", "--spp", "1"]);
+    assert_eq!(elsewhere.code, 0, "{}", elsewhere.stderr);
+    folder.write("s.pbrt", scene.replace("a.gif", "no/a.exr"));
+    let nowhere = folder.run(["render", "s.pbrt"]);
+    let (code, said) = (nowhere.code, nowhere.stderr);
+    assert!(
+        code == 2 && said.contains("no folder `no`") && said.contains("s.pbrt:1:32\n"),
+        "{said}"
+    );
+}
+
+/// Samples without a finite value are counted and located, the same for any tiles.
+#[test]
+fn samples_that_are_not_finite_are_located() {
+    let folder = Folder::new();
+    // Finite each, but not their product.
+    let scene = "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 6\nWorldBegin\n\
+                 LightSource \"infinite\" \"rgb L\" [3e38 3e38 3e38] \"rgb scale\" [10 10 10]\nWorldEnd\n";
+    folder.write("s.pbrt", scene);
+    let crop = ["--crop", ".5,1,.5,1", "--spp", "2"];
+    for tiles in ["1", "3", "100"] {
+        let options = ["s.pbrt", "-o", "a.exr", "--tile-size", tiles];
+        let run = folder.run(options.iter().chain(&crop));
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let words = "warning: 24 of the samples were not finite and count as black; \
+                     the first is sample 0 of pixel 4, 3 (both from 0)";
+        assert!(run.stderr.contains(words), "{}", run.stderr);
+    }
+}
+
+/// The last frame's broken mesh is found before the first is rendered.
+#[test]
+fn later_frames_are_checked_before_the_first_is_rendered() {
+    let folder = Folder::new();
+    folder.write("bad.ply", "no such thing");
+    let frame = |content: &str| {
+        format!(
+            "Film \"image\" \"integer xresolution\" 64 \"integer yresolution\" 64\n\
+             WorldBegin\nLightSource \"infinite\"\n{content}\nWorldEnd\n"
+        )
+    };
+    let bad = "Shape \"plymesh\" \"string filename\" \"bad.ply\"";
+    let scene = frame("Shape \"sphere\"") + &frame("") + &frame(bad);
+    folder.write("s.pbrt", scene);
+    // At a million samples a pixel the first frame would outlast the test's patience.
+    let options = ["s.pbrt", "-o", "a.exr", "--spp", "1000000"];
+    let run = folder.run(options);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(run.stderr.contains("s.pbrt:14:1\n"), "{}", run.stderr);
+    assert!(!folder.path("a.exr").exists());
+}
