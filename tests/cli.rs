@@ -513,7 +513,7 @@ fn negative_values_are_understood_and_refused() {
         ),
         (
             &["lens", LENS_FILE, "--focus", "-1"],
-            "--focus -1: expected a positive number",
+            "invalid value '-1' for '--focus <M>': expected a distance in metres",
         ),
         (
             &["lens", LENS_FILE, "--scale", "-2"],

@@ -235,14 +235,6 @@ fn film_distance(args: &LensArgs, prescription: &Prescription) -> Result<f64, St
     {
         return Err(format!("--film-distance {mm}: expected a positive number"));
     }
-    if let Some(focus) = args.focus
-        && (focus.distance.is_nan() || focus.distance <= 0.0)
-    {
-        return Err(format!(
-            "--focus {}: expected a positive number",
-            1e-3 * focus.distance
-        ));
-    }
     match (args.focus, args.film_distance) {
         (Some(focus), _) if focus.best => {
             best_focus::film_distance(prescription, focus.distance).map_err(|e| e.to_string())
