@@ -61,12 +61,12 @@ fn broken_files_are_reported_where_they_are_named() {
         ),
         (
             "Shape \"plymesh\" \"string filename\" \"bad.ply\"",
-            "s.pbrt:3:1\n",
+            "s.pbrt:3:35\n",
             "error: bad.ply: ",
         ),
         (
             "ObjectBegin \"o\"\nShape \"objmesh\" \"string filename\" \"bad.obj\"\nObjectEnd",
-            "s.pbrt:4:1\n",
+            "s.pbrt:4:35\n",
             "error: bad.obj: ",
         ),
     ] {
@@ -166,6 +166,6 @@ fn later_frames_are_checked_before_the_first_is_rendered() {
     let options = ["s.pbrt", "-o", "a.exr", "--spp", "1000000"];
     let run = folder.run(options);
     assert_eq!(run.code, 2, "{}", run.stderr);
-    assert!(run.stderr.contains("s.pbrt:14:1\n"), "{}", run.stderr);
+    assert!(run.stderr.contains("s.pbrt:14:35\n"), "{}", run.stderr);
     assert!(!folder.path("a.exr").exists());
 }
