@@ -6,6 +6,7 @@
 mod bump;
 mod glass;
 mod matte;
+mod metal;
 mod mirror;
 mod plastic;
 mod roughness;
@@ -14,6 +15,7 @@ mod uber;
 pub use bump::Bump;
 pub use glass::Glass;
 pub use matte::Matte;
+pub use metal::Metal;
 pub use mirror::Mirror;
 pub use plastic::Plastic;
 pub use roughness::RoughnessMeaning;
@@ -46,6 +48,8 @@ pub enum MaterialKind {
     Glass(Glass),
     /// `plastic`
     Plastic(Plastic),
+    /// `metal`
+    Metal(Metal),
     /// `uber`
     Uber(Uber),
 }
@@ -57,7 +61,7 @@ pub fn is_none(kind: &str) -> bool {
 
 impl Material {
     /// The types that are modelled.
-    pub const KINDS: [&'static str; 5] = ["matte", "mirror", "glass", "plastic", "uber"];
+    pub const KINDS: [&'static str; 6] = ["matte", "mirror", "glass", "plastic", "metal", "uber"];
 
     /// The material that `Material "type"` describes, or `MakeNamedMaterial` with that
     /// `"string type"` as the reader's kind; `None` for [no material](is_none). Types that are
@@ -69,6 +73,7 @@ impl Material {
             "mirror" => MaterialKind::Mirror(Mirror::from_params(reader)),
             "glass" => MaterialKind::Glass(Glass::from_params(reader)),
             "plastic" => MaterialKind::Plastic(Plastic::from_params(reader)),
+            "metal" => MaterialKind::Metal(Metal::from_params(reader)),
             "uber" => MaterialKind::Uber(Uber::from_params(reader)),
             kind => {
                 const DONE: &str = "a matte of the same parameters is used";
@@ -102,6 +107,7 @@ impl Material {
             MaterialKind::Mirror(m) => m.add_lobes(&at, textures, &mut bsdf),
             MaterialKind::Glass(m) => m.add_lobes(&at, textures, &mut bsdf),
             MaterialKind::Plastic(m) => m.add_lobes(&at, textures, &mut bsdf),
+            MaterialKind::Metal(m) => m.add_lobes(&at, textures, &mut bsdf),
             MaterialKind::Uber(m) => m.add_lobes(&at, textures, &mut bsdf),
         }
         bsdf
@@ -129,6 +135,12 @@ impl Material {
                 roughness,
                 meaning: _,
             }) => (&[*kd, *ks], &[*roughness]),
+            MaterialKind::Metal(Metal {
+                eta,
+                k,
+                roughness: [u, v],
+                meaning: _,
+            }) => (&[*eta, *k], &[*u, *v]),
             MaterialKind::Uber(Uber {
                 kd,
                 ks,
@@ -152,8 +164,7 @@ impl Material {
 }
 
 /// Types of pbrt-v3 and pbrt-v2 that are known but not made yet.
-const PLANNED: [&str; 11] = [
-    "metal",
+const PLANNED: [&str; 10] = [
     "substrate",
     "translucent",
     "mix",
@@ -324,6 +335,15 @@ mod tests {
         assert!((through.wi + wo).length() < 1e-6 && through.eta == 1.0);
     }
 
+    fn metal(roughness: f32) -> MaterialKind {
+        MaterialKind::Metal(Metal {
+            eta: grey(0.2),
+            k: grey(4.0),
+            roughness: [FloatInput::Constant(roughness); 2],
+            meaning: RoughnessMeaning::Remapped,
+        })
+    }
+
     #[test]
     fn materials_keep_energy() {
         for kind in [
@@ -331,6 +351,7 @@ mod tests {
             uber(0.0, 1.0, 0.0, 0.0, 1.0),
             uber(0.0, 0.0, 1.0, 1.0, 1.0),
             glass(0.3),
+            metal(0.2),
         ] {
             for degrees in [0.0, 45.0, 85.0] {
                 let wo = direction(degrees, 0.0);

@@ -1,0 +1,59 @@
+//! `metal`.
+
+use super::RoughnessMeaning;
+use super::roughness::find_roughness;
+use crate::bsdf::fresnel::Fresnel;
+use crate::bsdf::microfacet::MicrofacetReflection;
+use crate::bsdf::{Bsdf, Lobe};
+use crate::math::Rgb;
+use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::surface::TexturePoint;
+use crate::textures::Textures;
+
+/// Refractive index of copper as pbrt's 56 samples from 299 to 886 nm come out in RGB
+/// (scene-language 6.2).
+const COPPER_ETA: Rgb = Rgb::new(0.19999, 0.92209, 1.09988);
+
+/// Its absorption, likewise.
+const COPPER_K: Rgb = Rgb::new(3.90464, 2.44763, 2.13765);
+
+/// A rough conductor. Parameters: spectrum `eta` and `k`, real and imaginary part of the refractive
+/// index (copper's); float `roughness` (0.01), which `uroughness` and `vroughness` override;
+/// constant bool `remaproughness` (true) (scene-language 3.8).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metal {
+    /// Real part of the refractive index.
+    pub eta: SpectrumInput,
+    /// Imaginary part.
+    pub k: SpectrumInput,
+    /// Roughness along u and along v.
+    pub roughness: [FloatInput; 2],
+    /// What the roughness means.
+    pub meaning: RoughnessMeaning,
+}
+
+impl Metal {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Metal {
+        let both = find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.01));
+        let own = |name| find_roughness(reader, name).unwrap_or(both);
+        Metal {
+            eta: reader.spectrum_input("eta", COPPER_ETA),
+            k: reader.spectrum_input("k", COPPER_K),
+            roughness: [own("uroughness"), own("vroughness")],
+            meaning: RoughnessMeaning::from_params(reader),
+        }
+    }
+
+    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+        let [u, v] = self.roughness.map(|r| textures.float(&r, at));
+        bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
+            reflectance: Rgb::ONE,
+            distribution: self.meaning.distribution(u, v),
+            fresnel: Fresnel::Conductor {
+                eta: textures.spectrum(&self.eta, at),
+                k: textures.spectrum(&self.k, at),
+            },
+        }));
+    }
+}
