@@ -1,42 +1,19 @@
 //! The analysis of lenses against golden data computed by others (tests/golden/README.md).
 
+mod golden_lenses;
+
 use fstop::optics::analysis::{Beam, ChiefFinder, ObjectPlane, ReferenceScale, Spot, illumination};
 use fstop::optics::best_focus;
 use fstop::optics::pupil::RINGS;
 use fstop::optics::{ExitPupil, Lens, Prescription};
+use golden_lenses::{LENSES, number};
 use serde_json::Value;
-use std::path::PathBuf;
-
-/// Lenses whose golden image circle is lit from the middle to the edge.
-const LENSES: [&str; 12] = [
-    "canon_uw_14",
-    "course_dgauss_100",
-    "dgauss_50",
-    "fisheye_10",
-    "nikon_50_f1.2",
-    "petzval_50",
-    "retrofocus_35",
-    "telephoto_250",
-    "tessar_100",
-    "triplet_50",
-    "wide_22",
-    "zoom_80_200_wide",
-];
 
 /// A lens at its golden film distance, and its golden data.
 fn read(name: &str) -> (Lens, Value) {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
-    let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
-    let data: Value = serde_json::from_str(&text).unwrap();
-    let p = Prescription::read(&folder.join(format!("{name}.dat"))).unwrap();
+    let (p, data) = golden_lenses::read(name);
     let film_distance = number(&data, "/film_z") - p.length();
     (Lens::new(&p, film_distance).unwrap(), data)
-}
-
-fn number(data: &Value, path: &str) -> f64 {
-    data.pointer(path)
-        .and_then(Value::as_f64)
-        .unwrap_or_else(|| panic!("no {path}"))
 }
 
 #[test]
@@ -127,7 +104,7 @@ fn spots_and_illumination() {
 #[test]
 fn best_focus_at_infinity() {
     for name in LENSES {
-        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+        let folder = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
         let p = Prescription::read(&folder.join(format!("{name}.dat"))).unwrap();
         let (_, data) = read(name);
         let best = best_focus::film_distance(&p, f64::INFINITY).unwrap();

@@ -4,28 +4,14 @@
 //! Integrals over the pupil are deterministic quadratures between its middle and the outline that real
 //! rays find ([`fstop::optics::stops`]), so their error is the rule's and not noise.
 
+mod golden_lenses;
+
 use fstop::optics::stops::{
     AxisPoint, Limit, entrance_pupil, exit_pupil, film_limits, images_toward_scene, scene_limits,
 };
 use fstop::optics::{Cause, Lens, LensRay, LensTracer, Paraxial, Prescription, Surface};
+use golden_lenses::LENSES;
 use serde_json::Value;
-use std::path::PathBuf;
-
-/// All lenses of tests/golden but `noct_58_f0.95`, which is aspheric.
-const LENSES: [&str; 12] = [
-    "canon_uw_14",
-    "course_dgauss_100",
-    "dgauss_50",
-    "fisheye_10",
-    "nikon_50_f1.2",
-    "petzval_50",
-    "retrofocus_35",
-    "telephoto_250",
-    "tessar_100",
-    "triplet_50",
-    "wide_22",
-    "zoom_80_200_wide",
-];
 
 /// Parts of the stop's diameter, by the golden data's keys.
 const STOPS: [(&str, f64); 3] = [("1", 1.0), ("0.5", 0.5), ("0.25", 0.25)];
@@ -42,12 +28,11 @@ struct Golden {
 
 impl Golden {
     fn read(name: &'static str) -> Golden {
-        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
-        let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
+        let (prescription, data) = golden_lenses::read(name);
         Golden {
             name,
-            prescription: Prescription::read(&folder.join(format!("{name}.dat"))).unwrap(),
-            data: serde_json::from_str(&text).unwrap(),
+            prescription,
+            data,
         }
     }
 

@@ -1,28 +1,14 @@
 //! The optics against golden data computed by others (tests/golden/README.md).
 
+mod golden_lenses;
+
 use fstop::math::Vec2;
 use fstop::optics::focus::{film_distance_for_focus, film_distance_for_object};
 use fstop::optics::pupil::RINGS;
 use fstop::optics::{Cause, ExitPupil, Lens, LensRay, LensTracer, Paraxial, Prescription, Surface};
+use golden_lenses::LENSES;
 use serde_json::Value;
 use std::path::PathBuf;
-
-/// All lenses with golden data but `noct_58_f0.95`, whose even aspheres the prescription reader
-/// cannot hold yet.
-const LENSES: [&str; 12] = [
-    "canon_uw_14",
-    "course_dgauss_100",
-    "dgauss_50",
-    "fisheye_10",
-    "nikon_50_f1.2",
-    "petzval_50",
-    "retrofocus_35",
-    "telephoto_250",
-    "tessar_100",
-    "triplet_50",
-    "wide_22",
-    "zoom_80_200_wide",
-];
 
 struct Golden {
     name: &'static str,
@@ -32,12 +18,11 @@ struct Golden {
 
 impl Golden {
     fn read(name: &'static str) -> Golden {
-        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
-        let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
+        let (prescription, data) = golden_lenses::read(name);
         Golden {
             name,
-            prescription: Prescription::read(&folder.join(format!("{name}.dat"))).unwrap(),
-            data: serde_json::from_str(&text).unwrap(),
+            prescription,
+            data,
         }
     }
 

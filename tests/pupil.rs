@@ -1,37 +1,19 @@
 //! Sampling of the exit pupil: nothing lost, little wasted, evenly, and the same picture whichever way the
 //! unit square is spread over it. On the lenses of tests/golden.
 
+mod golden_lenses;
+
 use fstop::math::Vec2;
 use fstop::optics::pupil::{PupilSampling, RINGS};
-use fstop::optics::{ExitPupil, Lens, Prescription};
-use serde_json::Value;
-use std::path::PathBuf;
-
-/// All lenses of tests/golden but `noct_58_f0.95`, which is aspheric.
-const LENSES: [&str; 12] = [
-    "canon_uw_14",
-    "course_dgauss_100",
-    "dgauss_50",
-    "fisheye_10",
-    "nikon_50_f1.2",
-    "petzval_50",
-    "retrofocus_35",
-    "telephoto_250",
-    "tessar_100",
-    "triplet_50",
-    "wide_22",
-    "zoom_80_200_wide",
-];
+use fstop::optics::{ExitPupil, Lens};
+use golden_lenses::LENSES;
 
 /// Parts of the stop's diameter: full aperture, and two stops down.
 const STOPS: [f64; 2] = [1.0, 0.25];
 
 /// A lens of tests/golden with its film where the golden data has it, and the radius of its image circle.
 fn lens(name: &str, stop: f64) -> (Lens, f64) {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
-    let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
-    let data: Value = serde_json::from_str(&text).unwrap();
-    let mut prescription = Prescription::read(&folder.join(format!("{name}.dat"))).unwrap();
+    let (mut prescription, data) = golden_lenses::read(name);
     for s in prescription.surfaces.iter_mut().filter(|s| s.is_stop) {
         s.aperture *= stop;
     }

@@ -75,10 +75,8 @@ impl Loaded {
                 None
             }
         };
-        if camera.is_some() {
-            for warning in options.camera.warnings(&film) {
-                diagnostics.push(Diagnostic::warning(warning));
-            }
+        for warning in camera.iter().flat_map(Camera::warnings) {
+            diagnostics.push(Diagnostic::warning(warning));
         }
         Loaded {
             render_from_world,
@@ -117,7 +115,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         placed.lights,
         placed.sampled_lights,
     );
-    let description = options.camera.describe(&film);
+    let description = camera.describe(&film);
     let integrator = Integrator::new(&options.integrator.spec, &world);
     let metadata = metadata(&options, &film);
     let sampler = Sampler::new(&options.sampler, seed);

@@ -143,30 +143,13 @@ impl CameraSpec {
             spec.model = model;
         }
     }
-
-    /// What a photographer wants to know before the picture is taken, one fact a line.
-    pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
-        match self {
-            CameraSpec::Perspective(spec) => spec.describe(film),
-            CameraSpec::Realistic(spec) => spec.describe(film),
-        }
-    }
-
-    /// What looks wrong although a picture can be made: a lens focused inside itself, a film
-    /// inside glass, a picture larger than the image circle.
-    pub fn warnings(&self, film: &FilmGeometry) -> Vec<String> {
-        match self {
-            CameraSpec::Perspective(_) => Vec::new(),
-            CameraSpec::Realistic(spec) => spec.warnings(film),
-        }
-    }
 }
 
 /// A camera ready to make rays.
 #[derive(Clone, Debug)]
 pub enum Camera {
     /// Pinhole or thin lens.
-    Perspective(Perspective),
+    Perspective(Box<Perspective>),
     /// A traced lens prescription.
     Realistic(Box<Realistic>),
 }
@@ -186,14 +169,31 @@ impl Camera {
             return Err(CameraError::SingularTransform);
         }
         match spec {
-            CameraSpec::Perspective(s) => Ok(Camera::Perspective(Perspective::new(
+            CameraSpec::Perspective(s) => Ok(Camera::Perspective(Box::new(Perspective::new(
                 s,
                 film,
                 render_from_camera,
-            ))),
+            )))),
             CameraSpec::Realistic(s) => {
                 Realistic::new(s, film, render_from_camera).map(|c| Camera::Realistic(Box::new(c)))
             }
+        }
+    }
+
+    /// What a photographer wants to know before the picture is taken on `film`, one fact a line.
+    pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
+        match self {
+            Camera::Perspective(c) => c.spec.describe(film),
+            Camera::Realistic(c) => c.describe(film),
+        }
+    }
+
+    /// What looks wrong although a picture can be made: a lens focused inside itself, a film
+    /// inside glass, a picture larger than the image circle.
+    pub fn warnings(&self) -> Vec<String> {
+        match self {
+            Camera::Perspective(_) => Vec::new(),
+            Camera::Realistic(c) => c.warnings(),
         }
     }
 

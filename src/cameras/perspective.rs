@@ -106,7 +106,7 @@ impl PerspectiveSpec {
         })
     }
 
-    /// See [`super::CameraSpec::describe`].
+    /// See [`super::Camera::describe`].
     pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
         let t = (0.5 * self.fov).to_radians().tan();
         let angle = |a: f64, b: f64| ((b * t).atan() - (a * t).atan()).to_degrees().abs();
@@ -161,13 +161,11 @@ fn screen_window(params: &ParamReader) -> Option<[f64; 4]> {
 /// A perspective camera ready to make rays.
 #[derive(Clone, Debug)]
 pub struct Perspective {
+    pub(super) spec: PerspectiveSpec,
     mount: Mount,
-    shutter: Shutter,
     /// Direction (z = 1) through raster point (0, 0), and its change per pixel.
     corner: DVec2,
     per_pixel: DVec2,
-    lens_radius: f64,
-    focal_distance: f64,
 }
 
 impl Perspective {
@@ -182,19 +180,17 @@ impl Perspective {
         let resolution = film.resolution.as_dvec2();
         Perspective {
             mount: Mount::new(render_from_camera, spec.clip),
-            shutter: spec.shutter,
+            spec: spec.clone(),
             corner: t * DVec2::new(xmin, ymax),
             per_pixel: t * DVec2::new(xmax - xmin, ymin - ymax) / resolution,
-            lens_radius: spec.lens_radius,
-            focal_distance: spec.focal_distance,
         }
     }
 
     /// The ray for `sample`; its weight is 1.
     pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> CameraRay {
         let raster = sample.raster.as_dvec2();
-        let lens = if self.lens_radius > 0.0 {
-            self.lens_radius * concentric_disk(sample.lens).as_dvec2()
+        let lens = if self.spec.lens_radius > 0.0 {
+            self.spec.lens_radius * concentric_disk(sample.lens).as_dvec2()
         } else {
             DVec2::ZERO
         };
@@ -202,7 +198,7 @@ impl Perspective {
         CameraRay {
             ray: self
                 .mount
-                .ray(&through(raster), self.shutter.time(sample.time)),
+                .ray(&through(raster), self.spec.shutter.time(sample.time)),
             weight: 1.0,
             differentials: want_differentials.then(|| {
                 self.mount
@@ -216,7 +212,7 @@ impl Perspective {
     fn through(&self, raster: DVec2, lens: DVec2) -> CameraSpaceRay {
         let pinhole = self.corner + self.per_pixel * raster;
         // From the lens to the focus (pinhole, 1)·f, divided by f so that f = 1e30 is no trouble.
-        let d = (pinhole - lens / self.focal_distance).extend(1.0);
+        let d = (pinhole - lens / self.spec.focal_distance).extend(1.0);
         CameraSpaceRay {
             o: lens.extend(0.0),
             d: if d.is_finite() { d } else { DVec3::Z },

@@ -140,13 +140,10 @@ enum Aim {
 /// A realistic camera ready to make rays.
 #[derive(Clone, Debug)]
 pub struct Realistic {
+    pub(super) spec: RealisticSpec,
     mount: Mount,
-    shutter: Shutter,
-    pub(super) lens: Lens,
-    form: Form,
     aim: Aim,
-    model: LensModel,
-    precision: Precision,
+    pub(super) model: LensModel,
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
     corner: [f64; 2],
     per_pixel: [f64; 2],
@@ -171,36 +168,33 @@ impl Realistic {
         }
         let [width, height] = film.size_mm(diagonal);
         let pitch = width / f64::from(film.resolution.x);
-        let lens = spec.lens.clone();
+        let lens = &spec.lens;
         let reach = 0.5 * diagonal + FILTER_REACH * pitch * std::f64::consts::SQRT_2;
         let aim = match spec.compat {
             Compat::None => {
-                let pupil = ExitPupil::new(&lens, reach, RINGS);
+                let pupil = ExitPupil::new(lens, reach, RINGS);
                 Aim::Pupil(pupil.with_sampling(spec.pupil_sampling))
             }
             Compat::PbrtV2 => Aim::RearDisk(0.5 * lens.rear().aperture),
         };
         let model = match &aim {
-            Aim::Pupil(pupil) => model(spec.model, &lens, pupil, 0.5 * diagonal, pitch)?,
-            Aim::RearDisk(_) => LensModel::exact(&lens, lens.length()),
+            Aim::Pupil(pupil) => model(spec.model, lens, pupil, 0.5 * diagonal, pitch)?,
+            Aim::RearDisk(_) => LensModel::exact(lens, lens.length()),
         };
         let weight_scale = match spec.weighting {
             Weighting::Physical => spec.shutter.exposure(),
-            Weighting::Simple => lens.film_distance().powi(2) / innermost_box_area(&lens, diagonal),
+            Weighting::Simple => lens.film_distance().powi(2) / innermost_box_area(lens, diagonal),
         };
         Ok(Realistic {
             mount: Mount::new(render_from_camera, spec.clip),
-            shutter: spec.shutter,
-            form: spec.form,
             aim,
             model,
-            precision: spec.precision,
             // The lens turns the picture over: the picture's top left is the film's bottom right,
             // seen from behind.
             corner: [0.5 * width, -0.5 * height],
             per_pixel: [-pitch, height / f64::from(film.resolution.y)],
             weight_scale,
-            lens,
+            spec: spec.clone(),
         })
     }
 
@@ -213,7 +207,7 @@ impl Realistic {
     ) {
         rays.clear();
         let copies = matches!(self.aim, Aim::RearDisk(_));
-        if copies || self.precision == Precision::Double {
+        if copies || self.spec.precision == Precision::Double {
             let one = |sample| self.ray(sample, want_differentials);
             rays.extend(samples.iter().take(BUNDLE).map(one));
             return;
@@ -227,16 +221,17 @@ impl Realistic {
                 continue;
             };
             solid_angles[i] =
-                projected_solid_angle([point[0], point[1], self.lens.film_z()], &pupil);
+                projected_solid_angle([point[0], point[1], self.spec.lens.film_z()], &pupil);
             for axis in 0..2 {
                 film[axis].0[i] = point[axis] as f32;
                 target[axis].0[i] = pupil.point[axis] as f32;
             }
         }
         let finished = |i: usize, ray: &LensRay<f64>, differentials| CameraRay {
-            ray: self
-                .mount
-                .ray(&self.camera_ray(ray), self.shutter.time(samples[i].time)),
+            ray: self.mount.ray(
+                &self.camera_ray(ray),
+                self.spec.shutter.time(samples[i].time),
+            ),
             weight: (self.weight_scale * solid_angles[i]) as f32,
             differentials,
         };
@@ -265,7 +260,7 @@ impl Realistic {
     pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
         let film = self.film_point(sample.raster);
         let pupil = self.aim(film, sample.lens)?;
-        let time = self.shutter.time(sample.time);
+        let time = self.spec.shutter.time(sample.time);
         let (ray, differentials) = if want_differentials {
             let ray = self.trace_with_derivatives(film, pupil.point)?;
             (value(&ray), self.differentials(&ray))
@@ -275,7 +270,7 @@ impl Realistic {
         if matches!(self.aim, Aim::RearDisk(_)) && !self.neighbours_pass(film, pupil.point) {
             return None;
         }
-        let film = [film[0], film[1], self.lens.film_z()];
+        let film = [film[0], film[1], self.spec.lens.film_z()];
         Some(CameraRay {
             ray: self.mount.ray(&self.camera_ray(&ray), time),
             weight: (self.weight_scale * projected_solid_angle(film, &pupil)) as f32,
@@ -296,7 +291,7 @@ impl Realistic {
             Aim::RearDisk(radius) => {
                 let p = radius * concentric_disk(u).as_dvec2();
                 Some(PupilSample {
-                    point: [p.x, p.y, self.lens.length()],
+                    point: [p.x, p.y, self.spec.lens.length()],
                     area: std::f64::consts::PI * radius * radius,
                 })
             }
@@ -305,7 +300,7 @@ impl Realistic {
 
     /// Do the rays of the next pixel in x and of the next in y pass, through the same pupil point?
     fn neighbours_pass(&self, film: [f64; 2], pupil: [f64; 3]) -> bool {
-        let passes = |film| self.lens.trace_from_film(film, pupil).is_ok();
+        let passes = |film| self.spec.lens.trace_from_film(film, pupil).is_ok();
         passes([film[0] + self.per_pixel[0], film[1]])
             && passes([film[0], film[1] + self.per_pixel[1]])
     }
@@ -317,9 +312,9 @@ impl Realistic {
     /// From lens coordinates to camera space.
     pub(super) fn camera_ray(&self, ray: &LensRay<f64>) -> CameraSpaceRay {
         let [x, y, z] = ray.o;
-        let o = match self.form {
+        let o = match self.spec.form {
             Form::Course => DVec3::new(x, y, -z),
-            Form::Pbrt3 => DVec3::new(x, y, self.lens.film_z() - z) * 1e-3,
+            Form::Pbrt3 => DVec3::new(x, y, self.spec.lens.film_z() - z) * 1e-3,
         };
         CameraSpaceRay {
             o,
@@ -367,10 +362,10 @@ impl Realistic {
     pub fn field_angle(&self, radius: f64) -> Option<f64> {
         let center = match &self.aim {
             Aim::Pupil(pupil) => [pupil.region(radius)?.center, 0.0, pupil.plane_z()],
-            Aim::RearDisk(_) => [0.0, 0.0, self.lens.length()],
+            Aim::RearDisk(_) => [0.0, 0.0, self.spec.lens.length()],
         };
-        let ray = self.lens.film_ray([radius, 0.0], center);
-        let out = self.lens.tracer().to_scene_unclipped(&ray).ok()?;
+        let ray = self.spec.lens.film_ray([radius, 0.0], center);
+        let out = self.spec.lens.tracer().to_scene_unclipped(&ray).ok()?;
         Some(out.d[0].hypot(out.d[1]).atan2(-out.d[2]))
     }
 }

@@ -1,17 +1,15 @@
 //! What a photographer wants to know of a realistic camera before the picture is taken.
 
 use super::FilmGeometry;
-use super::realistic::{Compat, Realistic, RealisticSpec, Weighting};
-use crate::math::transform::Transform;
+use super::realistic::{Compat, Realistic, Weighting};
+use crate::optics::models::ModelKind;
 
-impl RealisticSpec {
-    /// See [`super::CameraSpec::describe`].
+impl Realistic {
+    /// See [`super::Camera::describe`].
     pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
-        let Ok(camera) = Realistic::new(self, film, &Transform::IDENTITY) else {
-            return Vec::new();
-        };
-        let lens = &self.lens;
-        let [width, height] = film.size_mm(self.diagonal(film));
+        let spec = &self.spec;
+        let lens = &spec.lens;
+        let [width, height] = film.size_mm(spec.diagonal(film));
         let pitch = 1000.0 * width / f64::from(film.resolution.x);
         let mut lines = vec![
             self.lens_line(),
@@ -22,7 +20,7 @@ impl RealisticSpec {
             self.focus_line(),
         ];
         let angle = |r: f64| {
-            camera.field_angle(r).map_or("dark".to_string(), |a| {
+            self.field_angle(r).map_or("dark".to_string(), |a| {
                 format!("{:.1}", 2.0 * a.to_degrees())
             })
         };
@@ -30,24 +28,27 @@ impl RealisticSpec {
             "field of view {} x {} degrees, diagonal {}",
             angle(0.5 * width),
             angle(0.5 * height),
-            angle(0.5 * self.diagonal(film))
+            angle(0.5 * spec.diagonal(film))
         ));
         lines.push(format!(
             "about {:.1} % of the rays are vignetted",
-            100.0 * camera.vignetted_fraction(film)
+            100.0 * self.vignetted_fraction(film)
         ));
-        if self.compat == Compat::PbrtV2 {
+        if self.model.kind() != ModelKind::Exact {
+            lines.push(format!("rays by the lens model `{}`", self.model.kind()));
+        }
+        if spec.compat == Compat::PbrtV2 {
             lines.push("sampling the rear element as the course kit on pbrt-v2 did".to_string());
         }
-        if self.weighting == Weighting::Physical && self.shutter.open == self.shutter.close {
+        if spec.weighting == Weighting::Physical && spec.shutter.open == spec.shutter.close {
             lines.push("equal shutter times: no exposure factor".to_string());
         }
         lines
     }
 
     fn lens_line(&self) -> String {
-        let paraxial = self.lens.paraxial();
-        let stop = &self.lens.surfaces()[paraxial.stop];
+        let paraxial = self.spec.lens.paraxial();
+        let stop = &self.spec.lens.surfaces()[paraxial.stop];
         let focal = match paraxial.cardinals {
             Some(c) => format!("focal length {:.3} mm", c.focal_length),
             None => "afocal".to_string(),
@@ -58,7 +59,7 @@ impl RealisticSpec {
         };
         format!(
             "lens of {} surfaces, {focal}, {number} ({} {} mm)",
-            self.lens.surfaces().len(),
+            self.spec.lens.surfaces().len(),
             if stop.is_stop {
                 "stop"
             } else {
@@ -69,21 +70,21 @@ impl RealisticSpec {
     }
 
     fn focus_line(&self) -> String {
-        match self.lens.plane_of_focus() {
+        match self.spec.lens.plane_of_focus() {
             Some(z) if z == f64::NEG_INFINITY => "focused at infinity".to_string(),
             Some(z) => format!(
                 "plane of focus {} in front of the lens, {} from the film",
                 length(-z),
-                length(self.lens.film_z() - z)
+                length(self.spec.lens.film_z() - z)
             ),
             None => "no plane of focus in front of the lens".to_string(),
         }
     }
 
-    /// See [`super::CameraSpec::warnings`].
-    pub fn warnings(&self, film: &FilmGeometry) -> Vec<String> {
+    /// See [`super::Camera::warnings`].
+    pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let lens = &self.lens;
+        let lens = &self.spec.lens;
         match lens.plane_of_focus() {
             Some(z) if z >= 0.0 => warnings.push(format!(
                 "the lens is focused inside itself, {} behind its front vertex: is the film distance of {} mm right?",
@@ -106,9 +107,7 @@ impl RealisticSpec {
         if rear.index != 1.0 {
             warnings.push(format!("the film lies in a medium of index {}", rear.index));
         }
-        if let Ok(camera) = Realistic::new(self, film, &Transform::IDENTITY)
-            && camera.field_angle(0.0).is_none()
-        {
+        if self.field_angle(0.0).is_none() {
             warnings.push("no light reaches the middle of the film".to_string());
         }
         warnings

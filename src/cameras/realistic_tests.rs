@@ -1,9 +1,10 @@
 //! Laws of the realistic camera, on lenses small enough to reason about and on measured pictures.
 
-use super::realistic::{Compat, Form, Realistic, RealisticSpec, Weighting};
+use super::realistic::{Compat, Form, ModelChoice, Realistic, RealisticSpec, Weighting};
 use super::{CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::transform::Transform;
 use crate::math::{UVec2, Vec2, Vec3};
+use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
 use crate::optics::{Lens, Prescription};
 
@@ -211,7 +212,11 @@ fn differentials_point_to_the_neighbours_and_decide_nothing() {
         let film_point = c.film_point(s.raster);
         let pupil = c.aim(film_point, s.lens).unwrap().point;
         let next = |raster: Vec2| {
-            let out = c.lens.trace_from_film(c.film_point(raster), pupil).ok()?;
+            let out = c
+                .spec
+                .lens
+                .trace_from_film(c.film_point(raster), pupil)
+                .ok()?;
             let ray = c.camera_ray(&out);
             Some((ray.o.as_vec3(), ray.d.as_vec3()))
         };
@@ -275,18 +280,23 @@ fn hither_and_yon_cut_the_ray() {
 
 #[test]
 fn the_report_says_what_was_set() {
-    let s = spec(DGAUSS, 17.1, Some(36.77), Form::Course);
-    let text = s.describe(&film(300, 300, 70.0)).join("\n");
+    let film = film(300, 300, 70.0);
+    let mut s = spec(DGAUSS, 17.1, Some(36.77), Form::Course);
+    let text = camera(&s, &film).describe(&film).join("\n");
     assert!(text.contains("focal length 50.358 mm, f/2.03"), "{text}");
     assert!(
         text.contains("36.7700 mm behind the last surface"),
         "{text}"
     );
-    assert!(s.warnings(&film(300, 300, 70.0)).is_empty());
+    assert!(!text.contains("model"), "{text}");
+    assert!(camera(&s, &film).warnings().is_empty());
+    s.model = ModelChoice::Only(ModelKind::Thick);
+    let text = camera(&s, &film).describe(&film).join("\n");
+    assert!(text.contains("the lens model `thick`"), "{text}");
     let near = spec(DGAUSS, 17.1, Some(30.0), Form::Course);
-    assert!(near.warnings(&film(300, 300, 70.0))[0].contains("no object"));
+    assert!(camera(&near, &film).warnings()[0].contains("no object"));
     // A stop 60 mm in front of a lens of 50 mm: near objects lie between them.
     let text = "0 60 0 40\n50 5 1.5 30\n-50 0 1 30\n";
     let inside = spec(text, 20.0, Some(500.0), Form::Course);
-    assert!(inside.warnings(&film(300, 300, 70.0))[0].contains("inside itself"));
+    assert!(camera(&inside, &film).warnings()[0].contains("inside itself"));
 }
