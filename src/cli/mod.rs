@@ -2,6 +2,7 @@
 //! standard output or files. Exit code 0: done; 1: the answer is no; 2: bad input.
 
 mod check;
+mod goal;
 mod lens;
 mod messages;
 mod outputs;

@@ -1,10 +1,11 @@
 //! `fstop render SCENE`: text to picture.
 
+use super::goal::GoalArgs;
 use super::outputs::Outputs;
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::build;
 use crate::film::{self, FilmMetadata};
-use crate::render::{self, Progress, Shot};
+use crate::render::{self, Ended, Progress, Shot};
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
 use clap::Args;
@@ -23,7 +24,7 @@ pub struct RenderArgs {
     /// Also write a PNG of the picture here
     #[arg(long)]
     png: Option<PathBuf>,
-    /// Samples a pixel, instead of the scene's
+    /// Samples a pixel, instead of the scene's; with --error or --time the most
     #[arg(long, value_parser = positive, allow_negative_numbers = true)]
     spp: Option<u32>,
     /// Threads; by default one for each processor, at most eight times as many
@@ -61,6 +62,8 @@ pub struct RenderArgs {
     /// Print only errors
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    goal: GoalArgs,
     #[command(flatten)]
     read: ReadArgs,
 }
@@ -214,20 +217,16 @@ fn render_frame(
         report_start(&built);
     }
     let shot = &built.shot;
-    let progress = Progress::new(
-        shot.film.pixel_bounds().area() as u64,
-        shot.sampler.spp(),
-        args.quiet,
-    );
     let rendering = Instant::now();
-    let film = pool.install(|| render::render(shot, args.tile_size, &progress));
-    progress.finish();
-    let mut picture = film.develop();
+    let taken = pool.install(|| take(args, shot));
+    let mut picture = taken.film.develop();
     if !args.variance {
         picture.variance = None;
     }
     let metadata = FilmMetadata {
         seed: args.seed,
+        spp: taken.spp.round().clamp(1.0, f64::from(u32::MAX)) as u32,
+        relative_error: taken.progressive.as_ref().map(|p| p.error),
         scene: args
             .scene
             .file_name()
@@ -240,7 +239,7 @@ fn render_frame(
         film::write(path, &picture, &metadata).map_err(|e| Some(e.to_string()))?;
     }
     if !args.quiet {
-        report_end(&film, shot, outputs, started, rendering);
+        report_end(&taken, outputs, started, rendering);
     }
     Ok(())
 }
@@ -275,14 +274,53 @@ fn report_start(built: &build::Built) {
     }
 }
 
-fn report_end(
-    film: &film::Film,
-    shot: &Shot,
-    outputs: &Outputs,
-    started: Instant,
-    rendering: Instant,
-) {
-    let samples = film.bounds().area() as f64 * f64::from(shot.sampler.spp());
+/// The picture as it was taken.
+struct Taken {
+    film: film::Film,
+    /// Samples a pixel on average.
+    spp: f64,
+    /// Where it was rendered in passes: how good it became.
+    progressive: Option<Reached>,
+}
+
+/// How a render in passes ended.
+struct Reached {
+    error: f64,
+    passes: u32,
+    ended: Ended,
+}
+
+/// Renders the picture: with the scene's number of samples, or until it is good enough.
+fn take(args: &RenderArgs, shot: &Shot) -> Taken {
+    let Some(goal) = args.goal.goal(args.spp) else {
+        let pixels = shot.film.pixel_bounds().area() as u64;
+        let progress = Progress::new(pixels, shot.sampler.spp(), args.quiet);
+        let film = render::render(shot, args.tile_size, &progress);
+        progress.finish();
+        return Taken {
+            film,
+            spp: f64::from(shot.sampler.spp()),
+            progressive: None,
+        };
+    };
+    let progress = Progress::of_passes(args.quiet);
+    // The size of tiles decides which pixels share their number of samples.
+    let done = render::render_until(shot, render::TILE_SIZE, &goal, &progress);
+    progress.finish();
+    Taken {
+        film: done.film,
+        spp: done.spp,
+        progressive: Some(Reached {
+            error: done.error,
+            passes: done.passes,
+            ended: done.ended,
+        }),
+    }
+}
+
+fn report_end(taken: &Taken, outputs: &Outputs, started: Instant, rendering: Instant) {
+    let film = &taken.film;
+    let samples = film.bounds().area() as f64 * taken.spp;
     let seconds = rendering.elapsed().as_secs_f64();
     if let Some(first) = film.first_dropped() {
         messages::warning(format!(
@@ -295,10 +333,23 @@ fn report_end(
         ));
     }
     let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();
+    let quality = match &taken.progressive {
+        None => format!("{} samples a pixel", taken.spp),
+        Some(reached) => format!(
+            "relative error {:.3} % after {:.1} samples a pixel on average in {} passes ({})",
+            100.0 * reached.error,
+            taken.spp,
+            reached.passes,
+            match reached.ended {
+                Ended::Error => "good enough",
+                Ended::Time => "time is up",
+                Ended::Samples => "no more samples allowed",
+            }
+        ),
+    };
     eprintln!(
-        "{}: {} samples a pixel, {:.2} s ({:.2} M samples/s), {:.2} s in all",
+        "{}: {quality}, {:.2} s ({:.2} M samples/s), {:.2} s in all",
         written.join(" and "),
-        shot.sampler.spp(),
         seconds,
         samples / seconds / 1e6,
         started.elapsed().as_secs_f64(),

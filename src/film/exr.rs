@@ -86,6 +86,9 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     let spp = i32::try_from(metadata.spp).unwrap_or(i32::MAX);
     let mut add = |name: &str, value: AttributeValue| attributes.other.insert(text(name), value);
     add("spp", AttributeValue::I32(spp));
+    if let Some(error) = metadata.relative_error {
+        add("relativeError", AttributeValue::F32(error as f32));
+    }
     // EXR has no 64-bit integers.
     add(
         "seed",

@@ -12,8 +12,11 @@ pub struct FilmMetadata {
     /// World space to OpenEXR's `worldToNDC`: after the division by w, (0, 0) is the upper left and
     /// (1, 1) the lower right corner of the display window.
     pub world_to_ndc: DMat4,
-    /// Samples per pixel.
+    /// Samples per pixel; on average, and rounded, where tiles have different numbers.
     pub spp: u32,
+    /// Estimated relative error of a picture that was rendered until it was good enough or the time was
+    /// up ([`crate::render::Progressive::error`]).
+    pub relative_error: Option<f64>,
     /// Seed of the sampler.
     pub seed: u64,
     /// Name of the scene file, without folders.

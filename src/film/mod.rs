@@ -122,6 +122,23 @@ impl Film {
         self.first_dropped = DroppedSample::first(self.first_dropped, tile.first_dropped());
     }
 
+    /// The film whose every pixel is the mean of its two halves' ([`PixelStatistics::mean_of`]): of
+    /// films of one [`FilmSpec`].
+    pub fn mean_of(a: &Film, b: &Film) -> Film {
+        let pairs = a.pixels.iter().zip(&b.pixels);
+        Film {
+            pixels: pairs.map(|(p, q)| PixelStatistics::mean_of(p, q)).collect(),
+            dropped: a.dropped + b.dropped,
+            first_dropped: DroppedSample::first(a.first_dropped, b.first_dropped),
+            ..*a
+        }
+    }
+
+    /// Every pixel's statistics, row by row.
+    pub fn pixels(&self) -> &[PixelStatistics] {
+        &self.pixels
+    }
+
     /// The picture: mean × film scale of every pixel, negative channels cut to 0 as pbrt-v3's
     /// film does (scene-language 4.1), with the variance of each mean.
     ///

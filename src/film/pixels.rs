@@ -45,6 +45,20 @@ impl PixelStatistics {
         self.count += other.count;
     }
 
+    /// The plain mean of two independent estimates of one pixel, whatever their numbers of samples;
+    /// its variance is a quarter of the sum of theirs. A weight that knew the counts would bias the
+    /// mean where the counts were chosen by looking at samples.
+    pub fn mean_of(a: &PixelStatistics, b: &PixelStatistics) -> PixelStatistics {
+        let count = a.count + b.count;
+        let variance = (a.variance_of_mean() + b.variance_of_mean()) * 0.25;
+        PixelStatistics {
+            mean: (a.mean + b.mean) * 0.5,
+            // What makes `variance_of_mean` say that.
+            squared_deviations: variance * (count as f64 * (count.max(1) - 1) as f64),
+            count,
+        }
+    }
+
     /// Number of samples.
     pub fn count(&self) -> u64 {
         self.count

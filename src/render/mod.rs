@@ -4,9 +4,14 @@
 //! (seed, pixel, sample index, dimension), pixels share nothing, and tiles are collected by
 //! position. Threads and tile sizes change no bit of it.
 
+mod allocation;
+mod goal;
 mod progress;
+mod progressive;
 
+pub use goal::{Ended, Goal};
 pub use progress::Progress;
+pub use progressive::{Progressive, render_until};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::film::{Film, FilmSpec, PixelBounds, Tile};
@@ -17,6 +22,7 @@ use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Side of a tile in pixels: small enough to keep two cores busy to the end of a small picture,
 /// large enough that handing out tiles costs nothing.
@@ -53,7 +59,13 @@ pub fn render(shot: &Shot, tile_size: u32, progress: &Progress) -> Film {
         .into_par_iter()
         .map(|bounds| {
             let mut tile = blank.tile(bounds);
-            sample_tile(shot, &mut tile, bounds);
+            sample_tile(
+                shot,
+                &shot.sampler,
+                0..shot.sampler.spp(),
+                &mut tile,
+                bounds,
+            );
             progress.advance(bounds.area() as u64 * u64::from(shot.sampler.spp()));
             tile
         })
@@ -64,22 +76,28 @@ pub fn render(shot: &Shot, tile_size: u32, progress: &Progress) -> Film {
     film
 }
 
-/// Takes all samples of a tile, a bundle of camera rays at a time.
-fn sample_tile(shot: &Shot, tile: &mut Tile, bounds: PixelBounds) {
-    let spp = shot.sampler.spp();
+/// Takes these of the sampler's samples in every pixel of a tile, a bundle of camera rays at a time.
+fn sample_tile(
+    shot: &Shot,
+    sampler: &Sampler,
+    samples_of_pixel: Range<u32>,
+    tile: &mut Tile,
+    bounds: PixelBounds,
+) {
     // With more samples each stands for a smaller part of the pixel, and textures are filtered
-    // over less (scene-language 3.1).
-    let spacing = 1.0 / (spp as f32).sqrt();
+    // over less (scene-language 3.1). The scene's own count decides, however many are taken in the
+    // end: what the picture converges to does not depend on that.
+    let spacing = 1.0 / (shot.sampler.spp() as f32).sqrt();
     let want_differentials = shot.world.needs_footprint();
     let mut waiting = ArrayVec::<Waiting, BUNDLE>::new();
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
     let mut rays = ArrayVec::new();
     let mut indices = bounds
         .pixels()
-        .flat_map(|pixel| (0..spp).map(move |index| (pixel, index)));
+        .flat_map(|pixel| samples_of_pixel.clone().map(move |index| (pixel, index)));
     loop {
         for (pixel, index) in indices.by_ref().take(BUNDLE) {
-            let (sample, rest) = Waiting::new(shot, pixel, index);
+            let (sample, rest) = Waiting::new(shot, sampler, pixel, index);
             samples.push(sample);
             waiting.push(rest);
         }
@@ -103,9 +121,9 @@ struct Waiting {
 
 impl Waiting {
     /// The numbers are used in the order film, time, lens, path.
-    fn new(shot: &Shot, pixel: UVec2, index: u32) -> (CameraSample, Waiting) {
+    fn new(shot: &Shot, sampler: &Sampler, pixel: UVec2, index: u32) -> (CameraSample, Waiting) {
         let at = IVec2::new(pixel.x as i32, pixel.y as i32);
-        let mut stream = shot.sampler.stream(at, index);
+        let mut stream = sampler.stream(at, index);
         let on_film = shot.filter.sample(stream.next_2d());
         let time = stream.next_1d();
         let sample = CameraSample {

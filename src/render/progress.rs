@@ -30,6 +30,18 @@ impl Progress {
         Progress { bar }
     }
 
+    /// The state of a render in passes, whose length nobody knows beforehand.
+    pub fn of_passes(quiet: bool) -> Progress {
+        if quiet {
+            return Progress::hidden();
+        }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {msg}") {
+            bar.set_style(style);
+        }
+        Progress { bar }
+    }
+
     /// No bar at all.
     pub fn hidden() -> Progress {
         Progress {
@@ -40,6 +52,15 @@ impl Progress {
     /// `samples` more are done.
     pub fn advance(&self, samples: u64) {
         self.bar.inc(samples);
+    }
+
+    /// A pass is done: the picture has so many samples a pixel on average, and this relative error.
+    pub fn pass_done(&self, pass: u32, spp: f64, error: f64) {
+        let percent = 100.0 * error;
+        self.bar.set_message(format!(
+            "pass {pass}: {spp:.1} samples a pixel, error {percent:.3} %"
+        ));
+        self.bar.tick();
     }
 
     /// Takes the bar away.

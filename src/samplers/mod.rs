@@ -166,6 +166,14 @@ impl Sampler {
         self.spp
     }
 
+    /// One of two samplers of the same kind that are independent of each other and of this one.
+    pub fn half(&self, which: usize) -> Sampler {
+        Sampler {
+            seed: mix2(self.seed, 1 + which as u64),
+            ..*self
+        }
+    }
+
     /// The numbers of one sample. Indices at or beyond [`Sampler::spp`] are allowed and go on with
     /// fresh, equally well spread points.
     pub fn stream(&self, pixel: IVec2, index: u32) -> SampleStream {

@@ -1,0 +1,65 @@
+//! `--error` and `--time`: until when to render.
+
+use crate::render::Goal;
+use clap::Args;
+use std::time::Duration;
+
+/// Arguments that end a render by the picture's quality or by the clock.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct GoalArgs {
+    /// Render until the picture's estimated relative error is this: 0.01 or 1%
+    #[arg(long, value_parser = relative, allow_hyphen_values = true, value_name = "REL")]
+    error: Option<f64>,
+    /// Render until this many seconds have passed, and at least 8 samples a pixel
+    #[arg(long, value_parser = seconds, allow_hyphen_values = true, value_name = "SECONDS")]
+    time: Option<Duration>,
+}
+
+impl GoalArgs {
+    /// What to render until, with `spp` samples a pixel at most; `None` for the scene's number of samples.
+    pub fn goal(&self, spp: Option<u32>) -> Option<Goal> {
+        (self.error.is_some() || self.time.is_some()).then(|| Goal {
+            error: self.error,
+            time: self.time,
+            max_spp: spp.unwrap_or(Goal::MAX_SPP),
+        })
+    }
+}
+
+/// A share: a number, or one in percent.
+fn relative(text: &str) -> Result<f64, String> {
+    let expected = || "expected a positive share such as 0.01 or 1%".to_string();
+    let (number, unit) = match text.strip_suffix('%') {
+        Some(number) => (number.trim_end(), 0.01),
+        None => (text, 1.0),
+    };
+    let share = number.parse::<f64>().map_err(|_| expected())? * unit;
+    (share > 0.0 && share.is_finite())
+        .then_some(share)
+        .ok_or_else(expected)
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let expected = || "expected a positive number of seconds".to_string();
+    let seconds = text.parse::<f64>().map_err(|_| expected())?;
+    let time = Duration::try_from_secs_f64(seconds).map_err(|_| expected())?;
+    (!time.is_zero()).then_some(time).ok_or_else(expected)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_and_seconds() {
+        assert_eq!(relative("0.5"), Ok(0.5));
+        assert_eq!(relative("1%"), Ok(0.01));
+        assert_eq!(relative("2 %"), Ok(0.02));
+        for bad in ["", "%", "0", "-1", "nan", "inf", "1%%", "x"] {
+            assert!(relative(bad).is_err(), "{bad}");
+            assert!(seconds(bad).is_err(), "{bad}");
+        }
+        assert_eq!(seconds("1.5"), Ok(Duration::from_millis(1500)));
+        assert!(seconds("1e300").is_err());
+    }
+}

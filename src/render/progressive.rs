@@ -1,0 +1,250 @@
+//! Rendering in passes, until the picture is good enough or the time is up.
+//!
+//! The picture is the mean of two **halves**: films of their own with independent samples, each well
+//! spread within itself. Half their difference estimates the error of the mean without assuming that
+//! the samples of a pixel are independent, which stratified and quasi-random ones are not: their
+//! sample variance would promise too little.
+//!
+//! After each pass tiles get samples by their noise ([`super::allocation`]). A half's share is decided by
+//! what the *other* half has seen in the passes before, and the halves count equally whatever
+//! their numbers of samples: a tile that happened to look smooth does not weigh more for it. (One choice sees
+//! both: when to stop, and so by how much all counts are scaled; it looks at the whole picture.)
+//!
+//! Without a time limit the picture is a pure function of scene, settings and seed.
+
+use super::allocation::{Share, for_error, for_samples};
+use super::{Ended, Goal, Progress, Shot, sample_tile};
+use crate::film::{Film, PixelBounds, PixelStatistics, Tile};
+use crate::samplers::Sampler;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::time::{Duration, Instant};
+
+/// A picture rendered in passes.
+#[derive(Clone, Debug)]
+pub struct Progressive {
+    /// The picture.
+    pub film: Film,
+    /// Its estimated relative error: the root of the mean, over pixels and channels, of
+    /// variance / (mean² + ε²), where ε is 1 % of the picture's mean, so that dark pixels do not
+    /// decide alone. The square is what `fstop compare` calls the relative mean squared error.
+    pub error: f64,
+    /// Samples a pixel on average.
+    pub spp: f64,
+    /// Passes.
+    pub passes: u32,
+    /// Why it ended.
+    pub ended: Ended,
+}
+
+/// Renders the picture on the current rayon pool until `goal` is reached.
+pub fn render_until(shot: &Shot, tile_size: u32, goal: &Goal, progress: &Progress) -> Progressive {
+    let mut passes = Passes::new(shot, tile_size);
+    let started = Instant::now();
+    let most = (goal.max_spp.max(Goal::PILOT) / 2).max(1);
+    let mut next = [0, 1].map(|_| vec![Goal::PILOT / 2; passes.tiles.len()]);
+    let mut number = 0;
+    loop {
+        passes.run(&next);
+        number += 1;
+        let error = passes.error();
+        progress.pass_done(number, passes.spp(), error);
+        let time_left = goal.time.map(|t| t.saturating_sub(started.elapsed()));
+        let ended = if goal.error.is_some_and(|wanted| error <= wanted) {
+            Some(Ended::Error)
+        } else if passes.all_have(most) {
+            Some(Ended::Samples)
+        } else {
+            next = passes.plan(goal, error, time_left, started.elapsed(), most);
+            // Nothing more fits into the time.
+            (next == passes.counts()).then_some(Ended::Time)
+        };
+        if let Some(ended) = ended {
+            return passes.finish(error, number, ended);
+        }
+    }
+}
+
+/// Of the time left, how much a pass may be planned to take: tiles differ, and to be late is worse
+/// than to be early.
+const PART_OF_TIME: f64 = 0.9;
+
+/// A pass is planned for slightly less than the error that is asked for: its estimate is noisy, and a
+/// miss costs another pass.
+const PART_OF_ERROR: f64 = 0.97;
+
+/// One of two independent pictures.
+struct Half {
+    sampler: Sampler,
+    film: Film,
+    /// Samples in every pixel of each tile.
+    counts: Vec<u32>,
+}
+
+struct Passes<'a> {
+    shot: &'a Shot,
+    tiles: Vec<PixelBounds>,
+    halves: [Half; 2],
+}
+
+impl<'a> Passes<'a> {
+    fn new(shot: &'a Shot, tile_size: u32) -> Passes<'a> {
+        let film = Film::new(&shot.film);
+        let bounds = film.bounds().intersection(shot.sampled);
+        let tiles: Vec<PixelBounds> = bounds.tiles(tile_size).collect();
+        let half = |which| Half {
+            sampler: shot.sampler.half(which),
+            film: film.clone(),
+            counts: vec![0; tiles.len()],
+        };
+        Passes {
+            shot,
+            halves: [half(0), half(1)],
+            tiles,
+        }
+    }
+
+    fn counts(&self) -> [Vec<u32>; 2] {
+        [0, 1].map(|i| self.halves[i].counts.clone())
+    }
+
+    fn all_have(&self, most: u32) -> bool {
+        self.halves
+            .iter()
+            .flat_map(|h| &h.counts)
+            .all(|&n| n >= most)
+    }
+
+    /// Brings every tile of both halves to these numbers of samples.
+    fn run(&mut self, counts: &[Vec<u32>; 2]) {
+        for (half, counts) in self.halves.iter_mut().zip(counts) {
+            let jobs = self.tiles.par_iter().zip(&half.counts).zip(counts);
+            let rendered: Vec<Tile> = jobs
+                .filter(|((_, have), want)| want > have)
+                .map(|((bounds, &have), &want)| {
+                    let mut tile = half.film.tile(*bounds);
+                    sample_tile(self.shot, &half.sampler, have..want, &mut tile, *bounds);
+                    tile
+                })
+                .collect();
+            rendered.iter().for_each(|tile| half.film.merge(tile));
+            half.counts.clone_from(counts);
+        }
+    }
+
+    /// Camera samples taken so far.
+    fn samples(&self) -> f64 {
+        let of = |half: &Half| -> f64 {
+            let pairs = self.tiles.iter().zip(&half.counts);
+            pairs.map(|(t, &n)| t.area() as f64 * f64::from(n)).sum()
+        };
+        self.halves.iter().map(of).sum()
+    }
+
+    fn pixels(&self) -> f64 {
+        self.tiles.iter().map(|t| t.area() as f64).sum()
+    }
+
+    /// Samples a pixel on average.
+    fn spp(&self) -> f64 {
+        self.samples() / self.pixels().max(1.0)
+    }
+
+    /// See [`Progressive::error`].
+    fn error(&self) -> f64 {
+        let [a, b] = [0, 1].map(|i| self.halves[i].film.pixels());
+        let pairs = || a.iter().zip(b).filter(|(p, _)| p.count() > 0);
+        let count = pairs().count() as f64;
+        let mean: DVec3 = pairs().map(|(p, q)| (p.mean() + q.mean()) * 0.5).sum();
+        let floor = floor(mean.element_sum() / (3.0 * count));
+        let squares = pairs().map(|(p, q)| {
+            let (mean, error) = ((p.mean() + q.mean()) * 0.5, (p.mean() - q.mean()) * 0.5);
+            (error * error / (mean * mean + floor)).element_sum()
+        });
+        let error = (squares.sum::<f64>() / (3.0 * count)).sqrt();
+        // No pixel at all, or nothing but black.
+        if error.is_finite() { error } else { 0.0 }
+    }
+
+    /// The tiles of `of` as seen by the other half.
+    fn shares(&self, of: usize) -> Vec<Share> {
+        let film = &self.halves[1 - of].film;
+        let seen = film.pixels().iter().filter(|p| p.count() > 0);
+        let sum: DVec3 = seen.map(PixelStatistics::mean).sum();
+        let floor = floor(sum.element_sum() / (3.0 * self.pixels()));
+        let noise = |pixel: &PixelStatistics| {
+            let variance = pixel.variance_of_mean() * pixel.count() as f64;
+            (variance / (pixel.mean() * pixel.mean() + floor)).element_sum() / 3.0
+        };
+        let share = |(tile, &count): (&PixelBounds, &u32)| Share {
+            noise: tile
+                .pixels()
+                .filter_map(|p| film.statistics(p))
+                .map(noise)
+                .sum(),
+            area: tile.area() as f64,
+            count,
+        };
+        self.tiles
+            .iter()
+            .zip(&self.halves[of].counts)
+            .map(share)
+            .collect()
+    }
+
+    /// The counts after the next pass; today's where no time is left.
+    fn plan(
+        &self,
+        goal: &Goal,
+        error: f64,
+        time_left: Option<Duration>,
+        spent: Duration,
+        most: u32,
+    ) -> [Vec<u32>; 2] {
+        let shares = [0, 1].map(|half| self.shares(half));
+        let mut plan = self.counts();
+        if let Some(wanted) = goal.error {
+            // What the shares promise for the mean of the halves, against what their difference shows:
+            // well-spread samples do better than independent ones.
+            let promised: f64 = shares
+                .iter()
+                .flatten()
+                .map(|s| s.noise / f64::from(s.count))
+                .sum();
+            let measured = (error / (PART_OF_ERROR * wanted)).powi(2);
+            let target = 0.5 * promised / measured;
+            plan = [0, 1].map(|i| for_error(&shares[i], target, most));
+        }
+        let Some(left) = time_left else { return plan };
+        let rate = self.samples() / spent.as_secs_f64().max(1e-9);
+        let affordable = rate * left.as_secs_f64() * PART_OF_TIME;
+        let cost = |plan: &[Vec<u32>; 2]| -> f64 {
+            let of = |half: usize| -> f64 {
+                let tiles = plan[half].iter().zip(&shares[half]);
+                tiles.map(|(&n, s)| f64::from(n - s.count) * s.area).sum()
+            };
+            of(0) + of(1)
+        };
+        if goal.error.is_some() && cost(&plan) <= affordable {
+            return plan;
+        }
+        [0, 1].map(|i| for_samples(&shares[i], 0.5 * affordable, most))
+    }
+
+    fn finish(self, error: f64, passes: u32, ended: Ended) -> Progressive {
+        let spp = self.spp();
+        let [a, b] = &self.halves;
+        Progressive {
+            film: Film::mean_of(&a.film, &b.film),
+            error,
+            spp,
+            passes,
+            ended,
+        }
+    }
+}
+
+/// ε² for a picture of this mean.
+fn floor(mean: f64) -> DVec3 {
+    DVec3::splat((0.01 * mean).powi(2).max(f64::MIN_POSITIVE))
+}
