@@ -1,6 +1,7 @@
 //! Rendering until the picture is good enough (`--error`) or the time is up (`--time`): the numbers
 //! that are promised are true, and the picture is the same one.
 
+#[allow(dead_code, reason = "no table of differences is drawn here")]
 mod common;
 mod program;
 
