@@ -32,6 +32,14 @@ handle!(
     LightId
 );
 handle!(
+    /// A participating medium.
+    MediumId
+);
+handle!(
+    /// A border between two media.
+    InterfaceId
+);
+handle!(
     /// A named object (`ObjectBegin`): shapes with a tree of their own.
     ObjectId
 );

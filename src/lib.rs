@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Dependencies point one way only:
-//! `cli → render → integrators → {lights, materials, textures, shapes, accel, cameras, samplers} → surface → math`,
+//! `cli → render → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
 //! `cameras → optics → math`, `scene → params → syntax`.
 
 #![forbid(unsafe_op_in_unsafe_fn)]
@@ -29,6 +29,7 @@ pub mod integrators;
 pub mod lights;
 pub mod materials;
 pub mod math;
+pub mod media;
 pub mod optics;
 pub mod params;
 pub mod render;

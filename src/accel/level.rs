@@ -78,6 +78,7 @@ pub(super) struct LevelBuilder {
     meshes: Vec<StoredMesh>,
     quadrics: Vec<StoredQuadric>,
     triangles: usize,
+    has_passable: bool,
 }
 
 impl LevelBuilder {
@@ -99,6 +100,7 @@ impl LevelBuilder {
             self.anchor = Some(center);
         }
         let anchor = self.anchor.unwrap_or_default();
+        self.has_passable |= attributes.material.is_none() || attributes.shadow_alpha.is_some();
         match shape {
             CompiledShape::Mesh(mesh) => self.add_mesh(*mesh, attributes, anchor),
             CompiledShape::Quadric(quadric) => self.quadrics.push(StoredQuadric {
@@ -148,6 +150,7 @@ impl LevelBuilder {
             meshes: self.meshes,
             quadrics: self.quadrics,
             bounds: Aabb::EMPTY,
+            has_passable: self.has_passable,
             skipped: 0,
             tree: Tree::build(&[], |_| [Vec3::ZERO; 3]),
         };
@@ -180,6 +183,8 @@ pub(super) struct Level {
     pub tree: Tree,
     /// Relative to the anchor.
     pub bounds: Aabb,
+    /// See [`super::Geometry::has_passable_surfaces`].
+    pub has_passable: bool,
     /// Triangles left out.
     pub skipped: usize,
 }

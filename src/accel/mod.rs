@@ -16,7 +16,7 @@ mod tree;
 
 pub use aabb::Aabb;
 
-use crate::handles::{LightId, MaterialId, ObjectId};
+use crate::handles::{InterfaceId, LightId, MaterialId, ObjectId};
 use crate::math::DVec3;
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
@@ -39,6 +39,8 @@ pub struct PrimitiveAttributes {
     pub alpha: Option<FloatInput>,
     /// The same, for [`Geometry::occluded`] only.
     pub shadow_alpha: Option<FloatInput>,
+    /// The border it makes between media.
+    pub interface: Option<InterfaceId>,
 }
 
 /// The closest hit of a ray.
@@ -50,6 +52,8 @@ pub struct GeometryHit {
     pub material: Option<MaterialId>,
     /// The light that shines from there.
     pub light: Option<LightId>,
+    /// The border between media there; `None` where both sides are the same.
+    pub interface: Option<InterfaceId>,
     /// Distance along the ray.
     pub t: f32,
 }
@@ -168,6 +172,13 @@ impl Geometry {
         Search::<_, true>::run(self, ray, alpha).is_some()
     }
 
+    /// Is there any surface without material, or with a cut-out for shadow rays only? Where there is
+    /// none, [`Geometry::occluded`] answers for light that passes surfaces without material too.
+    pub fn has_passable_surfaces(&self) -> bool {
+        let mut levels = self.objects.iter().chain([&self.top]);
+        levels.any(|level| level.has_passable)
+    }
+
     /// Works out the surface that a search found.
     fn resolve(&self, ray: &Ray, found: &Found) -> Option<GeometryHit> {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
@@ -186,6 +197,7 @@ impl Geometry {
             surface: local.hit(ray),
             material: attributes.material,
             light,
+            interface: attributes.interface,
             t: found.t,
         })
     }

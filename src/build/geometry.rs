@@ -158,6 +158,7 @@ impl Adder<'_> {
                 .map(|light| self.add_lights(&compiled, light)),
             alpha: shape.spec.alpha(),
             shadow_alpha: shape.spec.shadow_alpha(),
+            interface: shape.interface,
         };
         Some((compiled, attributes))
     }

@@ -14,6 +14,7 @@ use crate::integrators::Integrator;
 use crate::lights::Light;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec2};
+use crate::media::Media;
 use crate::render::Shot;
 use crate::samplers::Sampler;
 use crate::scene::Frame;
@@ -114,7 +115,8 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         textures,
         placed.lights,
         placed.sampled_lights,
-    );
+    )
+    .with_media(Media::new(frame.media, &render_from_world));
     let description = camera.describe(&film);
     let integrator = Integrator::new(&options.integrator.spec, &world);
     let metadata = metadata(&options, &film);

@@ -7,6 +7,8 @@ pub mod direct;
 pub mod directlighting;
 pub mod path;
 pub mod specular;
+mod vertex;
+pub mod volpath;
 pub mod whitted;
 
 use crate::lights::{LightSelector, SelectionStrategy};
@@ -18,6 +20,7 @@ use crate::world::World;
 
 pub use directlighting::DirectLighting;
 pub use path::Path;
+pub use volpath::VolPath;
 pub use whitted::Whitted;
 
 /// More surfaces without material than this in a row end a path: such a pile is a modelling
@@ -29,10 +32,19 @@ pub const MAX_NULL_SURFACES: u32 = 4096;
 pub enum IntegratorSpec {
     /// `Integrator "path"`, and what fstop renders in its place.
     Path(Path),
+    /// `Integrator "volpath"`, and what fstop renders in its place.
+    VolPath(VolPath),
     /// `Integrator "directlighting"`.
     DirectLighting(DirectLighting),
     /// `Integrator "whitted"`.
     Whitted(Whitted),
+}
+
+impl IntegratorSpec {
+    /// Does it model participating media?
+    pub fn sees_media(&self) -> bool {
+        matches!(self, IntegratorSpec::VolPath(_))
+    }
 }
 
 /// Integrator and the pixels it is confined to.
@@ -82,11 +94,18 @@ impl IntegratorSettings {
             "path" => IntegratorSpec::Path(Path::from_params(reader)),
             "directlighting" => IntegratorSpec::DirectLighting(DirectLighting::from_params(reader)),
             "whitted" => IntegratorSpec::Whitted(Whitted::from_params(reader)),
-            "bdpt" | "mlt" | "sppm" => {
+            "volpath" => IntegratorSpec::VolPath(VolPath::from_params(reader)),
+            // These two see media and let light through surfaces without material; `sppm` does not.
+            "bdpt" | "mlt" => {
                 reader.note(format!(
-                    "`{}` is rendered by `path`: the same picture, other noise",
+                    "`{}` is rendered by `volpath`: the same picture, other noise",
                     reader.kind()
                 ));
+                read_and_ignore(reader);
+                IntegratorSpec::VolPath(VolPath::from_params(reader))
+            }
+            "sppm" => {
+                reader.note("`sppm` is rendered by `path`: the same picture, other noise");
                 read_and_ignore(reader);
                 IntegratorSpec::Path(Path::from_params(reader))
             }
@@ -98,13 +117,6 @@ impl IntegratorSettings {
                     reader.kind()
                 ));
                 read_and_ignore(reader);
-                IntegratorSpec::Path(Path::from_params(reader))
-            }
-            "volpath" => {
-                reader.warn(
-                    "",
-                    "`volpath` is rendered by `path`: participating media are not modelled yet",
-                );
                 IntegratorSpec::Path(Path::from_params(reader))
             }
             "ambientocclusion" | "dipolesubsurface" | "useprobes" | "diffuseprt" | "glossyprt" => {
@@ -204,6 +216,7 @@ impl Integrator {
     pub fn new(spec: &IntegratorSpec, world: &World) -> Integrator {
         let strategy = match spec {
             IntegratorSpec::Path(path) => path.light_strategy,
+            IntegratorSpec::VolPath(volpath) => volpath.path.light_strategy,
             // One light at random, as pbrt: `directlighting` and `whitted` choose uniformly or take all.
             _ => SelectionStrategy::Uniform,
         };
@@ -224,7 +237,10 @@ impl Integrator {
     ) -> Rgb {
         match &self.spec {
             IntegratorSpec::Path(path) => {
-                path.radiance(world, &self.selector, ray, differentials, stream)
+                path.radiance::<false>(world, &self.selector, ray, differentials, stream)
+            }
+            IntegratorSpec::VolPath(volpath) => {
+                volpath.radiance(world, &self.selector, ray, differentials, stream)
             }
             IntegratorSpec::DirectLighting(direct) => {
                 direct.radiance(world, &self.selector, ray, differentials, stream)

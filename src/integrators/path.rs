@@ -4,17 +4,20 @@
 //! The expectation is pbrt-v3's (scene-language 4.2). Where pbrt traces one ray for direct light
 //! sampled by the BSDF and another to continue the path, one ray serves both here: the emission it
 //! meets is weighted by the power heuristic against the light's own sampling.
+//!
+//! `volpath` is the same walk with participating media, see [`volpath`](super::volpath).
 
 use super::MAX_NULL_SURFACES;
+use super::vertex::{MediumVertex, SurfaceVertex, Vertex};
+use super::volpath::transmittance;
 use crate::accel::GeometryHit;
-use crate::bsdf::Bsdf;
 use crate::lights::{LightSelector, SelectionStrategy};
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::sampling::power_heuristic;
-use crate::math::{Rgb, color::is_black};
+use crate::math::{Rgb, Vec2, color::is_black};
 use crate::params::{Dialect, ParamReader};
 use crate::samplers::SampleStream;
-use crate::surface::{ReferencePoint, SurfaceHit};
+use crate::surface::ReferencePoint;
 use crate::world::World;
 
 /// The number of scattering events after which Russian roulette starts (pbrt-v3: bounce counter > 3).
@@ -70,8 +73,9 @@ impl Path {
         }
     }
 
-    /// Radiance along a camera ray.
-    pub fn radiance(
+    /// Radiance along a camera ray. `MEDIA`: as `volpath`, which sees participating media and lets
+    /// light through surfaces without material; a constant, so that `path` pays nothing for it.
+    pub fn radiance<const MEDIA: bool>(
         &self,
         world: &World,
         selector: &LightSelector,
@@ -87,8 +91,43 @@ impl Path {
         let mut arrival = Arrival::Direct;
         let mut depth = 0;
         let mut nulls = 0;
+        let mut medium = if MEDIA { world.media.camera } else { None };
         loop {
-            let Some(hit) = world.intersect(&ray) else {
+            let hit = world.intersect(&ray);
+            if MEDIA && let Some(id) = medium {
+                let t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+                let flight = world
+                    .media
+                    .medium(id)
+                    .sample(&ray, t_max, throughput, stream);
+                throughput *= flight.weight;
+                if is_black(throughput) {
+                    return radiance;
+                }
+                if let Some(t) = flight.scattered {
+                    let vertex = MediumVertex::new(world, id, &ray, t);
+                    if depth >= self.max_depth || !vertex.p.is_finite() {
+                        return radiance;
+                    }
+                    let (choice, light_u) = (stream.next_1d(), stream.next_2d());
+                    let light =
+                        sampled_light::<MEDIA>(world, selector, &vertex, choice, light_u, stream);
+                    radiance += throughput * light;
+                    let (wi, pdf) = vertex.phase.sample(vertex.wo, stream.next_2d());
+                    arrival = Arrival::Scattered {
+                        from: vertex.reference_point(),
+                        pdf,
+                    };
+                    ray = Ray::new(vertex.p, wi, ray.time);
+                    differentials = None;
+                    if !self.survives(depth, eta_scale, &mut throughput, stream) {
+                        return radiance;
+                    }
+                    depth += 1;
+                    continue;
+                }
+            }
+            let Some(hit) = hit else {
                 return radiance + throughput * escaped(world, selector, &ray, &arrival);
             };
             radiance += throughput * emitted(world, selector, &ray, &hit, &arrival);
@@ -101,7 +140,9 @@ impl Path {
                 if nulls > MAX_NULL_SURFACES {
                     return radiance;
                 }
-                if let Arrival::Scattered { .. } = arrival {
+                if MEDIA {
+                    medium = world.medium_beyond(&hit, ray.d, medium);
+                } else if let Arrival::Scattered { .. } = arrival {
                     arrival = Arrival::Veiled;
                 }
                 ray = surface.spawn_ray(ray.d);
@@ -111,8 +152,14 @@ impl Path {
             differentials = None;
             let (choice, light_u) = (stream.next_1d(), stream.next_2d());
             if bsdf.has_non_specular() {
-                radiance +=
-                    throughput * sampled_light(world, selector, surface, &bsdf, choice, light_u);
+                let vertex = SurfaceVertex {
+                    hit: &hit,
+                    bsdf: &bsdf,
+                    medium,
+                };
+                let light =
+                    sampled_light::<MEDIA>(world, selector, &vertex, choice, light_u, stream);
+                radiance += throughput * light;
             }
             let (lobe, direction_u) = (stream.next_1d(), stream.next_2d());
             let Some(sample) = bsdf.sample(surface.wo, lobe, direction_u) else {
@@ -136,47 +183,71 @@ impl Path {
                 }
             };
             ray = surface.spawn_ray(sample.wi);
-            if depth > ROULETTE_AFTER {
-                let worth = (throughput * eta_scale).max_element();
-                if worth < self.rr_threshold {
-                    let stop = (1.0 - worth).max(0.05);
-                    if stream.next_1d() < stop {
-                        return radiance;
-                    }
-                    throughput /= 1.0 - stop;
-                }
+            if MEDIA {
+                medium = world.medium_beyond(&hit, sample.wi, medium);
+            }
+            if !self.survives(depth, eta_scale, &mut throughput, stream) {
+                return radiance;
             }
             depth += 1;
         }
     }
+
+    /// Russian roulette: ends paths that are worth little, and weighs the others up.
+    fn survives(
+        &self,
+        depth: u32,
+        eta_scale: f32,
+        throughput: &mut Rgb,
+        stream: &mut SampleStream,
+    ) -> bool {
+        if depth <= ROULETTE_AFTER {
+            return true;
+        }
+        let worth = (*throughput * eta_scale).max_element();
+        if worth >= self.rr_threshold {
+            return true;
+        }
+        let stop = (1.0 - worth).max(0.05);
+        *throughput /= 1.0 - stop;
+        stream.next_1d() >= stop
+    }
 }
 
-/// Direct light by sampling one light, weighted against meeting it by the BSDF.
-fn sampled_light(
+/// Direct light by sampling one light, weighted against meeting it by the scattered ray.
+fn sampled_light<const MEDIA: bool>(
     world: &World,
     selector: &LightSelector,
-    surface: &SurfaceHit,
-    bsdf: &Bsdf,
+    vertex: &impl Vertex,
     choice: f32,
-    u: crate::math::Vec2,
+    u: Vec2,
+    stream: &mut SampleStream,
 ) -> Rgb {
-    let from = surface.reference_point();
+    let from = vertex.reference_point();
     let Some((id, probability)) = selector.sample(&from, choice) else {
         return Rgb::ZERO;
     };
     let Some(light) = world.light(id).sample(&from, u) else {
         return Rgb::ZERO;
     };
-    let f = bsdf.f(surface.wo, light.wi) * light.wi.dot(bsdf.shading_normal()).abs();
-    let contribution = f * light.radiance;
-    if is_black(contribution) || world.occluded(&light.shadow) {
+    let mut contribution = vertex.scattered(light.wi) * light.radiance;
+    if is_black(contribution) {
+        return Rgb::ZERO;
+    }
+    if MEDIA {
+        let medium = vertex.medium_toward(world, light.wi);
+        contribution *= transmittance(world, &light.shadow, medium, stream);
+        if is_black(contribution) {
+            return Rgb::ZERO;
+        }
+    } else if world.occluded(&light.shadow) {
         return Rgb::ZERO;
     }
     let pdf = probability * light.pdf;
     let weight = if light.delta {
         1.0
     } else {
-        power_heuristic(pdf, bsdf.pdf(surface.wo, light.wi))
+        power_heuristic(pdf, vertex.pdf(light.wi))
     };
     contribution * (weight / pdf)
 }

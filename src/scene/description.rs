@@ -1,10 +1,11 @@
 //! The scene as plain data: what `build` turns into a world.
 
 use super::options::Options;
-use crate::handles::{MaterialId, ObjectId};
+use crate::handles::{InterfaceId, MaterialId, ObjectId};
 use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
 use crate::math::transform::Transform;
+use crate::media::MediaSpec;
 use crate::params::Dialect;
 use crate::shapes::ShapeSpec;
 use crate::syntax::Span;
@@ -40,6 +41,8 @@ pub struct Frame {
     pub lights: Vec<LightSpec>,
     /// Emission of shapes; a shape refers to one by position.
     pub area_lights: Vec<DiffuseAreaSpec>,
+    /// Participating media.
+    pub media: MediaSpec,
 }
 
 /// A shape with all that the graphics state says of it.
@@ -55,6 +58,8 @@ pub struct ShapeEntity {
     pub material: Option<MaterialId>,
     /// Emits by this entry of [`Frame::area_lights`].
     pub area_light: Option<usize>,
+    /// The border it makes between two media.
+    pub interface: Option<InterfaceId>,
     /// The name of the shape's file, or else the directive: for messages about what is found out
     /// when it is loaded.
     pub span: Span,

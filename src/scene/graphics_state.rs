@@ -3,7 +3,8 @@
 
 use crate::handles::{FloatTextureId, MaterialId, SpectrumTextureId};
 use crate::params::TextureNames;
-use crate::syntax::Typed;
+use crate::syntax::{Name, Typed};
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -16,6 +17,17 @@ pub struct MaterialDirective {
     pub id: Option<MaterialId>,
     /// Made by `MakeNamedMaterial`.
     pub named: bool,
+}
+
+/// A `MediumInterface` as the file gave it: names are looked up when a shape uses them.
+#[derive(Debug)]
+pub struct InterfaceDirective {
+    /// Against the normal; `""` is vacuum.
+    pub inside: Name,
+    /// Where the normal points.
+    pub outside: Name,
+    /// A name that nobody has defined has been reported.
+    pub reported: Cell<bool>,
 }
 
 /// The graphics state.
@@ -33,6 +45,8 @@ pub struct GraphicsState {
     pub area_light: Option<usize>,
     /// `ReverseOrientation` flag.
     pub reverse_orientation: bool,
+    /// The media on both sides of later shapes; `None` until the first `MediumInterface`: vacuum.
+    pub medium_interface: Option<Rc<InterfaceDirective>>,
 }
 
 impl GraphicsState {
@@ -45,6 +59,7 @@ impl GraphicsState {
             named_materials: Rc::default(),
             area_light: None,
             reverse_orientation: false,
+            medium_interface: None,
         }
     }
 

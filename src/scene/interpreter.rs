@@ -3,6 +3,7 @@
 use super::blocks::{Block, block_of};
 use super::description::{Frame, SceneDescription};
 use super::dialect::{DialectChoice, Evidence, is_v2_only};
+use super::media::NamedMedia;
 use super::options::{Options, StoredDirective, StoredOptions};
 use super::reading::Reading;
 use super::scopes::{Current, Scope, Scopes};
@@ -76,6 +77,7 @@ pub(super) struct Interpreter<'a> {
     pub(super) scopes: Scopes,
     coordinate_systems: HashMap<String, Ctm>,
     options: StoredOptions,
+    pub(super) media: NamedMedia,
     pub(super) world: Option<WorldBlock>,
     /// A world block has been closed, whatever became of it.
     had_world: bool,
@@ -105,6 +107,7 @@ impl<'a> Interpreter<'a> {
             scopes: Scopes::default(),
             coordinate_systems: HashMap::new(),
             options: StoredOptions::default(),
+            media: NamedMedia::default(),
             world: None,
             had_world: false,
         }
@@ -234,13 +237,8 @@ impl<'a> Interpreter<'a> {
             D::Volume(typed) => {
                 self.warn(typed.kind.span, "volumes are not modelled yet; left out");
             }
-            D::MakeNamedMedium(typed) => {
-                self.warn(
-                    typed.kind.span,
-                    "participating media are not modelled yet; left out",
-                );
-            }
-            D::MediumInterface { .. } => {}
+            D::MakeNamedMedium(typed) => self.make_named_medium(span, typed),
+            D::MediumInterface { inside, outside } => self.use_media(inside, outside),
             D::WorldBegin => self.begin_world(span),
             D::WorldEnd => self.end_world(span),
             D::Texture {
@@ -415,7 +413,11 @@ impl<'a> Interpreter<'a> {
         // Nothing is left of a world that was only assumed: its scopes have been complained about,
         // and the materials and lights of its state are gone with it.
         self.scopes = Scopes::default();
+        let media = self.current.state.medium_interface.take();
         self.current = Current::new();
+        // The one part of the graphics state that the options block can set, and it stays
+        // (scene-language 2.3).
+        self.current.state.medium_interface = media;
         self.coordinate_systems
             .insert("world".to_string(), Ctm::IDENTITY);
         self.world = Some(WorldBlock::new(span));
@@ -438,7 +440,11 @@ impl<'a> Interpreter<'a> {
             let message = "`ObjectBegin` without `ObjectEnd`: the object is dropped";
             self.error(opened, message);
         }
+        let media = self.take_media();
         let options = self.read_options();
+        if let Some(options) = &options {
+            self.check_media(&media, options);
+        }
         // pbrt-v2 keeps the options for the next frame, v3 forgets them (scene-language A.1).
         if self.dialect == Dialect::V3 {
             self.options = StoredOptions::default();
@@ -446,7 +452,7 @@ impl<'a> Interpreter<'a> {
         }
         self.current = Current::new();
         self.coordinate_systems.clear();
-        Some(world.into_frame(options?))
+        Some(world.into_frame(options?, media))
     }
 
     fn read_options(&self) -> Option<Options> {

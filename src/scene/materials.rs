@@ -173,7 +173,7 @@ pub(super) fn texture_names(params: &ParamList) -> impl Iterator<Item = &str> {
 }
 
 /// The value of `"string type"`.
-fn named_type(params: &ParamList) -> Option<Name> {
+pub(super) fn named_type(params: &ParamList) -> Option<Name> {
     let param = params.get("type", ParamGroup::String)?;
     param.used.set(true);
     match &param.value {

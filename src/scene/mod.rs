@@ -8,6 +8,7 @@ pub mod dialect;
 pub mod graphics_state;
 pub mod interpreter;
 mod materials;
+mod media;
 mod objects;
 pub mod options;
 pub mod reading;

@@ -40,6 +40,7 @@ impl Interpreter<'_> {
             reverse_orientation: self.current.state.reverse_orientation,
             material,
             area_light: self.area_light_of_shape(span),
+            interface: self.interface_of_shape(),
             span: file_name_span(typed).unwrap_or(span),
         };
         if let Some(world) = self.world.as_mut() {

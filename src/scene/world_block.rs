@@ -6,6 +6,7 @@ use super::options::Options;
 use crate::handles::{FloatTextureId, MaterialId, ObjectId, SpectrumTextureId};
 use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
+use crate::media::MediaSpec;
 use crate::syntax::suggest::nearest;
 use crate::syntax::{Diagnostic, Diagnostics, Name, Span, Typed};
 use crate::textures::{
@@ -76,7 +77,7 @@ impl WorldBlock {
         !self.lights.is_empty() || shapes.any(|shape| shape.area_light.is_some())
     }
 
-    pub(super) fn into_frame(self, options: Options) -> Frame {
+    pub(super) fn into_frame(self, options: Options, media: MediaSpec) -> Frame {
         Frame {
             options,
             float_textures: self.float_textures,
@@ -87,6 +88,7 @@ impl WorldBlock {
             instances: self.instances,
             lights: self.lights,
             area_lights: self.area_lights,
+            media,
         }
     }
 }

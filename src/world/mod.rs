@@ -3,11 +3,12 @@
 
 use crate::accel::{Geometry, GeometryHit};
 use crate::bsdf::Bsdf;
-use crate::handles::{LightId, MaterialId};
+use crate::handles::{LightId, MaterialId, MediumId};
 use crate::lights::Light;
 use crate::materials::Material;
-use crate::math::Rgb;
 use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::{Rgb, Vec3};
+use crate::media::Media;
 use crate::surface::SurfaceHit;
 use crate::textures::Textures;
 
@@ -26,6 +27,10 @@ pub struct World {
     sampled_lights: usize,
     /// Those of `lights` that surround the scene.
     pub infinite_lights: Vec<LightId>,
+    /// Participating media and their borders.
+    pub media: Media,
+    /// See [`Geometry::has_passable_surfaces`].
+    has_passable_surfaces: bool,
 }
 
 impl World {
@@ -41,14 +46,22 @@ impl World {
             .filter(|&i| lights[i].is_infinite())
             .map(|i| LightId(i as u32))
             .collect();
+        let has_passable_surfaces = geometry.has_passable_surfaces();
         World {
             geometry,
+            has_passable_surfaces,
             materials,
             textures,
             lights,
             sampled_lights,
             infinite_lights,
+            media: Media::default(),
         }
+    }
+
+    /// The same world filled with `media`, whose borders its surfaces name.
+    pub fn with_media(self, media: Media) -> World {
+        World { media, ..self }
     }
 
     /// The lights that light is sampled from; position i is [`LightId`] i.
@@ -72,6 +85,25 @@ impl World {
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.geometry
             .occluded(ray, &|input, point| self.textures.float(input, point))
+    }
+
+    /// See [`Geometry::has_passable_surfaces`].
+    pub fn has_passable_surfaces(&self) -> bool {
+        self.has_passable_surfaces
+    }
+
+    /// The medium that a ray gets into which leaves a hit in direction `d`, `current` being the
+    /// one it came through.
+    pub fn medium_beyond(
+        &self,
+        hit: &GeometryHit,
+        d: Vec3,
+        current: Option<MediumId>,
+    ) -> Option<MediumId> {
+        match hit.interface {
+            Some(id) => self.media.interface(id).toward(d, hit.surface.n),
+            None => current,
+        }
     }
 
     /// How the surface scatters at a hit; `None` for a surface without material

@@ -1,0 +1,102 @@
+//! Where a path scatters: at a surface or in a medium. What sampling a light asks of either.
+
+use crate::accel::GeometryHit;
+use crate::bsdf::Bsdf;
+use crate::handles::MediumId;
+use crate::math::ray::Ray;
+use crate::math::{Rgb, Vec3};
+use crate::media::HenyeyGreenstein;
+use crate::surface::ReferencePoint;
+use crate::world::World;
+
+/// A point of scattering. Directions are unit vectors away from it.
+pub trait Vertex {
+    /// The point that receives light.
+    fn reference_point(&self) -> ReferencePoint;
+
+    /// How much of the radiance from `wi` goes on along the path, per steradian: the BSDF times the
+    /// cosine, or the phase function.
+    fn scattered(&self, wi: Vec3) -> Rgb;
+
+    /// Density per steradian with which the path goes on along `wi`.
+    fn pdf(&self, wi: Vec3) -> f32;
+
+    /// The medium that a ray along `wi` gets into.
+    fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId>;
+}
+
+/// A point on a surface.
+pub struct SurfaceVertex<'a> {
+    /// The surface.
+    pub hit: &'a GeometryHit,
+    /// How it scatters.
+    pub bsdf: &'a Bsdf,
+    /// What the path came through.
+    pub medium: Option<MediumId>,
+}
+
+impl Vertex for SurfaceVertex<'_> {
+    fn reference_point(&self) -> ReferencePoint {
+        self.hit.surface.reference_point()
+    }
+
+    fn scattered(&self, wi: Vec3) -> Rgb {
+        self.bsdf.f(self.hit.surface.wo, wi) * wi.dot(self.bsdf.shading_normal()).abs()
+    }
+
+    fn pdf(&self, wi: Vec3) -> f32 {
+        self.bsdf.pdf(self.hit.surface.wo, wi)
+    }
+
+    fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId> {
+        world.medium_beyond(self.hit, wi, self.medium)
+    }
+}
+
+/// A point in a medium.
+pub struct MediumVertex<'a> {
+    /// Position; computed without an error that would matter: nothing is there to be missed.
+    pub p: Vec3,
+    /// Back along the path.
+    pub wo: Vec3,
+    /// How light turns.
+    pub phase: &'a HenyeyGreenstein,
+    medium: MediumId,
+    time: f32,
+}
+
+impl<'a> MediumVertex<'a> {
+    /// At the distance `t` along `ray`, in `medium`.
+    pub fn new(world: &'a World, medium: MediumId, ray: &Ray, t: f32) -> MediumVertex<'a> {
+        MediumVertex {
+            p: ray.at(t),
+            wo: -ray.d,
+            phase: world.media.medium(medium).phase(),
+            medium,
+            time: ray.time,
+        }
+    }
+}
+
+impl Vertex for MediumVertex<'_> {
+    fn reference_point(&self) -> ReferencePoint {
+        ReferencePoint {
+            p: self.p,
+            p_error: Vec3::ZERO,
+            n: Vec3::ZERO,
+            time: self.time,
+        }
+    }
+
+    fn scattered(&self, wi: Vec3) -> Rgb {
+        Rgb::splat(self.phase.value(self.wo, wi))
+    }
+
+    fn pdf(&self, wi: Vec3) -> f32 {
+        self.phase.value(self.wo, wi)
+    }
+
+    fn medium_toward(&self, _: &World, _: Vec3) -> Option<MediumId> {
+        Some(self.medium)
+    }
+}

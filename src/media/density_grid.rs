@@ -1,0 +1,93 @@
+//! Samples of a density over the unit cube, interpolated, with upper bounds for parts of it.
+
+use super::majorants::Majorants;
+use crate::math::{UVec3, Vec3};
+
+/// A density over the unit cube, trilinear between the centres of its voxels and 0 beyond them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DensityGrid {
+    resolution: UVec3,
+    /// x fastest, then y, then z; finite and at least 0.
+    values: Vec<f32>,
+    majorants: Majorants,
+}
+
+impl DensityGrid {
+    /// `None` where the number of values is not the product of the resolution, or is 0.
+    pub fn new(resolution: UVec3, values: Vec<f32>) -> Option<DensityGrid> {
+        let [x, y, z] = resolution.to_array().map(|n| n as usize);
+        let count = x.checked_mul(y)?.checked_mul(z)?;
+        if count == 0 || values.len() != count {
+            return None;
+        }
+        let majorants = Majorants::new(resolution, &values);
+        Some(DensityGrid {
+            resolution,
+            values,
+            majorants,
+        })
+    }
+
+    /// Upper bounds along a ray.
+    pub fn majorants(&self) -> &Majorants {
+        &self.majorants
+    }
+
+    /// The density at a point of the unit cube.
+    pub fn density(&self, p: Vec3) -> f32 {
+        // Voxel centres have whole coordinates.
+        let q = p * self.resolution.as_vec3() - Vec3::splat(0.5);
+        let low = q.floor();
+        let f = q - low;
+        let [x, y, z] = low.to_array().map(|v| v as i32);
+        let row = |y: i32, z: i32| {
+            let (a, b) = (self.voxel(x, y, z), self.voxel(x + 1, y, z));
+            a + (b - a) * f.x
+        };
+        let plane = |z: i32| {
+            let (a, b) = (row(y, z), row(y + 1, z));
+            a + (b - a) * f.y
+        };
+        let (a, b) = (plane(z), plane(z + 1));
+        a + (b - a) * f.z
+    }
+
+    /// A voxel; 0 outside the grid.
+    fn voxel(&self, x: i32, y: i32, z: i32) -> f32 {
+        // Negative coordinates become huge ones.
+        let (x, y, z) = (x as u32, y as u32, z as u32);
+        let n = self.resolution;
+        if x >= n.x || y >= n.y || z >= n.z {
+            return 0.0;
+        }
+        let i = (z as usize * n.y as usize + y as usize) * n.x as usize + x as usize;
+        self.values.get(i).copied().unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interpolates_between_voxel_centres_and_ends_outside() {
+        let grid =
+            DensityGrid::new(UVec3::new(2, 1, 3), vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).unwrap();
+        let at = |x, y, z| grid.density(Vec3::new(x, y, z));
+        assert_eq!(at(0.25, 0.5, 0.5 / 3.0), 1.0);
+        assert_eq!(at(0.75, 0.5, 0.5), 4.0);
+        assert!((at(0.5, 0.5, 0.5) - 3.5).abs() < 1e-6);
+        // Half a voxel beyond the last centre: half is left, as in pbrt-v3.
+        assert!((at(1.0, 0.5, 0.5) - 2.0).abs() < 1e-6);
+        assert!((at(0.25, 0.0, 0.5) - 1.5).abs() < 1e-6);
+        assert_eq!(at(5.0, 0.5, 0.5), 0.0);
+        assert_eq!(grid.density(Vec3::NAN), grid.density(Vec3::NAN).max(0.0));
+    }
+
+    #[test]
+    fn a_wrong_number_of_values_makes_no_grid() {
+        assert!(DensityGrid::new(UVec3::new(2, 2, 2), vec![0.0; 7]).is_none());
+        assert!(DensityGrid::new(UVec3::new(0, 2, 2), vec![]).is_none());
+        assert!(DensityGrid::new(UVec3::splat(u32::MAX), vec![]).is_none());
+    }
+}

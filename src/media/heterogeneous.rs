@@ -1,0 +1,286 @@
+//! `heterogeneous`: of varying density, given on a grid in a box.
+//!
+//! Beside the parameters of [`homogeneous`](super::homogeneous), which hold for density 1: `nx`,
+//! `ny`, `nz` (integer, 1): resolution. `density` (floats, required): nx·ny·nz values, x fastest.
+//! `p0` (point, (0,0,0)), `p1` (point, (1,1,1)): corners of the box, under the transformation in
+//! force. Outside the box there is nothing. σₐ + σₛ must be the same in all channels; where it is
+//! not, that of red holds for all, as in pbrt-v3.
+//!
+//! Free paths by delta tracking (Woodcock et al. 1965), transmittance by ratio tracking (Novák,
+//! Selle and Jarosz 2014), both with majorants for parts of the box.
+//! Source: Pharr, Jakob and Humphreys 2016, §11.3.2 and §15.2.2; scene-language 3.12.
+
+use super::density_grid::DensityGrid;
+use super::majorants::Cells;
+use super::numbers::Numbers;
+use super::phase::HenyeyGreenstein;
+use super::presets::Coefficients;
+use super::{Flight, common};
+use crate::math::ray::Ray;
+use crate::math::transform::Transform;
+use crate::math::{DVec3, Rgb, UVec3, Vec3};
+use crate::params::ParamReader;
+use crate::samplers::SampleStream;
+use glam::DAffine3;
+
+/// A box this many mean free paths across is as dense as single precision can tell; voxels that
+/// would be denser are thinned to it. It also bounds how many steps a ray can take.
+const MOST_FREE_PATHS: f64 = 1e5;
+
+/// Below this transmittance ratio tracking plays Russian roulette, as pbrt-v3.
+const ROULETTE_BELOW: f32 = 0.1;
+
+/// What `MakeNamedMedium` asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeterogeneousSpec {
+    sigma_s: Rgb,
+    /// That of density 1, the same in all channels.
+    sigma_t: f32,
+    phase: HenyeyGreenstein,
+    grid: DensityGrid,
+    /// The unit cube to world space.
+    world_from_grid: Transform,
+}
+
+impl HeterogeneousSpec {
+    /// Reads the parameters under the transformation `world_from_medium`. `None`, after an error,
+    /// where the densities are missing or not as many as there are voxels.
+    pub fn from_params(
+        reader: &ParamReader,
+        world_from_medium: &Transform,
+    ) -> Option<HeterogeneousSpec> {
+        let coefficients = common::coefficients(reader);
+        let phase = common::phase(reader);
+        let [p0, p1] = [("p0", DVec3::ZERO), ("p1", DVec3::ONE)].map(|(n, p)| reader.point3(n, p));
+        let world_from_grid =
+            *world_from_medium * Transform::translate(p0) * Transform::scale(p1 - p0);
+        let resolution = resolution(reader);
+        let sigma_t = uniform_extinction(reader, coefficients);
+        let values = densities(reader, sigma_t, &world_from_grid)?;
+        let count = values.len();
+        let Some(grid) = DensityGrid::new(resolution, values) else {
+            let [x, y, z] = resolution.to_array();
+            reader.error(
+                "density",
+                format!("`density` has {count} values, but `nx` × `ny` × `nz` is {x} × {y} × {z}"),
+            );
+            return None;
+        };
+        if !world_from_grid.is_invertible() {
+            reader.warn(
+                "p1",
+                "the medium's box has no volume: there is nothing in it",
+            );
+        }
+        Some(HeterogeneousSpec {
+            sigma_s: coefficients.sigma_s,
+            sigma_t,
+            phase,
+            grid,
+            world_from_grid,
+        })
+    }
+}
+
+/// `nx`, `ny` and `nz`.
+fn resolution(reader: &ParamReader) -> UVec3 {
+    let along = |name| reader.integer_within(name, 1, 1..=i64::from(i32::MAX)) as u32;
+    UVec3::new(along("nx"), along("ny"), along("nz"))
+}
+
+/// The extinction that holds for all channels.
+fn uniform_extinction(reader: &ParamReader, coefficients: Coefficients) -> f32 {
+    let sigma_t = coefficients.sigma_t();
+    // A unit in the last place is no difference: sums of decimal numbers round.
+    let spread = sigma_t.max_element() - sigma_t.min_element();
+    if spread > 2.0 * f32::EPSILON * sigma_t.max_element() {
+        let [r, g, b] = sigma_t.to_array();
+        let message = format!(
+            "`sigma_a` + `sigma_s` of a heterogeneous medium should be the same in all channels, \
+             found ({r}, {g}, {b}): red's is used for all, as in pbrt-v3"
+        );
+        reader.warn("sigma_a", message);
+    }
+    sigma_t.x
+}
+
+/// The values of `density`, made finite, not negative and not denser than can be told.
+fn densities(reader: &ParamReader, sigma_t: f32, world_from_grid: &Transform) -> Option<Vec<f32>> {
+    let Some(given) = reader.floats("density") else {
+        reader.error(
+            "density",
+            "a heterogeneous medium needs `float density` values",
+        );
+        return None;
+    };
+    let across = [DVec3::X, DVec3::Y, DVec3::Z]
+        .map(|axis| world_from_grid.vector(axis).length())
+        .iter()
+        .sum::<f64>();
+    let largest = MOST_FREE_PATHS / (f64::from(sigma_t) * across);
+    let largest = if largest > 0.0 {
+        largest
+    } else {
+        f64::INFINITY
+    };
+    let largest = largest.min(f64::from(f32::MAX));
+    let (mut wrong, mut dense) = (None, None);
+    let used = |(i, &value): (usize, &f64)| {
+        if value > largest && value.is_finite() {
+            dense = dense.or(Some(i));
+            largest as f32
+        } else if value.is_finite() && value >= 0.0 {
+            value as f32
+        } else {
+            wrong = wrong.or(Some(i));
+            0.0
+        }
+    };
+    let values = given.iter().enumerate().map(used).collect();
+    if let Some(i) = wrong {
+        let value = given.get(i).copied().unwrap_or_default();
+        let message = format!("a density is {value}: 0 is used where it is negative or not finite");
+        reader.warn_item("density", i, message);
+    }
+    if let Some(i) = dense {
+        let message = format!(
+            "densities above {largest:e} are taken as that: a ray would get through 1/100,000 of the box"
+        );
+        reader.warn_item("density", i, message);
+    }
+    Some(values)
+}
+
+/// A medium of varying density, in render space.
+#[derive(Clone, Debug)]
+pub struct Heterogeneous {
+    albedo: Rgb,
+    sigma_t: f32,
+    phase: HenyeyGreenstein,
+    grid: DensityGrid,
+    grid_from_render: DAffine3,
+}
+
+/// The part of a ray inside the box, in the grid's space.
+struct Chord {
+    o: Vec3,
+    d: Vec3,
+    /// Distance at which the ray enters.
+    start: f64,
+    length: f32,
+}
+
+impl Heterogeneous {
+    /// Places the medium.
+    pub fn new(spec: HeterogeneousSpec, render_from_world: &Transform) -> Heterogeneous {
+        let placed = (*render_from_world * spec.world_from_grid).with_translations_matched();
+        let albedo = spec.sigma_s / spec.sigma_t;
+        // Without extinction or volume there is nothing.
+        let empty = !(placed.is_invertible() && albedo.is_finite());
+        Heterogeneous {
+            albedo: if empty { Rgb::ZERO } else { albedo },
+            sigma_t: if empty { 0.0 } else { spec.sigma_t },
+            phase: spec.phase,
+            grid: spec.grid,
+            grid_from_render: DAffine3::from_mat4(placed.inverse),
+        }
+    }
+
+    /// How light turns.
+    pub fn phase(&self) -> &HenyeyGreenstein {
+        &self.phase
+    }
+
+    /// Where the ray is inside the box, before `t_max`.
+    fn chord(&self, ray: &Ray, t_max: f32) -> Option<Chord> {
+        let o = self.grid_from_render.transform_point3(ray.o.as_dvec3());
+        let d = self.grid_from_render.transform_vector3(ray.d.as_dvec3());
+        let (mut start, mut end) = (0.0f64, f64::from(t_max));
+        for axis in 0..3 {
+            if d[axis] == 0.0 {
+                if !(0.0..=1.0).contains(&o[axis]) {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (-o[axis] / d[axis], (1.0 - o[axis]) / d[axis]);
+            start = start.max(a.min(b));
+            end = end.min(a.max(b));
+        }
+        let chord = Chord {
+            o: (o + d * start).as_vec3(),
+            d: d.as_vec3(),
+            start,
+            length: (end - start) as f32,
+        };
+        // A box too small or too far away for single precision is as good as none.
+        let passes =
+            self.sigma_t > 0.0 && start < end && chord.o.is_finite() && chord.d.is_finite();
+        passes.then_some(chord)
+    }
+
+    fn cells(&self, chord: &Chord) -> Cells<'_> {
+        self.grid.majorants().along(chord.o, chord.d, chord.length)
+    }
+
+    /// An unbiased estimate of the part of the light that is left at the distance `t_max`.
+    pub fn transmittance(&self, ray: &Ray, t_max: f32, stream: &mut SampleStream) -> f32 {
+        let Some(chord) = self.chord(ray, t_max) else {
+            return 1.0;
+        };
+        let mut numbers = Numbers::new(stream);
+        let mut left = 1.0f32;
+        for piece in self.cells(&chord) {
+            let majorant = piece.majorant * self.sigma_t;
+            if majorant <= 0.0 {
+                continue;
+            }
+            let mut t = piece.start;
+            loop {
+                t += numbers.step() / majorant;
+                if t >= piece.end {
+                    break;
+                }
+                let density = self.grid.density(chord.o + chord.d * t);
+                left *= (1.0 - density / piece.majorant).clamp(0.0, 1.0);
+                if left < ROULETTE_BELOW {
+                    // Survives with probability `left` / 0.1, and then stands for 0.1.
+                    if numbers.next() * ROULETTE_BELOW >= left {
+                        return 0.0;
+                    }
+                    left = ROULETTE_BELOW;
+                }
+            }
+        }
+        left
+    }
+
+    /// Draws how far light gets on its next `t_max`, at which something else happens.
+    pub fn sample(&self, ray: &Ray, t_max: f32, stream: &mut SampleStream) -> Flight {
+        let Some(chord) = self.chord(ray, t_max) else {
+            return Flight::UNDISTURBED;
+        };
+        let mut numbers = Numbers::new(stream);
+        for piece in self.cells(&chord) {
+            let majorant = piece.majorant * self.sigma_t;
+            if majorant <= 0.0 {
+                continue;
+            }
+            let mut t = piece.start;
+            loop {
+                t += numbers.step() / majorant;
+                if t >= piece.end {
+                    break;
+                }
+                let density = self.grid.density(chord.o + chord.d * t);
+                if density > numbers.next() * piece.majorant {
+                    return Flight {
+                        scattered: Some((chord.start + f64::from(t)) as f32),
+                        weight: self.albedo,
+                    };
+                }
+            }
+        }
+        Flight::UNDISTURBED
+    }
+}

@@ -1,0 +1,194 @@
+//! `homogeneous`: the same everywhere.
+//!
+//! `preset` (string, none): a row of [`presets`](super::presets). `sigma_a` (spectrum,
+//! (.0011, .0024, .014)) and `sigma_s` (spectrum, (2.55, 3.21, 3.77)): absorption and scattering
+//! per scene unit, instead of the preset's. `scale` (float, 1): factor on both. `g` (float, 0):
+//! mean cosine of the [phase function](super::phase).
+//! Source: Pharr, Jakob and Humphreys 2016, §11.3.1 and §15.2.1; scene-language 3.12.
+
+use super::phase::HenyeyGreenstein;
+use super::presets::Coefficients;
+use super::{Flight, common};
+use crate::math::Rgb;
+use crate::params::ParamReader;
+use crate::samplers::SampleStream;
+
+/// A medium that is the same everywhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Homogeneous {
+    sigma_s: Rgb,
+    sigma_t: Rgb,
+    phase: HenyeyGreenstein,
+}
+
+impl Homogeneous {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Homogeneous {
+        Homogeneous::new(common::coefficients(reader), common::phase(reader))
+    }
+
+    /// A medium with these coefficients, finite and at least 0.
+    pub fn new(coefficients: Coefficients, phase: HenyeyGreenstein) -> Homogeneous {
+        Homogeneous {
+            sigma_s: coefficients.sigma_s,
+            sigma_t: coefficients.sigma_t(),
+            phase,
+        }
+    }
+
+    /// How light turns.
+    pub fn phase(&self) -> &HenyeyGreenstein {
+        &self.phase
+    }
+
+    /// The part of the light that is left after the distance `t`, infinite included.
+    pub fn transmittance(&self, t: f32) -> Rgb {
+        // 0 times the largest number is 0, times infinity it would be none.
+        let t = t.min(f32::MAX);
+        (-self.sigma_t * t).exp()
+    }
+
+    /// Draws how far light gets on its next `t_max`, at which something else happens.
+    ///
+    /// The distance is drawn for one channel and weighed by the mean density of all (the balance
+    /// heuristic). pbrt-v3 chooses among the channels evenly; here each is chosen by its share of the
+    /// `throughput` so far, which has the same expectation, and a path that has lost a channel
+    /// does not fly for it any more: weighted throughputs then never grow.
+    pub fn sample(&self, t_max: f32, throughput: Rgb, stream: &mut SampleStream) -> Flight {
+        let shares = channel_shares(throughput);
+        let (choice, u) = (stream.next_1d(), stream.next_1d());
+        let channel = if choice < shares.x {
+            0
+        } else if choice < shares.x + shares.y {
+            1
+        } else {
+            2
+        };
+        // Infinite where the channel is not dimmed; u < 1, so the logarithm is finite.
+        let t = -(1.0 - u).ln() / self.sigma_t[channel];
+        let scatters = t < t_max;
+        let left = self.transmittance(if scatters { t } else { t_max });
+        let (value, densities) = if scatters {
+            (left * self.sigma_s, left * self.sigma_t)
+        } else {
+            (left, left)
+        };
+        let density = shares.dot(densities);
+        // Only where all that may be chosen has become too small for single precision.
+        let weight = if density > 0.0 {
+            value / density
+        } else {
+            Rgb::ZERO
+        };
+        Flight {
+            scattered: scatters.then_some(t),
+            weight,
+        }
+    }
+}
+
+/// Probabilities of the channels.
+fn channel_shares(throughput: Rgb) -> Rgb {
+    let throughput = throughput.abs();
+    let shares = throughput / throughput.element_sum();
+    if shares.is_finite() {
+        shares
+    } else {
+        Rgb::splat(1.0 / 3.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::IVec2;
+    use crate::samplers::{Sampler, SamplerSpec};
+
+    fn medium(sigma_a: [f32; 3], sigma_s: [f32; 3]) -> Homogeneous {
+        let coefficients = Coefficients {
+            sigma_a: Rgb::from_array(sigma_a),
+            sigma_s: Rgb::from_array(sigma_s),
+        };
+        Homogeneous::new(coefficients, HenyeyGreenstein::new(0.0))
+    }
+
+    /// Mean weights of flights that pass and of those that scatter, over `n` samples.
+    fn means(medium: &Homogeneous, t_max: f32, throughput: Rgb, n: u32) -> (Rgb, Rgb) {
+        let sampler = Sampler::new(&SamplerSpec::sobol(n), 1);
+        let (mut passed, mut scattered) = (Rgb::ZERO, Rgb::ZERO);
+        for i in 0..n {
+            let mut stream = sampler.stream(IVec2::ZERO, i);
+            let flight = medium.sample(t_max, throughput, &mut stream);
+            match flight.scattered {
+                Some(t) => {
+                    assert!(t < t_max);
+                    scattered += flight.weight / n as f32;
+                }
+                None => passed += flight.weight / n as f32,
+            }
+        }
+        (passed, scattered)
+    }
+
+    /// Beer's law: exp(−σₜ t) passes, and of what does not pass the part σₛ / σₜ scatters.
+    #[test]
+    fn expectations_follow_beers_law_in_every_channel() {
+        let m = medium([0.1, 0.5, 0.0], [0.4, 0.1, 2.0]);
+        for throughput in [Rgb::ONE, Rgb::new(1.0, 0.05, 0.3), Rgb::ZERO] {
+            for t_max in [0.3, 2.0] {
+                let (passed, scattered) = means(&m, t_max, throughput, 65536);
+                for c in 0..3 {
+                    let left = (-m.sigma_t[c] * t_max).exp();
+                    let albedo = m.sigma_s[c] / m.sigma_t[c];
+                    // 65,536 well-spread samples; a channel that is rarely chosen has weights up
+                    // to 20, whence 1 %.
+                    assert!((passed[c] - left).abs() < 0.01, "{c} {t_max}: {passed}");
+                    let expected = (1.0 - left) * albedo;
+                    assert!((scattered[c] - expected).abs() < 0.01, "{c}: {scattered}");
+                    assert!((m.transmittance(t_max)[c] - left).abs() < 1e-6);
+                }
+            }
+        }
+    }
+
+    /// What makes paths through dense media quiet: throughput times weight never sums to more.
+    #[test]
+    fn weighted_throughput_never_grows() {
+        let m = medium([0.1, 0.02, 0.0], [3.0, 0.5, 0.1]);
+        let sampler = Sampler::new(&SamplerSpec::random(1000), 3);
+        for i in 0..1000 {
+            let mut stream = sampler.stream(IVec2::ZERO, i);
+            let mut throughput = Rgb::new(0.2, 1.0, 0.6);
+            for _ in 0..20 {
+                let before = throughput.element_sum();
+                throughput *= m.sample(1.0, throughput, &mut stream).weight;
+                // Rounding of some twenty operations.
+                assert!(throughput.element_sum() <= before * 1.000_01);
+            }
+        }
+    }
+
+    #[test]
+    fn extreme_coefficients_have_a_meaning() {
+        let sampler = Sampler::new(&SamplerSpec::random(64), 3);
+        for sigma in [0.0, 1e-30, 1.0, 1e20] {
+            for t_max in [0.0, 1.0, f32::INFINITY] {
+                let m = medium([0.0; 3], [sigma, 0.0, sigma]);
+                let left = m.transmittance(t_max);
+                assert!(left.is_finite() && left.y == 1.0);
+                for i in 0..64 {
+                    let mut stream = sampler.stream(IVec2::ZERO, i);
+                    let flight = m.sample(t_max, Rgb::ONE, &mut stream);
+                    assert!(flight.weight.is_finite() && flight.weight.min_element() >= 0.0);
+                    assert!(flight.scattered.is_none_or(|t| t < t_max));
+                    assert!(sigma > 0.0 || flight.scattered.is_none());
+                }
+            }
+        }
+        // An endless medium lets nothing of a dimmed channel escape.
+        assert_eq!(
+            medium([1.0; 3], [0.0; 3]).transmittance(f32::INFINITY),
+            Rgb::ZERO
+        );
+    }
+}

@@ -1,0 +1,195 @@
+//! Participating media: what `MakeNamedMedium` makes, and which of them lies on which side of a
+//! surface.
+//!
+//! A *spec* holds a directive's parameters in world space; a *medium* is the compiled form in
+//! render space. Coefficients are per scene unit, linear RGB. Media absorb and scatter, and do not
+//! emit, as in pbrt-v3 (scene-language 3.12 and 4.3).
+
+mod common;
+mod density_grid;
+pub mod heterogeneous;
+pub mod homogeneous;
+mod majorants;
+mod numbers;
+pub mod phase;
+pub mod presets;
+
+pub use heterogeneous::{Heterogeneous, HeterogeneousSpec};
+pub use homogeneous::Homogeneous;
+pub use phase::HenyeyGreenstein;
+
+use crate::handles::{InterfaceId, MediumId};
+use crate::math::ray::Ray;
+use crate::math::transform::Transform;
+use crate::math::{Rgb, Vec3};
+use crate::params::ParamReader;
+use crate::samplers::SampleStream;
+
+/// The types that `MakeNamedMedium` may name.
+pub const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
+
+/// What a `MakeNamedMedium` asks for, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MediumSpec {
+    /// The same everywhere.
+    Homogeneous(Homogeneous),
+    /// Of varying density in a box.
+    Heterogeneous(Box<HeterogeneousSpec>),
+}
+
+impl MediumSpec {
+    /// Reads a medium under the transformation `world_from_medium`. `None`, after a report, where
+    /// none can be made.
+    pub fn from_params(reader: &ParamReader, world_from_medium: &Transform) -> Option<MediumSpec> {
+        match reader.kind() {
+            "homogeneous" => Some(MediumSpec::Homogeneous(Homogeneous::from_params(reader))),
+            "heterogeneous" => {
+                let spec = HeterogeneousSpec::from_params(reader, world_from_medium)?;
+                Some(MediumSpec::Heterogeneous(Box::new(spec)))
+            }
+            _ => {
+                reader.unknown_kind_replaced(&KINDS, "no medium is defined");
+                None
+            }
+        }
+    }
+}
+
+/// A medium in render space.
+#[derive(Clone, Debug)]
+pub enum Medium {
+    /// The same everywhere.
+    Homogeneous(Homogeneous),
+    /// Of varying density in a box.
+    Heterogeneous(Box<Heterogeneous>),
+}
+
+/// How far light got.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flight {
+    /// The distance at which it was scattered; `None` where it passed.
+    pub scattered: Option<f32>,
+    /// The throughput's factor: value over density.
+    pub weight: Rgb,
+}
+
+impl Flight {
+    /// Passed, with nothing in the way.
+    pub const UNDISTURBED: Flight = Flight {
+        scattered: None,
+        weight: Rgb::ONE,
+    };
+}
+
+impl Medium {
+    /// Compiles `spec`.
+    pub fn new(spec: MediumSpec, render_from_world: &Transform) -> Medium {
+        match spec {
+            MediumSpec::Homogeneous(medium) => Medium::Homogeneous(medium),
+            MediumSpec::Heterogeneous(spec) => {
+                Medium::Heterogeneous(Box::new(Heterogeneous::new(*spec, render_from_world)))
+            }
+        }
+    }
+
+    /// Draws how far light gets along `ray` before the distance `t_max`, at which something else
+    /// happens. `throughput`, the path's so far, decides which channel matters most.
+    pub fn sample(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        throughput: Rgb,
+        stream: &mut SampleStream,
+    ) -> Flight {
+        match self {
+            Medium::Homogeneous(m) => m.sample(t_max, throughput, stream),
+            Medium::Heterogeneous(m) => m.sample(ray, t_max, stream),
+        }
+    }
+
+    /// The part of the light that is left at the distance `t_max` along `ray`; an unbiased
+    /// estimate where the medium varies.
+    pub fn transmittance(&self, ray: &Ray, t_max: f32, stream: &mut SampleStream) -> Rgb {
+        match self {
+            Medium::Homogeneous(m) => m.transmittance(t_max),
+            Medium::Heterogeneous(m) => Rgb::splat(m.transmittance(ray, t_max, stream)),
+        }
+    }
+
+    /// How light turns.
+    pub fn phase(&self) -> &HenyeyGreenstein {
+        match self {
+            Medium::Homogeneous(m) => m.phase(),
+            Medium::Heterogeneous(m) => m.phase(),
+        }
+    }
+}
+
+/// What lies on either side of a surface; `None` is vacuum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct MediumInterface {
+    /// Against the normal.
+    pub inside: Option<MediumId>,
+    /// Where the normal points.
+    pub outside: Option<MediumId>,
+}
+
+impl MediumInterface {
+    /// Is the surface a border? Where both sides are the same, rays keep the medium they are in
+    /// (scene-language 2.4).
+    pub fn is_transition(&self) -> bool {
+        self.inside != self.outside
+    }
+
+    /// The medium that a ray in direction `d` gets into, from a surface whose geometric normal is
+    /// `n`.
+    pub fn toward(&self, d: Vec3, n: Vec3) -> Option<MediumId> {
+        if d.dot(n) > 0.0 {
+            self.outside
+        } else {
+            self.inside
+        }
+    }
+}
+
+/// A scene's media as plain data.
+#[derive(Debug, Default)]
+pub struct MediaSpec {
+    /// By [`MediumId`].
+    pub media: Vec<MediumSpec>,
+    /// Borders, by [`InterfaceId`].
+    pub interfaces: Vec<MediumInterface>,
+    /// What the camera is in.
+    pub camera: Option<MediumId>,
+}
+
+/// A scene's media, ready for rays.
+#[derive(Debug, Default)]
+pub struct Media {
+    media: Vec<Medium>,
+    interfaces: Vec<MediumInterface>,
+    /// What the camera is in.
+    pub camera: Option<MediumId>,
+}
+
+impl Media {
+    /// Compiles all media.
+    pub fn new(spec: MediaSpec, render_from_world: &Transform) -> Media {
+        let compile = |medium| Medium::new(medium, render_from_world);
+        Media {
+            media: spec.media.into_iter().map(compile).collect(),
+            interfaces: spec.interfaces,
+            camera: spec.camera,
+        }
+    }
+
+    /// The medium with this handle.
+    pub fn medium(&self, id: MediumId) -> &Medium {
+        &self.media[id.index()]
+    }
+
+    /// The border with this handle.
+    pub fn interface(&self, id: InterfaceId) -> &MediumInterface {
+        &self.interfaces[id.index()]
+    }
+}

@@ -1,0 +1,243 @@
+//! `MakeNamedMedium` and `MediumInterface`.
+
+use super::graphics_state::InterfaceDirective;
+use super::interpreter::Interpreter;
+use super::materials::named_type;
+use super::options::Options;
+use crate::handles::{InterfaceId, MediumId};
+use crate::media::{MediaSpec, MediumInterface, MediumSpec};
+use crate::params::TextureNames;
+use crate::syntax::suggest::nearest;
+use crate::syntax::{Diagnostic, Name, Span, Typed};
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// The media of a frame, from the options block on.
+#[derive(Debug, Default)]
+pub(super) struct NamedMedia {
+    spec: MediaSpec,
+    names: HashMap<String, MediumId>,
+    interfaces: HashMap<MediumInterface, InterfaceId>,
+}
+
+impl Interpreter<'_> {
+    /// `MakeNamedMedium "name"`, under the transformation at the start time.
+    pub(super) fn make_named_medium(&mut self, span: Span, mut typed: Typed) {
+        let name = typed.kind.clone();
+        let Some(kind) = named_type(&typed.params) else {
+            self.diagnostics.push(
+                Diagnostic::error(format!(
+                    "`MakeNamedMedium \"{}\"` needs one `string type`; ignored",
+                    name.text
+                ))
+                .at(name.span)
+                .with_help("add for example \"string type\" \"homogeneous\""),
+            );
+            return;
+        };
+        typed.kind = kind;
+        if self.current.ctm.is_animated() {
+            self.warn(
+                name.span,
+                "a moving medium is held at its start, as in pbrt-v3",
+            );
+        }
+        let (names, ctm) = (TextureNames::default(), self.current.ctm.start);
+        let medium = self
+            .reading(&names)
+            .read("MakeNamedMedium", span, &typed, |reader| {
+                MediumSpec::from_params(reader, &ctm)
+            });
+        let Some(medium) = medium else { return };
+        let NamedMedia { spec, names, .. } = &mut self.media;
+        spec.media.push(medium);
+        let id = MediumId(spec.media.len() as u32 - 1);
+        if names.insert(name.text.clone(), id).is_some() {
+            let message = format!(
+                "medium `{}` is defined again; later uses see this one",
+                name.text
+            );
+            self.warn(name.span, message);
+        }
+    }
+
+    /// `MediumInterface "inside" "outside"`.
+    pub(super) fn use_media(&mut self, inside: Name, outside: Name) {
+        self.current.state.medium_interface = Some(Rc::new(InterfaceDirective {
+            inside,
+            outside,
+            reported: Cell::new(false),
+        }));
+    }
+
+    /// The border that a shape makes; `None` where both of its sides are the same.
+    pub(super) fn interface_of_shape(&mut self) -> Option<InterfaceId> {
+        let directive = self.current.state.medium_interface.clone()?;
+        let interface = self.resolve(&directive);
+        if !interface.is_transition() {
+            return None;
+        }
+        let NamedMedia {
+            spec, interfaces, ..
+        } = &mut self.media;
+        let id = *interfaces.entry(interface).or_insert_with(|| {
+            spec.interfaces.push(interface);
+            InterfaceId(spec.interfaces.len() as u32 - 1)
+        });
+        Some(id)
+    }
+
+    /// Looks the names up. One that nobody has defined is an error, once, and vacuum.
+    fn resolve(&self, directive: &InterfaceDirective) -> MediumInterface {
+        let known = &self.media.names;
+        let mut missing = Vec::new();
+        let mut find = |name: &Name| {
+            let found = known.get(&name.text).copied();
+            if found.is_none() && !name.text.is_empty() {
+                missing.push(name.clone());
+            }
+            found
+        };
+        let interface = MediumInterface {
+            inside: find(&directive.inside),
+            outside: find(&directive.outside),
+        };
+        // One name that stands for both sides is one mistake.
+        missing.dedup_by_key(|name| name.span);
+        if !directive.reported.replace(true) {
+            for name in missing {
+                let message = format!("there is no medium `{}`; vacuum is used", name.text);
+                let suggestion = nearest(&name.text, known.keys().map(String::as_str));
+                self.diagnostics.push(
+                    Diagnostic::error(message)
+                        .at(name.span)
+                        .with_suggestion(suggestion),
+                );
+            }
+        }
+        interface
+    }
+
+    /// The frame's media, at its end. The camera is in what is outside then, wherever its own
+    /// directive stood (scene-language 2.3).
+    pub(super) fn take_media(&mut self) -> MediaSpec {
+        let directive = self.current.state.medium_interface.clone();
+        let outside = directive.and_then(|directive| self.resolve(&directive).outside);
+        let NamedMedia { spec, .. } = std::mem::take(&mut self.media);
+        MediaSpec {
+            camera: outside,
+            ..spec
+        }
+    }
+
+    /// Warns where there are media and the integrator does not see them.
+    pub(super) fn check_media(&self, media: &MediaSpec, options: &Options) {
+        let used = media.camera.is_some() || !media.interfaces.is_empty();
+        if used && !options.integrator.spec.sees_media() {
+            let message = "the integrator does not model participating media: they are ignored, \
+                           as in pbrt-v3 (`volpath` models them)";
+            self.diagnostics.push(Diagnostic::warning(message));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::handles::MediumId;
+    use crate::media::MediumInterface;
+    use crate::scene::description::Frame;
+    use crate::scene::{ReadSettings, read_scene};
+    use crate::syntax::SourceMap;
+
+    const MEDIA: &str = "MakeNamedMedium \"a\" \"string type\" \"homogeneous\"
+        MakeNamedMedium \"b\" \"string type\" \"homogeneous\" ";
+
+    /// The frame, and the number of errors and warnings.
+    fn frame(options: &str, world: &str) -> (Frame, usize, usize) {
+        let sources = SourceMap::new();
+        let text = format!(
+            "Integrator \"volpath\" {MEDIA} {options} WorldBegin LightSource \"point\" {world} WorldEnd"
+        );
+        let main = sources.add_text("test.pbrt", text);
+        let (mut scene, diagnostics) = read_scene(&sources, main, &ReadSettings::default());
+        let frame = scene.frames.pop().expect("a frame");
+        (frame, diagnostics.errors(), diagnostics.warnings())
+    }
+
+    /// Media inside and outside of each shape, where it is a border.
+    fn borders(frame: &Frame) -> Vec<Option<(Option<u32>, Option<u32>)>> {
+        let number = |id: Option<MediumId>| id.map(|id| id.0);
+        let of = |&MediumInterface { inside, outside }: &MediumInterface| {
+            (number(inside), number(outside))
+        };
+        let shapes = frame.shapes.iter();
+        shapes
+            .map(|s| s.interface.map(|i| of(&frame.media.interfaces[i.index()])))
+            .collect()
+    }
+
+    #[test]
+    fn interfaces_follow_the_graphics_state() {
+        let world = "Shape \"sphere\"
+            AttributeBegin MediumInterface \"a\" \"\" Shape \"sphere\"
+            AttributeBegin MediumInterface \"b\" \"a\" Shape \"sphere\" AttributeEnd
+            Shape \"sphere\" MediumInterface \"b\" Shape \"sphere\" AttributeEnd
+            Shape \"sphere\"";
+        let (frame, errors, warnings) = frame("", world);
+        assert_eq!((errors, warnings), (0, 0));
+        let (a, b) = (Some(0), Some(1));
+        let expected = [
+            None,
+            Some((a, None)),
+            Some((b, a)),
+            Some((a, None)),
+            None,
+            None,
+        ];
+        assert_eq!(borders(&frame), expected);
+        assert_eq!(frame.media.interfaces.len(), 2, "the same border is one");
+        assert_eq!(frame.media.camera, None);
+    }
+
+    /// Scene-language 2.3: what the options block sets stays, and the camera is made at `WorldEnd`.
+    #[test]
+    fn the_camera_is_in_what_is_outside_at_the_end() {
+        let (outside, errors, _) = frame("MediumInterface \"\" \"b\"", "Shape \"sphere\"");
+        assert_eq!((outside.media.camera, errors), (Some(MediumId(1)), 0));
+        assert_eq!(borders(&outside), [Some((None, Some(1)))]);
+        let world = "MediumInterface \"a\" \"a\" AttributeBegin MediumInterface \"b\" AttributeEnd";
+        let (late, ..) = frame("MediumInterface \"\" \"b\"", world);
+        assert_eq!(late.media.camera, Some(MediumId(0)));
+    }
+
+    #[test]
+    fn unknown_names_are_said_once_and_are_vacuum() {
+        let world = "MediumInterface \"aa\" \"b\" Shape \"sphere\" Shape \"sphere\"";
+        let (frame, errors, _) = frame("", world);
+        assert_eq!(errors, 1);
+        assert_eq!(borders(&frame), [Some((None, Some(1))); 2]);
+    }
+
+    #[test]
+    fn a_medium_may_be_defined_after_its_interface_and_again() {
+        let world = "MediumInterface \"late\" \"\"
+            MakeNamedMedium \"late\" \"string type\" \"homogeneous\" Shape \"sphere\"
+            MakeNamedMedium \"late\" \"string type\" \"homogeneous\" Shape \"sphere\"";
+        let (frame, errors, warnings) = frame("", world);
+        assert_eq!((errors, warnings), (0, 1));
+        assert_eq!(
+            borders(&frame),
+            [Some((Some(2), None)), Some((Some(3), None))]
+        );
+    }
+
+    #[test]
+    fn other_integrators_say_that_they_see_no_media() {
+        let world = "MediumInterface \"a\" \"\" Shape \"sphere\"";
+        let (_, errors, warnings) = frame("Integrator \"path\"", world);
+        assert_eq!((errors, warnings), (0, 1));
+        let (_, _, warnings) = frame("Integrator \"path\"", "Shape \"sphere\"");
+        assert_eq!(warnings, 0);
+    }
+}
