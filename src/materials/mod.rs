@@ -142,9 +142,12 @@ impl Material {
             }
             kind => {
                 const DONE: &str = "a matte of the same parameters is used";
-                match PLANNED.contains(&kind) {
-                    true => reader.unsupported_kind(DONE),
-                    false => reader.unknown_kind_replaced(&Material::KINDS, DONE),
+                const TABLES: &str = "tables of measured reflectance are not read, \
+                    and a matte of the same parameters is used";
+                match kind {
+                    "measured" => reader.unsupported_kind(TABLES),
+                    _ if PLANNED.contains(&kind) => reader.unsupported_kind(DONE),
+                    _ => reader.unknown_kind_replaced(&Material::KINDS, DONE),
                 }
                 MaterialKind::Matte(Matte::from_params(reader))
             }
@@ -340,8 +343,8 @@ impl Material {
     }
 }
 
-/// Types of pbrt-v3 and pbrt-v2 that are known but not made yet.
-const PLANNED: [&str; 4] = ["subsurface", "kdsubsurface", "fourier", "measured"];
+/// Types of pbrt-v3 that are known but not made yet.
+const PLANNED: [&str; 3] = ["subsurface", "kdsubsurface", "fourier"];
 
 /// Can the factor be other than black anywhere?
 fn may_scatter(input: &SpectrumInput) -> bool {
