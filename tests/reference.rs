@@ -77,6 +77,9 @@ const SHADOWED_CONES: LeftOut = LeftOut::Showing("Shape \"cone\"");
 /// before the right half of the picture wrongly.
 const MIRRORED_DISKS: LeftOut = LeftOut::From(UVec2::new(16, 26));
 
+/// Texture "wrinkled" is not modelled yet: the right ball of `mat_bump`, and what mirrors in it.
+const WRINKLED_BUMPS: LeftOut = LeftOut::Showing("\"ns\"");
+
 impl Case {
     const PLAIN: Case = Case {
         name: "",
@@ -268,6 +271,9 @@ scenes! {
     light_point,
     light_spot,
     light_twosided_scale,
+    mat_bump { left_out: WRINKLED_BUMPS },
+    mat_disney_a,
+    mat_disney_b,
     mat_glass_rough,
     mat_glass_smooth,
     mat_matte,
@@ -275,7 +281,10 @@ scenes! {
     mat_metal_default,
     mat_metal_etak,
     mat_mirror,
+    mat_mix,
     mat_plastic,
+    mat_substrate,
+    mat_translucent,
     mat_uber,
     realistic_dgauss100_full,
     realistic_dgauss50_full,

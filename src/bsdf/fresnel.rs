@@ -21,6 +21,15 @@ pub enum Fresnel {
         /// Imaginary part (extinction).
         k: Rgb,
     },
+    /// Disney's blend of a dielectric in vacuum and a metal (Burley 2015, §4).
+    Disney {
+        /// Reflectance of the metal head-on, by Schlick's approximation white at grazing angles.
+        r0: Rgb,
+        /// Share of the metal.
+        metallic: f32,
+        /// Refractive index of the dielectric.
+        eta: f32,
+    },
 }
 
 impl Fresnel {
@@ -30,6 +39,10 @@ impl Fresnel {
             Fresnel::NoOp => Rgb::ONE,
             Fresnel::Dielectric { eta_i, eta_t } => Rgb::splat(dielectric(cos_i, eta_i, eta_t)),
             Fresnel::Conductor { eta, k } => conductor(cos_i.abs(), eta, k),
+            Fresnel::Disney { r0, metallic, eta } => {
+                let glass = Rgb::splat(dielectric(cos_i, 1.0, eta));
+                glass.lerp(r0.lerp(Rgb::ONE, schlick_weight(cos_i)), metallic)
+            }
         }
     }
 }
@@ -65,11 +78,23 @@ pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
     let t1 = a2_plus_b2 + cos2;
     let a = (0.5 * (a2_plus_b2 + t0)).max(Rgb::ZERO).map(f32::sqrt);
     let t2 = 2.0 * cos * a;
-    let perpendicular = (t1 - t2) / (t1 + t2);
+    let perpendicular = contrast(t1, t2);
     let t3 = cos2 * a2_plus_b2 + sin2 * sin2;
     let t4 = t2 * sin2;
-    let parallel = perpendicular * (t3 - t4) / (t3 + t4);
+    let parallel = perpendicular * contrast(t3, t4);
     0.5 * (parallel + perpendicular)
+}
+
+/// (a − b)/(a + b), 1 where both are 0.
+fn contrast(a: Rgb, b: Rgb) -> Rgb {
+    let sum = a + b;
+    Rgb::select(sum.cmpgt(Rgb::ZERO), (a - b) / sum, Rgb::ONE)
+}
+
+/// Weight of white in Schlick's approximation of Fresnel reflectance, (1 − cos)⁵; 1 for a cosine
+/// below 0 (Schlick 1994; Pharr, Jakob and Humphreys 2016, equation 8.21).
+pub fn schlick_weight(cos: f32) -> f32 {
+    (1.0 - cos).clamp(0.0, 1.0).powi(5)
 }
 
 #[cfg(test)]

@@ -1,7 +1,11 @@
 //! One component of a BSDF.
 
-use super::lambertian::LambertianReflection;
-use super::microfacet::{MicrofacetReflection, MicrofacetTransmission};
+use super::clearcoat::Clearcoat;
+use super::disney_diffuse::DisneyDiffuse;
+use super::fresnel_blend::FresnelBlend;
+use super::hair::Hair;
+use super::lambertian::{LambertianReflection, LambertianTransmission};
+use super::microfacet::{MicrofacetReflection, MicrofacetTransmission, MirroredReflection};
 use super::oren_nayar::OrenNayar;
 use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission};
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
@@ -12,6 +16,8 @@ use crate::math::{Rgb, Vec2, Vec3};
 pub enum Lobe {
     /// Diffuse.
     LambertianReflection(LambertianReflection),
+    /// Diffuse on the other side.
+    LambertianTransmission(LambertianTransmission),
     /// Rough diffuse.
     OrenNayar(OrenNayar),
     /// Mirror.
@@ -24,6 +30,16 @@ pub enum Lobe {
     MicrofacetReflection(MicrofacetReflection),
     /// Rough refraction.
     MicrofacetTransmission(MicrofacetTransmission),
+    /// Glossy passage straight on.
+    MirroredReflection(MirroredReflection),
+    /// Glossy coat on a diffuse base.
+    FresnelBlend(FresnelBlend),
+    /// Disney's diffuse terms.
+    DisneyDiffuse(DisneyDiffuse),
+    /// Disney's clearcoat.
+    Clearcoat(Clearcoat),
+    /// A fibre, which scatters all around.
+    Hair(Hair),
 }
 
 /// A direction drawn from a lobe.
@@ -56,9 +72,15 @@ impl Lobe {
             Lobe::LambertianReflection(_)
             | Lobe::OrenNayar(_)
             | Lobe::SpecularReflection(_)
-            | Lobe::MicrofacetReflection(_) => !transmit,
-            Lobe::SpecularTransmission(_) | Lobe::MicrofacetTransmission(_) => transmit,
-            Lobe::FresnelSpecular(_) => true,
+            | Lobe::MicrofacetReflection(_)
+            | Lobe::FresnelBlend(_)
+            | Lobe::DisneyDiffuse(_)
+            | Lobe::Clearcoat(_) => !transmit,
+            Lobe::LambertianTransmission(_)
+            | Lobe::SpecularTransmission(_)
+            | Lobe::MicrofacetTransmission(_)
+            | Lobe::MirroredReflection(_) => transmit,
+            Lobe::FresnelSpecular(_) | Lobe::Hair(_) => true,
         }
     }
 
@@ -66,9 +88,15 @@ impl Lobe {
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match self {
             Lobe::LambertianReflection(l) => l.f(),
+            Lobe::LambertianTransmission(l) => l.f(),
             Lobe::OrenNayar(l) => l.f(wo, wi),
             Lobe::MicrofacetReflection(l) => l.f(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.f(wo, wi),
+            Lobe::MirroredReflection(l) => l.f(wo, wi),
+            Lobe::FresnelBlend(l) => l.f(wo, wi),
+            Lobe::DisneyDiffuse(l) => l.f(wo, wi),
+            Lobe::Clearcoat(l) => l.f(wo, wi),
+            Lobe::Hair(l) => l.f(wo, wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => Rgb::ZERO,
@@ -78,15 +106,16 @@ impl Lobe {
     /// Density of [`Lobe::sample`] per solid angle; 0 for a specular lobe.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
-            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) => {
-                if wo.z * wi.z > 0.0 {
-                    cosine_hemisphere_pdf(wi.z.abs())
-                } else {
-                    0.0
-                }
+            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::DisneyDiffuse(_) => {
+                cosine_pdf(wo.z * wi.z > 0.0, wi)
             }
+            Lobe::LambertianTransmission(_) => cosine_pdf(wo.z * wi.z < 0.0, wi),
             Lobe::MicrofacetReflection(l) => l.pdf(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.pdf(wo, wi),
+            Lobe::MirroredReflection(l) => l.pdf(wo, wi),
+            Lobe::FresnelBlend(l) => l.pdf(wo, wi),
+            Lobe::Clearcoat(l) => l.pdf(wo, wi),
+            Lobe::Hair(l) => l.pdf(wo, wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => 0.0,
@@ -96,23 +125,61 @@ impl Lobe {
     /// Draws a direction with `uc` and `u` in [0, 1); `None` where the lobe gives none.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         match self {
-            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) => {
-                let mut wi = cosine_hemisphere(u);
-                wi.z = wi.z.copysign(wo.z);
-                Some(LobeSample {
-                    f: self.f(wo, wi),
-                    wi,
-                    pdf: self.pdf(wo, wi),
-                    transmission: false,
-                    eta: 1.0,
-                })
+            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::DisneyDiffuse(_) => {
+                Some(self.cosine_sample(wo, cosine_hemisphere(u), false))
+            }
+            Lobe::LambertianTransmission(_) => {
+                Some(self.cosine_sample(wo, cosine_hemisphere(u), true))
             }
             Lobe::SpecularReflection(l) => Some(l.sample(wo)),
             Lobe::SpecularTransmission(l) => l.sample(wo),
             Lobe::FresnelSpecular(l) => l.sample(wo, uc),
             Lobe::MicrofacetReflection(l) => l.sample(wo, u),
             Lobe::MicrofacetTransmission(l) => l.sample(wo, u),
+            Lobe::MirroredReflection(l) => l.sample(wo, u),
+            Lobe::FresnelBlend(l) => l.sample(wo, uc, u),
+            Lobe::Clearcoat(l) => l.sample(wo, u),
+            Lobe::Hair(l) => l.sample(wo, uc, u),
         }
+    }
+
+    /// The sample that goes to `wi`, given above the surface, on `wo`'s side or the other.
+    fn cosine_sample(&self, wo: Vec3, wi: Vec3, transmission: bool) -> LobeSample {
+        let side = if transmission { -wo.z } else { wo.z };
+        let wi = wi.with_z(wi.z.copysign(side));
+        LobeSample {
+            f: self.f(wo, wi),
+            wi,
+            pdf: self.pdf(wo, wi),
+            transmission,
+            eta: 1.0,
+        }
+    }
+
+    /// The lobe with everything it scatters multiplied by `share`.
+    pub fn scaled(mut self, share: Rgb) -> Lobe {
+        match &mut self {
+            Lobe::LambertianReflection(l) => l.reflectance *= share,
+            Lobe::LambertianTransmission(l) => l.transmittance *= share,
+            Lobe::OrenNayar(l) => l.reflectance *= share,
+            Lobe::SpecularReflection(l) => l.reflectance *= share,
+            Lobe::SpecularTransmission(l) => l.transmittance *= share,
+            Lobe::FresnelSpecular(l) => {
+                l.reflectance *= share;
+                l.transmittance *= share;
+            }
+            Lobe::MicrofacetReflection(l) => l.reflectance *= share,
+            Lobe::MicrofacetTransmission(l) => l.transmittance *= share,
+            Lobe::MirroredReflection(l) => l.0.reflectance *= share,
+            Lobe::FresnelBlend(l) => l.scale *= share,
+            Lobe::DisneyDiffuse(l) => {
+                l.reflectance *= share;
+                l.sheen *= share;
+            }
+            Lobe::Clearcoat(l) => l.weight *= share,
+            Lobe::Hair(l) => l.scale(share),
+        }
+        self
     }
 
     /// The one direction a specular lobe reflects or transmits to; `None` for others.
@@ -124,5 +191,14 @@ impl Lobe {
             (Lobe::FresnelSpecular(l), true) => l.transmission().sample(wo),
             _ => None,
         }
+    }
+}
+
+/// Density of a cosine-distributed direction where it `may` go at all.
+fn cosine_pdf(may: bool, wi: Vec3) -> f32 {
+    if may {
+        cosine_hemisphere_pdf(wi.z.abs())
+    } else {
+        0.0
     }
 }

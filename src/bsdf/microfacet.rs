@@ -62,6 +62,41 @@ impl MicrofacetReflection {
     }
 }
 
+/// Glossy reflection mirrored through the surface: light goes on as a glossy reflection would, but on
+/// the other side, unbent. pbrt-v2's glossy transmission (its `BRDFToBTDF`), the same from both sides.
+#[derive(Clone, Copy, Debug)]
+pub struct MirroredReflection(pub MicrofacetReflection);
+
+impl MirroredReflection {
+    /// The BTDF, in 1/sr; no factor of the radiance's change, as nothing is refracted.
+    pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        self.0.f(raised(wo), raised(wi))
+    }
+
+    /// Density of [`MirroredReflection::sample`].
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if wo.z * wi.z >= 0.0 {
+            return 0.0;
+        }
+        self.0.pdf(raised(wo), raised(wi))
+    }
+
+    /// The reflection's sample, on the other side.
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
+        let reflected = self.0.sample(raised(wo), u)?;
+        Some(LobeSample {
+            wi: reflected.wi.with_z(reflected.wi.z.copysign(-wo.z)),
+            transmission: true,
+            ..reflected
+        })
+    }
+}
+
+/// The direction's image above the surface.
+fn raised(w: Vec3) -> Vec3 {
+    w.with_z(w.z.abs())
+}
+
 /// Refraction through a rough boundary.
 #[derive(Clone, Copy, Debug)]
 pub struct MicrofacetTransmission {

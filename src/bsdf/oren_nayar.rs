@@ -7,7 +7,7 @@ use std::f32::consts::FRAC_1_PI;
 /// Diffuse facets whose slopes have a Gaussian spread.
 #[derive(Clone, Copy, Debug)]
 pub struct OrenNayar {
-    reflectance: Rgb,
+    pub(super) reflectance: Rgb,
     a: f32,
     b: f32,
 }

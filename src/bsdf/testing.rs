@@ -1,6 +1,6 @@
 //! Statistical tests that every BSDF has to pass, and numeric integrals over directions.
 
-use super::Bsdf;
+use super::{Bsdf, BsdfSample};
 use crate::math::hash::{mix2, unit_float};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::{ShadingGeometry, SurfaceHit};
@@ -94,6 +94,11 @@ pub(crate) fn sky_by_value(bsdf: &Bsdf, wo: Vec3, steps: usize) -> Rgb {
 
 /// The same by sampling, as an integrator does: mean of f |cos| / pdf over `n`³ stratified samples.
 pub(crate) fn sky_by_sampling(bsdf: &Bsdf, wo: Vec3, n: u64) -> Rgb {
+    mean_of_samples(bsdf, wo, n, |s| s.f * (s.wi.z.abs() / s.pdf))
+}
+
+/// Mean over `n`³ stratified samples; those that come to nothing count as black.
+fn mean_of_samples(bsdf: &Bsdf, wo: Vec3, n: u64, of: impl Fn(&BsdfSample) -> Rgb) -> Rgb {
     let mut sum = glam::DVec3::ZERO;
     for i in 0..n * n * n {
         let (jc, ju) = random(i);
@@ -101,7 +106,7 @@ pub(crate) fn sky_by_sampling(bsdf: &Bsdf, wo: Vec3, n: u64) -> Rgb {
         let u = Vec2::new(cell(i % n, ju.x), cell(i / n % n, ju.y));
         if let Some(s) = bsdf.sample(wo, cell(i / n / n, jc), u) {
             assert!(s.pdf > 0.0 && s.pdf.is_finite() && s.f.is_finite() && s.wi.is_normalized());
-            sum += (s.f * (s.wi.z.abs() / s.pdf)).as_dvec3();
+            sum += of(&s).as_dvec3();
         }
     }
     (sum / (n * n * n) as f64).as_vec3()
@@ -184,18 +189,43 @@ fn pearson(observed: &[f64], expected: &[f64]) -> (f64, f64) {
     (statistic, (bins - 1).max(1) as f64)
 }
 
-/// Checks f(wo, wi) = f(wi, wo) where both directions are on one side.
-pub(crate) fn check_reciprocity(name: &str, bsdf: &Bsdf) {
-    for i in 0..2000 {
+/// Checks f(wo, wi)/η_o² = f(wi, wo)/η_i² between all directions (Veach 1997, equation 5.14), with
+/// the index 1 above the surface and `eta` below.
+pub(crate) fn check_reciprocity(name: &str, bsdf: &Bsdf, eta: f32) {
+    let scaled = |wo: Vec3, wi: Vec3| {
+        let index = if wo.z > 0.0 { 1.0 } else { eta };
+        bsdf.f(wo, wi) / (index * index)
+    };
+    let mut lit = 0;
+    for i in 0..4000 {
         let (a, u) = random(i);
         let (b, v) = random(i + 1_000_000);
-        let wo = direction(a * 85.0, u.x * 360.0);
-        let wi = direction(b * 85.0, v.x * 360.0);
-        let (f, g) = (bsdf.f(wo, wi), bsdf.f(wi, wo));
+        // Not along the surface, where cosines in denominators magnify rounding.
+        let angle = |a: f32| {
+            if a < 0.5 {
+                a * 170.0
+            } else {
+                95.0 + (a - 0.5) * 170.0
+            }
+        };
+        let wo = direction(angle(a), u.x * 360.0);
+        let wi = direction(angle(b), v.x * 360.0);
+        let (f, g) = (scaled(wo, wi), scaled(wi, wo));
+        lit += usize::from(f.max_element() > 0.0);
         // Rounding of the half vector, magnified in the flanks of a narrow lobe.
         assert!(
             (f - g).abs().max_element() <= 1e-4 * f.max_element().max(1.0),
             "{name}: {f} against {g}"
         );
     }
+    assert!(lit > 100, "{name}: only {lit} pairs see one another");
+}
+
+/// Share of the light from `wo` that is scattered at all: the mean of f |cos| η² / pdf over `n`³
+/// stratified samples, where η² undoes the radiance's change with the medium.
+pub(crate) fn albedo(bsdf: &Bsdf, wo: Vec3, n: u64) -> f32 {
+    mean_of_samples(bsdf, wo, n, |s| {
+        s.f * (s.wi.z.abs() * s.eta * s.eta / s.pdf)
+    })
+    .max_element()
 }

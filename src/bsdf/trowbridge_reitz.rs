@@ -7,19 +7,34 @@ use std::f32::consts::{PI, TAU};
 /// Smallest width: narrower lobes lose all precision in single precision.
 const MIN_ALPHA: f32 = 0.001;
 
+/// Largest width: far beyond all use, and its powers are finite.
+const MAX_ALPHA: f32 = 1e6;
+
 /// Widths of the distribution of slopes along the frame's s and t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrowbridgeReitz {
     alpha_x: f32,
     alpha_y: f32,
+    /// Is a facet seen from one direction whether or not it is seen from the other?
+    separable: bool,
 }
 
 impl TrowbridgeReitz {
-    /// Widths below 0.001 are raised to it.
+    /// Widths below 0.001, and those that are no numbers, are raised to it.
     pub fn new(alpha_x: f32, alpha_y: f32) -> TrowbridgeReitz {
         TrowbridgeReitz {
-            alpha_x: alpha_x.max(MIN_ALPHA),
-            alpha_y: alpha_y.max(MIN_ALPHA),
+            alpha_x: alpha_x.max(MIN_ALPHA).min(MAX_ALPHA),
+            alpha_y: alpha_y.max(MIN_ALPHA).min(MAX_ALPHA),
+            separable: false,
+        }
+    }
+
+    /// The same facets with masking and shadowing independent of one another, as Disney's model has
+    /// them.
+    pub fn separable(self) -> TrowbridgeReitz {
+        TrowbridgeReitz {
+            separable: true,
+            ..self
         }
     }
 
@@ -42,8 +57,11 @@ impl TrowbridgeReitz {
         1.0 / (1.0 + self.lambda(w))
     }
 
-    /// Share of facets visible from both, correlated by height.
+    /// Share of facets visible from both, correlated by height (§8.4.3) or independent.
     pub fn g(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if self.separable {
+            return self.g1(wo) * self.g1(wi);
+        }
         1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
     }
 

@@ -47,7 +47,7 @@ fn usage(frame: &Frame) -> TextureUsage {
             && let Some(material) = frame.materials.get(id)
             && !std::mem::replace(&mut seen[id], true)
         {
-            material.add_usage(&mut usage);
+            material.add_usage(&frame.materials, &mut usage);
         }
     }
     usage.complete(floats, spectra);

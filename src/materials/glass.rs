@@ -1,9 +1,10 @@
 //! `glass`.
 
-use super::roughness::find_roughness;
-use super::{RoughnessMeaning, reflectance, refractive_index};
+use super::inputs::{refractive_index, refractive_index_at};
+use super::roughness::{find_roughness, rough_refraction};
+use super::{RoughnessMeaning, reflectance};
 use crate::bsdf::fresnel::Fresnel;
-use crate::bsdf::microfacet::{MicrofacetReflection, MicrofacetTransmission};
+use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::specular::FresnelSpecular;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::math::Rgb;
@@ -51,7 +52,7 @@ impl Glass {
     pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let reflectance_of = |input| reflectance(input, at, textures);
         let (reflectance, transmittance) = (reflectance_of(&self.kr), reflectance_of(&self.kt));
-        let eta_b = textures.float(&self.eta, at);
+        let eta_b = refractive_index_at(&self.eta, at, textures);
         let [u, v] = self.roughness.map(|r| textures.float(&r, at));
         if u == 0.0 && v == 0.0 {
             if !is_black(reflectance) || !is_black(transmittance) {
@@ -78,13 +79,7 @@ impl Glass {
             }));
         }
         if !is_black(transmittance) {
-            let lobe = MicrofacetTransmission {
-                transmittance,
-                distribution,
-                eta_a: 1.0,
-                eta_b,
-            };
-            bsdf.add(Lobe::MicrofacetTransmission(lobe));
+            bsdf.add(rough_refraction(transmittance, distribution, eta_b));
         }
     }
 }

@@ -34,7 +34,7 @@ impl Matte {
         if is_black(reflectance) {
             return;
         }
-        let sigma = textures.float(&self.sigma, at).min(90.0);
+        let sigma = textures.float(&self.sigma, at).max(0.0).min(90.0);
         bsdf.add(if sigma > 0.0 {
             Lobe::OrenNayar(OrenNayar::new(reflectance, sigma))
         } else {

@@ -46,13 +46,15 @@ impl Metal {
     }
 
     pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+        // Only the squares count; beyond the bound everything is reflected anyway.
+        let index = |input| textures.spectrum(input, at).map(|x| x.abs().min(1e4));
         let [u, v] = self.roughness.map(|r| textures.float(&r, at));
         bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
             reflectance: Rgb::ONE,
             distribution: self.meaning.distribution(u, v),
             fresnel: Fresnel::Conductor {
-                eta: textures.spectrum(&self.eta, at),
-                k: textures.spectrum(&self.k, at),
+                eta: index(&self.eta),
+                k: index(&self.k),
             },
         }));
     }

@@ -4,25 +4,41 @@
 //! reflectances below 0 count as 0.
 
 mod bump;
+mod disney;
 mod glass;
+mod hair;
+mod inputs;
 mod matte;
 mod metal;
 mod mirror;
+mod mix;
 mod plastic;
 mod roughness;
+mod shinymetal;
+mod substrate;
+mod translucent;
 mod uber;
+#[cfg(test)]
+mod wild;
 
 pub use bump::Bump;
+pub use disney::Disney;
 pub use glass::Glass;
+pub use hair::{Hair, Pigment};
 pub use matte::Matte;
 pub use metal::Metal;
 pub use mirror::Mirror;
+pub use mix::{Mix, Named, NamedMaterials};
 pub use plastic::Plastic;
 pub use roughness::RoughnessMeaning;
+pub use shinymetal::ShinyMetal;
+pub use substrate::Substrate;
+pub use translucent::Translucent;
 pub use uber::Uber;
 
 use crate::bsdf::Bsdf;
 use crate::math::Rgb;
+use crate::math::color::is_black;
 use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
 use crate::surface::{Footprint, SurfaceHit, TexturePoint};
 use crate::textures::{TextureUsage, Textures};
@@ -52,6 +68,18 @@ pub enum MaterialKind {
     Metal(Metal),
     /// `uber`
     Uber(Uber),
+    /// `substrate`
+    Substrate(Substrate),
+    /// `translucent`
+    Translucent(Translucent),
+    /// `mix`
+    Mix(Mix),
+    /// `disney`
+    Disney(Disney),
+    /// `hair`
+    Hair(Hair),
+    /// `shinymetal`, of pbrt-v2
+    ShinyMetal(ShinyMetal),
 }
 
 /// Does this type string mean a boundary that does not scatter at all?
@@ -61,12 +89,30 @@ pub fn is_none(kind: &str) -> bool {
 
 impl Material {
     /// The types that are modelled.
-    pub const KINDS: [&'static str; 6] = ["matte", "mirror", "glass", "plastic", "metal", "uber"];
+    pub const KINDS: [&'static str; 11] = [
+        "matte",
+        "mirror",
+        "glass",
+        "plastic",
+        "metal",
+        "uber",
+        "substrate",
+        "translucent",
+        "mix",
+        "disney",
+        "hair",
+    ];
+
+    /// Is this a type that is modelled? Some exist in pbrt-v2 only.
+    pub fn is_modelled(kind: &str, dialect: Dialect) -> bool {
+        Material::KINDS.contains(&kind) || (dialect == Dialect::V2 && kind == "shinymetal")
+    }
 
     /// The material that `Material "type"` describes, or `MakeNamedMaterial` with that
     /// `"string type"` as the reader's kind; `None` for [no material](is_none). Types that are
-    /// unknown, or not supported yet, give a warning and `matte` from the same parameters.
-    pub fn from_params(reader: &ParamReader) -> Option<Material> {
+    /// unknown, or not supported yet, give a warning and `matte` from the same parameters. `named`
+    /// are those that a mix can name.
+    pub fn from_params(reader: &ParamReader, named: &dyn NamedMaterials) -> Option<Material> {
         let kind = match reader.kind() {
             kind if is_none(kind) => return None,
             "matte" => MaterialKind::Matte(Matte::from_params(reader)),
@@ -75,11 +121,33 @@ impl Material {
             "plastic" => MaterialKind::Plastic(Plastic::from_params(reader)),
             "metal" => MaterialKind::Metal(Metal::from_params(reader)),
             "uber" => MaterialKind::Uber(Uber::from_params(reader)),
+            "substrate" => MaterialKind::Substrate(Substrate::from_params(reader)),
+            "translucent" => MaterialKind::Translucent(Translucent::from_params(reader)),
+            "mix" => match Mix::from_params(reader, named) {
+                Some((mix, first)) => {
+                    let bump = first.and_then(|first| first.bump);
+                    let kind = MaterialKind::Mix(mix);
+                    return Some(Material { kind, bump });
+                }
+                None => MaterialKind::Matte(Matte::from_params(reader)),
+            },
+            "disney" => MaterialKind::Disney(Disney::from_params(reader)),
+            "hair" => {
+                // Without bumps, as in pbrt.
+                let kind = MaterialKind::Hair(Hair::from_params(reader));
+                return Some(Material { kind, bump: None });
+            }
+            "shinymetal" if reader.dialect() == Dialect::V2 => {
+                MaterialKind::ShinyMetal(ShinyMetal::from_params(reader))
+            }
             kind => {
                 const DONE: &str = "a matte of the same parameters is used";
-                match PLANNED.contains(&kind) {
-                    true => reader.unsupported_kind(DONE),
-                    false => reader.unknown_kind_replaced(&Material::KINDS, DONE),
+                const TABLES: &str = "tables of measured reflectance are not read, \
+                    and a matte of the same parameters is used";
+                match kind {
+                    "measured" => reader.unsupported_kind(TABLES),
+                    _ if PLANNED.contains(&kind) => reader.unsupported_kind(DONE),
+                    _ => reader.unknown_kind_replaced(&Material::KINDS, DONE),
                 }
                 MaterialKind::Matte(Matte::from_params(reader))
             }
@@ -90,8 +158,14 @@ impl Material {
         })
     }
 
-    /// The BSDF at a point.
-    pub fn bsdf(&self, hit: &SurfaceHit, footprint: &Footprint, textures: &Textures) -> Bsdf {
+    /// The BSDF at a point; `materials` are the scene's, for the handles of mixes.
+    pub fn bsdf(
+        &self,
+        hit: &SurfaceHit,
+        footprint: &Footprint,
+        textures: &Textures,
+        materials: &[Material],
+    ) -> Bsdf {
         let at = TexturePoint {
             p: hit.p,
             uv: hit.uv,
@@ -102,20 +176,52 @@ impl Material {
             None => hit.shading,
         };
         let mut bsdf = Bsdf::new(hit.n, &shading);
-        match &self.kind {
-            MaterialKind::Matte(m) => m.add_lobes(&at, textures, &mut bsdf),
-            MaterialKind::Mirror(m) => m.add_lobes(&at, textures, &mut bsdf),
-            MaterialKind::Glass(m) => m.add_lobes(&at, textures, &mut bsdf),
-            MaterialKind::Plastic(m) => m.add_lobes(&at, textures, &mut bsdf),
-            MaterialKind::Metal(m) => m.add_lobes(&at, textures, &mut bsdf),
-            MaterialKind::Uber(m) => m.add_lobes(&at, textures, &mut bsdf),
-        }
+        self.add_lobes(&at, textures, materials, &mut bsdf);
         bsdf
     }
 
-    /// Adds the textures this material looks up. Every field is named, so that one added to a
-    /// material cannot be forgotten here.
-    pub fn add_usage(&self, usage: &mut TextureUsage) {
+    fn add_lobes(
+        &self,
+        at: &TexturePoint,
+        textures: &Textures,
+        materials: &[Material],
+        bsdf: &mut Bsdf,
+    ) {
+        match &self.kind {
+            MaterialKind::Matte(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::Mirror(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::Glass(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::Plastic(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::Metal(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::Uber(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::Substrate(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::Translucent(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::Mix(m) => m.add_lobes(at, textures, materials, bsdf),
+            MaterialKind::Disney(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::Hair(m) => m.add_lobes(at, textures, bsdf),
+            MaterialKind::ShinyMetal(m) => m.add_lobes(at, textures, bsdf),
+        }
+    }
+
+    /// Most lobes that the material can have at a point, at least 1.
+    fn most_lobes(&self) -> usize {
+        match &self.kind {
+            MaterialKind::Matte(_)
+            | MaterialKind::Mirror(_)
+            | MaterialKind::Metal(_)
+            | MaterialKind::Substrate(_)
+            | MaterialKind::Hair(_) => 1,
+            MaterialKind::Glass(_) | MaterialKind::Plastic(_) | MaterialKind::ShinyMetal(_) => 2,
+            MaterialKind::Uber(m) => m.most_lobes(),
+            MaterialKind::Translucent(m) => m.most_lobes(),
+            MaterialKind::Mix(m) => m.most_lobes,
+            MaterialKind::Disney(_) => disney::MOST_LOBES,
+        }
+    }
+
+    /// Adds the textures this material looks up, those of the `materials` it mixes included. Every
+    /// field is named, so that one added to a material cannot be forgotten here.
+    pub fn add_usage(&self, materials: &[Material], usage: &mut TextureUsage) {
         if let Some(Bump { displacement }) = self.bump {
             usage.float(displacement);
         }
@@ -152,6 +258,80 @@ impl Material {
                 eta,
                 swapped: _,
             }) => (&[*kd, *ks, *kr, *kt, *opacity], &[*u, *v, *eta]),
+            MaterialKind::Substrate(Substrate {
+                kd,
+                ks,
+                roughness: [u, v],
+                meaning: _,
+            }) => (&[*kd, *ks], &[*u, *v]),
+            MaterialKind::Translucent(Translucent {
+                kd,
+                ks,
+                reflect,
+                transmit,
+                roughness,
+                meaning: _,
+                mirrored: _,
+            }) => (&[*kd, *ks, *reflect, *transmit], &[*roughness]),
+            MaterialKind::Mix(Mix {
+                parts,
+                amount,
+                most_lobes: _,
+            }) => {
+                for part in parts.iter().flatten() {
+                    if let Some(material) = materials.get(part.index()) {
+                        material.add_usage(materials, usage);
+                    }
+                }
+                (&[*amount], &[])
+            }
+            MaterialKind::Disney(Disney {
+                color,
+                metallic,
+                eta,
+                roughness,
+                specular_tint,
+                anisotropic,
+                sheen,
+                sheen_tint,
+                clearcoat,
+                clearcoat_gloss,
+                spec_trans,
+                thin: _,
+                flatness,
+                diff_trans,
+            }) => (
+                &[*color],
+                &[
+                    *metallic,
+                    *eta,
+                    *roughness,
+                    *specular_tint,
+                    *anisotropic,
+                    *sheen,
+                    *sheen_tint,
+                    *clearcoat,
+                    *clearcoat_gloss,
+                    *spec_trans,
+                    *flatness,
+                    *diff_trans,
+                ],
+            ),
+            MaterialKind::Hair(Hair {
+                pigment,
+                eta,
+                beta: [m, n],
+                alpha,
+            }) => {
+                pigment.add_usage(usage);
+                (&[], &[*eta, *m, *n, *alpha])
+            }
+            MaterialKind::ShinyMetal(ShinyMetal {
+                ks,
+                kr,
+                roughness,
+                meaning: _,
+            }) => (&[*ks, *kr], &[*roughness]),
         };
         spectra.iter().for_each(|&input| usage.spectrum(input));
         floats.iter().for_each(|&input| usage.float(input));
@@ -163,52 +343,50 @@ impl Material {
     }
 }
 
-/// Types of pbrt-v3 and pbrt-v2 that are known but not made yet.
-const PLANNED: [&str; 10] = [
-    "substrate",
-    "translucent",
-    "mix",
-    "disney",
-    "subsurface",
-    "kdsubsurface",
-    "fourier",
-    "hair",
-    "shinymetal",
-    "measured",
-];
+/// Types of pbrt-v3 that are known but not made yet.
+const PLANNED: [&str; 3] = ["subsurface", "kdsubsurface", "fourier"];
 
-/// `eta`, else its older name `index` (the only one in pbrt-v2), 1.5 by default. Constants that are
-/// no refractive index are warned of, and the default is used.
-fn refractive_index(reader: &ParamReader) -> FloatInput {
-    let eta = match reader.dialect() {
-        Dialect::V2 => None,
-        Dialect::V3 => reader.find_float_input("eta").map(|eta| ("eta", eta)),
-    };
-    let index = || Some(("index", reader.find_float_input("index")?));
-    let usual = FloatInput::Constant(1.5);
-    match eta.or_else(index) {
-        Some((name, FloatInput::Constant(x))) if x <= 0.0 || !x.is_finite() => {
-            reader.warn(
-                name,
-                format!("`{name}` is {x}, no refractive index: 1.5 is used"),
-            );
-            usual
-        }
-        Some((_, given)) => given,
-        None => usual,
+/// Can the factor be other than black anywhere?
+fn may_scatter(input: &SpectrumInput) -> bool {
+    match input {
+        SpectrumInput::Constant(factor) => !is_black(factor.max(Rgb::ZERO)),
+        SpectrumInput::Texture(_) => true,
     }
 }
 
-/// A reflectance at a point: negative values count as 0.
+/// Largest reflectance that is told apart: sums and products of what is far beyond all use stay
+/// finite.
+const MAX_REFLECTANCE: f32 = 1e6;
+
+/// A reflectance at a point: negative values, and those that are no numbers, count as 0.
 fn reflectance(input: &SpectrumInput, at: &TexturePoint, textures: &Textures) -> Rgb {
-    textures.spectrum(input, at).max(Rgb::ZERO)
+    let given = textures.spectrum(input, at);
+    given.map(|x| x.max(0.0).min(MAX_REFLECTANCE))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::inputs::refractive_index;
     use super::*;
     use crate::bsdf::testing::{direction, flat_hit, sky_by_sampling, sky_by_value};
     use crate::params::testing::read;
+
+    /// No named materials.
+    struct NoneNamed;
+
+    impl NamedMaterials for NoneNamed {
+        fn find(&self, _: &str) -> Option<Named> {
+            None
+        }
+
+        fn names(&self) -> Vec<&str> {
+            Vec::new()
+        }
+
+        fn defining(&self) -> Option<&str> {
+            None
+        }
+    }
 
     const fn grey(v: f32) -> SpectrumInput {
         SpectrumInput::Constant(Rgb::splat(v))
@@ -248,6 +426,32 @@ mod tests {
         })
     }
 
+    fn substrate(kd: f32, ks: f32, roughness: f32) -> MaterialKind {
+        MaterialKind::Substrate(Substrate {
+            kd: grey(kd),
+            ks: grey(ks),
+            roughness: [float(roughness); 2],
+            meaning: RoughnessMeaning::Remapped,
+        })
+    }
+
+    fn translucent(kd: f32, ks: f32) -> MaterialKind {
+        MaterialKind::Translucent(Translucent {
+            kd: grey(kd),
+            ks: grey(ks),
+            reflect: grey(0.5),
+            transmit: grey(0.5),
+            roughness: float(0.1),
+            meaning: RoughnessMeaning::Remapped,
+            mirrored: false,
+        })
+    }
+
+    /// With its defaults.
+    fn disney() -> MaterialKind {
+        MaterialKind::Disney(read("disney", "", Disney::from_params).value)
+    }
+
     fn glass(roughness: f32) -> MaterialKind {
         MaterialKind::Glass(Glass {
             kr: grey(1.0),
@@ -263,6 +467,7 @@ mod tests {
             &flat_hit(wo),
             &Footprint::default(),
             &Textures::default(),
+            &[],
         )
     }
 
@@ -307,6 +512,17 @@ mod tests {
                 uber(0.0, 1.0, 0.0, 0.0, 1.0),
                 [0.0297, 0.0465, 0.0884],
             ),
+            (
+                "substrate",
+                substrate(0.5, 0.5, 0.1),
+                [0.5360, 0.5069, 0.4492],
+            ),
+            (
+                "translucent",
+                translucent(0.25, 0.25),
+                [0.3061, 0.3032, 0.3040],
+            ),
+            ("disney", disney(), [0.5400, 0.5708, 0.6496]),
             ("glass", glass(0.0), [0.4667, 0.4940, 0.6598]),
             ("glass roughness 0.1", glass(0.1), [0.4487, 0.4290, 0.4302]),
         ];
@@ -406,9 +622,11 @@ mod tests {
             ("uber", "vroughness"),
         ] {
             let params = format!("\"float {name}\" -1");
-            let outcome = read(kind, &params, Material::from_params);
+            let outcome = read(kind, &params, |r| Material::from_params(r, &NoneNamed));
             assert_eq!(outcome.warnings, 1, "{}", outcome.text);
-            let least = read(kind, &params.replace("-1", ".001"), Material::from_params);
+            let least = read(kind, &params.replace("-1", ".001"), |r| {
+                Material::from_params(r, &NoneNamed)
+            });
             assert_eq!((outcome.value, least.warnings), (least.value, 0));
         }
     }

@@ -1,7 +1,8 @@
 //! `uber`.
 
+use super::inputs::{refractive_index, refractive_index_at};
 use super::roughness::find_roughness;
-use super::{RoughnessMeaning, reflectance, refractive_index};
+use super::{RoughnessMeaning, may_scatter, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::microfacet::MicrofacetReflection;
@@ -68,13 +69,21 @@ impl Uber {
         }
     }
 
+    /// Most lobes at a point.
+    pub(super) fn most_lobes(&self) -> usize {
+        let holes = self.opacity != SpectrumInput::Constant(Rgb::ONE);
+        let lobes = [&self.kd, &self.ks, &self.kr, &self.kt].map(may_scatter);
+        let lobes = lobes.iter().filter(|&&may| may).count() + usize::from(holes);
+        lobes.max(1)
+    }
+
     pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let factor = |input| reflectance(input, at, textures);
         let opacity = factor(&self.opacity);
         let holes = (Rgb::ONE - opacity).max(Rgb::ZERO);
         let [kd, ks, kr, kt] =
             [&self.kd, &self.ks, &self.kr, &self.kt].map(|input| opacity * factor(input));
-        let eta = textures.float(&self.eta, at);
+        let eta = refractive_index_at(&self.eta, at, textures);
         let (eta_a, eta_b) = if self.swapped { (eta, 1.0) } else { (1.0, eta) };
         let fresnel = Fresnel::Dielectric {
             eta_i: eta_a,

@@ -436,6 +436,19 @@ impl<'a> ParamReader<'a> {
             .push(Diagnostic::error(message).at(self.place_of(name)));
     }
 
+    /// As [`ParamReader::error`], with "did you mean" where there is a suggestion.
+    pub fn error_with_suggestion(
+        &self,
+        name: &str,
+        message: impl Into<String>,
+        suggestion: Option<&str>,
+    ) {
+        let error = Diagnostic::error(message).at(self.place_of(name));
+        self.context
+            .diagnostics
+            .push(error.with_suggestion(suggestion));
+    }
+
     fn place_of(&self, name: &str) -> Span {
         let param = self.layers().find_map(|layer| layer.named(name));
         param.map_or(self.kind_span, |param| {

@@ -3,10 +3,11 @@
 use super::graphics_state::MaterialDirective;
 use super::interpreter::Interpreter;
 use crate::handles::MaterialId;
-use crate::materials::{self, Material};
+use crate::materials::{self, Material, Named, NamedMaterials};
 use crate::params::{Dialect, ParamReader, TextureNames};
 use crate::syntax::suggest::nearest;
 use crate::syntax::{Diagnostic, Name, ParamGroup, ParamList, ParamValue, Span, Typed};
+use std::collections::HashMap;
 use std::rc::Rc;
 
 impl Interpreter<'_> {
@@ -14,7 +15,7 @@ impl Interpreter<'_> {
     /// it may name textures that are defined later: then the shapes report what is wrong with it.
     pub(super) fn use_material(&mut self, span: Span, typed: Typed) {
         let wait = self.dialect() == Dialect::V2
-            && Material::KINDS.contains(&&*typed.kind.text)
+            && Material::is_modelled(&typed.kind.text, Dialect::V2)
             && texture_names(&typed.params).any(|name| !self.is_texture(name));
         let material = if wait {
             MaterialDirective {
@@ -23,7 +24,7 @@ impl Interpreter<'_> {
                 named: false,
             }
         } else {
-            self.make_material("Material", span, typed)
+            self.make_material("Material", span, typed, None)
         };
         let material = Some(Rc::new(material));
         self.current.state.unnamed_material.clone_from(&material);
@@ -35,17 +36,30 @@ impl Interpreter<'_> {
         names.float.contains_key(name) || names.spectrum.contains_key(name)
     }
 
-    /// The material of a `Material` or `MakeNamedMaterial`.
+    /// The named materials in scope while `defining` is made.
+    pub(super) fn materials_in_scope<'b>(&'b self, defining: Option<&'b str>) -> InScope<'b> {
+        InScope {
+            named: &self.current.state.named_materials,
+            materials: self.world.as_ref().map_or(&[], |world| &world.materials),
+            defining,
+        }
+    }
+
+    /// The material of a `Material`, or of the `MakeNamedMaterial` that is `defining` a name.
     pub(super) fn make_material(
         &mut self,
         word: &'static str,
         span: Span,
         mut typed: Typed,
+        defining: Option<&str>,
     ) -> MaterialDirective {
         let names = Rc::clone(&self.current.state.textures);
-        let material = self.reading(&names).read(word, span, &typed, read_material);
+        let named = self.materials_in_scope(defining);
+        let reading = self.reading(&names);
+        let material = reading.read(word, span, &typed, |r| read_material(r, &named));
         let id = material.and_then(|m| self.add_material(m));
-        if !materials::is_none(&typed.kind.text) && !Material::KINDS.contains(&&*typed.kind.text) {
+        let kind = &typed.kind.text;
+        if !materials::is_none(kind) && !Material::is_modelled(kind, self.dialect()) {
             // What stands in its place has been said once, and not again for every shape that
             // overrides it.
             typed.kind.text = "matte".to_string();
@@ -80,7 +94,7 @@ impl Interpreter<'_> {
         typed.kind = kind;
         let material = MaterialDirective {
             named: true,
-            ..self.make_material("MakeNamedMaterial", span, typed)
+            ..self.make_material("MakeNamedMaterial", span, typed, Some(&name.text))
         };
         if self.current.state.define_material(&name.text, material) {
             self.warn(
@@ -123,9 +137,9 @@ impl Interpreter<'_> {
             return known;
         }
         let names = TextureNames::default();
-        let material = self
-            .reading(&names)
-            .defaults("Material", "matte", read_material)?;
+        let material = self.reading(&names).defaults("Material", "matte", |r| {
+            read_material(r, &self.materials_in_scope(None))
+        })?;
         let id = self.add_material(material);
         self.world.as_mut()?.default_material = id;
         id
@@ -151,13 +165,41 @@ impl Interpreter<'_> {
     }
 }
 
+/// The named materials at one point of the file.
+pub(super) struct InScope<'a> {
+    named: &'a HashMap<String, Rc<MaterialDirective>>,
+    materials: &'a [Material],
+    defining: Option<&'a str>,
+}
+
+impl NamedMaterials for InScope<'_> {
+    fn find(&self, name: &str) -> Option<Named> {
+        let Some(id) = self.named.get(name)?.id else {
+            return Some(None);
+        };
+        Some(
+            self.materials
+                .get(id.index())
+                .map(|&material| (id, material)),
+        )
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.named.keys().map(String::as_str).collect()
+    }
+
+    fn defining(&self) -> Option<&str> {
+        self.defining
+    }
+}
+
 /// A material, or `None` for a surface without one.
-pub(super) fn read_material(reader: &ParamReader) -> Option<Material> {
+pub(super) fn read_material(reader: &ParamReader, named: &dyn NamedMaterials) -> Option<Material> {
     if materials::is_none(reader.kind()) {
         reader.accept_all();
         return None;
     }
-    Material::from_params(reader)
+    Material::from_params(reader, named)
 }
 
 /// The names that parameters of type `texture` give.

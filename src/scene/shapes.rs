@@ -6,7 +6,7 @@ use super::interpreter::Interpreter;
 use super::materials::{read_material, texture_names};
 use crate::handles::MaterialId;
 use crate::lights::DiffuseAreaSpec;
-use crate::materials::Material;
+use crate::materials::{Material, NamedMaterials};
 use crate::params::{Dialect, ParamReader, may_change_material};
 use crate::shapes::ShapeSpec;
 use crate::syntax::{Diagnostic, ParamGroup, ParamList, Span, Typed};
@@ -61,10 +61,11 @@ impl Interpreter<'_> {
         let made_here = v2 && current.as_ref().is_some_and(textured);
         let overrides = !fixed && (made_here || may_change_material(&typed.params));
         let mut overridden = None;
+        let named = self.materials_in_scope(None);
         let spec = self.reading(&names).read("Shape", span, typed, |reader| {
             let spec = read_spec(reader);
             if overrides {
-                overridden = Some(read_overridden(reader, current.as_deref()));
+                overridden = Some(read_overridden(reader, current.as_deref(), &named));
             }
             spec
         });
@@ -124,11 +125,14 @@ fn read_spec(reader: &ParamReader) -> Option<ShapeSpec> {
 }
 
 /// The material of a shape whose own parameters come before the material's.
-fn read_overridden(shape: &ParamReader, current: Option<&MaterialDirective>) -> Option<Material> {
-    match current {
-        Some(MaterialDirective { typed, .. }) => {
-            read_material(&shape.layered(&typed.kind.text, &typed.params))
-        }
-        None => read_material(&shape.layered("matte", const { &ParamList::EMPTY })),
-    }
+fn read_overridden(
+    shape: &ParamReader,
+    current: Option<&MaterialDirective>,
+    named: &dyn NamedMaterials,
+) -> Option<Material> {
+    let layered = match current {
+        Some(MaterialDirective { typed, .. }) => shape.layered(&typed.kind.text, &typed.params),
+        None => shape.layered("matte", const { &ParamList::EMPTY }),
+    };
+    read_material(&layered, named)
 }

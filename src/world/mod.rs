@@ -116,7 +116,7 @@ impl World {
     ) -> Option<Bsdf> {
         let material = &self.materials[material?.index()];
         let footprint = surface.footprint(differentials);
-        Some(material.bsdf(surface, &footprint, &self.textures))
+        Some(material.bsdf(surface, &footprint, &self.textures, &self.materials))
     }
 
     /// The light with this handle.

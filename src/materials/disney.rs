@@ -1,0 +1,234 @@
+//! `disney`.
+
+use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
+use super::reflectance;
+use super::roughness::rough_refraction;
+use crate::bsdf::clearcoat::Clearcoat;
+use crate::bsdf::disney_diffuse::DisneyDiffuse;
+use crate::bsdf::fresnel::Fresnel;
+use crate::bsdf::lambertian::LambertianTransmission;
+use crate::bsdf::microfacet::MicrofacetReflection;
+use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
+use crate::bsdf::{Bsdf, Lobe};
+use crate::math::Rgb;
+use crate::math::color::{is_black, luminance};
+use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::surface::TexturePoint;
+use crate::textures::Textures;
+
+/// Widths of the clearcoat at gloss 0 and 1 (Burley 2012, appendix B.2).
+const CLEARCOAT_ALPHA: [f32; 2] = [0.1, 0.001];
+
+/// Most lobes at a point: diffuse, glossy, coat, rough refraction, diffuse transmission.
+pub(super) const MOST_LOBES: usize = 5;
+
+/// Disney's model (Burley, "Physically Based Shading at Disney", 2012; "Extending the Disney BRDF to
+/// a BSDF", 2015), as pbrt-v3 has it. Parameters, floats unless said otherwise, from 0 to 1 unless
+/// said otherwise:
+///
+/// - spectrum `color` (0.5);
+/// - `metallic` (0), and `spectrans` (0): shares of metal, and of glass in what is not metal;
+/// - `eta` (1.5): refractive index;
+/// - `roughness` (0.5), 0 or more: the facets' width is its square;
+/// - `speculartint` (0): tint of the reflection head-on with the colour's hue, as far as the
+///   surface is metallic: in pbrt-v3 what is not reflects by Fresnel's law, untinted;
+/// - `anisotropic` (0), at most 1: stretches the highlight along u;
+/// - `sheen` (0), 0 or more, and its tint `sheentint` (0.5);
+/// - `clearcoat` (0), 0 or more, and `clearcoatgloss` (1);
+/// - constant bool `thin` (false): a sheet without inside, for which `flatness` (0) blends the
+///   diffuse reflection into imitated subsurface scattering, and `difftrans` (1), 0 to 2, lets half its
+///   value of the diffuse light through;
+/// - spectrum `scatterdistance` (0): distance that light travels inside; where it is not black the
+///   diffuse reflection becomes true subsurface scattering. Not supported yet.
+///
+/// In pbrt-v3's thin sheets the light that goes through is not taken from what metal and glass
+/// leave over, and what retro-reflects is not lessened by it: they can give back more than they get.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disney {
+    /// Base colour.
+    pub color: SpectrumInput,
+    /// Share of metal.
+    pub metallic: FloatInput,
+    /// Refractive index of the inside.
+    pub eta: FloatInput,
+    /// Roughness.
+    pub roughness: FloatInput,
+    /// Tint of the specular reflection.
+    pub specular_tint: FloatInput,
+    /// Stretch of the highlight.
+    pub anisotropic: FloatInput,
+    /// Reflectance at grazing angles, as of cloth.
+    pub sheen: FloatInput,
+    /// Tint of the sheen.
+    pub sheen_tint: FloatInput,
+    /// Strength of the clearcoat.
+    pub clearcoat: FloatInput,
+    /// Gloss of the clearcoat.
+    pub clearcoat_gloss: FloatInput,
+    /// Share of glass in what is not metal.
+    pub spec_trans: FloatInput,
+    /// Is the surface a sheet without inside?
+    pub thin: bool,
+    /// Of a sheet: share of imitated subsurface scattering.
+    pub flatness: FloatInput,
+    /// Of a sheet: twice the share of diffuse light that goes through.
+    pub diff_trans: FloatInput,
+}
+
+/// The numbers at one point.
+struct Point {
+    color: Rgb,
+    /// The colour's hue at luminance 1.
+    tint: Rgb,
+    metallic: f32,
+    eta: f32,
+    roughness: f32,
+    spec_trans: f32,
+    /// Share of diffuse light that goes through a sheet; 0 for a solid.
+    diff_trans: f32,
+    /// Square root of the ratio of the highlight's widths.
+    aspect: f32,
+}
+
+impl Disney {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Disney {
+        let unit = |name, default| unit_input(reader, name, default);
+        let positive = |name, default| float_within(reader, name, default, 0.0..=f32::MAX);
+        if let Some(distance) = reader.find_spectrum_input("scatterdistance")
+            && super::may_scatter(&distance)
+        {
+            let message = "`scatterdistance` is not supported yet: diffuse reflection is used";
+            reader.warn("scatterdistance", message);
+        }
+        Disney {
+            color: reader.spectrum_input("color", Rgb::splat(0.5)),
+            metallic: unit("metallic", 0.0),
+            eta: given_refractive_index(reader, "eta").unwrap_or(FloatInput::Constant(1.5)),
+            roughness: positive("roughness", 0.5),
+            specular_tint: unit("speculartint", 0.0),
+            anisotropic: float_within(reader, "anisotropic", 0.0, f32::MIN..=1.0),
+            sheen: positive("sheen", 0.0),
+            sheen_tint: unit("sheentint", 0.5),
+            clearcoat: positive("clearcoat", 0.0),
+            clearcoat_gloss: unit("clearcoatgloss", 1.0),
+            spec_trans: unit("spectrans", 0.0),
+            thin: reader.boolean("thin", false),
+            flatness: unit("flatness", 0.0),
+            diff_trans: float_within(reader, "difftrans", 1.0, 0.0..=2.0),
+        }
+    }
+
+    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+        let point = self.at(at, textures);
+        let unit = |input| unit_at(input, at, textures);
+        let diffuse_weight = (1.0 - point.metallic) * (1.0 - point.spec_trans);
+        if diffuse_weight > 0.0 {
+            self.add_diffuse(&point, diffuse_weight, at, textures, bsdf);
+        }
+        let distribution = point.distribution(point.roughness).separable();
+        let glass = ((point.eta - 1.0) / (point.eta + 1.0)).powi(2);
+        let glass = glass * Rgb::ONE.lerp(point.tint, unit(&self.specular_tint));
+        bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
+            reflectance: Rgb::ONE,
+            distribution,
+            fresnel: Fresnel::Disney {
+                r0: glass.lerp(point.color, point.metallic),
+                metallic: point.metallic,
+                eta: point.eta,
+            },
+        }));
+        let clearcoat = textures.float(&self.clearcoat, at).max(0.0).min(f32::MAX);
+        if clearcoat > 0.0 {
+            let [dull, glossy] = CLEARCOAT_ALPHA;
+            bsdf.add(Lobe::Clearcoat(Clearcoat {
+                weight: Rgb::splat(clearcoat),
+                alpha: dull + unit(&self.clearcoat_gloss) * (glossy - dull),
+            }));
+        }
+        self.add_transmission(&point, distribution, bsdf);
+    }
+
+    fn at(&self, at: &TexturePoint, textures: &Textures) -> Point {
+        let color = reflectance(&self.color, at, textures);
+        let brightness = luminance(color);
+        let anisotropic = textures.float(&self.anisotropic, at);
+        let diff_trans = textures.float(&self.diff_trans, at).max(0.0).min(2.0);
+        Point {
+            color,
+            tint: if brightness > 0.0 {
+                color / brightness
+            } else {
+                Rgb::ONE
+            },
+            metallic: unit_at(&self.metallic, at, textures),
+            eta: refractive_index_at(&self.eta, at, textures),
+            roughness: textures.float(&self.roughness, at).max(0.0),
+            spec_trans: unit_at(&self.spec_trans, at, textures),
+            diff_trans: if self.thin { 0.5 * diff_trans } else { 0.0 },
+            // Burley 2012, appendix B.2.
+            aspect: (1.0 - 0.9 * anisotropic.min(1.0)).sqrt(),
+        }
+    }
+
+    fn add_diffuse(
+        &self,
+        point: &Point,
+        weight: f32,
+        at: &TexturePoint,
+        textures: &Textures,
+        bsdf: &mut Bsdf,
+    ) {
+        let sheen = textures.float(&self.sheen, at).max(0.0).min(f32::MAX);
+        let sheen_tint = unit_at(&self.sheen_tint, at, textures);
+        let flat = if self.thin {
+            unit_at(&self.flatness, at, textures)
+        } else {
+            0.0
+        };
+        let stays = 1.0 - point.diff_trans;
+        let lobe = DisneyDiffuse {
+            reflectance: weight * point.color,
+            base: (1.0 - flat) * stays,
+            flat: flat * stays,
+            sheen: weight * sheen * Rgb::ONE.lerp(point.tint, sheen_tint),
+            roughness: point.roughness,
+        };
+        if !is_black(lobe.reflectance) || !is_black(lobe.sheen) {
+            bsdf.add(Lobe::DisneyDiffuse(lobe));
+        }
+    }
+
+    /// Rough refraction, tinted so that light that enters and leaves has the colour
+    /// (Burley 2015, §4); for a sheet diffuse transmission, and a roughness that imitates a thin
+    /// plate's (figure 15).
+    fn add_transmission(&self, point: &Point, solid: TrowbridgeReitz, bsdf: &mut Bsdf) {
+        let transmittance = point.spec_trans * point.color.map(f32::sqrt);
+        if !is_black(transmittance) {
+            let distribution = if self.thin {
+                point.distribution((0.65 * point.eta - 0.35) * point.roughness)
+            } else {
+                solid
+            };
+            bsdf.add(rough_refraction(transmittance, distribution, point.eta));
+        }
+        let transmittance = point.diff_trans * point.color;
+        if !is_black(transmittance) {
+            bsdf.add(Lobe::LambertianTransmission(LambertianTransmission {
+                transmittance,
+            }));
+        }
+    }
+}
+
+impl Point {
+    fn distribution(&self, roughness: f32) -> TrowbridgeReitz {
+        let alpha = roughness * roughness;
+        TrowbridgeReitz::new(alpha / self.aspect, alpha * self.aspect)
+    }
+}
+
+/// A number from 0 to 1 at a point.
+fn unit_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
+    textures.float(input, at).max(0.0).min(1.0)
+}

@@ -1,0 +1,230 @@
+//! `hair`.
+
+use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
+use super::reflectance;
+use crate::bsdf::{self, Bsdf, Lobe};
+use crate::math::Rgb;
+use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::surface::TexturePoint;
+use crate::textures::{TextureUsage, Textures};
+
+/// Absorption per unit of eumelanin, brown and black (d'Eon et al. 2011).
+const EUMELANIN: Rgb = Rgb::new(0.419, 0.697, 1.37);
+
+/// Absorption per unit of pheomelanin, yellow and red.
+const PHEOMELANIN: Rgb = Rgb::new(0.187, 0.4, 1.05);
+
+/// What makes the fibre absorb.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pigment {
+    /// `sigma_a`: absorption per fibre radius.
+    Absorption(SpectrumInput),
+    /// `color`: reflectance of a mass of such hair under even light, at most 1.
+    Color(SpectrumInput),
+    /// `eumelanin` and `pheomelanin`: concentrations.
+    Melanin {
+        /// Brown and black.
+        eumelanin: FloatInput,
+        /// Yellow and red.
+        pheomelanin: FloatInput,
+    },
+}
+
+/// Hair and fur (Chiang et al. 2016). Parameters: spectrum `sigma_a`, else spectrum `color`, else float
+/// `eumelanin` and `pheomelanin` (1.3 and 0 where none of the four is given); float `eta` (1.55), at
+/// least 1; float `beta_m` (0.3), `beta_n` (0.3): longitudinal and azimuthal roughness, 0 to 1; float
+/// `alpha` (2): tilt of the scales in degrees.
+///
+/// Made for curves: v runs across the fibre, so that its offset from the axis is 2v − 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hair {
+    /// What absorbs.
+    pub pigment: Pigment,
+    /// Refractive index.
+    pub eta: FloatInput,
+    /// Roughness along and around the fibre.
+    pub beta: [FloatInput; 2],
+    /// Tilt of the scales, degrees.
+    pub alpha: FloatInput,
+}
+
+impl Hair {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Hair {
+        let eta = given_refractive_index(reader, "eta").unwrap_or(FloatInput::Constant(1.55));
+        if let FloatInput::Constant(x) = eta
+            && x < 1.0
+        {
+            reader.warn("eta", format!("`eta` is {x}, below that of air: 1 is used"));
+        }
+        Hair {
+            pigment: Pigment::from_params(reader),
+            eta,
+            beta: ["beta_m", "beta_n"].map(|name| unit_input(reader, name, 0.3)),
+            alpha: float_within(reader, "alpha", 2.0, -90.0..=90.0),
+        }
+    }
+
+    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+        let beta = self.beta.map(|beta| textures.float(&beta, at));
+        let alpha = textures.float(&self.alpha, at);
+        bsdf.add(Lobe::Hair(bsdf::hair::Hair::new(
+            2.0 * at.uv.y - 1.0,
+            refractive_index_at(&self.eta, at, textures),
+            self.pigment.sigma_a(at, textures, beta[1]),
+            beta,
+            if alpha.is_finite() { alpha } else { 0.0 },
+        )));
+    }
+}
+
+impl Pigment {
+    /// Reads the parameters; what comes after the first given is ignored with a warning.
+    fn from_params(reader: &ParamReader) -> Pigment {
+        let sigma_a = reader.find_spectrum_input("sigma_a");
+        let color = reader.find_spectrum_input("color");
+        let melanin = ["eumelanin", "pheomelanin"].map(|name| {
+            reader
+                .find_float_input(name)
+                .map(|_| float_within(reader, name, 0.0, 0.0..=f32::MAX))
+        });
+        let ignored = |used, names: &[&str]| {
+            for &name in names.iter().filter(|&&name| reader.has(name)) {
+                reader.warn(name, format!("`{name}` is ignored: `{used}` is given"));
+            }
+        };
+        match (sigma_a, color, melanin) {
+            (Some(sigma_a), _, _) => {
+                ignored("sigma_a", &["color", "eumelanin", "pheomelanin"]);
+                Pigment::Absorption(sigma_a)
+            }
+            (None, Some(color), _) => {
+                ignored("color", &["eumelanin", "pheomelanin"]);
+                Pigment::Color(color)
+            }
+            (None, None, [None, None]) => Pigment::Melanin {
+                eumelanin: FloatInput::Constant(1.3),
+                pheomelanin: FloatInput::Constant(0.0),
+            },
+            (None, None, given) => {
+                let [eumelanin, pheomelanin] =
+                    given.map(|input| input.unwrap_or(FloatInput::Constant(0.0)));
+                Pigment::Melanin {
+                    eumelanin,
+                    pheomelanin,
+                }
+            }
+        }
+    }
+
+    /// Adds the textures looked up.
+    pub(super) fn add_usage(&self, usage: &mut TextureUsage) {
+        match *self {
+            Pigment::Absorption(input) | Pigment::Color(input) => usage.spectrum(input),
+            Pigment::Melanin {
+                eumelanin,
+                pheomelanin,
+            } => {
+                usage.float(eumelanin);
+                usage.float(pheomelanin);
+            }
+        }
+    }
+
+    /// Absorption per fibre radius, for the azimuthal roughness.
+    fn sigma_a(&self, at: &TexturePoint, textures: &Textures, beta_n: f32) -> Rgb {
+        match self {
+            Pigment::Absorption(sigma_a) => reflectance(sigma_a, at, textures),
+            Pigment::Color(color) => {
+                let color = reflectance(color, at, textures);
+                absorption_of_color(color, beta_n.max(0.0).min(1.0))
+            }
+            Pigment::Melanin {
+                eumelanin,
+                pheomelanin,
+            } => {
+                let amount = |input| textures.float(input, at).max(0.0).min(f32::MAX);
+                (amount(eumelanin) * EUMELANIN + amount(pheomelanin) * PHEOMELANIN).min(Rgb::MAX)
+            }
+        }
+    }
+}
+
+/// The absorption that gives a mass of hair its colour: the fit of Chiang et al. 2016, equation 9.
+fn absorption_of_color(color: Rgb, beta_n: f32) -> Rgb {
+    const FIT: [f32; 6] = [5.969, -0.215, 2.532, -10.73, 5.574, 0.245];
+    let scale = FIT.iter().rev().fold(0.0, |sum, c| sum * beta_n + c);
+    // Black would absorb without bounds.
+    let log = color.max(Rgb::splat(1e-20)).min(Rgb::ONE).map(f32::ln);
+    (log / scale) * (log / scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::testing::{flat_hit, sky_by_sampling};
+    use crate::materials::MaterialKind;
+    use crate::math::{Vec2, Vec3};
+    use crate::params::testing::read;
+    use crate::surface::Footprint;
+
+    #[test]
+    fn one_pigment_counts() {
+        for (params, warnings) in [
+            ("\"rgb sigma_a\" [1 2 3]", 0),
+            ("\"rgb color\" [.5 .4 .3] \"float eumelanin\" 2", 1),
+            (
+                "\"rgb sigma_a\" [1 2 3] \"rgb color\" [1 1 1] \"float pheomelanin\" 2",
+                2,
+            ),
+            ("\"float eumelanin\" 2 \"float pheomelanin\" 1", 0),
+            ("\"float eumelanin\" -2", 1),
+            (
+                "\"float beta_m\" 1.5 \"float beta_n\" -1 \"float eta\" .9",
+                3,
+            ),
+        ] {
+            let outcome = read("hair", params, Hair::from_params);
+            assert_eq!(
+                (outcome.errors, outcome.warnings),
+                (0, warnings),
+                "{}",
+                outcome.text
+            );
+        }
+        let default = read("hair", "", Hair::from_params).value.pigment;
+        let given = read("hair", "\"float eumelanin\" 1.3", Hair::from_params)
+            .value
+            .pigment;
+        assert_eq!(default, given);
+    }
+
+    /// Chiang et al. 2016, §4.2: the fit inverts multiple scattering, so it falls with the colour.
+    #[test]
+    fn brighter_hair_absorbs_less() {
+        let of = |c| absorption_of_color(Rgb::splat(c), 0.3).x;
+        assert!(of(0.0).is_finite() && of(0.0) > of(0.1) && of(0.1) > of(0.9));
+        assert_eq!((of(1.0), of(7.0)), (0.0, 0.0));
+    }
+
+    /// Across the fibre v gives the offset: a ray at v = ½ goes through the middle, the longest way.
+    #[test]
+    fn the_offset_is_that_of_v() {
+        let hair = read("hair", "\"rgb sigma_a\" [1 1 1]", Hair::from_params).value;
+        let shown = |v: f32| {
+            let mut hit = flat_hit(Vec3::Z);
+            hit.uv = Vec2::new(0.3, v);
+            let (kind, bump) = (MaterialKind::Hair(hair), None);
+            let bsdf = crate::materials::Material { kind, bump }.bsdf(
+                &hit,
+                &Footprint::default(),
+                &Textures::default(),
+                &[],
+            );
+            sky_by_sampling(&bsdf, Vec3::Z, 16).x
+        };
+        assert!(shown(0.5) < shown(0.9) && shown(0.9) < shown(0.999));
+        // By symmetry; the error of 16³ samples.
+        assert!((shown(0.2) - shown(0.8)).abs() < 0.02);
+    }
+}

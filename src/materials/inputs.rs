@@ -1,0 +1,75 @@
+//! Parameters that mean something in a range only, as numbers and as textures' values.
+
+use crate::params::{Dialect, FloatInput, ParamReader};
+use crate::surface::TexturePoint;
+use crate::textures::Textures;
+use std::ops::RangeInclusive;
+
+/// Refractive index where none, or none that makes sense, is given.
+const USUAL_INDEX: f32 = 1.5;
+
+/// Refractive indices that are told apart: beyond these everything is reflected anyway.
+const INDICES: RangeInclusive<f32> = 1e-3..=1e3;
+
+/// A float, or a texture. A constant outside `range` is warned of, and the nearer end is used.
+pub(super) fn float_within(
+    reader: &ParamReader,
+    name: &str,
+    default: f32,
+    range: RangeInclusive<f32>,
+) -> FloatInput {
+    match reader.find_float_input(name) {
+        Some(FloatInput::Constant(given)) => {
+            let used = given.max(*range.start()).min(*range.end());
+            // NaN, too, is not what is used.
+            if used != given {
+                reader.warn(name, format!("`{name}` is {given}: {used} is used"));
+            }
+            FloatInput::Constant(used)
+        }
+        Some(texture) => texture,
+        None => FloatInput::Constant(default),
+    }
+}
+
+/// A float from 0 to 1, or a texture.
+pub(super) fn unit_input(reader: &ParamReader, name: &str, default: f32) -> FloatInput {
+    float_within(reader, name, default, 0.0..=1.0)
+}
+
+/// `eta`, else its older name `index` (the only one in pbrt-v2), 1.5 by default.
+pub(super) fn refractive_index(reader: &ParamReader) -> FloatInput {
+    let eta = match reader.dialect() {
+        Dialect::V2 => None,
+        Dialect::V3 => given_refractive_index(reader, "eta"),
+    };
+    eta.or_else(|| given_refractive_index(reader, "index"))
+        .unwrap_or(FloatInput::Constant(USUAL_INDEX))
+}
+
+/// A refractive index, where it is given. Constants that are none are warned of, and 1.5 is used.
+pub(super) fn given_refractive_index(reader: &ParamReader, name: &str) -> Option<FloatInput> {
+    let given = reader.find_float_input(name)?;
+    Some(match given {
+        FloatInput::Constant(x) if x <= 0.0 || !x.is_finite() => {
+            let message = format!("`{name}` is {x}, no refractive index: {USUAL_INDEX} is used");
+            reader.warn(name, message);
+            FloatInput::Constant(USUAL_INDEX)
+        }
+        _ => given,
+    })
+}
+
+/// A refractive index at a point; a texture's value that is none counts as 1.5.
+pub(super) fn refractive_index_at(
+    input: &FloatInput,
+    at: &TexturePoint,
+    textures: &Textures,
+) -> f32 {
+    let eta = textures.float(input, at);
+    if eta > 0.0 {
+        eta.clamp(*INDICES.start(), *INDICES.end())
+    } else {
+        USUAL_INDEX
+    }
+}

@@ -1,0 +1,339 @@
+//! `mix`.
+
+use super::{Material, reflectance};
+use crate::bsdf::specular::SpecularTransmission;
+use crate::bsdf::{Bsdf, Lobe, MAX_LOBES};
+use crate::handles::MaterialId;
+use crate::math::Rgb;
+use crate::math::color::is_black;
+use crate::params::{ParamReader, SpectrumInput};
+use crate::surface::TexturePoint;
+use crate::syntax::suggest::nearest;
+use crate::textures::Textures;
+
+/// Lobes that a mix may come to with all it nests, present at once or not: room for eight materials
+/// of eight lobes. More are a mistake, or meant to take for ever.
+const MOST_NESTED: usize = MAX_LOBES * MAX_LOBES;
+
+/// The named materials in scope.
+pub trait NamedMaterials {
+    /// The material called `name`.
+    fn find(&self, name: &str) -> Option<Named>;
+    /// All their names.
+    fn names(&self) -> Vec<&str>;
+    /// The name that is being defined by `MakeNamedMaterial`.
+    fn defining(&self) -> Option<&str>;
+}
+
+/// A named material: its handle and itself; `None` for `none`.
+pub type Named = Option<(MaterialId, Material)>;
+
+/// Two materials at once: all that both scatter, weighted channel by channel. Parameters: constant
+/// strings `namedmaterial1`, `namedmaterial2` (required); spectrum `amount` (0.5): weight of the
+/// first, the second gets 1 − amount (the opposite of the `mix` texture's sense).
+///
+/// As in pbrt the frame and its bumps are the first material's, and `bumpmap` is no parameter here.
+/// `none` lets its share of the light straight on (pbrt-v3 crashes).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mix {
+    /// The two materials; `None` scatters nothing.
+    pub parts: [Option<MaterialId>; 2],
+    /// Weight of the first.
+    pub amount: SpectrumInput,
+    /// Most lobes that the two can have at a point.
+    pub most_lobes: usize,
+}
+
+impl Mix {
+    /// Reads the parameters, and finds the material that bumps the surface. `None` where a material is
+    /// missing, or too many are nested: then already reported as an error.
+    pub(super) fn from_params(
+        reader: &ParamReader,
+        named: &dyn NamedMaterials,
+    ) -> Option<(Mix, Option<Material>)> {
+        let first = find(reader, named, "namedmaterial1");
+        let second = find(reader, named, "namedmaterial2");
+        let amount = reader.spectrum_input("amount", Rgb::splat(0.5));
+        let (first, second) = (first?, second?);
+        let lobes = |part: &Named| part.map_or(1, |(_, material)| material.most_lobes());
+        let mix = Mix {
+            parts: [first, second].map(|part| Some(part?.0)),
+            amount,
+            most_lobes: lobes(&first) + lobes(&second),
+        };
+        mix.check_size(reader)
+            .then_some((mix, first.map(|(_, material)| material)))
+    }
+
+    fn check_size(&self, reader: &ParamReader) -> bool {
+        let lobes = self.most_lobes;
+        if lobes > MOST_NESTED {
+            let message = format!("the materials mixed have more than {MOST_NESTED} lobes");
+            reader.error("namedmaterial1", message);
+            return false;
+        }
+        if lobes > MAX_LOBES {
+            let message = format!(
+                "the materials mixed have up to {lobes} lobes: those beyond {MAX_LOBES} at a point are \
+                 left out (pbrt-v3 aborts)"
+            );
+            reader.warn("namedmaterial1", message);
+        }
+        true
+    }
+
+    pub(super) fn add_lobes(
+        &self,
+        at: &TexturePoint,
+        textures: &Textures,
+        materials: &[Material],
+        bsdf: &mut Bsdf,
+    ) {
+        let amount = reflectance(&self.amount, at, textures);
+        let rest = (Rgb::ONE - amount).max(Rgb::ZERO);
+        for (part, share) in self.parts.into_iter().zip([amount, rest]) {
+            if is_black(share) {
+                continue;
+            }
+            let first = bsdf.lobe_count();
+            match part {
+                Some(id) => {
+                    if let Some(material) = materials.get(id.index()) {
+                        material.add_lobes(at, textures, materials, bsdf);
+                    }
+                }
+                None => bsdf.add(Lobe::SpecularTransmission(SpecularTransmission {
+                    transmittance: Rgb::ONE,
+                    eta_a: 1.0,
+                    eta_b: 1.0,
+                })),
+            }
+            bsdf.scale_from(first, share);
+        }
+    }
+}
+
+/// The material that the string parameter `param` names.
+fn find(reader: &ParamReader, named: &dyn NamedMaterials, param: &str) -> Option<Named> {
+    const DONE: &str = "a matte of the mix's parameters is used";
+    let Some(name) = reader.find_string(param) else {
+        reader.error(param, format!("a mix needs one `string {param}`: {DONE}"));
+        return None;
+    };
+    let Some(part) = named.find(name) else {
+        if named.defining() == Some(name) {
+            let message = format!("`{name}` cannot be one of its own materials: {DONE}");
+            reader.error(param, message);
+        } else {
+            let suggestion = nearest(name, named.names());
+            let message = format!("there is no material `{name}`: {DONE}");
+            reader.error_with_suggestion(param, message, suggestion);
+        }
+        return None;
+    };
+    if part.is_none() {
+        let message = format!("`{name}` does not scatter: its share of the light goes straight on");
+        reader.warn(param, message);
+    }
+    Some(part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::testing::{direction, flat_hit, sky_by_sampling, sky_by_value};
+    use crate::math::Vec3;
+    use crate::params::testing::{Outcome, read};
+    use crate::surface::Footprint;
+
+    /// Some materials, each with a name.
+    #[derive(Default)]
+    struct Scene(Vec<(&'static str, Option<Material>)>);
+
+    impl Scene {
+        fn add(&mut self, name: &'static str, kind: &str, params: &str) {
+            let outcome = read(kind, params, |reader| Material::from_params(reader, self));
+            self.0.push((name, outcome.value));
+        }
+
+        fn materials(&self) -> Vec<Material> {
+            // `none` has a place here only to keep the ids simple.
+            let placeholder = read("matte", "", |r| Material::from_params(r, self)).value;
+            let all = self.0.iter().map(|(_, m)| m.or(placeholder));
+            all.map(|m| m.expect("a matte is a material")).collect()
+        }
+
+        fn mix(&self, params: &str) -> Outcome<Option<Material>> {
+            read("mix", params, |reader| Material::from_params(reader, self))
+        }
+
+        fn bsdf(&self, params: &str, wo: Vec3) -> Bsdf {
+            let mix = self.mix(params).value.expect("a material");
+            let (hit, footprint) = (flat_hit(wo), Footprint::default());
+            mix.bsdf(&hit, &footprint, &Textures::default(), &self.materials())
+        }
+    }
+
+    impl NamedMaterials for Scene {
+        fn find(&self, name: &str) -> Option<Named> {
+            let i = self.0.iter().position(|(n, _)| *n == name)?;
+            Some(self.0[i].1.map(|m| (MaterialId(i as u32), m)))
+        }
+
+        fn names(&self) -> Vec<&str> {
+            self.0.iter().map(|(name, _)| *name).collect()
+        }
+
+        fn defining(&self) -> Option<&str> {
+            Some("me")
+        }
+    }
+
+    fn scene() -> Scene {
+        let mut scene = Scene::default();
+        scene.add("red", "matte", "\"rgb Kd\" [.8 .1 .1]");
+        scene.add("mirror", "mirror", "\"rgb Kr\" [1 1 1]");
+        scene.add("nothing", "none", "");
+        scene.add(
+            "coat",
+            "substrate",
+            "\"rgb Kd\" [.5 .5 .5] \"rgb Ks\" [.2 .2 .2]",
+        );
+        scene.add(
+            "half",
+            "mix",
+            "\"string namedmaterial1\" \"red\" \"string namedmaterial2\" \"coat\"",
+        );
+        scene
+    }
+
+    fn parts(first: &str, second: &str) -> String {
+        format!("\"string namedmaterial1\" \"{first}\" \"string namedmaterial2\" \"{second}\" ")
+    }
+
+    #[test]
+    fn the_amount_weighs_the_first_material() {
+        let wo = direction(30.0, 40.0);
+        // Red's reflectance and the mirror's, weighted; an amount above 1 leaves nothing over.
+        for (amount, expected) in [
+            ("", Rgb::new(0.9, 0.55, 0.55)),
+            ("\"rgb amount\" [1 0 .25]", Rgb::new(0.8, 1.0, 0.775)),
+            ("\"rgb amount\" [2 2 2]", Rgb::new(1.6, 0.2, 0.2)),
+            ("\"rgb amount\" [-1 -1 -1]", Rgb::ONE),
+        ] {
+            let bsdf = scene().bsdf(&(parts("red", "mirror") + amount), wo);
+            for sky in [sky_by_value(&bsdf, wo, 100), sky_by_sampling(&bsdf, wo, 16)] {
+                // The grid's error on a cosine.
+                assert!(
+                    (sky - expected).abs().max_element() < 1e-3,
+                    "{amount}: {sky}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_mix_of_a_mix_weighs_by_both_amounts() {
+        let (wo, wi) = (direction(30.0, 40.0), direction(50.0, 190.0));
+        let of = |params: &str| scene().bsdf(params, wo).f(wo, wi);
+        let [red, coat] = ["red", "coat"].map(|name| of(&parts(name, name)));
+        let nested = of(&(parts("half", "mirror") + "\"rgb amount\" [.6 .6 .6]"));
+        // Rounding.
+        assert!((nested - 0.3 * (red + coat)).abs().max_element() < 1e-6);
+    }
+
+    #[test]
+    fn none_passes_its_share() {
+        let wo = direction(60.0, 0.0);
+        let params = parts("red", "nothing") + "\"rgb amount\" [.25 .25 .25]";
+        assert_eq!(scene().mix(&params).warnings, 1);
+        let sample = scene().bsdf(&params, wo).sample_specular(wo, true, 0.5);
+        let sample = sample.expect("a way through");
+        assert!((sample.wi + wo).length() < 1e-6);
+        assert!((sample.f * sample.wi.z.abs() - 0.75).abs().max_element() < 1e-6);
+    }
+
+    #[test]
+    fn bumps_are_the_first_materials() {
+        let mut scene = scene();
+        scene.add("rough", "matte", "\"float bumpmap\" 2");
+        assert!(
+            scene
+                .mix(&parts("rough", "red"))
+                .value
+                .unwrap()
+                .bump
+                .is_some()
+        );
+        assert!(
+            scene
+                .mix(&parts("red", "rough"))
+                .value
+                .unwrap()
+                .bump
+                .is_none()
+        );
+        let given = scene.mix(&(parts("red", "rough") + "\"float bumpmap\" 1"));
+        assert!(given.value.unwrap().bump.is_none() && given.warnings == 1);
+    }
+
+    #[test]
+    fn names_that_mean_nothing_are_errors() {
+        for (params, text) in [
+            (parts("red", "miror"), "did you mean `mirror`"),
+            (parts("me", "red"), "cannot be one of its own materials"),
+            (
+                "\"string namedmaterial1\" \"red\"".to_owned(),
+                "needs one `string namedmaterial2`",
+            ),
+        ] {
+            let outcome = scene().mix(&params);
+            assert_eq!(
+                (outcome.errors, outcome.warnings),
+                (1, 0),
+                "{}",
+                outcome.text
+            );
+            assert!(outcome.text.contains(text), "{}", outcome.text);
+            let Some(Material {
+                kind: super::super::MaterialKind::Matte(_),
+                ..
+            }) = outcome.value
+            else {
+                panic!("a matte stands in")
+            };
+        }
+    }
+
+    #[test]
+    fn too_many_lobes_are_left_out_or_refused() {
+        let mut scene = scene();
+        scene.add(
+            "many",
+            "uber",
+            "\"rgb Kr\" [1 1 1] \"rgb Kt\" [1 1 1] \"rgb opacity\" [.5 .5 .5]",
+        );
+        let (params, wo) = (parts("many", "many"), direction(30.0, 0.0));
+        let outcome = scene.mix(&params);
+        assert_eq!(
+            (outcome.errors, outcome.warnings),
+            (0, 1),
+            "{}",
+            outcome.text
+        );
+        assert!(outcome.text.contains("up to 10 lobes"), "{}", outcome.text);
+        assert_eq!(scene.bsdf(&params, wo).lobe_count(), MAX_LOBES);
+        // Two to the power of so many would take for ever, and so deep a chain the stack.
+        let names = ["0", "1", "2", "3", "4", "5", "6", "7", "8", "9"];
+        let mut below = "red";
+        let mut errors = 0;
+        for name in names {
+            let params = parts(below, below);
+            errors += scene.mix(&params).errors;
+            scene.add(name, "mix", &params);
+            below = name;
+        }
+        // 2⁷ lobes are too many; the matte that stands in starts again at 1.
+        assert_eq!(errors, 1);
+    }
+}

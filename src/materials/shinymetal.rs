@@ -1,0 +1,79 @@
+//! `shinymetal`.
+
+use super::roughness::find_roughness;
+use super::{RoughnessMeaning, reflectance};
+use crate::bsdf::fresnel::Fresnel;
+use crate::bsdf::microfacet::MicrofacetReflection;
+use crate::bsdf::specular::SpecularReflection;
+use crate::bsdf::{Bsdf, Lobe};
+use crate::math::Rgb;
+use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::surface::TexturePoint;
+use crate::textures::Textures;
+
+/// pbrt-v2's glossy metal with a mirror reflection; pbrt-v3 has none. Parameters: spectrum `Ks`, `Kr`
+/// (1): reflectance head-on of the two; float `roughness` (0.1). Their Fresnel reflectance is that of
+/// a conductor without absorption that reflects so much.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShinyMetal {
+    /// Reflectance of the glossy part.
+    pub ks: SpectrumInput,
+    /// Reflectance of the mirror.
+    pub kr: SpectrumInput,
+    /// Roughness of the glossy part.
+    pub roughness: FloatInput,
+    /// What the roughness means.
+    pub meaning: RoughnessMeaning,
+}
+
+impl ShinyMetal {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> ShinyMetal {
+        ShinyMetal {
+            ks: reader.spectrum_input("Ks", Rgb::ONE),
+            kr: reader.spectrum_input("Kr", Rgb::ONE),
+            roughness: find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.1)),
+            meaning: RoughnessMeaning::from_params(reader),
+        }
+    }
+
+    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+        let [glossy, mirror] = [&self.ks, &self.kr].map(|k| Fresnel::Conductor {
+            eta: index_of(reflectance(k, at, textures)),
+            k: Rgb::ZERO,
+        });
+        let roughness = textures.float(&self.roughness, at);
+        bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
+            reflectance: Rgb::ONE,
+            distribution: self.meaning.distribution(roughness, roughness),
+            fresnel: glossy,
+        }));
+        bsdf.add(Lobe::SpecularReflection(SpecularReflection {
+            reflectance: Rgb::ONE,
+            fresnel: mirror,
+        }));
+    }
+}
+
+/// The index whose Fresnel reflectance head-on, ((η − 1)/(η + 1))², is this; above 0.999 that of
+/// 0.999, since nothing reflects all.
+fn index_of(reflectance: Rgb) -> Rgb {
+    let amplitude = reflectance.min(Rgb::splat(0.999)).map(f32::sqrt);
+    (1.0 + amplitude) / (1.0 - amplitude)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_index_reflects_what_was_asked_for() {
+        let asked = Rgb::new(0.0, 0.25, 0.9);
+        let fresnel = Fresnel::Conductor {
+            eta: index_of(asked),
+            k: Rgb::ZERO,
+        };
+        // Rounding, magnified by an index of 38.
+        assert!((fresnel.evaluate(1.0) - asked).abs().max_element() < 1e-5);
+    }
+}
