@@ -303,6 +303,7 @@ scenes! {
     shape_orientation { left_out: MIRRORED_DISKS },
     shape_plymesh,
     shape_quadrics1,
+    shape_quadrics2 { left_out: SHADOWED_CONES },
     shape_trianglemesh,
     tex_basic,
     tex_imagemap,

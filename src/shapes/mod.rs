@@ -8,9 +8,11 @@ pub mod cone;
 pub mod cylinder;
 pub mod disk;
 pub mod emitter;
+pub mod hyperboloid;
 pub mod local;
 pub mod mesh;
 pub mod objmesh;
+pub mod paraboloid;
 pub mod plymesh;
 pub mod quadric;
 pub mod sphere;
@@ -23,8 +25,10 @@ use cone::Cone;
 use cylinder::Cylinder;
 use disk::Disk;
 use emitter::Emitter;
+use hyperboloid::Hyperboloid;
 use mesh::TriangleMesh;
 use objmesh::ObjMeshSpec;
+use paraboloid::Paraboloid;
 use plymesh::PlyMeshSpec;
 use quadric::{Form, Quadric};
 use sphere::Sphere;
@@ -50,7 +54,7 @@ pub enum ShapeError {
 /// A shape as the scene file describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShapeSpec {
-    /// Sphere, disk, cone or cylinder.
+    /// Sphere, disk, cone, cylinder, paraboloid or hyperboloid.
     Quadric(Form),
     /// Triangles in the scene file.
     TriangleMesh(TriangleMeshSpec),
@@ -62,25 +66,20 @@ pub enum ShapeSpec {
 
 impl ShapeSpec {
     /// The kinds that can be rendered.
-    pub const KINDS: [&'static str; 7] = [
+    pub const KINDS: [&'static str; 9] = [
         "sphere",
         "disk",
         "cone",
         "cylinder",
+        "paraboloid",
+        "hyperboloid",
         "trianglemesh",
         "plymesh",
         "objmesh",
     ];
 
     /// Kinds of pbrt-v3 that cannot be rendered yet.
-    pub const FUTURE_KINDS: [&'static str; 6] = [
-        "paraboloid",
-        "hyperboloid",
-        "curve",
-        "loopsubdiv",
-        "nurbs",
-        "heightfield",
-    ];
+    pub const FUTURE_KINDS: [&'static str; 4] = ["curve", "loopsubdiv", "nurbs", "heightfield"];
 
     /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported) or the kind is
     /// in neither [`ShapeSpec::KINDS`] nor [`ShapeSpec::FUTURE_KINDS`] (not reported: the caller
@@ -91,6 +90,10 @@ impl ShapeSpec {
             "disk" => ShapeSpec::Quadric(Form::Disk(Disk::from_params(reader)?)),
             "cone" => ShapeSpec::Quadric(Form::Cone(Cone::from_params(reader)?)),
             "cylinder" => ShapeSpec::Quadric(Form::Cylinder(Cylinder::from_params(reader)?)),
+            "paraboloid" => ShapeSpec::Quadric(Form::Paraboloid(Paraboloid::from_params(reader)?)),
+            "hyperboloid" => {
+                ShapeSpec::Quadric(Form::Hyperboloid(Hyperboloid::from_params(reader)?))
+            }
             "trianglemesh" => ShapeSpec::TriangleMesh(TriangleMeshSpec::from_params(reader)?),
             "plymesh" => ShapeSpec::PlyMesh(PlyMeshSpec::from_params(reader)?),
             "objmesh" => ShapeSpec::ObjMesh(ObjMeshSpec::from_params(reader)?),
@@ -157,7 +160,7 @@ impl ShapeSpec {
 pub enum CompiledShape {
     /// Triangles.
     Mesh(Box<TriangleMesh>),
-    /// Sphere, disk, cone or cylinder.
+    /// Sphere, disk, cone, cylinder, paraboloid or hyperboloid.
     Quadric(Box<Quadric>),
 }
 

@@ -1,4 +1,5 @@
-//! Quadrics in place: sphere, disk, cone and cylinder under any affine transformation.
+//! Quadrics in place: sphere, disk, cone, cylinder, paraboloid and hyperboloid under any affine
+//! transformation.
 //!
 //! A ray is taken to object space in double precision and solved there; the point found is put
 //! back onto the surface, so that its error is a few units of double rounding whatever the
@@ -7,7 +8,9 @@
 use super::cone::Cone;
 use super::cylinder::Cylinder;
 use super::disk::Disk;
+use super::hyperboloid::Hyperboloid;
 use super::local::{LocalSurface, abs_matrix};
+use super::paraboloid::Paraboloid;
 use super::sphere::Sphere;
 use crate::math::transform::Transform;
 use crate::math::{DVec2, DVec3};
@@ -34,6 +37,15 @@ pub struct ObjectPoint {
     pub dndv: DVec3,
 }
 
+/// What is shaded with instead of the surface's own frame.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadingFrame {
+    /// Unit normal.
+    pub n: DVec3,
+    /// ∂p/∂v; ∂p/∂u is the surface's own.
+    pub dpdv: DVec3,
+}
+
 /// What every quadric knows in its own space.
 pub trait ObjectSurface {
     /// The nearest point with t > 0 on the ray `o + t d` (`d` of any length): t, and the point
@@ -47,6 +59,10 @@ pub trait ObjectSurface {
     fn sample(&self, u: DVec2) -> DVec3;
     /// Surface area.
     fn area(&self) -> f64;
+    /// What is shaded with at a point of the surface, where that is not the surface itself.
+    fn shading(&self, _p: DVec3) -> Option<ShadingFrame> {
+        None
+    }
 }
 
 /// The quadrics.
@@ -60,6 +76,10 @@ pub enum Form {
     Cone(Cone),
     /// See [`Cylinder`].
     Cylinder(Cylinder),
+    /// See [`Paraboloid`].
+    Paraboloid(Paraboloid),
+    /// See [`Hyperboloid`].
+    Hyperboloid(Hyperboloid),
 }
 
 /// Calls the same method of whichever quadric it is.
@@ -70,6 +90,8 @@ macro_rules! each {
             Form::Disk($shape) => $call,
             Form::Cone($shape) => $call,
             Form::Cylinder($shape) => $call,
+            Form::Paraboloid($shape) => $call,
+            Form::Hyperboloid($shape) => $call,
         }
     };
 }
@@ -93,6 +115,10 @@ impl ObjectSurface for Form {
 
     fn area(&self) -> f64 {
         each!(self, shape => shape.area())
+    }
+
+    fn shading(&self, p: DVec3) -> Option<ShadingFrame> {
+        each!(self, shape => shape.shading(p))
     }
 }
 
@@ -147,6 +173,13 @@ impl Quadric {
         };
         let dpdu = m.transform_vector3(at.dpdu);
         let dpdv = m.transform_vector3(at.dpdv);
+        let (shading_n, shading_dpdv) = match self.form.shading(p) {
+            None => (n, dpdv),
+            Some(frame) => (
+                self.level_from_object.normal(frame.n).normalize() * side,
+                m.transform_vector3(frame.dpdv),
+            ),
+        };
         LocalSurface {
             p: m.transform_point3(p),
             p_error: self.position_error(p),
@@ -154,9 +187,9 @@ impl Quadric {
             uv: at.uv.as_vec2(),
             dpdu,
             dpdv,
-            shading_n: n,
+            shading_n,
             shading_dpdu: dpdu,
-            shading_dpdv: dpdv,
+            shading_dpdv,
             dndu: change(at.dndu),
             dndv: change(at.dndv),
         }
@@ -259,6 +292,14 @@ pub(super) fn roots(a: f64, b: f64, c: f64, discriminant: f64) -> Option<[f64; 2
     // q = 0 means b = 0 and discriminant = 0: a double root at 0.
     let (s, t) = (q / a, if q == 0.0 { 0.0 } else { c / q });
     Some(if s < t { [s, t] } else { [t, s] })
+}
+
+/// Where the line `o + t d` is nearest to `center`: t, and the point. Seen from there the
+/// coefficients of a quadric are of its own size, however far away the ray begins, and what
+/// cancels in them is no more than double precision has (Haines et al., Ray Tracing Gems 2019, ch. 7).
+pub(super) fn nearest_approach(o: DVec3, d: DVec3, center: DVec3) -> (f64, DVec3) {
+    let t = (center - o).dot(d) / d.length_squared();
+    (t, o + d * t)
 }
 
 /// The largest angle swept, from degrees, clamped to a full turn.

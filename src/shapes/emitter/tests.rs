@@ -8,6 +8,8 @@ use crate::math::transform::Transform;
 use crate::shapes::cone::Cone as ConeForm;
 use crate::shapes::cylinder::Cylinder;
 use crate::shapes::disk::Disk;
+use crate::shapes::hyperboloid::Hyperboloid;
+use crate::shapes::paraboloid::Paraboloid;
 use crate::shapes::quadric::tests::points;
 use crate::shapes::sphere::Sphere;
 
@@ -84,6 +86,8 @@ impl Shape {
 fn shapes() -> Vec<Shape> {
     let turn = Transform::rotate(50.0, DVec3::new(1.0, -1.0, 2.0));
     let uneven = turn * Transform::scale(DVec3::new(0.5, 1.4, -0.8)) * turn;
+    let ends = [DVec3::new(0.6, 0.0, -0.1), DVec3::new(0.2, 0.5, 1.1)];
+    let hyperboloid = Hyperboloid::new(ends[0], ends[1], 250.0).unwrap();
     let even = turn * Transform::scale(DVec3::splat(1.3));
     let mut shapes = vec![Shape::triangle([
         Vec3::new(-1.0, -0.5, 0.2),
@@ -97,6 +101,8 @@ fn shapes() -> Vec<Shape> {
             Form::Disk(Disk::new(0.1, 1.0, 0.3, 300.0)),
             Form::Cylinder(Cylinder::new(0.7, -0.8, 0.9, 280.0)),
             Form::Cone(ConeForm::new(0.8, 1.2, 360.0)),
+            Form::Paraboloid(Paraboloid::new(0.8, 0.1, 1.1, 300.0)),
+            Form::Hyperboloid(hyperboloid),
         ] {
             shapes.push(Shape::quadric(form, transform, false));
         }

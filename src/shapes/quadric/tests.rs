@@ -119,7 +119,11 @@ fn placements() -> Vec<Transform> {
     ]
 }
 
-fn forms() -> [Form; 6] {
+fn hyperboloid(p1: DVec3) -> Hyperboloid {
+    Hyperboloid::new(p1, DVec3::new(0.6, 0.7, 1.0), 360.0).unwrap()
+}
+
+fn forms() -> [Form; 9] {
     [
         Form::Sphere(Sphere::new(1.0, -1.0, 1.0, 360.0)),
         Form::Sphere(Sphere::new(1.0, -0.5, 0.7, 270.0)),
@@ -127,6 +131,10 @@ fn forms() -> [Form; 6] {
         Form::Cylinder(Cylinder::new(1.0, -1.0, 1.0, 360.0)),
         Form::Cone(Cone::new(1.0, 1.5, 360.0)),
         Form::Cone(Cone::new(1.0, 1e-3, 200.0)),
+        Form::Paraboloid(Paraboloid::new(1.0, 0.2, 1.5, 360.0)),
+        Form::Hyperboloid(hyperboloid(DVec3::new(0.6, -0.7, -1.0))),
+        // Shaded with the normal of the sweep.
+        Form::Hyperboloid(hyperboloid(DVec3::new(0.9, 0.0, 0.0))),
     ]
 }
 
