@@ -53,6 +53,19 @@ pub trait Index: Number {
         at: [(Self::Place, usize); K],
         offset: usize,
     ) -> Self;
+    /// The `M` entries that begin there; 0 where some lie beyond the table's end.
+    fn row<const K: usize, const M: usize>(
+        table: &[Self::Base],
+        at: [(Self::Place, usize); K],
+        offset: usize,
+    ) -> [Self; M];
+    /// `yes` where `mask` says so, elsewhere `no`: both are known, and nothing branches.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// The magnitude.
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::select(self.at_least(Self::Base::ZERO), self, -self)
+    }
 }
 
 /// The answers of a comparison.
@@ -135,6 +148,21 @@ macro_rules! plain {
                 }
                 table.get(entry).copied().unwrap_or(0.0)
             }
+            #[inline(always)]
+            fn row<const K: usize, const M: usize>(
+                table: &[$t],
+                at: [(usize, usize); K],
+                offset: usize,
+            ) -> [$t; M] {
+                let mut entry = offset;
+                for (place, stride) in at {
+                    entry += place * stride;
+                }
+                let row = table.get(entry..).and_then(|rest| rest.first_chunk());
+                row.copied().unwrap_or([0.0; M])
+            }
+            #[inline(always)]
+            fn select(mask: bool, yes: $t, no: $t) -> $t { if mask { yes } else { no } }
         }
         impl Real for $t {
             #[inline(always)]
@@ -327,6 +355,21 @@ impl<V: Index> Index for Dual<V> {
         offset: usize,
     ) -> Dual<V> {
         Dual::fixed(V::look_up(table, at, offset))
+    }
+    #[inline(always)]
+    fn row<const K: usize, const M: usize>(
+        table: &[V::Base],
+        at: [(V::Place, usize); K],
+        offset: usize,
+    ) -> [Dual<V>; M] {
+        V::row(table, at, offset).map(Dual::fixed)
+    }
+    #[inline(always)]
+    fn select(mask: V::Mask, yes: Dual<V>, no: Dual<V>) -> Dual<V> {
+        Dual {
+            value: V::select(mask, yes.value, no.value),
+            by: [0, 1].map(|i| V::select(mask, yes.by[i], no.by[i])),
+        }
     }
 }
 

@@ -29,26 +29,6 @@ impl<const N: usize> Lanes<N> {
         Lanes([x; N])
     }
 
-    /// The magnitude.
-    #[inline(always)]
-    pub fn abs(self) -> Lanes<N> {
-        let mut r = self;
-        for x in &mut r.0 {
-            *x = x.abs();
-        }
-        r
-    }
-
-    /// Where `mask` says yes from `yes`, elsewhere from `no`.
-    #[inline(always)]
-    pub fn select(mask: LaneMask<N>, yes: Lanes<N>, no: Lanes<N>) -> Lanes<N> {
-        let mut r = no;
-        for i in 0..N {
-            let bits = (yes.0[i].to_bits() & mask.0[i]) | (no.0[i].to_bits() & !mask.0[i]);
-            r.0[i] = f32::from_bits(bits);
-        }
-        r
-    }
 }
 
 impl<const N: usize> LaneMask<N> {
@@ -162,13 +142,23 @@ impl<const N: usize> Index for Lanes<N> {
     type Place = [u32; N];
     #[inline(always)]
     fn place(self, last: usize) -> ([u32; N], Lanes<N>) {
-        // Tables are shorter than 2^24, so that a place is exact as an f32.
-        let last = last as u32;
+        // Adding 2^23 leaves no bits for a fraction: what it rounds to is the nearest whole number, in the lowest
+        // bits, and in three vector instructions where a conversion that minds NaN takes eight or so.
+        // Tables are shorter than 2^22, where this is exact.
+        const WHOLE: f32 = 8_388_608.0;
+        let last = last.min(1 << 22) as f32;
         let mut place = [0; N];
         let mut rest = self;
-        for (rest, place) in rest.0.iter_mut().zip(&mut place) {
-            *place = (*rest as u32).min(last);
-            *rest -= *place as f32;
+        for i in 0..N {
+            let x = self.0[i];
+            // What is not a number is not greater than 0.
+            let x = if x > 0.0 { x } else { 0.0 };
+            let x = if x < last { x } else { last };
+            let nearest = x + WHOLE;
+            let above = if nearest - WHOLE > x { 1.0 } else { 0.0 };
+            let below = nearest - above;
+            place[i] = below.to_bits() & 0x007f_ffff;
+            rest.0[i] = self.0[i] - (below - WHOLE);
         }
         (place, rest)
     }
@@ -185,6 +175,43 @@ impl<const N: usize> Index for Lanes<N> {
                 entry += place[i] as usize * stride;
             }
             r.0[i] = table.get(entry).copied().unwrap_or(0.0);
+        }
+        r
+    }
+    #[inline(always)]
+    fn row<const K: usize, const M: usize>(
+        table: &[f32],
+        at: [([u32; N], usize); K],
+        offset: usize,
+    ) -> [Lanes<N>; M] {
+        let mut r = [Lanes([0.0; N]); M];
+        for i in 0..N {
+            let mut entry = offset;
+            for (place, stride) in &at {
+                entry += place[i] as usize * stride;
+            }
+            if let Some(row) = table.get(entry..).and_then(|rest| rest.first_chunk::<M>()) {
+                for (r, x) in r.iter_mut().zip(row) {
+                    r.0[i] = *x;
+                }
+            }
+        }
+        r
+    }
+    #[inline(always)]
+    fn select(mask: LaneMask<N>, yes: Lanes<N>, no: Lanes<N>) -> Lanes<N> {
+        let mut r = no;
+        for i in 0..N {
+            let bits = (yes.0[i].to_bits() & mask.0[i]) | (no.0[i].to_bits() & !mask.0[i]);
+            r.0[i] = f32::from_bits(bits);
+        }
+        r
+    }
+    #[inline(always)]
+    fn abs(self) -> Lanes<N> {
+        let mut r = self;
+        for x in &mut r.0 {
+            *x = x.abs();
         }
         r
     }

@@ -3,9 +3,8 @@
 use super::dispatch::Kernel;
 use super::lane::{LaneMask, Lanes};
 use super::tracer::{FilmTracer, Traced};
-use crate::math::Vec2;
 use crate::optics::pupil::ExitPupil;
-use crate::optics::real::{Mask, Number};
+use crate::optics::real::{Index, Mask, Number};
 
 /// Points of the exit pupil's plane to aim at.
 #[derive(Clone, Copy, Debug)]
@@ -100,29 +99,19 @@ pub fn projected_solid_angle<const N: usize>(
     area.times(1.0 / z2) / (r * r)
 }
 
-/// Maps `u` to the pupil's regions by [`ExitPupil::sample`], one at a time.
+/// Maps `u` to the regions of `pupil`, as [`ExitPupil::sample`] but for rounding.
 #[inline(always)]
 pub fn sample_pupil<const N: usize>(
     pupil: &ExitPupil,
     film: &[Lanes<N>; 2],
     u: &[Lanes<N>; 2],
 ) -> PupilSamples<N> {
-    let none = Lanes::splat(0.0);
-    let mut samples = PupilSamples {
-        point: [none; 2],
-        area: none,
-        lit: LaneMask([0; N]),
-    };
-    for i in 0..N {
-        let film = film.map(|x| f64::from(x.0[i]));
-        if let Some(sample) = pupil.sample(film, Vec2::new(u[0].0[i], u[1].0[i])) {
-            samples.point[0].0[i] = sample.point[0] as f32;
-            samples.point[1].0[i] = sample.point[1] as f32;
-            samples.area.0[i] = sample.area as f32;
-            samples.lit.0[i] = u32::MAX;
-        }
+    let found = pupil.sample_lanes(film, u);
+    PupilSamples {
+        point: found.point,
+        area: found.area,
+        lit: found.lit,
     }
-    samples
 }
 
 /// Maps `u` to a disk of `radius` mm about the axis, the same for every film point.

@@ -15,6 +15,12 @@ const MARGIN: f64 = 1e-3;
 /// is made room for.
 const BETWEEN: f64 = 2.0;
 
+/// Triangles' areas at a ring's ends differ by less than this part of them ...
+const UNEVEN: f64 = 1e-4;
+
+/// ... or as much as these attempts leave.
+const ATTEMPTS: usize = 4;
+
 /// The polygon of one ring; see [`Ring`].
 #[derive(Clone, Debug)]
 pub(super) struct Draft {
@@ -23,15 +29,54 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// Around the outlines at the ring's inner and outer radius.
-    pub fn between(inner: &Outline, outer: &Outline) -> Draft {
-        Draft {
-            center: Moving {
-                from: inner.center,
-                to: outer.center,
-            },
-            corners: pairs(&inner.circumscribed(), &outer.circumscribed()),
+    /// Around the outlines at the ring's inner and outer radius, and what sticks out of the straight lines between them at
+    /// the outlines `inside`, each with its t. At both ends all triangles have the same area, to [`UNEVEN`].
+    pub fn between<'a>(
+        ends: [&Outline; 2],
+        inside: impl Iterator<Item = (f64, &'a Outline)> + Clone,
+    ) -> Draft {
+        let hulls = ends.map(|o| &o.hull);
+        let mut shares = ends.map(|o| vec![1.0; o.points.len() - 1]);
+        let mut attempt = 0;
+        loop {
+            let [from, to] = [0, 1].map(|end| divided(hulls[end], &shares[end]));
+            let mut draft = Draft {
+                center: Moving {
+                    from: ends[0].center,
+                    to: ends[1].center,
+                },
+                corners: pairs(&from, &to),
+            };
+            let gaps = draft.gaps(inside.clone());
+            draft.fill(&gaps);
+            draft.grow();
+            // What was filled has made some triangles larger: they are cut smaller next time.
+            let uneven = [0, 1].map(|end| draft.even_out(&mut shares[end], end as f64));
+            attempt += 1;
+            if attempt == ATTEMPTS || uneven[0].max(uneven[1]) < UNEVEN {
+                return draft;
+            }
         }
+    }
+
+    /// Divides each share by the area of its triangle at `t`, relative to the mean, which is how much too large it
+    /// is. How far the areas are from even.
+    fn even_out(&self, shares: &mut [f64], t: f64) -> f64 {
+        let areas: Vec<f64> = self
+            .corners
+            .windows(2)
+            .map(|c| cross(c[0].at(t), c[1].at(t)))
+            .collect();
+        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+        let mut worst = 0.0f64;
+        for (share, area) in shares.iter_mut().zip(areas) {
+            let excess = area / mean;
+            if excess > 0.0 && excess.is_finite() {
+                *share /= excess;
+                worst = worst.max((excess - 1.0).abs());
+            }
+        }
+        worst
     }
 
     /// Around an ellipse at the inner, and one at the outer radius.
@@ -68,25 +113,28 @@ impl Draft {
             .partition_point(|c| cross(c.at(t), v) >= 0.0)
             .clamp(1, last);
         let (a, b) = (self.corners[i - 1].at(t), self.corners[i].at(t));
-        let reach = reach(a, b, v);
-        // A triangle of no area, seen from its own plane, holds nothing.
-        let length = v[0].hypot(v[1]);
-        let beyond = if reach.is_finite() && reach > 0.0 {
-            length * (1.0 - 1.0 / reach)
-        } else {
-            length
-        };
-        (i - 1, beyond)
+        (i - 1, beyond(a, b, v))
     }
 
     /// How far the outlines found at each t stick out, for each triangle, mm.
-    pub fn gaps<'a>(&self, inside: impl Iterator<Item = (f64, &'a Outline)>) -> Vec<f64> {
+    fn gaps<'a>(&self, inside: impl Iterator<Item = (f64, &'a Outline)>) -> Vec<f64> {
         let mut gaps = vec![0.0; self.corners.len() - 1];
+        let mut corners = Vec::with_capacity(self.corners.len());
         for (t, outline) in inside {
-            let points = outline.points.iter().copied().chain(outline.bends());
-            for p in points {
-                let (i, beyond) = self.beyond(t, [outline.center + p[0], p[1]]);
-                gaps[i] = f64::max(gaps[i], beyond);
+            corners.clear();
+            corners.extend(self.corners.iter().map(|c| c.at(t)));
+            let shift = outline.center - self.center.at(t);
+            // Points come in the order of their directions, or nearly: each is sought from the last one's triangle.
+            let mut i = 1;
+            for p in outline.points.iter().chain(&outline.bends) {
+                let v = [shift + p[0], p[1]];
+                while i + 1 < corners.len() && cross(corners[i], v) > 0.0 {
+                    i += 1;
+                }
+                while i > 1 && cross(corners[i - 1], v) < 0.0 {
+                    i -= 1;
+                }
+                gaps[i - 1] = f64::max(gaps[i - 1], beyond(corners[i - 1], corners[i], v));
             }
         }
         gaps
@@ -132,6 +180,60 @@ impl Draft {
     pub fn finish(&self, radii: [f64; 2]) -> Option<Ring> {
         Ring::new(radii, self.center, &self.corners)
     }
+}
+
+/// How far `v`, in a direction between `a` and `b`, is beyond the line through them; negative on this side.
+fn beyond(a: [f64; 2], b: [f64; 2], v: [f64; 2]) -> f64 {
+    let reach = reach(a, b, v);
+    let length = (v[0] * v[0] + v[1] * v[1]).sqrt();
+    // A triangle of no area, seen from its own plane, holds nothing.
+    if reach.is_finite() && reach > 0.0 {
+        length * (1.0 - 1.0 / reach)
+    } else {
+        length
+    }
+}
+
+/// A polygon around `hull` (corners of the half with y ≥ 0) whose triangles' areas are in the proportions of `shares`,
+/// to first order.
+fn divided(hull: &[[f64; 2]], shares: &[f64]) -> Vec<[f64; 2]> {
+    let total: f64 = hull.windows(2).map(|p| cross(p[0], p[1])).sum();
+    let per_share = total / shares.iter().sum::<f64>();
+    let last = hull.len() - 1;
+    let mut corners = vec![hull[0]];
+    let mut factors = vec![1.0f64; shares.len() + 1];
+    // The side of the hull that is being gone along, and how much area lies before it.
+    let (mut side, mut before, mut wanted) = (0, 0.0, 0.0);
+    let mut passed = Vec::new();
+    for (i, share) in shares.iter().enumerate() {
+        wanted += share * per_share;
+        let area = |side: usize| cross(hull[side], hull[side + 1]);
+        while side + 1 < last && before + area(side) < wanted {
+            before += area(side);
+            side += 1;
+            passed.push(hull[side]);
+        }
+        let corner = if i + 1 == shares.len() {
+            passed.extend(&hull[side + 1..last]);
+            hull[last]
+        } else {
+            let (a, b) = (hull[side], hull[side + 1]);
+            let s = ((wanted - before) / area(side)).clamp(0.0, 1.0);
+            let s = if s.is_nan() { 0.0 } else { s };
+            [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
+        };
+        // Corners of the hull between two of the new ones lie outside the line between these.
+        for p in passed.drain(..) {
+            let factor = reach(corners[i], corner, p);
+            if factor.is_finite() {
+                factors[i] = factors[i].max(factor);
+                factors[i + 1] = factors[i + 1].max(factor);
+            }
+        }
+        corners.push(corner);
+    }
+    let moved = corners.iter().zip(factors);
+    moved.map(|(p, f)| p.map(|x| f * x)).collect()
 }
 
 fn pairs(from: &[[f64; 2]], to: &[[f64; 2]]) -> Vec<Moving<[f64; 2]>> {

@@ -1,6 +1,6 @@
 //! The smallest ellipse around a region: its bounding shape where its outline cannot be trusted.
 
-use super::mapping::Polar;
+use super::mapping::Spot;
 use super::outline::DIRECTIONS;
 
 /// An ellipse on the sampling plane, its axes along and across the film point's azimuth.
@@ -67,11 +67,11 @@ impl Ellipse {
     }
 
     /// The point `p` of the ellipse, relative to the lens axis.
-    pub fn point(&self, p: Polar) -> [f64; 2] {
-        let (sin, cos) = (std::f64::consts::TAU * p.turn).sin_cos();
+    pub fn point(&self, p: Spot<f64>) -> [f64; 2] {
+        let (sin, cos) = (std::f64::consts::PI * p.half).sin_cos();
         [
             self.center + self.along * p.radius * cos,
-            self.across * p.radius * sin,
+            self.across * p.radius * p.side * sin,
         ]
     }
 }

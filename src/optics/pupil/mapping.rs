@@ -2,6 +2,7 @@
 
 use crate::math::Vec2;
 use crate::math::hash::{mix2, unit_float};
+use crate::optics::real::{Index, Plain};
 
 /// How lens samples are spread over the exit pupil (`"string pupilsampling"`). All three give the
 /// same picture but for its noise.
@@ -21,43 +22,61 @@ pub enum PupilSampling {
     Rejection,
 }
 
-/// A point of a star-shaped region: how far out and which way.
+/// A point of a star-shaped region that is its own mirror image: how far out and which way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Polar {
+pub(super) struct Spot<T> {
     /// Distance from the middle, relative to the outline's in that direction.
-    pub radius: f64,
-    /// The part of the region's area between +x and the direction, counterclockwise; 0 to 1.
-    pub turn: f64,
+    pub radius: T,
+    /// The part of the area of the half with y ≥ 0 between +x and the direction, or its mirror image;
+    /// 0 to 1.
+    pub half: T,
+    /// 1 for that half, −1 for the other.
+    pub side: T,
 }
 
-impl Polar {
-    /// The concentric mapping. `turn` needs no trigonometry: along the side of a square it is linear.
-    /// Written as choices between values, not between paths: which triangle of the square a
-    /// sample falls into cannot be predicted.
-    #[inline]
-    pub fn concentric(u: Vec2) -> Polar {
-        let [x, y] = u.as_dvec2().to_array().map(|x| 2.0 * x - 1.0);
-        let flat = x.abs() > y.abs();
-        let (long, short) = if flat { (x, y) } else { (y, x) };
+impl<T: Index> Spot<T> {
+    /// The concentric mapping. `half` needs no trigonometry: along the side of a square it is linear.
+    /// Choices between values, not between paths: which triangle of the square a sample falls into
+    /// cannot be predicted, and differs within a bundle.
+    #[inline(always)]
+    pub fn concentric(u: [T; 2]) -> Spot<T> {
+        let (zero, one) = (T::Base::ZERO, T::Base::ONE);
+        let [two, four, quarter] = [2.0, 4.0, 0.25].map(T::Base::round_from);
+        let [x, y] = u.map(|x| x.times(two).plus(-one));
+        let (across, up) = (x.abs(), y.abs());
+        let flat = (across - up).greater(zero);
+        let (short, long) = (T::select(flat, up, x), T::select(flat, x, up));
         // In the middle of the square both are 0.
-        let slope = short / if long == 0.0 { 1.0 } else { long };
-        let eighths = if flat { slope } else { 2.0 - slope };
-        // A negative distance along an axis points the other way.
-        let eighths = eighths + if long < 0.0 { 4.0 } else { 0.0 };
-        let eighths = eighths + if eighths < 0.0 { 8.0 } else { 0.0 };
-        Polar {
-            radius: long.abs(),
-            turn: 0.125 * eighths,
+        let middle = T::select(flat, across, up).at_most(zero);
+        let slope = short / T::select(middle, T::constant(one), long);
+        let left = T::select(x.greater(zero), T::constant(zero), T::constant(four));
+        let eighths = T::select(flat, left + slope, T::constant(two) - slope);
+        Spot {
+            radius: T::select(flat, across, up),
+            half: eighths.times(quarter),
+            side: sign(y),
         }
     }
 
     /// The square-root polar mapping.
-    pub fn square_root(u: Vec2) -> Polar {
-        Polar {
-            radius: f64::from(u.x).sqrt(),
-            turn: f64::from(u.y),
+    #[inline(always)]
+    pub fn square_root(u: [T; 2]) -> Spot<T> {
+        let one = T::Base::ONE;
+        // From −1, where the turn begins, over 0 half-way to 1.
+        let turn = u[1].times(T::Base::round_from(2.0)).plus(-one);
+        Spot {
+            radius: u[0].sqrt(),
+            half: T::constant(one) - turn.abs(),
+            side: -sign(turn),
         }
     }
+}
+
+/// 1, or −1 for what is negative.
+#[inline(always)]
+fn sign<T: Index>(x: T) -> T {
+    let one = T::constant(T::Base::ONE);
+    T::select(x.at_least(T::Base::ZERO), one, -one)
 }
 
 /// Candidates after which rejection gives up and the last one is mapped instead: no convex region
@@ -94,9 +113,10 @@ mod tests {
         for i in 0..=64 {
             for j in 0..=64 {
                 let u = Vec2::new(i as f32 / 64.0, j as f32 / 64.0);
-                let p = Polar::concentric(u);
-                assert!((0.0..=1.0).contains(&p.radius) && (0.0..=1.0).contains(&p.turn));
-                let (sin, cos) = (std::f64::consts::TAU * p.turn).sin_cos();
+                let p = Spot::concentric(u.as_dvec2().to_array());
+                assert!((0.0..=1.0).contains(&p.radius) && (0.0..=1.0).contains(&p.half));
+                let (sin, cos) = (std::f64::consts::PI * p.half).sin_cos();
+                let sin = p.side * sin;
                 let disk = concentric_disk(u).as_dvec2();
                 // The disk's mapping is in f32.
                 assert!((p.radius * cos - disk.x).abs() < 1e-6, "{u} {p:?} {disk}");

@@ -26,16 +26,20 @@ mod outline;
 mod rear;
 mod ring;
 mod survey;
+mod table;
 
 pub use mapping::PupilSampling;
 pub use ring::Region;
 
-use self::mapping::Polar;
+use self::mapping::Spot;
 use self::outline::View;
 use self::rear::Rear;
 use self::ring::Ring;
 use self::survey::Survey;
+use self::table::{PupilTable, Spread};
+use super::lanes::Lanes;
 use super::lens::Lens;
+use super::real::{Index, Number};
 use crate::math::Vec2;
 
 /// A point of the exit pupil to aim at.
@@ -56,10 +60,9 @@ pub struct ExitPupil {
     reach: f64,
     /// By film radius; between them it is dark.
     rings: Vec<Ring>,
-    /// For equal parts of the reach, the first ring that may serve it.
-    first: Vec<u32>,
-    /// Parts in a millimetre.
-    parts_per_mm: f64,
+    /// What samples are made with: `rings` once more, for f64 and for f32 and bundles of them.
+    double: PupilTable<f64>,
+    single: PupilTable<f32>,
     rear: Rear,
     sampling: PupilSampling,
 }
@@ -79,19 +82,14 @@ impl ExitPupil {
             reach: max_radius.max(f64::MIN_POSITIVE),
         };
         let rings = survey.rings(rings.max(1));
-        // Four parts to a ring: two steps from the first find it, on average.
-        let parts = 4 * rings.len() + 1;
-        let first = (0..parts).map(|i| {
-            let radius = survey.reach * i as f64 / parts as f64;
-            rings.partition_point(|r| r.radii[1] < radius) as u32
-        });
+        let double = PupilTable::new(&rings, survey.reach);
         ExitPupil {
             plane_z: survey.plane_z,
             film_z: lens.film_z(),
             reach: survey.reach,
-            first: first.collect(),
-            parts_per_mm: parts as f64 / survey.reach,
             rings,
+            single: double.rounded(),
+            double,
             rear: survey.rear,
             sampling: PupilSampling::default(),
         }
@@ -128,12 +126,9 @@ impl ExitPupil {
     }
 
     /// The ring of a film radius within reach.
-    #[inline]
     fn ring(&self, radius: f64) -> Option<&Ring> {
-        let part = (radius * self.parts_per_mm) as usize;
-        let first = self.first[part.min(self.first.len() - 1)] as usize;
-        let ring = self.rings[first..].iter().find(|r| radius <= r.radii[1])?;
-        (ring.radii[0] <= radius).then_some(ring)
+        let at = self.rings.partition_point(|r| r.radii[1] < radius);
+        self.rings.get(at).filter(|r| r.radii[0] <= radius)
     }
 
     /// Maps `u` in the unit square to the region of the film point (x, y) mm, evenly over its area.
@@ -143,16 +138,76 @@ impl ExitPupil {
         // Not `hypot`, which takes as long as all the rest: film points are neither tiny nor huge,
         // and one nearer than 1e-154 mm to the axis is on it.
         let radius = (film[0] * film[0] + film[1] * film[1]).sqrt();
+        if !self.is_tabulated(radius, self.reach) {
+            return self.one_by_one(film, radius, u);
+        }
+        let spot = self.spot(u.as_dvec2().to_array());
+        let found = self.double.point(&film, radius, &spot);
+        found.lit.then_some(PupilSample {
+            point: [found.point[0], found.point[1], self.plane_z],
+            area: found.area,
+        })
+    }
+
+    /// [`ExitPupil::sample`] for a bundle, in single precision.
+    #[inline(always)]
+    pub(super) fn sample_lanes<const N: usize>(
+        &self,
+        film: &[Lanes<N>; 2],
+        u: &[Lanes<N>; 2],
+    ) -> Spread<Lanes<N>> {
+        let radius = (film[0] * film[0] + film[1] * film[1]).sqrt();
+        let mut found = self.single.point(film, radius, &self.spot(*u));
+        let reach = self.reach as f32;
+        if (0..N).any(|i| !self.is_tabulated(radius.0[i], reach)) {
+            for i in (0..N).filter(|i| !self.is_tabulated(radius.0[*i], reach)) {
+                let film = film.map(|x| f64::from(x.0[i]));
+                let u = Vec2::new(u[0].0[i], u[1].0[i]);
+                let one = self.one_by_one(film, film[0].hypot(film[1]), u);
+                found.lit.0[i] = if one.is_some() { u32::MAX } else { 0 };
+                let Some(one) = one else { continue };
+                found.point[0].0[i] = one.point[0] as f32;
+                found.point[1].0[i] = one.point[1] as f32;
+                found.area.0[i] = one.area as f32;
+            }
+        }
+        found
+    }
+
+    /// Is this film radius sampled from the tables?
+    #[inline(always)]
+    fn is_tabulated<T: PartialOrd>(&self, radius: T, reach: T) -> bool {
+        radius <= reach && self.sampling != PupilSampling::Rejection
+    }
+
+    #[inline(always)]
+    fn spot<T: Index>(&self, u: [T; 2]) -> Spot<T> {
+        match self.sampling {
+            PupilSampling::Polar => Spot::square_root(u),
+            PupilSampling::Concentric | PupilSampling::Rejection => Spot::concentric(u),
+        }
+    }
+
+    /// A sample of what is in no table: by rejection, and beyond the reach.
+    #[cold]
+    fn one_by_one(&self, film: [f64; 2], radius: f64, u: Vec2) -> Option<PupilSample> {
         let ([x, y], area) = if radius <= self.reach {
             let ring = self.ring(radius)?;
             let t = ring.t(radius);
-            (ring.sample(t, u, self.sampling), ring.area(t))
+            match ring.by_rejection(t, u) {
+                Ok(p) => (p, ring.area(t)),
+                Err(u) => {
+                    let spot = Spot::concentric(u.as_dvec2().to_array());
+                    // On the positive x axis.
+                    let found = self.double.point(&[radius, 0.0], radius, &spot);
+                    (found.point, found.area)
+                }
+            }
         } else {
             self.beyond_reach(radius, u)?
         };
         let (cos, sin) = if radius > 0.0 {
-            let scale = 1.0 / radius;
-            (film[0] * scale, film[1] * scale)
+            (film[0] / radius, film[1] / radius)
         } else {
             (1.0, 0.0)
         };
@@ -163,10 +218,10 @@ impl ExitPupil {
     }
 
     /// A point of what the rear element lets through, and its area.
-    #[cold]
     fn beyond_reach(&self, radius: f64, u: Vec2) -> Option<([f64; 2], f64)> {
         let e = self.rear.region(radius, self.plane_z, self.film_z)?;
-        Some((e.point(Polar::concentric(u)), e.area()))
+        let spot = Spot::concentric(u.as_dvec2().to_array());
+        Some((e.point(spot), e.area()))
     }
 
     /// Projected solid angle ∫cosθ dω, in steradians, that a sample of area `area` stands for, seen

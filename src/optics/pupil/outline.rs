@@ -35,6 +35,12 @@ pub(super) struct Outline {
     /// The half with y ≥ 0, in order from +x to −x, relative to the middle, each just outside;
     /// `DIRECTIONS + 1` points.
     pub points: Vec<[f64; 2]>,
+    /// How far the region may bend outward between neighbouring points: where it is convex it does not reach beyond
+    /// the lines through the points on either side, and so not beyond where they meet. One point for each side
+    /// that has such a point, relative to the middle, in order.
+    pub bends: Vec<[f64; 2]>,
+    /// A polygon with as many corners as `points` around every convex region through all of these.
+    pub hull: Vec<[f64; 2]>,
 }
 
 impl View<'_> {
@@ -130,11 +136,30 @@ impl View<'_> {
         // An aperture of size 0 lets a ray through but no light.
         let sound =
             along * across >= f64::MIN_POSITIVE && points.iter().flatten().all(|x| x.is_finite());
-        (sound && center.is_finite()).then_some(Outline { center, points })
+        (sound && center.is_finite()).then(|| Outline::new(center, points))
     }
 }
 
 impl Outline {
+    fn new(center: f64, points: Vec<[f64; 2]>) -> Outline {
+        let bends: Vec<(usize, [f64; 2])> = bends_of_sides(&points).collect();
+        let mut factors = vec![1.0f64; points.len()];
+        for (i, bend) in &bends {
+            let factor = reach(points[*i], points[i + 1], *bend);
+            for f in &mut factors[*i..=i + 1] {
+                *f = f.max(factor);
+            }
+        }
+        let hull = points.iter().zip(factors);
+        let hull = hull.map(|(p, f)| p.map(|x| f * x)).collect();
+        Outline {
+            center,
+            hull,
+            bends: bends.into_iter().map(|(_, bend)| bend).collect(),
+            points,
+        }
+    }
+
     /// In mm², of the whole region.
     pub fn area(&self) -> f64 {
         self.points.windows(2).map(|p| cross(p[0], p[1])).sum()
@@ -144,42 +169,25 @@ impl Outline {
     pub fn absolute(&self) -> impl Iterator<Item = [f64; 2]> {
         self.points.iter().map(|p| [self.center + p[0], p[1]])
     }
+}
 
-    /// How far the region may bend outward between neighbouring points: where it is convex it does
-    /// not reach beyond the lines through the points on either side, and so not beyond where they meet. One
-    /// point for each side that has such a point, relative to the middle, with the side's number.
-    fn bends_of_sides(&self) -> impl Iterator<Item = (usize, [f64; 2])> {
-        let p = &self.points;
-        let last = p.len() - 1;
-        let mirrored = |p: [f64; 2]| [p[0], -p[1]];
-        (0..last).filter_map(move |i| {
-            let before = if i == 0 { mirrored(p[1]) } else { p[i - 1] };
-            let after = if i + 1 == last {
-                mirrored(p[last - 1])
-            } else {
-                p[i + 2]
-            };
-            bend(before, p[i], p[i + 1], after).map(|bend| (i, bend))
-        })
-    }
-
-    /// The points between two neighbours that [`Outline::circumscribed`] holds besides.
-    pub fn bends(&self) -> impl Iterator<Item = [f64; 2]> {
-        self.bends_of_sides().map(|(_, bend)| bend)
-    }
-
-    /// A polygon with as many corners around every convex region through all points.
-    pub fn circumscribed(&self) -> Vec<[f64; 2]> {
-        let mut factors = vec![1.0f64; self.points.len()];
-        for (i, bend) in self.bends_of_sides() {
-            let factor = reach(self.points[i], self.points[i + 1], bend);
-            for f in &mut factors[i..=i + 1] {
-                *f = f.max(factor);
-            }
-        }
-        let points = self.points.iter().zip(factors);
-        points.map(|(p, f)| p.map(|x| f * x)).collect()
-    }
+/// For each side between neighbouring `points` that has a bend (see [`Outline::bends`]) its number and that point.
+fn bends_of_sides(points: &[[f64; 2]]) -> impl Iterator<Item = (usize, [f64; 2])> {
+    let last = points.len() - 1;
+    let mirrored = |p: [f64; 2]| [p[0], -p[1]];
+    (0..last).filter_map(move |i| {
+        let before = if i == 0 {
+            mirrored(points[1])
+        } else {
+            points[i - 1]
+        };
+        let after = if i + 1 == last {
+            mirrored(points[last - 1])
+        } else {
+            points[i + 2]
+        };
+        bend(before, points[i], points[i + 1], after).map(|bend| (i, bend))
+    })
 }
 
 /// Where the lines `a`–`b` and `d`–`c` meet beyond the side `b`–`c`; `None` where they do not.

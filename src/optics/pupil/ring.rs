@@ -1,11 +1,11 @@
 //! The region of one ring of film radii: a star-shaped polygon that changes with the film radius.
 //!
-//! Corners are known at the ring's inner and outer radius and move on straight lines in between, so
-//! each triangle between the middle and two neighbouring corners has an area quadratic in the film radius, and so
-//! have their sums: the inverse of the area's distribution over direction is exact at every radius, for a
-//! few multiplications and no trigonometry.
+//! Corners are known at the ring's inner and outer radius and move on straight lines in between. At both ends
+//! the triangles between the middle and two neighbouring corners have the same area (`draft`), and between the ends all
+//! but: so the triangle for a sample of the unit square is found without a search and without trigonometry
+//! (`table`), and the sample's weight carries the triangle's own area.
 
-use super::mapping::{Polar, PupilSampling, redrawn};
+use super::mapping::redrawn;
 use super::outline::cross;
 use crate::math::Vec2;
 
@@ -30,21 +30,6 @@ impl Moving<[f64; 2]> {
     }
 }
 
-/// One corner of the half with y ≥ 0.
-#[derive(Clone, Copy, Debug)]
-struct Corner {
-    /// Relative to the middle, mm.
-    at: Moving<[f64; 2]>,
-    /// Area of both halves' triangles before this corner, mm²: coefficients of 1, t and t².
-    before: [f64; 3],
-}
-
-impl Corner {
-    fn before(&self, t: f64) -> f64 {
-        self.before[0] + t * (self.before[1] + t * self.before[2])
-    }
-}
-
 /// A region for all film points of a ring, symmetric about the film point's azimuth.
 #[derive(Clone, Debug)]
 pub(super) struct Ring {
@@ -53,7 +38,10 @@ pub(super) struct Ring {
     /// One over their difference.
     per_width: f64,
     center: Moving<f64>,
-    corners: Vec<Corner>,
+    /// Of the half with y ≥ 0, relative to the middle, mm.
+    corners: Vec<Moving<[f64; 2]>>,
+    /// Of the whole region, mm²: coefficients of 1, t and t².
+    area: [f64; 3],
 }
 
 /// The extent of a region, and its area.
@@ -73,29 +61,34 @@ impl Ring {
     /// For film radii from `radii[0]` to `radii[1]`, where t runs from 0 to 1. `None` unless the
     /// corners go once around the middle, counterclockwise, at every t.
     pub fn new(radii: [f64; 2], center: Moving<f64>, corners: &[Moving<[f64; 2]>]) -> Option<Ring> {
-        let mut before = [0.0; 3];
-        let mut finished = Vec::with_capacity(corners.len());
-        for (i, corner) in corners.iter().enumerate() {
-            if i > 0 {
-                let area = triangle(&corners[i - 1], corner);
-                if !never_negative(area) {
-                    return None;
-                }
-                before = [0, 1, 2].map(|k| before[k] + area[k]);
+        let mut whole = [0.0; 3];
+        for pair in corners.windows(2) {
+            // Both halves' triangles.
+            let area = triangle(&pair[0], &pair[1]);
+            if !never_negative(area) {
+                return None;
             }
-            finished.push(Corner {
-                at: *corner,
-                before,
-            });
+            whole = [0, 1, 2].map(|k| whole[k] + area[k]);
         }
-        let positive = |t: f64| before[0] + t * (before[1] + t * before[2]) > 0.0;
+        let positive = |t: f64| quadratic(whole, t) > 0.0;
         let finite = center.from.is_finite() && center.to.is_finite();
         (finite && positive(0.0) && positive(0.5) && positive(1.0)).then_some(Ring {
             radii,
             per_width: 1.0 / (radii[1] - radii[0]),
             center,
-            corners: finished,
+            corners: corners.to_vec(),
+            area: whole,
         })
+    }
+
+    /// Distance of the middle from the lens axis, mm.
+    pub fn center(&self) -> Moving<f64> {
+        self.center
+    }
+
+    /// Corners of the half with y ≥ 0, from +x to −x, relative to the middle, mm.
+    pub fn corners(&self) -> impl Iterator<Item = &Moving<[f64; 2]>> {
+        self.corners.iter()
     }
 
     /// Where `radius` lies in the ring.
@@ -105,67 +98,25 @@ impl Ring {
 
     /// In mm².
     pub fn area(&self, t: f64) -> f64 {
-        self.corners[self.corners.len() - 1].before(t)
+        quadratic(self.area, t)
     }
 
-    /// A point of the region at `t`, relative to the lens axis, along and across the film point's
-    /// azimuth.
-    pub fn sample(&self, t: f64, u: Vec2, sampling: PupilSampling) -> [f64; 2] {
-        let p = match sampling {
-            PupilSampling::Concentric => self.point(t, Polar::concentric(u)),
-            PupilSampling::Polar => self.point(t, Polar::square_root(u)),
-            PupilSampling::Rejection => self.by_rejection(t, u),
-        };
-        [self.center.at(t) + p[0], p[1]]
-    }
-
-    /// The first candidate in the bounding box that lies in the region.
-    #[cold]
-    fn by_rejection(&self, t: f64, u: Vec2) -> [f64; 2] {
+    /// By rejection a point of the region at `t`, evenly over its area, relative to the lens axis, along and across
+    /// the film point's azimuth: the first candidate in the bounding box that lies in the region; where
+    /// none does, the last one's numbers.
+    pub fn by_rejection(&self, t: f64, u: Vec2) -> Result<[f64; 2], Vec2> {
         let (low, high) = self.bounds(t);
         let in_box = |u: Vec2| {
             let u = u.as_dvec2();
             let p = [low + u.x * (high[0] - low), (2.0 * u.y - 1.0) * high[1]];
-            self.holds(t, p).then_some(p)
+            self.holds(t, p).then_some([self.center.at(t) + p[0], p[1]])
         };
-        redrawn(u, in_box).unwrap_or_else(|u| self.point(t, Polar::concentric(u)))
-    }
-
-    /// The point `p` of the region, relative to its middle.
-    #[inline]
-    fn point(&self, t: f64, p: Polar) -> [f64; 2] {
-        // The part of half a turn, and which half.
-        let half = 2.0 * p.turn.min(1.0 - p.turn);
-        let side = 1f64.copysign(0.5 - p.turn);
-        let last = self.corners.len() - 1;
-        let wanted = half * self.area(t);
-        // Triangles have about the same area, so the one wanted is near its share.
-        let mut i = ((half * last as f64) as usize).min(last - 1);
-        let (mut before, mut after) = (self.corners[i].before(t), self.corners[i + 1].before(t));
-        while wanted > after && i + 1 < last {
-            i += 1;
-            (before, after) = (after, self.corners[i + 1].before(t));
-        }
-        while wanted < before && i > 0 {
-            i -= 1;
-            (before, after) = (self.corners[i].before(t), before);
-        }
-        let area = after - before;
-        let s = if area > 0.0 {
-            ((wanted - before) / area).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        let (a, b) = (self.corners[i].at.at(t), self.corners[i + 1].at.at(t));
-        [
-            p.radius * (a[0] + s * (b[0] - a[0])),
-            side * p.radius * (a[1] + s * (b[1] - a[1])),
-        ]
+        redrawn(u, in_box)
     }
 
     /// Smallest x, and largest x and y, relative to the middle.
     fn bounds(&self, t: f64) -> (f64, [f64; 2]) {
-        let points = self.corners.iter().map(|c| c.at.at(t));
+        let points = self.corners.iter().map(|c| c.at(t));
         points.fold((0.0, [0.0; 2]), |(low, high), p| {
             (
                 f64::min(low, p[0]),
@@ -184,11 +135,11 @@ impl Ring {
     /// Is `p`, relative to the middle, within the region?
     fn holds(&self, t: f64, p: [f64; 2]) -> bool {
         let p = [p[0], p[1].abs()];
-        let at = |i: usize| self.corners[i].at.at(t);
+        let at = |i: usize| self.corners[i].at(t);
         // Corners run counterclockwise through half a turn: the last one that p has passed.
         let i = self
             .corners
-            .partition_point(|c| cross(c.at.at(t), p) >= 0.0)
+            .partition_point(|c| cross(c.at(t), p) >= 0.0)
             .clamp(1, self.corners.len() - 1);
         let (a, b) = (at(i - 1), at(i));
         cross([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]) >= 0.0
@@ -217,9 +168,14 @@ fn triangle(a: &Moving<[f64; 2]>, b: &Moving<[f64; 2]>) -> [f64; 3] {
     ]
 }
 
+/// c₀ + c₁t + c₂t².
+fn quadratic(c: [f64; 3], t: f64) -> f64 {
+    c[0] + t * (c[1] + t * c[2])
+}
+
 /// Is c₀ + c₁t + c₂t² ≥ 0 for t from 0 to 1, and finite?
 fn never_negative(c: [f64; 3]) -> bool {
-    let at = |t: f64| c[0] + t * (c[1] + t * c[2]);
+    let at = |t: f64| quadratic(c, t);
     let lowest = (-0.5 * c[1] / c[2]).clamp(0.0, 1.0);
     let lowest = if lowest.is_nan() { 0.0 } else { lowest };
     // Written so that a NaN is refused.

@@ -41,6 +41,8 @@ struct Span {
     ends: [Outline; 2],
     /// At a quarter, half and three quarters of the way; `None` where one of them is missing.
     inside: Option<[Outline; 3]>,
+    /// The polygon that holds all five outlines; `None` where an outline is missing or it is no star.
+    draft: Option<Draft>,
     /// Part of the samples that are lost to the pupil's change.
     waste: f64,
 }
@@ -89,7 +91,7 @@ impl Survey<'_> {
                 ((a, Some(one)), (b, None)) | ((a, None), (b, Some(one)))
                     if b - a <= 2.0 * EDGE * self.reach =>
                 {
-                    rings.extend(Draft::between(one, one).finish([*a, *b]));
+                    rings.extend(Draft::between([one, one], [].into_iter()).finish([*a, *b]));
                 }
                 // Dark at both ends, so dark unless a probe finds light.
                 ((a, _), (b, _)) => {
@@ -163,9 +165,11 @@ impl Survey<'_> {
             radii,
             ends,
             inside,
+            draft: None,
             waste: 1.0,
         };
-        if let (Some([_, middle, _]), Some(draft)) = (&span.inside, span.draft()) {
+        span.draft = span.draft();
+        if let (Some([_, middle, _]), Some(draft)) = (&span.inside, &span.draft) {
             let plain = middle.area();
             // What any ring wastes, however narrow, is no reason to split it.
             let least = span.least_waste(middle);
@@ -208,9 +212,8 @@ impl Survey<'_> {
     /// The region of a span: its polygon if that holds all light, else a shape around all light found,
     /// else everything the rear element lets through.
     fn ring(&self, span: &Span) -> Option<Ring> {
-        let polygon = span
-            .draft()
-            .and_then(|draft| self.probed(span.radii, draft));
+        let draft = span.draft.clone();
+        let polygon = draft.and_then(|draft| self.probed(span.radii, draft));
         polygon.or_else(|| self.stray(span.radii))
     }
 
@@ -289,17 +292,14 @@ impl Span {
     /// where an outline is missing or the polygon is no star.
     fn draft(&self) -> Option<Draft> {
         let inside = self.inside.as_ref()?;
-        let mut draft = Draft::between(&self.ends[0], &self.ends[1]);
-        let gaps = draft.gaps([0.25, 0.5, 0.75].into_iter().zip(inside));
-        draft.fill(&gaps);
-        draft.grow();
+        let inside = [0.25, 0.5, 0.75].into_iter().zip(inside);
+        let draft = Draft::between([&self.ends[0], &self.ends[1]], inside);
         draft.finish(self.radii).map(|_| draft)
     }
 
     /// What the margins alone waste.
     fn least_waste(&self, middle: &Outline) -> f64 {
-        let mut draft = Draft::between(middle, middle);
-        draft.grow();
+        let draft = Draft::between([middle, middle], [].into_iter());
         1.0 - middle.area() / draft.area(0.5)
     }
 

@@ -180,10 +180,10 @@ fn of_wild_lenses_next_to_nothing_is_lost() {
 fn by_directions(lens: &Lens, film: [f64; 2]) -> f64 {
     let count = 1 << 18;
     let passes = |u: &Vec2| {
-        let p = Polar::square_root(*u);
-        let (sin, cos) = (std::f64::consts::TAU * p.turn).sin_cos();
+        let p = Spot::square_root(u.as_dvec2().to_array());
+        let (sin, cos) = (std::f64::consts::PI * p.half).sin_cos();
         // The unit disk of direction cosines is the hemisphere's projection.
-        let d = [p.radius * cos, p.radius * sin];
+        let d = [p.radius * cos, p.radius * p.side * sin];
         let z = -(1.0 - p.radius * p.radius).max(0.0).sqrt();
         let ray = LensRay {
             o: [film[0], film[1], lens.film_z()],
