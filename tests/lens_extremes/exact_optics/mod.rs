@@ -130,8 +130,11 @@ impl ExactLens {
             return (o, d);
         };
         let mut state = (pattern + 1).wrapping_mul(0xd1b5_4a32_d192_ed03 ^ i as u64) | 1;
-        let mut shake = |x: Dd| x * (Dd::ONE + Dd::from(sign(&mut state) * epsilon));
-        ([shake(o[0]), shake(o[1]), o[2]], d.map(shake))
+        // Components of a vector are sums that may cancel: they carry roundings of the size of the whole.
+        let height = o[0].hi.hypot(o[1].hi);
+        let mut shake = |x: Dd, size: f64| x + Dd::from(sign(&mut state) * epsilon * size);
+        let o = [shake(o[0], height), shake(o[1], height), o[2]];
+        (o, d.map(|x| shake(x, 1.0)))
     }
 
     /// (a, b, c, d) that take height and angle in front of the first vertex plane to those behind the last. Angles are
