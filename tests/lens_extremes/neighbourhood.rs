@@ -25,7 +25,7 @@ pub struct Neighbourhood {
 
 /// Every number of lens and ray is off by this many roundings, times the square of the largest index: what a few
 /// operations on each of them make. (Cosines carry an absolute rounding, which enters Snell's law times (n/n')².)
-pub const ROUNDINGS: f64 = 8.0;
+pub const ROUNDINGS: f64 = 16.0;
 
 /// Patterns of up and down that are tried.
 pub const PATTERNS: u64 = 12;

@@ -109,8 +109,9 @@ impl ExactLens {
             let i = if to_film { k } else { count - 1 - k };
             let (n, n2) = (self.index_before(i), self.rows[i].index);
             let mu = if to_film { n / n2 } else { n2 / n };
+            (o, d) = self.rounded(o, unit(d), i, vertices[i]);
             match cross(&self.rows[i], vertices[i], o, d, mu, to_film, &mut margin) {
-                Ok(next) => (o, d) = self.rounded(next, i),
+                Ok(next) => (o, d) = next,
                 Err(cause) => {
                     return Outcome {
                         end: Err((i, cause)),
@@ -125,14 +126,19 @@ impl ExactLens {
         }
     }
 
-    fn rounded(&self, (o, d): ([Dd; 3], [Dd; 3]), i: usize) -> ([Dd; 3], [Dd; 3]) {
+    /// The ray on the vertex plane, where the program goes first, with roundings of the sizes it has there.
+    fn rounded(&self, o: [Dd; 3], d: [Dd; 3], i: usize, vertex: Dd) -> ([Dd; 3], [Dd; 3]) {
         let Some((epsilon, pattern)) = self.rounding else {
             return (o, d);
         };
+        if d[2].hi == 0.0 {
+            return (o, d);
+        }
         let mut state = (pattern + 1).wrapping_mul(0xd1b5_4a32_d192_ed03 ^ i as u64) | 1;
         // Components of a vector are sums that may cancel: they carry roundings of the size of the whole.
-        let height = o[0].hi.hypot(o[1].hi);
         let mut shake = |x: Dd, size: f64| x + Dd::from(sign(&mut state) * epsilon * size);
+        let o = along(o, d, (vertex - o[2]) / d[2]);
+        let height = o[0].hi.hypot(o[1].hi);
         let o = [shake(o[0], height), shake(o[1], height), o[2]];
         (o, d.map(|x| shake(x, 1.0)))
     }
