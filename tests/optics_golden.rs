@@ -112,8 +112,8 @@ fn focus() {
         for entry in g.data["focus"].as_array().unwrap() {
             let distance = entry["object_distance"].as_f64().unwrap_or(f64::INFINITY);
             let found = match entry["measured_from"].as_str().unwrap() {
-                "front_vertex" => film_distance_for_object(c, length, distance),
-                "film" | "infinity" => film_distance_for_focus(c, length, distance),
+                "front_vertex" => film_distance_for_object(c, distance),
+                "film" | "infinity" => film_distance_for_focus(c, distance),
                 other => panic!("{other}"),
             };
             if entry["infeasible"].as_bool() == Some(true) {

@@ -39,10 +39,8 @@ pub enum FocusError {
 
 /// Distance from the last vertex to the film, mm, that brings the plane `distance` mm from the
 /// *film* into focus. Of the two solutions the one with the lens nearer the film is taken.
-/// `length` is the distance from the first vertex to the last.
 pub fn film_distance_for_focus(
     cardinals: Option<Cardinals>,
-    length: f64,
     distance: f64,
 ) -> Result<f64, FocusError> {
     let c = imaging(cardinals)?;
@@ -60,22 +58,20 @@ pub fn film_distance_for_focus(
             minimum: minimum_focus_distance(cardinals)?,
         });
     }
-    let rear = c.index_behind * f;
-    let image = if outside.is_finite() {
+    let extension = if outside.is_finite() {
         let object = 0.5 * (sum + discriminant.sqrt());
-        // n'f s/(s − f), where nothing cancels: s is at least f (1 + √n').
-        rear / (1.0 - f / object)
+        // Newton's form, where nothing cancels: the object is at least f (1 + √n') away.
+        c.index_behind * f * (f / (object - f))
     } else {
-        rear
+        0.0
     };
-    checked(c.rear_principal_plane + image - length, distance)
+    checked(c.back_focal_distance + extension, distance)
 }
 
 /// As [`film_distance_for_focus`], with the plane of focus `distance` mm in front of the *first
 /// vertex*.
 pub fn film_distance_for_object(
     cardinals: Option<Cardinals>,
-    length: f64,
     distance: f64,
 ) -> Result<f64, FocusError> {
     let c = imaging(cardinals)?;
@@ -88,7 +84,7 @@ pub fn film_distance_for_object(
         });
     }
     checked(
-        c.rear_focal_point + c.index_behind * c.focal_length * c.focal_length / x - length,
+        c.back_focal_distance + c.index_behind * c.focal_length * (c.focal_length / x),
         distance,
     )
 }
@@ -96,8 +92,8 @@ pub fn film_distance_for_object(
 /// Where the plane of focus lies for a film `film_distance` mm behind the last vertex: its z in lens
 /// coordinates, −∞ where the film is at the focal point; `None` where no real object in front of
 /// the lens is sharp.
-pub fn plane_of_focus(cardinals: &Cardinals, length: f64, film_distance: f64) -> Option<f64> {
-    let behind = length + film_distance - cardinals.rear_focal_point;
+pub fn plane_of_focus(cardinals: &Cardinals, film_distance: f64) -> Option<f64> {
+    let behind = film_distance - cardinals.back_focal_distance;
     let power = cardinals.index_behind * cardinals.focal_length * cardinals.focal_length;
     let z = cardinals.front_focal_point - power / behind;
     // A film nearer than the focal point asks for an object behind the lens. Rounding of the
@@ -153,8 +149,8 @@ mod tests {
         assert!((c.focal_length - 100.0).abs() < 1e-12);
         assert!((c.rear_focal_point - 150.0).abs() < 1e-12);
         for distance in [600.0, 10_000.0, 1e6] {
-            let film = film_distance_for_focus(Some(c), 0.0, distance).unwrap();
-            let plane = plane_of_focus(&c, 0.0, film).unwrap();
+            let film = film_distance_for_focus(Some(c), distance).unwrap();
+            let plane = plane_of_focus(&c, film).unwrap();
             // Gauss: n/s' + 1/s = 1/f, to rounding of numbers that differ by `distance`.
             assert!(
                 ((film - plane) / distance - 1.0).abs() < 1e-9,
@@ -162,12 +158,9 @@ mod tests {
             );
         }
         let minimum = minimum_focus_distance(Some(c)).unwrap();
-        assert!(film_distance_for_focus(Some(c), 0.0, minimum * (1.0 + 1e-12)).is_ok());
-        assert!(film_distance_for_focus(Some(c), 0.0, minimum * (1.0 - 1e-9)).is_err());
-        assert_eq!(
-            film_distance_for_focus(Some(c), 0.0, f64::INFINITY),
-            Ok(150.0)
-        );
+        assert!(film_distance_for_focus(Some(c), minimum * (1.0 + 1e-12)).is_ok());
+        assert!(film_distance_for_focus(Some(c), minimum * (1.0 - 1e-9)).is_err());
+        assert_eq!(film_distance_for_focus(Some(c), f64::INFINITY), Ok(150.0));
     }
 
     /// The sample lens of scene-language 6.6, whose values were measured on pbrt-v3.
@@ -184,11 +177,11 @@ mod tests {
         // pbrt derives the cardinal points from a real ray 0.043 mm off the axis: 1e-5 relative.
         assert!((c.unwrap().focal_length / 28.63796 - 1.0).abs() < 1e-5);
         for (distance, expected) in [(10_000.0, 16.57488), (1000.0, 17.36226)] {
-            let q = film_distance_for_focus(c, length, distance).unwrap();
+            let q = film_distance_for_focus(c, distance).unwrap();
             assert!((q / expected - 1.0).abs() < 1e-5, "{q} {expected}");
         }
         // Near the least distance the square root amplifies that: 0.3 % of its argument.
-        let q = film_distance_for_focus(c, length, 115.0).unwrap();
+        let q = film_distance_for_focus(c, 115.0).unwrap();
         assert!((q / 39.47572 - 1.0).abs() < 1e-3, "{q}");
         assert!((minimum_focus_distance(c).unwrap() / 113.609 - 1.0).abs() < 1e-5);
     }
@@ -196,33 +189,30 @@ mod tests {
     #[test]
     fn too_near_names_the_least_distance() {
         let (c, length) = sample();
-        let error = film_distance_for_focus(c, length, 100.0).unwrap_err();
+        let error = film_distance_for_focus(c, 100.0).unwrap_err();
         assert!(
             matches!(error, FocusError::TooNear { minimum, .. } if (minimum - 113.609).abs() < 1e-2)
         );
         assert!(error.to_string().contains("113.6"));
-        assert!(film_distance_for_focus(c, length, f64::NAN).is_err());
-        assert!(film_distance_for_focus(c, length, -5.0).is_err());
+        assert!(film_distance_for_focus(c, f64::NAN).is_err());
+        assert!(film_distance_for_focus(c, -5.0).is_err());
     }
 
     #[test]
     fn infinity_focuses_at_the_focal_point() {
         let (c, length) = sample();
         let bfd = c.unwrap().back_focal_distance;
-        assert!((film_distance_for_focus(c, length, f64::INFINITY).unwrap() - bfd).abs() < 1e-12);
-        assert_eq!(
-            plane_of_focus(&c.unwrap(), length, bfd),
-            Some(f64::NEG_INFINITY)
-        );
-        assert_eq!(plane_of_focus(&c.unwrap(), length, bfd - 1.0), None);
+        assert!((film_distance_for_focus(c, f64::INFINITY).unwrap() - bfd).abs() < 1e-12);
+        assert_eq!(plane_of_focus(&c.unwrap(), bfd), Some(f64::NEG_INFINITY));
+        assert_eq!(plane_of_focus(&c.unwrap(), bfd - 1.0), None);
     }
 
     #[test]
     fn plane_of_focus_inverts_focusing() {
         let (c, length) = sample();
         for distance in [150.0, 1000.0, 1e6] {
-            let q = film_distance_for_focus(c, length, distance).unwrap();
-            let z = plane_of_focus(&c.unwrap(), length, q).unwrap();
+            let q = film_distance_for_focus(c, distance).unwrap();
+            let z = plane_of_focus(&c.unwrap(), q).unwrap();
             // Rounding of the film distance, some 1e-15, over its distance from the focal point.
             assert!(((length + q - z) / distance - 1.0).abs() < 1e-9);
         }
@@ -233,13 +223,13 @@ mod tests {
         let p = Prescription::parse("-50 3 1.5 20\n50 0 1 20\n").unwrap();
         let c = Paraxial::new(&p.surfaces).cardinals;
         assert!(matches!(
-            film_distance_for_focus(c, 3.0, 1000.0),
+            film_distance_for_focus(c, 1000.0),
             Err(FocusError::NoImage {
                 focal_length: Some(_)
             })
         ));
         assert!(matches!(
-            film_distance_for_focus(None, 3.0, 1000.0),
+            film_distance_for_focus(None, 1000.0),
             Err(FocusError::NoImage { focal_length: None })
         ));
     }

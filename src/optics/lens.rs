@@ -52,7 +52,7 @@ impl Lens {
             return Err(FocusError::NoImage { focal_length: None });
         }
         let cardinals = Paraxial::new(&prescription.surfaces).cardinals;
-        focus::film_distance_for_focus(cardinals, prescription.length(), distance)
+        focus::film_distance_for_focus(cardinals, distance)
     }
 
     /// Its surfaces, from the scene to the film.
@@ -94,7 +94,7 @@ impl Lens {
     /// z of the plane of focus; see [`focus::plane_of_focus`].
     pub fn plane_of_focus(&self) -> Option<f64> {
         let cardinals = self.paraxial.cardinals?;
-        focus::plane_of_focus(&cardinals, self.length, self.film_distance)
+        focus::plane_of_focus(&cardinals, self.film_distance)
     }
 
     /// Traces the ray from the film point (x, y) mm along the line through `pupil`, which may lie on

@@ -8,28 +8,43 @@
 use super::surface::Surface;
 
 /// Takes (y, n·u) from one plane to another.
+///
+/// The diagonal is kept less 1, its value for no lens at all: principal planes are made of these differences, which for
+/// a weak lens have no digits left in the elements themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RayMatrix {
-    pub a: f64,
+    /// a − 1.
+    pub a_less_1: f64,
     pub b: f64,
     pub c: f64,
-    pub d: f64,
+    /// d − 1.
+    pub d_less_1: f64,
 }
 
 impl RayMatrix {
     pub const IDENTITY: RayMatrix = RayMatrix {
-        a: 1.0,
+        a_less_1: 0.0,
         b: 0.0,
         c: 0.0,
-        d: 1.0,
+        d_less_1: 0.0,
     };
+
+    /// Height at the end of a ray that starts at height 1 along the axis.
+    pub fn a(&self) -> f64 {
+        1.0 + self.a_less_1
+    }
+
+    /// Reduced angle at the end of a ray that starts on the axis at reduced angle 1.
+    pub fn d(&self) -> f64 {
+        1.0 + self.d_less_1
+    }
 
     /// Then refracts at a surface of curvature `c` from index `n` to `n2`: n·u falls by (n2−n)·c·y.
     pub fn refract(self, c: f64, n: f64, n2: f64) -> RayMatrix {
         let power = (n2 - n) * c;
         RayMatrix {
-            c: self.c - power * self.a,
-            d: self.d - power * self.b,
+            c: self.c - power * self.a(),
+            d_less_1: self.d_less_1 - power * self.b,
             ..self
         }
     }
@@ -37,8 +52,8 @@ impl RayMatrix {
     /// Then goes `t` along the axis through index `n`: y grows by t·u.
     pub fn transfer(self, t: f64, n: f64) -> RayMatrix {
         RayMatrix {
-            a: self.a + t / n * self.c,
-            b: self.b + t / n * self.d,
+            a_less_1: self.a_less_1 + t / n * self.c,
+            b: self.b + t / n * self.d(),
             ..self
         }
     }
@@ -106,14 +121,14 @@ impl Paraxial {
         let cardinals = cardinals(&whole, length, behind);
         let stop = limiting_surface(surfaces, &heights);
         let entrance_pupil = pupil(
-            heights[stop].b / heights[stop].a,
-            surfaces[stop].aperture / heights[stop].a.abs(),
+            heights[stop].b / heights[stop].a(),
+            surfaces[stop].aperture / heights[stop].a().abs(),
         );
         // From the stop to the space behind the lens; refraction at the stop itself moves no image of it.
         let (_, rear) = propagate_from(surfaces, stop);
         let exit_pupil = pupil(
-            length - behind * rear.b / rear.d,
-            surfaces[stop].aperture / rear.d.abs(),
+            length - behind * rear.b / rear.d(),
+            surfaces[stop].aperture / rear.d().abs(),
         );
         let f_number = match (cardinals, entrance_pupil) {
             (Some(c), Some(p)) => Some(c.focal_length.abs() / p.diameter),
@@ -161,8 +176,8 @@ fn propagate_from(surfaces: &[Surface], first: usize) -> (Vec<RayMatrix>, RayMat
 
 fn cardinals(m: &RayMatrix, length: f64, behind: f64) -> Option<Cardinals> {
     let focal_length = -1.0 / m.c;
-    let front_focal_point = m.d / m.c;
-    let back_focal_distance = -behind * m.a / m.c;
+    let front_focal_point = m.d() / m.c;
+    let back_focal_distance = -behind * m.a() / m.c;
     let far = [focal_length, front_focal_point, back_focal_distance];
     // Written so that a NaN counts as far.
     if !far.iter().all(|x| x.abs() < FAR) {
@@ -171,8 +186,8 @@ fn cardinals(m: &RayMatrix, length: f64, behind: f64) -> Option<Cardinals> {
     Some(Cardinals {
         focal_length,
         front_focal_point,
-        front_principal_plane: front_focal_point + focal_length,
-        rear_principal_plane: length + (back_focal_distance - behind * focal_length),
+        front_principal_plane: m.d_less_1 / m.c,
+        rear_principal_plane: length - behind * m.a_less_1 / m.c,
         back_focal_distance,
         rear_focal_point: length + back_focal_distance,
         index_behind: behind,
@@ -188,7 +203,7 @@ fn limiting_surface(surfaces: &[Surface], heights: &[RayMatrix]) -> usize {
             continue;
         }
         // A ray that enters at height 1 is here at height a.
-        let admitted = s.clear_radius() / heights[i].a.abs();
+        let admitted = s.clear_radius() / heights[i].a().abs();
         if admitted < best.0 || (any_stop && best.0 == f64::INFINITY) {
             best = (admitted, i);
         }

@@ -123,22 +123,22 @@ fn image(
 ) -> StopImage {
     // A ray from the rim's middle with reduced angle 1 is here at height b with reduced angle d, so
     // it seems to come from n·b/d before the plane; heights are magnified by 1/d.
-    let distance = -n * m.b / m.d;
+    let distance = -n * m.b / m.d();
     let radius = s.clear_radius();
     let opening = match from {
-        AxisPoint::Infinity => radius / m.d.abs(),
+        AxisPoint::Infinity => radius / m.d().abs(),
         // Backward from the axis point: a ray of slope 1 there has reduced angle n and comes to the
         // rim's plane at height b·n − d·(distance from the plane) (the inverse matrix, det = 1).
         // Finite for an image at infinity too.
         AxisPoint::At(z) => {
             let ahead = (z - place(0.0)) * (place(1.0) - place(0.0));
-            radius / (m.b * n + m.d * ahead).abs()
+            radius / (m.b * n + m.d() * ahead).abs()
         }
     };
     StopImage {
         surface,
         z: place(distance),
-        diameter: 2.0 * radius / m.d.abs(),
+        diameter: 2.0 * radius / m.d().abs(),
         opening,
     }
 }

@@ -36,14 +36,13 @@ pub fn rows(lens: &Lens, film: Film) -> Vec<FocusRow> {
 /// Focused `distance` mm from the film; `None` where that cannot be.
 pub fn row(lens: &Lens, film: Film, distance: f64) -> Option<FocusRow> {
     let cardinals = lens.paraxial().cardinals?;
-    let film_distance =
-        focus::film_distance_for_focus(Some(cardinals), lens.length(), distance).ok()?;
+    let film_distance = focus::film_distance_for_focus(Some(cardinals), distance).ok()?;
     let extension = film_distance - cardinals.back_focal_distance;
     let film_z = lens.length() + film_distance;
     // The depth of focus on the film's side, by the cone from the exit pupil; each end of it is the image of one end of
     // the depth of field (Ray, *Applied Photographic Optics*, 3rd edition, chapter 22).
     let conjugate = |shift: f64| {
-        focus::plane_of_focus(&cardinals, lens.length(), film_distance + shift)
+        focus::plane_of_focus(&cardinals, film_distance + shift)
             .map_or(f64::INFINITY, |z| film_z - z)
     };
     let ends = lens.paraxial().exit_pupil.map(|pupil| {
