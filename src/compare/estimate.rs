@@ -1,16 +1,17 @@
 //! A picture as the statistician sees it.
 
+use super::Picture;
 use crate::film::{Image, Loaded, PixelBounds};
 
 /// A picture with how sure it is of itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate<'a> {
-    /// Mean and, for tests, variance of that mean of every pixel.
+    /// Mean and, where known, variance of that mean of every pixel.
     pub image: &'a Image,
     /// Degrees of freedom of each variance: observations it was estimated from, less one.
     pub freedom: f64,
     /// Samples per pixel altogether, where known. Two pictures that both know theirs are compared
-    /// with a common variance per sample ([`welch`](super::welch())).
+    /// with a common variance per sample ([`Options`](super::Options) says why).
     pub samples: Option<f64>,
 }
 
@@ -18,11 +19,20 @@ pub struct Estimate<'a> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CompareError {
     /// They do not cover the same pixels.
-    #[error("the pictures differ in size or crop window: {} and {}", show(.0), show(.1))]
-    Bounds(PixelBounds, PixelBounds),
+    #[error(
+        "the pictures differ in size: A is {} × {} pixels, B {} × {}",
+        .0.size().x, .0.size().y, .1.size().x, .1.size().y
+    )]
+    Size(PixelBounds, PixelBounds),
+    /// As many pixels, but of another part of the full picture.
+    #[error("the pictures differ in crop window: A holds {}, B {}", show(.0), show(.1))]
+    Window(PixelBounds, PixelBounds),
     /// There is nothing to compare.
     #[error("the pictures have no pixels")]
     Empty,
+    /// Stored variances were asked for.
+    #[error("{0} has no usable variances (channels var.R, var.G, var.B of two samples or more)")]
+    NoVariance(Picture),
 }
 
 fn show(bounds: &PixelBounds) -> String {
@@ -33,11 +43,11 @@ fn show(bounds: &PixelBounds) -> String {
 }
 
 impl<'a> Estimate<'a> {
-    /// What a file says of itself. A file with the attribute `runs` estimated its variance from the
-    /// scatter of its runs, any other from its samples; a file that counts neither is taken at its
-    /// word (infinitely many degrees of freedom).
+    /// What a file says of itself. A file with the attribute `runs` above 1 estimated its variance
+    /// from the scatter of its runs, any other from its samples; a file that counts neither is taken
+    /// at its word (infinitely many degrees of freedom).
     pub fn of(loaded: &'a Loaded) -> Estimate<'a> {
-        let observations = loaded.runs.or(loaded.spp);
+        let observations = loaded.runs.filter(|&runs| runs > 1).or(loaded.spp);
         let freedom = observations.map_or(f64::INFINITY, |n| f64::from(n) - 1.0);
         let samples = loaded
             .spp
@@ -48,12 +58,26 @@ impl<'a> Estimate<'a> {
             samples: samples.filter(|&n| n > 0.0),
         }
     }
+
+    /// Does it know how far its pixels scatter? A single sample does not.
+    pub fn has_variance(&self) -> bool {
+        let known = |variance: &Vec<_>| {
+            variance
+                .iter()
+                .any(|v: &crate::math::Rgb| v.is_finite() && v.cmpge(crate::math::Rgb::ZERO).all())
+        };
+        self.freedom >= 1.0 && self.image.variance.as_ref().is_some_and(known)
+    }
 }
 
 /// Both pictures must hold the same pixels, and at least one.
 pub(super) fn check_pair(a: &Estimate, b: &Estimate) -> Result<(), CompareError> {
-    if a.image.bounds != b.image.bounds || a.image.pixels.len() != b.image.pixels.len() {
-        return Err(CompareError::Bounds(a.image.bounds, b.image.bounds));
+    let (x, y) = (a.image.bounds, b.image.bounds);
+    if x.size() != y.size() || a.image.pixels.len() != b.image.pixels.len() {
+        return Err(CompareError::Size(x, y));
+    }
+    if x != y {
+        return Err(CompareError::Window(x, y));
     }
     if a.image.pixels.is_empty() {
         return Err(CompareError::Empty);

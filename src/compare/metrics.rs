@@ -1,7 +1,12 @@
 //! Differences of two pictures as plain numbers.
 
-use super::Estimate;
+use super::scatter::Scatter;
+use super::{Estimate, NoiseSource};
+use crate::film::PixelBounds;
+use crate::math::Rgb;
+use crate::math::color::luminance;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// How far a picture is from its reference. All over pixels and channels alike, in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +26,23 @@ pub struct Metrics {
     pub max_difference: f64,
     /// The means of red, green and blue.
     pub channels: [ChannelMeans; 3],
+    /// Where the mean luminance differs most.
+    pub largest_tile: TileDifference,
 }
+
+/// Mean luminances of one square of [`TILE`] pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TileDifference {
+    /// The square, smaller at the right and bottom edges.
+    pub bounds: PixelBounds,
+    /// Mean luminance of the picture.
+    pub a: f64,
+    /// Mean luminance of the reference.
+    pub b: f64,
+}
+
+/// Side of the squares of [`TileDifference`]: large enough to average noise, small enough to say where.
+pub const TILE: u32 = 32;
 
 /// The means of one channel over the whole picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,13 +54,14 @@ pub struct ChannelMeans {
     /// a / b; 1 where both are 0.
     pub ratio: f64,
     /// Half the width of the ratio's 95 % confidence interval, to first order in the noise (delta
-    /// method). `None` where a picture has no variances.
+    /// method). `None` where nothing is known of the noise.
     pub ratio_error: Option<f64>,
 }
 
 impl Metrics {
-    pub(super) fn new(a: &Estimate, b: &Estimate) -> Metrics {
-        let count = a.image.pixels.len() as f64;
+    /// Of pictures that are black in the `left_out` pixels that must not count.
+    pub(super) fn new(a: &Estimate, b: &Estimate, noise: NoiseSource, left_out: usize) -> Metrics {
+        let count = a.image.pixels.len().saturating_sub(left_out).max(1) as f64;
         let pairs = || {
             a.image
                 .pixels
@@ -57,9 +79,10 @@ impl Metrics {
         let peak = pairs().fold(0.0f64, |peak, (_, q)| peak.max(q.max_element()));
         Metrics {
             mse,
-            expected_mse: mean_variance(a)
-                .zip(mean_variance(b))
-                .map(|(u, v)| (u + v).element_sum() / 3.0),
+            expected_mse: mean_variance(a, count)
+                .zip(mean_variance(b, count))
+                .map(|(u, v)| (u + v).element_sum() / 3.0)
+                .filter(|v| v.is_finite()),
             relative_mse: per_value(relative),
             psnr: if mse == 0.0 {
                 f64::INFINITY
@@ -67,31 +90,27 @@ impl Metrics {
                 10.0 * (peak * peak / mse).log10()
             },
             max_difference: pairs().fold(0.0, |most, (p, q)| (p - q).abs().max_element().max(most)),
-            channels: channel_means(a, b),
+            channels: channel_means(a, b, noise, count),
+            largest_tile: largest_tile(a, b),
         }
     }
 }
 
 /// Mean over the pixels of their variances.
-fn mean_variance(estimate: &Estimate) -> Option<DVec3> {
+fn mean_variance(estimate: &Estimate, count: f64) -> Option<DVec3> {
     let variance = estimate.image.variance.as_ref()?;
-    Some(variance.iter().map(|v| v.as_dvec3()).sum::<DVec3>() / variance.len() as f64)
+    Some(variance.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / count)
 }
 
-fn channel_means(a: &Estimate, b: &Estimate) -> [ChannelMeans; 3] {
-    let count = a.image.pixels.len() as f64;
+fn channel_means(a: &Estimate, b: &Estimate, noise: NoiseSource, count: f64) -> [ChannelMeans; 3] {
     let mean = |e: &Estimate| e.image.pixels.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / count;
     let (mean_a, mean_b) = (mean(a), mean(b));
-    // Pixels are independent: the variance of their mean is the mean variance over their number.
-    let variances = mean_variance(a)
-        .zip(mean_variance(b))
-        .map(|(u, v)| (u / count, v / count));
+    let errors = errors_of_means(a, b, noise, count);
     [0, 1, 2].map(|i| {
         let (a, b) = (mean_a[i], mean_b[i]);
         let ratio = if a == b { 1.0 } else { a / b };
         // 1.96: 97.5 % of the normal distribution.
-        let ratio_error =
-            variances.map(|(u, v)| 1.96 * (u[i] + ratio * ratio * v[i]).sqrt() / b.abs());
+        let ratio_error = errors.map(|[u, v]| 1.96 * u[i].hypot(ratio * v[i]) / b.abs());
         ChannelMeans {
             a,
             b,
@@ -99,6 +118,54 @@ fn channel_means(a: &Estimate, b: &Estimate) -> [ChannelMeans; 3] {
             ratio_error: ratio_error.map(|e| if e.is_nan() { 0.0 } else { e }),
         }
     })
+}
+
+/// Standard errors of both pictures' means. Pixels are independent: the variance of their mean is the
+/// mean variance over their number. Where only the scatter of the difference is known, it is all
+/// ascribed to A: right to first order for ratios near 1.
+fn errors_of_means(
+    a: &Estimate,
+    b: &Estimate,
+    noise: NoiseSource,
+    count: f64,
+) -> Option<[DVec3; 2]> {
+    match noise {
+        NoiseSource::None => None,
+        NoiseSource::Stored => {
+            let error = |e| Some((mean_variance(e, count)? / count).map(f64::sqrt));
+            Some([error(a)?, error(b)?])
+        }
+        _ => {
+            let (a, b, tolerance, cell) = (*a, *b, 0.0, 1);
+            let scatter = Scatter { a, b, tolerance, cell };
+            Some([scatter.error_of_mean(), DVec3::ZERO])
+        }
+    }
+}
+
+/// The first of those whose mean luminances differ most.
+fn largest_tile(a: &Estimate, b: &Estimate) -> TileDifference {
+    let tiles: Vec<PixelBounds> = a.image.bounds.tiles(TILE).collect();
+    let mean = |e: &Estimate, tile: PixelBounds| {
+        let indices = tile.pixels().filter_map(|p| e.image.bounds.index(p));
+        let values = indices.filter_map(|i| e.image.pixels.get(i));
+        values.map(|&p| f64::from(luminance(p))).sum::<f64>() / tile.area() as f64
+    };
+    let differences = tiles.par_iter().map(|&bounds| TileDifference {
+        bounds,
+        a: mean(a, bounds),
+        b: mean(b, bounds),
+    });
+    let none = TileDifference {
+        bounds: a.image.bounds,
+        a: 0.0,
+        b: 0.0,
+    };
+    let size = |tile: &TileDifference| (tile.a - tile.b).abs();
+    let differences: Vec<_> = differences.collect();
+    let first = differences.first().copied().unwrap_or(none);
+    let larger = |worst, tile| if size(&tile) > size(&worst) { tile } else { worst };
+    differences.into_iter().fold(first, larger)
 }
 
 #[cfg(test)]
@@ -119,7 +186,7 @@ mod tests {
             freedom: 9.0,
             samples: None,
         });
-        let m = Metrics::new(&a, &b);
+        let m = Metrics::new(&a, &b, NoiseSource::Stored, 0);
         assert_eq!(m.mse, 1.0 / 3.0);
         // Two images' variance 0.01 each; single precision of the inputs.
         assert!((m.expected_mse.unwrap() - 0.02).abs() < 1e-9);
@@ -131,6 +198,9 @@ mod tests {
         // Variance of each mean 0.005: 1.96 √(0.005 (1 + 4/9)) / 3.
         let error = m.channels[2].ratio_error.unwrap();
         assert!((error - 1.96 * (0.005f64 * 13.0 / 9.0).sqrt() / 3.0).abs() < 1e-6);
+        // (0.072169 · −1) in both pixels: the only tile there is.
+        assert_eq!(m.largest_tile.bounds, a.image.bounds);
+        assert!((m.largest_tile.a - m.largest_tile.b + 0.072169).abs() < 1e-6);
     }
 
     #[test]
@@ -141,8 +211,43 @@ mod tests {
             freedom: 1.0,
             samples: None,
         };
-        let m = Metrics::new(&e, &e);
+        let m = Metrics::new(&e, &e, NoiseSource::SpatialWithoutBoth, 0);
         assert_eq!((m.mse, m.relative_mse, m.expected_mse), (0.0, 0.0, None));
         assert_eq!(m.channels[0].ratio, 1.0);
+    }
+
+    /// Differences ±0.1 about 0.1: their mean's standard error is √(4·0.01 / (4·3)).
+    #[test]
+    fn without_variances_the_difference_tells() {
+        let mut a = Image::black(UVec2::new(2, 2));
+        let mut b = a.clone();
+        b.pixels.fill(Rgb::ONE);
+        a.pixels = [1.2, 1.0, 1.2, 1.0].map(Rgb::splat).to_vec();
+        let [a, b] = [&a, &b].map(|image| Estimate {
+            image,
+            freedom: 1.0,
+            samples: None,
+        });
+        let m = Metrics::new(&a, &b, NoiseSource::SpatialWithoutBoth, 0);
+        let error = m.channels[1].ratio_error.unwrap();
+        // Inputs in single precision.
+        assert!((error - 1.96 * (0.04f64 / 12.0).sqrt()).abs() < 1e-6);
+        assert!((m.channels[1].ratio - 1.1).abs() < 1e-6);
+    }
+
+    /// Pixels that are left out do not dilute what is said of the others.
+    #[test]
+    fn left_out_pixels_do_not_count() {
+        let mut a = Image::black(UVec2::new(2, 2));
+        let mut b = a.clone();
+        a.pixels[0] = Rgb::splat(2.0);
+        b.pixels[0] = Rgb::ONE;
+        let [a, b] = [&a, &b].map(|image| Estimate {
+            image,
+            freedom: 1.0,
+            samples: None,
+        });
+        let m = Metrics::new(&a, &b, NoiseSource::None, 3);
+        assert_eq!((m.mse, m.channels[0].a, m.channels[0].ratio_error), (1.0, 2.0, None));
     }
 }

@@ -4,28 +4,83 @@
 //! both files carry the variance of each pixel, [`compare`] asks Welch's t-test (Jung, Hanika,
 //! Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT 9(2), 2020) on
 //! pixels, on blocks of pixels and on the whole picture, and corrects for the number of tests asked.
-//! Besides, and without variances only, it reports differences as plain numbers ([`Metrics`]).
+//! Where one has none, the scatter of the difference itself stands in (`scatter.rs` says what that
+//! assumes). Besides, it reports differences as plain numbers ([`Metrics`]) and as a viewer would see
+//! them ([`flip`]). `docs/compare.md` explains all of it to users.
 
+mod correction;
 mod estimate;
+pub mod flip;
 mod metrics;
+mod non_finite;
+mod options;
+mod scatter;
 mod student;
+mod uniformity;
+mod verdict;
 mod welch;
+mod words;
 
 #[cfg(test)]
 mod tests;
 
+pub use correction::Correction;
 pub use estimate::{CompareError, Estimate};
-pub use metrics::{ChannelMeans, Metrics};
+pub use metrics::{ChannelMeans, Metrics, TileDifference};
+pub use non_finite::NonFinite;
+pub use options::{Noise, NoiseSource, Options};
+pub use scatter::Neighbours;
 pub use student::two_sided_p;
-pub use welch::{Finding, Level, Options, Verdict, p_values, welch};
+pub use uniformity::{BINS, Uniformity};
+pub use verdict::{Finding, Level, Statistic, Verdict};
+pub use words::{CHANNELS, blocks, extent, probability};
+
+use crate::film::{Image, PixelBounds};
+use crate::math::Rgb;
+use rayon::prelude::*;
+use scatter::{MeanScatter, NeighbourScatter, Scatter};
+use std::fmt;
+use verdict::{BlockTest, test_level};
+use welch::WelchTest;
+
+/// One of the two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Picture {
+    /// The picture.
+    A,
+    /// The reference.
+    B,
+}
+
+impl fmt::Display for Picture {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{self:?}")
+    }
+}
 
 /// The answer of [`compare`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// What the t-tests say; `None` where a picture has no variances.
-    pub verdict: Option<Verdict>,
+    /// What the t-tests say.
+    pub verdict: Verdict,
+    /// What they judged by.
+    pub noise: NoiseSource,
+    /// Values that are no numbers.
+    pub non_finite: NonFinite,
+    /// Whether the p-values are distributed as they should, for each block size with enough blocks.
+    pub uniformity: Vec<Uniformity>,
+    /// Whether pixels are independent of their neighbours, which the tests of blocks assume.
+    pub neighbours: Neighbours,
     /// Differences in numbers.
     pub metrics: Metrics,
+}
+
+impl Comparison {
+    /// True where nothing says that the pictures differ: no test, and no value that is a number in one
+    /// picture only.
+    pub fn agrees(&self) -> bool {
+        self.verdict.agrees() && self.non_finite.unmatched == 0
+    }
 }
 
 /// Compares `a` with the reference `b`, which must cover the same pixels.
@@ -38,19 +93,180 @@ pub struct Comparison {
 /// let mut a = Image::black(UVec2::new(16, 16));
 /// a.variance = Some(vec![Rgb::splat(1e-4); 256]);
 /// let mut b = a.clone();
-/// b.pixels[37].y = 1.0; // a hundred standard deviations
+/// b.pixels[37].y = 1.0; // seventy standard deviations
 /// let [a, b] = [&a, &b].map(|image| Estimate { image, freedom: 63.0, samples: Some(64.0) });
-/// let verdict = compare(&a, &b, &Options::default())?.verdict.unwrap();
-/// assert!(!verdict.agrees());
+/// let comparison = compare(&a, &b, &Options::default())?;
+/// assert!(!comparison.agrees());
+/// println!("{}", comparison.sentence());
 /// # Ok::<(), fstop::compare::CompareError>(())
 /// ```
 ///
 /// # Errors
-/// Pictures of different pixels, or of none.
+/// Pictures of different pixels, or of none; no variances where they were asked for.
 pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparison, CompareError> {
     estimate::check_pair(a, b)?;
+    let noise = NoiseSource::of(a, b, options)?;
+    let (clean_a, clean_b, non_finite) = non_finite::clean(a.image, b.image);
+    let pair = Pair {
+        a: with_image(a, &clean_a),
+        b: with_image(b, &clean_b),
+        noise,
+        options,
+    };
     Ok(Comparison {
-        verdict: welch(a, b, options)?,
-        metrics: Metrics::new(a, b),
+        verdict: pair.verdict(),
+        noise,
+        uniformity: pair.uniformity(),
+        neighbours: Neighbours::new(&pair.a, &pair.b, noise == NoiseSource::Stored),
+        metrics: Metrics::new(&pair.a, &pair.b, noise, non_finite.left_out),
+        non_finite,
     })
+}
+
+/// The p-value of every pixel and channel, for a picture of where two pictures differ. Where the noise
+/// is estimated from the scatter of the difference a pixel has no p-value of its own and shows that of
+/// its block (the smallest of [`Options::blocks`] that are tested).
+///
+/// # Errors
+/// As [`compare`].
+pub fn p_values(a: &Estimate, b: &Estimate, options: &Options) -> Result<Image, CompareError> {
+    estimate::check_pair(a, b)?;
+    let noise = NoiseSource::of(a, b, options)?;
+    let (clean_a, clean_b, _) = non_finite::clean(a.image, b.image);
+    let pair = Pair {
+        a: with_image(a, &clean_a),
+        b: with_image(b, &clean_b),
+        noise,
+        options,
+    };
+    Ok(pair.p_values())
+}
+
+/// The same estimate of a mended picture, where there is one.
+fn with_image<'a>(estimate: &Estimate<'a>, mended: &'a Option<Image>) -> Estimate<'a> {
+    Estimate {
+        image: mended.as_ref().unwrap_or(estimate.image),
+        ..*estimate
+    }
+}
+
+/// Two pictures of the same size with all values finite.
+struct Pair<'a> {
+    a: Estimate<'a>,
+    b: Estimate<'a>,
+    noise: NoiseSource,
+    options: &'a Options,
+}
+
+/// Observations a block must have for a test of its scatter to be worth asking: with fewer, signs
+/// alone ([`scatter`]) could never prove anything among the other blocks.
+const MIN_OBSERVATIONS: u32 = 16;
+
+impl<'a> Pair<'a> {
+    fn bounds(&self) -> PixelBounds {
+        self.a.image.bounds
+    }
+
+    fn welch(&self, common: bool) -> WelchTest<'a> {
+        let known = self.a.samples.zip(self.b.samples);
+        WelchTest {
+            a: self.a,
+            b: self.b,
+            tolerance: self.options.relative_tolerance,
+            common: known.filter(|_| common),
+            noiseless: self.noise == NoiseSource::None,
+        }
+    }
+
+    fn scatter(&self) -> Scatter<'a> {
+        Scatter {
+            a: self.a,
+            b: self.b,
+            tolerance: self.options.relative_tolerance,
+            cell: self.options.cell.max(1),
+        }
+    }
+
+    /// The sizes of blocks that can be tested.
+    fn sides(&self) -> Vec<u32> {
+        let cell = self.options.cell.max(1);
+        let observations = |side: u32| side.div_ceil(cell).saturating_pow(2);
+        let testable = |side: u32| !self.noise.is_spatial() || observations(side) >= MIN_OBSERVATIONS;
+        let sides = self.options.blocks.iter().copied();
+        sides.filter(|&side| side > 0 && testable(side)).collect()
+    }
+
+    fn verdict(&self) -> Verdict {
+        let Options { alpha, correction, .. } = *self.options;
+        let sides: Vec<Option<u32>> = self.sides().into_iter().map(Some).chain([None]).collect();
+        let questions = if self.noise.is_spatial() { 2 } else { 1 };
+        let share = correction.share(alpha, questions * sides.len());
+        let ask = |side| -> Vec<Level> {
+            if self.noise.is_spatial() {
+                let mean = self.level(&MeanScatter(self.scatter()), side, share);
+                let neighbours = self.level(&NeighbourScatter(self.scatter()), side, share);
+                mean.into_iter().chain(neighbours).collect()
+            } else {
+                let test = self.welch(self.options.common_variance);
+                self.level(&test, side, share).into_iter().collect()
+            }
+        };
+        Verdict {
+            alpha,
+            correction,
+            levels: sides.into_iter().flat_map(ask).collect(),
+        }
+    }
+
+    fn level<T: BlockTest>(&self, test: &T, side: Option<u32>, share: f64) -> Option<Level> {
+        test_level(test, self.bounds(), side, share, self.options.correction)
+    }
+
+    /// By Welch's test proper, whose p-values would be uniform; the common variance's are too large.
+    fn uniformity(&self) -> Vec<Uniformity> {
+        let of = |side| match self.noise {
+            NoiseSource::None => None,
+            NoiseSource::Stored => {
+                let test = WelchTest {
+                    tolerance: 0.0,
+                    ..self.welch(false)
+                };
+                Uniformity::of(&test, self.bounds(), side)
+            }
+            _ => Uniformity::of(&MeanScatter(self.scatter()), self.bounds(), side),
+        };
+        self.sides().into_iter().filter_map(of).collect()
+    }
+
+    fn p_values(&self) -> Image {
+        let bounds = self.bounds();
+        let mut image = Image {
+            pixels: vec![Rgb::ONE; bounds.area()],
+            variance: None,
+            ..self.a.image.clone()
+        };
+        let side = if self.noise.is_spatial() {
+            self.sides().into_iter().min()
+        } else {
+            Some(1)
+        };
+        let Some(side) = side else { return image };
+        let blocks: Vec<PixelBounds> = bounds.tiles(side).collect();
+        let values = blocks.par_iter().map(|&block| {
+            let candidates = if self.noise.is_spatial() {
+                MeanScatter(self.scatter()).ask(block)
+            } else {
+                self.welch(self.options.common_variance).ask(block)
+            };
+            Rgb::from(candidates.map(|candidate| candidate.p() as f32))
+        });
+        for (block, p) in blocks.iter().zip(values.collect::<Vec<_>>()) {
+            for index in block.pixels().filter_map(|pixel| bounds.index(pixel)) {
+                if let Some(pixel) = image.pixels.get_mut(index) {
+                    *pixel = p;
+                }
+            }
+        }
+        image
+    }
 }

@@ -1,0 +1,111 @@
+//! Values that are no numbers: counted, located, and kept out of everything else.
+
+use super::Picture;
+use crate::film::Image;
+use crate::math::{Rgb, UVec2};
+
+/// Pixels of a pair of pictures with a value that is infinite or not a number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NonFinite {
+    /// How many in A and in B.
+    pub counts: [usize; 2],
+    /// Where the first of each is, row by row.
+    pub first: [Option<UVec2>; 2],
+    /// Pixels that are finite in one picture only: there the pictures differ for certain.
+    pub unmatched: usize,
+    /// Pixels left out of all tests and numbers: those of either picture.
+    pub left_out: usize,
+}
+
+impl NonFinite {
+    /// How many in one of the pictures, and where the first is.
+    pub fn of(&self, picture: Picture) -> Option<(usize, UVec2)> {
+        let i = picture as usize;
+        self.first[i].map(|first| (self.counts[i], first))
+    }
+
+    fn find(a: &Image, b: &Image) -> NonFinite {
+        let mut found = NonFinite::default();
+        let pairs = a.pixels.iter().zip(&b.pixels);
+        for (index, (p, q)) in pairs.enumerate() {
+            let broken = [!p.is_finite(), !q.is_finite()];
+            if broken == [false, false] {
+                continue;
+            }
+            found.left_out += 1;
+            found.unmatched += usize::from(broken[0] != broken[1]);
+            for i in (0..2).filter(|&i| broken[i]) {
+                found.counts[i] += 1;
+                found.first[i].get_or_insert_with(|| place(a, index));
+            }
+        }
+        found
+    }
+}
+
+/// The pixel at a position of the row-by-row list.
+fn place(image: &Image, index: usize) -> UVec2 {
+    let width = image.bounds.size().x.max(1);
+    let index = index as u32;
+    image.bounds.min + UVec2::new(index % width, index / width)
+}
+
+/// Both pictures with black, noiseless pixels where either has no finite value, and unknown (infinite)
+/// variances where they are not numbers or negative. `None` for a picture that needs no change.
+pub(super) fn clean(a: &Image, b: &Image) -> (Option<Image>, Option<Image>, NonFinite) {
+    let found = NonFinite::find(a, b);
+    let impossible = |v: &Rgb| v.is_nan() || v.min_element() < 0.0;
+    let bad_variance = |image: &Image| image.variance.iter().flatten().any(impossible);
+    let cleaned = |image: &Image| {
+        (found.left_out > 0 || bad_variance(image)).then(|| {
+            let mut image = image.clone();
+            for v in image.variance.iter_mut().flatten() {
+                *v = v.map(|v| if v >= 0.0 { v } else { f32::INFINITY });
+            }
+            for i in 0..image.pixels.len().min(a.pixels.len()).min(b.pixels.len()) {
+                if !(a.pixels[i].is_finite() && b.pixels[i].is_finite()) {
+                    image.pixels[i] = Rgb::ZERO;
+                    if let Some(v) = image.variance.as_mut().and_then(|v| v.get_mut(i)) {
+                        *v = Rgb::ZERO;
+                    }
+                }
+            }
+            image
+        })
+    };
+    (cleaned(a), cleaned(b), found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counted_located_and_blackened() {
+        let mut a = Image::black(UVec2::new(4, 2));
+        a.pixels.fill(Rgb::ONE);
+        a.variance = Some(vec![Rgb::splat(0.5); 8]);
+        let mut b = a.clone();
+        a.pixels[5].y = f32::NAN;
+        a.pixels[6].z = f32::INFINITY;
+        b.pixels[6].x = f32::NAN;
+        b.variance.as_mut().unwrap()[0] = Rgb::new(-1.0, f32::NAN, 2.0);
+        let (clean_a, clean_b, found) = clean(&a, &b);
+        assert_eq!(found.of(Picture::A), Some((2, UVec2::new(1, 1))));
+        assert_eq!(found.of(Picture::B), Some((1, UVec2::new(2, 1))));
+        assert_eq!((found.unmatched, found.left_out), (1, 2));
+        for image in [clean_a.unwrap(), clean_b.clone().unwrap()] {
+            assert_eq!(image.pixels[5..7], [Rgb::ZERO; 2]);
+            assert_eq!(image.variance.unwrap()[5..7], [Rgb::ZERO; 2]);
+            assert_eq!(image.pixels[4], Rgb::ONE);
+        }
+        let unknown = clean_b.unwrap().variance.unwrap()[0];
+        assert_eq!(unknown, Rgb::new(f32::INFINITY, f32::INFINITY, 2.0));
+    }
+
+    #[test]
+    fn sound_pictures_are_not_copied() {
+        let a = Image::black(UVec2::new(3, 3));
+        assert_eq!(clean(&a, &a), (None, None, NonFinite::default()));
+    }
+}

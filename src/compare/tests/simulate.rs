@@ -1,0 +1,97 @@
+//! Renders without a renderer: pixels drawn from distributions whose expectation is known.
+
+use super::super::Estimate;
+use crate::film::{Image, PixelStatistics};
+use crate::math::hash::mix2;
+use crate::math::{Rgb, UVec2};
+
+/// Numbers in (0, 1), one stream per seed.
+pub struct Random {
+    seed: u64,
+    drawn: u64,
+}
+
+impl Random {
+    pub fn uniform(&mut self) -> f64 {
+        self.drawn += 1;
+        ((mix2(self.seed, self.drawn) >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    /// Box and Muller.
+    pub fn normal(&mut self) -> f64 {
+        let r = (-2.0 * self.uniform().ln()).sqrt();
+        r * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+/// A render and what its file would say of it.
+pub struct Render {
+    pub image: Image,
+    groups: u32,
+    samples: u32,
+}
+
+impl Render {
+    /// `samples` per pixel, their variance estimated from the scatter of `groups` equal groups of
+    /// samples (`groups = samples`: from the samples themselves).
+    pub fn new(
+        seed: u64,
+        side: u32,
+        samples: u32,
+        groups: u32,
+        draw: impl Fn(UVec2, &mut Random) -> Rgb,
+    ) -> Render {
+        let mut random = Random { seed, drawn: 0 };
+        let mut image = Image::black(UVec2::splat(side));
+        let mut variance = Vec::new();
+        let per_group = samples / groups;
+        for (i, pixel) in image.bounds.pixels().enumerate() {
+            let mut statistics = PixelStatistics::default();
+            for _ in 0..groups {
+                let sum: Rgb = (0..per_group).map(|_| draw(pixel, &mut random)).sum();
+                statistics.add(sum / per_group as f32);
+            }
+            image.pixels[i] = statistics.mean().as_vec3();
+            variance.push(statistics.variance_of_mean().as_vec3());
+        }
+        image.variance = Some(variance);
+        Render {
+            image,
+            groups,
+            samples,
+        }
+    }
+
+    pub fn estimate(&self) -> Estimate<'_> {
+        Estimate {
+            image: &self.image,
+            freedom: f64::from(self.groups - 1),
+            samples: Some(f64::from(self.samples)),
+        }
+    }
+
+    /// The same picture from a program that writes no variances.
+    pub fn without_variance(mut self) -> Render {
+        self.image.variance = None;
+        self
+    }
+}
+
+/// Grey noise of 30 % a sample around a gradient, each channel its own.
+pub fn mild(pixel: UVec2, random: &mut Random) -> Rgb {
+    let mean = 0.2 + 0.01 * (pixel.x + pixel.y) as f32;
+    Rgb::from([(); 3].map(|()| mean * (1.0 + 0.3 * random.normal() as f32)))
+}
+
+/// What path tracers make: log-normal light (skewness 6), and one sample in 250 that meets a lamp 100
+/// times brighter, all channels in one stroke. Kurtosis of a sample: 240.
+pub fn fireflies(_: UVec2, random: &mut Random) -> Rgb {
+    let light = random.normal().exp();
+    let lamp = if random.uniform() < 0.004 { 100.0 } else { 0.0 };
+    Rgb::new(0.3, 0.2, 0.1) * (light + lamp) as f32
+}
+
+/// Log-normal light alone.
+pub fn skewed(_: UVec2, random: &mut Random) -> Rgb {
+    Rgb::new(0.3, 0.2, 0.1) * random.normal().exp() as f32
+}

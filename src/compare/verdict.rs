@@ -1,0 +1,203 @@
+//! The tests' outcome.
+
+use super::{Correction, two_sided_p};
+use crate::film::PixelBounds;
+use crate::math::UVec2;
+use libm::erfc;
+use rayon::prelude::*;
+
+/// The outcome of all tests.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// The false-alarm rate that was asked for.
+    pub alpha: f64,
+    /// How it was shared: evenly among the levels, then among the tests of each.
+    pub correction: Correction,
+    /// One for each block size, then the whole picture.
+    pub levels: Vec<Level>,
+}
+
+/// The tests on blocks of one size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    /// Side of the blocks in pixels; `None` for the whole picture.
+    pub side: Option<u32>,
+    /// What is asked of each block.
+    pub statistic: Statistic,
+    /// Number of tests: blocks × channels.
+    pub tests: usize,
+    /// Tests that differ beyond the level's share of the false-alarm rate, all of them together.
+    pub rejected: usize,
+    /// The test with the smallest p-value.
+    pub worst: Finding,
+    /// The probability, at most, of a p-value as small as the worst's among so many tests.
+    pub p: f64,
+}
+
+/// A question about a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Statistic {
+    /// Is the mean of the difference 0?
+    Mean,
+    /// Is the difference of one pixel independent of its right and lower neighbours'? Noise is;
+    /// what has moved, or is sharper than it was, is not.
+    Neighbours,
+}
+
+/// One test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finding {
+    /// The block.
+    pub bounds: PixelBounds,
+    /// 0 red, 1 green, 2 blue.
+    pub channel: usize,
+    /// The block's mean in the picture.
+    pub a: f64,
+    /// The block's mean in the reference.
+    pub b: f64,
+    /// The statistic over its standard error.
+    pub t: f64,
+    /// Degrees of freedom of that standard error.
+    pub freedom: f64,
+    /// Probability of so large a |t| where the expectations are equal.
+    pub p: f64,
+}
+
+impl Verdict {
+    /// The probability, at most, of pictures of the same expectation looking this different.
+    pub fn p(&self) -> f64 {
+        let smallest = self.levels.iter().fold(1.0f64, |p, level| p.min(level.p));
+        self.correction.adjust(smallest, self.levels.len())
+    }
+
+    /// True where no test says that the pictures differ.
+    pub fn agrees(&self) -> bool {
+        self.p() >= self.alpha
+    }
+
+    /// The level that speaks loudest.
+    pub fn worst(&self) -> Option<&Level> {
+        self.levels
+            .iter()
+            .min_by(|x, y| x.p.total_cmp(&y.p).then(y.worst.t.abs().total_cmp(&x.worst.t.abs())))
+    }
+}
+
+/// A test before its p-value, which is the dear part, is known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    /// The means in the picture and in the reference.
+    pub means: [f64; 2],
+    pub t: f64,
+    pub freedom: f64,
+    /// No test of this block may claim a smaller p-value.
+    pub floor: f64,
+}
+
+impl Candidate {
+    pub fn p(&self) -> f64 {
+        two_sided_p(self.t, self.freedom).max(self.floor)
+    }
+
+    /// A bound from below: Student's tails are heavier than the normal distribution's.
+    fn least_p(&self) -> f64 {
+        erfc(self.t.abs() * std::f64::consts::FRAC_1_SQRT_2).max(self.floor)
+    }
+}
+
+/// What is asked of every block, channel by channel.
+pub(super) trait BlockTest: Sync {
+    const STATISTIC: Statistic;
+    fn ask(&self, bounds: PixelBounds) -> [Candidate; 3];
+}
+
+/// Some tests' outcome.
+#[derive(Default)]
+struct Gathered {
+    tests: usize,
+    worst: Option<Finding>,
+    /// p-values that may be rejected.
+    small: Vec<f64>,
+}
+
+impl Gathered {
+    fn add(&mut self, bounds: PixelBounds, channel: usize, candidate: Candidate, alpha: f64) {
+        self.tests += 1;
+        let worst = self.worst;
+        let least = if candidate.t.is_nan() { 0.0 } else { candidate.least_p() };
+        if least > alpha && worst.is_some_and(|w| least > w.p) {
+            return;
+        }
+        let p = candidate.p();
+        if p <= alpha {
+            self.small.push(p);
+        }
+        let Candidate { means: [a, b], t, freedom, .. } = candidate;
+        let finding = Finding { bounds, channel, a, b, t, freedom, p };
+        if worst.is_none_or(|w| precedes(&finding, &w)) {
+            self.worst = Some(finding);
+        }
+    }
+
+    /// Those of the rows below.
+    fn append(mut self, below: Gathered) -> Gathered {
+        self.tests += below.tests;
+        self.small.extend(below.small);
+        if let Some(finding) = below.worst
+            && self.worst.is_none_or(|w| precedes(&finding, &w))
+        {
+            self.worst = Some(finding);
+        }
+        self
+    }
+}
+
+fn precedes(finding: &Finding, other: &Finding) -> bool {
+    finding.p < other.p || (finding.p == other.p && finding.t.abs() > other.t.abs())
+}
+
+/// Tests all blocks of one size, on all processors; `alpha` is the level's share.
+pub(super) fn test_level<T: BlockTest>(
+    test: &T,
+    picture: PixelBounds,
+    side: Option<u32>,
+    alpha: f64,
+    correction: Correction,
+) -> Option<Level> {
+    let rows: Vec<PixelBounds> = picture_rows(picture, side).collect();
+    let gathered = rows.into_par_iter().map(|row| {
+        let mut gathered = Gathered::default();
+        for bounds in row.tiles(side.unwrap_or(u32::MAX)) {
+            for (channel, candidate) in (0..).zip(test.ask(bounds)) {
+                gathered.add(bounds, channel, candidate, alpha);
+            }
+        }
+        gathered
+    });
+    let gathered = gathered
+        .collect::<Vec<_>>()
+        .into_iter()
+        .fold(Gathered::default(), Gathered::append);
+    gathered.worst.map(|worst| Level {
+        side,
+        statistic: T::STATISTIC,
+        tests: gathered.tests,
+        rejected: correction.rejected(gathered.small, gathered.tests, alpha),
+        worst,
+        p: correction.adjust(worst.p, gathered.tests),
+    })
+}
+
+/// The picture cut into rows of blocks.
+fn picture_rows(picture: PixelBounds, side: Option<u32>) -> impl Iterator<Item = PixelBounds> {
+    let side = side.unwrap_or(u32::MAX).max(1);
+    let count = picture.size().y.div_ceil(side);
+    (0..count).map(move |j| {
+        let top = picture.min.y + j * side;
+        let bottom = top + side.min(picture.max.y - top);
+        PixelBounds::new(
+            UVec2::new(picture.min.x, top),
+            UVec2::new(picture.max.x, bottom),
+        )
+    })
+}

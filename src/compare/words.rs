@@ -1,0 +1,195 @@
+//! What a comparison found, in sentences.
+
+use super::verdict::{Level, Statistic};
+use super::{Comparison, NoiseSource, Picture};
+use crate::film::PixelBounds;
+
+/// Names of the channels.
+pub const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+
+impl Comparison {
+    /// The verdict in a sentence.
+    pub fn sentence(&self) -> String {
+        if self.non_finite.unmatched > 0 {
+            return format!("The pictures differ: {}.", self.broken());
+        }
+        let (p, alpha) = (self.verdict.p(), self.verdict.alpha);
+        match self.verdict.worst() {
+            Some(level) if !self.verdict.agrees() => {
+                format!("The pictures differ: {}{}.", describe(level), self.chance(p))
+            }
+            _ => format!(
+                "The pictures agree: {} (p = {}; below {alpha} they would differ).",
+                match self.noise {
+                    NoiseSource::None => "every value is the same but for the tolerance",
+                    _ => "their differences are no larger than their noise explains",
+                },
+                probability(p)
+            ),
+        }
+    }
+
+    fn chance(&self, p: f64) -> String {
+        match self.noise {
+            NoiseSource::None => String::new(),
+            _ => format!(
+                "; by chance alone any test would say as much with a probability of {} at most",
+                probability(p)
+            ),
+        }
+    }
+
+    /// What a reader must know to trust the verdict: where it stands on assumptions, and what looks
+    /// wrong with them.
+    pub fn cautions(&self) -> Vec<String> {
+        let mut cautions = Vec::new();
+        cautions.extend(self.caution_of_noise());
+        if self.non_finite.left_out > 0 {
+            cautions.push(format!(
+                "{}; pixels without a finite value in either are left out of everything else.",
+                capitalised(&self.broken())
+            ));
+        }
+        if self.neighbours.suspicious() && self.noise != NoiseSource::None {
+            cautions.push(format!(
+                "Differences of neighbouring pixels correlate ({:+.2}): either something moved, or the \
+                 pictures' noise is not independent from pixel to pixel (splatting filter, denoiser, \
+                 scaling) and tests of blocks are too sure; then compare renders with independent pixels, \
+                 or without variances use a cell as wide as the filter (--noise spatial --cell N).",
+                self.neighbours.correlation
+            ));
+        }
+        for uniformity in &self.uniformity {
+            let blocks = blocks(Some(uniformity.side));
+            let share = 100.0 * uniformity.small;
+            if uniformity.too_small() {
+                cautions.push(format!(
+                    "Too many small p-values among {blocks}: {share:.1} % are below 5 %. Either there are \
+                     many differences too slight to be proven one by one, or the noise is larger or more \
+                     skewed than its variances say."
+                ));
+            } else if uniformity.too_large() {
+                cautions.push(format!(
+                    "Too few small p-values among {blocks}: {share:.1} % are below 5 %. The variances are \
+                     overestimated, as those of stratified samples are, or the renders share random \
+                     numbers: differences are found less easily than they could be."
+                ));
+            }
+        }
+        cautions
+    }
+
+    fn caution_of_noise(&self) -> Option<String> {
+        let who = match self.noise {
+            NoiseSource::Stored | NoiseSource::None => return None,
+            NoiseSource::Spatial => String::new(),
+            NoiseSource::SpatialWithout(picture) => format!("{picture} has no variances: "),
+            NoiseSource::SpatialWithoutBoth => "Neither picture has variances: ".to_owned(),
+        };
+        Some(capitalised(&format!(
+            "{who}the noise is estimated from the scatter of the difference within blocks. That assumes \
+             pixels independent of each other and differences as likely up as down (pictures made alike); \
+             single wrong pixels are not found. For a sharper test render both with --variance."
+        )))
+    }
+
+    /// Which values are no numbers.
+    fn broken(&self) -> String {
+        let of = |picture: Picture| {
+            let (count, first) = self.non_finite.of(picture)?;
+            let pixels = if count == 1 { "pixel" } else { "pixels" };
+            Some(format!(
+                "{picture} has {count} {pixels} that are infinite or not a number (the first at {}, {})",
+                first.x, first.y
+            ))
+        };
+        let found: Vec<String> = [Picture::A, Picture::B].into_iter().filter_map(of).collect();
+        found.join(" and ")
+    }
+}
+
+/// What the loudest test of a level says.
+fn describe(level: &Level) -> String {
+    let worst = &level.worst;
+    let (place, channel) = (place(level, worst.bounds), CHANNELS[worst.channel.min(2)]);
+    match level.statistic {
+        Statistic::Neighbours => format!(
+            "in {place} the differences of neighbouring pixels in {channel} belong together, as noise's do \
+             not ({:.1} standard errors)",
+            worst.t.abs()
+        ),
+        Statistic::Mean if worst.t.is_infinite() => format!(
+            "{place} is {} in {channel}{}",
+            difference(worst.a, worst.b),
+            others(level)
+        ),
+        Statistic::Mean => format!(
+            "{place} is {} in {channel}, {:.1} standard errors{}",
+            difference(worst.a, worst.b),
+            worst.t.abs(),
+            others(level)
+        ),
+    }
+}
+
+/// How many tests besides the worst speak.
+fn others(level: &Level) -> String {
+    match level.rejected {
+        0 | 1 => String::new(),
+        n => format!(" (and {} more of {} tests)", n - 1, level.tests),
+    }
+}
+
+fn place(level: &Level, bounds: PixelBounds) -> String {
+    match level.side {
+        None => "the whole picture".to_owned(),
+        Some(1) => format!("pixel {}, {}", bounds.min.x, bounds.min.y),
+        Some(_) => format!("the block {}", extent(bounds)),
+    }
+}
+
+/// A rectangle, by its first and last columns and rows.
+pub fn extent(bounds: PixelBounds) -> String {
+    format!(
+        "x {}..{} y {}..{}",
+        bounds.min.x, bounds.max.x, bounds.min.y, bounds.max.y
+    )
+}
+
+/// How A relates to B.
+fn difference(a: f64, b: f64) -> String {
+    let word = if a > b { "brighter" } else { "darker" };
+    let ratio = a / b - 1.0;
+    if ratio.is_finite() && ratio.abs() < 10.0 {
+        format!("{:.2} % {word} in A ({a:.6} against {b:.6})", 100.0 * ratio.abs())
+    } else {
+        format!("{word} in A ({a:.6} against {b:.6})")
+    }
+}
+
+/// What the blocks of one side are called.
+pub fn blocks(side: Option<u32>) -> String {
+    match side {
+        None => "the whole picture".to_owned(),
+        Some(1) => "single pixels".to_owned(),
+        Some(side) => format!("blocks of {side} × {side}"),
+    }
+}
+
+/// A probability with two digits.
+pub fn probability(p: f64) -> String {
+    if p == 0.0 {
+        "0".to_owned()
+    } else if p < 1e-3 {
+        format!("{p:.1e}")
+    } else {
+        format!("{p:.3}")
+    }
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
