@@ -4,6 +4,7 @@ use super::lambertian::LambertianReflection;
 use super::microfacet::{MicrofacetReflection, MicrofacetTransmission};
 use super::oren_nayar::OrenNayar;
 use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission};
+use super::subsurface_exit::SubsurfaceExit;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
 
@@ -24,6 +25,8 @@ pub enum Lobe {
     MicrofacetReflection(MicrofacetReflection),
     /// Rough refraction.
     MicrofacetTransmission(MicrofacetTransmission),
+    /// The far end of a path under a surface.
+    SubsurfaceExit(SubsurfaceExit),
 }
 
 /// A direction drawn from a lobe.
@@ -56,7 +59,8 @@ impl Lobe {
             Lobe::LambertianReflection(_)
             | Lobe::OrenNayar(_)
             | Lobe::SpecularReflection(_)
-            | Lobe::MicrofacetReflection(_) => !transmit,
+            | Lobe::MicrofacetReflection(_)
+            | Lobe::SubsurfaceExit(_) => !transmit,
             Lobe::SpecularTransmission(_) | Lobe::MicrofacetTransmission(_) => transmit,
             Lobe::FresnelSpecular(_) => true,
         }
@@ -69,6 +73,7 @@ impl Lobe {
             Lobe::OrenNayar(l) => l.f(wo, wi),
             Lobe::MicrofacetReflection(l) => l.f(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.f(wo, wi),
+            Lobe::SubsurfaceExit(l) => l.f(wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => Rgb::ZERO,
@@ -78,7 +83,7 @@ impl Lobe {
     /// Density of [`Lobe::sample`] per solid angle; 0 for a specular lobe.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
-            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) => {
+            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::SubsurfaceExit(_) => {
                 if wo.z * wi.z > 0.0 {
                     cosine_hemisphere_pdf(wi.z.abs())
                 } else {
@@ -96,7 +101,7 @@ impl Lobe {
     /// Draws a direction with `uc` and `u` in [0, 1); `None` where the lobe gives none.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         match self {
-            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) => {
+            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::SubsurfaceExit(_) => {
                 let mut wi = cosine_hemisphere(u);
                 wi.z = wi.z.copysign(wo.z);
                 Some(LobeSample {

@@ -2,11 +2,13 @@
 //! (Pharr, Jakob and Humphreys 2016, chapters 8 and 14; scene-language 3.8).
 
 pub mod fresnel;
+pub mod fresnel_moments;
 pub mod lambertian;
 pub mod lobe;
 pub mod microfacet;
 pub mod oren_nayar;
 pub mod specular;
+pub mod subsurface_exit;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod trowbridge_reitz;
@@ -67,6 +69,11 @@ impl Bsdf {
     pub fn add(&mut self, lobe: Lobe) {
         // No material has that many: the mix of two halves is made by choosing, not by adding.
         let _ = self.lobes.try_push(lobe);
+    }
+
+    /// The shading frame.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     /// The shading normal.

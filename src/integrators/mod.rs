@@ -7,6 +7,7 @@ pub mod direct;
 pub mod directlighting;
 pub mod path;
 pub mod specular;
+pub mod subsurface;
 pub mod whitted;
 
 use crate::lights::{LightSelector, SelectionStrategy};

@@ -6,6 +6,7 @@
 //! meets is weighted by the power heuristic against the light's own sampling.
 
 use super::MAX_NULL_SURFACES;
+use super::subsurface::find_exit;
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::lights::{LightSelector, SelectionStrategy};
@@ -95,8 +96,8 @@ impl Path {
             if depth >= self.max_depth {
                 return radiance;
             }
-            let surface = &hit.surface;
-            let Some(bsdf) = world.bsdf(hit.material, surface, differentials) else {
+            let mut surface = &hit.surface;
+            let Some(mut bsdf) = world.bsdf(hit.material, surface, differentials) else {
                 nulls += 1;
                 if nulls > MAX_NULL_SURFACES {
                     return radiance;
@@ -108,14 +109,13 @@ impl Path {
                 differentials = None;
                 continue;
             };
-            differentials = None;
             let (choice, light_u) = (stream.next_1d(), stream.next_2d());
             if bsdf.has_non_specular() {
                 radiance +=
                     throughput * sampled_light(world, selector, surface, &bsdf, choice, light_u);
             }
             let (lobe, direction_u) = (stream.next_1d(), stream.next_2d());
-            let Some(sample) = bsdf.sample(surface.wo, lobe, direction_u) else {
+            let Some(mut sample) = bsdf.sample(surface.wo, lobe, direction_u) else {
                 return radiance;
             };
             throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
@@ -127,6 +127,28 @@ impl Path {
                 let eta2 = sample.eta * sample.eta;
                 eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
             }
+            let exit_surface;
+            if sample.transmission
+                && let Some(bssrdf) = world.bssrdf(hit.material, surface, &bsdf, differentials)
+            {
+                let Some(exit) = find_exit(world, &bssrdf, hit.material, surface.time, stream)
+                else {
+                    return radiance;
+                };
+                throughput *= exit.weight;
+                (exit_surface, bsdf) = (exit.surface, exit.bsdf);
+                surface = &exit_surface;
+                let (choice, light_u) = (stream.next_1d(), stream.next_2d());
+                radiance +=
+                    throughput * sampled_light(world, selector, surface, &bsdf, choice, light_u);
+                let (lobe, direction_u) = (stream.next_1d(), stream.next_2d());
+                let Some(outside) = bsdf.sample(surface.wo, lobe, direction_u) else {
+                    return radiance;
+                };
+                sample = outside;
+                throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
+            }
+            differentials = None;
             arrival = if sample.specular {
                 Arrival::Direct
             } else {

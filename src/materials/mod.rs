@@ -5,23 +5,32 @@
 
 mod bump;
 mod glass;
+mod interior;
+mod kdsubsurface;
 mod matte;
 mod metal;
 mod mirror;
 mod plastic;
+mod prepare;
 mod roughness;
+mod subsurface;
 mod uber;
 
 pub use bump::Bump;
 pub use glass::Glass;
+pub use interior::Interior;
+pub use kdsubsurface::{KdSubsurface, MeanFreePath};
 pub use matte::Matte;
 pub use metal::Metal;
 pub use mirror::Mirror;
 pub use plastic::Plastic;
+pub use prepare::prepare;
 pub use roughness::RoughnessMeaning;
+pub use subsurface::Subsurface;
 pub use uber::Uber;
 
 use crate::bsdf::Bsdf;
+use crate::bssrdf::Bssrdf;
 use crate::math::Rgb;
 use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
 use crate::surface::{Footprint, SurfaceHit, TexturePoint};
@@ -29,7 +38,7 @@ use crate::textures::{TextureUsage, Textures};
 
 /// A material: kinds of scattering, and bumps that tilt the shading normal.
 /// Common parameter: float texture `bumpmap` (none), displacement in scene units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// How light is scattered.
     pub kind: MaterialKind,
@@ -38,7 +47,7 @@ pub struct Material {
 }
 
 /// The kinds of materials.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum MaterialKind {
     /// `matte`
     Matte(Matte),
@@ -52,6 +61,10 @@ pub enum MaterialKind {
     Metal(Metal),
     /// `uber`
     Uber(Uber),
+    /// `subsurface`
+    Subsurface(Subsurface),
+    /// `kdsubsurface`
+    KdSubsurface(KdSubsurface),
 }
 
 /// Does this type string mean a boundary that does not scatter at all?
@@ -61,7 +74,16 @@ pub fn is_none(kind: &str) -> bool {
 
 impl Material {
     /// The types that are modelled.
-    pub const KINDS: [&'static str; 6] = ["matte", "mirror", "glass", "plastic", "metal", "uber"];
+    pub const KINDS: [&'static str; 8] = [
+        "matte",
+        "mirror",
+        "glass",
+        "plastic",
+        "metal",
+        "uber",
+        "subsurface",
+        "kdsubsurface",
+    ];
 
     /// The material that `Material "type"` describes, or `MakeNamedMaterial` with that
     /// `"string type"` as the reader's kind; `None` for [no material](is_none). Types that are
@@ -75,6 +97,8 @@ impl Material {
             "plastic" => MaterialKind::Plastic(Plastic::from_params(reader)),
             "metal" => MaterialKind::Metal(Metal::from_params(reader)),
             "uber" => MaterialKind::Uber(Uber::from_params(reader)),
+            "subsurface" => MaterialKind::Subsurface(Subsurface::from_params(reader)),
+            "kdsubsurface" => MaterialKind::KdSubsurface(KdSubsurface::from_params(reader)),
             kind => {
                 const DONE: &str = "a matte of the same parameters is used";
                 match PLANNED.contains(&kind) {
@@ -109,8 +133,39 @@ impl Material {
             MaterialKind::Plastic(m) => m.add_lobes(&at, textures, &mut bsdf),
             MaterialKind::Metal(m) => m.add_lobes(&at, textures, &mut bsdf),
             MaterialKind::Uber(m) => m.add_lobes(&at, textures, &mut bsdf),
+            MaterialKind::Subsurface(m) => m.interior.boundary.add_lobes(&at, textures, &mut bsdf),
+            MaterialKind::KdSubsurface(m) => {
+                m.interior.boundary.add_lobes(&at, textures, &mut bsdf)
+            }
         }
         bsdf
+    }
+
+    /// How light that its `bsdf` transmits at a point wanders below the surface; `None` where it
+    /// goes straight on.
+    pub fn bssrdf(
+        &self,
+        hit: &SurfaceHit,
+        bsdf: &Bsdf,
+        footprint: &Footprint,
+        textures: &Textures,
+    ) -> Option<Bssrdf<'_>> {
+        let at = TexturePoint {
+            p: hit.p,
+            uv: hit.uv,
+            footprint: *footprint,
+        };
+        let (interior, medium) = match &self.kind {
+            MaterialKind::Subsurface(m) => (&m.interior, m.medium(&at, textures)),
+            MaterialKind::KdSubsurface(m) => (&m.interior, m.medium(&at, textures)?),
+            MaterialKind::Matte(_)
+            | MaterialKind::Mirror(_)
+            | MaterialKind::Glass(_)
+            | MaterialKind::Plastic(_)
+            | MaterialKind::Metal(_)
+            | MaterialKind::Uber(_) => return None,
+        };
+        interior.bssrdf(&medium, hit, bsdf)
     }
 
     /// Adds the textures this material looks up. Every field is named, so that one added to a
@@ -122,13 +177,10 @@ impl Material {
         let (spectra, floats): (&[SpectrumInput], &[FloatInput]) = match &self.kind {
             MaterialKind::Matte(Matte { kd, sigma }) => (&[*kd], &[*sigma]),
             MaterialKind::Mirror(Mirror { kr }) => (&[*kr], &[]),
-            MaterialKind::Glass(Glass {
-                kr,
-                kt,
-                eta,
-                roughness: [u, v],
-                meaning: _,
-            }) => (&[*kr, *kt], &[*eta, *u, *v]),
+            MaterialKind::Glass(glass) => {
+                glass.add_usage(usage);
+                (&[], &[])
+            }
             MaterialKind::Plastic(Plastic {
                 kd,
                 ks,
@@ -152,6 +204,25 @@ impl Material {
                 eta,
                 swapped: _,
             }) => (&[*kd, *ks, *kr, *kt, *opacity], &[*u, *v, *eta]),
+            MaterialKind::Subsurface(Subsurface {
+                sigma_a,
+                sigma_s,
+                interior,
+            }) => {
+                interior.boundary.add_usage(usage);
+                (&[*sigma_a, *sigma_s], &[])
+            }
+            MaterialKind::KdSubsurface(KdSubsurface {
+                kd,
+                mean_free_path,
+                interior,
+            }) => {
+                interior.boundary.add_usage(usage);
+                match mean_free_path {
+                    MeanFreePath::Spectrum(mfp) => (&[*kd, *mfp], &[]),
+                    MeanFreePath::Float(mfp) => (&[*kd], &[*mfp]),
+                }
+            }
         };
         spectra.iter().for_each(|&input| usage.spectrum(input));
         floats.iter().for_each(|&input| usage.float(input));
@@ -164,13 +235,11 @@ impl Material {
 }
 
 /// Types of pbrt-v3 and pbrt-v2 that are known but not made yet.
-const PLANNED: [&str; 10] = [
+const PLANNED: [&str; 8] = [
     "substrate",
     "translucent",
     "mix",
     "disney",
-    "subsurface",
-    "kdsubsurface",
     "fourier",
     "hair",
     "shinymetal",
