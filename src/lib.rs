@@ -18,6 +18,7 @@
 pub mod accel;
 pub mod assets;
 pub mod bsdf;
+pub mod bssrdf;
 pub mod build;
 pub mod cameras;
 pub mod cli;

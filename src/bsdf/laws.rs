@@ -15,12 +15,13 @@ use super::lambertian::{LambertianReflection, LambertianTransmission};
 use super::microfacet::{MicrofacetReflection, MicrofacetTransmission, MirroredReflection};
 use super::oren_nayar::OrenNayar;
 use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission};
+use super::subsurface_exit::SubsurfaceExit;
 use super::testing::*;
 use super::trowbridge_reitz::TrowbridgeReitz;
 use super::*;
 
 /// How many kinds of lobes there are.
-const KINDS: usize = 13;
+const KINDS: usize = 14;
 
 impl Lobe {
     /// A number below [`KINDS`] for each kind.
@@ -39,6 +40,7 @@ impl Lobe {
             Lobe::DisneyDiffuse(_) => 10,
             Lobe::Clearcoat(_) => 11,
             Lobe::Hair(_) => 12,
+            Lobe::SubsurfaceExit(_) => 13,
         }
     }
 }
@@ -150,6 +152,25 @@ fn disney(base: f32, flat: f32, sheen: f32, roughness: f32) -> Lobe {
         sheen: Rgb::splat(sheen),
         roughness,
     })
+}
+
+/// The far end of a path under a surface of index 1.33.
+fn subsurface_exit() -> Row {
+    let made = Energy::Made {
+        // η² is 1.769; the rest for the noise.
+        most: 1.78,
+        why: "radiance is η² times as large inside, which the other end of the path takes back",
+    };
+    Row {
+        reciprocity: Reciprocity::Broken {
+            why: "it is one end of a path, and the other end has the factor of the outgoing direction",
+        },
+        ..Row::new(
+            "subsurface exit",
+            made,
+            vec![Lobe::SubsurfaceExit(SubsurfaceExit::new(1.33))],
+        )
+    }
 }
 
 fn hair(h: f32, sigma_a: f32, beta_m: f32, beta_n: f32) -> Row {
@@ -293,6 +314,7 @@ fn table() -> Vec<Row> {
             },
             [vec![lambert, mirror], reflect(ggx(0.3, 0.2), Fresnel::NoOp)].concat(),
         ),
+        subsurface_exit(),
         hair(0.0, 0.0, 0.3, 0.3),
         hair(0.6, 0.0, 0.5, 0.2),
         hair(-0.95, 0.0, 0.2, 0.9),

@@ -8,6 +8,7 @@ use super::lambertian::{LambertianReflection, LambertianTransmission};
 use super::microfacet::{MicrofacetReflection, MicrofacetTransmission, MirroredReflection};
 use super::oren_nayar::OrenNayar;
 use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission};
+use super::subsurface_exit::SubsurfaceExit;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
 
@@ -40,6 +41,8 @@ pub enum Lobe {
     Clearcoat(Clearcoat),
     /// A fibre, which scatters all around.
     Hair(Hair),
+    /// The far end of a path under a surface.
+    SubsurfaceExit(SubsurfaceExit),
 }
 
 /// A direction drawn from a lobe.
@@ -75,7 +78,8 @@ impl Lobe {
             | Lobe::MicrofacetReflection(_)
             | Lobe::FresnelBlend(_)
             | Lobe::DisneyDiffuse(_)
-            | Lobe::Clearcoat(_) => !transmit,
+            | Lobe::Clearcoat(_)
+            | Lobe::SubsurfaceExit(_) => !transmit,
             Lobe::LambertianTransmission(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::MicrofacetTransmission(_)
@@ -97,6 +101,7 @@ impl Lobe {
             Lobe::DisneyDiffuse(l) => l.f(wo, wi),
             Lobe::Clearcoat(l) => l.f(wo, wi),
             Lobe::Hair(l) => l.f(wo, wi),
+            Lobe::SubsurfaceExit(l) => l.f(wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => Rgb::ZERO,
@@ -106,9 +111,10 @@ impl Lobe {
     /// Density of [`Lobe::sample`] per solid angle; 0 for a specular lobe.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
-            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::DisneyDiffuse(_) => {
-                cosine_pdf(wo.z * wi.z > 0.0, wi)
-            }
+            Lobe::LambertianReflection(_)
+            | Lobe::OrenNayar(_)
+            | Lobe::DisneyDiffuse(_)
+            | Lobe::SubsurfaceExit(_) => cosine_pdf(wo.z * wi.z > 0.0, wi),
             Lobe::LambertianTransmission(_) => cosine_pdf(wo.z * wi.z < 0.0, wi),
             Lobe::MicrofacetReflection(l) => l.pdf(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.pdf(wo, wi),
@@ -125,9 +131,10 @@ impl Lobe {
     /// Draws a direction with `uc` and `u` in [0, 1); `None` where the lobe gives none.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         match self {
-            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::DisneyDiffuse(_) => {
-                Some(self.cosine_sample(wo, cosine_hemisphere(u), false))
-            }
+            Lobe::LambertianReflection(_)
+            | Lobe::OrenNayar(_)
+            | Lobe::DisneyDiffuse(_)
+            | Lobe::SubsurfaceExit(_) => Some(self.cosine_sample(wo, cosine_hemisphere(u), false)),
             Lobe::LambertianTransmission(_) => {
                 Some(self.cosine_sample(wo, cosine_hemisphere(u), true))
             }
@@ -178,6 +185,7 @@ impl Lobe {
             }
             Lobe::Clearcoat(l) => l.weight *= share,
             Lobe::Hair(l) => l.scale(share),
+            Lobe::SubsurfaceExit(l) => l.scale(share),
         }
         self
     }

@@ -5,6 +5,7 @@ pub mod clearcoat;
 pub mod disney_diffuse;
 pub mod fresnel;
 pub mod fresnel_blend;
+pub mod fresnel_moments;
 pub mod hair;
 pub mod lambertian;
 #[cfg(test)]
@@ -13,6 +14,7 @@ pub mod lobe;
 pub mod microfacet;
 pub mod oren_nayar;
 pub mod specular;
+pub mod subsurface_exit;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod trowbridge_reitz;
@@ -85,6 +87,11 @@ impl Bsdf {
         for lobe in self.lobes.iter_mut().skip(first) {
             *lobe = lobe.scaled(share);
         }
+    }
+
+    /// The shading frame.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     /// The shading normal.

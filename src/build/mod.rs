@@ -12,6 +12,7 @@ use crate::cameras::{Camera, FilmGeometry};
 use crate::film::{FilmMetadata, PixelBounds};
 use crate::integrators::Integrator;
 use crate::lights::Light;
+use crate::materials;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec2};
 use crate::media::Media;
@@ -101,7 +102,8 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         geometry::check(&frame, diagnostics);
         return None;
     };
-    let options = frame.options;
+    let (options, mut materials) = (frame.options, frame.materials);
+    materials::prepare(&mut materials);
     let shapes = Shapes {
         placed: frame.shapes,
         objects: frame.objects,
@@ -111,7 +113,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
     let placed = geometry::build(shapes, lights, &render_from_world, diagnostics)?;
     let world = World::new(
         placed.geometry,
-        frame.materials,
+        materials,
         textures,
         placed.lights,
         placed.sampled_lights,

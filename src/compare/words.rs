@@ -16,7 +16,11 @@ impl Comparison {
         let (p, alpha) = (self.verdict.p(), self.verdict.alpha);
         match self.verdict.worst() {
             Some(level) if !self.verdict.agrees() => {
-                format!("The pictures differ: {}{}.", describe(level), self.chance(p))
+                format!(
+                    "The pictures differ: {}{}.",
+                    describe(level),
+                    self.chance(p)
+                )
             }
             _ => format!(
                 "The pictures agree: {} (p = {}; below {alpha} they would differ).",
@@ -103,7 +107,10 @@ impl Comparison {
                 first.x, first.y
             ))
         };
-        let found: Vec<String> = [Picture::A, Picture::B].into_iter().filter_map(of).collect();
+        let found: Vec<String> = [Picture::A, Picture::B]
+            .into_iter()
+            .filter_map(of)
+            .collect();
         found.join(" and ")
     }
 }
@@ -161,7 +168,10 @@ fn difference(a: f64, b: f64) -> String {
     let word = if a > b { "brighter" } else { "darker" };
     let ratio = a / b - 1.0;
     if ratio.is_finite() && ratio.abs() < 10.0 {
-        format!("{:.2} % {word} in A ({a:.6} against {b:.6})", 100.0 * ratio.abs())
+        format!(
+            "{:.2} % {word} in A ({a:.6} against {b:.6})",
+            100.0 * ratio.abs()
+        )
     } else {
         format!("{word} in A ({a:.6} against {b:.6})")
     }

@@ -7,6 +7,7 @@ pub mod direct;
 pub mod directlighting;
 pub mod path;
 pub mod specular;
+pub mod subsurface;
 mod vertex;
 pub mod volpath;
 pub mod whitted;

@@ -8,6 +8,7 @@
 //! `volpath` is the same walk with participating media, see [`volpath`](super::volpath).
 
 use super::MAX_NULL_SURFACES;
+use super::subsurface::find_exit;
 use super::vertex::{MediumVertex, SurfaceVertex, Vertex};
 use super::volpath::transmittance;
 use crate::accel::GeometryHit;
@@ -127,7 +128,7 @@ impl Path {
                     continue;
                 }
             }
-            let Some(hit) = hit else {
+            let Some(mut hit) = hit else {
                 return radiance + throughput * escaped(world, selector, &ray, &arrival);
             };
             radiance += throughput * emitted(world, selector, &ray, &hit, &arrival);
@@ -135,7 +136,7 @@ impl Path {
                 return radiance;
             }
             let surface = &hit.surface;
-            let Some(bsdf) = world.bsdf(hit.material, surface, differentials) else {
+            let Some(mut bsdf) = world.bsdf(hit.material, surface, differentials) else {
                 nulls += 1;
                 if nulls > MAX_NULL_SURFACES {
                     return radiance;
@@ -149,7 +150,6 @@ impl Path {
                 differentials = None;
                 continue;
             };
-            differentials = None;
             let (choice, light_u) = (stream.next_1d(), stream.next_2d());
             if bsdf.has_non_specular() {
                 let vertex = SurfaceVertex {
@@ -162,7 +162,7 @@ impl Path {
                 radiance += throughput * light;
             }
             let (lobe, direction_u) = (stream.next_1d(), stream.next_2d());
-            let Some(sample) = bsdf.sample(surface.wo, lobe, direction_u) else {
+            let Some(mut sample) = bsdf.sample(surface.wo, lobe, direction_u) else {
                 return radiance;
             };
             throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
@@ -174,15 +174,41 @@ impl Path {
                 let eta2 = sample.eta * sample.eta;
                 eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
             }
+            if sample.transmission
+                && let Some(bssrdf) = world.bssrdf(hit.material, surface, &bsdf, differentials)
+            {
+                let Some(exit) = find_exit(world, &bssrdf, hit.material, surface.time, stream)
+                else {
+                    return radiance;
+                };
+                throughput *= exit.weight;
+                (hit, bsdf) = (exit.hit, exit.bsdf);
+                let (choice, light_u) = (stream.next_1d(), stream.next_2d());
+                let vertex = SurfaceVertex {
+                    hit: &hit,
+                    bsdf: &bsdf,
+                    medium,
+                };
+                let light =
+                    sampled_light::<MEDIA>(world, selector, &vertex, choice, light_u, stream);
+                radiance += throughput * light;
+                let (lobe, direction_u) = (stream.next_1d(), stream.next_2d());
+                let Some(outside) = bsdf.sample(hit.surface.wo, lobe, direction_u) else {
+                    return radiance;
+                };
+                sample = outside;
+                throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
+            }
+            differentials = None;
             arrival = if sample.specular {
                 Arrival::Direct
             } else {
                 Arrival::Scattered {
-                    from: surface.reference_point(),
+                    from: hit.surface.reference_point(),
                     pdf: sample.pdf,
                 }
             };
-            ray = surface.spawn_ray(sample.wi);
+            ray = hit.surface.spawn_ray(sample.wi);
             if MEDIA {
                 medium = world.medium_beyond(&hit, sample.wi, medium);
             }

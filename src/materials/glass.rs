@@ -11,7 +11,7 @@ use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
 use crate::surface::TexturePoint;
-use crate::textures::Textures;
+use crate::textures::{TextureUsage, Textures};
 
 /// A dielectric boundary; the geometric normal points to the outside, whose index is 1.
 /// Parameters: spectrum `Kr` (1), `Kt` (1); float `eta`, else `index` (1.5); float `uroughness`,
@@ -47,6 +47,18 @@ impl Glass {
             roughness,
             meaning: RoughnessMeaning::from_params(reader),
         }
+    }
+
+    pub(super) fn add_usage(&self, usage: &mut TextureUsage) {
+        let Glass {
+            kr,
+            kt,
+            eta,
+            roughness: [u, v],
+            meaning: _,
+        } = self;
+        [kr, kt].iter().for_each(|input| usage.spectrum(**input));
+        [eta, u, v].iter().for_each(|input| usage.float(**input));
     }
 
     pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {

@@ -55,9 +55,12 @@ impl Mix {
         let second = find(reader, named, "namedmaterial2");
         let amount = reader.spectrum_input("amount", Rgb::splat(0.5));
         let (first, second) = (first?, second?);
-        let lobes = |part: &Named| part.map_or(1, |(_, material)| material.most_lobes());
+        let lobes = |part: &Named| {
+            part.as_ref()
+                .map_or(1, |(_, material)| material.most_lobes())
+        };
         let mix = Mix {
-            parts: [first, second].map(|part| Some(part?.0)),
+            parts: [&first, &second].map(|part| Some(part.as_ref()?.0)),
             amount,
             most_lobes: lobes(&first) + lobes(&second),
         };
@@ -159,7 +162,7 @@ mod tests {
         fn materials(&self) -> Vec<Material> {
             // `none` has a place here only to keep the ids simple.
             let placeholder = read("matte", "", |r| Material::from_params(r, self)).value;
-            let all = self.0.iter().map(|(_, m)| m.or(placeholder));
+            let all = self.0.iter().map(|(_, m)| m.clone().or(placeholder.clone()));
             all.map(|m| m.expect("a matte is a material")).collect()
         }
 
@@ -177,7 +180,7 @@ mod tests {
     impl NamedMaterials for Scene {
         fn find(&self, name: &str) -> Option<Named> {
             let i = self.0.iter().position(|(n, _)| *n == name)?;
-            Some(self.0[i].1.map(|m| (MaterialId(i as u32), m)))
+            Some(self.0[i].1.clone().map(|m| (MaterialId(i as u32), m)))
         }
 
         fn names(&self) -> Vec<&str> {

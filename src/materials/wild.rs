@@ -95,7 +95,7 @@ struct Two([Option<Material>; 2]);
 impl NamedMaterials for Two {
     fn find(&self, name: &str) -> Option<Named> {
         let i = ["a", "b"].iter().position(|n| *n == name)?;
-        Some(self.0[i].map(|material| (MaterialId(i as u32), material)))
+        Some(self.0[i].clone().map(|material| (MaterialId(i as u32), material)))
     }
 
     fn names(&self) -> Vec<&str> {
@@ -215,7 +215,7 @@ proptest! {
         let none = Two([None, None]);
         let materials = [make(a, &first, &none), make(b, &second, &none)];
         let text = format!("\"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" \"texture amount\" \"t{amount}\"");
-        let two = Two(materials.map(Some));
+        let two = Two(materials.clone().map(Some));
         let mix = read_in(&surroundings, "mix", &text, |r| Material::from_params(r, &two)).value.unwrap();
         let mut hit = flat_hit(Vec3::Z);
         hit.uv = Vec2::new(0.5, v);

@@ -180,7 +180,7 @@ impl NamedMaterials for InScope<'_> {
         Some(
             self.materials
                 .get(id.index())
-                .map(|&material| (id, material)),
+                .map(|material| (id, material.clone())),
         )
     }
 

@@ -3,6 +3,7 @@
 
 use crate::accel::{Geometry, GeometryHit};
 use crate::bsdf::Bsdf;
+use crate::bssrdf::Bssrdf;
 use crate::handles::{LightId, MaterialId, MediumId};
 use crate::lights::Light;
 use crate::materials::Material;
@@ -117,6 +118,19 @@ impl World {
         let material = &self.materials[material?.index()];
         let footprint = surface.footprint(differentials);
         Some(material.bsdf(surface, &footprint, &self.textures, &self.materials))
+    }
+
+    /// How light that `bsdf` transmits at a hit wanders below the surface; `None` where it does not.
+    pub fn bssrdf(
+        &self,
+        material: Option<MaterialId>,
+        surface: &SurfaceHit,
+        bsdf: &Bsdf,
+        differentials: Option<&RayDifferentials>,
+    ) -> Option<Bssrdf<'_>> {
+        let material = &self.materials[material?.index()];
+        let footprint = surface.footprint(differentials);
+        material.bssrdf(surface, bsdf, &footprint, &self.textures)
     }
 
     /// The light with this handle.

@@ -103,7 +103,9 @@ fn skewed_noise() {
 fn without_variances() {
     for draw in [mild, skewed, fireflies] {
         let pair = pair(draw, [(32, 32), (32, 32)]);
-        let rate = false_alarms(&options(true), |seed| pair(seed).map(Render::without_variance));
+        let rate = false_alarms(&options(true), |seed| {
+            pair(seed).map(Render::without_variance)
+        });
         assert!(rate < ALPHA + scatter(ALPHA), "{rate}");
     }
 }
@@ -113,6 +115,8 @@ fn without_variances() {
 #[test]
 fn without_variances_and_not_alike() {
     let pair = pair(skewed, [(32, 32), (256, 16)]);
-    let rate = false_alarms(&options(true), |seed| pair(seed).map(Render::without_variance));
+    let rate = false_alarms(&options(true), |seed| {
+        pair(seed).map(Render::without_variance)
+    });
     assert!(rate < 2.0 * ALPHA + scatter(2.0 * ALPHA), "{rate}");
 }

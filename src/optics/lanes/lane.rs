@@ -28,7 +28,6 @@ impl<const N: usize> Lanes<N> {
     pub fn splat(x: f32) -> Lanes<N> {
         Lanes([x; N])
     }
-
 }
 
 impl<const N: usize> LaneMask<N> {

@@ -1,0 +1,38 @@
+//! The far end of a path under a surface (Pharr, Jakob and Humphreys 2016, §11.4.1 and §15.4.3).
+
+use super::fresnel::dielectric;
+use super::fresnel_moments::FresnelMoments;
+use crate::math::{Rgb, Vec3};
+use std::f32::consts::PI;
+
+/// Light that enters a medium diffusely through a smooth boundary: what Fresnel's reflectance lets
+/// through, normalised over the hemisphere (equation 11.7), for radiance (times η², which undoes
+/// the 1/η² of the other end).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubsurfaceExit {
+    /// Refractive index relative to the outside.
+    eta: f32,
+    /// η² over the integral of the transmittance times the cosine.
+    factor: Rgb,
+}
+
+impl SubsurfaceExit {
+    /// For a medium of relative index `eta`, positive.
+    pub fn new(eta: f32) -> SubsurfaceExit {
+        let through = 1.0 - 2.0 * FresnelMoments::outside(f64::from(eta)).first as f32;
+        SubsurfaceExit {
+            eta,
+            factor: Rgb::splat(eta * eta / (PI * through)),
+        }
+    }
+
+    /// Multiplies all that is let through by `share`.
+    pub fn scale(&mut self, share: Rgb) {
+        self.factor *= share;
+    }
+
+    /// Value in 1/sr; `wi` local.
+    pub fn f(&self, wi: Vec3) -> Rgb {
+        (1.0 - dielectric(wi.z, 1.0, self.eta)) * self.factor
+    }
+}

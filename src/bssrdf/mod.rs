@@ -1,0 +1,126 @@
+//! Light that enters a surface at one point and leaves it at another: separable BSSRDFs
+//! (Pharr, Jakob and Humphreys 2016, §11.4 and §15.4).
+//!
+//! S(po, ωo, pi, ωi) = (1 − F(cosθo)) Sp(|po − pi|) Sw(ωi): Fresnel transmission at either end, and
+//! a profile of the distance between. The factor of ωo is the surface's own BSDF's, which has
+//! chosen to transmit; [`Bssrdf`] is Sp, and [`crate::bsdf::subsurface_exit`] is Sw.
+
+mod beam_diffusion;
+pub mod presets;
+mod profile;
+mod table;
+
+pub use profile::{NormalisedChannel, Profile, TabulatedChannel};
+pub use table::{ProfileTable, Row};
+
+use crate::bsdf::subsurface_exit::SubsurfaceExit;
+use crate::math::frame::Frame;
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::surface::SurfaceHit;
+use std::f32::consts::PI;
+
+/// Shortest mean free path in units of the position's error: finer ones cannot be told from it, and
+/// nor could they in the picture.
+const FINEST_IN_ERRORS: f32 = 16.0;
+
+/// Chances of probing along the frame's s, t and n: most exits are found from above.
+const AXIS_CHANCES: [f32; 3] = [0.25, 0.25, 0.5];
+
+/// Where light that leaves at one point may have entered.
+#[derive(Clone, Copy, Debug)]
+pub struct Bssrdf<'a> {
+    p: Vec3,
+    frame: Frame,
+    profile: Profile<'a>,
+    exit: SubsurfaceExit,
+}
+
+/// A straight line on which to look for the other point.
+#[derive(Clone, Copy, Debug)]
+pub struct Probe {
+    /// Where it starts.
+    pub o: Vec3,
+    /// Unit direction.
+    pub d: Vec3,
+    /// Its length.
+    pub length: f32,
+    /// A fresh number in [0, 1) to choose among what it meets.
+    pub choice: f32,
+}
+
+/// The shortest length at which light in a medium is told from light at its surface, at a point.
+pub fn finest_length(surface: &SurfaceHit) -> f32 {
+    // At the origin itself positions are exact; the square of the length must stay a number.
+    (FINEST_IN_ERRORS * surface.p_error.max_element()).max(1e-18)
+}
+
+impl<'a> Bssrdf<'a> {
+    /// At `surface` with the shading frame `frame`, which light enters elsewhere as `exit` says.
+    pub fn new(
+        surface: &SurfaceHit,
+        frame: Frame,
+        profile: Profile<'a>,
+        exit: SubsurfaceExit,
+    ) -> Bssrdf<'a> {
+        Bssrdf {
+            p: surface.p,
+            frame,
+            profile,
+            exit,
+        }
+    }
+
+    /// A line through the surroundings, along one of the three axes at a distance drawn for one of
+    /// the three channels (§15.4.2). `None` where no light comes out. `uc` and `u` in [0, 1).
+    pub fn probe(&self, uc: f32, u: Vec2) -> Option<Probe> {
+        let Frame { s, t, n } = self.frame;
+        let ([x, y, z], uc) = match uc {
+            uc if uc < 0.5 => ([s, t, n], uc * 2.0),
+            uc if uc < 0.75 => ([t, n, s], (uc - 0.5) * 4.0),
+            uc => ([n, s, t], (uc - 0.75) * 4.0),
+        };
+        let scaled = uc * 3.0;
+        let channel = (scaled as usize).min(2);
+        let r = self.profile.sample(channel, u.x)?;
+        let reach = self.profile.reach(channel)?;
+        if r >= reach {
+            return None;
+        }
+        let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+        let half = ((reach - r) * (reach + r)).sqrt();
+        Some(Probe {
+            o: self.p + r * (x * cos + y * sin) - half * z,
+            d: z,
+            length: 2.0 * half,
+            choice: scaled - channel as f32,
+        })
+    }
+
+    /// The density per area with which [`Bssrdf::probe`] meets the surface at `p`, whose unit
+    /// geometric normal is `n`: of all axes and channels together (multiple importance sampling with
+    /// the balance heuristic).
+    pub fn pdf(&self, p: Vec3, n: Vec3) -> f32 {
+        let d = self.frame.to_local(p - self.p);
+        let cosines = self.frame.to_local(n).abs();
+        let mut pdf = 0.0;
+        for axis in 0..3 {
+            let projected = Vec2::new(d[(axis + 1) % 3], d[(axis + 2) % 3]).length();
+            let channels: f32 = (0..3).map(|c| self.profile.pdf(c, projected)).sum();
+            pdf += AXIS_CHANCES[axis] * cosines[axis] * channels / 3.0;
+        }
+        pdf
+    }
+
+    /// Sp: the share of the light entering at `p` that comes out here, per area.
+    pub fn value(&self, p: Vec3) -> Rgb {
+        self.profile.value((p - self.p).length())
+    }
+
+    /// How the light enters there.
+    pub fn exit(&self) -> SubsurfaceExit {
+        self.exit
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,116 @@
+//! What `subsurface` and `kdsubsurface` have in common.
+
+use super::roughness::find_roughness;
+use super::{Glass, RoughnessMeaning};
+use crate::bsdf::Bsdf;
+use crate::bssrdf::{Bssrdf, Profile, ProfileTable, TabulatedChannel, finest_length};
+use crate::math::Rgb;
+use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
+use crate::surface::SurfaceHit;
+use std::sync::Arc;
+
+/// A dielectric boundary with a scattering medium below it. Parameters: spectrum `Kr` (1), `Kt` (1);
+/// float `uroughness`, `vroughness` (0): smooth where both are 0; constant bool `remaproughness`
+/// (true); constant float `eta` (1.33), `g` (0), `scale` (1). In pbrt-v2's language the boundary is
+/// always smooth, `index` (1.3) stands for `eta`, and there is no `Kt` and no `g`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interior {
+    /// The boundary.
+    pub boundary: Glass,
+    /// Refractive index of the medium relative to the outside.
+    pub eta: f32,
+    /// Mean cosine of scattering, -1…1.
+    pub g: f32,
+    /// Factor of the coefficients or lengths, 0 or more.
+    pub scale: f32,
+    /// Profiles for `g` and `eta`, once they are [made](Interior::prepare).
+    table: Option<Arc<ProfileTable>>,
+}
+
+/// The albedo and the mean free path, in scene units, of a medium: infinite where it does nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Extinction {
+    /// Albedo of single scattering.
+    pub albedo: Rgb,
+    /// Mean free path.
+    pub mean_free_path: Rgb,
+}
+
+impl Interior {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Interior {
+        let smooth = FloatInput::Constant(0.0);
+        let (kt, roughness, index, usual_eta, g) = match reader.dialect() {
+            Dialect::V2 => (
+                SpectrumInput::Constant(Rgb::ONE),
+                [smooth; 2],
+                "index",
+                1.3,
+                0.0,
+            ),
+            Dialect::V3 => {
+                let roughness = ["uroughness", "vroughness"]
+                    .map(|name| find_roughness(reader, name).unwrap_or(smooth));
+                let kt = reader.spectrum_input("Kt", Rgb::ONE);
+                let g = within(reader, "g", 0.0, |g| (-1.0..=1.0).contains(&g));
+                (kt, roughness, "eta", 1.33, g)
+            }
+        };
+        let eta = within(reader, index, usual_eta, |eta| eta > 0.0);
+        let boundary = Glass {
+            kr: reader.spectrum_input("Kr", Rgb::ONE),
+            kt,
+            eta: FloatInput::Constant(eta),
+            roughness,
+            meaning: RoughnessMeaning::from_params(reader),
+        };
+        let scale = within(reader, "scale", 1.0, |scale| scale >= 0.0);
+        Interior {
+            boundary,
+            eta,
+            g,
+            scale,
+            table: None,
+        }
+    }
+
+    /// Makes the table of profiles; `make` may give one that was made before.
+    pub fn prepare(&mut self, make: &mut impl FnMut(f32, f32) -> Arc<ProfileTable>) {
+        self.table = Some(make(self.g, self.eta));
+    }
+
+    /// The profiles, where they are made.
+    pub fn table(&self) -> Option<&ProfileTable> {
+        self.table.as_deref()
+    }
+
+    /// The BSSRDF of a medium at `surface`, around whose shading frame `bsdf` stands.
+    pub fn bssrdf(
+        &self,
+        medium: &Extinction,
+        surface: &SurfaceHit,
+        bsdf: &Bsdf,
+    ) -> Option<Bssrdf<'_>> {
+        let table = self.table()?;
+        let finest = finest_length(surface);
+        let channels = std::array::from_fn(|c| {
+            let row = table.row(medium.albedo[c]);
+            TabulatedChannel::new(row, medium.mean_free_path[c], finest)
+        });
+        let profile = Profile::Tabulated(channels);
+        Some(Bssrdf::new(surface, *bsdf.frame(), profile, table.exit()))
+    }
+}
+
+/// A constant number; one that is not `good`, or not finite, is warned of and the usual one is used.
+fn within(reader: &ParamReader, name: &str, usual: f32, good: impl Fn(f32) -> bool) -> f32 {
+    let given = reader.float(name, f64::from(usual)) as f32;
+    if good(given) && given.is_finite() {
+        return given;
+    }
+    reader.warn(
+        name,
+        format!("`{name}` is {given}, out of range: {usual} is used"),
+    );
+    usual
+}

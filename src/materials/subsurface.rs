@@ -1,0 +1,162 @@
+//! `subsurface`.
+
+use super::interior::{Extinction, Interior};
+use super::reflectance;
+use crate::bssrdf::presets::{self, Coefficients};
+use crate::math::Rgb;
+use crate::params::{Dialect, ParamReader, SpectrumInput};
+use crate::surface::TexturePoint;
+use crate::syntax::suggest::nearest;
+use crate::textures::Textures;
+
+/// Absorption where nothing is said, in 1/mm: whole milk, as in pbrt-v3.
+const USUAL_ABSORPTION: Rgb = Rgb::new(0.0011, 0.0024, 0.014);
+
+/// Reduced scattering where nothing is said, in 1/mm.
+const USUAL_SCATTERING: Rgb = Rgb::new(2.55, 3.21, 3.77);
+
+/// A medium of given coefficients below a dielectric boundary (scene-language 3.8). Parameters:
+/// spectrum `sigma_a` ((0.0011, 0.0024, 0.014)) and `sigma_s` ((2.55, 3.21, 3.77)), absorption and
+/// scattering, per scene unit once they are multiplied with `scale`; constant string `name` (none)
+/// gives measured ones per mm instead, for which `g` is 0; and those of [`Interior`].
+/// In pbrt-v2's language `sigma_prime_s` stands for `sigma_s`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subsurface {
+    /// Absorption before scaling.
+    pub sigma_a: SpectrumInput,
+    /// Scattering before scaling.
+    pub sigma_s: SpectrumInput,
+    /// Boundary and the rest.
+    pub interior: Interior,
+}
+
+impl Subsurface {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Subsurface {
+        let measured = measured(reader);
+        let mut interior = Interior::from_params(reader);
+        if measured.is_some() {
+            // Reduced coefficients have the mean cosine in them.
+            interior.g = 0.0;
+        }
+        let usual = measured.unwrap_or(Coefficients {
+            sigma_a: USUAL_ABSORPTION,
+            sigma_s: USUAL_SCATTERING,
+        });
+        let sigma_s = match reader.dialect() {
+            Dialect::V2 => "sigma_prime_s",
+            Dialect::V3 => "sigma_s",
+        };
+        Subsurface {
+            sigma_a: reader.spectrum_input("sigma_a", usual.sigma_a),
+            sigma_s: reader.spectrum_input(sigma_s, usual.sigma_s),
+            interior,
+        }
+    }
+
+    /// The medium at a point; coefficients below 0 count as 0.
+    pub(super) fn medium(&self, at: &TexturePoint, textures: &Textures) -> Extinction {
+        let [absorption, scattering] = [&self.sigma_a, &self.sigma_s]
+            .map(|sigma| self.interior.scale * reflectance(sigma, at, textures));
+        let extinction = absorption + scattering;
+        Extinction {
+            albedo: scattering / extinction.max(Rgb::splat(f32::MIN_POSITIVE)),
+            mean_free_path: extinction.recip(),
+        }
+    }
+}
+
+/// The coefficients called `name`.
+fn measured(reader: &ParamReader) -> Option<Coefficients> {
+    let name = reader.find_string("name").filter(|name| !name.is_empty())?;
+    let found = presets::find(name);
+    if found.is_none() {
+        let hint = nearest(name, presets::names()).map_or(String::new(), |similar| {
+            format!("; did you mean `{similar}`?")
+        });
+        reader.warn(
+            "name",
+            format!("no coefficients are known of `{name}`: the usual ones are used{hint}"),
+        );
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::testing::{Surroundings, read, read_in};
+
+    fn coefficients(subsurface: &Subsurface) -> [SpectrumInput; 2] {
+        [subsurface.sigma_a, subsurface.sigma_s]
+    }
+
+    const fn rgb(r: f32, g: f32, b: f32) -> SpectrumInput {
+        SpectrumInput::Constant(Rgb::new(r, g, b))
+    }
+
+    #[test]
+    fn names_give_coefficients_that_parameters_override() {
+        let params = "\"string name\" \"Skin1\" \"rgb sigma_a\" [1 2 3] \"float g\" .5";
+        let skin = read("subsurface", params, Subsurface::from_params);
+        assert_eq!(skin.warnings, 0, "{}", skin.text);
+        assert_eq!(
+            coefficients(&skin.value),
+            [rgb(1.0, 2.0, 3.0), rgb(0.74, 0.88, 1.01)]
+        );
+        assert_eq!(skin.value.interior.g, 0.0);
+        let usual = read("subsurface", "", Subsurface::from_params).value;
+        let misspelt = read(
+            "subsurface",
+            "\"string name\" \"skin1\"",
+            Subsurface::from_params,
+        );
+        assert_eq!(
+            (coefficients(&misspelt.value), misspelt.warnings),
+            (coefficients(&usual), 1)
+        );
+        assert!(misspelt.text.contains("`Skin1`"), "{}", misspelt.text);
+    }
+
+    #[test]
+    fn v2_has_names_of_its_own() {
+        let v2 = Surroundings {
+            dialect: Dialect::V2,
+            ..Surroundings::default()
+        };
+        let params = "\"rgb sigma_prime_s\" [1 2 3] \"float index\" 1.4 \"float scale\" 2";
+        let read = read_in(&v2, "subsurface", params, Subsurface::from_params);
+        assert_eq!(read.warnings, 0, "{}", read.text);
+        let Subsurface {
+            sigma_s, interior, ..
+        } = read.value;
+        assert_eq!(
+            (sigma_s, interior.eta, interior.scale),
+            (rgb(1.0, 2.0, 3.0), 1.4, 2.0)
+        );
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_replaced_with_a_warning() {
+        for (params, warnings) in [
+            ("\"float eta\" 0", 1),
+            ("\"float eta\" -1", 1),
+            ("\"float g\" 1.5", 1),
+            ("\"float scale\" -1", 1),
+            ("\"float uroughness\" -1", 1),
+            ("\"float eta\" 1 \"float g\" -1 \"float scale\" 0", 0),
+        ] {
+            let outcome = read("subsurface", params, Subsurface::from_params);
+            assert_eq!(outcome.warnings, warnings, "{}", outcome.text);
+        }
+        let outcome = read(
+            "subsurface",
+            "\"float eta\" 0 \"float g\" 7",
+            Subsurface::from_params,
+        );
+        assert_eq!(
+            (outcome.value.interior.eta, outcome.value.interior.g),
+            (1.33, 0.0)
+        );
+    }
+}

@@ -1,0 +1,354 @@
+//! Catmull–Rom splines over nodes at uneven distances (Pharr, Jakob and Humphreys 2016, §8.6.1,
+//! §13.3 and §14.1.4): cubic pieces through the given values, whose slope at a node is that of the
+//! chord between its two neighbours; at either end it is the slope of the last chord.
+//!
+//! Nodes ascend strictly. Positions outside them, and NaN, have no value.
+
+/// Steps of Newton's method, or of bisection where it fails: each bisection gains a bit, so this is
+/// more than a double has.
+const MOST_STEPS: usize = 64;
+
+/// Which four values make up the spline at a position, and with which weights: their sum is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// Number of the node that the first weight belongs to, plus one. Weights of nodes that do not
+    /// exist are 0.
+    interval: usize,
+    last: usize,
+    weights: [f32; 4],
+}
+
+impl Weights {
+    /// The weights at `x`; `None` outside the nodes.
+    pub fn new(nodes: &[f32], x: f32) -> Option<Weights> {
+        let (&first, &last) = (nodes.first()?, nodes.last()?);
+        if !(x >= first && x <= last) || nodes.len() < 2 {
+            return None;
+        }
+        let i = interval(nodes.len(), |i| nodes[i] <= x);
+        let width = nodes[i + 1] - nodes[i];
+        let t = (x - nodes[i]) / width;
+        let (t2, t3) = (t * t, t * t * t);
+        // Hermite's basis: values at both ends, then slopes at both ends.
+        let mut weights = [0.0, 2.0 * t3 - 3.0 * t2 + 1.0, -2.0 * t3 + 3.0 * t2, 0.0];
+        let (slope0, slope1) = (t3 - 2.0 * t2 + t, t3 - t2);
+        if i > 0 {
+            let chord = slope0 * width / (nodes[i + 1] - nodes[i - 1]);
+            weights[0] -= chord;
+            weights[2] += chord;
+        } else {
+            weights[1] -= slope0;
+            weights[2] += slope0;
+        }
+        if i + 2 < nodes.len() {
+            let chord = slope1 * width / (nodes[i + 2] - nodes[i]);
+            weights[1] -= chord;
+            weights[3] += chord;
+        } else {
+            weights[1] -= slope1;
+            weights[2] += slope1;
+        }
+        Some(Weights {
+            interval: i,
+            last: nodes.len() - 1,
+            weights,
+        })
+    }
+
+    /// The numbers of the nodes with their weights. (One beyond an end stands as the end, with
+    /// weight 0.)
+    pub fn terms(&self) -> [(usize, f32); 4] {
+        std::array::from_fn(|k| {
+            let node = (self.interval + k).saturating_sub(1).min(self.last);
+            (node, self.weights[k])
+        })
+    }
+
+    /// The weighted sum of the values that `value` gives for each node.
+    pub fn sum(&self, value: impl Fn(usize) -> f32) -> f32 {
+        self.terms().iter().map(|&(i, w)| w * value(i)).sum()
+    }
+}
+
+/// The last `i` below `count` - 1 for which `before(i)` holds, where it holds up to some number and
+/// not beyond; 0 where it never does. `count` is 2 at least.
+fn interval(count: usize, before: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count - 1);
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if before(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// One cubic piece over t in 0…1: values and slopes (per unit of t) at its ends.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    f: [f64; 2],
+    slope: [f64; 2],
+}
+
+impl Piece {
+    fn new(nodes: &[f32], value: &impl Fn(usize) -> f32, i: usize) -> Piece {
+        let x = |i: usize| f64::from(nodes[i]);
+        let y = |i: usize| f64::from(value(i));
+        let f = [y(i), y(i + 1)];
+        let width = x(i + 1) - x(i);
+        let chord = |from: usize, to: usize| width * (y(to) - y(from)) / (x(to) - x(from));
+        let slope = [
+            chord(i.saturating_sub(1), i + 1),
+            chord(i, (i + 2).min(nodes.len() - 1)),
+        ];
+        Piece { f, slope }
+    }
+
+    fn value(&self, t: f64) -> f64 {
+        let ([f0, f1], [d0, d1]) = (self.f, self.slope);
+        let square = 3.0 * (f1 - f0) - 2.0 * d0 - d1;
+        let cube = 2.0 * (f0 - f1) + d0 + d1;
+        f0 + t * (d0 + t * (square + t * cube))
+    }
+
+    /// ∫ from 0 to t.
+    fn integral(&self, t: f64) -> f64 {
+        let ([f0, f1], [d0, d1]) = (self.f, self.slope);
+        let square = 3.0 * (f1 - f0) - 2.0 * d0 - d1;
+        let cube = 2.0 * (f0 - f1) + d0 + d1;
+        t * (f0 + t * (d0 / 2.0 + t * (square / 3.0 + t * cube / 4.0)))
+    }
+
+    fn derivative(&self, t: f64) -> f64 {
+        let ([f0, f1], [d0, d1]) = (self.f, self.slope);
+        let square = 3.0 * (f1 - f0) - 2.0 * d0 - d1;
+        let cube = 2.0 * (f0 - f1) + d0 + d1;
+        d0 + t * (2.0 * square + t * 3.0 * cube)
+    }
+}
+
+/// Where in 0…1 the ascending `function` is `wanted`, by Newton's method from `guess`, with
+/// bisection where a step leaves the bracket. `function` gives value and derivative.
+pub fn solve(guess: f64, wanted: f64, function: impl Fn(f64) -> (f64, f64)) -> f64 {
+    // Finer than the single precision of what comes out.
+    const ACCURACY: f64 = 1e-9;
+    let (mut low, mut high, mut t) = (0.0, 1.0, guess);
+    for _ in 0..MOST_STEPS {
+        if !(t >= low && t <= high) {
+            t = 0.5 * (low + high);
+        }
+        let (f, slope) = function(t);
+        let over = f - wanted;
+        if over < 0.0 {
+            low = t;
+        } else {
+            high = t;
+        }
+        if over == 0.0 || high - low < ACCURACY {
+            break;
+        }
+        let step = over / slope;
+        t -= step;
+        if step.abs() < ACCURACY {
+            break;
+        }
+    }
+    if t.is_finite() {
+        t.clamp(0.0, 1.0)
+    } else {
+        0.5 * (low + high)
+    }
+}
+
+/// Running integrals of the spline through `value` from the first node to each.
+pub fn integrals(nodes: &[f32], value: impl Fn(usize) -> f32) -> Vec<f32> {
+    let mut sum = 0.0;
+    let pieces = (0..nodes.len().saturating_sub(1)).map(|i| {
+        let width = f64::from(nodes[i + 1]) - f64::from(nodes[i]);
+        sum += width * Piece::new(nodes, &value, i).integral(1.0);
+        sum as f32
+    });
+    std::iter::once(0.0)
+        .chain(pieces)
+        .take(nodes.len())
+        .collect()
+}
+
+/// The position at which the spline through the ascending `values` is `wanted`; the end that is
+/// nearer where it never is. `None` without nodes.
+pub fn invert(nodes: &[f32], values: &[f32], wanted: f32) -> Option<f32> {
+    let (&first, &last) = (nodes.first()?, nodes.last()?);
+    if nodes.len() < 2 || !(wanted > *values.first()?) {
+        return Some(first);
+    }
+    if wanted >= *values.last()? {
+        return Some(last);
+    }
+    let i = interval(nodes.len().min(values.len()), |i| values[i] <= wanted);
+    let piece = Piece::new(nodes, &|i| values[i], i);
+    let wanted = f64::from(wanted);
+    let guess = (wanted - piece.f[0]) / (piece.f[1] - piece.f[0]);
+    let t = solve(guess, wanted, |t| (piece.value(t), piece.derivative(t)));
+    Some(between(nodes, i, t))
+}
+
+/// A position drawn in proportion to a spline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplineSample {
+    /// The position.
+    pub x: f32,
+    /// The spline's value there.
+    pub value: f32,
+    /// Density: the value over the whole integral.
+    pub pdf: f32,
+}
+
+/// Draws a position in proportion to the spline through `value`, not negative, whose running
+/// integrals are `integral`; `u` in [0, 1). `None` where the whole integral is not positive.
+pub fn sample(
+    nodes: &[f32],
+    value: impl Fn(usize) -> f32,
+    integral: impl Fn(usize) -> f32,
+    u: f32,
+) -> Option<SplineSample> {
+    let count = nodes.len();
+    if count < 2 {
+        return None;
+    }
+    let whole = integral(count - 1);
+    if !(whole > 0.0 && whole.is_finite()) {
+        return None;
+    }
+    let wanted = u * whole;
+    let i = interval(count, |i| integral(i) <= wanted);
+    let piece = Piece::new(nodes, &value, i);
+    let width = f64::from(nodes[i + 1]) - f64::from(nodes[i]);
+    let rest = f64::from(wanted - integral(i)) / width;
+    let t = solve(linear_guess(piece.f, rest), rest, |t| {
+        (piece.integral(t), piece.value(t))
+    });
+    let value = piece.value(t).max(0.0) as f32;
+    Some(SplineSample {
+        x: between(nodes, i, t),
+        value,
+        pdf: value / whole,
+    })
+}
+
+/// Where the integral of the straight line between two values is `rest`.
+fn linear_guess([f0, f1]: [f64; 2], rest: f64) -> f64 {
+    if f0 == f1 {
+        return rest / f0;
+    }
+    let root = (f0 * f0 + 2.0 * rest * (f1 - f0)).max(0.0).sqrt();
+    (f0 - root) / (f0 - f1)
+}
+
+/// The position at `t` of interval `i`.
+fn between(nodes: &[f32], i: usize, t: f64) -> f32 {
+    let (a, b) = (f64::from(nodes[i]), f64::from(nodes[i + 1]));
+    (a + (b - a) * t) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NODES: [f32; 7] = [-1.0, -0.6, 0.1, 0.2, 1.0, 1.5, 3.0];
+
+    fn at(values: &[f32], x: f32) -> f32 {
+        Weights::new(&NODES, x).unwrap().sum(|i| values[i])
+    }
+
+    #[test]
+    fn splines_pass_through_their_values_and_reproduce_lines() {
+        let values = [0.3, 1.0, 0.2, 0.5, 2.0, 0.1, 0.7];
+        for (x, y) in NODES.iter().zip(values) {
+            assert!((at(&values, *x) - y).abs() < 1e-6);
+        }
+        let line = NODES.map(|x| 2.0 - 0.5 * x);
+        for k in 0..=100 {
+            let x = -1.0 + 0.04 * k as f32;
+            // Rounding of weights that are at most 1.
+            assert!((at(&line, x) - (2.0 - 0.5 * x)).abs() < 2e-6, "{x}");
+        }
+    }
+
+    #[test]
+    fn slopes_are_continuous() {
+        let values = [0.3, 1.0, 0.2, 0.5, 2.0, 0.1, 0.7];
+        for &x in &NODES[1..6] {
+            let h = 1e-3;
+            let before = (at(&values, x) - at(&values, x - h)) / h;
+            let after = (at(&values, x + h) - at(&values, x)) / h;
+            // Curvatures up to 200 between the two nodes 0.1 apart, times h.
+            assert!((before - after).abs() < 0.2, "{before} and {after} at {x}");
+        }
+    }
+
+    #[test]
+    fn nothing_lies_outside() {
+        for x in [-1.001, 3.001, f32::NAN, f32::INFINITY] {
+            assert_eq!(Weights::new(&NODES, x), None);
+        }
+        assert_eq!(Weights::new(&[], 0.0), None);
+        assert_eq!(Weights::new(&[1.0], 1.0), None);
+    }
+
+    #[test]
+    fn integrals_are_those_of_the_pieces() {
+        // A straight line is integrated exactly: ∫ (x + 2) = x²/2 + 2x.
+        let sums = integrals(&NODES, |i| NODES[i] + 2.0);
+        for (sum, x) in sums.iter().zip(NODES) {
+            let exact = (0.5 * x * x + 2.0 * x) - (0.5 - 2.0);
+            assert!((sum - exact).abs() < 1e-5, "{sum} for {exact}");
+        }
+    }
+
+    #[test]
+    fn inversion_undoes_evaluation() {
+        let values = [0.0, 0.1, 0.15, 0.5, 0.6, 2.0, 2.5];
+        for k in 0..200 {
+            let wanted = 2.5 * (k as f32 + 0.5) / 200.0;
+            let x = invert(&NODES, &values, wanted).unwrap();
+            assert!((at(&values, x) - wanted).abs() < 1e-5, "{wanted} at {x}");
+        }
+        assert_eq!(invert(&NODES, &values, -1.0), Some(-1.0));
+        assert_eq!(invert(&NODES, &values, 9.0), Some(3.0));
+        assert_eq!(invert(&NODES, &values, f32::NAN), Some(-1.0));
+    }
+
+    #[test]
+    fn samples_follow_the_spline() {
+        let values = [0.0, 1.0, 0.9, 0.5, 2.0, 0.7, 0.0];
+        let sums = integrals(&NODES, |i| values[i]);
+        let whole = sums[6];
+        let n = 10_000;
+        for k in 0..n {
+            let u = (k as f32 + 0.5) / n as f32;
+            let s = sample(&NODES, |i| values[i], |i| sums[i], u).unwrap();
+            assert!((s.value - at(&values, s.x).max(0.0)).abs() < 1e-5);
+            assert!((s.pdf * whole - s.value).abs() < 1e-6);
+            // The share of the integral before the sample is u.
+            let i = NODES.iter().rposition(|&x| x <= s.x).unwrap().min(5);
+            let piece = Piece::new(&NODES, &|i| values[i], i);
+            let width = f64::from(NODES[i + 1] - NODES[i]);
+            let t = f64::from(s.x - NODES[i]) / width;
+            let before = f64::from(sums[i]) + width * piece.integral(t);
+            assert!((before as f32 / whole - u).abs() < 1e-5, "{u}: {before}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_drawn_from_nothing() {
+        let draw = |values: [f32; 7]| {
+            let sums = integrals(&NODES, |i| values[i]);
+            sample(&NODES, |i| values[i], |i| sums[i], 0.5)
+        };
+        assert_eq!(draw([0.0; 7]), None);
+        assert_eq!(draw([f32::NAN; 7]), None);
+        assert_eq!(draw([f32::INFINITY; 7]), None);
+    }
+}
