@@ -294,6 +294,7 @@ scenes! {
     tex_imagemap,
     tex_mappings,
     tex_minification,
+    tex_procedural,
 }
 
 /// No scene is forgotten, and no reference is left without its scene.
