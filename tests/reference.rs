@@ -231,6 +231,8 @@ macro_rules! scenes {
 }
 
 scenes! {
+    cam_environment,
+    cam_orthographic,
     cam_perspective,
     cam_perspective_dof,
     cam_screenwindow_crop,
