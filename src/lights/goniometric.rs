@@ -121,7 +121,11 @@ mod tests {
         assert_eq!(l.p, Vec3::new(1.0, 1.0, 0.0));
         let direction = |column: f32, row: f32| {
             let (phi, theta) = ((column + 0.5) * PI / 4.0, (row + 0.5) * PI / 4.0);
-            Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin())
+            Vec3::new(
+                theta.sin() * phi.cos(),
+                theta.cos(),
+                theta.sin() * phi.sin(),
+            )
         };
         for texel in 0..32 {
             let w = direction((texel % 8) as f32, (texel / 8) as f32);

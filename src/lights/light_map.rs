@@ -202,8 +202,8 @@ mod tests {
         assert!(LightMap::new(0, 4, vec![]).is_none());
         assert!(LightMap::new(2, 2, vec![Rgb::ONE; 3]).is_none());
         assert!(LightMap::new(usize::MAX, 2, vec![]).is_none());
-        let map = LightMap::new(2, 1, vec![Rgb::splat(f32::NAN), Rgb::splat(f32::INFINITY)])
-            .unwrap();
+        let map =
+            LightMap::new(2, 1, vec![Rgb::splat(f32::NAN), Rgb::splat(f32::INFINITY)]).unwrap();
         assert_eq!(map.sphere_mean(), Rgb::ZERO);
     }
 }

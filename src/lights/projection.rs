@@ -204,7 +204,12 @@ mod tests {
 
     #[test]
     fn fields_of_view_out_of_range_are_warned_of() {
-        for (given, used, warnings) in [("30", 30.0, 0), ("0", 45.0, 1), ("180", 45.0, 1), ("nan", 45.0, 1)] {
+        for (given, used, warnings) in [
+            ("30", 30.0, 0),
+            ("0", 45.0, 1),
+            ("180", 45.0, 1),
+            ("nan", 45.0, 1),
+        ] {
             let outcome = read("projection", &format!("\"float fov\" {given}"), fov);
             assert_eq!((outcome.value, outcome.warnings), (used, warnings));
         }
