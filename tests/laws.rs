@@ -4,7 +4,18 @@
 mod common;
 
 use common::Render;
+use fstop::build::{Built, build};
+use fstop::handles::LightId;
+use fstop::math::hash::{mix2, unit_float};
+use fstop::math::ray::Ray;
+use fstop::math::sampling::uniform_sphere;
+use fstop::math::{Vec2, Vec3};
+use fstop::scene::{ReadSettings, read_scene};
+use fstop::surface::ReferencePoint;
+use fstop::syntax::SourceMap;
+use std::f64::consts::PI;
 use std::io::Write;
+use std::path::Path;
 
 /// Standard errors a picture's mean may be off: one false alarm in 15,000 means.
 const SIGMAS: f64 = 4.0;
@@ -141,5 +152,133 @@ fn a_point_light_falls_off_with_the_square_of_the_distance() {
         // d² = 1.5² + 2², cos θ = 2/d. The mean over the small square seen differs by 1e-7.
         let expected = 0.5 / std::f64::consts::PI * 8.0 * (2.0 / 2.5) / 6.25;
         check("point", &look, "Integrator \"path\"", &world, expected);
+    }
+}
+
+/// What `world`'s text makes, seen from the origin: render space is world space.
+fn built(world: &str) -> Built {
+    let sources = SourceMap::new();
+    // Beside the references' scenes, whose pictures it may use.
+    let main = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/reference/law.pbrt");
+    let text = format!("WorldBegin\n{world}\nWorldEnd\n");
+    let file = sources.add_text(&main.display().to_string(), text);
+    let (scene, diagnostics) = read_scene(&sources, file, &ReadSettings::default());
+    assert_eq!(diagnostics.errors(), 0, "{world}");
+    let frame = scene.frames.into_iter().next().expect("a frame");
+    let (built, diagnostics) = build(frame, 0);
+    assert_eq!(diagnostics.errors(), 0, "{world}");
+    built.expect("a world")
+}
+
+/// The density with which the light is chosen in direction `wi`: of all its points there, one behind
+/// the other; of the nearest where a direction is chosen first (`nearest`).
+fn density(built: &Built, id: LightId, from: &ReferencePoint, wi: Vec3, nearest: bool) -> f64 {
+    let world = &built.shot.world;
+    let light = world.light(id);
+    if light.is_infinite() {
+        return f64::from(light.pdf(from, wi, None));
+    }
+    let (mut total, mut origin) = (0.0, from.p);
+    while let Some(hit) = world.intersect(&Ray::new(origin, wi, 0.0)) {
+        if hit.light == Some(id) {
+            total += f64::from(light.pdf(from, wi, Some(&hit.surface)));
+            if nearest {
+                break;
+            }
+        }
+        // Past this surface, by more than rounding at coordinates of some units.
+        origin += wi * (hit.t + 1e-4);
+    }
+    total
+}
+
+/// Every light's density integrates to one over the directions from a point (where the light is
+/// seen from there at all), and sampling with it estimates 1 by 1: for delta lights by definition.
+#[test]
+fn densities_of_all_lights_integrate_to_one() {
+    const TURN: &str = "Rotate 40 1 2 3\nTranslate .2 .1 3";
+    let map = |name: &str| format!("\"string mapname\" \"textures/{name}\"");
+    let lights = [
+        "LightSource \"point\"".to_string(),
+        "LightSource \"spot\" \"float coneangle\" 120".to_string(),
+        "LightSource \"distant\"".to_string(),
+        format!("LightSource \"goniometric\" {}", map("gonio.exr")),
+        "LightSource \"goniometric\"".to_string(),
+        format!(
+            "LightSource \"projection\" \"float fov\" 150 {}",
+            map("slide.png")
+        ),
+        "LightSource \"projection\" \"float fov\" 150".to_string(),
+        "LightSource \"infinite\"".to_string(),
+        format!("LightSource \"infinite\" {}", map("sky.exr")),
+        format!("Scale -2 1 1\nLightSource \"infinite\" {}", map("sky.exr")),
+    ];
+    let shapes = [
+        "\"sphere\"",
+        "\"sphere\" \"float zmin\" -.5 \"float phimax\" 250",
+        "\"disk\" \"float radius\" .8",
+        "\"disk\" \"float innerradius\" .3 \"float phimax\" 200",
+        "\"cylinder\" \"float radius\" .6",
+        "\"cone\" \"float radius\" .7",
+        "\"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+         \"point P\" [-1 -1 0 1 -1 0 1 1 .3 -1 1 0]",
+    ];
+    let emitting = shapes.iter().flat_map(|shape| {
+        ["", "Scale 1 .5 -1.5"].map(|scale| {
+            format!(
+                "AreaLightSource \"diffuse\" \"bool twosided\" \"true\"\n{scale}\nShape {shape}"
+            )
+        })
+    });
+    let mut checked = 0;
+    for world in lights.into_iter().chain(emitting) {
+        // A full sphere is sampled by the cone of directions it is seen in, if it is not deformed.
+        let nearest = world.ends_with("\n\nShape \"sphere\"");
+        let world = format!("{TURN}\n{world}");
+        let built = built(&world);
+        for index in 0..built.shot.world.lights.len() {
+            check_density(&built, LightId(index as u32), nearest, &world);
+            checked += 1;
+        }
+    }
+    // A mesh's triangles are lights of their own.
+    assert_eq!(checked, 10 + 2 * 8);
+}
+
+fn check_density(built: &Built, id: LightId, nearest: bool, world: &str) {
+    let light = built.shot.world.light(id);
+    for (p, n) in [
+        (Vec3::new(0.4, -0.3, 0.2), Vec3::Z),
+        (Vec3::new(1.5, 1.0, 5.5), Vec3::ZERO),
+    ] {
+        let from = ReferencePoint {
+            p,
+            p_error: Vec3::splat(1e-6),
+            n,
+            time: 0.0,
+        };
+        let side = if light.is_delta() { 8 } else { 300 };
+        let random = |i: u32, k: u32| unit_float(mix2(i.into(), k.into()));
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for i in 0..side * side {
+            let jitter = Vec2::new(random(i, 1), random(i, 2));
+            let u = (Vec2::new((i % side) as f32, (i / side) as f32) + jitter) / side as f32;
+            let value = 4.0 * PI * density(built, id, &from, uniform_sphere(u), nearest);
+            sum += value;
+            squares += value * value;
+            if let Some(sample) = light.sample(&from, u) {
+                assert!((sample.wi.length() - 1.0).abs() < 1e-5, "{world}");
+                assert!(!light.is_delta() || sample.pdf == 1.0, "{world}");
+            }
+        }
+        let count = f64::from(side * side);
+        let (integral, squares) = (sum / count, squares / count);
+        // Stratified points do better than the independent ones this is the error of.
+        let error = ((squares - integral * integral).max(0.0) / count).sqrt();
+        let expected = if light.is_delta() { 0.0 } else { 1.0 };
+        assert!(
+            (integral - expected).abs() <= SIGMAS * error + 1e-3,
+            "{integral} ± {error} from {p}: {world}"
+        );
     }
 }

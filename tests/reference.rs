@@ -234,6 +234,8 @@ macro_rules! scenes {
 }
 
 scenes! {
+    cam_environment,
+    cam_orthographic,
     cam_perspective,
     cam_perspective_dof,
     cam_screenwindow_crop,
@@ -266,9 +268,11 @@ scenes! {
     light_area_tri_cylinder,
     light_blackbody_spectrum,
     light_distant,
+    light_goniometric,
     light_infinite_const,
     light_infinite_map,
     light_point,
+    light_projection,
     light_spot,
     light_twosided_scale,
     mat_bump { left_out: WRINKLED_BUMPS },
@@ -311,6 +315,7 @@ scenes! {
     tex_imagemap,
     tex_mappings,
     tex_minification,
+    tex_procedural,
 }
 
 /// No scene is forgotten, and no reference is left without its scene.

@@ -1,12 +1,13 @@
 //! Lights placed, their maps loaded.
 
 use crate::assets::picture::Picture;
-use crate::lights::{EnvironmentMap, InfiniteSpec, Light, LightSpec};
+use crate::lights::{Light, LightMap, LightSpec};
 use crate::math::transform::Transform;
+use crate::params::NamedFile;
 use crate::syntax::{Diagnostic, Diagnostics};
 
 /// Puts every light into render space. A map that cannot be read is reported; the light then
-/// shines with its constant radiance, as in pbrt-v3.
+/// shines as if it had none, as in pbrt-v3.
 pub fn place(
     specs: &[LightSpec],
     render_from_world: &Transform,
@@ -15,22 +16,18 @@ pub fn place(
     specs
         .iter()
         .map(|spec| {
-            let map = match spec {
-                LightSpec::Infinite(infinite) => environment_map(infinite, diagnostics),
-                _ => None,
-            };
+            let map = spec.map().and_then(|file| load(file, diagnostics));
             Light::new(spec, map, render_from_world)
         })
         .collect()
 }
 
-fn environment_map(spec: &InfiniteSpec, diagnostics: &Diagnostics) -> Option<EnvironmentMap> {
-    let file = spec.map.as_ref()?;
+fn load(file: &NamedFile, diagnostics: &Diagnostics) -> Option<LightMap> {
     match Picture::load(&file.path) {
         Ok(picture) => {
             let (width, height) = (picture.width, picture.height);
             let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-            EnvironmentMap::new(
+            LightMap::new(
                 width,
                 height,
                 texels.map(|(x, y)| picture.pixel(x, y)).collect(),

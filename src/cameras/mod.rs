@@ -1,16 +1,19 @@
 //! Cameras: from a point of the film, a time and a point of the lens to a ray into the scene.
 //!
 //! A [`CameraSpec`] is what the scene file said, read and checked; [`Camera::new`] puts it behind a
-//! film and into render space. `perspective` is the pinhole and the thin lens, `realistic` traces
-//! a lens prescription surface by surface with [`crate::optics`].
+//! film and into render space. `perspective` is the pinhole and the thin lens, `orthographic` the
+//! parallel projection, `environment` looks in all directions, `realistic` traces a lens prescription
+//! surface by surface with [`crate::optics`].
 //!
 //! Raster coordinates: x to the right, y down, in pixels of the *full* film; (0, 0) is the
 //! picture's top left corner, and filters may ask for points outside the picture. Camera space: x right, y up, z into the
 //! scene.
 
 mod clip;
+mod environment;
 mod mount;
 mod ndc;
+mod orthographic;
 pub mod pbrt_pupil_box;
 mod perspective;
 mod realistic;
@@ -18,13 +21,19 @@ mod realistic_params;
 mod realistic_report;
 #[cfg(test)]
 mod realistic_tests;
+mod screen;
 mod shutter;
+mod thin_lens;
 
 pub use clip::Clip;
+pub use environment::{Environment, EnvironmentSpec};
+pub use orthographic::{Orthographic, OrthographicSpec};
 pub use perspective::{Perspective, PerspectiveSpec};
 pub use realistic::{Compat, Form, ModelChoice, Precision, Realistic, RealisticSpec, Weighting};
 pub use realistic_params::{DEFAULT_TOLERANCE, DEGREES};
+pub use screen::Screen;
 pub use shutter::Shutter;
+pub use thin_lens::ThinLens;
 
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
@@ -51,10 +60,10 @@ pub const BUNDLE: usize = 16;
 pub struct CameraRay {
     /// In render space, direction of unit length.
     pub ray: Ray,
-    /// What the radiance along the ray counts for: 1 for `perspective`; for `realistic` see
-    /// [`Weighting`].
+    /// What the radiance along the ray counts for: for `realistic` see [`Weighting`], else 1.
     pub weight: f32,
-    /// The rays one pixel to the right and one pixel down, through the same point of the lens.
+    /// The rays one pixel to the right and one pixel down, through the same point of the lens (for
+    /// `environment` to first order).
     pub differentials: Option<RayDifferentials>,
 }
 
@@ -101,6 +110,10 @@ pub const CAMERA_NAMES: [&str; 4] = ["perspective", "realistic", "orthographic",
 pub enum CameraSpec {
     /// Pinhole or thin lens.
     Perspective(PerspectiveSpec),
+    /// Parallel projection.
+    Orthographic(OrthographicSpec),
+    /// All directions.
+    Environment(EnvironmentSpec),
     /// A traced lens prescription.
     Realistic(Box<RealisticSpec>),
 }
@@ -114,10 +127,12 @@ impl CameraSpec {
             "realistic" => {
                 RealisticSpec::from_params(params).map(|s| CameraSpec::Realistic(Box::new(s)))
             }
-            "orthographic" | "environment" => {
-                params.unsupported_kind_refused();
-                None
-            }
+            "orthographic" => Some(CameraSpec::Orthographic(OrthographicSpec::from_params(
+                params,
+            ))),
+            "environment" => Some(CameraSpec::Environment(EnvironmentSpec::from_params(
+                params,
+            ))),
             _ => {
                 params.unknown_kind(&CAMERA_NAMES);
                 None
@@ -150,13 +165,17 @@ impl CameraSpec {
 pub enum Camera {
     /// Pinhole or thin lens.
     Perspective(Box<Perspective>),
+    /// Parallel projection.
+    Orthographic(Box<Orthographic>),
+    /// All directions.
+    Environment(Box<Environment>),
     /// A traced lens prescription.
     Realistic(Box<Realistic>),
 }
 
 impl Camera {
     /// Puts `spec` behind `film`; `render_from_camera` places it (camera space in the units of
-    /// the camera: scene units for `perspective`; see [`RealisticSpec`] for the other).
+    /// the camera: scene units, but see [`RealisticSpec`]).
     pub fn new(
         spec: &CameraSpec,
         film: &FilmGeometry,
@@ -174,6 +193,16 @@ impl Camera {
                 film,
                 render_from_camera,
             )))),
+            CameraSpec::Orthographic(s) => Ok(Camera::Orthographic(Box::new(Orthographic::new(
+                s,
+                film,
+                render_from_camera,
+            )))),
+            CameraSpec::Environment(s) => Ok(Camera::Environment(Box::new(Environment::new(
+                s,
+                film,
+                render_from_camera,
+            )))),
             CameraSpec::Realistic(s) => {
                 Realistic::new(s, film, render_from_camera).map(|c| Camera::Realistic(Box::new(c)))
             }
@@ -184,6 +213,8 @@ impl Camera {
     pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
         match self {
             Camera::Perspective(c) => c.spec.describe(film),
+            Camera::Orthographic(c) => c.spec.describe(film),
+            Camera::Environment(c) => c.spec.describe(),
             Camera::Realistic(c) => c.describe(film),
         }
     }
@@ -192,7 +223,7 @@ impl Camera {
     /// inside glass, a picture larger than the image circle.
     pub fn warnings(&self) -> Vec<String> {
         match self {
-            Camera::Perspective(_) => Vec::new(),
+            Camera::Perspective(_) | Camera::Orthographic(_) | Camera::Environment(_) => Vec::new(),
             Camera::Realistic(c) => c.warnings(),
         }
     }
@@ -205,14 +236,13 @@ impl Camera {
         want_differentials: bool,
         rays: &mut ArrayVec<Option<CameraRay>, BUNDLE>,
     ) {
-        match self {
-            Camera::Perspective(c) => {
-                rays.clear();
-                let one = |sample| Some(c.ray(sample, want_differentials));
-                rays.extend(samples.iter().take(BUNDLE).map(one));
-            }
-            Camera::Realistic(c) => c.rays(samples, want_differentials, rays),
+        if let Camera::Realistic(c) = self {
+            c.rays(samples, want_differentials, rays);
+            return;
         }
+        rays.clear();
+        let one = |sample| self.ray(sample, want_differentials);
+        rays.extend(samples.iter().take(BUNDLE).map(one));
     }
 
     /// The ray for `sample`; `None` where no light can arrive (a vignetted ray), which counts as
@@ -221,6 +251,8 @@ impl Camera {
     pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
         match self {
             Camera::Perspective(c) => Some(c.ray(sample, want_differentials)),
+            Camera::Orthographic(c) => Some(c.ray(sample, want_differentials)),
+            Camera::Environment(c) => Some(c.ray(sample, want_differentials)),
             Camera::Realistic(c) => c.ray(sample, want_differentials),
         }
     }

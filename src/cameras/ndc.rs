@@ -2,16 +2,19 @@
 //! lower right corner of the full picture.
 
 use super::realistic::Form;
-use super::{CameraSpec, FilmGeometry, PerspectiveSpec, RealisticSpec};
+use super::{CameraSpec, FilmGeometry, OrthographicSpec, PerspectiveSpec, RealisticSpec};
 use crate::math::DMat4;
 use glam::DVec4;
 
 impl CameraSpec {
     /// Camera space to OpenEXR's normalised device coordinates. For a traced lens this is the
-    /// paraxial picture: a pinhole at the entrance pupil, without distortion.
+    /// paraxial picture: a pinhole at the entrance pupil, without distortion. `environment` has none,
+    /// its picture being no projection: the identity.
     pub fn ndc_from_camera(&self, film: &FilmGeometry) -> DMat4 {
         match self {
             CameraSpec::Perspective(spec) => perspective(spec, film),
+            CameraSpec::Orthographic(spec) => orthographic(spec, film),
+            CameraSpec::Environment(_) => DMat4::IDENTITY,
             CameraSpec::Realistic(spec) => realistic(spec, film).unwrap_or(DMat4::IDENTITY),
         }
     }
@@ -19,7 +22,9 @@ impl CameraSpec {
     /// Name of the lens file without folders; `None` without a traced lens.
     pub fn lens_name(&self) -> Option<String> {
         match self {
-            CameraSpec::Perspective(_) => None,
+            CameraSpec::Perspective(_)
+            | CameraSpec::Orthographic(_)
+            | CameraSpec::Environment(_) => None,
             CameraSpec::Realistic(spec) => Some(spec.lens_name.clone()),
         }
     }
@@ -39,9 +44,17 @@ fn pinhole(left: f64, right: f64, top: f64, bottom: f64, pinhole_z: f64) -> DMat
 
 fn perspective(spec: &PerspectiveSpec, film: &FilmGeometry) -> DMat4 {
     let [xmin, xmax, ymin, ymax] = spec
+        .screen
         .window(film)
         .map(|v| v * (0.5 * spec.fov).to_radians().tan());
     pinhole(xmin, xmax, ymax, ymin, 0.0)
+}
+
+fn orthographic(spec: &OrthographicSpec, film: &FilmGeometry) -> DMat4 {
+    let [xmin, xmax, ymin, ymax] = spec.screen.window(film);
+    let (sx, sy) = (1.0 / (xmax - xmin), 1.0 / (ymin - ymax));
+    let scale = DMat4::from_scale(glam::DVec3::new(sx, sy, 1.0));
+    scale * DMat4::from_translation(glam::DVec3::new(-xmin, -ymax, 0.0))
 }
 
 /// The tangent of the chief ray's angle in object space per millimetre of film height, from the
@@ -65,4 +78,47 @@ fn realistic(spec: &RealisticSpec, film: &FilmGeometry) -> Option<DMat4> {
         Form::Pbrt3 => (lens.film_z() - entrance.z) * 1e-3,
     };
     Some(pinhole(-x, x, y, -y, pinhole_z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cameras::{Camera, CameraSample, Screen};
+    use crate::math::transform::Transform;
+    use crate::math::{UVec2, Vec2};
+
+    #[test]
+    fn points_on_a_rays_way_are_shown_where_it_started() {
+        let film = FilmGeometry {
+            resolution: UVec2::new(30, 20),
+            diagonal_mm: 35.0,
+        };
+        let screen = Screen {
+            window: Some([-1.0, 3.0, 0.5, 2.0]),
+            ..Screen::default()
+        };
+        for spec in [
+            CameraSpec::Perspective(PerspectiveSpec {
+                screen: screen.clone(),
+                ..PerspectiveSpec::default()
+            }),
+            CameraSpec::Orthographic(OrthographicSpec {
+                screen,
+                ..OrthographicSpec::default()
+            }),
+        ] {
+            let camera = Camera::new(&spec, &film, &Transform::IDENTITY).unwrap();
+            let sample = CameraSample {
+                raster: Vec2::new(12.0, 5.0),
+                time: 0.0,
+                lens: Vec2::ZERO,
+            };
+            let ray = camera.ray(&sample, false).unwrap().ray;
+            let shown = spec
+                .ndc_from_camera(&film)
+                .project_point3(ray.at(7.0).as_dvec3());
+            // A ray in single precision, followed for 7 units.
+            assert!((shown.x - 0.4).abs() < 1e-6 && (shown.y - 0.25).abs() < 1e-6);
+        }
+    }
 }

@@ -6,11 +6,10 @@
 //! Source: Pharr, Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, §6.2.2-6.2.3.
 
 use super::mount::{CameraSpaceRay, Mount};
-use super::{CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
-use crate::math::sampling::concentric_disk;
+use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
 use crate::math::transform::Transform;
 use crate::math::{DVec2, DVec3};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 
 /// A perspective camera as the scene file describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,14 +17,10 @@ pub struct PerspectiveSpec {
     /// Full angle in degrees under which screen coordinates −1 to 1 are seen: the picture's
     /// shorter side, with the default screen window. Between 0 and 180.
     pub fov: f64,
-    /// Width over height of the default screen window; the film's where absent.
-    pub frame_aspect_ratio: Option<f64>,
-    /// xmin, xmax, ymin, ymax of what the film shows.
-    pub screen_window: Option<[f64; 4]>,
-    /// Radius of the thin lens; 0 is a pinhole.
-    pub lens_radius: f64,
-    /// Distance of the plane in focus.
-    pub focal_distance: f64,
+    /// What the film shows.
+    pub screen: Screen,
+    /// The lens.
+    pub lens: ThinLens,
     /// When light is let in.
     pub shutter: Shutter,
     /// Clip planes.
@@ -36,10 +31,8 @@ impl Default for PerspectiveSpec {
     fn default() -> PerspectiveSpec {
         PerspectiveSpec {
             fov: 90.0,
-            frame_aspect_ratio: None,
-            screen_window: None,
-            lens_radius: 0.0,
-            focal_distance: 1e6,
+            screen: Screen::default(),
+            lens: ThinLens::default(),
             shutter: Shutter::default(),
             clip: Clip::NONE,
         }
@@ -49,7 +42,6 @@ impl Default for PerspectiveSpec {
 impl PerspectiveSpec {
     /// Reads the parameters; out-of-range values are errors and leave the default.
     pub fn from_params(params: &ParamReader) -> Option<PerspectiveSpec> {
-        let v2 = params.dialect() == Dialect::V2;
         let default = PerspectiveSpec::default();
         let mut fov = params.float("fov", default.fov);
         let mut fov_name = "fov";
@@ -64,45 +56,12 @@ impl PerspectiveSpec {
             );
             fov = default.fov;
         }
-        let frame_aspect_ratio = params
-            .find_float("frameaspectratio")
-            .filter(|a| positive(params, "frameaspectratio", *a));
-        let focal_distance = params.float(
-            "focaldistance",
-            if v2 { 1e30 } else { default.focal_distance },
-        );
-        let mut lens_radius = params.float("lensradius", default.lens_radius);
-        if lens_radius != 0.0
-            && !(positive(params, "lensradius", lens_radius)
-                && positive(params, "focaldistance", focal_distance))
-        {
-            lens_radius = 0.0;
-        }
         Some(PerspectiveSpec {
             fov,
-            frame_aspect_ratio,
-            screen_window: screen_window(params),
-            lens_radius,
-            focal_distance,
+            screen: Screen::from_params(params),
+            lens: ThinLens::from_params(params),
             shutter: Shutter::from_params(params),
-            // pbrt-v3 knows no clip planes: there the names stay unread and are reported unused.
-            clip: if v2 {
-                Clip::from_params(params)
-            } else {
-                Clip::NONE
-            },
-        })
-    }
-
-    /// The screen window: as given, or the shorter side from −1 to 1.
-    pub(super) fn window(&self, film: &FilmGeometry) -> [f64; 4] {
-        let aspect = self
-            .frame_aspect_ratio
-            .unwrap_or(f64::from(film.resolution.x) / f64::from(film.resolution.y));
-        self.screen_window.unwrap_or(if aspect > 1.0 {
-            [-aspect, aspect, -1.0, 1.0]
-        } else {
-            [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
+            clip: Clip::of_dialect(params),
         })
     }
 
@@ -110,51 +69,15 @@ impl PerspectiveSpec {
     pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
         let t = (0.5 * self.fov).to_radians().tan();
         let angle = |a: f64, b: f64| ((b * t).atan() - (a * t).atan()).to_degrees().abs();
-        let w = self.window(film);
-        let lens = if self.lens_radius > 0.0 {
-            format!(
-                "thin lens of radius {}, focused at {}",
-                self.lens_radius, self.focal_distance
-            )
-        } else {
-            "pinhole".to_string()
-        };
+        let w = self.screen.window(film);
         vec![
-            format!("perspective camera, {lens}"),
+            format!("perspective camera, {}", self.lens.describe()),
             format!(
                 "field of view {:.2} x {:.2} degrees",
                 angle(w[0], w[1]),
                 angle(w[2], w[3])
             ),
         ]
-    }
-}
-
-/// Reports an error under `name` unless `value` is positive and finite.
-fn positive(params: &ParamReader, name: &str, value: f64) -> bool {
-    let good = value > 0.0 && value.is_finite();
-    if !good {
-        params.error(
-            name,
-            format!("{name} is {value}; expected a positive number"),
-        );
-    }
-    good
-}
-
-/// Reads `screenwindow`: four numbers that span an area.
-fn screen_window(params: &ParamReader) -> Option<[f64; 4]> {
-    let given = params.floats("screenwindow")?;
-    let window = <[f64; 4]>::try_from(given).ok();
-    match window {
-        Some(w) if w[0] != w[1] && w[2] != w[3] && w.iter().all(|x| x.is_finite()) => Some(w),
-        _ => {
-            params.error(
-                "screenwindow",
-                "expected four numbers xmin xmax ymin ymax that span an area",
-            );
-            None
-        }
     }
 }
 
@@ -176,24 +99,19 @@ impl Perspective {
         render_from_camera: &Transform,
     ) -> Perspective {
         let t = (0.5 * spec.fov).to_radians().tan();
-        let [xmin, xmax, ymin, ymax] = spec.window(film);
-        let resolution = film.resolution.as_dvec2();
+        let (corner, per_pixel) = spec.screen.raster(film);
         Perspective {
             mount: Mount::new(render_from_camera, spec.clip),
             spec: spec.clone(),
-            corner: t * DVec2::new(xmin, ymax),
-            per_pixel: t * DVec2::new(xmax - xmin, ymin - ymax) / resolution,
+            corner: t * corner,
+            per_pixel: t * per_pixel,
         }
     }
 
     /// The ray for `sample`; its weight is 1.
     pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> CameraRay {
         let raster = sample.raster.as_dvec2();
-        let lens = if self.spec.lens_radius > 0.0 {
-            self.spec.lens_radius * concentric_disk(sample.lens).as_dvec2()
-        } else {
-            DVec2::ZERO
-        };
+        let lens = self.spec.lens.point(sample.lens);
         let through = |raster: DVec2| self.through(raster, lens);
         CameraRay {
             ray: self
@@ -211,8 +129,7 @@ impl Perspective {
     /// `raster` in the plane of focus.
     fn through(&self, raster: DVec2, lens: DVec2) -> CameraSpaceRay {
         let pinhole = self.corner + self.per_pixel * raster;
-        // From the lens to the focus (pinhole, 1)·f, divided by f so that f = 1e30 is no trouble.
-        let d = (pinhole - lens / self.spec.focal_distance).extend(1.0);
+        let d = (pinhole + self.spec.lens.turn(lens)).extend(1.0);
         CameraSpaceRay {
             o: lens.extend(0.0),
             d: if d.is_finite() { d } else { DVec3::Z },
@@ -261,8 +178,10 @@ mod tests {
     #[test]
     fn thin_lens_rays_of_one_film_point_meet_in_the_plane_of_focus() {
         let c = camera(PerspectiveSpec {
-            lens_radius: 0.3,
-            focal_distance: 7.0,
+            lens: ThinLens {
+                radius: 0.3,
+                focal_distance: 7.0,
+            },
             ..Default::default()
         });
         let at_focus = |lens| {
@@ -285,8 +204,10 @@ mod tests {
     fn differentials_are_the_neighbouring_pixels_rays() {
         for radius in [0.0, 0.2] {
             let c = camera(PerspectiveSpec {
-                lens_radius: radius,
-                focal_distance: 3.0,
+                lens: ThinLens {
+                    radius,
+                    focal_distance: 3.0,
+                },
                 ..Default::default()
             });
             let lens = Vec2::new(0.3, 0.8);
@@ -303,13 +224,19 @@ mod tests {
     #[test]
     fn screen_window_and_aspect_move_the_picture() {
         let c = camera(PerspectiveSpec {
-            screen_window: Some([0.0, 1.0, 0.0, 1.0]),
+            screen: Screen {
+                window: Some([0.0, 1.0, 0.0, 1.0]),
+                ..Default::default()
+            },
             ..Default::default()
         });
         let corner = c.ray(&sample(0.0, 100.0, Vec2::ZERO), false).ray;
         assert!((corner.d - Vec3::Z).length() < 1e-7);
         let c = camera(PerspectiveSpec {
-            frame_aspect_ratio: Some(0.5),
+            screen: Screen {
+                frame_aspect_ratio: Some(0.5),
+                ..Default::default()
+            },
             ..Default::default()
         });
         let top = c.ray(&sample(100.0, 0.0, Vec2::ZERO), false).ray;

@@ -7,6 +7,7 @@
 
 use super::LightSample;
 use super::environment_map::EnvironmentMap;
+use super::light_map::LightMap;
 use super::reach::Reach;
 use super::sample_count::sample_count;
 use crate::math::color::is_black;
@@ -58,13 +59,13 @@ impl InfiniteLight {
     /// Compiles `spec`; `map` is its picture, where it has one that could be read.
     pub fn new(
         spec: &InfiniteSpec,
-        map: Option<EnvironmentMap>,
+        map: Option<LightMap>,
         render_from_world: &Transform,
     ) -> InfiniteLight {
         let render_from_light = *render_from_world * spec.light_to_world;
         InfiniteLight {
             radiance: spec.radiance,
-            map: map.map(|map| PlacedMap::new(map, &render_from_light)),
+            map: map.map(|map| PlacedMap::new(EnvironmentMap::new(map), &render_from_light)),
             samples: spec.samples,
         }
     }
@@ -267,7 +268,7 @@ mod tests {
         };
         InfiniteLight::new(
             &spec,
-            EnvironmentMap::new(16, 8, texels),
+            LightMap::new(16, 8, texels),
             &Transform::translate(DVec3::ONE),
         )
     }
@@ -350,11 +351,8 @@ mod tests {
                 map: None,
                 samples: 1,
             };
-            let light = InfiniteLight::new(
-                &spec,
-                EnvironmentMap::new(4, 2, texels),
-                &Transform::IDENTITY,
-            );
+            let light =
+                InfiniteLight::new(&spec, LightMap::new(4, 2, texels), &Transform::IDENTITY);
             let away = light.radiance(-direction.normalize()).x;
             assert!(
                 light.radiance(direction.normalize()).x > 0.8 && away < 0.1,

@@ -8,8 +8,11 @@ mod clusters;
 pub mod diffuse;
 pub mod distant;
 pub mod environment_map;
+pub mod goniometric;
 pub mod infinite;
+pub mod light_map;
 pub mod point;
+pub mod projection;
 mod reach;
 mod sample_count;
 pub mod selection;
@@ -18,16 +21,20 @@ pub mod spot;
 pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
 pub use distant::{DistantLight, DistantSpec};
 pub use environment_map::EnvironmentMap;
+pub use goniometric::{GoniometricLight, GoniometricSpec};
 pub use infinite::{InfiniteLight, InfiniteSpec};
+pub use light_map::LightMap;
 pub use point::{PointLight, PointSpec};
+pub use projection::{ProjectionLight, ProjectionSpec};
 pub use selection::{LightSelector, SelectionStrategy};
 pub use spot::{SpotLight, SpotSpec};
 
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::params::ParamReader;
+use crate::params::{NamedFile, ParamReader};
 use crate::surface::{ReferencePoint, SurfaceHit};
+use glam::{DMat3, Mat3};
 use reach::Reach;
 
 /// The `LightSource` type names a scene may give, for "did you mean".
@@ -55,6 +62,10 @@ pub enum LightSpec {
     Distant(DistantSpec),
     /// Light from all around.
     Infinite(InfiniteSpec),
+    /// A point whose intensity a picture gives.
+    Goniometric(GoniometricSpec),
+    /// A slide projector.
+    Projection(ProjectionSpec),
 }
 
 impl LightSpec {
@@ -86,16 +97,37 @@ impl LightSpec {
                 reader,
                 light_to_world,
             ))),
-            "goniometric" | "projection" => {
-                reader.unsupported_kind(LEFT_OUT);
-                None
-            }
+            "goniometric" => Some(LightSpec::Goniometric(GoniometricSpec::from_params(
+                reader,
+                light_to_world,
+            ))),
+            "projection" => Some(LightSpec::Projection(ProjectionSpec::from_params(
+                reader,
+                light_to_world,
+            ))),
             _ => {
                 reader.unknown_kind_replaced(&LIGHT_NAMES, LEFT_OUT);
                 None
             }
         }
     }
+
+    /// The picture that shapes the light.
+    pub fn map(&self) -> Option<&NamedFile> {
+        match self {
+            LightSpec::Infinite(s) => s.map.as_ref(),
+            LightSpec::Goniometric(s) => s.map.as_ref(),
+            LightSpec::Projection(s) => s.map.as_ref(),
+            LightSpec::Point(_) | LightSpec::Spot(_) | LightSpec::Distant(_) => None,
+        }
+    }
+}
+
+/// The linear part of render-to-light, freed from the scene's units so that nothing overflows.
+fn light_from_render(render_from_light: &Transform) -> Mat3 {
+    let m = DMat3::from_mat4(render_from_light.m);
+    let m = m * (1.0 / m.determinant().abs().cbrt());
+    m.inverse().as_mat3()
 }
 
 /// One way for light to come to a point.
@@ -127,22 +159,28 @@ pub enum Light {
     DiffuseArea(DiffuseAreaLight),
     /// Light from all around.
     Infinite(InfiniteLight),
+    /// A point whose intensity a picture gives.
+    Goniometric(GoniometricLight),
+    /// A slide projector.
+    Projection(ProjectionLight),
 }
 
 impl Light {
-    /// The light of a `LightSource`. `map` is the picture of an infinite light that names one and
-    /// whose file could be read.
-    pub fn new(
-        spec: &LightSpec,
-        map: Option<EnvironmentMap>,
-        render_from_world: &Transform,
-    ) -> Light {
+    /// The light of a `LightSource`. `map` is the picture of one that names one
+    /// ([`LightSpec::map`]) and whose file could be read.
+    pub fn new(spec: &LightSpec, map: Option<LightMap>, render_from_world: &Transform) -> Light {
         match spec {
             LightSpec::Point(s) => Light::Point(PointLight::new(s, render_from_world)),
             LightSpec::Spot(s) => Light::Spot(SpotLight::new(s, render_from_world)),
             LightSpec::Distant(s) => Light::Distant(DistantLight::new(s, render_from_world)),
             LightSpec::Infinite(s) => {
                 Light::Infinite(InfiniteLight::new(s, map, render_from_world))
+            }
+            LightSpec::Goniometric(s) => {
+                Light::Goniometric(GoniometricLight::new(s, map, render_from_world))
+            }
+            LightSpec::Projection(s) => {
+                Light::Projection(ProjectionLight::new(s, map, render_from_world))
             }
         }
     }
@@ -156,6 +194,8 @@ impl Light {
             Light::Distant(l) => l.sample(from),
             Light::DiffuseArea(l) => l.sample(from, u),
             Light::Infinite(l) => l.sample(from, u),
+            Light::Goniometric(l) => l.sample(from),
+            Light::Projection(l) => l.sample(from),
         }
     }
 
@@ -193,12 +233,14 @@ impl Light {
             Light::Distant(l) => l.power(scene_radius),
             Light::DiffuseArea(l) => l.power(),
             Light::Infinite(l) => l.power(scene_radius),
+            Light::Goniometric(l) => l.power(),
+            Light::Projection(l) => l.power(),
         }
     }
 
     /// True where no ray can meet the light by chance.
     pub fn is_delta(&self) -> bool {
-        matches!(self, Light::Point(_) | Light::Spot(_) | Light::Distant(_))
+        !matches!(self, Light::DiffuseArea(_) | Light::Infinite(_))
     }
 
     /// True where rays that leave the scene see the light.
@@ -231,6 +273,8 @@ impl Light {
             Light::Distant(l) => l.reach(),
             Light::DiffuseArea(l) => l.reach(),
             Light::Infinite(l) => l.reach(),
+            Light::Goniometric(l) => l.reach(),
+            Light::Projection(l) => l.reach(),
         }
     }
 }

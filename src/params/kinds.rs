@@ -26,12 +26,6 @@ impl ParamReader<'_> {
         self.report_kind(Diagnostic::warning(message), &[]);
     }
 
-    /// Reports an error: the directive's type is not modelled yet, and nothing can stand for it.
-    pub fn unsupported_kind_refused(&self) {
-        let message = format!("{} is not supported yet", self.described());
-        self.report_kind(Diagnostic::error(message), &[]);
-    }
-
     fn report_kind(&self, diagnostic: Diagnostic, known: &[&'static str]) {
         self.accept_all();
         let suggestion = suggest::nearest(self.kind(), known.iter().copied());

@@ -1,6 +1,6 @@
 //! `checkerboard`.
 
-use super::{Mapping, MappingSpec, PointMap, TextureValue, Textures};
+use super::{Mapping, MappingSpec, SolidMapping, TextureValue, Textures};
 use crate::math::Vec2;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
@@ -26,9 +26,8 @@ pub struct Checkerboard<V: TextureValue, M> {
 pub enum Cells<M> {
     /// Unit squares in (s, t).
     Squares(M, Antialiasing),
-    /// Unit cubes where the point is taken to by the texture's CTM itself, *not* by its inverse
-    /// (a quirk of pbrt that scenes rely on: `Scale 4 4 4` makes cells four times smaller).
-    Cubes(PointMap),
+    /// Unit cubes in the texture's space.
+    Cubes(SolidMapping),
 }
 
 /// Filtering of a 2-D checkerboard.
@@ -44,7 +43,7 @@ impl<V: TextureValue> Checkerboard<V, MappingSpec> {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
         let cells = match reader.integer("dimension", 2) {
-            3 => Cells::Cubes(PointMap::new(&ctm.m)),
+            3 => Cells::Cubes(SolidMapping::new(ctm)),
             dimension => {
                 if dimension != 2 {
                     reader.error(
@@ -93,7 +92,7 @@ impl<V: TextureValue> Checkerboard<V, Mapping> {
                 let c = mapping.coordinates(at);
                 odd_share(c.st, c.dstdx.abs().max(c.dstdy.abs()))
             }
-            Cells::Cubes(map) => odd_cell(&map.point(at.p).to_array()),
+            Cells::Cubes(map) => odd_cell(&map.position(at).to_array()),
         };
         if odd == 0.0 {
             V::lookup(self.tex1, textures, at)
@@ -188,7 +187,7 @@ mod tests {
         let ctm = Transform::scale(DVec3::new(4.0, 4.0, 1.0));
         let camera = DVec3::new(0.0, 0.0, -7.0);
         let board = Checkerboard::<f32, MappingSpec> {
-            cells: Cells::Cubes(PointMap::new(&ctm.m)),
+            cells: Cells::Cubes(SolidMapping::new(&ctm)),
             tex1: FloatInput::Constant(1.0),
             tex2: FloatInput::Constant(0.0),
         };

@@ -170,6 +170,11 @@ fn compile_all<V: TextureValue>(
             TextureSpec::Bilerp(t) => Texture::Bilerp(t.compile(render_from_world)),
             TextureSpec::Uv(t) => Texture::Uv(t.compile(render_from_world)),
             TextureSpec::Checkerboard(t) => Texture::Checkerboard(t.compile(render_from_world)),
+            TextureSpec::Dots(t) => Texture::Dots(t.compile(render_from_world)),
+            TextureSpec::Fbm(t) => Texture::Fbm(t.compile(render_from_world)),
+            TextureSpec::Wrinkled(t) => Texture::Wrinkled(t.compile(render_from_world)),
+            TextureSpec::Windy(t) => Texture::Windy(t.compile(render_from_world)),
+            TextureSpec::Marble(t) => Texture::Marble(t.compile(render_from_world)),
             TextureSpec::Imagemap(t) => {
                 let file = wanted.file_index(t.file.as_ref(), used.get(index) == Some(&true));
                 let map = position_or_push(

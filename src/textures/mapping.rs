@@ -239,6 +239,12 @@ impl PointMap {
             q
         }
     }
+
+    /// Where a small step `v` goes; no division, as for all vectors of the scene language.
+    pub fn vector(&self, v: Vec3) -> Vec3 {
+        let [x, y, z, _] = self.columns;
+        x * v.x + y * v.y + z * v.z
+    }
 }
 
 #[cfg(test)]

@@ -13,27 +13,42 @@ mod bilerp;
 mod checkerboard;
 mod compile;
 mod constant;
+mod dots;
+mod fbm;
 mod imagemap;
 mod mapping;
+mod marble;
 mod mipmap;
 mod mix;
+mod noise;
+mod ptex;
 mod scale;
+mod solid;
 mod usage;
 mod uv;
 mod value;
+mod windy;
+mod wrinkled;
 
 pub use bilerp::Bilerp;
 pub use checkerboard::{Antialiasing, Cells, Checkerboard};
 pub use compile::{TextureProblem, Textures};
 pub use constant::Constant;
+pub use dots::Dots;
+pub use fbm::Fbm;
 pub use imagemap::{Decoding, Imagemap, ImagemapSpec};
 pub use mapping::{Mapping, MappingSpec, PointMap, TextureCoordinates};
+pub use marble::Marble;
 pub use mipmap::{Filter, Mipmap, Wrap};
 pub use mix::Mix;
+pub use noise::Octaves;
 pub use scale::Scale;
+pub use solid::{SolidMapping, SolidPoint};
 pub use usage::TextureUsage;
 pub use uv::Uv;
 pub use value::TextureValue;
+pub use windy::Windy;
+pub use wrinkled::Wrinkled;
 
 use crate::math::Rgb;
 use crate::math::transform::Transform;
@@ -78,6 +93,16 @@ pub enum TextureSpec<V: TextureValue> {
     Checkerboard(Checkerboard<V, MappingSpec>),
     /// `imagemap`
     Imagemap(ImagemapSpec),
+    /// `dots`
+    Dots(Dots<V, MappingSpec>),
+    /// `fbm`
+    Fbm(Fbm),
+    /// `wrinkled`
+    Wrinkled(Wrinkled),
+    /// `windy`
+    Windy(Windy),
+    /// `marble`
+    Marble(Marble),
 }
 
 /// A float-valued [`TextureSpec`].
@@ -96,11 +121,15 @@ pub(crate) enum Texture<V: TextureValue> {
     Uv(Uv<Mapping>),
     Checkerboard(Checkerboard<V, Mapping>),
     Imagemap(Imagemap),
+    Dots(Dots<V, Mapping>),
+    Fbm(Fbm),
+    Wrinkled(Wrinkled),
+    Windy(Windy),
+    Marble(Marble),
 }
 
 /// The float texture that `Texture "name" "float" "class"` describes under the transformation
-/// `ctm`; `None`, with a message, where there is no such class. Classes that are not modelled yet are
-/// 0.5 everywhere, with a warning, so that the rest of the scene can be rendered.
+/// `ctm`; `None`, with a message, where there is no such class.
 pub fn from_params_float(reader: &ParamReader, ctm: &Transform) -> Option<FloatTextureSpec> {
     if matches!(reader.kind(), "uv" | "marble") {
         reader.accept_all();
@@ -131,17 +160,28 @@ fn from_params<V: TextureValue>(reader: &ParamReader, ctm: &Transform) -> Option
         "uv" => TextureSpec::Uv(Uv::from_params(reader, ctm)),
         "checkerboard" => TextureSpec::Checkerboard(Checkerboard::from_params(reader, ctm)),
         "imagemap" => TextureSpec::Imagemap(ImagemapSpec::from_params(reader, ctm)),
-        "dots" | "fbm" | "wrinkled" | "windy" | "marble" | "ptex" => {
-            reader.unsupported_kind("0.5 everywhere is used");
-            TextureSpec::Constant(Constant {
-                value: V::splat(0.5),
-            })
-        }
+        "dots" => TextureSpec::Dots(Dots::from_params(reader, ctm)),
+        "fbm" => TextureSpec::Fbm(Fbm::from_params(reader, ctm)),
+        "wrinkled" => TextureSpec::Wrinkled(Wrinkled::from_params(reader, ctm)),
+        "windy" => TextureSpec::Windy(Windy::new(ctm)),
+        "marble" => TextureSpec::Marble(Marble::from_params(reader, ctm)),
+        "ptex" => TextureSpec::Constant(ptex::from_params(reader)),
         _ => {
             reader.unknown_kind_replaced(&CLASSES, "no texture is defined");
             return None;
         }
     })
+}
+
+/// The most octaves: 1.99¹²⁸ is the largest frequency in single precision.
+const MOST_OCTAVES: i64 = 128;
+
+/// `octaves` (8) and `roughness` (0.5) of a texture made of noise.
+fn octaves_from_params(reader: &ParamReader) -> Octaves {
+    Octaves {
+        most: reader.integer_within("octaves", 8, 0..=MOST_OCTAVES) as u8,
+        roughness: reader.float("roughness", 0.5) as f32,
+    }
 }
 
 impl<V: TextureValue> TextureSpec<V> {
@@ -175,10 +215,18 @@ impl<V: TextureValue> TextureSpec<V> {
                 own: vec![t.tex1, t.tex2],
                 amount: None,
             },
+            TextureSpec::Dots(t) => Operands {
+                own: vec![t.inside, t.outside],
+                amount: None,
+            },
             TextureSpec::Constant(_)
             | TextureSpec::Bilerp(_)
             | TextureSpec::Uv(_)
-            | TextureSpec::Imagemap(_) => Operands {
+            | TextureSpec::Imagemap(_)
+            | TextureSpec::Fbm(_)
+            | TextureSpec::Wrinkled(_)
+            | TextureSpec::Windy(_)
+            | TextureSpec::Marble(_) => Operands {
                 own: Vec::new(),
                 amount: None,
             },
@@ -202,18 +250,28 @@ impl<V: TextureValue> Texture<V> {
             Texture::Uv(t) => t.evaluate(at),
             Texture::Checkerboard(t) => t.evaluate(textures, at),
             Texture::Imagemap(t) => t.evaluate(textures, at),
+            Texture::Dots(t) => t.evaluate(textures, at),
+            Texture::Fbm(t) => V::splat(t.evaluate(at)),
+            Texture::Wrinkled(t) => V::splat(t.evaluate(at)),
+            Texture::Windy(t) => V::splat(t.evaluate(at)),
+            Texture::Marble(t) => V::from_texel(t.evaluate(at)),
         }
     }
 
     fn needs_footprint(&self) -> bool {
         match self {
-            Texture::Imagemap(_) => true,
+            Texture::Imagemap(_)
+            | Texture::Fbm(_)
+            | Texture::Wrinkled(_)
+            | Texture::Windy(_)
+            | Texture::Marble(_) => true,
             Texture::Checkerboard(t) => t.needs_footprint(),
             Texture::Constant(_)
             | Texture::Scale(_)
             | Texture::Mix(_)
             | Texture::Bilerp(_)
-            | Texture::Uv(_) => false,
+            | Texture::Uv(_)
+            | Texture::Dots(_) => false,
         }
     }
 }

@@ -1,0 +1,165 @@
+//! `Camera "environment"`: the whole sphere of directions as a latitude-longitude picture.
+//!
+//! Parameters (scene-language 3.1): `shutteropen` 0, `shutterclose` 1; `lensradius`,
+//! `focaldistance`, `frameaspectratio` and `screenwindow` are read by pbrt and change nothing, as
+//! do `hither` and `yon` in pbrt-v2 files.
+//! Source: Pharr, Jakob and Humphreys 2016, §6.3.
+//!
+//! Rows run from the camera's +y (up) to −y, columns from +x over +z (ahead) to −x and −z.
+
+use super::mount::{CameraSpaceRay, Mount};
+use super::{CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
+use crate::math::transform::Transform;
+use crate::math::{DVec2, DVec3};
+use crate::params::{Dialect, ParamReader};
+use std::f64::consts::{PI, TAU};
+
+/// An environment camera as the scene file describes it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EnvironmentSpec {
+    /// When light is let in.
+    pub shutter: Shutter,
+}
+
+impl EnvironmentSpec {
+    /// Reads the parameters.
+    pub fn from_params(params: &ParamReader) -> EnvironmentSpec {
+        let mut idle = vec![
+            "lensradius",
+            "focaldistance",
+            "frameaspectratio",
+            "screenwindow",
+        ];
+        if params.dialect() == Dialect::V2 {
+            idle.extend(["hither", "yon"]);
+        }
+        for name in idle {
+            params.accept(name);
+        }
+        EnvironmentSpec {
+            shutter: Shutter::from_params(params),
+        }
+    }
+
+    /// See [`super::Camera::describe`].
+    pub fn describe(&self) -> Vec<String> {
+        vec!["environment camera: all directions, latitude by longitude".to_string()]
+    }
+}
+
+/// An environment camera ready to make rays.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    pub(super) spec: EnvironmentSpec,
+    mount: Mount,
+    /// Azimuth and polar angle that a pixel spans, in radians.
+    per_pixel: DVec2,
+}
+
+impl Environment {
+    /// Puts `spec` behind `film`. Both resolutions are positive.
+    pub fn new(
+        spec: &EnvironmentSpec,
+        film: &FilmGeometry,
+        render_from_camera: &Transform,
+    ) -> Environment {
+        Environment {
+            spec: spec.clone(),
+            mount: Mount::new(render_from_camera, Clip::NONE),
+            per_pixel: DVec2::new(TAU, PI) / film.resolution.as_dvec2(),
+        }
+    }
+
+    /// The ray for `sample`; its weight is 1. The differentials' directions are the derivatives by
+    /// the film position, not the neighbouring pixels' own: these may lie a quarter turn away.
+    pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> CameraRay {
+        let angles = self.per_pixel * sample.raster.as_dvec2();
+        let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (angles.x.sin_cos(), angles.y.sin_cos());
+        let d = DVec3::new(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi);
+        let through = |d: DVec3| CameraSpaceRay { o: DVec3::ZERO, d };
+        CameraRay {
+            ray: self
+                .mount
+                .ray(&through(d), self.spec.shutter.time(sample.time)),
+            weight: 1.0,
+            differentials: want_differentials.then(|| {
+                let across = DVec3::new(-sin_theta * sin_phi, 0.0, sin_theta * cos_phi);
+                let down = DVec3::new(cos_theta * cos_phi, -sin_theta, cos_theta * sin_phi);
+                self.mount.differentials(
+                    &through(d + self.per_pixel.x * across),
+                    &through(d + self.per_pixel.y * down),
+                )
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{UVec2, Vec2, Vec3};
+    use crate::params::testing::read;
+
+    const FILM: FilmGeometry = FilmGeometry {
+        resolution: UVec2::new(800, 400),
+        diagonal_mm: 35.0,
+    };
+
+    fn camera() -> Environment {
+        Environment::new(&EnvironmentSpec::default(), &FILM, &Transform::IDENTITY)
+    }
+
+    fn ray(x: f32, y: f32) -> CameraRay {
+        let sample = CameraSample {
+            raster: Vec2::new(x, y),
+            time: 0.5,
+            lens: Vec2::ZERO,
+        };
+        camera().ray(&sample, true)
+    }
+
+    #[test]
+    fn up_is_the_top_row_and_ahead_a_quarter_across() {
+        for ((x, y), d) in [
+            ((0.0, 0.0), Vec3::Y),
+            ((123.0, 400.0), Vec3::NEG_Y),
+            ((0.0, 200.0), Vec3::X),
+            ((200.0, 200.0), Vec3::Z),
+            ((400.0, 200.0), Vec3::NEG_X),
+            ((600.0, 200.0), Vec3::NEG_Z),
+            ((200.0, 100.0), Vec3::new(0.0, 0.5f32.sqrt(), 0.5f32.sqrt())),
+        ] {
+            // Sines of multiples of π in double precision.
+            assert!((ray(x, y).ray.d - d).length() < 1e-7, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn differentials_are_derivatives() {
+        for (x, y) in [(30.0, 100.0), (500.0, 399.0), (799.0, 0.5)] {
+            let r = ray(x, y);
+            let found = r.differentials.unwrap();
+            let step = 1.0 / 16.0;
+            for (direction, neighbour) in [
+                (found.rx_d, ray(x + step, y).ray.d),
+                (found.ry_d, ray(x, y + step).ray.d),
+            ] {
+                // Across the ray; along it only lengths would differ. The second derivative of a
+                // direction is at most (2π/800)², single precision adds 16 · 1e-7.
+                let across = |d: Vec3| d - r.ray.d * d.dot(r.ray.d);
+                let expected = across(neighbour) / step;
+                assert!((across(direction) - expected).length() < 1e-5);
+            }
+            assert_eq!((found.rx_o, found.ry_o), (Vec3::ZERO, Vec3::ZERO));
+        }
+    }
+
+    #[test]
+    fn what_pbrt_reads_in_vain_is_no_mistake() {
+        let text = r#""float lensradius" 1 "float focaldistance" 2 "float screenwindow" [0 1 0 1]
+            "float frameaspectratio" 2 "float shutterclose" 3"#;
+        let outcome = read("environment", text, EnvironmentSpec::from_params);
+        assert!(outcome.messages.is_empty(), "{:?}", outcome.messages);
+        assert_eq!(outcome.value.shutter.close, 3.0);
+    }
+}

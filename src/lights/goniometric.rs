@@ -1,0 +1,170 @@
+//! `goniometric`: a point light whose intensity a picture gives for every direction.
+//!
+//! `I` (spectrum, 1): intensity, or factor of the picture. `scale` (spectrum, 1): factor.
+//! `mapname` (string): the picture, latitude by longitude: row 0 toward the light's +y, column 0
+//! toward +x, then +z (pbrt exchanges y and z before it asks for polar angles about z); no gamma.
+//! The light is at the transformation's origin.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.3.3; scene-language 3.10.
+
+use super::LightSample;
+use super::light_map::LightMap;
+use super::point::sample_point;
+use super::reach::Reach;
+use crate::math::transform::Transform;
+use crate::math::{DVec3, Rgb, Vec2, Vec3};
+use crate::params::{NamedFile, ParamReader};
+use crate::surface::ReferencePoint;
+use glam::Mat3;
+use std::f32::consts::PI;
+
+/// Parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GoniometricSpec {
+    /// Where the light is, and how the picture is turned.
+    pub light_to_world: Transform,
+    /// Flux per solid angle, or factor of the picture's texels.
+    pub intensity: Rgb,
+    /// File of the picture; the same in all directions without one.
+    pub map: Option<NamedFile>,
+}
+
+impl GoniometricSpec {
+    /// Reads the parameters. A picture that does not exist is reported.
+    pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> GoniometricSpec {
+        GoniometricSpec {
+            light_to_world: *light_to_world,
+            intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+            map: reader.named_file("mapname"),
+        }
+    }
+}
+
+/// A goniometric light in render space.
+#[derive(Clone, Debug)]
+pub struct GoniometricLight {
+    p: Vec3,
+    intensity: Rgb,
+    map: Option<LightMap>,
+    light_from_render: Mat3,
+    /// Mean of the picture over all directions.
+    mean: Rgb,
+}
+
+impl GoniometricLight {
+    /// Compiles `spec`; `map` is its picture, where it has one that could be read.
+    pub fn new(
+        spec: &GoniometricSpec,
+        map: Option<LightMap>,
+        render_from_world: &Transform,
+    ) -> GoniometricLight {
+        let render_from_light = *render_from_world * spec.light_to_world;
+        GoniometricLight {
+            p: render_from_light.point(DVec3::ZERO).as_vec3(),
+            intensity: spec.intensity,
+            light_from_render: super::light_from_render(&render_from_light),
+            mean: map.as_ref().map_or(Rgb::ONE, LightMap::sphere_mean),
+            map,
+        }
+    }
+
+    /// The one way light comes from here.
+    pub fn sample(&self, from: &ReferencePoint) -> Option<LightSample> {
+        sample_point(self.p, from, |w| self.intensity * self.factor(w))
+    }
+
+    /// The picture in the unit direction `w` away from the light.
+    fn factor(&self, w: Vec3) -> Rgb {
+        let Some(map) = &self.map else {
+            return Rgb::ONE;
+        };
+        let w = self.light_from_render * w;
+        let azimuth = w.z.atan2(w.x) * (0.5 / PI);
+        let u = if azimuth < 0.0 {
+            azimuth + 1.0
+        } else {
+            azimuth
+        };
+        map.lookup(Vec2::new(u, w.x.hypot(w.z).atan2(w.y) / PI))
+    }
+
+    /// Flux: exact for a transformation that keeps angles.
+    pub fn power(&self) -> Rgb {
+        4.0 * PI * self.intensity * self.mean
+    }
+
+    pub(super) fn reach(&self) -> Reach {
+        Reach::point(self.p, self.intensity * self.mean)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::sampling::uniform_sphere;
+
+    fn light(map: Option<LightMap>, light_to_world: Transform) -> GoniometricLight {
+        let spec = GoniometricSpec {
+            light_to_world,
+            intensity: Rgb::new(1.0, 2.0, 3.0),
+            map: None,
+        };
+        GoniometricLight::new(&spec, map, &Transform::translate(DVec3::X))
+    }
+
+    fn numbered() -> Option<LightMap> {
+        LightMap::new(8, 4, (0..32).map(|i| Rgb::splat(i as f32)).collect())
+    }
+
+    #[test]
+    fn the_pole_is_up_and_columns_go_from_x_to_z() {
+        let l = light(numbered(), Transform::translate(DVec3::Y));
+        assert_eq!(l.p, Vec3::new(1.0, 1.0, 0.0));
+        let direction = |column: f32, row: f32| {
+            let (phi, theta) = ((column + 0.5) * PI / 4.0, (row + 0.5) * PI / 4.0);
+            Vec3::new(
+                theta.sin() * phi.cos(),
+                theta.cos(),
+                theta.sin() * phi.sin(),
+            )
+        };
+        for texel in 0..32 {
+            let w = direction((texel % 8) as f32, (texel / 8) as f32);
+            // Texels differ by up to 8 from one to the next; angles round to 1e-7.
+            assert!((l.factor(w).x - texel as f32).abs() < 1e-4, "{texel}");
+        }
+        // Turned with the light: what was up is now ahead.
+        let turned = light(numbered(), Transform::rotate(90.0, DVec3::X));
+        assert!((turned.factor(Vec3::Z) - l.factor(Vec3::Y)).length() < 1e-3);
+    }
+
+    #[test]
+    fn power_is_the_integral_of_the_intensity() {
+        for (map, scale) in [(None, 1.0), (numbered(), 1.0), (numbered(), 3e6)] {
+            let turned = Transform::rotate(70.0, DVec3::new(1.0, 2.0, 0.5));
+            let l = light(map, turned * Transform::scale(DVec3::splat(scale)));
+            let n = 256;
+            let mut mean = 0.0;
+            for i in 0..n * n {
+                let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+                mean += f64::from(l.factor(uniform_sphere(u)).y) / f64::from(n * n);
+            }
+            let expected = f64::from(l.power().x / (4.0 * PI));
+            // The mean takes sin θ at the middle of four rows.
+            assert!((mean / expected - 1.0).abs() < 0.03, "{mean} {expected}");
+        }
+    }
+
+    #[test]
+    fn light_falls_off_with_the_square_of_the_distance() {
+        let l = light(numbered(), Transform::IDENTITY);
+        let at = |y: f32| ReferencePoint {
+            p: l.p + Vec3::new(0.5 * y, y, 0.25 * y),
+            p_error: Vec3::ZERO,
+            n: Vec3::NEG_Y,
+            time: 0.0,
+        };
+        let (near, far) = (l.sample(&at(1.0)).unwrap(), l.sample(&at(4.0)).unwrap());
+        assert!((near.radiance / far.radiance - 16.0).abs().max_element() < 1e-3);
+        assert!(near.delta && near.pdf == 1.0);
+    }
+}
