@@ -40,4 +40,5 @@ pub mod shapes;
 pub mod surface;
 pub mod syntax;
 pub mod textures;
+pub mod tradeoff;
 pub mod world;

@@ -8,8 +8,9 @@ mod geometry;
 mod lights;
 mod textures;
 
-use crate::cameras::{Camera, FilmGeometry};
+use crate::cameras::{Camera, CameraError, FilmGeometry};
 use crate::film::{FilmMetadata, PixelBounds};
+use crate::filters::Filter;
 use crate::integrators::Integrator;
 use crate::lights::Light;
 use crate::materials;
@@ -63,12 +64,8 @@ impl Loaded {
     fn new(frame: &Frame, diagnostics: &Diagnostics) -> Loaded {
         let options = &frame.options;
         let render_from_world = render_from_world(&options.camera_from_world);
-        let film = FilmGeometry {
-            resolution: options.film.resolution,
-            diagonal_mm: options.film.diagonal_mm,
-        };
-        let render_from_camera = render_from_world * options.camera_from_world.inverted();
-        let camera = match Camera::new(&options.camera, &film, &render_from_camera) {
+        let film = film_geometry(options);
+        let camera = match camera(options) {
             Ok(camera) => Some(camera),
             // Reported when the scene was read, at its place.
             Err(_) if !options.camera_from_world.is_invertible() => None,
@@ -123,11 +120,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
     let integrator = Integrator::new(&options.integrator.spec, &world);
     let metadata = metadata(&options, &film);
     let sampler = Sampler::new(&options.sampler, seed);
-    let filter = if options.sampler.pixel_centers {
-        options.filter.at_pixel_centers()
-    } else {
-        options.filter
-    };
+    let filter = filter(&options);
     let film = options.film;
     let sampled = sampled_bounds(film.pixel_bounds(), options.integrator.pixel_bounds);
     let shot = Shot {
@@ -144,6 +137,40 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         metadata,
         description,
     })
+}
+
+/// Gives a shot other options and another seed, but for the film: the frame's own, changed in what its world
+/// does not depend on. The camera stays where it is.
+pub fn reset(shot: &mut Shot, options: &Options, seed: u64) -> Result<(), CameraError> {
+    shot.camera = camera(options)?;
+    shot.integrator = Integrator::new(&options.integrator.spec, &shot.world);
+    shot.sampler = Sampler::new(&options.sampler, seed);
+    shot.filter = filter(options);
+    Ok(())
+}
+
+fn film_geometry(options: &Options) -> FilmGeometry {
+    FilmGeometry {
+        resolution: options.film.resolution,
+        diagonal_mm: options.film.diagonal_mm,
+    }
+}
+
+fn camera(options: &Options) -> Result<Camera, CameraError> {
+    let world_from_camera = options.camera_from_world.inverted();
+    let render_from_camera = render_from_world(&options.camera_from_world) * world_from_camera;
+    Camera::new(
+        &options.camera,
+        &film_geometry(options),
+        &render_from_camera,
+    )
+}
+
+fn filter(options: &Options) -> Filter {
+    match options.sampler.pixel_centers {
+        true => options.filter.at_pixel_centers(),
+        false => options.filter.clone(),
+    }
 }
 
 /// World to render space: minus the camera's position.

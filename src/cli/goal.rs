@@ -27,7 +27,7 @@ impl GoalArgs {
 }
 
 /// A share: a number, or one in percent.
-fn relative(text: &str) -> Result<f64, String> {
+pub(super) fn relative(text: &str) -> Result<f64, String> {
     let expected = || "expected a positive share such as 0.01 or 1%".to_string();
     let (number, unit) = match text.strip_suffix('%') {
         Some(number) => (number.trim_end(), 0.01),
@@ -39,7 +39,8 @@ fn relative(text: &str) -> Result<f64, String> {
         .ok_or_else(expected)
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+/// A positive time.
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let expected = || "expected a positive number of seconds".to_string();
     let seconds = text.parse::<f64>().map_err(|_| expected())?;
     let time = Duration::try_from_secs_f64(seconds).map_err(|_| expected())?;

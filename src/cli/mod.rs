@@ -7,6 +7,7 @@ mod lens;
 mod messages;
 mod outputs;
 mod render;
+mod tradeoff;
 
 use crate::cameras::{Compat, DEFAULT_TOLERANCE, DEGREES, ModelChoice};
 use crate::optics::models::ModelKind;
@@ -35,6 +36,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Describe a lens: surfaces, focal length, f-number, planes and pupils
     Lens(lens::LensArgs),
+    /// Measure what each knob costs and buys on a scene, and recommend the cheapest setting for an error
+    Tradeoff(tradeoff::TradeoffArgs),
 }
 
 /// How scene files are read; shared by `render` and `check`.
@@ -120,16 +123,18 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Lens(args) => lens::run(&args),
+        Command::Tradeoff(args) => tradeoff::run(&args),
     }
 }
 
 /// `fstop SCENE` means `fstop render SCENE`: where the first argument is no command and asks for
 /// no help, `render` is put before it.
 fn with_default_command(mut args: Vec<OsString>) -> Vec<OsString> {
-    const COMMANDS: [&str; 8] = [
+    const COMMANDS: [&str; 9] = [
         "render",
         "check",
         "lens",
+        "tradeoff",
         "help",
         "-h",
         "--help",

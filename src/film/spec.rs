@@ -145,6 +145,18 @@ impl FilmSpec {
         }
     }
 
+    /// Makes the picture smaller, in the same proportions, where it has more than `pixels` pixels.
+    pub fn shrink(&mut self, pixels: u32) {
+        let size = self.resolution.as_dvec2();
+        let factor = (f64::from(pixels) / (size.x * size.y)).sqrt();
+        if factor < 1.0 {
+            self.resolution = (size * factor).round().as_uvec2().max(UVec2::ONE);
+            if self.check().is_err() {
+                self.crop_window = [0.0, 1.0, 0.0, 1.0];
+            }
+        }
+    }
+
     /// The pixels to take: pbrt's rule, ceil(resolution × fraction) at both ends, in single precision
     /// as pbrt has it (0.07 of 100 pixels is 7 there, but 7.000000000000001 in double).
     pub fn pixel_bounds(&self) -> PixelBounds {

@@ -162,7 +162,10 @@ mod tests {
         fn materials(&self) -> Vec<Material> {
             // `none` has a place here only to keep the ids simple.
             let placeholder = read("matte", "", |r| Material::from_params(r, self)).value;
-            let all = self.0.iter().map(|(_, m)| m.clone().or(placeholder.clone()));
+            let all = self
+                .0
+                .iter()
+                .map(|(_, m)| m.clone().or(placeholder.clone()));
             all.map(|m| m.expect("a matte is a material")).collect()
         }
 

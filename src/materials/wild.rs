@@ -95,7 +95,11 @@ struct Two([Option<Material>; 2]);
 impl NamedMaterials for Two {
     fn find(&self, name: &str) -> Option<Named> {
         let i = ["a", "b"].iter().position(|n| *n == name)?;
-        Some(self.0[i].clone().map(|material| (MaterialId(i as u32), material)))
+        Some(
+            self.0[i]
+                .clone()
+                .map(|material| (MaterialId(i as u32), material)),
+        )
     }
 
     fn names(&self) -> Vec<&str> {

@@ -13,7 +13,7 @@ use crate::samplers::SamplerSpec;
 use crate::syntax::{Diagnostic, Span, Typed};
 
 /// Camera, film, sampler, filter and integrator of one frame, read and checked.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Options {
     /// The camera.
     pub camera: CameraSpec,

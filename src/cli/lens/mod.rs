@@ -1,6 +1,6 @@
 //! `fstop lens LENS`: what a lens is, as text, JSON, a drawing, or a page of plots.
 
-mod chart;
+pub(in crate::cli) mod chart;
 mod cross_section;
 mod page;
 mod pictures;

@@ -1,0 +1,99 @@
+//! Error against time, both on logarithmic axes.
+
+use crate::cli::lens::chart::{FINE, Failure, PALETTE, failure, svg};
+use plotters::prelude::*;
+
+/// What is shown in one colour.
+pub struct Series {
+    /// In the legend.
+    pub name: String,
+    /// Seconds, error in percent, and what stands beside the point.
+    pub points: Vec<(f64, f64, String)>,
+    /// Points are joined.
+    pub joined: bool,
+}
+
+const TEXT: u32 = 12 * FINE;
+
+/// Draws the series; those without a positive point are left out.
+pub fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Failure> {
+    let points = || {
+        series
+            .iter()
+            .flat_map(|s| &s.points)
+            .filter(|p| p.0 > 0.0 && p.1 > 0.0)
+    };
+    if points().next().is_none() {
+        return Err(failure("nothing was measured"));
+    }
+    let range = |value: &dyn Fn(&(f64, f64, String)) -> f64| {
+        let low = points().map(value).fold(f64::INFINITY, f64::min);
+        let high = points().map(value).fold(0.0, f64::max);
+        (low / 1.5)..(high * 2.0)
+    };
+    let (x, y) = (range(&|p| p.0), range(&|p| p.1));
+    svg(size, |canvas| {
+        let mut chart = ChartBuilder::on(canvas)
+            .margin(6 * FINE)
+            .margin_right(14 * FINE)
+            .x_label_area_size(38 * FINE)
+            .y_label_area_size(58 * FINE)
+            .build_cartesian_2d(x.log_scale(), y.log_scale())
+            .map_err(failure)?;
+        chart
+            .configure_mesh()
+            .x_desc("seconds for a picture")
+            .y_desc("relative error (%)")
+            .x_label_formatter(&|v| tick(*v))
+            .y_label_formatter(&|v| tick(*v))
+            .label_style(("sans-serif", TEXT))
+            .axis_desc_style(("sans-serif", TEXT))
+            .bold_line_style(ShapeStyle::from(&RGBColor(220, 220, 220)).stroke_width(FINE))
+            .light_line_style(ShapeStyle::from(&RGBColor(240, 240, 240)).stroke_width(FINE / 2))
+            .axis_style(ShapeStyle::from(&BLACK).stroke_width(FINE))
+            .draw()
+            .map_err(failure)?;
+        for (i, series) in series.iter().enumerate() {
+            let style = ShapeStyle::from(&PALETTE[i % PALETTE.len()]).stroke_width(2 * FINE);
+            let filled = style.filled();
+            let positive = || series.points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0);
+            if series.joined {
+                let line = positive().map(|p| (p.0, p.1));
+                chart
+                    .draw_series(LineSeries::new(line, style))
+                    .map_err(failure)?;
+            }
+            let label = ("sans-serif", TEXT * 4 / 5)
+                .into_font()
+                .color(&PALETTE[i % PALETTE.len()]);
+            let marks = positive().map(|p| {
+                EmptyElement::at((p.0, p.1))
+                    + Circle::new((0, 0), 4 * FINE, filled)
+                    + Text::new(
+                        p.2.clone(),
+                        (6 * FINE as i32, -(6 * FINE as i32)),
+                        label.clone(),
+                    )
+            });
+            chart
+                .draw_series(marks)
+                .map_err(failure)?
+                .label(&series.name)
+                .legend(move |(x, y)| Circle::new((x + 8 * FINE as i32, y), 4 * FINE, filled));
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .label_font(("sans-serif", TEXT))
+            .background_style(WHITE.mix(0.8))
+            .draw()
+            .map_err(failure)
+    })
+}
+
+fn tick(v: f64) -> String {
+    match v {
+        v if v >= 1.0 => format!("{v:.0}"),
+        v => format!("{v:.*}", (-v.log10()).ceil() as usize),
+    }
+}

@@ -1,0 +1,180 @@
+//! `fstop tradeoff SCENE`: what each knob costs and buys on this scene.
+
+mod chart;
+mod page;
+mod text;
+
+use super::goal::relative;
+use super::{BAD_INPUT, ReadArgs, messages};
+use crate::build;
+use crate::scene::Frame;
+use crate::syntax::SourceMap;
+use crate::tradeoff::{Estimate, Measured, Settings, Study, study};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Arguments of `fstop tradeoff`.
+#[derive(Args, Debug)]
+pub struct TradeoffArgs {
+    /// Scene file; of several frames the first
+    scene: PathBuf,
+    /// The relative error to recommend a setting for
+    #[arg(long, value_parser = relative, default_value = "1%", allow_hyphen_values = true, value_name = "REL")]
+    error: f64,
+    /// Seconds the study may take; twice the time makes its numbers 1.4 times as sharp
+    #[arg(long, value_parser = super::goal::seconds, default_value = "60", allow_hyphen_values = true, value_name = "SECONDS")]
+    time: Duration,
+    /// Render the picture at its full size; else it is made smaller where it has more than 40000 pixels
+    #[arg(long)]
+    full_size: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+    /// Also write a page with charts here
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Threads; by default one for each processor
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print only the result
+    #[arg(long)]
+    quiet: bool,
+    #[command(flatten)]
+    read: ReadArgs,
+}
+
+/// Studies the scene; exit code 0, or 2 where there is nothing to study.
+pub fn run(args: &TradeoffArgs) -> ExitCode {
+    match study_scene(args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            if let Some(message) = message {
+                messages::error(message);
+            }
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// More pixels than that make no number sharper that their samples would not.
+const PIXELS: u32 = 40_000;
+
+/// `Err(None)` where the trouble has been printed already.
+fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
+    let sources = SourceMap::new();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads)
+        .build()
+        .map_err(|e| Some(format!("cannot start {} threads: {e}", args.threads)))?;
+    let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
+    let refused = messages::refused(&diagnostics, args.read.strict);
+    if !args.quiet || refused {
+        messages::print(&diagnostics, &sources);
+    }
+    let scene = scene.filter(|_| !refused).ok_or(None)?;
+    let mut frame: Frame = scene.frames.into_iter().next().ok_or(None)?;
+    let full = frame.options.film.resolution;
+    if !args.full_size {
+        frame.options.film.shrink(PIXELS);
+    }
+    let options = frame.options.clone();
+    let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
+    let refused = messages::refused(&diagnostics, args.read.strict);
+    if !args.quiet || refused {
+        messages::print(&diagnostics, &sources);
+    }
+    let built = built.filter(|_| !refused).ok_or(None)?;
+    let settings = Settings {
+        time: args.time,
+        target: args.error,
+        seed: args.seed,
+    };
+    let say = |what: String| {
+        if !args.quiet {
+            eprintln!("{what} ...");
+        }
+    };
+    let result = pool.install(|| study(built, &options, &settings, &say));
+    let result = result.map_err(|e| Some(e.to_string()))?;
+    let name = args.scene.file_name().unwrap_or_default().to_string_lossy();
+    let shrunk = options.film.resolution != full;
+    if args.json {
+        println!("{:#}", json_of(&result, &name));
+    } else {
+        print!("{}", text::report(&result, &name, shrunk));
+    }
+    if let Some(path) = &args.html {
+        let page = page::html(&result, &name, shrunk).map_err(Some)?;
+        std::fs::write(path, page)
+            .map_err(|e| Some(format!("{}: cannot write: {e}", path.display())))?;
+    }
+    Ok(())
+}
+
+fn json_of(study: &Study, scene: &str) -> Value {
+    let settings: Vec<Value> = study
+        .measured
+        .iter()
+        .map(|(rung, m)| {
+            let mut value = json_of_measured(m);
+            value["knob"] = json!(rung.knob.name());
+            value["setting"] = json!(rung.setting);
+            value
+        })
+        .collect();
+    let failed: Vec<Value> = study
+        .failed
+        .iter()
+        .map(|(rung, why)| {
+            json!({ "knob": rung.knob.name(), "setting": rung.setting, "why": why.to_string() })
+        })
+        .collect();
+    let recommendation = study.recommendation.as_ref().map(|r| {
+        let turned: Vec<Value> = r
+            .turned
+            .iter()
+            .map(|&i| &study.measured[i].0)
+            .map(|rung| json!({ "knob": rung.knob.name(), "setting": rung.setting }))
+            .collect();
+        json!({
+            "relativeError": r.target,
+            "settings": turned,
+            "spp": r.spp,
+            "seconds": r.seconds,
+            "sentence": text::sentence(study),
+            "verified": study.verified.as_ref().map(json_of_measured),
+        })
+    });
+    json!({
+        "scene": scene,
+        "resolution": study.resolution,
+        "reference": { "relativeError": study.reference_error, "spp": study.reference_spp },
+        "slope": study.slope,
+        "settings": settings,
+        "failed": failed,
+        "recommendation": recommendation,
+    })
+}
+
+fn json_of_measured(m: &Measured) -> Value {
+    let estimate = |e: Estimate| json!({ "value": finite(e.value), "within": finite(e.within) });
+    json!({
+        "spp": m.spp,
+        "relativeError": estimate(m.error()),
+        "relativeBias": estimate(m.bias()),
+        "variance": estimate(m.variance),
+        "seconds": estimate(m.seconds),
+        "efficiency": estimate(m.efficiency),
+    })
+}
+
+/// JSON has no infinities.
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}

@@ -1,0 +1,112 @@
+//! The study as one HTML page that needs nothing else.
+
+use super::chart::{Series, log_log};
+use super::text;
+use crate::cli::lens::chart::Failure;
+use crate::tradeoff::{Knob, Measured, Rung, Study};
+use std::fmt::Write;
+
+const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;color:#222;background:#fff;max-width:1000px;margin:2em auto;padding:0 1em}\
+h1{font-size:1.6em;margin-bottom:0}.lead{color:#555;margin-top:.2em}.advice{font-size:1.15em;border-left:4px solid #0072b2;padding-left:.8em}\
+figure{margin:1em 0}figure>svg{max-width:100%;height:auto}figcaption,.legend{color:#555;max-width:46em}\
+table{border-collapse:collapse;font-variant-numeric:tabular-nums}th,td{padding:.15em .8em;text-align:right;border-bottom:1px solid #e3e3e3}\
+td:nth-child(-n+2),th:nth-child(-n+2){text-align:left}";
+
+/// The page.
+pub fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, Failure> {
+    let mut body = String::new();
+    let _ = write!(
+        body,
+        "<h1>{0}: speed against accuracy</h1>\n<p class=\"lead\">{1}</p>\n<p class=\"advice\">{2}</p>\n",
+        escaped(scene),
+        escaped(&text::heading(study, scene, shrunk)),
+        escaped(&text::sentence(study)),
+    );
+    let _ = write!(
+        body,
+        "<figure>{}<figcaption>Each point is a setting; the line joins the scene's own settings with more and more samples. \
+         Below the line a setting is worth its time, above it more samples are.</figcaption></figure>\n",
+        log_log((900, 560), &series(study))?
+    );
+    body += &table(study);
+    let _ = write!(
+        body,
+        "<p class=\"legend\">{}</p>\n",
+        escaped(&text::legend(study))
+    );
+    let title = escaped(scene);
+    Ok(format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
+         <title>{title}: speed against accuracy</title>\n<style>{STYLE}</style></head>\n<body>\n{body}\
+         <footer>Made by fstop {}.</footer>\n</body></html>\n",
+        env!("CARGO_PKG_VERSION")
+    ))
+}
+
+/// The sample ladder joined, then the other knobs.
+fn series(study: &Study) -> Vec<Series> {
+    let point = |(rung, m): &(Rung, Measured)| {
+        let label = rung.setting.clone();
+        (m.seconds.value, 100.0 * m.error().value, label)
+    };
+    let of = |knob: Knob| -> Vec<(f64, f64, String)> {
+        let rungs = study.measured.iter().filter(|(rung, _)| rung.knob == knob);
+        rungs.map(point).collect()
+    };
+    let mut samples = of(Knob::Samples);
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut all = vec![Series {
+        name: "samples a pixel".into(),
+        points: samples,
+        joined: true,
+    }];
+    for knob in [
+        Knob::Sampler,
+        Knob::LensModel,
+        Knob::Precision,
+        Knob::PupilSampling,
+        Knob::MaxDepth,
+        Knob::LightChoice,
+        Knob::Filter,
+    ] {
+        let points = of(knob);
+        if !points.is_empty() {
+            all.push(Series {
+                name: knob.name().into(),
+                points,
+                joined: false,
+            });
+        }
+    }
+    all
+}
+
+fn table(study: &Study) -> String {
+    let base = study.measured.first().map(|(_, m)| m);
+    let mut rows = String::from(
+        "<table>\n<tr><th>knob</th><th>setting</th><th>spp</th><th>error (%)</th><th>bias (%)</th><th>seconds</th><th>efficiency</th></tr>\n",
+    );
+    for (rung, m) in &study.measured {
+        let efficiency = base.map(|base| text::number(text::relative_efficiency(m, base)));
+        let _ = writeln!(
+            rows,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            rung.knob.name(),
+            escaped(&rung.setting),
+            m.spp,
+            text::percent(m.error()),
+            text::bias(m),
+            text::number(m.seconds),
+            efficiency.unwrap_or_default(),
+        );
+    }
+    rows + "</table>\n"
+}
+
+/// Text as HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}

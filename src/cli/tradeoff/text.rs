@@ -1,0 +1,163 @@
+//! The study as text.
+
+use crate::tradeoff::{Estimate, Knob, Measured, Study};
+use std::fmt::Write;
+
+/// The table and the sentence.
+pub fn report(study: &Study, scene: &str, shrunk: bool) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{}\n", heading(study, scene, shrunk));
+    let _ = writeln!(
+        text,
+        "{:<15} {:<13} {:>7} {:>18} {:>18} {:>16} {:>16}",
+        "knob", "setting", "spp", "error %", "bias %", "seconds", "efficiency"
+    );
+    let base = study.measured.first().map(|(_, m)| m);
+    for (rung, m) in &study.measured {
+        let _ = writeln!(
+            text,
+            "{:<15} {:<13} {:>7} {:>18} {:>18} {:>16} {:>16}",
+            rung.knob.name(),
+            rung.setting,
+            m.spp,
+            percent(m.error()),
+            bias(m),
+            number(m.seconds),
+            base.map_or_else(String::new, |base| number(relative_efficiency(m, base))),
+        );
+    }
+    for (rung, why) in &study.failed {
+        let _ = writeln!(text, "{:<15} {:<13} {why}", rung.knob.name(), rung.setting);
+    }
+    let _ = writeln!(text, "\n{}", legend(study));
+    let _ = writeln!(text, "\n{}", sentence(study));
+    text
+}
+
+/// What was done, in a line.
+pub fn heading(study: &Study, scene: &str, shrunk: bool) -> String {
+    let [width, height] = study.resolution;
+    let size = if shrunk {
+        ", smaller than the scene asks for"
+    } else {
+        ""
+    };
+    format!(
+        "{scene}: {width}x{height} pixels{size}; reference of {:.0} samples a pixel, relative error {:.2} %",
+        study.reference_spp,
+        100.0 * study.reference_error
+    )
+}
+
+/// How to read the table.
+pub fn legend(study: &Study) -> String {
+    let slope = study.slope.map_or_else(String::new, |slope| {
+        format!(
+            " Squared noise falls with samples to the power -{slope:.2} (independent samples: -1)."
+        )
+    });
+    format!(
+        "Errors are relative to the picture (root mean square over pixels and channels, dark ones kept from \
+         deciding alone by 1 % of the mean). Bias is what more samples do not mend. Efficiency is \
+         1/(variance x time), the scene's own being 1. ± is half the 95 % confidence interval.{slope}"
+    )
+}
+
+/// The recommendation.
+pub fn sentence(study: &Study) -> String {
+    let Some(advice) = &study.recommendation else {
+        return "Nothing could be measured.".to_string();
+    };
+    let turned: Vec<String> = advice
+        .turned
+        .iter()
+        .map(|&i| &study.measured[i].0)
+        .map(|rung| match rung.knob {
+            Knob::Sampler | Knob::LensModel | Knob::LightChoice | Knob::PupilSampling => {
+                format!("{} \"{}\"", rung.knob.name(), rung.setting)
+            }
+            knob => format!("{} {}", knob.name(), rung.setting),
+        })
+        .collect();
+    let settings = match turned.len() {
+        0 => "the scene's own settings".to_string(),
+        _ => turned.join(", "),
+    };
+    let check = match &study.verified {
+        Some(m) => format!(
+            " Rendered so, it took {} s and had an error of {} %.",
+            number(m.seconds),
+            percent(m.error())
+        ),
+        None => " (Not rendered: it would take longer than the study.)".to_string(),
+    };
+    format!(
+        "For {} % error take {settings} with {} samples a pixel: about {:.3} s.{check}",
+        short(100.0 * advice.target),
+        advice.spp,
+        advice.seconds
+    )
+}
+
+/// Efficiency of a setting in units of another's.
+pub fn relative_efficiency(m: &Measured, base: &Measured) -> Estimate {
+    let value = m.efficiency.value / base.efficiency.value;
+    let part = |e: &Estimate| (e.within / e.value).powi(2);
+    // To first order; the scene's own is what it is measured in.
+    let within = match std::ptr::eq(m, base) {
+        true => 0.0,
+        false => value * (part(&m.efficiency) + part(&base.efficiency)).sqrt(),
+    };
+    Estimate { value, within }
+}
+
+/// A bias, or a dash where nothing but noise is seen of it.
+pub fn bias(m: &Measured) -> String {
+    match m.squared_bias.excludes(0.0) && m.squared_bias.value > 0.0 {
+        true => percent(m.bias()),
+        false => "-".to_string(),
+    }
+}
+
+/// A share in percent.
+pub fn percent(e: Estimate) -> String {
+    number(Estimate {
+        value: 100.0 * e.value,
+        within: 100.0 * e.within,
+    })
+}
+
+/// To the digits that are known.
+pub fn number(e: Estimate) -> String {
+    if !e.value.is_finite() {
+        return "-".to_string();
+    }
+    if !e.within.is_finite() || e.within == 0.0 {
+        return short(e.value);
+    }
+    let digits = (1.0 - e.within.log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{:.digits$} ± {:.digits$}", e.value, e.within)
+}
+
+fn short(x: f64) -> String {
+    let text = format!("{x:.4}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    text.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_show_what_is_known() {
+        let of = |value, within| number(Estimate { value, within });
+        assert_eq!(of(1.23456, 0.0123), "1.235 ± 0.012");
+        assert_eq!(of(123.456, 45.6), "123 ± 46");
+        assert_eq!(of(2.0, 0.0), "2");
+        assert_eq!(of(2.5, f64::INFINITY), "2.5");
+        assert_eq!(of(f64::NAN, 1.0), "-");
+        assert_eq!(short(100.0), "100");
+    }
+}

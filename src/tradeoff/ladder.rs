@@ -1,0 +1,276 @@
+//! The settings that are tried.
+
+use crate::cameras::{CameraSpec, DEFAULT_TOLERANCE, DEGREES, ModelChoice, Precision};
+use crate::filters::{
+    BoxFilter, Filter, FilterShape, GaussianFilter, MitchellFilter, SincFilter, TriangleFilter,
+};
+use crate::integrators::{IntegratorSpec, VolPath};
+use crate::lights::SelectionStrategy;
+use crate::optics::models::ModelKind;
+use crate::optics::pupil::PupilSampling;
+use crate::samplers::{Points, SamplerSpec, Stratified};
+use crate::scene::options::Options;
+
+/// What is turned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Knob {
+    /// Nothing: the scene as it stands.
+    Scene,
+    /// Samples a pixel.
+    Samples,
+    /// How they are spread.
+    Sampler,
+    /// What camera rays are made with.
+    LensModel,
+    /// In which number type.
+    Precision,
+    /// How lens samples are spread over the exit pupil.
+    PupilSampling,
+    /// Scattering events.
+    MaxDepth,
+    /// How lights are chosen.
+    LightChoice,
+    /// The reconstruction filter: another look rather than another quality.
+    Filter,
+}
+
+impl Knob {
+    /// For tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Knob::Scene => "scene",
+            Knob::Samples => "samples",
+            Knob::Sampler => "sampler",
+            Knob::LensModel => "lens model",
+            Knob::Precision => "precision",
+            Knob::PupilSampling => "pupil sampling",
+            Knob::MaxDepth => "maxdepth",
+            Knob::LightChoice => "light choice",
+            Knob::Filter => "filter",
+        }
+    }
+
+    /// May a recommendation turn it? A filter is a matter of taste.
+    pub fn is_quality(self) -> bool {
+        !matches!(self, Knob::Scene | Knob::Samples | Knob::Filter)
+    }
+}
+
+/// One setting.
+#[derive(Clone, Debug)]
+pub struct Rung {
+    /// What is turned.
+    pub knob: Knob,
+    /// To what: as the scene file spells it.
+    pub setting: String,
+    /// All options, this one included.
+    pub options: Options,
+}
+
+/// All settings for a scene, the scene's own first: the sample counts `counts`, every other knob at
+/// `spp` samples a pixel.
+pub fn ladder(options: &Options, spp: u32, counts: &[u32]) -> Vec<Rung> {
+    let base = with(options, |o| o.sampler = o.sampler.clone().with_spp(spp));
+    let mut rungs = vec![Rung {
+        knob: Knob::Scene,
+        setting: "as it stands".into(),
+        options: base.clone(),
+    }];
+    let mut add = |knob, setting: String, options| {
+        rungs.push(Rung {
+            knob,
+            setting,
+            options,
+        })
+    };
+    for &n in counts {
+        let options = with(&base, |o| o.sampler = o.sampler.clone().with_spp(n));
+        add(Knob::Samples, n.to_string(), options);
+    }
+    for (name, sampler) in samplers(&base.sampler) {
+        add(
+            Knob::Sampler,
+            name.into(),
+            with(&base, |o| o.sampler = sampler),
+        );
+    }
+    for (knob, setting, camera) in cameras(&base.camera) {
+        add(knob, setting, with(&base, |o| o.camera = camera));
+    }
+    for (knob, setting, spec) in integrators(&base.integrator.spec) {
+        add(knob, setting, with(&base, |o| o.integrator.spec = spec));
+    }
+    for (name, filter) in filters(&base.filter) {
+        add(
+            Knob::Filter,
+            name.into(),
+            with(&base, |o| o.filter = filter),
+        );
+    }
+    rungs
+}
+
+fn with(options: &Options, change: impl FnOnce(&mut Options)) -> Options {
+    let mut options = options.clone();
+    change(&mut options);
+    options
+}
+
+/// The kinds of points that the scene does not use.
+fn samplers(own: &SamplerSpec) -> Vec<(&'static str, SamplerSpec)> {
+    let spp = own.spp;
+    let grid = Points::Stratified(Stratified::new(4, 4, true, None));
+    let all = [
+        ("random", Points::Random),
+        ("stratified", grid),
+        ("sobol", Points::Sobol),
+    ];
+    let same =
+        |points: Points| std::mem::discriminant(&points) == std::mem::discriminant(&own.points);
+    let other = all.into_iter().filter(|(_, points)| !same(*points));
+    let spec = |points| SamplerSpec {
+        points,
+        ..own.clone()
+    };
+    other
+        .map(|(name, points)| (name, spec(points).with_spp(spp)))
+        .collect()
+}
+
+/// Lens models, precisions and pupil samplings that the scene does not use.
+fn cameras(own: &CameraSpec) -> Vec<(Knob, String, CameraSpec)> {
+    let CameraSpec::Realistic(own) = own else {
+        return Vec::new();
+    };
+    let models = [
+        ("exact", ModelChoice::Exact),
+        (
+            "polynomial",
+            ModelChoice::Only(ModelKind::Polynomial(DEGREES[0])),
+        ),
+        ("table", ModelChoice::Only(ModelKind::Table(DEGREES[1]))),
+        ("thick", ModelChoice::Only(ModelKind::Thick)),
+        ("thin", ModelChoice::Only(ModelKind::Thin)),
+        ("auto", ModelChoice::Automatic(DEFAULT_TOLERANCE)),
+    ];
+    let precisions = [("single", Precision::Single), ("double", Precision::Double)];
+    let samplings = [
+        ("concentric", PupilSampling::Concentric),
+        ("polar", PupilSampling::Polar),
+        ("rejection", PupilSampling::Rejection),
+    ];
+    let mut all = Vec::new();
+    for (name, model) in models.into_iter().filter(|(_, m)| *m != own.model) {
+        let mut spec = own.clone();
+        spec.model = model;
+        all.push((
+            Knob::LensModel,
+            name.to_string(),
+            CameraSpec::Realistic(spec),
+        ));
+    }
+    for (name, precision) in precisions.into_iter().filter(|(_, p)| *p != own.precision) {
+        let mut spec = own.clone();
+        spec.precision = precision;
+        all.push((
+            Knob::Precision,
+            name.to_string(),
+            CameraSpec::Realistic(spec),
+        ));
+    }
+    for (name, sampling) in samplings
+        .into_iter()
+        .filter(|(_, s)| *s != own.pupil_sampling)
+    {
+        let mut spec = own.clone();
+        spec.pupil_sampling = sampling;
+        all.push((
+            Knob::PupilSampling,
+            name.to_string(),
+            CameraSpec::Realistic(spec),
+        ));
+    }
+    all
+}
+
+/// Depths and choices of lights that the scene does not use.
+fn integrators(own: &IntegratorSpec) -> Vec<(Knob, String, IntegratorSpec)> {
+    let mut all = Vec::new();
+    let depths = |own: u32| {
+        // Half as deep each time, and twice as deep once: what the end of the path costs.
+        let mut depths = vec![own.saturating_mul(2)];
+        let mut depth = own / 2;
+        while depth > 0 && depths.len() < 5 {
+            depths.push(depth);
+            depth /= 2;
+        }
+        depths.retain(|&d| d != own);
+        depths
+    };
+    match own {
+        IntegratorSpec::Path(path) | IntegratorSpec::VolPath(VolPath { path }) => {
+            let rebuilt = |path| match own {
+                IntegratorSpec::VolPath(_) => IntegratorSpec::VolPath(VolPath { path }),
+                _ => IntegratorSpec::Path(path),
+            };
+            for depth in depths(path.max_depth) {
+                let mut path = path.clone();
+                path.max_depth = depth;
+                all.push((Knob::MaxDepth, depth.to_string(), rebuilt(path)));
+            }
+            let strategies = [
+                ("spatial", SelectionStrategy::Spatial),
+                ("power", SelectionStrategy::Power),
+                ("uniform", SelectionStrategy::Uniform),
+            ];
+            for (name, strategy) in strategies {
+                if strategy != path.light_strategy {
+                    let mut path = path.clone();
+                    path.light_strategy = strategy;
+                    all.push((Knob::LightChoice, name.to_string(), rebuilt(path)));
+                }
+            }
+        }
+        IntegratorSpec::DirectLighting(direct) => {
+            for depth in depths(direct.max_depth) {
+                let mut direct = direct.clone();
+                direct.max_depth = depth;
+                all.push((
+                    Knob::MaxDepth,
+                    depth.to_string(),
+                    IntegratorSpec::DirectLighting(direct),
+                ));
+            }
+        }
+        IntegratorSpec::Whitted(whitted) => {
+            for depth in depths(whitted.max_depth) {
+                let mut whitted = whitted.clone();
+                whitted.max_depth = depth;
+                all.push((
+                    Knob::MaxDepth,
+                    depth.to_string(),
+                    IntegratorSpec::Whitted(whitted),
+                ));
+            }
+        }
+        _ => {}
+    }
+    all
+}
+
+/// The other filters, with their default widths.
+fn filters(own: &Filter) -> Vec<(&'static str, Filter)> {
+    let shapes = [
+        ("box", FilterShape::Box(BoxFilter::default())),
+        ("triangle", FilterShape::Triangle(TriangleFilter::default())),
+        ("gaussian", FilterShape::Gaussian(GaussianFilter::default())),
+        ("mitchell", FilterShape::Mitchell(MitchellFilter::default())),
+        ("sinc", FilterShape::Sinc(SincFilter::default())),
+    ];
+    let other = shapes
+        .into_iter()
+        .filter(|(_, shape)| std::mem::discriminant(shape) != std::mem::discriminant(own.shape()));
+    other
+        .filter_map(|(name, shape)| Some((name, Filter::new(shape)?)))
+        .collect()
+}

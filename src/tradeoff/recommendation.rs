@@ -1,0 +1,89 @@
+//! The cheapest setting that meets an error.
+
+use super::{Knob, Measured, Rung};
+
+/// What to take.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recommendation {
+    /// The relative error that is asked for.
+    pub target: f64,
+    /// Knobs to turn, and to what, by position among the rungs: the best of each kind that beats
+    /// the scene's own setting for certain.
+    pub turned: Vec<usize>,
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Seconds that a picture should take then.
+    pub seconds: f64,
+    /// Relative error that it should have.
+    pub error: f64,
+}
+
+/// A bias may be this part of the squared error that is asked for.
+const SHARE_OF_BIAS: f64 = 0.25;
+
+/// The most samples that are recommended.
+const MOST_SPP: f64 = (1u32 << 24) as f64;
+
+/// The squared error falls as the samples to the power −`slope`, fitted over the sample ladder; 1 for
+/// independent samples. `None` with fewer than two counts.
+pub fn slope(measured: &[(Rung, Measured)]) -> Option<f64> {
+    let points: Vec<(f64, f64)> = measured
+        .iter()
+        .filter(|(rung, m)| rung.knob == Knob::Samples && m.variance.value > 0.0)
+        .map(|(_, m)| (f64::from(m.spp).ln(), m.variance.value.ln()))
+        .collect();
+    let n = points.len() as f64;
+    let (x, y) = points
+        .iter()
+        .fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
+    let spread: f64 = points.iter().map(|p| (p.0 - x).powi(2)).sum();
+    let together: f64 = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
+    (spread > 0.0).then(|| -together / spread)
+}
+
+/// From the measurements, whose first is the scene as it stands. `power_of_two`: samples come in
+/// powers of two.
+pub fn recommend(measured: &[(Rung, Measured)], target: f64) -> Option<Recommendation> {
+    let (_, base) = measured.first()?;
+    let squared = target * target;
+    let mut turned = Vec::new();
+    let (mut variance, mut seconds, mut bias) = (base.variance.value, base.seconds.value, 0.0);
+    for knob in [
+        Knob::Sampler,
+        Knob::LensModel,
+        Knob::Precision,
+        Knob::PupilSampling,
+        Knob::MaxDepth,
+        Knob::LightChoice,
+    ] {
+        let fit = |m: &Measured| {
+            let at_most = (m.squared_bias.value + m.squared_bias.within).max(0.0);
+            at_most + bias <= SHARE_OF_BIAS * squared
+                && m.efficiency.value - m.efficiency.within
+                    > base.efficiency.value + base.efficiency.within
+        };
+        let candidates = measured.iter().enumerate();
+        let best = candidates
+            .filter(|(_, (rung, m))| rung.knob == knob && fit(m))
+            .max_by(|(_, (_, a)), (_, (_, b))| a.efficiency.value.total_cmp(&b.efficiency.value));
+        if let Some((i, (_, m))) = best {
+            turned.push(i);
+            variance *= m.variance.value / base.variance.value;
+            seconds *= m.seconds.value / base.seconds.value;
+            bias += m.squared_bias.value.max(0.0);
+        }
+    }
+    // Slopes beyond what was measured are not trusted: at least what independent samples give, at most
+    // twice that.
+    let slope = slope(measured).unwrap_or(1.0).clamp(1.0, 2.0);
+    let wanted = f64::from(base.spp) * (variance / (squared - bias)).powf(1.0 / slope);
+    let spp = wanted.ceil().clamp(1.0, MOST_SPP);
+    let more = spp / f64::from(base.spp);
+    Some(Recommendation {
+        target,
+        turned,
+        spp: spp as u32,
+        seconds: seconds * more,
+        error: (variance * more.powf(-slope) + bias).sqrt(),
+    })
+}

@@ -1,0 +1,216 @@
+//! The study of one scene.
+
+use super::ladder::{Knob, Rung, ladder};
+use super::measure::{Measured, Reference};
+use super::recommendation::{Recommendation, recommend};
+use crate::build::{Built, reset};
+use crate::cameras::CameraError;
+use crate::render::{Ended, Goal, Progress, Shot, TILE_SIZE, render, render_until};
+use crate::scene::options::Options;
+use std::time::{Duration, Instant};
+
+/// How a study is made.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Time for all of it.
+    pub time: Duration,
+    /// The relative error to recommend a setting for.
+    pub target: f64,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// Pixels of the pictures.
+    pub resolution: [u32; 2],
+    /// Relative error of the reference.
+    pub reference_error: f64,
+    /// Its samples a pixel.
+    pub reference_spp: f64,
+    /// Every setting with what it costs and buys; the scene as it stands first.
+    pub measured: Vec<(Rung, Measured)>,
+    /// Settings that could not be rendered, and why.
+    pub failed: Vec<(Rung, CameraError)>,
+    /// The squared error falls with the samples to the power −`slope`.
+    pub slope: Option<f64>,
+    /// What to take.
+    pub recommendation: Option<Recommendation>,
+    /// What the recommendation gave when it was rendered; `None` where it would have taken too long.
+    pub verified: Option<Measured>,
+}
+
+/// Pictures of each setting: as few as give a confidence interval worth the name.
+const PICTURES: u64 = 5;
+
+/// Part of the time that goes into the reference: as much as into all settings together, for its error
+/// bounds what can be said of theirs.
+const FOR_REFERENCE: f64 = 0.45;
+/// Part for the settings; the rest is for the recommendation.
+const FOR_SETTINGS: f64 = 0.4;
+
+/// Studies `built`, made of a frame with these `options`, on the current rayon pool. `say` hears
+/// what is being done.
+pub fn study(
+    mut built: Built,
+    options: &Options,
+    settings: &Settings,
+    say: &dyn Fn(String),
+) -> Result<Study, CameraError> {
+    let shot = &mut built.shot;
+    let total = settings.time.as_secs_f64();
+    say("rendering the reference".into());
+    reset(shot, options, seed(settings.seed, 0))?;
+    let goal = Goal {
+        error: None,
+        time: Some(Duration::from_secs_f64(FOR_REFERENCE * total)),
+        max_spp: Goal::MAX_SPP,
+    };
+    let started = Instant::now();
+    let done = render_until(shot, TILE_SIZE, &goal, &Progress::hidden());
+    debug_assert!(done.ended != Ended::Error);
+    let samples_per_second = done.spp / started.elapsed().as_secs_f64().max(1e-9);
+    let reference = Reference::new(done.film.develop(), done.error);
+
+    // Geometric counts up to `most` cost about twice the last; the other settings one `spp` each.
+    let spp_in = |seconds: f64| seconds * samples_per_second / PICTURES as f64;
+    let settings_count = ladder(options, 1, &[]).len() as f64;
+    let affordable = spp_in(FOR_SETTINGS * total) / (settings_count + 2.0 * 4.0);
+    let spp = power_of_two(affordable);
+    let counts: Vec<u32> = (0..8)
+        .map(|k| 4 * spp >> k)
+        .take_while(|&n| n > 0)
+        .collect();
+    let rungs = ladder(options, spp, &counts);
+    let mut pictures: Vec<Pictures> = rungs.into_iter().map(Pictures::new).collect();
+    for turn in 0..PICTURES {
+        say(format!("settings, round {} of {PICTURES}", turn + 1));
+        for setting in &mut pictures {
+            setting.take(shot, settings.seed, turn + 1);
+        }
+    }
+    let (mut measured, mut failed) = (Vec::new(), Vec::new());
+    for setting in pictures {
+        match setting.failure {
+            Some(error) => failed.push((setting.rung, error)),
+            None => {
+                let spp = setting.rung.options.sampler.spp;
+                let m = Measured::new(&reference, spp, &setting.images, &setting.seconds);
+                measured.push((setting.rung, m));
+            }
+        }
+    }
+    let recommendation = recommend(&measured, settings.target);
+    let verified = recommendation.as_ref().and_then(|advice| {
+        let left = (total - started.elapsed().as_secs_f64()).max(0.15 * total);
+        (advice.seconds * 3.0 <= left).then(|| {
+            say("rendering the recommendation".into());
+            let mut setting = Pictures::new(advised(options, &measured, advice));
+            (0..3).for_each(|turn| setting.take(shot, settings.seed, PICTURES + 1 + turn));
+            Measured::new(&reference, advice.spp, &setting.images, &setting.seconds)
+        })
+    });
+    let size = shot.film.pixel_bounds().size();
+    Ok(Study {
+        resolution: [size.x, size.y],
+        reference_error: done.error,
+        reference_spp: done.spp,
+        slope: super::recommendation::slope(&measured),
+        measured,
+        failed,
+        recommendation,
+        verified,
+    })
+}
+
+/// The pictures of one setting so far.
+struct Pictures {
+    rung: Rung,
+    images: Vec<crate::film::Image>,
+    seconds: Vec<f64>,
+    failure: Option<CameraError>,
+}
+
+impl Pictures {
+    fn new(rung: Rung) -> Pictures {
+        Pictures {
+            rung,
+            images: Vec::new(),
+            seconds: Vec::new(),
+            failure: None,
+        }
+    }
+
+    fn take(&mut self, shot: &mut Shot, study_seed: u64, number: u64) {
+        if self.failure.is_some() {
+            return;
+        }
+        if let Err(error) = reset(shot, &self.rung.options, seed(study_seed, number)) {
+            self.failure = Some(error);
+            return;
+        }
+        let started = Instant::now();
+        let film = render(shot, TILE_SIZE, &Progress::hidden());
+        self.seconds.push(started.elapsed().as_secs_f64());
+        self.images.push(film.develop());
+    }
+}
+
+/// The scene with all that is advised.
+fn advised(options: &Options, measured: &[(Rung, Measured)], advice: &Recommendation) -> Rung {
+    let mut all = options.clone();
+    for &i in &advice.turned {
+        let (rung, _) = &measured[i];
+        match rung.knob {
+            Knob::Sampler => all.sampler = rung.options.sampler.clone(),
+            Knob::MaxDepth | Knob::LightChoice => turn_integrator(&mut all, rung),
+            Knob::LensModel | Knob::Precision | Knob::PupilSampling => turn_camera(&mut all, rung),
+            Knob::Scene | Knob::Samples | Knob::Filter => {}
+        }
+    }
+    all.sampler = all.sampler.with_spp(advice.spp);
+    Rung {
+        knob: Knob::Scene,
+        setting: "as recommended".into(),
+        options: all,
+    }
+}
+
+fn turn_camera(all: &mut Options, rung: &Rung) {
+    use crate::cameras::CameraSpec::Realistic;
+    if let (Realistic(to), Realistic(from)) = (&mut all.camera, &rung.options.camera) {
+        match rung.knob {
+            Knob::LensModel => to.model = from.model,
+            Knob::Precision => to.precision = from.precision,
+            _ => to.pupil_sampling = from.pupil_sampling,
+        }
+    }
+}
+
+fn turn_integrator(all: &mut Options, rung: &Rung) {
+    use crate::integrators::{
+        IntegratorSpec::{Path, VolPath},
+        VolPath as Walk,
+    };
+    let (to, from) = (&mut all.integrator.spec, &rung.options.integrator.spec);
+    match (to, from) {
+        (Path(to), Path(from)) | (VolPath(Walk { path: to }), VolPath(Walk { path: from })) => {
+            match rung.knob {
+                Knob::MaxDepth => to.max_depth = from.max_depth,
+                _ => to.light_strategy = from.light_strategy,
+            }
+        }
+        (to, from) => *to = from.clone(),
+    }
+}
+
+/// Seeds of the study's pictures: far from those that a user would try.
+fn seed(study: u64, picture: u64) -> u64 {
+    crate::math::hash::mix2(study ^ 0x7261_6465_6f66_6600, picture)
+}
+
+/// The largest power of two that is not above `x`, at least 1.
+fn power_of_two(x: f64) -> u32 {
+    1 << (x.max(1.0).log2().floor().min(20.0) as u32)
+}
