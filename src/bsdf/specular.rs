@@ -133,6 +133,7 @@ pub fn refract(wo: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
     let sin2_t = (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);
     (sin2_t < 1.0).then(|| {
         let cos_t = (1.0 - sin2_t).sqrt();
-        -wo / eta + (cos_i / eta - cos_t) * n
+        // The part along the surface first: of two large parts along the normal little would be left.
+        (cos_i * n - wo) / eta - cos_t * n
     })
 }

@@ -136,8 +136,10 @@ fn params(kind: usize) -> impl Strategy<Value = String> {
         .chain(spectra.iter().map(|name| (false, *name)))
         .collect();
     let choices = proptest::collection::vec((0..3u8, 0..WILD.len()), names.len());
-    (choices, any::<bool>(), any::<bool>()).prop_map(move |(choices, thin, remap)| {
-        let mut text = format!("\"bool remaproughness\" \"{remap}\" \"texture bumpmap\" \"t5\"");
+    let bump = 0..WILD.len();
+    (choices, any::<bool>(), any::<bool>(), bump).prop_map(move |(choices, thin, remap, bump)| {
+        let mut text =
+            format!("\"bool remaproughness\" \"{remap}\" \"texture bumpmap\" \"t{bump}\"");
         if KINDS[kind].0 == "disney" {
             text += &format!(" \"bool thin\" \"{thin}\"");
         }
