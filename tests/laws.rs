@@ -78,6 +78,18 @@ fn a_convex_body_that_absorbs_nothing_cannot_be_seen_in_a_white_sky() {
             "dense glass",
             "\"glass\" \"rgb Kr\" [1 1 1] \"rgb Kt\" [1 1 1] \"float index\" [2.4]",
         ),
+        (
+            "translucent",
+            "\"translucent\" \"rgb Kd\" [1 1 1] \"rgb Ks\" [0 0 0] \"rgb reflect\" [.3 .3 .3] \
+             \"rgb transmit\" [.7 .7 .7]",
+        ),
+        (
+            "mix",
+            "\"none\" MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [1 1 1] \
+             MakeNamedMaterial \"b\" \"string type\" \"glass\" \
+             Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\"",
+        ),
+        ("hair", "\"hair\" \"rgb sigma_a\" [0 0 0]"),
     ] {
         let path = "Integrator \"path\" \"integer maxdepth\" [300] \"float rrthreshold\" [0]";
         check(name, OUTSIDE, path, &in_the_sky(material, BALL), 1.0);

@@ -129,10 +129,8 @@ fn refracted(wo: Vec3, factor: Rgb, eta_a: f32, eta_b: f32, pdf: f32) -> Option<
 /// The direction that light from `wo` (pointing away, on the side of `n`) goes on in beyond a
 /// boundary whose far index is `eta` times the near one; `None` under total reflection.
 pub fn refract(wo: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
-    let cos_i = wo.dot(n);
-    let sin2_t = (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);
-    (sin2_t < 1.0).then(|| {
-        let cos_t = (1.0 - sin2_t).sqrt();
-        -wo / eta + (cos_i / eta - cos_t) * n
-    })
+    // From the part along the surface, not from 1 − cos²: near the normal that has no digits left.
+    let along = (wo.dot(n) * n - wo) / eta;
+    let sin2_t = along.length_squared();
+    (sin2_t < 1.0).then(|| along - (1.0 - sin2_t).sqrt() * n)
 }

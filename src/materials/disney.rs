@@ -1,8 +1,8 @@
 //! `disney`.
 
 use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
-use super::reflectance;
 use super::roughness::rough_refraction;
+use super::{MAX_REFLECTANCE, reflectance};
 use crate::bsdf::clearcoat::Clearcoat;
 use crate::bsdf::disney_diffuse::DisneyDiffuse;
 use crate::bsdf::fresnel::Fresnel;
@@ -18,6 +18,9 @@ use crate::textures::Textures;
 
 /// Widths of the clearcoat at gloss 0 and 1 (Burley 2012, appendix B.2).
 const CLEARCOAT_ALPHA: [f32; 2] = [0.1, 0.001];
+
+/// Roughness whose square is the widest distribution.
+const MAX_ROUGHNESS: f32 = 1e3;
 
 /// Most lobes at a point: diffuse, glossy, coat, rough refraction, diffuse transmission.
 pub(super) const MOST_LOBES: usize = 5;
@@ -138,7 +141,7 @@ impl Disney {
                 eta: point.eta,
             },
         }));
-        let clearcoat = textures.float(&self.clearcoat, at).max(0.0).min(f32::MAX);
+        let clearcoat = strength_at(&self.clearcoat, at, textures);
         if clearcoat > 0.0 {
             let [dull, glossy] = CLEARCOAT_ALPHA;
             bsdf.add(Lobe::Clearcoat(Clearcoat {
@@ -153,6 +156,11 @@ impl Disney {
         let color = reflectance(&self.color, at, textures);
         let brightness = luminance(color);
         let anisotropic = textures.float(&self.anisotropic, at);
+        let anisotropic = if anisotropic.is_nan() {
+            0.0
+        } else {
+            anisotropic.min(1.0)
+        };
         let diff_trans = textures.float(&self.diff_trans, at).max(0.0).min(2.0);
         Point {
             color,
@@ -163,11 +171,14 @@ impl Disney {
             },
             metallic: unit_at(&self.metallic, at, textures),
             eta: refractive_index_at(&self.eta, at, textures),
-            roughness: textures.float(&self.roughness, at).max(0.0),
+            roughness: textures
+                .float(&self.roughness, at)
+                .max(0.0)
+                .min(MAX_ROUGHNESS),
             spec_trans: unit_at(&self.spec_trans, at, textures),
             diff_trans: if self.thin { 0.5 * diff_trans } else { 0.0 },
             // Burley 2012, appendix B.2.
-            aspect: (1.0 - 0.9 * anisotropic.min(1.0)).sqrt(),
+            aspect: (1.0 - 0.9 * anisotropic).sqrt(),
         }
     }
 
@@ -179,7 +190,7 @@ impl Disney {
         textures: &Textures,
         bsdf: &mut Bsdf,
     ) {
-        let sheen = textures.float(&self.sheen, at).max(0.0).min(f32::MAX);
+        let sheen = strength_at(&self.sheen, at, textures);
         let sheen_tint = unit_at(&self.sheen_tint, at, textures);
         let flat = if self.thin {
             unit_at(&self.flatness, at, textures)
@@ -226,6 +237,11 @@ impl Point {
         let alpha = roughness * roughness;
         TrowbridgeReitz::new(alpha / self.aspect, alpha * self.aspect)
     }
+}
+
+/// A number from 0 on at a point.
+fn strength_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
+    textures.float(input, at).max(0.0).min(MAX_REFLECTANCE)
 }
 
 /// A number from 0 to 1 at a point.

@@ -140,8 +140,10 @@ fn params(kind: usize) -> impl Strategy<Value = String> {
         .chain(spectra.iter().map(|name| (false, *name)))
         .collect();
     let choices = proptest::collection::vec((0..3u8, 0..WILD.len()), names.len());
-    (choices, any::<bool>(), any::<bool>()).prop_map(move |(choices, thin, remap)| {
-        let mut text = format!("\"bool remaproughness\" \"{remap}\" \"texture bumpmap\" \"t5\"");
+    let bump = 0..WILD.len();
+    (choices, any::<bool>(), any::<bool>(), bump).prop_map(move |(choices, thin, remap, bump)| {
+        let mut text =
+            format!("\"bool remaproughness\" \"{remap}\" \"texture bumpmap\" \"t{bump}\"");
         if KINDS[kind].0 == "disney" {
             text += &format!(" \"bool thin\" \"{thin}\"");
         }
@@ -198,8 +200,8 @@ fn check(bsdf: &Bsdf, seed: u64, what: &str) {
 }
 
 proptest! {
-    // As many as take a second.
-    #![proptest_config(ProptestConfig::with_cases(1500))]
+    // As many as take about a second; PROPTEST_CASES asks for more.
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1000)))]
     #[test]
     fn nothing_is_ever_not_a_number(
         (a, first) in kind_and_params(),
