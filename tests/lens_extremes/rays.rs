@@ -493,7 +493,7 @@ pub fn lens(rows: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Surface>>
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
+    #![proptest_config(ProptestConfig::with_cases(80))]
 
     /// Between the extremes rays are as right as at them.
     #[test]
