@@ -131,7 +131,8 @@ impl Paraxial {
             surfaces[stop].aperture / rear.d().abs(),
         );
         let f_number = match (cardinals, entrance_pupil) {
-            (Some(c), Some(p)) => Some(c.focal_length.abs() / p.diameter),
+            // A closed stop has none.
+            (Some(c), Some(p)) if p.diameter > 0.0 => Some(c.focal_length.abs() / p.diameter),
             _ => None,
         };
         Paraxial {

@@ -95,12 +95,40 @@ struct Element<B> {
     radius2: B,
     /// To the next vertex, film side.
     thickness: B,
-    /// Index in front over index behind: the ratio n/n' for rays from the scene.
-    ratio_to_film: B,
-    /// Its inverse, for rays from the film.
-    ratio_to_scene: B,
+    /// For rays from the scene.
+    to_film: Bend<B>,
+    /// For rays from the film.
+    to_scene: Bend<B>,
     /// For an aspheric surface; `curvature` is not used then.
     asphere: Option<AsphericSurface<B>>,
+}
+
+/// What Snell's law needs of two media.
+#[derive(Clone, Copy, Debug)]
+struct Bend<B> {
+    /// n/n', the index a ray comes from over the one it goes into.
+    ratio: B,
+    /// Its square.
+    square: B,
+    /// 1 less its square: rounded once, so that rays that graze the boundary of nearly equal media keep their digits.
+    rest: B,
+}
+
+impl<B: Plain> Bend<B> {
+    fn new(from: f64, into: f64) -> Bend<B> {
+        let ratio = from / into;
+        Bend {
+            ratio: B::round_from(ratio),
+            square: B::round_from(ratio * ratio),
+            rest: B::round_from((into - from) * (into + from) / (into * into)),
+        }
+    }
+
+    /// The squared cosine of refraction, for that of incidence; negative where light is totally reflected.
+    #[inline(always)]
+    fn cosine2<T: Number<Base = B>>(&self, incidence2: T) -> T {
+        incidence2.times(self.square).plus(self.rest)
+    }
 }
 
 /// A lens ready to be traced in precision `B` (f64 is the truth, f32 the fast path).
@@ -127,15 +155,14 @@ impl<B: Plain> LensTracer<B> {
         let elements = surfaces
             .iter()
             .map(|s| {
-                let ratio = before / s.index;
-                before = s.index;
+                let in_front = std::mem::replace(&mut before, s.index);
                 let radius = 0.5 * s.aperture;
                 Element {
                     curvature: B::round_from(s.curvature()),
                     radius2: B::round_from(radius * radius),
                     thickness: B::round_from(s.thickness),
-                    ratio_to_film: B::round_from(ratio),
-                    ratio_to_scene: B::round_from(1.0 / ratio),
+                    to_film: Bend::new(in_front, s.index),
+                    to_scene: Bend::new(s.index, in_front),
                     asphere: s
                         .asphere
                         .map(|a| AsphericSurface::new(s.radius, &a, s.clear_radius())),
@@ -339,16 +366,12 @@ impl<B: Plain> Element<B> {
         if pass.clip {
             crossing.inside = (x * x + y * y).at_most(self.radius2);
         }
-        let mu = if pass.to_film {
-            self.ratio_to_film
-        } else {
-            self.ratio_to_scene
-        };
+        let bend = self.bend(pass);
+        let mu = bend.ratio;
         if mu == B::ONE {
             return crossing;
         }
-        // Snell's law: squared cosine of refraction.
-        let k = (discriminant.plus(-B::ONE)).times(mu * mu).plus(B::ONE);
+        let k = bend.cosine2(discriminant);
         crossing.refracted = k.at_least(B::ZERO);
         let g = k.sqrt().times(s) - q.times(mu);
         let gc = g.times(c);
@@ -358,6 +381,15 @@ impl<B: Plain> Element<B> {
             n.times(mu) + g + g * axial,
         ];
         crossing
+    }
+
+    #[inline(always)]
+    fn bend(&self, pass: &Pass<B>) -> &Bend<B> {
+        if pass.to_film {
+            &self.to_film
+        } else {
+            &self.to_scene
+        }
     }
 
     /// As [`Element::cross`], for an aspheric surface and rays of which those run `ahead`.
@@ -390,12 +422,9 @@ impl<B: Plain> Element<B> {
         if pass.clip {
             crossing.inside = (x * x + y * y).at_most(self.radius2);
         }
-        let mu = if pass.to_film {
-            self.ratio_to_film
-        } else {
-            self.ratio_to_scene
-        };
-        let k = (q * q).plus(-B::ONE).times(mu * mu).plus(B::ONE);
+        let bend = self.bend(pass);
+        let mu = bend.ratio;
+        let k = bend.cosine2(q * q);
         crossing.refracted = k.at_least(B::ZERO);
         let g = k.sqrt().times(pass.sign) - q.times(mu);
         crossing.ray.d = [0, 1, 2].map(|axis| d[axis].times(mu) + g * normal[axis]);

@@ -70,12 +70,27 @@ impl Neighbourhood {
         }
     }
 
+    /// Lies the rim that ended the ray farther from it than roundings carry it? A pinhole may be so small that none of the
+    /// patterns finds it.
+    fn clear_of_the_rim(&self) -> bool {
+        let (Err((_, Cause::Vignetted)), Some((rim, [x, y]))) = (self.center.end, self.center.last)
+        else {
+            return true;
+        };
+        let others = self.shaken.iter().filter_map(|o| o.last);
+        let carried = others
+            .map(|(_, [u, v])| (u - x).hypot(v - y))
+            .fold(0.0, f64::max);
+        x.hypot(y) - 2.0 * carried > rim
+    }
+
     /// Is what was found one of these answers?
     pub fn holds(&self, found: Found, length: f64) -> Result<(), String> {
         // What roundings decide, or what lies on the very edge of two things, may end either way.
         let end = |o: &Outcome| o.end.err();
         let decided = self.shaken.iter().all(|o| end(o) == end(&self.center))
-            && self.center.margin > 4.0 * ROUNDINGS * self.epsilon;
+            && self.center.margin > 4.0 * ROUNDINGS * self.epsilon
+            && self.clear_of_the_rim();
         let (exact, (o, d)) = match (&self.center.end, found) {
             (Ok(exact), Ok(found)) => (exact, found),
             // Lanes say that a ray ended, not where.
@@ -103,8 +118,8 @@ impl Neighbourhood {
         let size = exact.0.iter().map(|x| x.hi.abs()).fold(length, f64::max);
         // The rounding of the answer itself comes on top, and z is a sum with the lens's length.
         let most = [
-            2.0 * spread(|r| r.0) + 4.0 * self.epsilon * size,
-            2.0 * spread(|r| r.1) + 4.0 * self.epsilon,
+            4.0 * spread(|r| r.0) + 4.0 * self.epsilon * size,
+            4.0 * spread(|r| r.1) + 4.0 * self.epsilon,
         ];
         let errors = [difference(o, exact.0), difference(d, exact.1)];
         let right = errors.iter().zip(&most).all(|(error, most)| error <= most);

@@ -35,6 +35,8 @@ pub struct Outcome {
     pub end: Result<([Dd; 3], [Dd; 3]), (usize, Cause)>,
     /// How near it came to another outcome, relative to the quantity that decides: 0 on the very edge.
     pub margin: f64,
+    /// Where it met the last surface it came to within reach: how far from the axis the rim is, and where the ray was.
+    pub last: Option<(f64, [f64; 2])>,
 }
 
 impl ExactLens {
@@ -105,17 +107,27 @@ impl ExactLens {
             })
             .collect();
         let (mut o, mut d, mut margin) = (o, unit(d), f64::INFINITY);
+        let mut last = None;
         for k in 0..count {
             let i = if to_film { k } else { count - 1 - k };
             let (n, n2) = (self.index_before(i), self.rows[i].index);
             let mu = if to_film { n / n2 } else { n2 / n };
             (o, d) = self.rounded(o, unit(d), i, vertices[i]);
-            match cross(&self.rows[i], vertices[i], o, d, mu, to_film, &mut margin) {
+            match cross(
+                &self.rows[i],
+                vertices[i],
+                o,
+                d,
+                mu,
+                to_film,
+                (&mut margin, &mut last),
+            ) {
                 Ok(next) => (o, d) = next,
                 Err(cause) => {
                     return Outcome {
                         end: Err((i, cause)),
                         margin,
+                        last,
                     };
                 }
             }
@@ -123,6 +135,7 @@ impl ExactLens {
         Outcome {
             end: Ok((o, d)),
             margin,
+            last,
         }
     }
 
@@ -177,7 +190,7 @@ fn cross(
     d: [Dd; 3],
     mu: Dd,
     to_film: bool,
-    margin: &mut f64,
+    (margin, last): (&mut f64, &mut Option<(f64, [f64; 2])>),
 ) -> Result<([Dd; 3], [Dd; 3]), Cause> {
     let mut near = |distance: Dd| *margin = margin.min(distance.hi.abs());
     let s = Dd::from(if to_film { 1.0 } else { -1.0 });
@@ -215,6 +228,7 @@ fn cross(
     };
     let height2 = point[0] * point[0] + point[1] * point[1];
     let clear2 = row.clear_radius * row.clear_radius;
+    *last = Some((row.clear_radius.hi, [point[0].hi, point[1].hi]));
     near((clear2 - height2) / (clear2 + height2 + Dd::from(1e-300)));
     if (clear2 - height2).hi < 0.0 {
         return Err(Cause::Vignetted);
