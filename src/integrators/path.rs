@@ -32,6 +32,9 @@ pub struct Path {
     pub rr_threshold: f32,
     /// `lightsamplestrategy` ("spatial"): noise only.
     pub light_strategy: SelectionStrategy,
+    /// For `sppm`: mirrors and glass between the camera and the first other surface are counted
+    /// apart, as many as `max_depth` − 1 of them, because its photons end at that surface.
+    pub mirrors_apart: bool,
 }
 
 impl Default for Path {
@@ -40,6 +43,7 @@ impl Default for Path {
             max_depth: 5,
             rr_threshold: 1.0,
             light_strategy: SelectionStrategy::Spatial,
+            mirrors_apart: false,
         }
     }
 }
@@ -70,6 +74,7 @@ impl Path {
                 "uniform" => SelectionStrategy::Uniform,
                 _ => SelectionStrategy::Spatial,
             },
+            mirrors_apart: false,
         }
     }
 
@@ -90,6 +95,8 @@ impl Path {
         let mut differentials = differentials;
         let mut arrival = Arrival::Direct;
         let mut depth = 0;
+        let mut max_depth = self.max_depth;
+        let mut apart = self.mirrors_apart;
         let mut nulls = 0;
         let mut medium = if MEDIA { world.media.camera } else { None };
         loop {
@@ -106,7 +113,7 @@ impl Path {
                 }
                 if let Some(t) = flight.scattered {
                     let vertex = MediumVertex::new(world, id, &ray, t);
-                    if depth >= self.max_depth || !vertex.p.is_finite() {
+                    if depth >= max_depth || !vertex.p.is_finite() {
                         return radiance;
                     }
                     let (choice, light_u) = (stream.next_1d(), stream.next_2d());
@@ -131,7 +138,7 @@ impl Path {
                 return radiance + throughput * escaped(world, selector, &ray, &arrival);
             };
             radiance += throughput * emitted(world, selector, &ray, &hit, &arrival);
-            if depth >= self.max_depth {
+            if depth >= max_depth {
                 return radiance;
             }
             let surface = &hit.surface;
@@ -173,6 +180,13 @@ impl Path {
                 let entering = surface.wo.dot(surface.n) > 0.0;
                 let eta2 = sample.eta * sample.eta;
                 eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
+            }
+            apart &= sample.specular;
+            if apart {
+                if depth + 1 >= self.max_depth {
+                    return radiance;
+                }
+                max_depth += 1;
             }
             arrival = if sample.specular {
                 Arrival::Direct
