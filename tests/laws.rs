@@ -294,3 +294,76 @@ fn check_density(built: &Built, id: LightId, nearest: bool, world: &str) {
         );
     }
 }
+
+/// A medium that absorbs nothing in a white sky is as invisible as a body: where the radiance is 1
+/// all around, scattering replaces 1 by 1. Dense and thin, forward, back, coloured, of one density
+/// and of many, behind no surface and behind glass, around the camera.
+#[test]
+fn a_medium_that_absorbs_nothing_cannot_be_seen_in_a_white_sky() {
+    let volpath = "Integrator \"volpath\" \"integer maxdepth\" [1000] \"float rrthreshold\" [0]";
+    let sky = "LightSource \"infinite\" \"rgb L\" [1 1 1]\n";
+    let fog = |sigma: &str, g: f32| {
+        format!(
+            "{sky}MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0 0 0] \
+             \"rgb sigma_s\" [{sigma}] \"float g\" [{g}]\nMediumInterface \"m\" \"\"\n"
+        )
+    };
+    let empty = format!("Material \"\"\n{BALL}");
+    let glass = format!("Material \"glass\" \"rgb Kr\" [1 1 1] \"rgb Kt\" [1 1 1]\n{BALL}");
+    for (name, sigma, g) in [
+        ("thin", ".1 .1 .1", 0.0),
+        ("dense", "3 3 3", 0.6),
+        ("coloured", ".05 .5 2", -0.5),
+    ] {
+        let fog = fog(sigma, g);
+        check(name, OUTSIDE, volpath, &format!("{fog}{empty}"), 1.0);
+        let inside = "LookAt 0 0 -2  0 0 0  0 1 0";
+        let world = format!("{fog}{empty}MediumInterface \"\" \"m\"");
+        check(name, inside, volpath, &world, 1.0);
+        check(name, OUTSIDE, volpath, &format!("{fog}{glass}"), 1.0);
+    }
+    let cloud = format!(
+        "{sky}MakeNamedMedium \"m\" \"string type\" \"heterogeneous\" \"rgb sigma_a\" [0 0 0] \
+         \"rgb sigma_s\" [2 2 2] \"integer nx\" 3 \"integer ny\" 2 \"integer nz\" 2 \
+         \"float density\" [1 0 3 0 0 1  .2 1 0 1 2 0] \"point p0\" [-2 -2 -2] \"point p1\" [2 2 2]\n\
+         MediumInterface \"m\" \"\"\n"
+    );
+    check("cloud", OUTSIDE, volpath, &format!("{cloud}{empty}"), 1.0);
+}
+
+/// Beer's law along camera rays and shadow rays, through borders of media that are empty surfaces.
+#[test]
+fn what_only_absorbs_dims_by_beers_law() {
+    let volpath = "Integrator \"volpath\"";
+    let sky = "LightSource \"infinite\" \"rgb L\" [1 1 1]\n";
+    // From far away all rays cross the slab nearly straight: 1/cos 0.05° − 1 = 4e-7.
+    let far = "LookAt 0 0 -5000  0 0 0  0 1 0\nScale 400 400 1";
+    let slab = "Material \"\"\nTranslate 0 0 -2 ReverseOrientation Shape \"disk\" \"float radius\" 99\n\
+                ReverseOrientation Translate 0 0 4 Shape \"disk\" \"float radius\" 99\n";
+    let medium = |kind: &str| {
+        format!(
+            "MakeNamedMedium \"m\" \"string type\" {kind} \"rgb sigma_a\" [.3 .3 .3] \
+             \"rgb sigma_s\" [0 0 0]\nMediumInterface \"m\" \"\"\n"
+        )
+    };
+    let even = medium("\"homogeneous\"");
+    // Constant between the centres of the first and last voxels, z = −3 and 3.
+    let grid = medium(
+        "\"heterogeneous\" \"integer nz\" 2 \"float density\" [1 1] \
+         \"point p0\" [-1e4 -1e4 -6] \"point p1\" [1e4 1e4 6]",
+    );
+    for (name, medium) in [("homogeneous", &even), ("heterogeneous", &grid)] {
+        let left = (-0.3f64 * 4.0).exp();
+        check(name, far, volpath, &format!("{sky}{medium}{slab}"), left);
+        // A floor behind the slab, lit through it from straight above: twice the way.
+        let floor = "MediumInterface \"\" \"\"\nMaterial \"matte\" \"rgb Kd\" [1 1 1]\n\
+                     Translate 0 0 3 Shape \"disk\" \"float radius\" 99\n";
+        let sun = "LightSource \"distant\" \"point from\" [0 0 -1] \"point to\" [0 0 0]\n";
+        let expected = left * left / std::f64::consts::PI;
+        check(name, far, volpath, &format!("{sun}{medium}{slab}{floor}"), expected);
+        // `path` sees no medium, and surfaces without material are in its light's way.
+        let path = "Integrator \"path\"";
+        check(name, far, path, &format!("{sky}{medium}{slab}"), 1.0);
+        check(name, far, path, &format!("{sun}{medium}{slab}{floor}"), 0.0);
+    }
+}

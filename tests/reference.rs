@@ -6,7 +6,7 @@
 //! t-tests on pixels, on blocks of 8 and of 32 pixels and on the whole picture.
 //!
 //! **False alarms.** [`ALPHA`] bounds, for one scene and all its tests together, the probability that
-//! a renderer of the right expectation fails: 1e-4, so 0.6 % for the 63 scenes. Seeds are fixed, so
+//! a renderer of the right expectation fails: 1e-4, so 0.7 % for the 68 scenes. Seeds are fixed, so
 //! this is thrown once for each change of the program's random numbers, not at each run of the tests.
 //!
 //! **What is found.** With 1 to 2 % noise per pixel on either side, a bias of 0.3 % over a picture,
@@ -53,6 +53,13 @@ struct Case {
     splat: f32,
     /// Pixels where pbrt-v3 is known to be wrong.
     left_out: LeftOut,
+    /// False where pbrt-v3's integrator ignores `Sampler`, and the reference's samples are of
+    /// another kind.
+    own_samples: bool,
+    /// Differences up to this fraction of a value do not count.
+    tolerance: f64,
+    /// Sides of the blocks of pixels that are compared.
+    blocks: &'static [u32],
 }
 
 /// Pixels that are not compared.
@@ -62,6 +69,8 @@ enum LeftOut {
     Showing(&'static str),
     /// Those in columns and rows from here on.
     From(UVec2),
+    /// Those in columns and rows from the first point up to, and without, the second.
+    Within(UVec2, UVec2),
 }
 
 /// `Shape "cone"`: pbrt-v3 solves for the hit in single precision and, unlike its spheres and
@@ -77,14 +86,25 @@ const SHADOWED_CONES: LeftOut = LeftOut::Showing("Shape \"cone\"");
 /// before the right half of the picture wrongly.
 const MIRRORED_DISKS: LeftOut = LeftOut::From(UVec2::new(16, 26));
 
-/// Texture "wrinkled" is not modelled yet: the right ball of `mat_bump`, and what mirrors in it.
-const WRINKLED_BUMPS: LeftOut = LeftOut::Showing("\"ns\"");
+/// Where the glass ball of `int_sppm` stands on the floor. pbrt-v3's photons also count for a point
+/// when they land on the ball itself within the radius of 0.08, going in and coming out: a bright
+/// rim around the contact, up to four times what the floor there receives. It would shrink away with
+/// more iterations.
+const GLASS_PHOTONS: LeftOut = LeftOut::Within(UVec2::new(38, 55), UVec2::new(53, 61));
+
+/// The rest of the bias of `int_sppm`'s 64 iterations: discs of radius 0.08 reach 3 pixels beyond
+/// edges and corners, where light and dark flow into each other. Of the means of blocks of 8
+/// pixels it moves none by more than 3 %.
+const BLURRED: f64 = 0.03;
 
 impl Case {
     const PLAIN: Case = Case {
         name: "",
         splat: 1.0,
         left_out: LeftOut::None,
+        own_samples: true,
+        tolerance: 1e-5,
+        blocks: &[1, 8, 32],
     };
 
     /// Renders the scene and panics with a table where the picture is not the reference's.
@@ -95,11 +115,13 @@ impl Case {
         let (spp, reference_runs) = spp.zip(runs).expect("the reference counts its samples");
         let runs = SAMPLES / (f64::from(spp) * loaded.image.pixels.len() as f64);
         let mut render = Render::new(&scene_file(name), 1, runs.round().max(1.0) as u32, &[]);
-        assert_eq!(
-            render.spp,
-            f64::from(spp),
-            "{name}: the scene's samples per pixel"
-        );
+        if self.own_samples {
+            assert_eq!(
+                render.spp,
+                f64::from(spp),
+                "{name}: the scene's samples per pixel"
+            );
+        }
 
         // pbrt-v3 was made to write PFM files, which do not know where the crop window lies.
         let mut reference = Image {
@@ -112,9 +134,13 @@ impl Case {
 
         let options = Options {
             alpha: ALPHA,
-            ..Options::default()
+            relative_tolerance: self.tolerance,
+            blocks: self.blocks.to_vec(),
         };
-        let samples = Some(f64::from(spp) * f64::from(reference_runs));
+        // A mutation or a photon pass is worth less or more than one of our samples.
+        let samples = self
+            .own_samples
+            .then_some(f64::from(spp) * f64::from(reference_runs));
         let freedom = f64::from(reference_runs) - 1.0;
         let (picture, reference) = (
             render.estimate(),
@@ -152,6 +178,10 @@ impl Case {
         let out: Vec<bool> = match self.left_out {
             LeftOut::None => return,
             LeftOut::From(corner) => bounds.pixels().map(|p| p.cmpge(corner).all()).collect(),
+            LeftOut::Within(low, high) => bounds
+                .pixels()
+                .map(|p| p.cmpge(low).all() && p.cmplt(high).all())
+                .collect(),
             LeftOut::Showing(text) => self.showing(text),
         };
         // What is left must be worth the name.
@@ -257,9 +287,9 @@ scenes! {
     int_cornell_path,
     int_direct_all,
     int_direct_one,
-    int_mlt,
+    int_mlt { own_samples: false },
     int_path_rr,
-    int_sppm,
+    int_sppm { own_samples: false, left_out: GLASS_PHOTONS, tolerance: BLURRED, blocks: &[8, 32] },
     int_veach_mis,
     int_volpath_ball,
     int_volpath_fog,
@@ -275,7 +305,7 @@ scenes! {
     light_projection,
     light_spot,
     light_twosided_scale,
-    mat_bump { left_out: WRINKLED_BUMPS },
+    mat_bump,
     mat_disney_a,
     mat_disney_b,
     mat_glass_rough,

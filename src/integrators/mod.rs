@@ -3,6 +3,8 @@
 //! One file per integrator, named as the scene file names it. What they share — direct light at a
 //! surface, and the recursion over perfect mirrors and glass — is in [`direct`] and [`specular`].
 
+pub mod ambientocclusion;
+mod differentials;
 pub mod direct;
 pub mod directlighting;
 pub mod path;
@@ -19,6 +21,7 @@ use crate::params::{Dialect, ParamReader};
 use crate::samplers::SampleStream;
 use crate::world::World;
 
+pub use ambientocclusion::AmbientOcclusion;
 pub use directlighting::DirectLighting;
 pub use path::Path;
 pub use volpath::VolPath;
@@ -39,6 +42,8 @@ pub enum IntegratorSpec {
     DirectLighting(DirectLighting),
     /// `Integrator "whitted"`.
     Whitted(Whitted),
+    /// `Integrator "ambientocclusion"`.
+    AmbientOcclusion(AmbientOcclusion),
 }
 
 impl IntegratorSpec {
@@ -106,9 +111,15 @@ impl IntegratorSettings {
                 IntegratorSpec::VolPath(VolPath::from_params(reader))
             }
             "sppm" => {
-                reader.note("`sppm` is rendered by `path`: the same picture, other noise");
+                reader.note("`sppm` is rendered by `path`, which has none of its bias");
                 read_and_ignore(reader);
-                IntegratorSpec::Path(Path::from_params(reader))
+                IntegratorSpec::Path(Path {
+                    mirrors_apart: true,
+                    ..Path::from_params(reader)
+                })
+            }
+            "ambientocclusion" => {
+                IntegratorSpec::AmbientOcclusion(AmbientOcclusion::from_params(reader))
             }
             "photonmap" | "exphotonmap" | "igi" | "irradiancecache"
                 if reader.dialect() == Dialect::V2 =>
@@ -120,7 +131,7 @@ impl IntegratorSettings {
                 read_and_ignore(reader);
                 IntegratorSpec::Path(Path::from_params(reader))
             }
-            "ambientocclusion" | "dipolesubsurface" | "useprobes" | "diffuseprt" | "glossyprt" => {
+            "dipolesubsurface" | "useprobes" | "diffuseprt" | "glossyprt" => {
                 reader.warn(
                     "",
                     format!(
@@ -247,6 +258,7 @@ impl Integrator {
                 direct.radiance(world, &self.selector, ray, differentials, stream)
             }
             IntegratorSpec::Whitted(whitted) => whitted.radiance(world, ray, differentials, stream),
+            IntegratorSpec::AmbientOcclusion(ambient) => ambient.radiance(world, ray, stream),
         }
     }
 }

@@ -33,6 +33,9 @@ pub struct Path {
     pub rr_threshold: f32,
     /// `lightsamplestrategy` ("spatial"): noise only.
     pub light_strategy: SelectionStrategy,
+    /// For `sppm`: mirrors and glass between the camera and the first other surface are counted
+    /// apart, as many as `max_depth` − 1 of them, because its photons end at that surface.
+    pub mirrors_apart: bool,
 }
 
 impl Default for Path {
@@ -41,6 +44,7 @@ impl Default for Path {
             max_depth: 5,
             rr_threshold: 1.0,
             light_strategy: SelectionStrategy::Spatial,
+            mirrors_apart: false,
         }
     }
 }
@@ -71,6 +75,7 @@ impl Path {
                 "uniform" => SelectionStrategy::Uniform,
                 _ => SelectionStrategy::Spatial,
             },
+            mirrors_apart: false,
         }
     }
 
@@ -91,6 +96,8 @@ impl Path {
         let mut differentials = differentials;
         let mut arrival = Arrival::Direct;
         let mut depth = 0;
+        let mut max_depth = self.max_depth;
+        let mut apart = self.mirrors_apart;
         let mut nulls = 0;
         let mut medium = if MEDIA { world.media.camera } else { None };
         loop {
@@ -107,7 +114,7 @@ impl Path {
                 }
                 if let Some(t) = flight.scattered {
                     let vertex = MediumVertex::new(world, id, &ray, t);
-                    if depth >= self.max_depth || !vertex.p.is_finite() {
+                    if depth >= max_depth || !vertex.p.is_finite() {
                         return radiance;
                     }
                     let (choice, light_u) = (stream.next_1d(), stream.next_2d());
@@ -132,7 +139,7 @@ impl Path {
                 return radiance + throughput * escaped(world, selector, &ray, &arrival);
             };
             radiance += throughput * emitted(world, selector, &ray, &hit, &arrival);
-            if depth >= self.max_depth {
+            if depth >= max_depth {
                 return radiance;
             }
             let surface = &hit.surface;
@@ -200,6 +207,13 @@ impl Path {
                 throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
             }
             differentials = None;
+            apart &= sample.specular;
+            if apart {
+                if depth + 1 >= self.max_depth {
+                    return radiance;
+                }
+                max_depth += 1;
+            }
             arrival = if sample.specular {
                 Arrival::Direct
             } else {

@@ -2,7 +2,7 @@
 //! the reflected and the refracted ray. Walked with an explicit stack, so that no depth a scene
 //! asks for can exhaust the thread's.
 
-use super::MAX_NULL_SURFACES;
+use super::{MAX_NULL_SURFACES, differentials};
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::math::ray::{Ray, RayDifferentials};
@@ -16,6 +16,7 @@ const FULL_LEVELS: u32 = 8;
 
 struct Branch {
     ray: Ray,
+    differentials: Option<RayDifferentials>,
     throughput: Rgb,
     level: u32,
     nulls: u32,
@@ -35,22 +36,24 @@ pub fn trace(
     let mut pending = arrayvec::ArrayVec::<Branch, 64>::new();
     let mut next = Some(Branch {
         ray,
+        differentials: differentials.copied(),
         throughput: Rgb::ONE,
         level: 0,
         nulls: 0,
     });
-    let mut differentials = differentials;
     while let Some(branch) = next.take().or_else(|| pending.pop()) {
         let Some(hit) = world.intersect(&branch.ray) else {
             radiance += branch.throughput * world.escaped_radiance(&branch.ray);
             continue;
         };
-        let bsdf = world.bsdf(hit.material, &hit.surface, differentials.take());
+        let bsdf = world.bsdf(hit.material, &hit.surface, branch.differentials.as_ref());
         let Some(bsdf) = bsdf else {
             if branch.nulls < MAX_NULL_SURFACES {
                 let ray = hit.surface.spawn_ray(branch.ray.d);
                 next = Some(Branch {
                     ray,
+                    // As in pbrt-v3 (scene-language 4.3).
+                    differentials: None,
                     nulls: branch.nulls + 1,
                     ..branch
                 });
@@ -98,8 +101,11 @@ fn scatter(
         }
         throughput /= survive;
     }
+    let arriving = branch.differentials.as_ref();
     Some(Branch {
         ray: hit.surface.spawn_ray(sample.wi),
+        differentials: arriving
+            .map(|arriving| differentials::scattered(arriving, &hit.surface, bsdf, &sample)),
         throughput,
         level,
         nulls: 0,

@@ -284,3 +284,183 @@ impl Heterogeneous {
         Flight::UNDISTURBED
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::IVec2;
+    use crate::params::testing::{Outcome, read};
+    use crate::samplers::{Sampler, SamplerSpec};
+
+    fn spec(params: &str) -> Outcome<Option<HeterogeneousSpec>> {
+        let text = format!("\"rgb sigma_a\" [1 1 1] \"rgb sigma_s\" [3 3 3] {params}");
+        read("heterogeneous", &text, |reader| {
+            HeterogeneousSpec::from_params(reader, &Transform::IDENTITY)
+        })
+    }
+
+    /// A cloud with a hole: 20 × 3 × 7 voxels, more than the majorants' cells in one axis.
+    fn cloud() -> Heterogeneous {
+        let values: Vec<String> = (0..20 * 3 * 7)
+            .map(|i| {
+                let v = if i % 20 > 8 && i % 20 < 13 {
+                    0
+                } else {
+                    i * 7919 % 13
+                };
+                v.to_string()
+            })
+            .collect();
+        let params = format!(
+            "\"integer nx\" 20 \"integer ny\" 3 \"integer nz\" 7 \"float density\" [{}] \
+             \"point p0\" [-1 -1 -1] \"point p1\" [1 2 1] \"float scale\" .1",
+            values.join(" ")
+        );
+        let turned = Transform::rotate(30.0, DVec3::ONE);
+        Heterogeneous::new(spec(&params).value.unwrap(), &turned)
+    }
+
+    const RAYS: [(Vec3, Vec3, f32); 4] = [
+        (
+            Vec3::new(-4.0, 0.1, 0.2),
+            Vec3::new(1.0, 0.05, 0.02),
+            f32::INFINITY,
+        ),
+        (
+            Vec3::new(0.1, 0.5, 0.0),
+            Vec3::new(-0.3, 0.9, 0.4),
+            f32::INFINITY,
+        ),
+        (Vec3::new(3.0, 3.0, 3.0), Vec3::new(-1.0, -0.9, -1.0), 4.6),
+        (Vec3::new(0.0, 0.0, -5.0), Vec3::new(0.0, 0.0, 1.0), 5.5),
+    ];
+
+    /// ∫ σₜ along the ray by the midpoint rule.
+    fn depth(medium: &Heterogeneous, ray: &Ray, t_max: f32) -> f64 {
+        let (n, end) = (100_000, t_max.min(12.0));
+        let step = f64::from(end) / f64::from(n);
+        let density = |i: i32| {
+            let t = (f64::from(i) + 0.5) * step;
+            let p = ray.o.as_dvec3() + ray.d.as_dvec3() * t;
+            let q = medium.grid_from_render.transform_point3(p).as_vec3();
+            let inside = q.cmpge(Vec3::ZERO).all() && q.cmple(Vec3::ONE).all();
+            if inside {
+                f64::from(medium.grid.density(q))
+            } else {
+                0.0
+            }
+        };
+        (0..n).map(density).sum::<f64>() * step * f64::from(medium.sigma_t)
+    }
+
+    #[test]
+    fn tracking_agrees_with_the_integral_of_the_density() {
+        let medium = cloud();
+        let n = 40_000;
+        let sampler = Sampler::new(&SamplerSpec::random(n), 5);
+        for (o, d, t_max) in RAYS {
+            let ray = Ray::new(o, d.normalize(), 0.0);
+            let expected = (-depth(&medium, &ray, t_max)).exp();
+            assert!(
+                (0.02..0.9).contains(&expected),
+                "a test that shows something: {expected}"
+            );
+            let (mut ratio, mut passed) = (0.0, 0.0);
+            // Where on its way light is scattered: against the integral up to there.
+            let mut before = 0.0;
+            let half = t_max.min(8.0) * 0.55;
+            for i in 0..n {
+                let mut stream = sampler.stream(IVec2::ZERO, i);
+                ratio += f64::from(medium.transmittance(&ray, t_max, &mut stream));
+                let flight = medium.sample(&ray, t_max, &mut stream);
+                match flight.scattered {
+                    Some(t) => {
+                        assert!(t > 0.0 && t < t_max);
+                        assert!((flight.weight - Rgb::splat(0.75)).length() < 1e-6);
+                        before += f64::from(u8::from(t < half));
+                    }
+                    None => passed += 1.0,
+                }
+            }
+            // Four standard errors of numbers between 0 and 1.
+            let allowed = 4.0 * 0.5 / f64::from(n).sqrt();
+            let n = f64::from(n);
+            assert!(
+                (ratio / n - expected).abs() < allowed,
+                "{} but {expected}",
+                ratio / n
+            );
+            assert!(
+                (passed / n - expected).abs() < allowed,
+                "{} but {expected}",
+                passed / n
+            );
+            let expected = 1.0 - (-depth(&medium, &ray, half)).exp();
+            assert!(
+                (before / n - expected).abs() < allowed,
+                "{} but {expected}",
+                before / n
+            );
+        }
+    }
+
+    #[test]
+    fn odd_grids_have_a_meaning() {
+        for (params, warnings) in [
+            ("\"float density\" 1", 0),
+            ("\"float density\" 0", 0),
+            ("\"float density\" -3", 1),
+            ("\"float density\" 1e30", 1),
+            ("\"integer nx\" 3 \"float density\" [1 1e300 -1e300]", 2),
+            ("\"float density\" 1 \"point p1\" [0 1 1]", 1),
+            ("\"float density\" 1 \"point p1\" [1e-30 1e-30 1e-30]", 0),
+            ("\"float density\" 1 \"point p1\" [-2 1 1]", 0),
+            ("\"float density\" 1 \"float scale\" 0", 0),
+            (
+                "\"float density\" 1 \"rgb sigma_s\" [0 0 0] \"rgb sigma_a\" [0 1 0]",
+                1,
+            ),
+            ("\"float density\" 1 \"float scale\" 1e19", 1),
+        ] {
+            let outcome = spec(params);
+            assert_eq!(
+                (outcome.errors, outcome.warnings),
+                (0, warnings),
+                "{params}: {}",
+                outcome.text
+            );
+            let medium = Heterogeneous::new(outcome.value.unwrap(), &Transform::IDENTITY);
+            let sampler = Sampler::new(&SamplerSpec::random(20), 5);
+            for (o, d, t_max) in RAYS {
+                let ray = Ray::new(o, d.normalize(), 0.0);
+                for i in 0..20 {
+                    let mut stream = sampler.stream(IVec2::ZERO, i);
+                    let left = medium.transmittance(&ray, t_max, &mut stream);
+                    assert!((0.0..=1.0).contains(&left), "{params}: {left}");
+                    let flight = medium.sample(&ray, t_max, &mut stream);
+                    assert!(flight.weight.is_finite() && flight.weight.min_element() >= 0.0);
+                    assert!(flight.scattered.is_none_or(|t| t >= 0.0 && t <= t_max));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_makes_no_grid_is_an_error() {
+        for params in [
+            "",
+            "\"float density\" []",
+            "\"float density\" [1 2] \"integer nx\" 3",
+            "\"float density\" [1 2] \"integer nx\" 2147483647 \"integer ny\" 2147483647 \"integer nz\" 2147483647",
+        ] {
+            let outcome = spec(params);
+            assert!(
+                outcome.value.is_none() && outcome.errors == 1,
+                "{params}: {}",
+                outcome.text
+            );
+        }
+        let outcome = spec("\"float density\" 1 \"integer nx\" -5");
+        assert!(outcome.value.is_some() && outcome.warnings == 1);
+    }
+}

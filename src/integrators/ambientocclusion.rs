@@ -1,0 +1,182 @@
+//! `Integrator "ambientocclusion"`: how open the surroundings of a point are (Zhukov, Iones and
+//! Kronin 1998; Pharr, Jakob and Humphreys 2016, §14.3, exercise 14.1; scene-language 3.5).
+//!
+//! `cossample` (bool, true): directions follow the cosine, else they are uniform: noise only.
+//! `nsamples` (integer, 64): directions tried from each point.
+//!
+//! The value is ∫ V cosθ dω over the hemisphere of the true surface, V = 1 where nothing is in the
+//! way: π for an open point, as in pbrt-v3, which does not divide by π. What misses everything is
+//! black. Materials matter only where there is none: rays go on.
+//!
+//! pbrt-v2's integrator of that name instead shows the free fraction of uniformly chosen
+//! directions: `nsamples` (2048), `maxdist` (∞): nothing farther is in the way.
+
+use super::MAX_NULL_SURFACES;
+use crate::math::frame::Frame;
+use crate::math::ray::Ray;
+use crate::math::sampling::cosine_hemisphere;
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::params::{Dialect, ParamReader};
+use crate::samplers::SampleStream;
+use crate::surface::SurfaceHit;
+use crate::world::World;
+use std::f32::consts::PI;
+
+/// Which directions are tried, and what a free one counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Directions {
+    /// With density cosθ/π: each counts π.
+    Cosine,
+    /// Uniform: each counts 2π cosθ.
+    Uniform,
+    /// Uniform: each counts 1 (pbrt-v2).
+    UniformFraction,
+}
+
+/// Parameters of `Integrator "ambientocclusion"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AmbientOcclusion {
+    /// `cossample`, and the dialect.
+    pub directions: Directions,
+    /// `nsamples`, at least 1.
+    pub samples: u32,
+    /// `maxdist`: nothing farther is in the way.
+    pub max_distance: f32,
+}
+
+impl AmbientOcclusion {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> AmbientOcclusion {
+        let samples =
+            |default| reader.integer_within("nsamples", default, 1..=i64::from(i32::MAX)) as u32;
+        match reader.dialect() {
+            Dialect::V2 => AmbientOcclusion {
+                directions: Directions::UniformFraction,
+                samples: samples(2048),
+                max_distance: reader.float("maxdist", f64::INFINITY) as f32,
+            },
+            Dialect::V3 => AmbientOcclusion {
+                directions: if reader.boolean("cossample", true) {
+                    Directions::Cosine
+                } else {
+                    Directions::Uniform
+                },
+                samples: samples(64),
+                max_distance: f32::INFINITY,
+            },
+        }
+    }
+
+    /// What is seen along a camera ray.
+    pub fn radiance(&self, world: &World, mut ray: Ray, stream: &mut SampleStream) -> Rgb {
+        for _ in 0..=MAX_NULL_SURFACES {
+            let Some(hit) = world.intersect(&ray) else {
+                return Rgb::ZERO;
+            };
+            if hit.material.is_some() {
+                return Rgb::splat(self.openness(world, &hit.surface, stream));
+            }
+            ray = hit.surface.spawn_ray(ray.d);
+        }
+        Rgb::ZERO
+    }
+
+    /// The estimate at one point, on the side it is seen from.
+    fn openness(&self, world: &World, surface: &SurfaceHit, stream: &mut SampleStream) -> f32 {
+        let frame = Frame::from_normal(if surface.n.dot(surface.wo) < 0.0 {
+            -surface.n
+        } else {
+            surface.n
+        });
+        let mut sum = 0.0;
+        for _ in 0..self.samples {
+            let (wi, value) = self.direction(stream.next_2d());
+            let mut ray = surface.spawn_ray(frame.to_world(wi));
+            ray.t_max = self.max_distance;
+            if !world.occluded(&ray) {
+                sum += value;
+            }
+        }
+        sum / self.samples as f32
+    }
+
+    /// A direction about +z, and what it counts where it is free.
+    fn direction(&self, u: Vec2) -> (Vec3, f32) {
+        if self.directions == Directions::Cosine {
+            return (cosine_hemisphere(u), PI);
+        }
+        let z = u.x;
+        let (sin_phi, cos_phi) = (2.0 * PI * u.y).sin_cos();
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let value = match self.directions {
+            Directions::UniformFraction => 1.0,
+            _ => 2.0 * PI * z,
+        };
+        (Vec3::new(r * cos_phi, r * sin_phi, z), value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::testing::{Surroundings, read, read_in};
+
+    /// Free all around: π, and 1 in pbrt-v2.
+    #[test]
+    fn an_open_point_counts_the_hemisphere() {
+        for (directions, expected) in [
+            (Directions::Cosine, PI),
+            (Directions::Uniform, PI),
+            (Directions::UniformFraction, 1.0),
+        ] {
+            let ambient = AmbientOcclusion {
+                directions,
+                samples: 1,
+                max_distance: f32::INFINITY,
+            };
+            let (n, mut sum, mut up) = (200, 0.0, Vec3::ZERO);
+            for i in 0..n * n {
+                let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+                let (wi, value) = ambient.direction(u);
+                assert!(wi.z >= 0.0 && (wi.length() - 1.0).abs() < 1e-5);
+                sum += f64::from(value) / f64::from(n * n);
+                up += wi / (n * n) as f32;
+            }
+            // A midpoint sum of 200² points, in single precision.
+            assert!(
+                (sum - f64::from(expected)).abs() < 1e-4,
+                "{directions:?}: {sum}"
+            );
+            let mean_height = if directions == Directions::Cosine {
+                2.0 / 3.0
+            } else {
+                0.5
+            };
+            assert!((up - Vec3::new(0.0, 0.0, mean_height)).length() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn parameters_follow_the_dialect() {
+        let v3 = read("ambientocclusion", "\"bool cossample\" \"false\"", |r| {
+            AmbientOcclusion::from_params(r)
+        });
+        assert_eq!(
+            (v3.value.directions, v3.value.samples),
+            (Directions::Uniform, 64)
+        );
+        let v2 = Surroundings {
+            dialect: Dialect::V2,
+            ..Surroundings::default()
+        };
+        let v2 = read_in(&v2, "ambientocclusion", "\"float maxdist\" 3", |r| {
+            AmbientOcclusion::from_params(r)
+        });
+        assert_eq!((v2.value.max_distance, v2.value.samples), (3.0, 2048));
+        assert_eq!(v2.value.directions, Directions::UniformFraction);
+        let none = read("ambientocclusion", "\"integer nsamples\" 0", |r| {
+            AmbientOcclusion::from_params(r)
+        });
+        assert_eq!((none.value.samples, none.warnings), (1, 1));
+    }
+}
