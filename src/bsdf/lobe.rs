@@ -1,5 +1,6 @@
 //! One component of a BSDF.
 
+use super::fourier::FourierLobe;
 use super::lambertian::LambertianReflection;
 use super::microfacet::{MicrofacetReflection, MicrofacetTransmission};
 use super::oren_nayar::OrenNayar;
@@ -10,7 +11,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 
 /// One component of a BSDF. Directions are local (z along the shading normal) and point away.
 #[derive(Clone, Copy, Debug)]
-pub enum Lobe {
+pub enum Lobe<'a> {
     /// Diffuse.
     LambertianReflection(LambertianReflection),
     /// Rough diffuse.
@@ -27,6 +28,8 @@ pub enum Lobe {
     MicrofacetTransmission(MicrofacetTransmission),
     /// The far end of a path under a surface.
     SubsurfaceExit(SubsurfaceExit),
+    /// A table.
+    Fourier(FourierLobe<'a>),
 }
 
 /// A direction drawn from a lobe.
@@ -44,7 +47,7 @@ pub struct LobeSample {
     pub eta: f32,
 }
 
-impl Lobe {
+impl Lobe<'_> {
     /// Does it scatter into single directions only?
     pub fn is_specular(&self) -> bool {
         matches!(
@@ -62,7 +65,7 @@ impl Lobe {
             | Lobe::MicrofacetReflection(_)
             | Lobe::SubsurfaceExit(_) => !transmit,
             Lobe::SpecularTransmission(_) | Lobe::MicrofacetTransmission(_) => transmit,
-            Lobe::FresnelSpecular(_) => true,
+            Lobe::FresnelSpecular(_) | Lobe::Fourier(_) => true,
         }
     }
 
@@ -74,6 +77,7 @@ impl Lobe {
             Lobe::MicrofacetReflection(l) => l.f(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.f(wo, wi),
             Lobe::SubsurfaceExit(l) => l.f(wi),
+            Lobe::Fourier(l) => l.f(wo, wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => Rgb::ZERO,
@@ -92,6 +96,7 @@ impl Lobe {
             }
             Lobe::MicrofacetReflection(l) => l.pdf(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.pdf(wo, wi),
+            Lobe::Fourier(l) => l.pdf(wo, wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => 0.0,
@@ -117,6 +122,7 @@ impl Lobe {
             Lobe::FresnelSpecular(l) => l.sample(wo, uc),
             Lobe::MicrofacetReflection(l) => l.sample(wo, u),
             Lobe::MicrofacetTransmission(l) => l.sample(wo, u),
+            Lobe::Fourier(l) => l.sample(wo, u),
         }
     }
 

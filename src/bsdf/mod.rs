@@ -1,6 +1,7 @@
 //! How surfaces scatter light: lobes, and the [`Bsdf`] that adds them up at one point
 //! (Pharr, Jakob and Humphreys 2016, chapters 8 and 14; scene-language 3.8).
 
+pub mod fourier;
 pub mod fresnel;
 pub mod fresnel_moments;
 pub mod lambertian;
@@ -28,11 +29,11 @@ pub const MAX_LOBES: usize = 8;
 /// The scattering of light at one point: a sum of lobes around the shading normal.
 /// All directions are unit vectors in render space that point away from the surface.
 #[derive(Clone, Debug)]
-pub struct Bsdf {
+pub struct Bsdf<'a> {
     /// Geometric normal: tells reflection from transmission.
     ng: Vec3,
     frame: Frame,
-    lobes: ArrayVec<Lobe, MAX_LOBES>,
+    lobes: ArrayVec<Lobe<'a>, MAX_LOBES>,
 }
 
 /// A direction drawn from a BSDF.
@@ -54,9 +55,9 @@ pub struct BsdfSample {
     pub eta: f32,
 }
 
-impl Bsdf {
+impl<'a> Bsdf<'a> {
     /// Without lobes: black. `ng` is the unit geometric normal.
-    pub fn new(ng: Vec3, shading: &ShadingGeometry) -> Bsdf {
+    pub fn new(ng: Vec3, shading: &ShadingGeometry) -> Bsdf<'a> {
         let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
         Bsdf {
             ng,
@@ -66,7 +67,7 @@ impl Bsdf {
     }
 
     /// Adds a lobe; more than [`MAX_LOBES`] are left out.
-    pub fn add(&mut self, lobe: Lobe) {
+    pub fn add(&mut self, lobe: Lobe<'a>) {
         // No material has that many: the mix of two halves is made by choosing, not by adding.
         let _ = self.lobes.try_push(lobe);
     }
@@ -154,7 +155,7 @@ impl Bsdf {
             .lobes
             .iter()
             .filter(|l| l.is_specular() && l.scatters(transmit));
-        let matching: ArrayVec<&Lobe, MAX_LOBES> = matching.collect();
+        let matching: ArrayVec<&Lobe<'_>, MAX_LOBES> = matching.collect();
         let (lobe, _) = choose(&matching, uc)?;
         let local = lobe.specular_direction(local_wo, transmit)?;
         self.specular_sample(&local, 1.0 / matching.len() as f32)
@@ -201,14 +202,14 @@ mod tests {
     use super::trowbridge_reitz::TrowbridgeReitz;
     use super::*;
 
-    fn bsdf(lobes: &[Lobe]) -> Bsdf {
+    fn bsdf(lobes: &[Lobe<'static>]) -> Bsdf<'static> {
         let hit = flat_hit(Vec3::Z);
         let mut bsdf = Bsdf::new(hit.n, &hit.shading);
         lobes.iter().for_each(|&l| bsdf.add(l));
         bsdf
     }
 
-    fn glossy(alpha_x: f32, alpha_y: f32) -> Lobe {
+    fn glossy(alpha_x: f32, alpha_y: f32) -> Lobe<'static> {
         Lobe::MicrofacetReflection(MicrofacetReflection {
             reflectance: Rgb::ONE,
             distribution: TrowbridgeReitz::new(alpha_x, alpha_y),
@@ -216,7 +217,7 @@ mod tests {
         })
     }
 
-    fn rough_glass(alpha: f32) -> [Lobe; 2] {
+    fn rough_glass(alpha: f32) -> [Lobe<'static>; 2] {
         let distribution = TrowbridgeReitz::new(alpha, alpha);
         let fresnel = Fresnel::Dielectric {
             eta_i: 1.0,
@@ -251,7 +252,7 @@ mod tests {
         eta_b: 1.5,
     });
 
-    fn cases() -> Vec<(String, Bsdf)> {
+    fn cases() -> Vec<(String, Bsdf<'static>)> {
         let mut cases = vec![
             ("Lambert".to_string(), bsdf(&[LAMBERT])),
             (

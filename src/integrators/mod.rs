@@ -36,6 +36,16 @@ pub enum IntegratorSpec {
     Whitted(Whitted),
 }
 
+impl IntegratorSpec {
+    /// Does it follow light that wanders inside materials?
+    pub fn looks_inside(&self) -> bool {
+        match self {
+            IntegratorSpec::Path(_) => true,
+            IntegratorSpec::DirectLighting(_) | IntegratorSpec::Whitted(_) => false,
+        }
+    }
+}
+
 /// Integrator and the pixels it is confined to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntegratorSettings {

@@ -8,7 +8,7 @@
 use super::MAX_NULL_SURFACES;
 use super::subsurface::find_exit;
 use crate::accel::GeometryHit;
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, BsdfSample};
 use crate::lights::{LightSelector, SelectionStrategy};
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::sampling::power_heuristic;
@@ -131,6 +131,9 @@ impl Path {
             if sample.transmission
                 && let Some(bssrdf) = world.bssrdf(hit.material, surface, &bsdf, differentials)
             {
+                if !sample.specular {
+                    radiance += throughput * straight_on(world, selector, surface, &sample);
+                }
                 let Some(exit) = find_exit(world, &bssrdf, hit.material, surface.time, stream)
                 else {
                     return radiance;
@@ -147,6 +150,9 @@ impl Path {
                 };
                 sample = outside;
                 throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
+                if is_black(throughput) || !throughput.is_finite() {
+                    return radiance;
+                }
             }
             differentials = None;
             arrival = if sample.specular {
@@ -170,6 +176,25 @@ impl Path {
             }
             depth += 1;
         }
+    }
+}
+
+/// Lights that a sampled direction meets at once, although the path goes on elsewhere: what light
+/// sampling at a rough boundary is weighed against, as in pbrt-v3.
+fn straight_on(
+    world: &World,
+    selector: &LightSelector,
+    surface: &SurfaceHit,
+    sample: &BsdfSample,
+) -> Rgb {
+    let arrival = Arrival::Scattered {
+        from: surface.reference_point(),
+        pdf: sample.pdf,
+    };
+    let ray = surface.spawn_ray(sample.wi);
+    match world.intersect(&ray) {
+        Some(hit) => emitted(world, selector, &ray, &hit, &arrival),
+        None => escaped(world, selector, &ray, &arrival),
     }
 }
 

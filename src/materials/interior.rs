@@ -41,7 +41,13 @@ impl Interior {
     pub fn from_params(reader: &ParamReader) -> Interior {
         let smooth = FloatInput::Constant(0.0);
         let (kt, roughness, index, usual_eta, g) = match reader.dialect() {
-            Dialect::V2 => (SpectrumInput::Constant(Rgb::ONE), [smooth; 2], "index", 1.3, 0.0),
+            Dialect::V2 => (
+                SpectrumInput::Constant(Rgb::ONE),
+                [smooth; 2],
+                "index",
+                1.3,
+                0.0,
+            ),
             Dialect::V3 => {
                 let roughness = ["uroughness", "vroughness"]
                     .map(|name| find_roughness(reader, name).unwrap_or(smooth));
@@ -59,7 +65,13 @@ impl Interior {
             meaning: RoughnessMeaning::from_params(reader),
         };
         let scale = within(reader, "scale", 1.0, |scale| scale >= 0.0);
-        Interior { boundary, eta, g, scale, table: None }
+        Interior {
+            boundary,
+            eta,
+            g,
+            scale,
+            table: None,
+        }
     }
 
     /// Makes the table of profiles; `make` may give one that was made before.
@@ -96,6 +108,9 @@ fn within(reader: &ParamReader, name: &str, usual: f32, good: impl Fn(f32) -> bo
     if good(given) && given.is_finite() {
         return given;
     }
-    reader.warn(name, format!("`{name}` is {given}, out of range: {usual} is used"));
+    reader.warn(
+        name,
+        format!("`{name}` is {given}, out of range: {usual} is used"),
+    );
     usual
 }

@@ -66,13 +66,17 @@ mod tests {
 
     #[test]
     fn parameters_are_read_in_both_dialects() {
-        let params = "\"rgb Kd\" [.1 .2 .3] \"rgb mfp\" [1 2 3] \"float eta\" 1.5 \"rgb Kt\" [0 0 0]";
+        let params =
+            "\"rgb Kd\" [.1 .2 .3] \"rgb mfp\" [1 2 3] \"float eta\" 1.5 \"rgb Kt\" [0 0 0]";
         let v3 = read("kdsubsurface", params, KdSubsurface::from_params);
         assert_eq!(v3.warnings, 0, "{}", v3.text);
         let mfp = SpectrumInput::Constant(Rgb::new(1.0, 2.0, 3.0));
         assert_eq!(v3.value.mean_free_path, MeanFreePath::Spectrum(mfp));
         assert_eq!(v3.value.interior.eta, 1.5);
-        let v2 = Surroundings { dialect: Dialect::V2, ..Surroundings::default() };
+        let v2 = Surroundings {
+            dialect: Dialect::V2,
+            ..Surroundings::default()
+        };
         let params = "\"rgb Kd\" [.1 .2 .3] \"float meanfreepath\" 2 \"float index\" 1.5";
         let v2 = read_in(&v2, "kdsubsurface", params, KdSubsurface::from_params);
         assert_eq!(v2.warnings, 0, "{}", v2.text);

@@ -71,8 +71,9 @@ fn measured(reader: &ParamReader) -> Option<Coefficients> {
     let name = reader.find_string("name").filter(|name| !name.is_empty())?;
     let found = presets::find(name);
     if found.is_none() {
-        let hint = nearest(name, presets::names())
-            .map_or(String::new(), |similar| format!("; did you mean `{similar}`?"));
+        let hint = nearest(name, presets::names()).map_or(String::new(), |similar| {
+            format!("; did you mean `{similar}`?")
+        });
         reader.warn(
             "name",
             format!("no coefficients are known of `{name}`: the usual ones are used{hint}"),
@@ -99,22 +100,65 @@ mod tests {
         let params = "\"string name\" \"Skin1\" \"rgb sigma_a\" [1 2 3] \"float g\" .5";
         let skin = read("subsurface", params, Subsurface::from_params);
         assert_eq!(skin.warnings, 0, "{}", skin.text);
-        assert_eq!(coefficients(&skin.value), [rgb(1.0, 2.0, 3.0), rgb(0.74, 0.88, 1.01)]);
+        assert_eq!(
+            coefficients(&skin.value),
+            [rgb(1.0, 2.0, 3.0), rgb(0.74, 0.88, 1.01)]
+        );
         assert_eq!(skin.value.interior.g, 0.0);
         let usual = read("subsurface", "", Subsurface::from_params).value;
-        let misspelt = read("subsurface", "\"string name\" \"skin1\"", Subsurface::from_params);
-        assert_eq!((coefficients(&misspelt.value), misspelt.warnings), (coefficients(&usual), 1));
+        let misspelt = read(
+            "subsurface",
+            "\"string name\" \"skin1\"",
+            Subsurface::from_params,
+        );
+        assert_eq!(
+            (coefficients(&misspelt.value), misspelt.warnings),
+            (coefficients(&usual), 1)
+        );
         assert!(misspelt.text.contains("`Skin1`"), "{}", misspelt.text);
     }
 
     #[test]
+    fn wild_coefficients_make_media_of_numbers() {
+        let at = TexturePoint {
+            p: Rgb::ZERO,
+            uv: crate::math::Vec2::ZERO,
+            footprint: Default::default(),
+        };
+        let wild = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30, 1e30];
+        for a in wild {
+            for s in wild {
+                let mut material = read("subsurface", "", Subsurface::from_params).value;
+                material.sigma_a = rgb(a, 1.0, 1.0);
+                material.sigma_s = rgb(s, 1.0, 1.0);
+                let medium = material.medium(&at, &Textures::default());
+                assert!(medium.mean_free_path.x >= 0.0, "{a} {s}: {medium:?}");
+                // What is not a number counts as black (`ProfileTable::row`).
+                assert!(
+                    !(medium.albedo.x < 0.0 || medium.albedo.x > 1.0),
+                    "{a} {s}: {medium:?}"
+                );
+                assert_eq!((medium.albedo.y, medium.mean_free_path.y), (0.5, 0.5));
+            }
+        }
+    }
+
+    #[test]
     fn v2_has_names_of_its_own() {
-        let v2 = Surroundings { dialect: Dialect::V2, ..Surroundings::default() };
+        let v2 = Surroundings {
+            dialect: Dialect::V2,
+            ..Surroundings::default()
+        };
         let params = "\"rgb sigma_prime_s\" [1 2 3] \"float index\" 1.4 \"float scale\" 2";
         let read = read_in(&v2, "subsurface", params, Subsurface::from_params);
         assert_eq!(read.warnings, 0, "{}", read.text);
-        let Subsurface { sigma_s, interior, .. } = read.value;
-        assert_eq!((sigma_s, interior.eta, interior.scale), (rgb(1.0, 2.0, 3.0), 1.4, 2.0));
+        let Subsurface {
+            sigma_s, interior, ..
+        } = read.value;
+        assert_eq!(
+            (sigma_s, interior.eta, interior.scale),
+            (rgb(1.0, 2.0, 3.0), 1.4, 2.0)
+        );
     }
 
     #[test]
@@ -130,7 +174,14 @@ mod tests {
             let outcome = read("subsurface", params, Subsurface::from_params);
             assert_eq!(outcome.warnings, warnings, "{}", outcome.text);
         }
-        let outcome = read("subsurface", "\"float eta\" 0 \"float g\" 7", Subsurface::from_params);
-        assert_eq!((outcome.value.interior.eta, outcome.value.interior.g), (1.33, 0.0));
+        let outcome = read(
+            "subsurface",
+            "\"float eta\" 0 \"float g\" 7",
+            Subsurface::from_params,
+        );
+        assert_eq!(
+            (outcome.value.interior.eta, outcome.value.interior.g),
+            (1.33, 0.0)
+        );
     }
 }

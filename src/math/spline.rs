@@ -155,7 +155,11 @@ pub fn solve(guess: f64, wanted: f64, function: impl Fn(f64) -> (f64, f64)) -> f
             break;
         }
     }
-    if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 * (low + high) }
+    if t.is_finite() {
+        t.clamp(0.0, 1.0)
+    } else {
+        0.5 * (low + high)
+    }
 }
 
 /// Running integrals of the spline through `value` from the first node to each.
@@ -166,14 +170,17 @@ pub fn integrals(nodes: &[f32], value: impl Fn(usize) -> f32) -> Vec<f32> {
         sum += width * Piece::new(nodes, &value, i).integral(1.0);
         sum as f32
     });
-    std::iter::once(0.0).chain(pieces).take(nodes.len()).collect()
+    std::iter::once(0.0)
+        .chain(pieces)
+        .take(nodes.len())
+        .collect()
 }
 
 /// The position at which the spline through the ascending `values` is `wanted`; the end that is
 /// nearer where it never is. `None` without nodes.
 pub fn invert(nodes: &[f32], values: &[f32], wanted: f32) -> Option<f32> {
     let (&first, &last) = (nodes.first()?, nodes.last()?);
-    if nodes.len() < 2 || !(wanted > *values.first()?) {
+    if nodes.len() < 2 || wanted.is_nan() || wanted <= *values.first()? {
         return Some(first);
     }
     if wanted >= *values.last()? {
