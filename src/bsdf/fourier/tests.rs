@@ -66,7 +66,8 @@ fn check_against(
     tolerance: f32,
 ) {
     let bsdf = bsdf(table);
-    for i in 0..3000 {
+    let (count, mut sum) = (3000, 0.0);
+    for i in 0..count {
         let ((a, u), (b, _)) = (random(i), random(i + 1_000_000));
         let side = if i % 2 == 0 { 80.0 } else { -80.0 };
         let wo = direction(a * 80.0, u.x * 360.0);
@@ -90,7 +91,9 @@ fn check_against(
             error <= tolerance,
             "{name}: {found} for {exact} × {medium} at {wo} {wi}"
         );
+        sum += error / count as f32;
     }
+    assert!(sum < 0.1 * tolerance, "{name}: {sum} off in the mean");
 }
 
 #[test]
@@ -103,8 +106,10 @@ fn a_table_is_the_formula_it_was_made_from() {
         for (through, eta) in [(false, 1.5), (true, 1.5)] {
             let value = glossy(through);
             let table = tabulated(channels, 48, 32, eta, &value);
-            // Splines through 24 cosines on either side.
-            check_against("glossy", &table, &value, 5e-3);
+            // Odd coefficients go with sin θ = √(1 − μ²), which no spline follows at the pole: in the
+            // last interval, from sin θ = 0.1 to 0, it is up to 0.024 off, and the slope with sin θ
+            // of these lobes is up to 0.6. That is where a hundredth of the pairs are.
+            check_against("glossy", &table, &value, 2e-2);
         }
     }
 }
