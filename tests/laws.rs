@@ -96,6 +96,41 @@ fn a_convex_body_that_absorbs_nothing_cannot_be_seen_in_a_white_sky() {
     }
 }
 
+/// What `kdsubsurface` returns of the light that enters is its Kd, however long or short its mean
+/// free path is; one that cannot be told from 0 too. Other surfaces nearby have no part in it.
+#[test]
+fn a_plain_of_kdsubsurface_shows_its_kd_in_a_white_sky() {
+    for scale in [1e-4, 1.0, 1e4] {
+        for mfp in [0.0, 0.01] {
+            let look = format!("LookAt 0 0 {}  0 0 0  0 1 0", 2.0 * scale);
+            let material = format!(
+                "\"kdsubsurface\" \"rgb Kd\" [.6 .6 .6] \"rgb mfp\" [{m} {m} {m}] \"float eta\" [1] \
+                 \"float scale\" [{scale}]",
+                m = mfp
+            );
+            let plain = format!("Shape \"disk\" \"float radius\" [{}]", 3.0 * scale);
+            let below = format!(
+                "Material \"matte\"\nShape \"disk\" \"float radius\" [{}] \"float height\" [{}]",
+                3.0 * scale,
+                -0.005 * scale
+            );
+            let world = in_the_sky(&material, &format!("{plain}\n{below}"));
+            // Probes look no farther than the distance within which 0.999 of the light comes out.
+            let name = format!("scale {scale}, mfp {mfp}");
+            check(&name, &look, "Integrator \"path\"", &world, 0.999 * 0.6);
+        }
+    }
+}
+
+#[test]
+fn a_medium_that_does_nothing_returns_nothing() {
+    let material =
+        "\"subsurface\" \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [0 0 0] \"float eta\" [1]";
+    let world = in_the_sky(material, BALL);
+    let close = "LookAt 0 0 -3.2  0 0 0  0 1 0";
+    check("empty medium", close, "Integrator \"path\"", &world, 0.0);
+}
+
 /// A tenth of the light is lost at each of the bounces that a convex body allows: one.
 #[test]
 fn a_grey_convex_body_shows_its_albedo() {
@@ -360,7 +395,13 @@ fn what_only_absorbs_dims_by_beers_law() {
                      Translate 0 0 3 Shape \"disk\" \"float radius\" 99\n";
         let sun = "LightSource \"distant\" \"point from\" [0 0 -1] \"point to\" [0 0 0]\n";
         let expected = left * left / std::f64::consts::PI;
-        check(name, far, volpath, &format!("{sun}{medium}{slab}{floor}"), expected);
+        check(
+            name,
+            far,
+            volpath,
+            &format!("{sun}{medium}{slab}{floor}"),
+            expected,
+        );
         // `path` sees no medium, and surfaces without material are in its light's way.
         let path = "Integrator \"path\"";
         check(name, far, path, &format!("{sky}{medium}{slab}"), 1.0);

@@ -34,7 +34,7 @@ impl Folder {
 #[test]
 fn broken_files_are_reported_where_they_are_named() {
     let folder = Folder::new();
-    for name in ["bad.png", "bad.ply"] {
+    for name in ["bad.png", "bad.ply", "bad.bsdf"] {
         folder.write(name, "no such thing");
     }
     folder.write("bad.obj", "v 0 0 0\nf 1 2 9\n");
@@ -68,6 +68,11 @@ fn broken_files_are_reported_where_they_are_named() {
             "ObjectBegin \"o\"\nShape \"objmesh\" \"string filename\" \"bad.obj\"\nObjectEnd",
             "s.pbrt:4:35\n",
             "error: bad.obj: ",
+        ),
+        (
+            "Material \"fourier\" \"string bsdffile\" \"bad.bsdf\"\nShape \"sphere\"",
+            "s.pbrt:3:38\n",
+            "error: cannot use the BSDF file 'bad.bsdf': it does not start with SCATFUN",
         ),
     ] {
         let text = format!("WorldBegin\nLightSource \"point\"\n{line}\nWorldEnd\n");

@@ -1,5 +1,6 @@
-//! Files that scenes refer to: meshes, pictures and spectra.
+//! Files that scenes refer to: meshes, pictures, spectra and BSDFs.
 
+pub mod bsdf_file;
 pub mod mesh;
 pub mod obj;
 mod openexr;

@@ -21,9 +21,9 @@ use super::trowbridge_reitz::TrowbridgeReitz;
 use super::*;
 
 /// How many kinds of lobes there are.
-const KINDS: usize = 14;
+const KINDS: usize = 15;
 
-impl Lobe {
+impl Lobe<'_> {
     /// A number below [`KINDS`] for each kind.
     fn kind(&self) -> usize {
         match self {
@@ -41,6 +41,7 @@ impl Lobe {
             Lobe::Clearcoat(_) => 11,
             Lobe::Hair(_) => 12,
             Lobe::SubsurfaceExit(_) => 13,
+            Lobe::Fourier(_) => 14,
         }
     }
 }
@@ -66,13 +67,13 @@ enum Reciprocity {
 /// One lobe or several, and what is expected of them.
 struct Row {
     name: &'static str,
-    lobes: Vec<Lobe>,
+    lobes: Vec<Lobe<'static>>,
     energy: Energy,
     reciprocity: Reciprocity,
 }
 
 impl Row {
-    fn new(name: &'static str, energy: Energy, lobes: Vec<Lobe>) -> Row {
+    fn new(name: &'static str, energy: Energy, lobes: Vec<Lobe<'static>>) -> Row {
         Row {
             name,
             lobes,
@@ -88,7 +89,7 @@ impl Row {
         }
     }
 
-    fn bsdf(&self) -> Bsdf {
+    fn bsdf(&self) -> Bsdf<'static> {
         let hit = flat_hit(Vec3::Z);
         let mut bsdf = Bsdf::new(hit.n, &hit.shading);
         self.lobes.iter().for_each(|&lobe| bsdf.add(lobe));
@@ -119,7 +120,7 @@ fn glossy(distribution: TrowbridgeReitz, fresnel: Fresnel) -> MicrofacetReflecti
     }
 }
 
-fn rough_glass(distribution: TrowbridgeReitz, eta_b: f32) -> Vec<Lobe> {
+fn rough_glass(distribution: TrowbridgeReitz, eta_b: f32) -> Vec<Lobe<'static>> {
     let fresnel = Fresnel::Dielectric {
         eta_i: 1.0,
         eta_t: eta_b,
@@ -135,7 +136,7 @@ fn rough_glass(distribution: TrowbridgeReitz, eta_b: f32) -> Vec<Lobe> {
     ]
 }
 
-fn blend(diffuse: f32, specular: f32, x: f32, y: f32) -> Lobe {
+fn blend(diffuse: f32, specular: f32, x: f32, y: f32) -> Lobe<'static> {
     Lobe::FresnelBlend(FresnelBlend {
         diffuse: Rgb::splat(diffuse),
         specular: Rgb::splat(specular),
@@ -144,7 +145,7 @@ fn blend(diffuse: f32, specular: f32, x: f32, y: f32) -> Lobe {
     })
 }
 
-fn disney(base: f32, flat: f32, sheen: f32, roughness: f32) -> Lobe {
+fn disney(base: f32, flat: f32, sheen: f32, roughness: f32) -> Lobe<'static> {
     Lobe::DisneyDiffuse(DisneyDiffuse {
         reflectance: ONE,
         base,

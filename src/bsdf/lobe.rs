@@ -2,6 +2,7 @@
 
 use super::clearcoat::Clearcoat;
 use super::disney_diffuse::DisneyDiffuse;
+use super::fourier::FourierLobe;
 use super::fresnel_blend::FresnelBlend;
 use super::hair::Hair;
 use super::lambertian::{LambertianReflection, LambertianTransmission};
@@ -14,7 +15,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 
 /// One component of a BSDF. Directions are local (z along the shading normal) and point away.
 #[derive(Clone, Copy, Debug)]
-pub enum Lobe {
+pub enum Lobe<'a> {
     /// Diffuse.
     LambertianReflection(LambertianReflection),
     /// Diffuse on the other side.
@@ -43,6 +44,8 @@ pub enum Lobe {
     Hair(Hair),
     /// The far end of a path under a surface.
     SubsurfaceExit(SubsurfaceExit),
+    /// A table.
+    Fourier(FourierLobe<'a>),
 }
 
 /// A direction drawn from a lobe.
@@ -60,7 +63,7 @@ pub struct LobeSample {
     pub eta: f32,
 }
 
-impl Lobe {
+impl Lobe<'_> {
     /// Does it scatter into single directions only?
     pub fn is_specular(&self) -> bool {
         matches!(
@@ -84,7 +87,7 @@ impl Lobe {
             | Lobe::SpecularTransmission(_)
             | Lobe::MicrofacetTransmission(_)
             | Lobe::MirroredReflection(_) => transmit,
-            Lobe::FresnelSpecular(_) | Lobe::Hair(_) => true,
+            Lobe::FresnelSpecular(_) | Lobe::Hair(_) | Lobe::Fourier(_) => true,
         }
     }
 
@@ -102,6 +105,7 @@ impl Lobe {
             Lobe::Clearcoat(l) => l.f(wo, wi),
             Lobe::Hair(l) => l.f(wo, wi),
             Lobe::SubsurfaceExit(l) => l.f(wi),
+            Lobe::Fourier(l) => l.f(wo, wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => Rgb::ZERO,
@@ -122,6 +126,7 @@ impl Lobe {
             Lobe::FresnelBlend(l) => l.pdf(wo, wi),
             Lobe::Clearcoat(l) => l.pdf(wo, wi),
             Lobe::Hair(l) => l.pdf(wo, wi),
+            Lobe::Fourier(l) => l.pdf(wo, wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => 0.0,
@@ -147,6 +152,7 @@ impl Lobe {
             Lobe::FresnelBlend(l) => l.sample(wo, uc, u),
             Lobe::Clearcoat(l) => l.sample(wo, u),
             Lobe::Hair(l) => l.sample(wo, uc, u),
+            Lobe::Fourier(l) => l.sample(wo, u),
         }
     }
 
@@ -164,7 +170,7 @@ impl Lobe {
     }
 
     /// The lobe with everything it scatters multiplied by `share`.
-    pub fn scaled(mut self, share: Rgb) -> Lobe {
+    pub fn scaled(mut self, share: Rgb) -> Self {
         match &mut self {
             Lobe::LambertianReflection(l) => l.reflectance *= share,
             Lobe::LambertianTransmission(l) => l.transmittance *= share,
@@ -186,6 +192,7 @@ impl Lobe {
             Lobe::Clearcoat(l) => l.weight *= share,
             Lobe::Hair(l) => l.scale(share),
             Lobe::SubsurfaceExit(l) => l.scale(share),
+            Lobe::Fourier(l) => l.scale(share),
         }
         self
     }

@@ -3,6 +3,7 @@
 
 pub mod clearcoat;
 pub mod disney_diffuse;
+pub mod fourier;
 pub mod fresnel;
 pub mod fresnel_blend;
 pub mod fresnel_moments;
@@ -34,11 +35,11 @@ pub const MAX_LOBES: usize = 8;
 /// The scattering of light at one point: a sum of lobes around the shading normal.
 /// All directions are unit vectors in render space that point away from the surface.
 #[derive(Clone, Debug)]
-pub struct Bsdf {
+pub struct Bsdf<'a> {
     /// Geometric normal: tells reflection from transmission.
     ng: Vec3,
     frame: Frame,
-    lobes: ArrayVec<Lobe, MAX_LOBES>,
+    lobes: ArrayVec<Lobe<'a>, MAX_LOBES>,
 }
 
 /// A direction drawn from a BSDF.
@@ -60,9 +61,9 @@ pub struct BsdfSample {
     pub eta: f32,
 }
 
-impl Bsdf {
+impl<'a> Bsdf<'a> {
     /// Without lobes: black. `ng` is the unit geometric normal.
-    pub fn new(ng: Vec3, shading: &ShadingGeometry) -> Bsdf {
+    pub fn new(ng: Vec3, shading: &ShadingGeometry) -> Bsdf<'a> {
         let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
         Bsdf {
             ng,
@@ -73,7 +74,7 @@ impl Bsdf {
 
     /// Adds a lobe; more than [`MAX_LOBES`] are left out. Only mixes may have more, and they are
     /// warned of when the scene is read.
-    pub fn add(&mut self, lobe: Lobe) {
+    pub fn add(&mut self, lobe: Lobe<'a>) {
         let _ = self.lobes.try_push(lobe);
     }
 
@@ -172,7 +173,7 @@ impl Bsdf {
             .lobes
             .iter()
             .filter(|l| l.is_specular() && l.scatters(transmit));
-        let matching: ArrayVec<&Lobe, MAX_LOBES> = matching.collect();
+        let matching: ArrayVec<&Lobe<'_>, MAX_LOBES> = matching.collect();
         let (lobe, _) = choose(&matching, uc)?;
         let local = lobe.specular_direction(local_wo, transmit)?;
         self.specular_sample(&local, 1.0 / matching.len() as f32)
@@ -216,7 +217,7 @@ mod tests {
     use super::testing::*;
     use super::*;
 
-    fn bsdf(lobes: &[Lobe]) -> Bsdf {
+    fn bsdf(lobes: &[Lobe<'static>]) -> Bsdf<'static> {
         let hit = flat_hit(Vec3::Z);
         let mut bsdf = Bsdf::new(hit.n, &hit.shading);
         lobes.iter().for_each(|&l| bsdf.add(l));

@@ -14,79 +14,87 @@ use std::f64::consts::PI;
 /// the entry the sum depends on it, so that another one would give other pictures.
 const DEPTHS: usize = 100;
 
-/// A half-space that scatters light.
-#[derive(Clone, Copy, Debug)]
-pub struct HalfSpace {
-    /// Scattering over extinction, in 0…1.
-    pub albedo: f64,
-    /// Mean cosine of scattering (Henyey–Greenstein), in -1…1.
-    pub g: f64,
-    /// Refractive index relative to the outside.
-    pub eta: f64,
-    /// Moments of the reflectance of its boundary seen from inside.
-    pub moments: FresnelMoments,
+/// Half-spaces of one boundary and one phase function, whatever their albedo: scattering over
+/// extinction, 0…1.
+#[derive(Clone, Debug)]
+pub struct BeamDiffusion {
+    g: f64,
+    eta: f64,
+    moments: FresnelMoments,
+    /// In mean free paths.
+    depths: [f64; DEPTHS],
 }
 
-impl HalfSpace {
-    /// Radiant exitance at distance `r`, in mean free paths, from the beam.
-    pub fn exitance(&self, r: f64) -> f64 {
-        let e = self.single(r) + self.multiple(r);
+impl BeamDiffusion {
+    /// For a mean cosine of scattering `g` in -1…1 (Henyey–Greenstein) and a refractive index `eta`,
+    /// positive, relative to the outside.
+    pub fn new(g: f64, eta: f64) -> BeamDiffusion {
+        BeamDiffusion {
+            g,
+            eta,
+            moments: FresnelMoments::inside(eta),
+            depths: std::array::from_fn(|i| -(1.0 - (i as f64 + 0.5) / DEPTHS as f64).ln()),
+        }
+    }
+
+    /// Radiant exitance at distance `r`, in mean free paths, from the beam; `single` is
+    /// [`BeamDiffusion::single`] there.
+    pub fn exitance(&self, albedo: f64, r: f64, single: f64) -> f64 {
+        let e = albedo * single + self.multiple(albedo, r);
         if e.is_finite() { e.max(0.0) } else { 0.0 }
     }
 
     /// Light scattered several times (equations 15.24–15.32).
-    fn multiple(&self, r: f64) -> f64 {
-        let scattering = self.albedo * (1.0 - self.g);
-        let absorption = 1.0 - self.albedo;
+    fn multiple(&self, albedo: f64, r: f64) -> f64 {
+        let scattering = albedo * (1.0 - self.g);
+        let absorption = 1.0 - albedo;
         let extinction = absorption + scattering;
         if scattering <= 0.0 {
             return 0.0;
         }
-        let albedo = scattering / extinction;
+        let reduced = scattering / extinction;
         let diffusion = (2.0 * absorption + scattering) / (3.0 * extinction * extinction);
         let transport = (absorption / diffusion).sqrt();
         let FresnelMoments { first, second } = self.moments;
         // Where the fluence, continued linearly, vanishes outside.
         let vanishing = -2.0 * diffusion * (1.0 + 3.0 * second) / (1.0 - 2.0 * first);
-        let from_fluence = 0.25 * (1.0 - 2.0 * first);
+        let from_fluence = 0.25 * (1.0 - 2.0 * first) / diffusion;
         let from_flux = 0.5 * (1.0 - 3.0 * second);
         let mut sum = 0.0;
-        for depth in depths() {
+        for depth in self.depths {
             let real = depth / extinction;
-            let mirrored = 2.0 * vanishing - real;
-            let [d, d_mirrored] = [real, mirrored].map(|z| (r * r + z * z).sqrt());
-            let potential = |d: f64| (-transport * d).exp() / d;
-            let fluence = (potential(d) - potential(d_mirrored)) / (4.0 * PI * diffusion);
-            let field =
-                |z: f64, d: f64| z * (1.0 + transport * d) * (-transport * d).exp() / (d * d * d);
-            let flux = (field(real, d) - field(mirrored, d_mirrored)) / (4.0 * PI);
+            // Fluence (but for the factor 1/D) and flux of a source of unit power, times 4π.
+            let source = |z: f64| {
+                let d = (r * r + z * z).sqrt();
+                let fluence = (-transport * d).exp() / d;
+                (d, fluence, z * (1.0 + transport * d) * fluence / (d * d))
+            };
+            let (d, fluence, flux) = source(real);
+            let (_, mirrored_fluence, mirrored_flux) = source(2.0 * vanishing - real);
+            let exitance =
+                (fluence - mirrored_fluence) * from_fluence + (flux - mirrored_flux) * from_flux;
             // Diffusion is too bright close to the beam: the empirical correction of the paper.
             let correction = 1.0 - (-2.0 * extinction * (d + real)).exp();
-            sum += correction * albedo * albedo * (fluence * from_fluence + flux * from_flux);
+            sum += correction * exitance;
         }
-        sum / DEPTHS as f64
+        reduced * reduced * sum / (4.0 * PI * DEPTHS as f64)
     }
 
-    /// Light scattered once (equation 15.34).
-    fn single(&self, r: f64) -> f64 {
+    /// Light scattered once at distance `r`, in mean free paths, over the albedo (equation 15.34).
+    pub fn single(&self, r: f64) -> f64 {
         // Nearer to the surface than this the light meets it beyond the critical angle.
         let least = r * (self.eta * self.eta - 1.0).max(0.0).sqrt();
         let mut sum = 0.0;
-        for depth in depths() {
+        for depth in self.depths {
             let t = least + depth;
             let d = (r * r + t * t).sqrt();
             let cos = t / d;
             let leaving = 1.0 - f64::from(dielectric(-cos as f32, 1.0, self.eta as f32));
             let phase = henyey_greenstein(cos, self.g);
-            sum += self.albedo * (-(d + least)).exp() / (d * d) * phase * leaving * cos;
+            sum += (-(d + least)).exp() / (d * d) * phase * leaving * cos;
         }
         sum / DEPTHS as f64
     }
-}
-
-/// Depths in mean free paths.
-fn depths() -> impl Iterator<Item = f64> {
-    (0..DEPTHS).map(|i| -(1.0 - (i as f64 + 0.5) / DEPTHS as f64).ln())
 }
 
 /// The phase function where `cos` is the cosine between both directions pointing away from the
@@ -100,63 +108,63 @@ fn henyey_greenstein(cos: f64, g: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn half_space(albedo: f64, g: f64, eta: f64) -> HalfSpace {
-        let moments = FresnelMoments::inside(eta);
-        HalfSpace {
-            albedo,
-            g,
-            eta,
-            moments,
-        }
+    fn exitance(medium: &BeamDiffusion, albedo: f64, r: f64) -> f64 {
+        medium.exitance(albedo, r, medium.single(r))
     }
 
     /// 2π ∫ E r dr, in the logarithm of r.
-    fn reflected(medium: &HalfSpace) -> f64 {
-        let (from, to, n) = (1e-5f64.ln(), 300f64.ln(), 4000);
+    fn reflected(medium: &BeamDiffusion, albedo: f64) -> f64 {
+        let (from, to, n) = (1e-5f64.ln(), 300f64.ln(), 2000);
         let width = (to - from) / f64::from(n);
         (0..n)
             .map(|i| {
                 let r = (from + (f64::from(i) + 0.5) * width).exp();
-                2.0 * PI * r * r * medium.exitance(r) * width
+                2.0 * PI * r * r * exitance(medium, albedo, r) * width
             })
             .sum()
     }
 
     #[test]
     fn nothing_returns_from_what_does_not_scatter() {
-        let black = half_space(0.0, 0.0, 1.33);
-        assert_eq!([0.001, 0.1, 1.0, 30.0].map(|r| black.exitance(r)), [0.0; 4]);
+        let medium = BeamDiffusion::new(0.0, 1.33);
+        assert_eq!(
+            [0.001, 0.1, 1.0, 30.0].map(|r| exitance(&medium, 0.0, r)),
+            [0.0; 4]
+        );
     }
 
     #[test]
-    fn more_albedo_returns_more_and_never_more_than_entered() {
+    fn more_albedo_returns_more_and_all_of_it_nearly_all() {
         for eta in [1.0, 1.33, 1.5] {
+            let medium = BeamDiffusion::new(0.0, eta);
             let mut before = 0.0;
             for albedo in [0.1, 0.5, 0.9, 0.99, 0.999] {
-                let now = reflected(&half_space(albedo, 0.0, eta));
+                let now = reflected(&medium, albedo);
                 assert!(now > before, "{albedo} returns {now}, less {before}");
                 before = now;
             }
-            // Diffusion is an approximation; it does not lose or make more than a few hundredths.
-            let all = reflected(&half_space(1.0, 0.0, eta));
-            assert!((0.9..1.03).contains(&all), "η {eta}: {all}");
+            // An approximation: where nothing is absorbed it returns up to 9 % more than enters,
+            // at a boundary without reflection; 2 % in water, 1 % in glass.
+            let all = reflected(&medium, 1.0);
+            assert!((0.95..1.1).contains(&all), "η {eta}: {all}");
         }
     }
 
     #[test]
     fn forward_scattering_spreads_the_light() {
         // By similarity theory g is as good as less scattering: less returns close by.
-        let (even, forward) = (half_space(0.9, 0.0, 1.33), half_space(0.9, 0.8, 1.33));
-        assert!(forward.exitance(0.3) < even.exitance(0.3));
+        let [even, forward] = [0.0, 0.8].map(|g| BeamDiffusion::new(g, 1.33));
+        assert!(exitance(&forward, 0.9, 0.3) < exitance(&even, 0.9, 0.3));
     }
 
     #[test]
     fn numbers_at_the_ends_of_their_ranges_do_no_harm() {
-        for albedo in [0.0, 1e-9, 1.0] {
-            for g in [-1.0, -0.999, 0.999, 1.0] {
-                for eta in [1e-3, 0.5, 1.0, 1e3] {
+        for g in [-1.0, -0.999, 0.999, 1.0] {
+            for eta in [1e-3, 0.5, 1.0, 1e3] {
+                let medium = BeamDiffusion::new(g, eta);
+                for albedo in [0.0, 1e-9, 1.0] {
                     for r in [0.0, 1e-9, 1.0, 1e9] {
-                        let e = half_space(albedo, g, eta).exitance(r);
+                        let e = exitance(&medium, albedo, r);
                         assert!(e.is_finite() && e >= 0.0);
                     }
                 }

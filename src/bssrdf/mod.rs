@@ -50,8 +50,9 @@ pub struct Probe {
 
 /// The shortest length at which light in a medium is told from light at its surface, at a point.
 pub fn finest_length(surface: &SurfaceHit) -> f32 {
-    // At the origin itself positions are exact; the square of the length must stay a number.
-    (FINEST_IN_ERRORS * surface.p_error.max_element()).max(1e-18)
+    // At the origin itself positions are exact; one over the square of the length, times a large
+    // density, must stay a number.
+    (FINEST_IN_ERRORS * surface.p_error.max_element()).max(1e-15)
 }
 
 impl<'a> Bssrdf<'a> {

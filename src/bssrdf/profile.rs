@@ -74,7 +74,7 @@ impl<'a> TabulatedChannel<'a> {
     /// E(r) per area.
     fn value(&self, r: f32) -> f32 {
         let optical = r / self.mean_free_path;
-        if !(optical > 0.0) {
+        if optical.is_nan() || optical <= 0.0 {
             return 0.0;
         }
         let square = self.mean_free_path * self.mean_free_path;
@@ -121,6 +121,8 @@ impl NormalisedChannel {
         if !(r > 0.0 && d.is_finite()) {
             return 0.0;
         }
+        // The pole at 0 is integrable; what is cut off here is a millionth of the light.
+        let r = r.max(1e-6 * d);
         ((-r / d).exp() + (-r / (3.0 * d)).exp()) / (8.0 * PI * d * r)
     }
 
@@ -172,14 +174,14 @@ mod tests {
     #[test]
     fn densities_integrate_to_one_and_values_to_the_albedo() {
         for (name, profile, albedos) in profiles() {
-            for c in 0..3 {
+            for (c, albedo) in albedos.into_iter().enumerate() {
                 let end = 60.0 * profile.sample(c, 0.5).unwrap();
                 let density = over_the_plane(end, |r| profile.pdf(c, r));
                 let value = over_the_plane(end, |r| profile.value(r)[c]) as f32;
                 // The tail beyond 60 medians, and single precision.
                 assert!((density - 1.0).abs() < 2e-3, "{name} {c}: {density}");
                 assert!(
-                    (value - albedos[c]).abs() < 2e-3 * albedos[c],
+                    (value - albedo).abs() < 2e-3 * albedo,
                     "{name} {c}: {value}"
                 );
             }

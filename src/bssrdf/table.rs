@@ -1,8 +1,7 @@
 //! Radial profiles of scattering media, tabulated over albedo and distance
 //! (Pharr, Jakob and Humphreys 2016, §11.4.2 and §15.5.4).
 
-use super::beam_diffusion::HalfSpace;
-use crate::bsdf::fresnel_moments::FresnelMoments;
+use super::beam_diffusion::BeamDiffusion;
 use crate::bsdf::subsurface_exit::SubsurfaceExit;
 use crate::math::spline::{self, Weights};
 use rayon::prelude::*;
@@ -39,17 +38,14 @@ impl ProfileTable {
         let albedos: Vec<f32> = (0..ALBEDOS).map(|i| albedo(i) as f32).collect();
         let outward = std::iter::successors(Some(2.5e-3), |r| Some(r * 1.2));
         let radii: Vec<f32> = std::iter::once(0.0).chain(outward).take(RADII).collect();
-        let moments = FresnelMoments::inside(f64::from(eta));
+        let medium = BeamDiffusion::new(f64::from(g), f64::from(eta));
+        let single: Vec<f64> = radii.iter().map(|&r| medium.single(f64::from(r))).collect();
         let rows = albedos.par_iter().map(|&albedo| {
-            let medium = HalfSpace {
-                albedo: f64::from(albedo),
-                g: f64::from(g),
-                eta: f64::from(eta),
-                moments,
+            let density = |(&r, &single): (&f32, &f64)| {
+                let r = f64::from(r);
+                (2.0 * PI * r * medium.exitance(f64::from(albedo), r, single)) as f32
             };
-            let density =
-                |&r: &f32| (2.0 * PI * f64::from(r) * medium.exitance(f64::from(r))) as f32;
-            let profile: Vec<f32> = radii.iter().map(density).collect();
+            let profile: Vec<f32> = radii.iter().zip(&single).map(density).collect();
             let integral = spline::integrals(&radii, |i| profile[i]);
             (profile, integral)
         });

@@ -13,7 +13,7 @@ use crate::film::{FilmMetadata, PixelBounds};
 use crate::filters::Filter;
 use crate::integrators::Integrator;
 use crate::lights::Light;
-use crate::materials;
+use crate::materials::{self, BsdfFiles, Material};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec2};
 use crate::media::Media;
@@ -57,6 +57,7 @@ struct Loaded {
     film: FilmGeometry,
     camera: Option<Camera>,
     textures: Textures,
+    bsdf_files: BsdfFiles,
     lights: Vec<Light>,
 }
 
@@ -74,6 +75,14 @@ impl Loaded {
                 None
             }
         };
+        if !options.integrator.spec.looks_inside()
+            && frame.materials.iter().any(Material::has_interior)
+        {
+            diagnostics.push(Diagnostic::warning(
+                "only path integrators scatter light inside `subsurface` and `kdsubsurface`: \
+                 their boundary alone is seen",
+            ));
+        }
         for warning in camera.iter().flat_map(Camera::warnings) {
             diagnostics.push(Diagnostic::warning(warning));
         }
@@ -82,6 +91,7 @@ impl Loaded {
             film,
             camera,
             textures: textures::load(frame, &render_from_world, diagnostics),
+            bsdf_files: BsdfFiles::load(&frame.materials, diagnostics),
             lights: lights::place(&frame.lights, &render_from_world, diagnostics),
         }
     }
@@ -93,6 +103,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         film,
         camera,
         textures,
+        bsdf_files,
         lights,
     } = Loaded::new(&frame, diagnostics);
     let Some(camera) = camera else {
@@ -100,7 +111,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         return None;
     };
     let (options, mut materials) = (frame.options, frame.materials);
-    materials::prepare(&mut materials);
+    materials::prepare(&mut materials, &bsdf_files);
     let shapes = Shapes {
         placed: frame.shapes,
         objects: frame.objects,

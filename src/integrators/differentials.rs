@@ -93,7 +93,11 @@ mod tests {
     }
 
     /// Where a ray goes on.
-    fn leave(world: &World, ray: &Ray, transmit: bool) -> Option<(SurfaceHit, Bsdf, BsdfSample)> {
+    fn leave<'a>(
+        world: &'a World,
+        ray: &Ray,
+        transmit: bool,
+    ) -> Option<(SurfaceHit, Bsdf<'a>, BsdfSample)> {
         let hit = world.intersect(ray)?;
         let bsdf = world.bsdf(hit.material, &hit.surface, None)?;
         let sample = bsdf.sample_specular(hit.surface.wo, transmit, 0.5)?;

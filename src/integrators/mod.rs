@@ -51,6 +51,16 @@ impl IntegratorSpec {
     pub fn sees_media(&self) -> bool {
         matches!(self, IntegratorSpec::VolPath(_))
     }
+
+    /// Does it follow light that wanders inside materials?
+    pub fn looks_inside(&self) -> bool {
+        match self {
+            IntegratorSpec::Path(_) | IntegratorSpec::VolPath(_) => true,
+            IntegratorSpec::DirectLighting(_)
+            | IntegratorSpec::Whitted(_)
+            | IntegratorSpec::AmbientOcclusion(_) => false,
+        }
+    }
 }
 
 /// Integrator and the pixels it is confined to.

@@ -12,6 +12,7 @@ use super::subsurface::find_exit;
 use super::vertex::{MediumVertex, SurfaceVertex, Vertex};
 use super::volpath::transmittance;
 use crate::accel::GeometryHit;
+use crate::bsdf::BsdfSample;
 use crate::lights::{LightSelector, SelectionStrategy};
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::sampling::power_heuristic;
@@ -19,6 +20,7 @@ use crate::math::{Rgb, Vec2, color::is_black};
 use crate::params::{Dialect, ParamReader};
 use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
+use crate::surface::SurfaceHit;
 use crate::world::World;
 
 /// The number of scattering events after which Russian roulette starts (pbrt-v3: bounce counter > 3).
@@ -184,6 +186,9 @@ impl Path {
             if sample.transmission
                 && let Some(bssrdf) = world.bssrdf(hit.material, surface, &bsdf, differentials)
             {
+                if !sample.specular {
+                    radiance += throughput * straight_on(world, selector, surface, &sample);
+                }
                 let Some(exit) = find_exit(world, &bssrdf, hit.material, surface.time, stream)
                 else {
                     return radiance;
@@ -205,6 +210,9 @@ impl Path {
                 };
                 sample = outside;
                 throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
+                if is_black(throughput) || !throughput.is_finite() {
+                    return radiance;
+                }
             }
             differentials = None;
             apart &= sample.specular;
@@ -251,6 +259,25 @@ impl Path {
         let stop = (1.0 - worth).max(0.05);
         *throughput /= 1.0 - stop;
         stream.next_1d() >= stop
+    }
+}
+
+/// Lights that a sampled direction meets at once, although the path goes on elsewhere: what light
+/// sampling at a rough boundary is weighed against, as in pbrt-v3.
+fn straight_on(
+    world: &World,
+    selector: &LightSelector,
+    surface: &SurfaceHit,
+    sample: &BsdfSample,
+) -> Rgb {
+    let arrival = Arrival::Scattered {
+        from: surface.reference_point(),
+        pdf: sample.pdf,
+    };
+    let ray = surface.spawn_ray(sample.wi);
+    match world.intersect(&ray) {
+        Some(hit) => emitted(world, selector, &ray, &hit, &arrival),
+        None => escaped(world, selector, &ray, &arrival),
     }
 }
 

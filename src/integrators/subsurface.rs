@@ -21,7 +21,7 @@ pub struct Exit {
     /// The point; the `wo` of its surface is its shading normal, which says all of the way inside that counts.
     pub hit: GeometryHit,
     /// How it scatters light from outside.
-    pub bsdf: Bsdf,
+    pub bsdf: Bsdf<'static>,
     /// What the path's throughput is multiplied by.
     pub weight: Rgb,
 }
@@ -81,7 +81,7 @@ fn visit(world: &World, probe: &Probe, time: f32, mut meet: impl FnMut(&Geometry
         let SurfaceHit { p, p_error, n, .. } = hit.surface;
         ray.o = offset_ray_origin(p, p_error, n, probe.d);
         ray.t_max = (end - ray.o).dot(probe.d);
-        if !(ray.t_max > 0.0) {
+        if ray.t_max <= 0.0 {
             return;
         }
     }

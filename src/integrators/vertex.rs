@@ -30,7 +30,7 @@ pub struct SurfaceVertex<'a> {
     /// The surface.
     pub hit: &'a GeometryHit,
     /// How it scatters.
-    pub bsdf: &'a Bsdf,
+    pub bsdf: &'a Bsdf<'a>,
     /// What the path came through.
     pub medium: Option<MediumId>,
 }

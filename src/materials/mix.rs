@@ -85,12 +85,12 @@ impl Mix {
         true
     }
 
-    pub(super) fn add_lobes(
-        &self,
+    pub(super) fn add_lobes<'a>(
+        &'a self,
         at: &TexturePoint,
         textures: &Textures,
-        materials: &[Material],
-        bsdf: &mut Bsdf,
+        materials: &'a [Material],
+        bsdf: &mut Bsdf<'a>,
     ) {
         let amount = reflectance(&self.amount, at, textures);
         let rest = (Rgb::ONE - amount).max(Rgb::ZERO);

@@ -5,6 +5,7 @@
 
 mod bump;
 mod disney;
+mod fourier;
 mod glass;
 mod hair;
 mod inputs;
@@ -27,6 +28,7 @@ mod wild;
 
 pub use bump::Bump;
 pub use disney::Disney;
+pub use fourier::Fourier;
 pub use glass::Glass;
 pub use hair::{Hair, Pigment};
 pub use interior::Interior;
@@ -36,7 +38,7 @@ pub use metal::Metal;
 pub use mirror::Mirror;
 pub use mix::{Mix, Named, NamedMaterials};
 pub use plastic::Plastic;
-pub use prepare::prepare;
+pub use prepare::{BsdfFiles, prepare};
 pub use roughness::RoughnessMeaning;
 pub use shinymetal::ShinyMetal;
 pub use substrate::Substrate;
@@ -93,6 +95,8 @@ pub enum MaterialKind {
     Subsurface(Subsurface),
     /// `kdsubsurface`
     KdSubsurface(KdSubsurface),
+    /// `fourier`
+    Fourier(Fourier),
 }
 
 /// Does this type string mean a boundary that does not scatter at all?
@@ -102,7 +106,7 @@ pub fn is_none(kind: &str) -> bool {
 
 impl Material {
     /// The types that are modelled.
-    pub const KINDS: [&'static str; 13] = [
+    pub const KINDS: [&'static str; 14] = [
         "matte",
         "mirror",
         "glass",
@@ -116,6 +120,7 @@ impl Material {
         "hair",
         "subsurface",
         "kdsubsurface",
+        "fourier",
     ];
 
     /// Is this a type that is modelled? Some exist in pbrt-v2 only.
@@ -157,13 +162,13 @@ impl Material {
             }
             "subsurface" => MaterialKind::Subsurface(Subsurface::from_params(reader)),
             "kdsubsurface" => MaterialKind::KdSubsurface(KdSubsurface::from_params(reader)),
+            "fourier" => MaterialKind::Fourier(Fourier::from_params(reader)),
             kind => {
                 const DONE: &str = "a matte of the same parameters is used";
                 const TABLES: &str = "tables of measured reflectance are not read, \
                     and a matte of the same parameters is used";
                 match kind {
                     "measured" => reader.unsupported_kind(TABLES),
-                    _ if PLANNED.contains(&kind) => reader.unsupported_kind(DONE),
                     _ => reader.unknown_kind_replaced(&Material::KINDS, DONE),
                 }
                 MaterialKind::Matte(Matte::from_params(reader))
@@ -176,13 +181,13 @@ impl Material {
     }
 
     /// The BSDF at a point; `materials` are the scene's, for the handles of mixes.
-    pub fn bsdf(
-        &self,
+    pub fn bsdf<'a>(
+        &'a self,
         hit: &SurfaceHit,
         footprint: &Footprint,
         textures: &Textures,
-        materials: &[Material],
-    ) -> Bsdf {
+        materials: &'a [Material],
+    ) -> Bsdf<'a> {
         let at = TexturePoint {
             p: hit.p,
             uv: hit.uv,
@@ -197,12 +202,12 @@ impl Material {
         bsdf
     }
 
-    fn add_lobes(
-        &self,
+    fn add_lobes<'a>(
+        &'a self,
         at: &TexturePoint,
         textures: &Textures,
-        materials: &[Material],
-        bsdf: &mut Bsdf,
+        materials: &'a [Material],
+        bsdf: &mut Bsdf<'a>,
     ) {
         match &self.kind {
             MaterialKind::Matte(m) => m.add_lobes(at, textures, bsdf),
@@ -219,6 +224,7 @@ impl Material {
             MaterialKind::ShinyMetal(m) => m.add_lobes(at, textures, bsdf),
             MaterialKind::Subsurface(m) => m.interior.boundary.add_lobes(at, textures, bsdf),
             MaterialKind::KdSubsurface(m) => m.interior.boundary.add_lobes(at, textures, bsdf),
+            MaterialKind::Fourier(m) => m.add_lobes(bsdf),
         }
     }
 
@@ -229,7 +235,8 @@ impl Material {
             | MaterialKind::Mirror(_)
             | MaterialKind::Metal(_)
             | MaterialKind::Substrate(_)
-            | MaterialKind::Hair(_) => 1,
+            | MaterialKind::Hair(_)
+            | MaterialKind::Fourier(_) => 1,
             MaterialKind::Glass(_) | MaterialKind::Plastic(_) | MaterialKind::ShinyMetal(_) => 2,
             MaterialKind::Uber(m) => m.most_lobes(),
             MaterialKind::Translucent(m) => m.most_lobes(),
@@ -390,9 +397,18 @@ impl Material {
                     MeanFreePath::Float(mfp) => (&[*kd], &[*mfp]),
                 }
             }
+            MaterialKind::Fourier(_) => (&[], &[]),
         };
         spectra.iter().for_each(|&input| usage.spectrum(input));
         floats.iter().for_each(|&input| usage.float(input));
+    }
+
+    /// Is there a medium inside that light wanders through?
+    pub fn has_interior(&self) -> bool {
+        matches!(
+            self.kind,
+            MaterialKind::Subsurface(_) | MaterialKind::KdSubsurface(_)
+        )
     }
 
     /// Does the material itself use the footprint, apart from its textures?
@@ -400,9 +416,6 @@ impl Material {
         self.bump.is_some()
     }
 }
-
-/// Types of pbrt-v3 that are known but not made yet.
-const PLANNED: [&str; 1] = ["fourier"];
 
 /// Can the factor be other than black anywhere?
 fn may_scatter(input: &SpectrumInput) -> bool {
@@ -520,8 +533,10 @@ mod tests {
         })
     }
 
-    fn bsdf(kind: MaterialKind, wo: crate::math::Vec3) -> Bsdf {
-        Material { kind, bump: None }.bsdf(
+    // The few materials of these tests are never freed, so that their BSDFs stand alone.
+    fn bsdf(kind: MaterialKind, wo: crate::math::Vec3) -> Bsdf<'static> {
+        let material = Box::leak(Box::new(Material { kind, bump: None }));
+        material.bsdf(
             &flat_hit(wo),
             &Footprint::default(),
             &Textures::default(),

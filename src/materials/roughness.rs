@@ -29,7 +29,7 @@ pub(super) fn rough_refraction(
     transmittance: Rgb,
     distribution: TrowbridgeReitz,
     eta: f32,
-) -> Lobe {
+) -> Lobe<'static> {
     const UNBENT: f32 = 1e-4;
     if (eta - 1.0).abs() < UNBENT {
         return Lobe::SpecularTransmission(SpecularTransmission {

@@ -119,6 +119,31 @@ mod tests {
     }
 
     #[test]
+    fn wild_coefficients_make_media_of_numbers() {
+        let at = TexturePoint {
+            p: Rgb::ZERO,
+            uv: crate::math::Vec2::ZERO,
+            footprint: Default::default(),
+        };
+        let wild = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30, 1e30];
+        for a in wild {
+            for s in wild {
+                let mut material = read("subsurface", "", Subsurface::from_params).value;
+                material.sigma_a = rgb(a, 1.0, 1.0);
+                material.sigma_s = rgb(s, 1.0, 1.0);
+                let medium = material.medium(&at, &Textures::default());
+                assert!(medium.mean_free_path.x >= 0.0, "{a} {s}: {medium:?}");
+                // What is not a number counts as black (`ProfileTable::row`).
+                assert!(
+                    !(medium.albedo.x < 0.0 || medium.albedo.x > 1.0),
+                    "{a} {s}: {medium:?}"
+                );
+                assert_eq!((medium.albedo.y, medium.mean_free_path.y), (0.5, 0.5));
+            }
+        }
+    }
+
+    #[test]
     fn v2_has_names_of_its_own() {
         let v2 = Surroundings {
             dialect: Dialect::V2,

@@ -180,7 +180,7 @@ pub fn integrals(nodes: &[f32], value: impl Fn(usize) -> f32) -> Vec<f32> {
 /// nearer where it never is. `None` without nodes.
 pub fn invert(nodes: &[f32], values: &[f32], wanted: f32) -> Option<f32> {
     let (&first, &last) = (nodes.first()?, nodes.last()?);
-    if nodes.len() < 2 || !(wanted > *values.first()?) {
+    if nodes.len() < 2 || wanted.is_nan() || wanted <= *values.first()? {
         return Some(first);
     }
     if wanted >= *values.last()? {

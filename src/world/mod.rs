@@ -114,7 +114,7 @@ impl World {
         material: Option<MaterialId>,
         surface: &SurfaceHit,
         differentials: Option<&RayDifferentials>,
-    ) -> Option<Bsdf> {
+    ) -> Option<Bsdf<'_>> {
         let material = &self.materials[material?.index()];
         let footprint = surface.footprint(differentials);
         Some(material.bsdf(surface, &footprint, &self.textures, &self.materials))
