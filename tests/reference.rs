@@ -286,6 +286,7 @@ scenes! {
     realistic_wide22_stopped,
     shape_alpha,
     shape_instancing { left_out: SHADOWED_CONES },
+    shape_loopsubdiv,
     shape_orientation { left_out: MIRRORED_DISKS },
     shape_plymesh,
     shape_quadrics1,

@@ -10,6 +10,7 @@ pub mod disk;
 pub mod emitter;
 pub mod hyperboloid;
 pub mod local;
+pub mod loopsubdiv;
 pub mod mesh;
 pub mod objmesh;
 pub mod paraboloid;
@@ -26,6 +27,7 @@ use cylinder::Cylinder;
 use disk::Disk;
 use emitter::Emitter;
 use hyperboloid::Hyperboloid;
+use loopsubdiv::LoopSubdivSpec;
 use mesh::TriangleMesh;
 use objmesh::ObjMeshSpec;
 use paraboloid::Paraboloid;
@@ -62,11 +64,13 @@ pub enum ShapeSpec {
     PlyMesh(PlyMeshSpec),
     /// An OBJ file.
     ObjMesh(ObjMeshSpec),
+    /// A subdivision surface.
+    LoopSubdiv(LoopSubdivSpec),
 }
 
 impl ShapeSpec {
     /// The kinds that can be rendered.
-    pub const KINDS: [&'static str; 9] = [
+    pub const KINDS: [&'static str; 10] = [
         "sphere",
         "disk",
         "cone",
@@ -76,10 +80,11 @@ impl ShapeSpec {
         "trianglemesh",
         "plymesh",
         "objmesh",
+        "loopsubdiv",
     ];
 
     /// Kinds of pbrt-v3 that cannot be rendered yet.
-    pub const FUTURE_KINDS: [&'static str; 4] = ["curve", "loopsubdiv", "nurbs", "heightfield"];
+    pub const FUTURE_KINDS: [&'static str; 3] = ["curve", "nurbs", "heightfield"];
 
     /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported) or the kind is
     /// in neither [`ShapeSpec::KINDS`] nor [`ShapeSpec::FUTURE_KINDS`] (not reported: the caller
@@ -97,6 +102,7 @@ impl ShapeSpec {
             "trianglemesh" => ShapeSpec::TriangleMesh(TriangleMeshSpec::from_params(reader)?),
             "plymesh" => ShapeSpec::PlyMesh(PlyMeshSpec::from_params(reader)?),
             "objmesh" => ShapeSpec::ObjMesh(ObjMeshSpec::from_params(reader)?),
+            "loopsubdiv" => ShapeSpec::LoopSubdiv(LoopSubdivSpec::from_params(reader)?),
             kind => {
                 if Self::FUTURE_KINDS.contains(&kind) {
                     reader.error("", format!("shape \"{kind}\" is not supported yet"));
@@ -109,7 +115,7 @@ impl ShapeSpec {
     /// The cut-out texture of a mesh.
     pub fn alpha(&self) -> Option<FloatInput> {
         match self {
-            ShapeSpec::Quadric(_) => None,
+            ShapeSpec::Quadric(_) | ShapeSpec::LoopSubdiv(_) => None,
             ShapeSpec::TriangleMesh(mesh) => mesh.alpha,
             ShapeSpec::PlyMesh(mesh) => mesh.alpha,
             ShapeSpec::ObjMesh(mesh) => mesh.alpha,
@@ -119,7 +125,7 @@ impl ShapeSpec {
     /// The cut-out texture of a mesh for shadow rays.
     pub fn shadow_alpha(&self) -> Option<FloatInput> {
         match self {
-            ShapeSpec::Quadric(_) => None,
+            ShapeSpec::Quadric(_) | ShapeSpec::LoopSubdiv(_) => None,
             ShapeSpec::TriangleMesh(mesh) => mesh.shadow_alpha,
             ShapeSpec::PlyMesh(mesh) => mesh.shadow_alpha,
             ShapeSpec::ObjMesh(mesh) => mesh.shadow_alpha,
@@ -151,6 +157,7 @@ impl ShapeSpec {
             ShapeSpec::TriangleMesh(spec) => mesh(&spec.data),
             ShapeSpec::PlyMesh(spec) => mesh(&spec.load()?),
             ShapeSpec::ObjMesh(spec) => mesh(&spec.load()?),
+            ShapeSpec::LoopSubdiv(spec) => mesh(&spec.subdivide()),
         })
     }
 }
