@@ -27,7 +27,7 @@ use crate::assets::mesh::MeshData;
 use crate::math::DVec3;
 use crate::params::ParamReader;
 use limit::{limit_normals, limit_positions};
-use topology::{ControlMesh, Topology};
+use topology::ControlMesh;
 
 /// Most triangles of the finished mesh. With its tree a triangle takes about 150 bytes, so that
 /// these are 5 GB. Whoever asks for more gets fewer levels, with a warning.

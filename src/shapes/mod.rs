@@ -8,10 +8,13 @@ pub mod cone;
 pub mod cylinder;
 pub mod disk;
 pub mod emitter;
+mod grid;
+pub mod heightfield;
 pub mod hyperboloid;
 pub mod local;
 pub mod loopsubdiv;
 pub mod mesh;
+pub mod nurbs;
 pub mod objmesh;
 pub mod paraboloid;
 pub mod plymesh;
@@ -26,9 +29,11 @@ use cone::Cone;
 use cylinder::Cylinder;
 use disk::Disk;
 use emitter::Emitter;
+use heightfield::HeightfieldSpec;
 use hyperboloid::Hyperboloid;
 use loopsubdiv::LoopSubdivSpec;
 use mesh::TriangleMesh;
+use nurbs::NurbsSpec;
 use objmesh::ObjMeshSpec;
 use paraboloid::Paraboloid;
 use plymesh::PlyMeshSpec;
@@ -66,11 +71,15 @@ pub enum ShapeSpec {
     ObjMesh(ObjMeshSpec),
     /// A subdivision surface.
     LoopSubdiv(LoopSubdivSpec),
+    /// Heights over a grid.
+    Heightfield(HeightfieldSpec),
+    /// A spline surface.
+    Nurbs(NurbsSpec),
 }
 
 impl ShapeSpec {
     /// The kinds that can be rendered.
-    pub const KINDS: [&'static str; 10] = [
+    pub const KINDS: [&'static str; 12] = [
         "sphere",
         "disk",
         "cone",
@@ -81,10 +90,12 @@ impl ShapeSpec {
         "plymesh",
         "objmesh",
         "loopsubdiv",
+        "heightfield",
+        "nurbs",
     ];
 
     /// Kinds of pbrt-v3 that cannot be rendered yet.
-    pub const FUTURE_KINDS: [&'static str; 3] = ["curve", "nurbs", "heightfield"];
+    pub const FUTURE_KINDS: [&'static str; 1] = ["curve"];
 
     /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported) or the kind is
     /// in neither [`ShapeSpec::KINDS`] nor [`ShapeSpec::FUTURE_KINDS`] (not reported: the caller
@@ -103,6 +114,8 @@ impl ShapeSpec {
             "plymesh" => ShapeSpec::PlyMesh(PlyMeshSpec::from_params(reader)?),
             "objmesh" => ShapeSpec::ObjMesh(ObjMeshSpec::from_params(reader)?),
             "loopsubdiv" => ShapeSpec::LoopSubdiv(LoopSubdivSpec::from_params(reader)?),
+            "heightfield" => ShapeSpec::Heightfield(HeightfieldSpec::from_params(reader)?),
+            "nurbs" => ShapeSpec::Nurbs(NurbsSpec::from_params(reader)?),
             kind => {
                 if Self::FUTURE_KINDS.contains(&kind) {
                     reader.error("", format!("shape \"{kind}\" is not supported yet"));
@@ -115,20 +128,20 @@ impl ShapeSpec {
     /// The cut-out texture of a mesh.
     pub fn alpha(&self) -> Option<FloatInput> {
         match self {
-            ShapeSpec::Quadric(_) | ShapeSpec::LoopSubdiv(_) => None,
             ShapeSpec::TriangleMesh(mesh) => mesh.alpha,
             ShapeSpec::PlyMesh(mesh) => mesh.alpha,
             ShapeSpec::ObjMesh(mesh) => mesh.alpha,
+            _ => None,
         }
     }
 
     /// The cut-out texture of a mesh for shadow rays.
     pub fn shadow_alpha(&self) -> Option<FloatInput> {
         match self {
-            ShapeSpec::Quadric(_) | ShapeSpec::LoopSubdiv(_) => None,
             ShapeSpec::TriangleMesh(mesh) => mesh.shadow_alpha,
             ShapeSpec::PlyMesh(mesh) => mesh.shadow_alpha,
             ShapeSpec::ObjMesh(mesh) => mesh.shadow_alpha,
+            _ => None,
         }
     }
 
@@ -158,6 +171,8 @@ impl ShapeSpec {
             ShapeSpec::PlyMesh(spec) => mesh(&spec.load()?),
             ShapeSpec::ObjMesh(spec) => mesh(&spec.load()?),
             ShapeSpec::LoopSubdiv(spec) => mesh(&spec.subdivide()),
+            ShapeSpec::Heightfield(spec) => mesh(&spec.mesh()),
+            ShapeSpec::Nurbs(spec) => mesh(&spec.mesh()),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Laws of the refined topology and of the limit surface.
 
-use super::topology::NONE;
+use super::topology::{NONE, Topology};
 use super::*;
 use crate::math::Vec3;
 use crate::params::testing::read;
