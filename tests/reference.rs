@@ -285,6 +285,7 @@ scenes! {
     realistic_wide22_full,
     realistic_wide22_stopped,
     shape_alpha,
+    shape_curve,
     shape_heightfield,
     shape_instancing { left_out: SHADOWED_CONES },
     shape_loopsubdiv,

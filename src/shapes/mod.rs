@@ -5,6 +5,7 @@
 //! light is sampled from.
 
 pub mod cone;
+pub mod curve;
 pub mod cylinder;
 pub mod disk;
 pub mod emitter;
@@ -26,6 +27,7 @@ pub mod trianglemesh;
 use crate::math::transform::Transform;
 use crate::params::{FloatInput, ParamReader};
 use cone::Cone;
+use curve::{CurveSpec, Curves};
 use cylinder::Cylinder;
 use disk::Disk;
 use emitter::Emitter;
@@ -75,11 +77,13 @@ pub enum ShapeSpec {
     Heightfield(HeightfieldSpec),
     /// A spline surface.
     Nurbs(NurbsSpec),
+    /// Strips along splines.
+    Curve(CurveSpec),
 }
 
 impl ShapeSpec {
     /// The kinds that can be rendered.
-    pub const KINDS: [&'static str; 12] = [
+    pub const KINDS: [&'static str; 13] = [
         "sphere",
         "disk",
         "cone",
@@ -92,14 +96,11 @@ impl ShapeSpec {
         "loopsubdiv",
         "heightfield",
         "nurbs",
+        "curve",
     ];
 
-    /// Kinds of pbrt-v3 that cannot be rendered yet.
-    pub const FUTURE_KINDS: [&'static str; 1] = ["curve"];
-
     /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported) or the kind is
-    /// in neither [`ShapeSpec::KINDS`] nor [`ShapeSpec::FUTURE_KINDS`] (not reported: the caller
-    /// knows what else it might mean).
+    /// not in [`ShapeSpec::KINDS`] (not reported: the caller knows what else it might mean).
     pub fn from_params(reader: &ParamReader) -> Option<ShapeSpec> {
         Some(match reader.kind() {
             "sphere" => ShapeSpec::Quadric(Form::Sphere(Sphere::from_params(reader)?)),
@@ -116,12 +117,8 @@ impl ShapeSpec {
             "loopsubdiv" => ShapeSpec::LoopSubdiv(LoopSubdivSpec::from_params(reader)?),
             "heightfield" => ShapeSpec::Heightfield(HeightfieldSpec::from_params(reader)?),
             "nurbs" => ShapeSpec::Nurbs(NurbsSpec::from_params(reader)?),
-            kind => {
-                if Self::FUTURE_KINDS.contains(&kind) {
-                    reader.error("", format!("shape \"{kind}\" is not supported yet"));
-                }
-                return None;
-            }
+            "curve" => ShapeSpec::Curve(CurveSpec::from_params(reader)?),
+            _ => return None,
         })
     }
 
@@ -152,6 +149,10 @@ impl ShapeSpec {
         level_from_object: &Transform,
         reverse_orientation: bool,
     ) -> Result<CompiledShape, ShapeError> {
+        let flattened = || match level_from_object.is_invertible() {
+            true => Ok(()),
+            false => Err(ShapeError::Singular),
+        };
         let mesh = |data: &_| {
             CompiledShape::Mesh(Box::new(TriangleMesh::new(
                 data,
@@ -162,9 +163,7 @@ impl ShapeSpec {
         Ok(match self {
             ShapeSpec::Quadric(form) => {
                 let quadric = Quadric::new(*form, *level_from_object, reverse_orientation);
-                if !level_from_object.is_invertible() {
-                    return Err(ShapeError::Singular);
-                }
+                flattened()?;
                 CompiledShape::Quadric(Box::new(quadric))
             }
             ShapeSpec::TriangleMesh(spec) => mesh(&spec.data),
@@ -173,6 +172,11 @@ impl ShapeSpec {
             ShapeSpec::LoopSubdiv(spec) => mesh(&spec.subdivide()),
             ShapeSpec::Heightfield(spec) => mesh(&spec.mesh()),
             ShapeSpec::Nurbs(spec) => mesh(&spec.mesh()),
+            ShapeSpec::Curve(spec) => {
+                flattened()?;
+                let curves = spec.place(level_from_object, reverse_orientation);
+                CompiledShape::Curves(Box::new(curves))
+            }
         })
     }
 }
@@ -184,14 +188,18 @@ pub enum CompiledShape {
     Mesh(Box<TriangleMesh>),
     /// Sphere, disk, cone, cylinder, paraboloid or hyperboloid.
     Quadric(Box<Quadric>),
+    /// Strips along splines.
+    Curves(Box<Curves>),
 }
 
 impl CompiledShape {
-    /// How many lights the shape makes: one, or one per triangle (those of zero area too).
+    /// How many lights the shape makes: one, or one per triangle (those of zero area too). Curves
+    /// make none.
     pub fn emitter_count(&self) -> usize {
         match self {
             CompiledShape::Mesh(mesh) => mesh.indices.len(),
             CompiledShape::Quadric(_) => 1,
+            CompiledShape::Curves(_) => 0,
         }
     }
 
@@ -201,6 +209,7 @@ impl CompiledShape {
         match self {
             CompiledShape::Mesh(mesh) => Emitter::of_mesh(mesh),
             CompiledShape::Quadric(quadric) => vec![Emitter::of_quadric(quadric)],
+            CompiledShape::Curves(_) => Vec::new(),
         }
     }
 
@@ -208,7 +217,7 @@ impl CompiledShape {
     pub fn warnings(&self) -> &[String] {
         match self {
             CompiledShape::Mesh(mesh) => &mesh.warnings,
-            CompiledShape::Quadric(_) => &[],
+            CompiledShape::Quadric(_) | CompiledShape::Curves(_) => &[],
         }
     }
 }
