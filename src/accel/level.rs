@@ -1,7 +1,8 @@
 //! The shapes of one tree, stored relative to the tree's anchor.
 
 use super::aabb::Aabb;
-use super::packet::PrimitiveId;
+use super::curves::CurveStore;
+use super::packet::{OtherKind, PrimitiveId};
 use super::tree::{Item, Tree};
 use super::{GeometryError, PrimitiveAttributes};
 use crate::math::{DVec3, Vec2, Vec3};
@@ -77,6 +78,7 @@ pub(super) struct LevelBuilder {
     anchor: Option<DVec3>,
     meshes: Vec<StoredMesh>,
     quadrics: Vec<StoredQuadric>,
+    curves: CurveStore,
     triangles: usize,
     has_passable: bool,
 }
@@ -94,6 +96,7 @@ impl LevelBuilder {
         let (min, max) = match &shape {
             CompiledShape::Mesh(mesh) => mesh.bounds(),
             CompiledShape::Quadric(quadric) => quadric.bounds(),
+            CompiledShape::Curves(curves) => curves.bounds(),
         };
         let center = (min + max) * 0.5;
         if self.anchor.is_none() && center.is_finite() {
@@ -107,6 +110,9 @@ impl LevelBuilder {
                 quadric: quadric.relative_to(anchor),
                 attributes,
             }),
+            CompiledShape::Curves(curves) => {
+                self.curves.add(&curves.relative_to(anchor), attributes);
+            }
         }
     }
 
@@ -140,7 +146,8 @@ impl LevelBuilder {
 
     /// Builds the tree, with `instances` beside the shapes.
     pub fn build(self, instances: &[Aabb]) -> Result<Level, GeometryError> {
-        let largest = self.triangles.max(self.quadrics.len()).max(instances.len());
+        let others = self.quadrics.len().max(self.curves.piece_numbers());
+        let largest = self.triangles.max(others).max(instances.len());
         if largest >= PrimitiveId::LIMIT || self.triangles / 2 >= super::node::Child::MAX_PACKETS {
             return Err(GeometryError::TooMany(largest));
         }
@@ -149,6 +156,7 @@ impl LevelBuilder {
             radius: 0.0,
             meshes: self.meshes,
             quadrics: self.quadrics,
+            curves: self.curves,
             bounds: Aabb::EMPTY,
             has_passable: self.has_passable,
             skipped: 0,
@@ -180,6 +188,7 @@ pub(super) struct Level {
     pub radius: f64,
     pub meshes: Vec<StoredMesh>,
     pub quadrics: Vec<StoredQuadric>,
+    pub curves: CurveStore,
     pub tree: Tree,
     /// Relative to the anchor.
     pub bounds: Aabb,
@@ -222,7 +231,21 @@ impl Level {
             let bounds = Aabb::around(min, max);
             if usable(&bounds) {
                 items.push(Item {
-                    id: PrimitiveId::quadric(i),
+                    id: PrimitiveId::other(OtherKind::Quadric, i),
+                    bounds,
+                });
+            }
+        }
+        for (i, bounds) in self.curves.pieces() {
+            // A curve seen by a ray may be off its box by what single precision loses in both.
+            let slack = bounds.min.abs().max(bounds.max.abs()) * (2.0 * f32::EPSILON);
+            let bounds = Aabb {
+                min: bounds.min - slack,
+                max: bounds.max + slack,
+            };
+            if usable(&bounds) {
+                items.push(Item {
+                    id: PrimitiveId::other(OtherKind::Curve, i),
                     bounds,
                 });
             }
@@ -230,7 +253,7 @@ impl Level {
         for (i, &bounds) in instances.iter().enumerate() {
             if usable(&bounds) {
                 items.push(Item {
-                    id: PrimitiveId::instance(i),
+                    id: PrimitiveId::other(OtherKind::Instance, i),
                     bounds,
                 });
             }
@@ -262,6 +285,7 @@ impl Level {
     pub fn bytes(&self) -> usize {
         self.tree.bytes()
             + self.meshes.iter().map(StoredMesh::bytes).sum::<usize>()
+            + self.curves.bytes()
             + size_of_val(&self.meshes[..])
             + size_of_val(&self.quadrics[..])
     }

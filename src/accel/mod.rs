@@ -1,11 +1,12 @@
-//! Finding what a ray meets: 8-wide bounding volume hierarchies over triangles, quadrics and
-//! instances.
+//! Finding what a ray meets: 8-wide bounding volume hierarchies over triangles, quadrics, curves
+//! and instances.
 //!
 //! A [`Geometry`] has two levels. The top one is in render space and holds shapes and instances;
 //! each instance refers to an object with a tree of its own, stored about the object's own centre
 //! (its anchor) so that single precision is spent on the object and not on where it stands.
 
 mod aabb;
+mod curves;
 mod instance;
 mod level;
 mod node;
@@ -26,6 +27,7 @@ use crate::shapes::local::LocalSurface;
 use crate::surface::{SurfaceHit, TexturePoint};
 use instance::Instance;
 use level::{Level, LevelBuilder};
+use packet::OtherKind;
 use search::{Found, Search};
 
 /// What a shape carries besides its geometry.
@@ -138,6 +140,8 @@ pub struct GeometryStatistics {
     pub triangles: usize,
     /// Quadrics in trees.
     pub quadrics: usize,
+    /// Segments of curves in trees.
+    pub curve_segments: usize,
     /// Instances.
     pub instances: usize,
     /// Triangles left out: zero area, or coordinates that are not finite or beyond 1e18.
@@ -217,6 +221,7 @@ impl Geometry {
         for level in self.objects.iter().chain([&self.top]) {
             statistics.triangles += level.triangles() - level.skipped;
             statistics.quadrics += level.quadrics.len();
+            statistics.curve_segments += level.curves.segments();
             statistics.skipped += level.skipped;
             statistics.nodes += level.tree.nodes.len();
             statistics.bytes += level.bytes();
@@ -242,9 +247,13 @@ fn resolve_in<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Option
             .map(|first| LightId(first.0 + i as u32));
         return Some((triangle.surface(b), &mesh.attributes, light));
     }
-    let stored = &level.quadrics[i];
     // The ray as the search had it, so that the same point is found again.
     let (o, d) = (o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3());
+    if found.id.kind() == OtherKind::Curve {
+        let (surface, attributes) = level.curves.surface(i, o, d)?;
+        return Some((surface, attributes, None));
+    }
+    let stored = &level.quadrics[i];
     let (_, p) = stored.quadric.intersect(o, d)?;
     Some((
         stored.quadric.surface(p),

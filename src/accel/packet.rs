@@ -23,6 +23,17 @@ pub(super) const LANES: usize = 4;
 /// meeting with the plane could tell.
 const GRAZING_SINE: f64 = 1e-6;
 
+/// What a lane may refer to besides triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OtherKind {
+    Quadric,
+    Instance,
+    /// A piece of a curve.
+    Curve,
+    /// An object that moves.
+    Moving,
+}
+
 /// What a lane refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PrimitiveId(u32);
@@ -30,9 +41,10 @@ pub(super) struct PrimitiveId(u32);
 impl PrimitiveId {
     const CUT_OUT: u32 = 1 << 31;
     const OTHER: u32 = 1 << 30;
-    const INSTANCE: u32 = 1 << 29;
-    /// How many of a kind a tree can hold.
-    pub const LIMIT: usize = Self::INSTANCE as usize;
+    /// Where the kind of what is no triangle stands.
+    const KIND_SHIFT: u32 = 28;
+    /// How many triangles, and how many of each other kind, a tree can hold.
+    pub const LIMIT: usize = 1 << Self::KIND_SHIFT;
     /// An unused lane.
     pub const NONE: PrimitiveId = PrimitiveId(u32::MAX);
 
@@ -40,12 +52,8 @@ impl PrimitiveId {
         PrimitiveId(index | if cut_out { Self::CUT_OUT } else { 0 })
     }
 
-    pub fn quadric(index: usize) -> PrimitiveId {
-        PrimitiveId(index as u32 | Self::OTHER)
-    }
-
-    pub fn instance(index: usize) -> PrimitiveId {
-        PrimitiveId(index as u32 | Self::OTHER | Self::INSTANCE)
+    pub fn other(kind: OtherKind, index: usize) -> PrimitiveId {
+        PrimitiveId(index as u32 | Self::OTHER | (kind as u32) << Self::KIND_SHIFT)
     }
 
     #[inline(always)]
@@ -53,15 +61,21 @@ impl PrimitiveId {
         self.0 & Self::OTHER == 0
     }
 
-    /// A quadric or an instance, not an unused lane.
+    /// No triangle, and not an unused lane.
     #[inline(always)]
     pub fn is_other(self) -> bool {
         self.0 & (Self::OTHER | Self::CUT_OUT) == Self::OTHER
     }
 
+    /// Of what is no triangle.
     #[inline(always)]
-    pub fn is_instance(self) -> bool {
-        self.is_other() && self.0 & Self::INSTANCE != 0
+    pub fn kind(self) -> OtherKind {
+        match self.0 >> Self::KIND_SHIFT & 3 {
+            0 => OtherKind::Quadric,
+            1 => OtherKind::Instance,
+            2 => OtherKind::Curve,
+            _ => OtherKind::Moving,
+        }
     }
 
     /// A triangle with an alpha texture.
@@ -73,7 +87,7 @@ impl PrimitiveId {
     /// Among its kind.
     #[inline(always)]
     pub fn index(self) -> usize {
-        (self.0 & (Self::INSTANCE - 1)) as usize
+        (self.0 & (Self::LIMIT as u32 - 1)) as usize
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::instance::{InnerRay, Instance};
 use super::level::Level;
-use super::packet::PrimitiveId;
+use super::packet::{OtherKind, PrimitiveId};
 use super::ray::TraversalRay;
 use super::tree::Visitor;
 use super::{Geometry, PrimitiveAttributes};
@@ -113,6 +113,15 @@ where
         }
     }
 
+    fn curve(&mut self, id: PrimitiveId) -> bool {
+        let t_max = f64::from(self.t_max);
+        let curves = &self.level.curves;
+        match curves.intersect(id.index(), self.o, self.d, t_max) {
+            Some(hit) if (hit.t as f32) < self.t_max => self.accept(id, None, hit.t as f32),
+            _ => false,
+        }
+    }
+
     fn instance(&mut self, id: PrimitiveId) -> bool {
         let instance = &self.geometry.instances[id.index()];
         let level = &self.geometry.objects[instance.object.index()];
@@ -172,10 +181,11 @@ where
     }
 
     fn other(&mut self, id: PrimitiveId) -> bool {
-        if id.is_instance() {
-            self.instance(id)
-        } else {
-            self.quadric(id)
+        match id.kind() {
+            OtherKind::Quadric => self.quadric(id),
+            OtherKind::Instance => self.instance(id),
+            OtherKind::Curve => self.curve(id),
+            OtherKind::Moving => false,
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::shapes::quadric::{Form, Quadric};
 use crate::shapes::sphere::Sphere;
 
 mod degenerate;
+mod hair;
 mod hits;
 mod oracle;
 mod respawn;

@@ -117,6 +117,21 @@ impl Transform {
         self
     }
 
+    /// The factor by which the transformation scales where it is a similarity (rotation,
+    /// reflection, uniform scale, translation).
+    pub fn similarity(&self) -> Option<f64> {
+        let m = glam::DMat3::from_mat4(self.m);
+        let product = m.transpose() * m;
+        let scale2 = (product.x_axis.x + product.y_axis.y + product.z_axis.z) / 3.0;
+        let off = product - glam::DMat3::from_diagonal(DVec3::splat(scale2));
+        let worst = off
+            .to_cols_array()
+            .iter()
+            .fold(0.0f64, |a, b| a.max(b.abs()));
+        // Rotations written with single-precision numbers are orthogonal to 1e-7.
+        (worst <= 1e-6 * scale2).then(|| scale2.sqrt())
+    }
+
     /// True where all matrix and inverse entries are finite.
     pub fn is_invertible(&self) -> bool {
         self.m.is_finite() && self.inverse.is_finite()

@@ -34,12 +34,13 @@ impl Interpreter<'_> {
         }
         let (material, spec) = self.read_shape(span, typed);
         let Some(spec) = spec else { return };
+        let glows = !matches!(spec, ShapeSpec::Curve(_));
         let entity = ShapeEntity {
             spec,
             world_from_shape: self.current.ctm.start,
             reverse_orientation: self.current.state.reverse_orientation,
             material,
-            area_light: self.area_light_of_shape(span),
+            area_light: self.area_light_of_shape(span, glows),
             interface: self.interface_of_shape(),
             span: file_name_span(typed).unwrap_or(span),
         };
@@ -81,8 +82,15 @@ impl Interpreter<'_> {
         (material, spec)
     }
 
-    fn area_light_of_shape(&mut self, shape: Span) -> Option<usize> {
+    fn area_light_of_shape(&mut self, shape: Span, glows: bool) -> Option<usize> {
         let area_light = self.current.state.area_light?;
+        if !glows {
+            self.warn(
+                shape,
+                "a curve cannot be an area light; it does not emit (pbrt-v3 aborts)",
+            );
+            return None;
+        }
         if self.current.ctm.is_animated() {
             self.warn(
                 shape,
@@ -112,13 +120,8 @@ fn file_name_span(shape: &Typed) -> Option<Span> {
 fn read_spec(reader: &ParamReader) -> Option<ShapeSpec> {
     const LEFT_OUT: &str = "the shape is left out";
     let kind = reader.kind();
-    if ShapeSpec::FUTURE_KINDS.contains(&kind) {
-        reader.unsupported_kind(LEFT_OUT);
-        return None;
-    }
     if !ShapeSpec::KINDS.contains(&kind) {
-        let all: Vec<&'static str> = [&ShapeSpec::KINDS[..], &ShapeSpec::FUTURE_KINDS].concat();
-        reader.unknown_kind_replaced(&all, LEFT_OUT);
+        reader.unknown_kind_replaced(&ShapeSpec::KINDS, LEFT_OUT);
         return None;
     }
     ShapeSpec::from_params(reader)

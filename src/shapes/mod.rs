@@ -5,12 +5,17 @@
 //! light is sampled from.
 
 pub mod cone;
+pub mod curve;
 pub mod cylinder;
 pub mod disk;
 pub mod emitter;
+mod grid;
+pub mod heightfield;
 pub mod hyperboloid;
 pub mod local;
+pub mod loopsubdiv;
 pub mod mesh;
+pub mod nurbs;
 pub mod objmesh;
 pub mod paraboloid;
 pub mod plymesh;
@@ -22,11 +27,15 @@ pub mod trianglemesh;
 use crate::math::transform::Transform;
 use crate::params::{FloatInput, ParamReader};
 use cone::Cone;
+use curve::{CurveSpec, Curves};
 use cylinder::Cylinder;
 use disk::Disk;
 use emitter::Emitter;
+use heightfield::HeightfieldSpec;
 use hyperboloid::Hyperboloid;
+use loopsubdiv::LoopSubdivSpec;
 use mesh::TriangleMesh;
+use nurbs::NurbsSpec;
 use objmesh::ObjMeshSpec;
 use paraboloid::Paraboloid;
 use plymesh::PlyMeshSpec;
@@ -62,11 +71,19 @@ pub enum ShapeSpec {
     PlyMesh(PlyMeshSpec),
     /// An OBJ file.
     ObjMesh(ObjMeshSpec),
+    /// A subdivision surface.
+    LoopSubdiv(LoopSubdivSpec),
+    /// Heights over a grid.
+    Heightfield(HeightfieldSpec),
+    /// A spline surface.
+    Nurbs(NurbsSpec),
+    /// Strips along splines.
+    Curve(CurveSpec),
 }
 
 impl ShapeSpec {
     /// The kinds that can be rendered.
-    pub const KINDS: [&'static str; 9] = [
+    pub const KINDS: [&'static str; 13] = [
         "sphere",
         "disk",
         "cone",
@@ -76,14 +93,14 @@ impl ShapeSpec {
         "trianglemesh",
         "plymesh",
         "objmesh",
+        "loopsubdiv",
+        "heightfield",
+        "nurbs",
+        "curve",
     ];
 
-    /// Kinds of pbrt-v3 that cannot be rendered yet.
-    pub const FUTURE_KINDS: [&'static str; 4] = ["curve", "loopsubdiv", "nurbs", "heightfield"];
-
     /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported) or the kind is
-    /// in neither [`ShapeSpec::KINDS`] nor [`ShapeSpec::FUTURE_KINDS`] (not reported: the caller
-    /// knows what else it might mean).
+    /// not in [`ShapeSpec::KINDS`] (not reported: the caller knows what else it might mean).
     pub fn from_params(reader: &ParamReader) -> Option<ShapeSpec> {
         Some(match reader.kind() {
             "sphere" => ShapeSpec::Quadric(Form::Sphere(Sphere::from_params(reader)?)),
@@ -97,32 +114,31 @@ impl ShapeSpec {
             "trianglemesh" => ShapeSpec::TriangleMesh(TriangleMeshSpec::from_params(reader)?),
             "plymesh" => ShapeSpec::PlyMesh(PlyMeshSpec::from_params(reader)?),
             "objmesh" => ShapeSpec::ObjMesh(ObjMeshSpec::from_params(reader)?),
-            kind => {
-                if Self::FUTURE_KINDS.contains(&kind) {
-                    reader.error("", format!("shape \"{kind}\" is not supported yet"));
-                }
-                return None;
-            }
+            "loopsubdiv" => ShapeSpec::LoopSubdiv(LoopSubdivSpec::from_params(reader)?),
+            "heightfield" => ShapeSpec::Heightfield(HeightfieldSpec::from_params(reader)?),
+            "nurbs" => ShapeSpec::Nurbs(NurbsSpec::from_params(reader)?),
+            "curve" => ShapeSpec::Curve(CurveSpec::from_params(reader)?),
+            _ => return None,
         })
     }
 
     /// The cut-out texture of a mesh.
     pub fn alpha(&self) -> Option<FloatInput> {
         match self {
-            ShapeSpec::Quadric(_) => None,
             ShapeSpec::TriangleMesh(mesh) => mesh.alpha,
             ShapeSpec::PlyMesh(mesh) => mesh.alpha,
             ShapeSpec::ObjMesh(mesh) => mesh.alpha,
+            _ => None,
         }
     }
 
     /// The cut-out texture of a mesh for shadow rays.
     pub fn shadow_alpha(&self) -> Option<FloatInput> {
         match self {
-            ShapeSpec::Quadric(_) => None,
             ShapeSpec::TriangleMesh(mesh) => mesh.shadow_alpha,
             ShapeSpec::PlyMesh(mesh) => mesh.shadow_alpha,
             ShapeSpec::ObjMesh(mesh) => mesh.shadow_alpha,
+            _ => None,
         }
     }
 
@@ -133,6 +149,10 @@ impl ShapeSpec {
         level_from_object: &Transform,
         reverse_orientation: bool,
     ) -> Result<CompiledShape, ShapeError> {
+        let flattened = || match level_from_object.is_invertible() {
+            true => Ok(()),
+            false => Err(ShapeError::Singular),
+        };
         let mesh = |data: &_| {
             CompiledShape::Mesh(Box::new(TriangleMesh::new(
                 data,
@@ -143,14 +163,20 @@ impl ShapeSpec {
         Ok(match self {
             ShapeSpec::Quadric(form) => {
                 let quadric = Quadric::new(*form, *level_from_object, reverse_orientation);
-                if !level_from_object.is_invertible() {
-                    return Err(ShapeError::Singular);
-                }
+                flattened()?;
                 CompiledShape::Quadric(Box::new(quadric))
             }
             ShapeSpec::TriangleMesh(spec) => mesh(&spec.data),
             ShapeSpec::PlyMesh(spec) => mesh(&spec.load()?),
             ShapeSpec::ObjMesh(spec) => mesh(&spec.load()?),
+            ShapeSpec::LoopSubdiv(spec) => mesh(&spec.subdivide()),
+            ShapeSpec::Heightfield(spec) => mesh(&spec.mesh()),
+            ShapeSpec::Nurbs(spec) => mesh(&spec.mesh()),
+            ShapeSpec::Curve(spec) => {
+                flattened()?;
+                let curves = spec.place(level_from_object, reverse_orientation);
+                CompiledShape::Curves(Box::new(curves))
+            }
         })
     }
 }
@@ -162,14 +188,18 @@ pub enum CompiledShape {
     Mesh(Box<TriangleMesh>),
     /// Sphere, disk, cone, cylinder, paraboloid or hyperboloid.
     Quadric(Box<Quadric>),
+    /// Strips along splines.
+    Curves(Box<Curves>),
 }
 
 impl CompiledShape {
-    /// How many lights the shape makes: one, or one per triangle (those of zero area too).
+    /// How many lights the shape makes: one, or one per triangle (those of zero area too). Curves
+    /// make none.
     pub fn emitter_count(&self) -> usize {
         match self {
             CompiledShape::Mesh(mesh) => mesh.indices.len(),
             CompiledShape::Quadric(_) => 1,
+            CompiledShape::Curves(_) => 0,
         }
     }
 
@@ -179,6 +209,7 @@ impl CompiledShape {
         match self {
             CompiledShape::Mesh(mesh) => Emitter::of_mesh(mesh),
             CompiledShape::Quadric(quadric) => vec![Emitter::of_quadric(quadric)],
+            CompiledShape::Curves(_) => Vec::new(),
         }
     }
 
@@ -186,7 +217,7 @@ impl CompiledShape {
     pub fn warnings(&self) -> &[String] {
         match self {
             CompiledShape::Mesh(mesh) => &mesh.warnings,
-            CompiledShape::Quadric(_) => &[],
+            CompiledShape::Quadric(_) | CompiledShape::Curves(_) => &[],
         }
     }
 }

@@ -249,21 +249,6 @@ impl Quadric {
         }
         self.form.area() * sum / (GRID * GRID) as f64
     }
-
-    /// The factor by which the transformation scales where it is a similarity (rotation,
-    /// reflection, uniform scale, translation).
-    pub fn similarity(&self) -> Option<f64> {
-        let m = DMat3::from_mat4(self.level_from_object.m);
-        let product = m.transpose() * m;
-        let scale2 = (product.x_axis.x + product.y_axis.y + product.z_axis.z) / 3.0;
-        let off = product - DMat3::from_diagonal(DVec3::splat(scale2));
-        let worst = off
-            .to_cols_array()
-            .iter()
-            .fold(0.0f64, |a, b| a.max(b.abs()));
-        // Rotations written with single-precision numbers are orthogonal to 1e-7.
-        (worst <= 1e-6 * scale2).then(|| scale2.sqrt())
-    }
 }
 
 /// The angle of (x, y) from +x toward +y, in [0, 2π).

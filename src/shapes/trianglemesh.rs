@@ -32,36 +32,13 @@ impl TriangleMeshSpec {
     pub fn from_params(reader: &ParamReader) -> Option<TriangleMeshSpec> {
         let alpha = reader.find_float_input("alpha");
         let shadow_alpha = reader.find_float_input("shadowalpha");
-        let points = reader.points3("P");
-        let indices = reader.integers("indices");
         let normals = reader.normals("N");
         let tangents = reader.vectors3("S");
         let uv_name = if reader.has("uv") { "uv" } else { "st" };
         let uv = reader.points2(uv_name);
         // Only Ptex, which is not supported, would use these.
         let _ = reader.integers("faceIndices");
-        let Some(points) = points else {
-            reader.error("P", "a trianglemesh needs vertices: \"point3 P\"");
-            return None;
-        };
-        let Some(indices) = indices else {
-            reader.error("indices", "a trianglemesh needs \"integer indices\"");
-            return None;
-        };
-        let positions = triples(points).map(DVec3::from).collect::<Vec<_>>();
-        if indices.len() % 3 != 0 {
-            reader.warn(
-                "indices",
-                "the number of indices is no multiple of 3: the last ones are dropped",
-            );
-        }
-        let indices = match check_indices(indices, positions.len()) {
-            Ok(indices) => indices,
-            Err((item, message)) => {
-                reader.error_item("indices", item, message);
-                return None;
-            }
-        };
+        let (positions, indices) = vertices_and_triangles(reader)?;
         let per_vertex = |name: &str, values: Option<&[f64]>| -> Vec<Vec3> {
             let Some(values) = values else {
                 return Vec::new();
@@ -94,6 +71,35 @@ impl TriangleMeshSpec {
             alpha,
             shadow_alpha,
         })
+    }
+}
+
+/// Reads `point3 P` and `integer indices`; `None` where they are missing or wrong (reported).
+pub(super) fn vertices_and_triangles(reader: &ParamReader) -> Option<(Vec<DVec3>, Vec<[u32; 3]>)> {
+    let points = reader.points3("P");
+    let indices = reader.integers("indices");
+    let kind = reader.kind();
+    let Some(points) = points else {
+        reader.error("P", format!("a {kind} needs vertices: \"point3 P\""));
+        return None;
+    };
+    let Some(indices) = indices else {
+        reader.error("indices", format!("a {kind} needs \"integer indices\""));
+        return None;
+    };
+    let positions: Vec<DVec3> = triples(points).map(DVec3::from).collect();
+    if indices.len() % 3 != 0 {
+        reader.warn(
+            "indices",
+            "the number of indices is no multiple of 3: the last ones are dropped",
+        );
+    }
+    match check_indices(indices, positions.len()) {
+        Ok(indices) => Some((positions, indices)),
+        Err((item, message)) => {
+            reader.error_item("indices", item, message);
+            None
+        }
     }
 }
 

@@ -1,0 +1,125 @@
+//! The curves of one tree. Each segment is a few boxes in the tree ("pieces"), whose leaves lead
+//! straight to its 64 bytes: a search touches nothing else, but for ribbons and for curves whose
+//! transformation does not keep angles.
+
+use super::PrimitiveAttributes;
+use super::aabb::Aabb;
+use crate::math::{DVec3, Vec3};
+use crate::shapes::curve::{CurveHit, CurveKind, Curves, Placement, Segment};
+use crate::shapes::local::LocalSurface;
+
+/// A piece has its number within the segment in so many bits, since a segment has up to eight.
+const PIECE_BITS: u32 = 3;
+
+/// What all segments of a curve share.
+struct Owner {
+    kind: CurveKind,
+    flip: bool,
+    placement: Option<Box<Placement>>,
+    attributes: PrimitiveAttributes,
+}
+
+/// The curves.
+#[derive(Default)]
+pub(super) struct CurveStore {
+    segments: Vec<Segment>,
+    normals: Vec<[DVec3; 2]>,
+    owners: Vec<Owner>,
+}
+
+impl CurveStore {
+    /// Adds a curve whose coordinates count from the level's anchor.
+    pub fn add(&mut self, curves: &Curves, attributes: PrimitiveAttributes) {
+        let (owner, normal) = (self.owners.len() as u32, self.normals.len() as u32);
+        self.segments.extend(curves.stored(owner, normal));
+        let widen = |n: [Vec3; 2]| n.map(Vec3::as_dvec3);
+        self.normals.extend(curves.stored_normals().map(widen));
+        self.owners.push(Owner {
+            kind: curves.kind,
+            flip: curves.flip,
+            placement: curves.placement.map(Box::new),
+            attributes,
+        });
+    }
+
+    /// How many numbers pieces take.
+    pub fn piece_numbers(&self) -> usize {
+        self.segments.len() << PIECE_BITS
+    }
+
+    /// How many segments there are.
+    pub fn segments(&self) -> usize {
+        self.segments.len()
+    }
+
+    /// All pieces with their boxes.
+    pub fn pieces(&self) -> impl Iterator<Item = (usize, Aabb)> {
+        self.segments.iter().enumerate().flat_map(move |(i, segment)| {
+            (0..segment.pieces()).map(move |piece| {
+                let number = i << PIECE_BITS | piece;
+                (number, self.piece_bounds(segment, piece))
+            })
+        })
+    }
+
+    fn piece_bounds(&self, segment: &Segment, piece: usize) -> Aabb {
+        let (min, max) = segment.bounds(piece);
+        match &self.owners[segment.owner()].placement {
+            None => Aabb::around(min, max),
+            Some(placement) => {
+                let affine = &placement.level_from_local;
+                let center = affine.transform_point3((min + max) * 0.5);
+                let reach = placement.spread() * ((max - min) * 0.5);
+                Aabb::around(center - reach, center + reach)
+            }
+        }
+    }
+
+    /// The ray in the space that the segment's widths are measured in.
+    fn local(&self, segment: &Segment, o: DVec3, d: DVec3) -> (DVec3, DVec3) {
+        match &self.owners[segment.owner()].placement {
+            None => (o, d),
+            Some(placement) => (
+                placement.local_from_level.transform_point3(o),
+                placement.local_from_level.transform_vector3(d),
+            ),
+        }
+    }
+
+    /// The nearest meeting of the ray with a piece at 0 < t < `t_max`.
+    pub fn intersect(&self, number: usize, o: DVec3, d: DVec3, t_max: f64) -> Option<CurveHit> {
+        let segment = &self.segments[number >> PIECE_BITS];
+        let piece = number & ((1 << PIECE_BITS) - 1);
+        let normals = segment.normals().map(|i| &self.normals[i]);
+        let (o, d) = self.local(segment, o, d);
+        segment.intersect(piece, normals, o, d, t_max)
+    }
+
+    /// The surface where [`CurveStore::intersect`] finds one.
+    pub fn surface(
+        &self,
+        number: usize,
+        o: DVec3,
+        d: DVec3,
+    ) -> Option<(LocalSurface, &PrimitiveAttributes)> {
+        let hit = self.intersect(number, o, d, f64::INFINITY)?;
+        let segment = &self.segments[number >> PIECE_BITS];
+        let owner = &self.owners[segment.owner()];
+        let (o, d) = self.local(segment, o, d);
+        let local = segment.surface(&hit, owner.kind, owner.flip, o, d)?;
+        let surface = match &owner.placement {
+            None => local,
+            Some(p) => local.transformed(&p.level_from_local, &p.local_from_level),
+        };
+        Some((surface, &owner.attributes))
+    }
+
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        let placed = self.owners.iter().filter(|o| o.placement.is_some()).count();
+        size_of_val(&self.segments[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.owners[..])
+            + placed * size_of::<Placement>()
+    }
+}
