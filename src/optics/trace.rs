@@ -10,7 +10,7 @@
 //! the film. Light runs toward +z; rays from the film run toward −z.
 
 use super::asphere::AsphericSurface;
-use super::real::{Dual, Mask, Number, Plain, Real};
+use super::real::{Dual, Index, Mask, Number, Plain, Real};
 use super::surface::Surface;
 use std::fmt;
 
@@ -232,29 +232,37 @@ impl<B: Plain> LensTracer<B> {
         finished(r, last)
     }
 
-    /// The farthest from the axis that a ray from the film meets any surface, relative to its
-    /// clear radius: at most 1 for a ray that passes. Apertures do not block; `None` where the
-    /// ray ends otherwise.
-    pub(super) fn largest_relative_height(&self, ray: &LensRay<B>) -> Option<B> {
+    /// The farthest from the axis that rays from the film meet any surface, relative to its clear radius,
+    /// squared: at most 1 for a ray that passes. Apertures do not block; which rays end nowhere else. z is relative
+    /// to the last vertex.
+    #[inline(always)]
+    pub(super) fn largest_relative_height2<T: Index<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+    ) -> (T, T::Mask) {
         let pass = Pass {
             sign: -B::ONE,
             to_film: false,
             clip: false,
         };
         let mut r = *ray;
-        r.o[2] = r.o[2].plus(-self.length);
-        let mut largest = B::ZERO;
+        let mut largest = T::constant(B::ZERO);
+        let mut passes = T::Mask::YES;
         for i in (0..self.elements.len()).rev() {
             if i + 1 < self.elements.len() {
                 r.o[2] = r.o[2].plus(self.elements[i].thickness);
             }
-            self.cross(i, &mut r, &pass).ok()?;
-            let height2 = (r.o[0] * r.o[0] + r.o[1] * r.o[1]) / self.elements[i].radius2;
-            if height2 > largest {
-                largest = height2;
+            let crossing = self.elements[i].cross(&r, &pass);
+            passes = passes.and(crossing.all());
+            if !passes.any() {
+                break;
             }
+            r = crossing.ray;
+            let height2 = r.o[0] * r.o[0] + r.o[1] * r.o[1];
+            let height2 = height2 / T::constant(self.elements[i].radius2);
+            largest = T::select((height2 - largest).greater(B::ZERO), height2, largest);
         }
-        Some(largest.sqrt())
+        (largest, passes)
     }
 
     /// Traces rays from behind the last surface to the scene, apertures blocking: where they

@@ -1,75 +1,194 @@
-//! A bundle of numbers side by side.
+//! Bundles of numbers side by side.
 
 use crate::optics::real::{Index, Mask, Number};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// `N` numbers in single precision, on which every operation acts one by one, each rounded as
-/// IEEE 754 says: a lane holds the bits that an f32 alone would.
-///
-/// Plain loops of fixed length, all inlined, which the compiler turns into the vector instructions
-/// of the function around them; that is what lets [`super::vectorize`] choose the instructions at
-/// run time. `wide`'s types fix them when the program is built. Measured through the 11 surfaces of the
-/// double Gauss on an AMD EPYC with AVX-512, ns a ray, 8 and 16 lanes: `wide` 34 and 26, these without
-/// vector instructions beyond SSE2 36 and 27, with AVX2 29 and 18, with AVX-512 28 and 16. One loop
-/// over the lanes around the whole of a surface, instead of one for each operation: 34 with AVX2 and 16 lanes,
-/// and 129 with SSE2, where it is not vectorised at all.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(32))]
-pub struct Lanes<const N: usize>(pub [f32; N]);
+/// Makes the bundle `$lanes` of `$float`s with its answers `$mask` of `$bits`; `$digits` is the number of bits
+/// that a `$float` has for a fraction.
+macro_rules! bundle {
+    ($(#[$doc:meta])* $lanes:ident, $mask:ident, $float:ident, $bits:ident, $digits:literal) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[repr(align(32))]
+        pub struct $lanes<const N: usize>(pub [$float; N]);
 
-/// Answers for `N` lanes: all bits set for yes, none for no.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(align(32))]
-pub struct LaneMask<const N: usize>(pub [u32; N]);
+        /// Answers for `N` lanes: all bits set for yes, none for no.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(align(32))]
+        pub struct $mask<const N: usize>(pub [$bits; N]);
 
-impl<const N: usize> Lanes<N> {
-    /// The same number in every lane.
-    #[inline(always)]
-    pub fn splat(x: f32) -> Lanes<N> {
-        Lanes([x; N])
-    }
-}
-
-impl<const N: usize> LaneMask<N> {
-    /// Does lane `i` say yes?
-    #[inline(always)]
-    pub fn at(&self, i: usize) -> bool {
-        self.0[i] != 0
-    }
-
-    /// How many lanes say yes.
-    #[inline(always)]
-    pub fn count(&self) -> u32 {
-        self.0.iter().map(|x| x & 1).sum()
-    }
-}
-
-impl<const N: usize> Mask for LaneMask<N> {
-    const YES: LaneMask<N> = LaneMask([u32::MAX; N]);
-    #[inline(always)]
-    fn and(self, other: LaneMask<N>) -> LaneMask<N> {
-        let mut r = self;
-        for i in 0..N {
-            r.0[i] &= other.0[i];
-        }
-        r
-    }
-    #[inline(always)]
-    fn any(self) -> bool {
-        let mut all = 0;
-        for x in self.0 {
-            all |= x;
-        }
-        all != 0
-    }
-}
-
-macro_rules! lane_by_lane {
-    ($($operation:ident $function:ident $symbol:tt),*) => {$(
-        impl<const N: usize> $operation for Lanes<N> {
-            type Output = Lanes<N>;
+        impl<const N: usize> $lanes<N> {
+            /// The same number in every lane.
             #[inline(always)]
-            fn $function(self, other: Lanes<N>) -> Lanes<N> {
+            pub fn splat(x: $float) -> $lanes<N> {
+                $lanes([x; N])
+            }
+
+        }
+
+        impl<const N: usize> $mask<N> {
+            /// Does lane `i` say yes?
+            #[inline(always)]
+            pub fn at(&self, i: usize) -> bool {
+                self.0[i] != 0
+            }
+
+            /// How many lanes say yes.
+            #[inline(always)]
+            pub fn count(&self) -> u32 {
+                self.0.iter().map(|x| (x & 1) as u32).sum()
+            }
+        }
+
+        impl<const N: usize> Mask for $mask<N> {
+            const YES: $mask<N> = $mask([$bits::MAX; N]);
+            #[inline(always)]
+            fn and(self, other: $mask<N>) -> $mask<N> {
+                let mut r = self;
+                for i in 0..N {
+                    r.0[i] &= other.0[i];
+                }
+                r
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                let mut all = 0;
+                for x in self.0 {
+                    all |= x;
+                }
+                all != 0
+            }
+        }
+
+        bundle!(each $lanes: Add add +, Sub sub -, Mul mul *, Div div /);
+
+        impl<const N: usize> Neg for $lanes<N> {
+            type Output = $lanes<N>;
+            #[inline(always)]
+            fn neg(self) -> $lanes<N> {
+                let mut r = self;
+                for x in &mut r.0 {
+                    *x = -*x;
+                }
+                r
+            }
+        }
+
+        impl<const N: usize> Number for $lanes<N> {
+            type Base = $float;
+            type Mask = $mask<N>;
+            bundle!(compare $mask $float $bits: greater >, at_least >=, at_most <=);
+            #[inline(always)]
+            fn constant(base: $float) -> $lanes<N> {
+                $lanes([base; N])
+            }
+            #[inline(always)]
+            fn sqrt(self) -> $lanes<N> {
+                let mut r = self;
+                for x in &mut r.0 {
+                    *x = x.sqrt();
+                }
+                r
+            }
+            #[inline(always)]
+            fn times(self, base: $float) -> $lanes<N> {
+                self * $lanes([base; N])
+            }
+            #[inline(always)]
+            fn plus(self, base: $float) -> $lanes<N> {
+                self + $lanes([base; N])
+            }
+            #[inline(always)]
+            fn finite(self) -> $mask<N> {
+                // Infinity and NaN are no smaller than the largest number.
+                self.abs().at_most($float::MAX)
+            }
+        }
+
+        impl<const N: usize> Index for $lanes<N> {
+            type Place = [$bits; N];
+            #[inline(always)]
+            fn place(self, last: usize) -> ([$bits; N], $lanes<N>) {
+                // Adding 2^23 (for f32) leaves no bits for a fraction: what it rounds to is the nearest whole number, in the
+                // lowest bits, and in three vector instructions where a conversion that minds NaN takes eight or
+                // so. Tables are shorter than 2^22, where this is exact.
+                const WHOLE: $float = (1u64 << $digits) as $float;
+                let last = last.min(1 << 22) as $float;
+                let mut place = [0; N];
+                let mut rest = self;
+                for i in 0..N {
+                    let x = self.0[i];
+                    // What is not a number is not greater than 0.
+                    let x = if x > 0.0 { x } else { 0.0 };
+                    let x = if x < last { x } else { last };
+                    let nearest = x + WHOLE;
+                    let above = if nearest - WHOLE > x { 1.0 } else { 0.0 };
+                    let below = nearest - above;
+                    place[i] = below.to_bits() & ((1 << $digits) - 1);
+                    rest.0[i] = self.0[i] - (below - WHOLE);
+                }
+                (place, rest)
+            }
+            #[inline(always)]
+            fn look_up<const K: usize>(
+                table: &[$float],
+                at: [([$bits; N], usize); K],
+                offset: usize,
+            ) -> $lanes<N> {
+                let mut r = $lanes([0.0; N]);
+                for i in 0..N {
+                    let mut entry = offset;
+                    for (place, stride) in &at {
+                        entry += place[i] as usize * stride;
+                    }
+                    r.0[i] = table.get(entry).copied().unwrap_or(0.0);
+                }
+                r
+            }
+            #[inline(always)]
+            fn row<const K: usize, const M: usize>(
+                table: &[$float],
+                at: [([$bits; N], usize); K],
+                offset: usize,
+            ) -> [$lanes<N>; M] {
+                let mut r = [$lanes([0.0; N]); M];
+                for i in 0..N {
+                    let mut entry = offset;
+                    for (place, stride) in &at {
+                        entry += place[i] as usize * stride;
+                    }
+                    if let Some(row) = table.get(entry..).and_then(|rest| rest.first_chunk::<M>()) {
+                        for (r, x) in r.iter_mut().zip(row) {
+                            r.0[i] = *x;
+                        }
+                    }
+                }
+                r
+            }
+            #[inline(always)]
+            fn select(mask: $mask<N>, yes: $lanes<N>, no: $lanes<N>) -> $lanes<N> {
+                let mut r = no;
+                for i in 0..N {
+                    let bits = (yes.0[i].to_bits() & mask.0[i]) | (no.0[i].to_bits() & !mask.0[i]);
+                    r.0[i] = $float::from_bits(bits);
+                }
+                r
+            }
+            #[inline(always)]
+            fn abs(self) -> $lanes<N> {
+                let mut r = self;
+                for x in &mut r.0 {
+                    *x = x.abs();
+                }
+                r
+            }
+        }
+    };
+    (each $lanes:ident: $($operation:ident $function:ident $symbol:tt),*) => {$(
+        impl<const N: usize> $operation for $lanes<N> {
+            type Output = $lanes<N>;
+            #[inline(always)]
+            fn $function(self, other: $lanes<N>) -> $lanes<N> {
                 let mut r = self;
                 for i in 0..N {
                     r.0[i] = self.0[i] $symbol other.0[i];
@@ -78,140 +197,34 @@ macro_rules! lane_by_lane {
             }
         }
     )*};
-}
-lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
-
-impl<const N: usize> Neg for Lanes<N> {
-    type Output = Lanes<N>;
-    #[inline(always)]
-    fn neg(self) -> Lanes<N> {
-        let mut r = self;
-        for x in &mut r.0 {
-            *x = -*x;
-        }
-        r
-    }
-}
-
-macro_rules! compare {
-    ($($function:ident $symbol:tt),*) => {$(
+    (compare $mask:ident $float:ident $bits:ident: $($function:ident $symbol:tt),*) => {$(
         #[inline(always)]
-        fn $function(self, base: f32) -> LaneMask<N> {
-            let mut r = LaneMask([0; N]);
+        fn $function(self, base: $float) -> $mask<N> {
+            let mut r = $mask([0; N]);
             for i in 0..N {
-                r.0[i] = if self.0[i] $symbol base { u32::MAX } else { 0 };
+                r.0[i] = if self.0[i] $symbol base { $bits::MAX } else { 0 };
             }
             r
         }
     )*};
 }
 
-impl<const N: usize> Number for Lanes<N> {
-    type Base = f32;
-    type Mask = LaneMask<N>;
-    compare!(greater >, at_least >=, at_most <=);
-    #[inline(always)]
-    fn constant(base: f32) -> Lanes<N> {
-        Lanes([base; N])
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Lanes<N> {
-        let mut r = self;
-        for x in &mut r.0 {
-            *x = x.sqrt();
-        }
-        r
-    }
-    #[inline(always)]
-    fn times(self, base: f32) -> Lanes<N> {
-        self * Lanes([base; N])
-    }
-    #[inline(always)]
-    fn plus(self, base: f32) -> Lanes<N> {
-        self + Lanes([base; N])
-    }
-    #[inline(always)]
-    fn finite(self) -> LaneMask<N> {
-        // Infinity and NaN are no smaller than the largest number.
-        self.abs().at_most(f32::MAX)
-    }
+bundle! {
+    /// `N` numbers in single precision, on which every operation acts one by one, each rounded as
+    /// IEEE 754 says: a lane holds the bits that an f32 alone would.
+    ///
+    /// Plain loops of fixed length, all inlined, which the compiler turns into the vector instructions
+    /// of the function around them; that is what lets [`super::vectorize`] choose the instructions at
+    /// run time. `wide`'s types fix them when the program is built. Measured through the 11 surfaces of the
+    /// double Gauss on an AMD EPYC with AVX-512, ns a ray, 8 and 16 lanes: `wide` 34 and 26, these without
+    /// vector instructions beyond SSE2 36 and 27, with AVX2 29 and 18, with AVX-512 28 and 16. One loop
+    /// over the lanes around the whole of a surface, instead of one for each operation: 34 with AVX2 and 16 lanes,
+    /// and 129 with SSE2, where it is not vectorised at all.
+    Lanes, LaneMask, f32, u32, 23
 }
 
-impl<const N: usize> Index for Lanes<N> {
-    type Place = [u32; N];
-    #[inline(always)]
-    fn place(self, last: usize) -> ([u32; N], Lanes<N>) {
-        // Adding 2^23 leaves no bits for a fraction: what it rounds to is the nearest whole number, in the lowest
-        // bits, and in three vector instructions where a conversion that minds NaN takes eight or so.
-        // Tables are shorter than 2^22, where this is exact.
-        const WHOLE: f32 = 8_388_608.0;
-        let last = last.min(1 << 22) as f32;
-        let mut place = [0; N];
-        let mut rest = self;
-        for i in 0..N {
-            let x = self.0[i];
-            // What is not a number is not greater than 0.
-            let x = if x > 0.0 { x } else { 0.0 };
-            let x = if x < last { x } else { last };
-            let nearest = x + WHOLE;
-            let above = if nearest - WHOLE > x { 1.0 } else { 0.0 };
-            let below = nearest - above;
-            place[i] = below.to_bits() & 0x007f_ffff;
-            rest.0[i] = self.0[i] - (below - WHOLE);
-        }
-        (place, rest)
-    }
-    #[inline(always)]
-    fn look_up<const K: usize>(
-        table: &[f32],
-        at: [([u32; N], usize); K],
-        offset: usize,
-    ) -> Lanes<N> {
-        let mut r = Lanes([0.0; N]);
-        for i in 0..N {
-            let mut entry = offset;
-            for (place, stride) in &at {
-                entry += place[i] as usize * stride;
-            }
-            r.0[i] = table.get(entry).copied().unwrap_or(0.0);
-        }
-        r
-    }
-    #[inline(always)]
-    fn row<const K: usize, const M: usize>(
-        table: &[f32],
-        at: [([u32; N], usize); K],
-        offset: usize,
-    ) -> [Lanes<N>; M] {
-        let mut r = [Lanes([0.0; N]); M];
-        for i in 0..N {
-            let mut entry = offset;
-            for (place, stride) in &at {
-                entry += place[i] as usize * stride;
-            }
-            if let Some(row) = table.get(entry..).and_then(|rest| rest.first_chunk::<M>()) {
-                for (r, x) in r.iter_mut().zip(row) {
-                    r.0[i] = *x;
-                }
-            }
-        }
-        r
-    }
-    #[inline(always)]
-    fn select(mask: LaneMask<N>, yes: Lanes<N>, no: Lanes<N>) -> Lanes<N> {
-        let mut r = no;
-        for i in 0..N {
-            let bits = (yes.0[i].to_bits() & mask.0[i]) | (no.0[i].to_bits() & !mask.0[i]);
-            r.0[i] = f32::from_bits(bits);
-        }
-        r
-    }
-    #[inline(always)]
-    fn abs(self) -> Lanes<N> {
-        let mut r = self;
-        for x in &mut r.0 {
-            *x = x.abs();
-        }
-        r
-    }
+bundle! {
+    /// `N` numbers in double precision, like [`Lanes`]: for measuring a lens before the first ray is made, where
+    /// stops of a micrometre must be found.
+    Doubles, DoubleMask, f64, u64, 52
 }

@@ -33,7 +33,7 @@ mod tracer;
 mod wide_lanes;
 
 pub use dispatch::{Instructions, Kernel, vectorize};
-pub use lane::{LaneMask, Lanes};
+pub use lane::{DoubleMask, Doubles, LaneMask, Lanes};
 pub use sample::{PupilSamples, WeightedRays, projected_solid_angle, sample_disk, sample_pupil};
 pub use tracer::{FilmTracer, Traced};
 

@@ -3,7 +3,7 @@
 use super::dispatch::{Instructions, Kernel};
 use super::lane::Lanes;
 use crate::optics::lens::Lens;
-use crate::optics::real::{Dual, Number, Plain};
+use crate::optics::real::{Dual, Index, Number, Plain};
 use crate::optics::trace::{LensRay, LensTracer};
 
 /// A lens to be traced from its film in precision `B`, in single precision a bundle of rays at a time; all rays are aimed
@@ -47,6 +47,23 @@ impl<B: Plain> FilmTracer<B> {
     /// The calculation itself, for use inside a larger [`Kernel`]; for a number alone as well.
     #[inline(always)]
     pub fn trace_inline<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
+        let (ray, passed) = self.tracer.to_scene_masked(&self.ray(film, pupil));
+        Traced { ray, passed }
+    }
+
+    /// How far from the axis the rays meet the surfaces: the largest height relative to the clear radius, squared, at most 1 for
+    /// a ray that passes; and which rays end at no other obstacle than a rim.
+    #[inline(always)]
+    pub(in crate::optics) fn largest_relative_height2<T: Index<Base = B>>(
+        &self,
+        film: &[T; 2],
+        pupil: &[T; 2],
+    ) -> (T, T::Mask) {
+        self.tracer.largest_relative_height2(&self.ray(film, pupil))
+    }
+
+    #[inline(always)]
+    fn ray<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> LensRay<T> {
         // The line is the same whichever side of the film the plane lies.
         let toward = if self.to_plane > B::ZERO {
             -B::ONE
@@ -58,9 +75,7 @@ impl<B: Plain> FilmTracer<B> {
             (pupil[1] - film[1]).times(toward),
             T::constant(self.to_plane * toward),
         ];
-        let ray = LensRay::new([film[0], film[1], T::constant(self.film_distance)], d);
-        let (ray, passed) = self.tracer.to_scene_masked(&ray);
-        Traced { ray, passed }
+        LensRay::new([film[0], film[1], T::constant(self.film_distance)], d)
     }
 
     /// From the film to the plane aimed at, along z, mm.

@@ -25,6 +25,7 @@ mod mapping;
 mod outline;
 mod rear;
 mod ring;
+mod search;
 mod survey;
 mod table;
 
@@ -37,7 +38,7 @@ use self::rear::Rear;
 use self::ring::Ring;
 use self::survey::Survey;
 use self::table::{PupilTable, Spread};
-use super::lanes::Lanes;
+use super::lanes::{FilmTracer, Lanes};
 use super::lens::Lens;
 use super::real::{Index, Number};
 use crate::math::Vec2;
@@ -75,9 +76,11 @@ impl ExitPupil {
     /// Finds the regions for film points up to `max_radius` mm from the axis, beginning with `rings`
     /// rings.
     pub fn new(lens: &Lens, max_radius: f64, rings: usize) -> ExitPupil {
+        let plane_z = sampling_plane(lens);
         let survey = Survey {
-            lens,
-            plane_z: sampling_plane(lens),
+            tracer: FilmTracer::new(lens, plane_z),
+            film_z: lens.film_z(),
+            plane_z,
             rear: Rear::new(lens),
             reach: max_radius.max(f64::MIN_POSITIVE),
         };
@@ -261,8 +264,10 @@ pub fn sampling_plane(lens: &Lens) -> f64 {
 /// Points on the outline of the rays that pass, for the film point (radius, 0), on the plane
 /// `plane_z`: the half with y ≥ 0, each just outside. Empty where no ray passes.
 pub fn boundary(lens: &Lens, radius: f64, plane_z: f64) -> Vec<[f64; 2]> {
+    let tracer = FilmTracer::new(lens, plane_z);
     let view = View {
-        lens,
+        tracer: &tracer,
+        film_z: lens.film_z(),
         radius,
         plane_z,
     };

@@ -6,25 +6,38 @@
 //! bisection to the same precision takes seventeen.
 
 use super::rear::Rear;
-use crate::optics::lens::Lens;
+use super::search::Search;
+use crate::optics::lanes::{Doubles, FilmTracer, Kernel, vectorize};
+
+/// Rays that are traced side by side: their directions' searches need not wait for each other.
+const LANES: usize = 16;
 
 /// Directions in which the outline is sought, over half a turn: the other half is its mirror image. A
 /// polygon around a circle with these corners is 0.14 % larger than the circle, and what [`super::ring`] adds
 /// for kinks between two directions costs 0.4 %.
 pub const DIRECTIONS: usize = 48;
 
-/// The outline is found to this part of its distance from the middle.
-const TOLERANCE: f64 = 1e-5;
-
 /// The lens as seen from the film point (`radius`, 0) through a plane perpendicular to the axis.
 /// Points on that plane are (x, y): along and across the film point's azimuth.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
-    pub lens: &'a Lens,
+    /// Of the lens, aimed at the plane.
+    pub tracer: &'a FilmTracer<f64>,
+    /// z of the film.
+    pub film_z: f64,
     /// Of the film point, mm from the axis.
     pub radius: f64,
     /// z of the plane.
     pub plane_z: f64,
+}
+
+/// Where the outline of a neighbouring film point is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hint {
+    /// x of a ray that probably passes.
+    pub inside: f64,
+    /// About half the extent along x, mm.
+    pub size: f64,
 }
 
 /// The outline of the rays that pass, on the plane of a [`View`].
@@ -46,21 +59,33 @@ pub(super) struct Outline {
 impl View<'_> {
     /// Does the ray through `p` reach the scene?
     pub fn passes(&self, p: [f64; 2]) -> bool {
-        let point = [p[0], p[1], self.plane_z];
-        self.lens.trace_from_film([self.radius, 0.0], point).is_ok()
+        self.tracer.trace_inline(&[self.radius, 0.0], &p).passed
     }
 
-    /// How far the ray through the point `p` in space passes beyond the worst aperture; infinite
-    /// where it ends for another reason.
-    fn excess(&self, p: [f64; 3]) -> f64 {
-        let ray = self.lens.film_ray([self.radius, 0.0], p);
-        let height = self.lens.tracer().largest_relative_height(&ray);
-        height.map_or(f64::INFINITY, |h| h - 1.0)
+    /// How far the rays through these points pass beyond the worst aperture; infinite where they end for
+    /// another reason.
+    fn excess(&self, p: [Doubles<LANES>; 2]) -> [f64; LANES] {
+        let film = [self.radius, 0.0].map(Doubles::splat);
+        vectorize(
+            LANES,
+            Excess {
+                tracer: self.tracer,
+                film,
+                p,
+            },
+        )
+    }
+
+    /// The same for one.
+    fn excess_of(&self, p: [f64; 2]) -> f64 {
+        let film = [self.radius, 0.0];
+        let (height2, whole) = self.tracer.largest_relative_height2(&film, &p);
+        excess(height2, whole)
     }
 
     /// Where the line from the film point through `p` meets the plane.
     pub fn on_plane(&self, p: [f64; 3]) -> [f64; 2] {
-        let film_z = self.lens.film_z();
+        let film_z = self.film_z;
         let k = (self.plane_z - film_z) / (p[2] - film_z);
         [self.radius + k * (p[0] - self.radius), k * p[1]]
     }
@@ -77,70 +102,128 @@ impl View<'_> {
     fn search(&self, rear: &Rear) -> Option<f64> {
         // The excess of a ray aimed at a height of the rear element: each surface's part grows on both
         // sides of its zero, so their maximum has one valley, however narrow (a stop of a micrometre).
-        let excess = |x: f64| self.excess(rear.point(x, 0.0));
-        let scan = 64;
-        let at = |i: usize| rear.radius() * (2.0 * i as f64 / scan as f64 - 1.0);
-        let (best, value) = (0..=scan)
-            .map(|i| (i, excess(at(i))))
-            .min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let scan = 4 * LANES;
+        let at = |i: usize| rear.radius() * (2.0 * i as f64 / (scan - 1) as f64 - 1.0);
+        let on_plane = |x: f64| self.on_plane(rear.point(x, 0.0));
+        let bundles = (0..scan).step_by(LANES).flat_map(|first| {
+            let points: [[f64; 2]; LANES] = std::array::from_fn(|i| on_plane(at(first + i)));
+            self.excess([0, 1].map(|k| Doubles(points.map(|p| p[k]))))
+        });
+        let (best, value) = bundles.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
         if !value.is_finite() {
             return None;
         }
         let bracket = [
             at(best.saturating_sub(1)),
             at(best),
-            at((best + 1).min(scan)),
+            at((best + 1).min(scan - 1)),
         ];
         let x = if value < 0.0 {
             at(best)
         } else {
-            valley(excess, bracket)
+            valley(|x| self.excess_of(on_plane(x)), bracket)
         };
-        Some(self.on_plane(rear.point(x, 0.0))[0])
+        Some(on_plane(x)[0])
     }
 
-    /// The outline; `None` where no ray in the meridional plane passes. `hint` is an x that
-    /// probably passes.
-    pub fn outline(&self, rear: &Rear, hint: Option<f64>) -> Option<Outline> {
-        let inside = self.inside(rear, hint)?;
-        let from = |center: f64, direction: [f64; 2], guess: f64| {
-            let at = |t: f64| {
-                [
-                    center + t * direction[0],
-                    t * direction[1].max(0.0),
-                    self.plane_z,
-                ]
-            };
-            first_outside(|t| self.excess(at(t)), guess)
-        };
-        // The first step is found by doubling from next to nothing.
-        let small = 1e-9 * rear.radius();
-        let right = from(inside, [1.0, 0.0], small);
-        let left = from(inside, [-1.0, 0.0], right);
+    /// The outline; `None` where no ray in the meridional plane passes.
+    pub fn outline(&self, rear: &Rear, hint: Option<Hint>) -> Option<Outline> {
+        let inside = self.inside(rear, hint.map(|h| h.inside))?;
+        // Without a hint the first step is found by doubling from next to nothing.
+        let size = hint.map_or(1e-9 * rear.radius(), |h| h.size);
+        let [right, left] = self.reaches(inside, [[1.0, 0.0], [-1.0, 0.0]], size);
         let (center, along) = (inside + 0.5 * (right - left), 0.5 * (right + left));
-        let across = from(center, [0.0, 1.0], along);
+        let [across] = self.reaches(center, [[0.0, 1.0]], along);
         // Directions are spread over the ellipse with these axes, so that a thin region gets as
         // many corners at its ends as at its sides.
-        let mut t = 1.0;
+        let directions: [[f64; 2]; DIRECTIONS + 1] = std::array::from_fn(|i| {
+            let (sin, cos) = (std::f64::consts::PI * i as f64 / DIRECTIONS as f64).sin_cos();
+            [along * cos, across * sin.max(0.0)]
+        });
+        let mut reaches = self.reaches(center, directions, 1.0);
+        // These are known.
+        reaches[0] = 1.0;
+        reaches[DIRECTIONS] = 1.0;
         let points: Vec<[f64; 2]> = (0..=DIRECTIONS)
-            .map(|i| {
-                let (sin, cos) = (std::f64::consts::PI * i as f64 / DIRECTIONS as f64).sin_cos();
-                let direction = [along * cos, across * sin.max(0.0)];
-                t = match i {
-                    0 | DIRECTIONS => 1.0,
-                    _ => from(center, direction, t),
-                };
-                direction.map(|x| t * x)
-            })
+            .map(|i| directions[i].map(|x| reaches[i] * x))
             .collect();
         // An aperture of size 0 lets a ray through but no light.
         let sound =
             along * across >= f64::MIN_POSITIVE && points.iter().flatten().all(|x| x.is_finite());
         (sound && center.is_finite()).then(|| Outline::new(center, points))
     }
+
+    /// For each direction how far from (`center`, 0) rays pass, in units of its length; `guess` is about as far.
+    fn reaches<const D: usize>(
+        &self,
+        center: f64,
+        directions: [[f64; 2]; D],
+        guess: f64,
+    ) -> [f64; D] {
+        let mut found = [guess; D];
+        let mut searches: Vec<(usize, Search)> = Vec::with_capacity(LANES);
+        let (mut next, mut guess) = (0, guess);
+        loop {
+            while next < D && searches.len() < LANES {
+                searches.push((next, Search::new(guess)));
+                next += 1;
+            }
+            let mut p = [Doubles([center; LANES]), Doubles([0.0; LANES])];
+            for (lane, (i, search)) in searches.iter().enumerate() {
+                p[0].0[lane] = center + search.wanted() * directions[*i][0];
+                p[1].0[lane] = search.wanted() * directions[*i][1];
+            }
+            if searches.is_empty() {
+                return found;
+            }
+            let excess = self.excess(p);
+            for ((_, search), excess) in searches.iter_mut().zip(excess) {
+                search.learn(excess);
+            }
+            searches.retain(|(i, search)| {
+                if let Some(t) = search.found() {
+                    (found[*i], guess) = (t, t);
+                }
+                search.found().is_none()
+            });
+        }
+    }
+}
+
+/// How far beyond the worst aperture a ray passes whose largest relative height is known, in clear radii.
+fn excess(height2: f64, whole: bool) -> f64 {
+    if whole {
+        height2.sqrt() - 1.0
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// A bundle of [`View::excess`].
+struct Excess<'a> {
+    tracer: &'a FilmTracer<f64>,
+    film: [Doubles<LANES>; 2],
+    p: [Doubles<LANES>; 2],
+}
+
+impl Kernel for Excess<'_> {
+    type Output = [f64; LANES];
+    #[inline(always)]
+    fn run(self) -> [f64; LANES] {
+        let (height2, whole) = self.tracer.largest_relative_height2(&self.film, &self.p);
+        std::array::from_fn(|i| excess(height2.0[i], whole.at(i)))
+    }
 }
 
 impl Outline {
+    /// For film points nearby.
+    pub fn hint(&self) -> Hint {
+        Hint {
+            inside: self.center,
+            size: self.points[0][0],
+        }
+    }
+
     fn new(center: f64, points: Vec<[f64; 2]>) -> Outline {
         let bends: Vec<(usize, [f64; 2])> = bends_of_sides(&points).collect();
         let mut factors = vec![1.0f64; points.len()];
@@ -212,85 +295,6 @@ pub(super) fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// The smallest t, to [`TOLERANCE`] and not below, where `excess` becomes positive; it is not at
-/// t = 0. Brackets it from `guess` by steps that double each time, then narrows the bracket by false
-/// position (the Illinois form: Dowell and Jarratt, BIT 11, 1971), with the estimate moved to
-/// the far side by half the tolerance so that both ends close in.
-fn first_outside(excess: impl Fn(f64) -> f64, guess: f64) -> f64 {
-    let (mut low, mut high) = bracket(&excess, guess);
-    let mut last_side = 0;
-    // False position needs a handful of steps; every fourth is a bisection, so that none takes
-    // more than 4·17.
-    for step in 1..80 {
-        let width = high.t - low.t;
-        let tolerance = TOLERANCE * high.t;
-        // Also where there is nothing to narrow: no end inside, or none outside.
-        if !(width > tolerance && high.t.is_finite()) {
-            break;
-        }
-        let t = if step % 4 == 0 || !high.value.is_finite() || !low.value.is_finite() {
-            low.t + 0.5 * width
-        } else {
-            let t = low.t + width * low.value / (low.value - high.value);
-            let toward = if t - low.t < high.t - t { 0.45 } else { -0.45 };
-            let t = t + toward * tolerance;
-            t.max(low.t + 0.4 * tolerance).min(high.t - 0.4 * tolerance)
-        };
-        let value = excess(t);
-        let side = if value > 0.0 || value.is_nan() { 1 } else { -1 };
-        if side > 0 {
-            high = End { t, value };
-        } else {
-            low = End { t, value };
-        }
-        if side == last_side {
-            // The end that stays is given half its weight.
-            let stays = if side > 0 { &mut low } else { &mut high };
-            stays.value *= 0.5;
-        }
-        last_side = side;
-    }
-    high.t
-}
-
-/// One end of a bracket.
-#[derive(Clone, Copy)]
-struct End {
-    t: f64,
-    value: f64,
-}
-
-/// An end inside and one outside, next to each other around the first change.
-fn bracket(excess: &impl Fn(f64) -> f64, guess: f64) -> (End, End) {
-    let at = |t: f64| End {
-        t,
-        value: excess(t),
-    };
-    let outside = |e: &End| e.value > 0.0 || e.value.is_nan();
-    let start = at(guess);
-    let (mut low, mut high) = (start, start);
-    let mut factor: f64 = 1.0 / 64.0;
-    // Factors 1 + 2^k/64 leave the range of f64 within 60 steps either way.
-    if outside(&start) {
-        for _ in 0..60 {
-            low = at(high.t / (1.0 + factor));
-            if !outside(&low) {
-                break;
-            }
-            (high, factor) = (low, 2.0 * factor);
-        }
-    } else {
-        for _ in 0..60 {
-            high = at(low.t * (1.0 + factor));
-            if outside(&high) {
-                break;
-            }
-            (low, factor) = (high, 2.0 * factor);
-        }
-    }
-    (low, high)
-}
-
 /// The lowest point of `f` between `a` and `c`, where `b` between them is lower than both ends, or the
 /// first point found where it is negative: golden section (Press et al., *Numerical Recipes*, §10.2),
 /// with infinite values allowed.
@@ -318,48 +322,4 @@ fn valley(f: impl Fn(f64) -> f64, [mut a, mut b, mut c]: [f64; 3]) -> f64 {
         lowest = lowest.min(value);
     }
     b
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_first_change_is_found_in_few_steps() {
-        for (edge, guess) in [(1.0, 1.0), (1.0, 1.3), (7.0, 6.9), (1e-6, 1.0), (3.0, 1e-9)] {
-            // A kink just inside, as where two apertures meet.
-            let excess = |t: f64| {
-                let x: f64 = t / edge - 1.0;
-                if x > -0.01 {
-                    x
-                } else {
-                    0.3 * (x + 0.01) - 0.01
-                }
-            };
-            let calls = std::cell::Cell::new(0);
-            let found = first_outside(
-                |t| {
-                    calls.set(calls.get() + 1);
-                    excess(t)
-                },
-                guess,
-            );
-            assert!(excess(found) > 0.0 && excess(found * (1.0 - TOLERANCE)) <= 0.0);
-            // Doubling over nine powers of ten takes 30 steps, the rest is false position.
-            let limit = if guess / edge > 0.5 && guess / edge < 2.0 {
-                16
-            } else {
-                50
-            };
-            assert!(calls.get() <= limit, "{edge} {guess}: {}", calls.get());
-        }
-        // Where rays end without a height, bisection does.
-        let wall = |t: f64| if t > 2.5 { f64::INFINITY } else { -1.0 };
-        let found = first_outside(wall, 2.0);
-        assert!(found > 2.5 && found < 2.5 * (1.0 + TOLERANCE));
-        // Nothing outside, nothing inside, nothing at all: it ends.
-        assert!(first_outside(|_| -1.0, 1.0) > 1e100);
-        assert!(first_outside(|_| 1.0, 1.0) < 1e-100);
-        first_outside(|_| f64::NAN, 1.0);
-    }
 }

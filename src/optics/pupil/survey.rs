@@ -2,10 +2,10 @@
 
 use super::draft::Draft;
 use super::ellipse::Ellipse;
-use super::outline::{Outline, View};
+use super::outline::{Hint, Outline, View};
 use super::rear::Rear;
 use super::ring::Ring;
-use crate::optics::lens::Lens;
+use crate::optics::lanes::{Doubles, FilmTracer, Kernel, vectorize};
 
 /// Rings are split until less than this part of the samples, averaged over the film, is lost to the pupil's
 /// change within a ring ...
@@ -26,9 +26,14 @@ const PROBES_BEYOND: usize = 512;
 /// Rays that look for all light of a ring whose outline cannot be trusted.
 const PROBES_ASTRAY: usize = 4096;
 
+/// Rays that are traced side by side.
+const LANES: usize = 16;
+
 /// The lens and the plane on which its pupil is surveyed.
-pub(super) struct Survey<'a> {
-    pub lens: &'a Lens,
+pub(super) struct Survey {
+    /// Of the lens, aimed at the plane.
+    pub tracer: FilmTracer<f64>,
+    pub film_z: f64,
     pub plane_z: f64,
     pub rear: Rear,
     /// Largest film radius, mm.
@@ -47,35 +52,35 @@ struct Span {
     waste: f64,
 }
 
-impl Survey<'_> {
+impl Survey {
     fn view(&self, radius: f64) -> View<'_> {
         View {
-            lens: self.lens,
+            tracer: &self.tracer,
+            film_z: self.film_z,
             radius,
             plane_z: self.plane_z,
         }
     }
 
-    fn outline(&self, radius: f64, hint: Option<f64>) -> Option<Outline> {
+    fn outline(&self, radius: f64, hint: Option<Hint>) -> Option<Outline> {
         self.view(radius).outline(&self.rear, hint)
     }
 
     /// The regions of all rings, by film radius; starts with `count` rings. Film radii up to
     /// [`Survey::reach`] that are in none are dark.
     pub fn rings(&self, count: usize) -> Vec<Ring> {
-        let radius = |i: usize| self.reach * i as f64 / count as f64;
         let mut known: Vec<(f64, Option<Outline>)> = Vec::with_capacity(count + 3);
         let mut hint = None;
-        for i in 0..=count {
-            let outline = self.outline(radius(i), hint);
-            hint = outline.as_ref().map(|o| o.center);
+        for radius in self.radii(count) {
+            let outline = self.outline(radius, hint);
+            hint = outline.as_ref().map(Outline::hint);
             if let Some(previous) = known.pop() {
                 let edge = (previous.1.is_some() != outline.is_some())
-                    .then(|| self.edge(&previous, &(radius(i), outline.clone())));
+                    .then(|| self.edge(&previous, &(radius, outline.clone())));
                 known.push(previous);
                 known.extend(edge.into_iter().flatten());
             }
-            known.push((radius(i), outline));
+            known.push((radius, outline));
         }
         let mut spans = Vec::new();
         let mut rings = Vec::new();
@@ -96,7 +101,8 @@ impl Survey<'_> {
                 // Dark at both ends, so dark unless a probe finds light.
                 ((a, _), (b, _)) => {
                     let radii = [*a, *b];
-                    let lit = self.passing(radii, PROBES_BEYOND).next().is_some();
+                    let probes = self.probes(radii, PROBES_BEYOND).collect();
+                    let lit = !self.passing(probes).is_empty();
                     rings.extend(lit.then(|| self.stray(radii)).flatten());
                 }
             }
@@ -107,6 +113,34 @@ impl Survey<'_> {
         rings
     }
 
+    /// Film radii to begin with, from 0 to the reach: `count` equal parts of it, or, where light ends within it for
+    /// good, of what is lit.
+    fn radii(&self, count: usize) -> Vec<f64> {
+        let whole = |i: usize| self.reach * i as f64 / count as f64;
+        let mut radii: Vec<f64> = (0..=count).map(whole).collect();
+        let mut hint = None;
+        let lit: Vec<bool> = radii
+            .iter()
+            .map(|radius| {
+                hint = self.view(*radius).inside(&self.rear, hint);
+                hint.is_some()
+            })
+            .collect();
+        let first_dark = lit.iter().position(|lit| !lit).unwrap_or(0);
+        if first_dark > 0 && lit[first_dark..].iter().all(|lit| !lit) {
+            let mut hint = None;
+            let around = [radii[first_dark - 1], radii[first_dark]];
+            let ends = self.bisected(around, |radius| {
+                let inside = self.view(radius).inside(&self.rear, hint);
+                hint = inside.or(hint);
+                usize::from(inside.is_none())
+            });
+            let lit = (0..count).map(|i| ends[0] * i as f64 / count as f64);
+            radii = lit.chain(ends).chain(radii.split_off(first_dark)).collect();
+        }
+        radii
+    }
+
     /// The film radii on either side of where light ends between `a` and `b`, of which one is dark.
     fn edge(
         &self,
@@ -115,11 +149,13 @@ impl Survey<'_> {
     ) -> [(f64, Option<Outline>); 2] {
         let mut ends = [a.clone(), b.clone()];
         let lit = if a.1.is_some() { 0 } else { 1 };
-        let mut hint = ends[lit].1.as_ref().map(|o| o.center);
+        let mut hint = ends[lit].1.as_ref().map(Outline::hint);
         // One ray that passes tells lit from dark; the outline is found where the search ends.
         let radii = self.bisected([a.0, b.0], |radius| {
-            let inside = self.view(radius).inside(&self.rear, hint);
-            hint = inside.or(hint);
+            let inside = self.view(radius).inside(&self.rear, hint.map(|h| h.inside));
+            if let (Some(hint), Some(inside)) = (&mut hint, inside) {
+                hint.inside = inside;
+            }
             if inside.is_some() { lit } else { 1 - lit }
         });
         let outline = self.outline(radii[lit], hint);
@@ -130,7 +166,7 @@ impl Survey<'_> {
         }
         // So near the edge the pupil may be too small to outline. Then the edge is where outlines end.
         self.bisected([a.0, b.0], |radius| {
-            let hint = ends[lit].1.as_ref().map(|o| o.center);
+            let hint = ends[lit].1.as_ref().map(Outline::hint);
             let outline = self.outline(radius, hint);
             let side = if outline.is_some() { lit } else { 1 - lit };
             ends[side] = (radius, outline);
@@ -150,7 +186,11 @@ impl Survey<'_> {
 
     /// The outline half-way.
     fn between(&self, radii: [f64; 2], inner: &Outline, outer: &Outline) -> Option<Outline> {
-        let hint = 0.5 * (inner.center + outer.center);
+        let (a, b) = (inner.hint(), outer.hint());
+        let hint = Hint {
+            inside: 0.5 * (a.inside + b.inside),
+            size: 0.5 * (a.size + b.size),
+        };
         self.outline(0.5 * (radii[0] + radii[1]), Some(hint))
     }
 
@@ -219,55 +259,73 @@ impl Survey<'_> {
 
     /// The draft, a little larger where probes just outside it pass; `None` where light is far outside.
     fn probed(&self, radii: [f64; 2], mut draft: Draft) -> Option<Ring> {
+        let radius = |t: f64| radii[0] + t * (radii[1] - radii[0]);
         for round in 0..4 {
-            let mut clean = true;
-            for i in 0..PROBES_AROUND {
+            let aims = (0..PROBES_AROUND).map(|i| {
                 let t = spread(i + round * PROBES_AROUND);
-                let view = self.view(radii[0] + t * (radii[1] - radii[0]));
-                let p = just_outside(&draft, t, i);
-                if view.passes(p) {
-                    let (side, beyond) = draft.beyond(t, p);
-                    draft.push_side(side, 2.0 * beyond);
-                    clean = false;
-                }
-            }
-            if clean {
+                (radius(t), just_outside(&draft, t, i))
+            });
+            let found = self.passing(aims.collect());
+            if found.is_empty() {
                 break;
             }
+            for (at, p) in found {
+                let t = (at - radii[0]) / (radii[1] - radii[0]);
+                let (side, beyond) = draft.beyond(t, p);
+                draft.push_side(side, (2.0 * beyond).max(0.0));
+            }
         }
-        let outside = |(i, p): (usize, [f64; 3])| {
-            let t = spread(i);
-            let view = self.view(radii[0] + t * (radii[1] - radii[0]));
-            let p = view.on_plane(p);
-            draft.beyond(t, p).1 > 0.0 && view.passes(p)
+        let outside = |(at, p): &(f64, [f64; 2])| {
+            let t = (at - radii[0]) / (radii[1] - radii[0]);
+            draft.beyond(t, *p).1 > 0.0
         };
-        if self.rear.probes(PROBES_BEYOND).enumerate().any(outside) {
+        let probes = self.probes(radii, PROBES_BEYOND).filter(outside);
+        if !self.passing(probes.collect()).is_empty() {
             return None;
         }
         draft.finish(radii)
     }
 
-    /// Of `count` rays from between two film radii to all over the rear element, those that pass: where
-    /// they meet the plane, in the half with y ≥ 0.
-    fn passing(&self, radii: [f64; 2], count: usize) -> impl Iterator<Item = [f64; 2]> {
-        self.rear
-            .probes(count)
-            .enumerate()
-            .filter_map(move |(i, p)| {
-                let view = self.view(radii[0] + spread(i) * (radii[1] - radii[0]));
-                let p = view.on_plane(p);
-                view.passes(p).then_some([p[0], p[1].abs()])
-            })
+    /// Rays from between two film radii to all over the rear element: film radius, and where they meet the plane.
+    fn probes(&self, radii: [f64; 2], count: usize) -> impl Iterator<Item = (f64, [f64; 2])> {
+        self.rear.probes(count).enumerate().map(move |(i, p)| {
+            let view = self.view(radii[0] + spread(i) * (radii[1] - radii[0]));
+            (view.radius, view.on_plane(p))
+        })
+    }
+
+    /// Those of the rays, each from a film radius through a point of the plane, that reach the scene.
+    fn passing(&self, mut aims: Vec<(f64, [f64; 2])>) -> Vec<(f64, [f64; 2])> {
+        let mut passes = Vec::with_capacity(aims.len());
+        for bundle in aims.chunks(LANES) {
+            let at = |i: usize| bundle[i.min(bundle.len() - 1)];
+            let lane = |f: &dyn Fn((f64, [f64; 2])) -> f64| {
+                Doubles(std::array::from_fn::<f64, LANES, _>(|i| f(at(i))))
+            };
+            let rays = Rays {
+                tracer: &self.tracer,
+                film: [lane(&|(radius, _)| radius), Doubles([0.0; LANES])],
+                p: [lane(&|(_, p)| p[0]), lane(&|(_, p)| p[1])],
+            };
+            passes.extend(vectorize(LANES, rays).into_iter().take(bundle.len()));
+        }
+        let mut passes = passes.into_iter();
+        aims.retain(|_| passes.next().unwrap_or(false));
+        aims
     }
 
     /// A shape around all light between two film radii, wherever it is; `None` where there is none.
     fn stray(&self, radii: [f64; 2]) -> Option<Ring> {
         let count = PROBES_ASTRAY;
-        let found: Vec<[f64; 2]> = self.passing(radii, count).collect();
+        let found: Vec<[f64; 2]> = self
+            .passing(self.probes(radii, count).collect())
+            .into_iter()
+            .map(|(_, p)| [p[0], p[1].abs()])
+            .collect();
         if found.is_empty() {
             return None;
         }
-        let rear = |radius: f64| self.rear.region(radius, self.plane_z, self.lens.film_z());
+        let rear = |radius: f64| self.rear.region(radius, self.plane_z, self.film_z);
         let (inner, outer) = (rear(radii[0])?, rear(radii[1])?);
         let whole = Draft::of_ellipses(&inner, &outer);
         // Probes lie this far apart, relative to the element.
@@ -306,6 +364,22 @@ impl Span {
     /// Over π, mm².
     fn film_area(&self) -> f64 {
         self.radii[1].powi(2) - self.radii[0].powi(2)
+    }
+}
+
+/// A bundle of rays of which is asked whether they pass.
+struct Rays<'a> {
+    tracer: &'a FilmTracer<f64>,
+    film: [Doubles<LANES>; 2],
+    p: [Doubles<LANES>; 2],
+}
+
+impl Kernel for Rays<'_> {
+    type Output = [bool; LANES];
+    #[inline(always)]
+    fn run(self) -> [bool; LANES] {
+        let passed = self.tracer.trace_inline(&self.film, &self.p).passed;
+        std::array::from_fn(|i| passed.at(i))
     }
 }
 

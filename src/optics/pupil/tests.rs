@@ -146,13 +146,15 @@ fn of_wild_lenses_next_to_nothing_is_lost() {
             continue;
         }
         let pupil = ExitPupil::new(&lens, 20.0, RINGS);
+        let tracer = FilmTracer::new(&lens, pupil.plane_z);
         for i in 0..20_000u32 {
             let r = |a: f64| (0.5 + f64::from(i) * a).fract();
             let radius = 20.0 * r(0.819_172_513_396_164_4);
             let height = pupil.rear.radius() * r(0.671_043_606_703_789_2).sqrt();
             let (sin, cos) = (std::f64::consts::PI * r(0.549_700_477_901_970_3)).sin_cos();
             let view = View {
-                lens: &lens,
+                tracer: &tracer,
+                film_z: lens.film_z(),
                 radius,
                 plane_z: pupil.plane_z,
             };

@@ -1,0 +1,219 @@
+//! The search for where a function first becomes positive, as a dialogue: many of them can be led side by side.
+
+/// The outline is found to this part of its distance from the middle.
+const TOLERANCE: f64 = 1e-5;
+
+/// Steps 1 + 2^k/64 leave the range of f64 within so many either way.
+const MOST_STEPS_OUT: u32 = 60;
+
+/// False position needs a handful of steps; every fourth is a bisection, so that none takes more than 4·17.
+const MOST_STEPS: u32 = 80;
+
+/// The search for the smallest t, to [`TOLERANCE`] and not below, where a function becomes positive; it is not at
+/// t = 0. Brackets it from a guess by steps that double each time, then narrows the bracket by false
+/// position (the Illinois form: Dowell and Jarratt, BIT 11, 1971), with the estimate moved to
+/// the far side by half the tolerance so that both ends close in.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Search {
+    stage: Stage,
+    /// Where the function's value is wanted.
+    wanted: f64,
+    low: End,
+    high: End,
+    steps: u32,
+    /// Step to the next point outward or inward, relative to t.
+    factor: f64,
+    /// Which end moved last: 1 the high one, −1 the low one.
+    last_side: i32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    Start,
+    /// The function is positive here: go inward.
+    Inward,
+    Outward,
+    /// The change lies between the ends.
+    Narrowing,
+    Done,
+}
+
+/// One end of a bracket.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    t: f64,
+    value: f64,
+}
+
+impl Search {
+    /// Begins at `guess`.
+    pub fn new(guess: f64) -> Search {
+        let end = End {
+            t: guess,
+            value: 0.0,
+        };
+        Search {
+            stage: Stage::Start,
+            wanted: guess,
+            low: end,
+            high: end,
+            steps: 0,
+            factor: 1.0 / 64.0,
+            last_side: 0,
+        }
+    }
+
+    /// The t at which it wants to know the function next.
+    pub fn wanted(&self) -> f64 {
+        self.wanted
+    }
+
+    /// The t that was sought, once it is found.
+    pub fn found(&self) -> Option<f64> {
+        (self.stage == Stage::Done).then_some(self.high.t)
+    }
+
+    /// Takes the function's value at the t that was wanted.
+    pub fn learn(&mut self, value: f64) {
+        let end = End {
+            t: self.wanted,
+            value,
+        };
+        let outside = value > 0.0 || value.is_nan();
+        match (self.stage, outside) {
+            (Stage::Start, _) => {
+                (self.low, self.high) = (end, end);
+                self.stage = if outside {
+                    Stage::Inward
+                } else {
+                    Stage::Outward
+                };
+            }
+            (Stage::Inward, true) => self.step_out(end, |s| &mut s.high),
+            (Stage::Outward, false) => self.step_out(end, |s| &mut s.low),
+            (Stage::Inward, false) => (self.low, self.stage) = (end, Stage::Narrowing),
+            (Stage::Outward, true) => (self.high, self.stage) = (end, Stage::Narrowing),
+            (Stage::Narrowing, _) => self.narrow(end, outside),
+            (Stage::Done, _) => {}
+        }
+        self.want();
+    }
+
+    fn step_out(&mut self, end: End, moved: impl Fn(&mut Search) -> &mut End) {
+        *moved(self) = end;
+        self.factor *= 2.0;
+        self.steps += 1;
+        if self.steps == MOST_STEPS_OUT {
+            // Nothing inside, or nothing outside.
+            (self.high, self.stage) = (end, Stage::Done);
+        }
+    }
+
+    fn narrow(&mut self, end: End, outside: bool) {
+        let side = if outside { 1 } else { -1 };
+        if side == self.last_side {
+            // The end that stays is given half its weight.
+            let stays = if outside {
+                &mut self.low
+            } else {
+                &mut self.high
+            };
+            stays.value *= 0.5;
+        }
+        let moves = if outside {
+            &mut self.high
+        } else {
+            &mut self.low
+        };
+        *moves = end;
+        self.last_side = side;
+    }
+
+    /// Chooses the next point.
+    fn want(&mut self) {
+        let (low, high) = (self.low, self.high);
+        match self.stage {
+            Stage::Inward => self.wanted = high.t / (1.0 + self.factor),
+            Stage::Outward => self.wanted = low.t * (1.0 + self.factor),
+            Stage::Narrowing => {
+                let width = high.t - low.t;
+                let tolerance = TOLERANCE * high.t;
+                if self.last_side == 0 {
+                    self.steps = 0;
+                }
+                self.steps += 1;
+                let narrow = !(width > tolerance && high.t.is_finite());
+                if narrow || self.steps == MOST_STEPS {
+                    self.stage = Stage::Done;
+                    return;
+                }
+                let bisect = self.steps.is_multiple_of(4)
+                    || !high.value.is_finite()
+                    || !low.value.is_finite();
+                self.wanted = if bisect {
+                    low.t + 0.5 * width
+                } else {
+                    let t = low.t + width * low.value / (low.value - high.value);
+                    let toward = if t - low.t < high.t - t { 0.45 } else { -0.45 };
+                    let t = t + toward * tolerance;
+                    t.max(low.t + 0.4 * tolerance).min(high.t - 0.4 * tolerance)
+                };
+            }
+            Stage::Start | Stage::Done => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn first_outside(excess: impl Fn(f64) -> f64, guess: f64) -> f64 {
+        let mut search = Search::new(guess);
+        loop {
+            if let Some(t) = search.found() {
+                return t;
+            }
+            search.learn(excess(search.wanted()));
+        }
+    }
+
+    #[test]
+    fn the_first_change_is_found_in_few_steps() {
+        for (edge, guess) in [(1.0, 1.0), (1.0, 1.3), (7.0, 6.9), (1e-6, 1.0), (3.0, 1e-9)] {
+            // A kink just inside, as where two apertures meet.
+            let excess = |t: f64| {
+                let x: f64 = t / edge - 1.0;
+                if x > -0.01 {
+                    x
+                } else {
+                    0.3 * (x + 0.01) - 0.01
+                }
+            };
+            let calls = std::cell::Cell::new(0);
+            let found = first_outside(
+                |t| {
+                    calls.set(calls.get() + 1);
+                    excess(t)
+                },
+                guess,
+            );
+            assert!(excess(found) > 0.0 && excess(found * (1.0 - TOLERANCE)) <= 0.0);
+            // Doubling over nine powers of ten takes 30 steps, the rest is false position.
+            let limit = if guess / edge > 0.5 && guess / edge < 2.0 {
+                16
+            } else {
+                50
+            };
+            assert!(calls.get() <= limit, "{edge} {guess}: {}", calls.get());
+        }
+        // Where rays end without a height, bisection does.
+        let wall = |t: f64| if t > 2.5 { f64::INFINITY } else { -1.0 };
+        let found = first_outside(wall, 2.0);
+        assert!(found > 2.5 && found < 2.5 * (1.0 + TOLERANCE));
+        // Nothing outside, nothing inside, nothing at all: it ends.
+        assert!(first_outside(|_| -1.0, 1.0) > 1e100);
+        assert!(first_outside(|_| 1.0, 1.0) < 1e-100);
+        first_outside(|_| f64::NAN, 1.0);
+    }
+}
