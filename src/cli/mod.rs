@@ -2,6 +2,7 @@
 //! standard output or files. Exit code 0: done; 1: the answer is no; 2: bad input.
 
 mod check;
+mod compare;
 mod goal;
 mod lens;
 mod messages;
@@ -17,6 +18,9 @@ use crate::scene::dialect::DialectChoice;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
 use std::process::ExitCode;
+
+/// Exit code of a question that was answered with no.
+pub(crate) const ANSWER_IS_NO: u8 = 1;
 
 /// Exit code for input that cannot be used.
 pub(crate) const BAD_INPUT: u8 = 2;
@@ -36,6 +40,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Describe a lens: surfaces, focal length, f-number, planes and pupils
     Lens(lens::LensArgs),
+    /// Do two pictures show the same? Exit code 0: they agree; 1: they differ
+    Compare(compare::CompareArgs),
     /// Measure what each knob costs and buys on a scene, and recommend the cheapest setting for an error
     Tradeoff(tradeoff::TradeoffArgs),
 }
@@ -123,6 +129,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Lens(args) => lens::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
     }
 }
@@ -130,10 +137,11 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// `fstop SCENE` means `fstop render SCENE`: where the first argument is no command and asks for
 /// no help, `render` is put before it.
 fn with_default_command(mut args: Vec<OsString>) -> Vec<OsString> {
-    const COMMANDS: [&str; 9] = [
+    const COMMANDS: [&str; 10] = [
         "render",
         "check",
         "lens",
+        "compare",
         "tradeoff",
         "help",
         "-h",

@@ -3,7 +3,6 @@
 use super::scatter::Scatter;
 use super::{Estimate, NoiseSource};
 use crate::film::PixelBounds;
-use crate::math::Rgb;
 use crate::math::color::luminance;
 use glam::DVec3;
 use rayon::prelude::*;

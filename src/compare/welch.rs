@@ -3,7 +3,6 @@
 use super::Estimate;
 use super::verdict::{BlockTest, Candidate, Statistic};
 use crate::film::PixelBounds;
-use crate::math::Rgb;
 use glam::DVec3;
 
 /// The standard error of a difference is √(va + vb), its degrees of freedom are

@@ -215,12 +215,8 @@ mod tests {
             let mut hit = flat_hit(Vec3::Z);
             hit.uv = Vec2::new(0.3, v);
             let (kind, bump) = (MaterialKind::Hair(hair), None);
-            let bsdf = crate::materials::Material { kind, bump }.bsdf(
-                &hit,
-                &Footprint::default(),
-                &Textures::default(),
-                &[],
-            );
+            let material = crate::materials::Material { kind, bump };
+            let bsdf = material.bsdf(&hit, &Footprint::default(), &Textures::default(), &[]);
             sky_by_sampling(&bsdf, Vec3::Z, 16).x
         };
         assert!(shown(0.5) < shown(0.9) && shown(0.9) < shown(0.999));

@@ -173,10 +173,16 @@ mod tests {
             read("mix", params, |reader| Material::from_params(reader, self))
         }
 
-        fn bsdf(&self, params: &str, wo: Vec3) -> Bsdf {
-            let mix = self.mix(params).value.expect("a material");
+        // The few materials of these tests are never freed, so that their BSDFs stand alone.
+        fn bsdf(&self, params: &str, wo: Vec3) -> Bsdf<'static> {
+            let mix = Box::leak(Box::new(self.mix(params).value.expect("a material")));
             let (hit, footprint) = (flat_hit(wo), Footprint::default());
-            mix.bsdf(&hit, &footprint, &Textures::default(), &self.materials())
+            mix.bsdf(
+                &hit,
+                &footprint,
+                &Textures::default(),
+                self.materials().leak(),
+            )
         }
     }
 

@@ -20,14 +20,24 @@ fn scatter(rate: f64) -> f64 {
     4.75 * (rate * (1.0 - rate) / PAIRS as f64).sqrt()
 }
 
-/// How often pairs made by `pair` are said to differ.
-fn false_alarms(options: &Options, pair: impl Fn(u64) -> [Render; 2] + Sync) -> f64 {
-    let alarms = (0..PAIRS).into_par_iter().filter(|&seed| {
+/// How often pairs made by `pair` are said to differ, in several ways of asking.
+fn false_alarms<const N: usize>(
+    ways: [Options; N],
+    pair: impl Fn(u64) -> [Render; 2] + Sync,
+) -> [f64; N] {
+    let differ = |seed: u64| -> [bool; N] {
         let [a, b] = pair(seed);
-        let comparison = compare(&a.estimate(), &b.estimate(), options);
-        !comparison.expect("pictures of one size").agrees()
+        ways.each_ref().map(|options| {
+            let comparison = compare(&a.estimate(), &b.estimate(), options);
+            !comparison.expect("pictures of one size").agrees()
+        })
+    };
+    let alarms: Vec<[bool; N]> = (0..PAIRS).into_par_iter().map(differ).collect();
+    let rates = std::array::from_fn(|way| {
+        alarms.iter().filter(|alarm| alarm[way]).count() as f64 / PAIRS as f64
     });
-    alarms.count() as f64 / PAIRS as f64
+    println!("false alarms where {ALPHA} is asked: {rates:?}");
+    rates
 }
 
 fn options(common_variance: bool) -> Options {
@@ -53,48 +63,41 @@ fn pair(
 }
 
 /// Normal noise, twice as many samples on one side, 12 and 24 observations for the variances: Welch's
-/// test keeps what it promises, neither more nor much less.
+/// test keeps what it promises, neither more nor much less; the common variance errs towards "agree".
 #[test]
 fn normal_noise() {
-    for correction in [Correction::Holm, Correction::Sidak] {
-        let options = Options {
-            correction,
-            ..options(false)
-        };
-        let rate = false_alarms(&options, pair(mild, [(12, 12), (24, 24)]));
-        // Below the claim by design: the levels look at the same pixels, which neither correction
-        // makes use of. Not by more than a third.
-        let range = ALPHA / 1.5 - scatter(ALPHA)..ALPHA + scatter(ALPHA);
-        assert!(range.contains(&rate), "{correction:?}: {rate}");
-    }
-}
-
-/// The common variance errs towards "agree" only.
-#[test]
-fn normal_noise_with_a_common_variance() {
-    let rate = false_alarms(&options(true), pair(mild, [(12, 12), (24, 24)]));
-    assert!(rate < ALPHA + scatter(ALPHA), "{rate}");
+    let sidak = Options {
+        correction: Correction::Sidak,
+        ..options(false)
+    };
+    let ways = [options(false), sidak, options(true)];
+    let [holm, sidak, common] = false_alarms(ways, pair(mild, [(12, 12), (24, 24)]));
+    // Below the claim by design: the levels look at the same pixels, which neither correction makes
+    // use of. Not by more than a third.
+    let range = ALPHA / 1.5 - scatter(ALPHA)..ALPHA + scatter(ALPHA);
+    assert!(range.contains(&holm), "{holm}");
+    assert!(range.contains(&sidak), "{sidak}");
+    assert!(holm <= sidak && common <= holm, "{holm} {sidak} {common}");
 }
 
 /// Samples as path tracers make them, few in the picture and many in the reference: a pixel has met one
 /// lamp or none where the reference has met half a dozen. With the common variance at most the claim.
 #[test]
 fn rare_bright_samples() {
-    let few_and_many = [(32, 32), (256, 16)];
-    let rate = false_alarms(&options(true), pair(fireflies, few_and_many));
-    assert!(rate < ALPHA + scatter(ALPHA), "{rate}");
+    let ways = [options(true), options(false)];
+    let [common, naive] = false_alarms(ways, pair(fireflies, [(16, 16), (128, 16)]));
+    assert!(common < ALPHA + scatter(ALPHA), "{common}");
     // The reason for the common variance: Welch's test alone cries wolf on these. The seeds are fixed;
     // 0.3 only says that it is far from 5 %.
-    let naive = false_alarms(&options(false), pair(fireflies, few_and_many));
     assert!(naive > 0.3, "{naive}");
 }
 
 /// Skewed samples without such extremes.
 #[test]
 fn skewed_noise() {
-    let rate = false_alarms(&options(true), pair(skewed, [(32, 32), (256, 16)]));
+    let [rate] = false_alarms([options(true)], pair(skewed, [(16, 16), (128, 16)]));
     assert!(rate < ALPHA + scatter(ALPHA), "{rate}");
-    let alike = false_alarms(&options(true), pair(skewed, [(32, 32), (32, 32)]));
+    let [alike] = false_alarms([options(true)], pair(skewed, [(16, 16), (16, 16)]));
     assert!(alike < ALPHA + scatter(ALPHA), "{alike}");
 }
 
@@ -102,10 +105,9 @@ fn skewed_noise() {
 #[test]
 fn without_variances() {
     for draw in [mild, skewed, fireflies] {
-        let pair = pair(draw, [(32, 32), (32, 32)]);
-        let rate = false_alarms(&options(true), |seed| {
-            pair(seed).map(Render::without_variance)
-        });
+        let pair = pair(draw, [(16, 16), (16, 16)]);
+        let blind = |seed| pair(seed).map(Render::without_variance);
+        let [rate] = false_alarms([options(true)], blind);
         assert!(rate < ALPHA + scatter(ALPHA), "{rate}");
     }
 }
@@ -114,9 +116,8 @@ fn without_variances() {
 /// the poorer picture, and symmetry fails. Twice the claim is stated (`docs/compare.md`).
 #[test]
 fn without_variances_and_not_alike() {
-    let pair = pair(skewed, [(32, 32), (256, 16)]);
-    let rate = false_alarms(&options(true), |seed| {
-        pair(seed).map(Render::without_variance)
-    });
+    let pair = pair(skewed, [(16, 16), (128, 16)]);
+    let blind = |seed| pair(seed).map(Render::without_variance);
+    let [rate] = false_alarms([options(true)], blind);
     assert!(rate < 2.0 * ALPHA + scatter(2.0 * ALPHA), "{rate}");
 }

@@ -1,0 +1,95 @@
+//! Pictures to compare, from files of any kind.
+
+use crate::assets::picture::{Encoding, Picture};
+use crate::film::{self, Image, Loaded, PixelBounds, ReadError};
+use crate::math::color::linear_from_srgb;
+use crate::math::{Rgb, UVec2};
+use std::path::{Path, PathBuf};
+
+/// A picture and what its file is.
+pub struct Input {
+    pub path: PathBuf,
+    pub loaded: Loaded,
+    /// Values were decoded from sRGB: eight or sixteen bits, nothing brighter than white.
+    pub srgb: bool,
+    /// The file knows what part of the full picture it holds.
+    windowed: bool,
+}
+
+impl Input {
+    /// What it is, in a few words.
+    pub fn describe(&self) -> String {
+        let size = self.loaded.image.bounds.size();
+        let mut words = format!("{} × {} pixels", size.x, size.y);
+        if size != self.loaded.image.resolution {
+            let bounds = self.loaded.image.bounds;
+            words += &format!(" of a crop window ({})", crate::compare::extent(bounds));
+        }
+        if let Some(spp) = self.loaded.spp {
+            words += &format!(", {spp} samples a pixel");
+        }
+        if let Some(runs) = self.loaded.runs.filter(|&runs| runs > 1) {
+            words += &format!(" in each of {runs} runs");
+        }
+        words += match self.loaded.image.variance {
+            Some(_) => ", with variances",
+            None => ", without variances",
+        };
+        if self.srgb {
+            words += ", decoded from sRGB";
+        }
+        words
+    }
+}
+
+/// Reads both. Formats that do not know their crop window take the other's, if they have as many
+/// pixels.
+pub fn read_pair(a: &Path, b: &Path) -> Result<[Input; 2], String> {
+    let (mut a, mut b) = (read(a)?, read(b)?);
+    take_window(&mut a, &b);
+    take_window(&mut b, &a);
+    Ok([a, b])
+}
+
+fn take_window(input: &mut Input, other: &Input) {
+    let (image, from) = (&mut input.loaded.image, &other.loaded.image);
+    if !input.windowed && other.windowed && image.bounds.size() == from.bounds.size() {
+        (image.bounds, image.resolution) = (from.bounds, from.resolution);
+    }
+}
+
+fn read(path: &Path) -> Result<Input, String> {
+    match film::read(path) {
+        Ok(loaded) => {
+            return Ok(Input {
+                path: path.to_owned(),
+                loaded,
+                srgb: false,
+                windowed: true,
+            });
+        }
+        Err(error @ ReadError::Window(_)) => return Err(error.to_string()),
+        // Grey, or with channels of other names, or another format altogether.
+        Err(_) => {}
+    }
+    let picture = Picture::load(path).map_err(|e| e.to_string())?;
+    let size = [picture.width, picture.height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let resolution = UVec2::from(size);
+    let srgb = picture.encoding == Encoding::Srgb;
+    let decode = |p: &Rgb| if srgb { p.map(linear_from_srgb) } else { *p };
+    Ok(Input {
+        path: path.to_owned(),
+        loaded: Loaded {
+            image: Image {
+                resolution,
+                bounds: PixelBounds::new(UVec2::ZERO, resolution),
+                pixels: picture.texels().iter().map(decode).collect(),
+                variance: None,
+            },
+            spp: None,
+            runs: None,
+        },
+        srgb,
+        windowed: false,
+    })
+}

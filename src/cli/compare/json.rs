@@ -1,0 +1,149 @@
+//! A comparison for programs.
+
+use super::{Input, Report};
+use crate::compare::flip::FlipMap;
+use crate::compare::{
+    CHANNELS, Correction, Estimate, Level, NoiseSource, Picture, Statistic, Uniformity,
+};
+use crate::film::PixelBounds;
+use serde_json::{Map, Value, json};
+
+/// One object. Infinite numbers are `null`, as JSON has none.
+pub fn text(report: &Report) -> Result<String, String> {
+    serde_json::to_string_pretty(&value(report)).map_err(|e| e.to_string())
+}
+
+fn value(report: &Report) -> Value {
+    let comparison = &report.comparison;
+    let verdict = &comparison.verdict;
+    let pictures = [Picture::A, Picture::B].map(|which| picture(report, which));
+    json!({
+        "agree": comparison.agrees(),
+        "verdict": comparison.sentence(),
+        "notes": comparison.cautions(),
+        "p": verdict.p(),
+        "alpha": verdict.alpha,
+        "correction": match verdict.correction {
+            Correction::Holm => "holm",
+            Correction::Sidak => "sidak",
+        },
+        "noise": match comparison.noise {
+            NoiseSource::Stored => "stored",
+            NoiseSource::None => "none",
+            _ => "spatial",
+        },
+        "a": pictures[0],
+        "b": pictures[1],
+        "pixels_left_out": comparison.non_finite.left_out,
+        "levels": verdict.levels.iter().map(level).collect::<Vec<_>>(),
+        "uniformity": comparison.uniformity.iter().map(uniformity).collect::<Vec<_>>(),
+        "neighbour_correlation": {
+            "value": comparison.neighbours.correlation,
+            "standard_error": comparison.neighbours.error,
+        },
+        "metrics": metrics(report),
+        "flip": report.flip.as_ref().map(|flip| json!({
+            "ldr": flip_map(&flip.ldr),
+            "hdr": flip.hdr.as_ref().map(|(range, map)| {
+                let mut value = flip_map(map);
+                value["start_exposure"] = json!(range.start);
+                value["stop_exposure"] = json!(range.stop);
+                value["exposures"] = json!(range.count);
+                value
+            }),
+        })),
+    })
+}
+
+fn picture(report: &Report, which: Picture) -> Value {
+    let input: &Input = &report.inputs[which as usize];
+    let estimate = Estimate::of(&input.loaded);
+    let non_finite = report.comparison.non_finite.of(which);
+    json!({
+        "file": input.path.display().to_string(),
+        "window": window(input.loaded.image.bounds),
+        "spp": input.loaded.spp,
+        "runs": input.loaded.runs,
+        "variance": estimate.has_variance(),
+        "degrees_of_freedom": estimate.has_variance().then_some(estimate.freedom),
+        "decoded_from_srgb": input.srgb,
+        "non_finite": non_finite.map(|(count, first)| json!({
+            "count": count,
+            "first": [first.x, first.y],
+        })),
+    })
+}
+
+fn level(level: &Level) -> Value {
+    let worst = &level.worst;
+    json!({
+        "side": level.side,
+        "statistic": match level.statistic {
+            Statistic::Mean => "mean",
+            Statistic::Neighbours => "neighbours",
+        },
+        "tests": level.tests,
+        "differ": level.rejected,
+        "p": level.p,
+        "worst": {
+            "window": window(worst.bounds),
+            "channel": CHANNELS[worst.channel.min(2)],
+            "a": worst.a,
+            "b": worst.b,
+            "t": worst.t,
+            "degrees_of_freedom": worst.freedom,
+            "p": worst.p,
+        },
+    })
+}
+
+fn uniformity(uniformity: &Uniformity) -> Value {
+    json!({
+        "side": uniformity.side,
+        "tests": uniformity.tests,
+        "histogram": uniformity.histogram,
+        "below_0.05": uniformity.small,
+        "deviation": uniformity.deviation,
+        "p": uniformity.p,
+    })
+}
+
+fn metrics(report: &Report) -> Value {
+    let metrics = &report.comparison.metrics;
+    let channels = CHANNELS.iter().zip(&metrics.channels).map(|(name, means)| {
+        let value = json!({
+            "a": means.a,
+            "b": means.b,
+            "ratio": means.ratio,
+            "ratio_error_95": means.ratio_error,
+        });
+        ((*name).to_owned(), value)
+    });
+    json!({
+        "mse": metrics.mse,
+        "expected_mse": metrics.expected_mse,
+        "relative_mse": metrics.relative_mse,
+        "psnr": metrics.psnr,
+        "max_difference": metrics.max_difference,
+        "means": channels.collect::<Map<String, Value>>(),
+        "largest_tile": {
+            "window": window(metrics.largest_tile.bounds),
+            "luminance_a": metrics.largest_tile.a,
+            "luminance_b": metrics.largest_tile.b,
+        },
+    })
+}
+
+fn flip_map(map: &FlipMap) -> Value {
+    json!({
+        "mean": map.mean(),
+        "median": map.quantile(0.5),
+        "p95": map.quantile(0.95),
+        "max": map.max(),
+    })
+}
+
+/// First column and row, and those after the last.
+fn window(bounds: PixelBounds) -> [u32; 4] {
+    [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y]
+}

@@ -1,0 +1,225 @@
+//! `fstop compare A B`: do two pictures show the same?
+
+mod input;
+mod json;
+mod page;
+mod raster;
+mod text;
+
+use super::{ANSWER_IS_NO, BAD_INPUT, messages};
+use crate::compare::flip::{self, ExposureRange, FlipMap, PIXELS_PER_DEGREE};
+use crate::compare::{Comparison, Correction, Estimate, Noise, Options, compare, p_values};
+use crate::film::Image;
+use crate::math::Rgb;
+use clap::{Args, ValueEnum};
+use input::Input;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `fstop compare`.
+#[derive(Args, Debug)]
+pub struct CompareArgs {
+    /// Picture (.exr, .pfm, .hdr; .png, .tga, .jpg are taken for sRGB)
+    #[arg(value_name = "A")]
+    a: PathBuf,
+    /// Picture to compare with: the reference
+    #[arg(value_name = "B")]
+    b: PathBuf,
+    /// Print JSON instead of text
+    #[arg(long)]
+    json: bool,
+    /// Write one page with both pictures, their differences and all numbers, readable without network
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Probability, at most, that pictures of the same expectation are said to differ
+    #[arg(long, value_name = "P", default_value_t = Options::default().alpha, value_parser = probability, allow_negative_numbers = true)]
+    alpha: f64,
+    /// Sides of the blocks of pixels that are tested, besides single pixels and the whole
+    #[arg(long, value_name = "PX", value_delimiter = ',', default_values_t = [8, 32], value_parser = clap::value_parser!(u32).range(2..))]
+    tile: Vec<u32>,
+    /// How the probability is shared among the tests
+    #[arg(long, value_enum, default_value_t = CorrectionArg::Holm)]
+    correction: CorrectionArg,
+    /// Relative difference that does not count
+    #[arg(long, value_name = "REL", default_value_t = Options::default().relative_tolerance, value_parser = tolerance, allow_negative_numbers = true)]
+    tolerance: f64,
+    /// Where the noise is known from
+    #[arg(long, value_enum, default_value_t = NoiseArg::Auto)]
+    noise: NoiseArg,
+    /// Noise from the difference: side of the squares of pixels that are independent of each other,
+    /// the filter's width where samples are splatted
+    #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    cell: u32,
+    /// Welch's test as it is, without the common variance that guards against rare bright samples
+    #[arg(long)]
+    plain_welch: bool,
+    /// Leave FLIP out, which takes the longest
+    #[arg(long)]
+    no_flip: bool,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum CorrectionArg {
+    /// Holm's: holds however tests depend on each other
+    Holm,
+    /// Šidák's: a trifle sharper
+    Sidak,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum NoiseArg {
+    /// Variances in the files, else as spatial
+    Auto,
+    /// Variances in the files, or an error
+    Stored,
+    /// The scatter of the difference within blocks
+    Spatial,
+    /// There is none: pictures of the same seed, drawings
+    None,
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
+        _ => Err("expected a probability above 0 and below 1".to_owned()),
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if (0.0..=1.0).contains(&x) => Ok(x),
+        _ => Err("expected a fraction from 0 to 1".to_owned()),
+    }
+}
+
+impl CompareArgs {
+    fn options(&self) -> Options {
+        Options {
+            alpha: self.alpha,
+            blocks: std::iter::once(1)
+                .chain(self.tile.iter().copied())
+                .collect(),
+            relative_tolerance: self.tolerance,
+            correction: match self.correction {
+                CorrectionArg::Holm => Correction::Holm,
+                CorrectionArg::Sidak => Correction::Sidak,
+            },
+            noise: match self.noise {
+                NoiseArg::Auto => Noise::Auto,
+                NoiseArg::Stored => Noise::Stored,
+                NoiseArg::Spatial => Noise::Spatial,
+                NoiseArg::None => Noise::None,
+            },
+            cell: self.cell,
+            common_variance: !self.plain_welch,
+        }
+    }
+}
+
+/// Everything there is to say.
+struct Report {
+    inputs: [Input; 2],
+    comparison: Comparison,
+    flip: Option<Flip>,
+}
+
+/// Both kinds of FLIP.
+struct Flip {
+    /// As a screen shows the pictures at exposure 0.
+    ldr: FlipMap,
+    /// Over the reference's range of exposures; `None` where both pictures are LDR anyway.
+    hdr: Option<(ExposureRange, FlipMap)>,
+}
+
+/// Compares two pictures.
+pub fn run(args: &CompareArgs) -> ExitCode {
+    match report(args) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(ANSWER_IS_NO),
+        Err(message) => {
+            messages::error(message);
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// Whether they agree.
+fn report(args: &CompareArgs) -> Result<bool, String> {
+    let inputs = input::read_pair(&args.a, &args.b)?;
+    let options = args.options();
+    let [a, b] = inputs.each_ref().map(|input| Estimate::of(&input.loaded));
+    let comparison = compare(&a, &b, &options).map_err(|e| e.to_string())?;
+    let p = args.html.is_some().then(|| p_values(&a, &b, &options));
+    let p = p.transpose().map_err(|e| e.to_string())?;
+    let flip = (!args.no_flip).then(|| see(&inputs));
+    let report = Report {
+        inputs,
+        comparison,
+        flip,
+    };
+    if let (Some(file), Some(p)) = (&args.html, p) {
+        write(file, &page::html(&report, &p))?;
+    }
+    let said = if args.json {
+        json::text(&report)?
+    } else {
+        text::text(&report)
+    };
+    println!("{said}");
+    Ok(report.comparison.agrees())
+}
+
+/// FLIP, of pictures whose broken pixels are black in both.
+fn see(inputs: &[Input; 2]) -> Flip {
+    let [a, b] = inputs.each_ref().map(|input| &input.loaded.image);
+    let finite: Vec<bool> = a
+        .pixels
+        .iter()
+        .zip(&b.pixels)
+        .map(|(p, q)| p.is_finite() && q.is_finite())
+        .collect();
+    let mended = |image: &Image| -> Option<Image> {
+        finite.contains(&false).then(|| {
+            let pixels = image.pixels.iter().zip(&finite);
+            Image {
+                pixels: pixels
+                    .map(|(&p, &ok)| if ok { p } else { Rgb::ZERO })
+                    .collect(),
+                ..image.clone()
+            }
+        })
+    };
+    let (mended_a, mended_b) = (mended(a), mended(b));
+    let (a, b) = (
+        mended_a.as_ref().unwrap_or(a),
+        mended_b.as_ref().unwrap_or(b),
+    );
+    Flip {
+        ldr: flip::ldr(a, b, PIXELS_PER_DEGREE),
+        hdr: inputs.iter().any(|input| !input.srgb).then(|| {
+            let exposures = ExposureRange::of(b);
+            (exposures, flip::hdr(a, b, &exposures, PIXELS_PER_DEGREE))
+        }),
+    }
+}
+
+fn write(file: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(file, text).map_err(|e| format!("cannot write {}: {e}", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        for text in ["0", "1", "-0.1", "nan", "x", ""] {
+            assert!(probability(text).is_err(), "{text}");
+        }
+        assert_eq!(probability("1e-4"), Ok(1e-4));
+        for text in ["-1e-9", "1.5", "nan", "inf", ""] {
+            assert!(tolerance(text).is_err(), "{text}");
+        }
+        assert_eq!((tolerance("0"), tolerance("1")), (Ok(0.0), Ok(1.0)));
+    }
+}
