@@ -1,0 +1,120 @@
+//! `fstop tradeoff`: what it measures is true where the truth is known, and it says what it should.
+
+mod program;
+
+use program::fstop;
+use serde_json::Value;
+
+/// A real lens, stratified samples.
+const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
+/// Random samples, light that bounces.
+const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
+
+fn study(scene: &str, options: &[&str]) -> Value {
+    let run = fstop([&["tradeoff", scene, "--json", "--quiet"], options].concat());
+    assert_eq!(run.code, 0, "{scene}\n{}", run.stderr);
+    serde_json::from_str(&run.stdout).unwrap_or_else(|e| panic!("{e}: {}", run.stdout))
+}
+
+fn settings<'a>(study: &'a Value, knob: &str) -> Vec<&'a Value> {
+    let all = study["settings"].as_array().expect("settings");
+    all.iter().filter(|s| s["knob"] == knob).collect()
+}
+
+fn number(value: &Value, path: &str) -> f64 {
+    let found = value.pointer(path).and_then(Value::as_f64);
+    found.unwrap_or_else(|| panic!("no {path} in {value}"))
+}
+
+#[test]
+fn every_knob_of_a_lens_is_turned() {
+    let study = study(LENS, &["--time", "4"]);
+    for (knob, least) in [
+        ("scene", 1),
+        ("samples", 3),
+        ("sampler", 2),
+        ("lens model", 4),
+        ("precision", 1),
+        ("pupil sampling", 2),
+        ("maxdepth", 1),
+        ("light choice", 2),
+        ("filter", 4),
+    ] {
+        let failed = study["failed"].as_array().expect("a list");
+        let failed = failed.iter().filter(|s| s["knob"] == knob).count();
+        let found = settings(&study, knob).len() + failed;
+        assert!(found >= least, "{knob}: {found}");
+    }
+    let sentence = study["recommendation"]["sentence"]
+        .as_str()
+        .expect("a sentence");
+    assert!(sentence.starts_with("For 1 % error take "), "{sentence}");
+}
+
+#[test]
+fn depth_that_is_missing_is_bias_and_samples_are_noise() {
+    let study = study(BOX, &["--time", "10", "--error", "20%"]);
+    // Independent samples: the variance falls as their number. Counts of one to hundreds, heavy
+    // tails: the fitted power is known to about a tenth.
+    let slope = number(&study, "/slope");
+    assert!((slope - 1.0).abs() < 0.25, "{slope}");
+    // Of a box lit from inside one bounce is by far not all: the scene's depth is 8.
+    let depths = settings(&study, "maxdepth");
+    let shallow = depths
+        .iter()
+        .find(|s| s["setting"] == "1")
+        .expect("depth 1");
+    let bias = number(shallow, "/relativeBias/value");
+    assert!(bias > 0.2, "{bias}");
+    // More depth than 8 shows nothing to speak of.
+    let deep = depths
+        .iter()
+        .find(|s| s["setting"] == "16")
+        .expect("depth 16");
+    let (value, within) = (
+        number(deep, "/relativeBias/value"),
+        number(deep, "/relativeBias/within"),
+    );
+    assert!(value < 0.1 || value < 3.0 * within, "{value} ± {within}");
+    assert_eq!(study["recommendation"]["relativeError"], 0.2);
+}
+
+#[test]
+fn text_and_page() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let page = folder.path().join("t.html");
+    let name = page.display().to_string();
+    let run = fstop(["tradeoff", BOX, "--time", "2", "--quiet", "--html", &name]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    for word in [
+        "efficiency",
+        "±",
+        "samples",
+        "maxdepth",
+        "For 1 % error take",
+    ] {
+        assert!(run.stdout.contains(word), "{word}: {}", run.stdout);
+    }
+    let html = std::fs::read_to_string(&page).expect("the page");
+    for word in [
+        "<svg",
+        "relative error (%)",
+        "seconds for a picture",
+        "<table>",
+        "For 1 % error",
+    ] {
+        assert!(html.contains(word), "{word}");
+    }
+    // Nothing is fetched: the only addresses are names of XML vocabularies.
+    let addresses = html.matches("http").count();
+    assert_eq!(addresses, html.matches("http://www.w3.org/").count());
+}
+
+#[test]
+fn nonsense_is_refused() {
+    for option in [["--error", "0"], ["--time", "-1"]] {
+        let run = fstop([&["tradeoff", BOX], &option[..]].concat());
+        assert_eq!(run.code, 2, "{option:?}");
+    }
+    assert_eq!(fstop(["tradeoff", "no such scene.pbrt"]).code, 2);
+}
