@@ -41,10 +41,7 @@ impl Correction {
         let steps = smallest.iter().enumerate();
         // The kth smallest is asked among those that are left.
         let accepted = |(k, &p): (usize, &f64)| p >= self.share(alpha, tests.saturating_sub(k));
-        steps
-            .clone()
-            .position(accepted)
-            .unwrap_or(smallest.len())
+        steps.clone().position(accepted).unwrap_or(smallest.len())
     }
 }
 
@@ -58,7 +55,10 @@ mod tests {
             for alpha in [1e-9, 1e-3, 0.3] {
                 for tests in [1, 7, 36_000_000] {
                     let back = correction.adjust(correction.share(alpha, tests), tests);
-                    assert!((back - alpha).abs() < 1e-12 * alpha + 1e-15, "{correction:?} {back}");
+                    assert!(
+                        (back - alpha).abs() < 1e-12 * alpha + 1e-15,
+                        "{correction:?} {back}"
+                    );
                 }
             }
         }

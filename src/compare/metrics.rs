@@ -136,7 +136,12 @@ fn errors_of_means(
         }
         _ => {
             let (a, b, tolerance, cell) = (*a, *b, 0.0, 1);
-            let scatter = Scatter { a, b, tolerance, cell };
+            let scatter = Scatter {
+                a,
+                b,
+                tolerance,
+                cell,
+            };
             Some([scatter.error_of_mean(), DVec3::ZERO])
         }
     }
@@ -163,7 +168,13 @@ fn largest_tile(a: &Estimate, b: &Estimate) -> TileDifference {
     let size = |tile: &TileDifference| (tile.a - tile.b).abs();
     let differences: Vec<_> = differences.collect();
     let first = differences.first().copied().unwrap_or(none);
-    let larger = |worst, tile| if size(&tile) > size(&worst) { tile } else { worst };
+    let larger = |worst, tile| {
+        if size(&tile) > size(&worst) {
+            tile
+        } else {
+            worst
+        }
+    };
     differences.into_iter().fold(first, larger)
 }
 
@@ -247,6 +258,9 @@ mod tests {
             samples: None,
         });
         let m = Metrics::new(&a, &b, NoiseSource::None, 3);
-        assert_eq!((m.mse, m.channels[0].a, m.channels[0].ratio_error), (1.0, 2.0, None));
+        assert_eq!(
+            (m.mse, m.channels[0].a, m.channels[0].ratio_error),
+            (1.0, 2.0, None)
+        );
     }
 }

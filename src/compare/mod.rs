@@ -191,13 +191,16 @@ impl<'a> Pair<'a> {
     fn sides(&self) -> Vec<u32> {
         let cell = self.options.cell.max(1);
         let observations = |side: u32| side.div_ceil(cell).saturating_pow(2);
-        let testable = |side: u32| !self.noise.is_spatial() || observations(side) >= MIN_OBSERVATIONS;
+        let testable =
+            |side: u32| !self.noise.is_spatial() || observations(side) >= MIN_OBSERVATIONS;
         let sides = self.options.blocks.iter().copied();
         sides.filter(|&side| side > 0 && testable(side)).collect()
     }
 
     fn verdict(&self) -> Verdict {
-        let Options { alpha, correction, .. } = *self.options;
+        let Options {
+            alpha, correction, ..
+        } = *self.options;
         let sides: Vec<Option<u32>> = self.sides().into_iter().map(Some).chain([None]).collect();
         let questions = if self.noise.is_spatial() { 2 } else { 1 };
         let share = correction.share(alpha, questions * sides.len());

@@ -60,9 +60,8 @@ impl BlockTest for NeighbourScatter<'_> {
         let [a, b] = grid.means;
         [0, 1, 2].map(|c| {
             let beyond = |cell: &Cell| cell.beyond(self.0.tolerance, c);
-            let products = pairs(grid.size).filter_map(|[i, j]| {
-                Some(beyond(grid.cells.get(i)?) * beyond(grid.cells.get(j)?))
-            });
+            let products = pairs(grid.size)
+                .filter_map(|[i, j]| Some(beyond(grid.cells.get(i)?) * beyond(grid.cells.get(j)?)));
             let candidate = candidate([a[c], b[c]], products, 0.0);
             // The products' signs follow from the differences' own, of which there are fewer.
             let signs = grid.cells.iter().filter(|cell| beyond(cell) != 0.0);
@@ -145,12 +144,10 @@ fn mean(image: &Image, bounds: PixelBounds) -> DVec3 {
 /// Positions of all pairs of cells side by side and one above the other.
 fn pairs(size: UVec2) -> impl Iterator<Item = [usize; 2]> + Clone {
     let (width, height) = (size.x as usize, size.y as usize);
-    let across = (0..height).flat_map(move |y| {
-        (1..width).map(move |x| [y * width + x - 1, y * width + x])
-    });
-    let down = (1..height).flat_map(move |y| {
-        (0..width).map(move |x| [(y - 1) * width + x, y * width + x])
-    });
+    let across =
+        (0..height).flat_map(move |y| (1..width).map(move |x| [y * width + x - 1, y * width + x]));
+    let down = (1..height)
+        .flat_map(move |y| (0..width).map(move |x| [(y - 1) * width + x, y * width + x]));
     across.chain(down)
 }
 
@@ -223,7 +220,8 @@ impl Neighbours {
             variances.get(i).map(|p| p.as_dvec3())
         };
         let difference = |i: usize| {
-            let [p, q] = [a, b].map(|e| e.image.pixels.get(i).map_or(DVec3::ZERO, |p| p.as_dvec3()));
+            let [p, q] =
+                [a, b].map(|e| e.image.pixels.get(i).map_or(DVec3::ZERO, |p| p.as_dvec3()));
             let scale = match (variance(a, i), variance(b, i)) {
                 (Some(u), Some(v)) => (u + v).map(f64::sqrt),
                 _ => DVec3::ONE,
@@ -246,7 +244,11 @@ impl Neighbours {
             }
         }
         Neighbours {
-            correlation: if squares > 0.0 { products / squares } else { 0.0 },
+            correlation: if squares > 0.0 {
+                products / squares
+            } else {
+                0.0
+            },
             error: 1.0 / (count.max(1) as f64).sqrt(),
         }
     }
@@ -285,7 +287,10 @@ mod tests {
     fn all_pairs_of_neighbours() {
         let found: Vec<_> = pairs(UVec2::new(2, 2)).collect();
         assert_eq!(found, [[0, 1], [2, 3], [0, 2], [1, 3]]);
-        assert_eq!(pairs(UVec2::new(1, 1)).count() + pairs(UVec2::ZERO).count(), 0);
+        assert_eq!(
+            pairs(UVec2::new(1, 1)).count() + pairs(UVec2::ZERO).count(),
+            0
+        );
         assert_eq!(pairs(UVec2::new(5, 3)).count(), 4 * 3 + 5 * 2);
     }
 }

@@ -77,9 +77,10 @@ impl Verdict {
 
     /// The level that speaks loudest.
     pub fn worst(&self) -> Option<&Level> {
-        self.levels
-            .iter()
-            .min_by(|x, y| x.p.total_cmp(&y.p).then(y.worst.t.abs().total_cmp(&x.worst.t.abs())))
+        self.levels.iter().min_by(|x, y| {
+            x.p.total_cmp(&y.p)
+                .then(y.worst.t.abs().total_cmp(&x.worst.t.abs()))
+        })
     }
 }
 
@@ -124,7 +125,11 @@ impl Gathered {
     fn add(&mut self, bounds: PixelBounds, channel: usize, candidate: Candidate, alpha: f64) {
         self.tests += 1;
         let worst = self.worst;
-        let least = if candidate.t.is_nan() { 0.0 } else { candidate.least_p() };
+        let least = if candidate.t.is_nan() {
+            0.0
+        } else {
+            candidate.least_p()
+        };
         if least > alpha && worst.is_some_and(|w| least > w.p) {
             return;
         }
@@ -132,8 +137,21 @@ impl Gathered {
         if p <= alpha {
             self.small.push(p);
         }
-        let Candidate { means: [a, b], t, freedom, .. } = candidate;
-        let finding = Finding { bounds, channel, a, b, t, freedom, p };
+        let Candidate {
+            means: [a, b],
+            t,
+            freedom,
+            ..
+        } = candidate;
+        let finding = Finding {
+            bounds,
+            channel,
+            a,
+            b,
+            t,
+            freedom,
+            p,
+        };
         if worst.is_none_or(|w| precedes(&finding, &w)) {
             self.worst = Some(finding);
         }

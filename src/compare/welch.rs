@@ -98,14 +98,21 @@ fn pooled_freedom(parts: [(f64, f64); 2]) -> f64 {
 /// uncertainties: a block whose variance comes from one bright pixel has that pixel's freedom only.
 fn block_means(estimate: &Estimate, bounds: PixelBounds, noiseless: bool) -> [BlockMean; 3] {
     let image = estimate.image;
-    let variances = image.variance.as_deref().filter(|_| !noiseless).unwrap_or(&[]);
+    let variances = image
+        .variance
+        .as_deref()
+        .filter(|_| !noiseless)
+        .unwrap_or(&[]);
     let (mut mean, mut variance, mut squares) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
     for index in bounds
         .pixels()
         .filter_map(|pixel| image.bounds.index(pixel))
     {
         let v = variances.get(index).map_or(DVec3::ZERO, |p| p.as_dvec3());
-        mean += image.pixels.get(index).map_or(DVec3::ZERO, |p| p.as_dvec3());
+        mean += image
+            .pixels
+            .get(index)
+            .map_or(DVec3::ZERO, |p| p.as_dvec3());
         variance += v;
         squares += v * v;
     }

@@ -1,7 +1,7 @@
 //! What a comparison found, in sentences.
 
 use super::verdict::{Level, Statistic};
-use super::{Comparison, NoiseSource, Picture};
+use super::{Comparison, NoiseSource, Picture, Uniformity};
 use crate::film::PixelBounds;
 
 /// Names of the channels.
@@ -16,7 +16,11 @@ impl Comparison {
         let (p, alpha) = (self.verdict.p(), self.verdict.alpha);
         match self.verdict.worst() {
             Some(level) if !self.verdict.agrees() => {
-                format!("The pictures differ: {}{}.", describe(level), self.chance(p))
+                format!(
+                    "The pictures differ: {}{}.",
+                    describe(level),
+                    self.chance(p)
+                )
             }
             _ => format!(
                 "The pictures agree: {} (p = {}; below {alpha} they would differ).",
@@ -59,24 +63,33 @@ impl Comparison {
                 self.neighbours.correlation
             ));
         }
-        for uniformity in &self.uniformity {
-            let blocks = blocks(Some(uniformity.side));
-            let share = 100.0 * uniformity.small;
-            if uniformity.too_small() {
-                cautions.push(format!(
-                    "Too many small p-values among {blocks}: {share:.1} % are below 5 %. Either there are \
-                     many differences too slight to be proven one by one, or the noise is larger or more \
-                     skewed than its variances say."
-                ));
-            } else if uniformity.too_large() {
-                cautions.push(format!(
-                    "Too few small p-values among {blocks}: {share:.1} % are below 5 %. The variances are \
-                     overestimated, as those of stratified samples are, or the renders share random \
-                     numbers: differences are found less easily than they could be."
-                ));
-            }
-        }
+        cautions.extend(self.caution_of_p_values());
         cautions
+    }
+
+    /// What the distribution of the p-values betrays: one sentence for all sizes of blocks.
+    fn caution_of_p_values(&self) -> Vec<String> {
+        let shares = |bent: fn(&Uniformity) -> bool| -> Option<String> {
+            let levels = self.uniformity.iter().filter(|u| bent(u));
+            let share =
+                |u: &Uniformity| format!("{:.1} % of {}", 100.0 * u.small, blocks(Some(u.side)));
+            let shares: Vec<String> = levels.map(share).collect();
+            (!shares.is_empty()).then(|| shares.join(", "))
+        };
+        let small = shares(Uniformity::too_small).map(|shares| {
+            format!(
+                "There are too many small p-values ({shares} are below 5 %): many differences too slight \
+                 to be proven one by one, or noise that is larger or more skewed than the variances say."
+            )
+        });
+        let large = shares(Uniformity::too_large).map(|shares| {
+            format!(
+                "There are too few small p-values ({shares} are below 5 %): the variances are overestimated, \
+                 as those of stratified samples are, or the renders share random numbers. Differences are \
+                 found less easily than they could be."
+            )
+        });
+        small.into_iter().chain(large).collect()
     }
 
     fn caution_of_noise(&self) -> Option<String> {
@@ -103,7 +116,10 @@ impl Comparison {
                 first.x, first.y
             ))
         };
-        let found: Vec<String> = [Picture::A, Picture::B].into_iter().filter_map(of).collect();
+        let found: Vec<String> = [Picture::A, Picture::B]
+            .into_iter()
+            .filter_map(of)
+            .collect();
         found.join(" and ")
     }
 }
@@ -161,7 +177,10 @@ fn difference(a: f64, b: f64) -> String {
     let word = if a > b { "brighter" } else { "darker" };
     let ratio = a / b - 1.0;
     if ratio.is_finite() && ratio.abs() < 10.0 {
-        format!("{:.2} % {word} in A ({a:.6} against {b:.6})", 100.0 * ratio.abs())
+        format!(
+            "{:.2} % {word} in A ({a:.6} against {b:.6})",
+            100.0 * ratio.abs()
+        )
     } else {
         format!("{word} in A ({a:.6} against {b:.6})")
     }

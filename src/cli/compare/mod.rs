@@ -13,6 +13,7 @@ use crate::film::Image;
 use crate::math::Rgb;
 use clap::{Args, ValueEnum};
 use input::Input;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -96,7 +97,9 @@ impl CompareArgs {
     fn options(&self) -> Options {
         Options {
             alpha: self.alpha,
-            blocks: std::iter::once(1).chain(self.tile.iter().copied()).collect(),
+            blocks: std::iter::once(1)
+                .chain(self.tile.iter().copied())
+                .collect(),
             relative_tolerance: self.tolerance,
             correction: match self.correction {
                 CorrectionArg::Holm => Correction::Holm,
@@ -163,7 +166,8 @@ fn report(args: &CompareArgs) -> Result<bool, String> {
     } else {
         text::text(&report)
     };
-    println!("{said}");
+    // Nobody may be listening any more (`| head`); the exit code still counts.
+    let _ = writeln!(std::io::stdout(), "{said}");
     Ok(report.comparison.agrees())
 }
 
@@ -180,13 +184,18 @@ fn see(inputs: &[Input; 2]) -> Flip {
         finite.contains(&false).then(|| {
             let pixels = image.pixels.iter().zip(&finite);
             Image {
-                pixels: pixels.map(|(&p, &ok)| if ok { p } else { Rgb::ZERO }).collect(),
+                pixels: pixels
+                    .map(|(&p, &ok)| if ok { p } else { Rgb::ZERO })
+                    .collect(),
                 ..image.clone()
             }
         })
     };
     let (mended_a, mended_b) = (mended(a), mended(b));
-    let (a, b) = (mended_a.as_ref().unwrap_or(a), mended_b.as_ref().unwrap_or(b));
+    let (a, b) = (
+        mended_a.as_ref().unwrap_or(a),
+        mended_b.as_ref().unwrap_or(b),
+    );
     Flip {
         ldr: flip::ldr(a, b, PIXELS_PER_DEGREE),
         hdr: inputs.iter().any(|input| !input.srgb).then(|| {

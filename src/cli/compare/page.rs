@@ -18,7 +18,11 @@ pub fn html(report: &Report, p: &Image) -> String {
     let comparison = &report.comparison;
     let names = report.inputs.each_ref().map(name);
     let [a, b] = names.each_ref().map(|name| escaped(name));
-    let (class, mark) = if comparison.agrees() { ("agree", "✓") } else { ("differ", "≠") };
+    let (class, mark) = if comparison.agrees() {
+        ("agree", "✓")
+    } else {
+        ("differ", "≠")
+    };
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
@@ -29,8 +33,14 @@ pub fn html(report: &Report, p: &Image) -> String {
     );
     let cautions = comparison.cautions();
     if !cautions.is_empty() {
-        let items = cautions.iter().map(|c| format!("<li>{}</li>\n", escaped(c)));
-        let _ = write!(page, "<ul id=\"notes\">\n{}</ul>\n", items.collect::<String>());
+        let items = cautions
+            .iter()
+            .map(|c| format!("<li>{}</li>\n", escaped(c)));
+        let _ = write!(
+            page,
+            "<ul id=\"notes\">\n{}</ul>\n",
+            items.collect::<String>()
+        );
     }
     page += "</header>\n<main>\n";
     let reduction = Reduction::new(report.inputs[0].loaded.image.bounds.size(), MAX_PIXELS);
@@ -95,8 +105,8 @@ fn viewer(report: &Report, reduction: Reduction) -> String {
     format!(
         "<section id=\"viewer\" aria-label=\"Pictures\">\n<fieldset>\n<legend>Show</legend>\n{radios}</fieldset>\n\
          <div class=\"controls\">\n{}{}{}{}</div>\n\
-         <div id=\"stage\"><canvas id=\"canvas\" tabindex=\"0\" role=\"img\" aria-label=\"The chosen picture; \
-         arrow keys move the pixel that is read out\"></canvas></div>\n\
+         <div id=\"stage\"><div id=\"frame\"><canvas id=\"canvas\" tabindex=\"0\" role=\"img\" aria-label=\"The \
+         chosen picture; arrow keys move the pixel that is read out\"></canvas><i id=\"line\"></i></div></div>\n\
          <canvas id=\"legend\" width=\"512\" height=\"12\" aria-hidden=\"true\"></canvas>\n\
          <p id=\"scale\"></p>\n<p id=\"readout\" aria-live=\"polite\">Point at a pixel, or focus the picture and \
          use the arrow keys.</p>\n{shown}<noscript><p>The pictures need JavaScript; all numbers are \
@@ -108,8 +118,16 @@ fn viewer(report: &Report, reduction: Reduction) -> String {
     )
 }
 
-fn table(id: &str, caption: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
-    let head: String = head.iter().map(|h| format!("<th scope=\"col\">{h}</th>")).collect();
+fn table(
+    id: &str,
+    caption: &str,
+    head: &[&str],
+    rows: impl Iterator<Item = Vec<String>>,
+) -> String {
+    let head: String = head
+        .iter()
+        .map(|h| format!("<th scope=\"col\">{h}</th>"))
+        .collect();
     let row = |cells: Vec<String>| {
         let mut line = String::from("<tr>");
         for (i, cell) in cells.iter().enumerate() {
@@ -131,7 +149,12 @@ fn table(id: &str, caption: &str, head: &[&str], rows: impl Iterator<Item = Vec<
 fn tests(report: &Report) -> String {
     let levels = report.comparison.verdict.levels.iter();
     let head = ["of", "number", "differ", "smallest p", "corrected", "where"];
-    table("tests", "Tests", &head, levels.map(|level| level_row(level).to_vec()))
+    table(
+        "tests",
+        "Tests",
+        &head,
+        levels.map(|level| level_row(level).to_vec()),
+    )
 }
 
 fn metrics(report: &Report) -> String {
@@ -152,9 +175,16 @@ fn metrics(report: &Report) -> String {
 }
 
 fn pictures(report: &Report) -> String {
-    let rows = ["A", "B"].iter().zip(&report.inputs).map(|(letter, input)| {
-        vec![(*letter).to_owned(), input.path.display().to_string(), input.describe()]
-    });
+    let rows = ["A", "B"]
+        .iter()
+        .zip(&report.inputs)
+        .map(|(letter, input)| {
+            vec![
+                (*letter).to_owned(),
+                input.path.display().to_string(),
+                input.describe(),
+            ]
+        });
     table("files", "Files", &["", "file", "what it holds"], rows)
 }
 
@@ -163,7 +193,9 @@ fn histograms(report: &Report) -> String {
     if figures.is_empty() {
         return String::new();
     }
-    format!("<section id=\"histograms\">\n<h2>Distribution of p-values</h2>\n<div class=\"figures\">\n{figures}</div>\n</section>\n")
+    format!(
+        "<section id=\"histograms\">\n<h2>Distribution of p-values</h2>\n<div class=\"figures\">\n{figures}</div>\n</section>\n"
+    )
 }
 
 /// Bars of p-values in twentieths, the line where all would end were they uniform.
@@ -204,7 +236,10 @@ fn histogram(uniformity: &Uniformity) -> String {
 
 /// The pictures and maps, as JSON that no browser runs.
 fn data(report: &Report, p: &Image, reduction: Reduction) -> String {
-    let [a, b] = report.inputs.each_ref().map(|input| reduction.halves(&input.loaded.image));
+    let [a, b] = report
+        .inputs
+        .each_ref()
+        .map(|input| reduction.halves(&input.loaded.image));
     let unlikely = |i: usize| {
         let p = p.pixels.get(i).map_or(1.0, |p| p.min_element());
         -p.max(f32::MIN_POSITIVE).log10() / DECADES

@@ -64,7 +64,11 @@ impl Reduction {
             }
             for value in (sum / count.max(1.0)).to_array() {
                 let most = f16::MAX.to_f32();
-                let value = if value.is_nan() { most } else { value.clamp(-most, most) };
+                let value = if value.is_nan() {
+                    most
+                } else {
+                    value.clamp(-most, most)
+                };
                 bytes.extend_from_slice(&f16::from_f32(value).to_le_bytes());
             }
         }
@@ -77,7 +81,10 @@ impl Reduction {
             let most = square.map(&value).fold(0.0, f32::max);
             (255.0 * most.min(1.0)).round() as u8
         };
-        let bytes: Vec<u8> = self.squares().map(|mut square| largest(&mut square)).collect();
+        let bytes: Vec<u8> = self
+            .squares()
+            .map(|mut square| largest(&mut square))
+            .collect();
         STANDARD.encode(bytes)
     }
 }
@@ -101,7 +108,10 @@ mod tests {
         for (i, p) in image.pixels.iter_mut().enumerate() {
             *p = Rgb::splat(i as f32);
         }
-        let reduction = Reduction { full: UVec2::new(3, 2), factor: 2 };
+        let reduction = Reduction {
+            full: UVec2::new(3, 2),
+            factor: 2,
+        };
         let bytes = STANDARD.decode(reduction.halves(&image)).unwrap();
         let values: Vec<f32> = bytes
             .chunks_exact(2)
@@ -109,7 +119,9 @@ mod tests {
             .collect();
         // (0 + 1 + 3 + 4) / 4 and, of the column at the edge, (2 + 5) / 2.
         assert_eq!(values, [2.0, 2.0, 2.0, 3.5, 3.5, 3.5]);
-        let map = STANDARD.decode(reduction.bytes(|i| i as f32 / 10.0)).unwrap();
+        let map = STANDARD
+            .decode(reduction.bytes(|i| i as f32 / 10.0))
+            .unwrap();
         // Rounded to 255ths.
         assert_eq!(map, [102, 128]);
     }
@@ -118,8 +130,12 @@ mod tests {
     fn what_halves_cannot_hold() {
         let mut image = Image::black(UVec2::new(1, 1));
         image.pixels[0] = Rgb::new(f32::NAN, 1e30, f32::NEG_INFINITY);
-        let bytes = STANDARD.decode(Reduction::new(UVec2::ONE, 1).halves(&image)).unwrap();
-        let halves = bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32());
+        let bytes = STANDARD
+            .decode(Reduction::new(UVec2::ONE, 1).halves(&image))
+            .unwrap();
+        let halves = bytes
+            .chunks_exact(2)
+            .map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32());
         assert_eq!(halves.collect::<Vec<_>>(), [65504.0, 65504.0, -65504.0]);
     }
 }

@@ -9,14 +9,26 @@ pub fn text(report: &Report) -> String {
     let comparison = &report.comparison;
     let mut text = comparison.sentence() + "\n\n";
     for (name, input) in ["A", "B"].iter().zip(&report.inputs) {
-        let _ = writeln!(text, "{name}  {}: {}", input.path.display(), input.describe());
+        let _ = writeln!(
+            text,
+            "{name}  {}: {}",
+            input.path.display(),
+            input.describe()
+        );
     }
     for caution in comparison.cautions() {
         let _ = writeln!(text, "note: {caution}");
     }
     text.push('\n');
     let rows = comparison.verdict.levels.iter().map(level_row);
-    let head = ["tests of", "number", "differ", "smallest p", "corrected", "where"];
+    let head = [
+        "tests of",
+        "number",
+        "differ",
+        "smallest p",
+        "corrected",
+        "where",
+    ];
     text += &table(std::iter::once(head.map(str::to_owned)).chain(rows));
     for uniformity in &comparison.uniformity {
         let _ = writeln!(
@@ -52,13 +64,20 @@ pub fn level_row(level: &Level) -> [String; 6] {
         Some(1) => format!("{}, {} ", worst.bounds.min.x, worst.bounds.min.y),
         Some(_) => extent(worst.bounds) + " ",
     };
+    let found = match worst.t {
+        0.0 => "no difference".to_owned(),
+        t => format!(
+            "{place}{channel}: {:.6} against {:.6}, t = {t:+.2}",
+            worst.a, worst.b
+        ),
+    };
     [
         level_name(level),
         level.tests.to_string(),
         level.rejected.to_string(),
         probability(worst.p),
         probability(level.p),
-        format!("{place}{channel}: {:.6} against {:.6}, t = {:+.2}", worst.a, worst.b, worst.t),
+        found,
     ]
 }
 
@@ -95,12 +114,23 @@ pub fn numbers(report: &Report) -> Vec<(&'static str, String)> {
     let tile = &metrics.largest_tile;
     let mut numbers = vec![
         ("mean squared error", mse),
-        ("relative mean squared error", format!("{:.4e}", metrics.relative_mse)),
+        (
+            "relative mean squared error",
+            format!("{:.4e}", metrics.relative_mse),
+        ),
         ("PSNR", decibel(metrics.psnr)),
-        ("largest difference of a value", format!("{:.6}", metrics.max_difference)),
+        (
+            "largest difference of a value",
+            format!("{:.6}", metrics.max_difference),
+        ),
         (
             "most deviating block, in luminance",
-            format!("{}: {:.6} against {:.6}", extent(tile.bounds), tile.a, tile.b),
+            format!(
+                "{}: {:.6} against {:.6}",
+                extent(tile.bounds),
+                tile.a,
+                tile.b
+            ),
         ),
     ];
     if let Some(flip) = &report.flip {
@@ -146,7 +176,9 @@ fn table<const N: usize>(rows: impl IntoIterator<Item = [String; N]>) -> String 
     let mut text = String::new();
     for row in &rows {
         let cells = row.iter().zip(widths);
-        let line: String = cells.map(|(cell, width)| format!("{cell:width$}  ")).collect();
+        let line: String = cells
+            .map(|(cell, width)| format!("{cell:width$}  "))
+            .collect();
         text += line.trim_end();
         text.push('\n');
     }

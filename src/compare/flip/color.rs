@@ -6,9 +6,15 @@ use libm::cbrtf;
 
 /// Linear RGB to XYZ: Rec. 709 primaries, white (0.3127, 0.3290), as columns.
 const XYZ_FROM_RGB: Mat3 = Mat3::from_cols_array(&[
-    0.412_386_56, 0.212_636_82, 0.019_330_62,
-    0.357_591_5, 0.715_183, 0.119_197_16,
-    0.180_450_5, 0.072_180_2, 0.950_372_6,
+    0.412_386_56,
+    0.212_636_82,
+    0.019_330_62,
+    0.357_591_5,
+    0.715_183,
+    0.119_197_16,
+    0.180_450_5,
+    0.072_180_2,
+    0.950_372_6,
 ]);
 
 /// Conversions relative to the white that RGB (1, 1, 1) is.
@@ -84,9 +90,18 @@ mod tests {
         let spaces = ColorSpaces::new();
         // Single precision of values up to 116 and 500.
         let close = |a: Rgb, b: Rgb| (a - b).abs().max_element() < 1e-3;
-        assert!(close(spaces.ycxcz_from_rgb(Rgb::ONE), Rgb::new(100.0, 0.0, 0.0)));
-        assert!(close(spaces.ycxcz_from_rgb(Rgb::ZERO), Rgb::new(-16.0, 0.0, 0.0)));
-        assert!(close(spaces.hunt_lab_from_rgb(Rgb::ONE), Rgb::new(100.0, 0.0, 0.0)));
+        assert!(close(
+            spaces.ycxcz_from_rgb(Rgb::ONE),
+            Rgb::new(100.0, 0.0, 0.0)
+        ));
+        assert!(close(
+            spaces.ycxcz_from_rgb(Rgb::ZERO),
+            Rgb::new(-16.0, 0.0, 0.0)
+        ));
+        assert!(close(
+            spaces.hunt_lab_from_rgb(Rgb::ONE),
+            Rgb::new(100.0, 0.0, 0.0)
+        ));
         assert!(close(spaces.hunt_lab_from_rgb(Rgb::ZERO), Rgb::ZERO));
         // 18 % grey has L* = 116 · 0.18^(1/3) − 16 = 49.496.
         let grey = spaces.hunt_lab_from_rgb(Rgb::splat(0.18));

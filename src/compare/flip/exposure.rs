@@ -49,7 +49,10 @@ impl ExposureRange {
 
     /// Each exposure in stops.
     pub fn stops(&self) -> impl Iterator<Item = f32> {
-        let (start, step) = (self.start, (self.stop - self.start) / (self.count - 1).max(1) as f32);
+        let (start, step) = (
+            self.start,
+            (self.stop - self.start) / (self.count - 1).max(1) as f32,
+        );
         (0..self.count).map(move |i| start + i as f32 * step)
     }
 }
@@ -85,7 +88,10 @@ mod tests {
         for (value, stops) in [(40.0, range.start), (0.5, range.stop)] {
             let shown = tone_map(Rgb::splat(value), stops);
             // The luminance weights sum to 1 in single precision.
-            assert!((shown - Rgb::splat(BRIGHT)).abs().max_element() < 1e-5, "{shown}");
+            assert!(
+                (shown - Rgb::splat(BRIGHT)).abs().max_element() < 1e-5,
+                "{shown}"
+            );
         }
         // 40 / 0.5 is 6.3 stops.
         assert_eq!(range.count, 7);

@@ -6,7 +6,11 @@ pub(super) struct Kernel(Vec<f32>);
 
 impl Kernel {
     fn of(radius: i32, weight: impl Fn(f64) -> f64) -> Kernel {
-        Kernel((-radius..=radius).map(|i| weight(f64::from(i)) as f32).collect())
+        Kernel(
+            (-radius..=radius)
+                .map(|i| weight(f64::from(i)) as f32)
+                .collect(),
+        )
     }
 
     /// exp(−x² · `falloff`), its weights summing to 1, and their sum before.
@@ -60,7 +64,10 @@ impl ContrastSensitivity {
         let radius = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil();
         let radius = (radius as i32).max(1);
         let gaussian = |width: f64| {
-            Kernel::gaussian(radius, PI * PI / (width * pixels_per_degree * pixels_per_degree))
+            Kernel::gaussian(
+                radius,
+                PI * PI / (width * pixels_per_degree * pixels_per_degree),
+            )
         };
         let parts = BLUE_YELLOW.map(|(weight, width)| {
             let (kernel, sum) = gaussian(width);
@@ -167,7 +174,12 @@ mod tests {
     fn blurs_keep_and_detectors_cancel_what_is_flat() {
         let csf = ContrastSensitivity::new(67.0);
         let features = Features::new(67.0);
-        for kernel in [&csf.luminance, &csf.red_green, &csf.blue_yellow[0].0, &features.smooth] {
+        for kernel in [
+            &csf.luminance,
+            &csf.red_green,
+            &csf.blue_yellow[0].0,
+            &features.smooth,
+        ] {
             assert!((sum(kernel) - 1.0).abs() < 1e-6);
         }
         assert!((csf.blue_yellow[0].1 + csf.blue_yellow[1].1 - 1.0).abs() < 1e-6);
@@ -187,7 +199,10 @@ mod tests {
         };
         let kernel = Kernel(vec![0.25, 0.5, 0.25]);
         assert_eq!(rows.across(&kernel).values, rows.values);
-        assert_eq!(rows.down(&kernel, 0, 2).values, [2.0, 2.0, 2.0, 4.0, 4.0, 4.0]);
+        assert_eq!(
+            rows.down(&kernel, 0, 2).values,
+            [2.0, 2.0, 2.0, 4.0, 4.0, 4.0]
+        );
         assert_eq!(rows.down(&kernel, 1, 2).values, [4.0, 4.0, 4.0]);
     }
 
@@ -195,7 +210,11 @@ mod tests {
     #[test]
     fn bands_agree_with_the_whole() {
         let values: Vec<f32> = (0..9 * 40).map(|i| ((i * i) % 101) as f32).collect();
-        let whole = Rows { width: 9, first: 0, values };
+        let whole = Rows {
+            width: 9,
+            first: 0,
+            values,
+        };
         let kernel = Features::new(67.0).edge;
         let expected = whole.down(&kernel, 15, 20);
         let (first, end) = (15 - kernel.radius(), 20 + kernel.radius());

@@ -178,7 +178,8 @@ impl Flip {
             let blue_yellow = wide_share * wide[i] + narrow_share * narrow[i];
             let blurred = Rgb::new(luminance[i], red_green[i], blue_yellow);
             let rgb = self.spaces.rgb_from_ycxcz(blurred);
-            self.spaces.hunt_lab_from_rgb(rgb.clamp(Rgb::ZERO, Rgb::ONE))
+            self.spaces
+                .hunt_lab_from_rgb(rgb.clamp(Rgb::ZERO, Rgb::ONE))
         });
         Seen {
             color: color.collect(),
@@ -188,7 +189,11 @@ impl Flip {
 
     /// Magnitudes of the luminance's first and second derivatives.
     fn find_features(&self, luminance: &Rows, first: usize, end: usize) -> Vec<[f32; 2]> {
-        let Features { smooth, edge, point } = &self.features;
+        let Features {
+            smooth,
+            edge,
+            point,
+        } = &self.features;
         let smoothed = luminance.across(smooth);
         let derivatives = |kernel| {
             let x = luminance.across(kernel).down(smooth, first, end).values;

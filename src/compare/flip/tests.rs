@@ -9,7 +9,10 @@ const SIZE: UVec2 = UVec2::new(40, 32);
 /// Texture, a flat patch with sharp edges, a gradient: integers and powers of two only.
 fn reference() -> Image {
     let mut image = Image::black(SIZE);
-    for (pixel, p) in PixelBounds::new(UVec2::ZERO, SIZE).pixels().zip(&mut image.pixels) {
+    for (pixel, p) in PixelBounds::new(UVec2::ZERO, SIZE)
+        .pixels()
+        .zip(&mut image.pixels)
+    {
         let (x, y) = (pixel.x, pixel.y);
         let texture = |c: u32| (x * x * (3 + c) + y * y * 7 + x * y * (5 - c) + c * 91) % 97;
         *p = Rgb::from([0, 1, 2].map(|c| texture(c) as f32 / 96.0));
@@ -94,8 +97,8 @@ fn hdr_agrees_with_its_authors() {
     assert!((exposures.stop - 0.571467).abs() < 2e-2, "{exposures:?}");
     assert_eq!(exposures.count, 6);
     let exposures = ExposureRange {
-        start: -4.567651271820068,
-        stop: 0.5714670419692993,
+        start: -4.567_651_3,
+        stop: 0.571_467_04,
         count: 6,
     };
     check(
@@ -142,7 +145,11 @@ fn turned_and_mismatched_pictures() {
         // Sums in another order.
         assert!((p - q).abs() < 1e-4);
     }
-    assert!(ldr(&Image::black(UVec2::ONE), &reference(), 67.0).values.is_empty());
+    assert!(
+        ldr(&Image::black(UVec2::ONE), &reference(), 67.0)
+            .values
+            .is_empty()
+    );
     let none = Image::black(UVec2::ZERO);
     assert_eq!(ldr(&none, &none, 67.0).mean(), 0.0);
 }

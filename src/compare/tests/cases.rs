@@ -112,7 +112,10 @@ fn values_that_are_no_numbers() {
     let comparison = compare(&a.estimate(), &b.estimate(), &Options::default()).unwrap();
     assert!(comparison.verdict.agrees() && !comparison.agrees());
     let sentence = comparison.sentence();
-    assert!(sentence.contains("A has 1 pixel ") && sentence.contains("1, 1"), "{sentence}");
+    assert!(
+        sentence.contains("A has 1 pixel ") && sentence.contains("1, 1"),
+        "{sentence}"
+    );
     // The numbers are of all other pixels.
     assert!(comparison.metrics.mse.is_finite() && comparison.metrics.channels[0].ratio > 0.9);
     b.image.pixels[17].y = f32::INFINITY;
@@ -170,7 +173,10 @@ fn pictures_that_cannot_be_compared() {
     let refused = |a, b| compare(&estimate(a), &estimate(b), &options).unwrap_err();
     let size = refused(&small, &large);
     assert!(matches!(size, CompareError::Size(..)));
-    assert!(size.to_string().contains("A is 4 × 4 pixels, B 5 × 5"), "{size}");
+    assert!(
+        size.to_string().contains("A is 4 × 4 pixels, B 5 × 5"),
+        "{size}"
+    );
     let window = refused(&small, &moved);
     assert!(window.to_string().contains("B x 1..5 y 1..5"), "{window}");
     assert_eq!(refused(&none, &none), CompareError::Empty);
@@ -192,7 +198,13 @@ fn odd_options() {
                 let comparison = compare(&estimate(&a), &estimate(&a), &options).unwrap();
                 assert!(comparison.agrees() && comparison.verdict.p() == 1.0);
                 assert!(comparison.sentence().contains("agree"));
-                assert_eq!(p_values(&estimate(&a), &estimate(&a), &options).unwrap().pixels.len(), 1);
+                assert_eq!(
+                    p_values(&estimate(&a), &estimate(&a), &options)
+                        .unwrap()
+                        .pixels
+                        .len(),
+                    1
+                );
             }
         }
     }

@@ -25,7 +25,11 @@ fn one_per_cent_on_a_quarter() {
         let b = Render::new(2 * seed + 1, SIDE, 64, 16, mild);
         let comparison = compare(&a.estimate(), &b.estimate(), &Options::default()).unwrap();
         assert!(!comparison.agrees(), "{seed}: {}", comparison.sentence());
-        let quarter = comparison.verdict.levels.iter().find(|l| l.side == Some(32));
+        let quarter = comparison
+            .verdict
+            .levels
+            .iter()
+            .find(|l| l.side == Some(32));
         assert_eq!(quarter.unwrap().worst.bounds.min, UVec2::ZERO);
         // The reverse of the calibration: the same pair without bias.
         let a = Render::new(2 * seed, SIDE, 64, 64, biased(1.0));
@@ -52,7 +56,12 @@ fn one_per_cent_on_a_quarter_without_variances() {
 #[test]
 fn many_slight_differences_bend_the_distribution() {
     let checked = |pixel: UVec2, random: &mut Random| {
-        mild(pixel, random) * if pixel.x / 4 % 2 == 0 { 1.04 } else { 0.96 }
+        mild(pixel, random)
+            * if (pixel.x / 4).is_multiple_of(2) {
+                1.04
+            } else {
+                0.96
+            }
     };
     let a = Render::new(1, SIDE, 64, 64, checked);
     let b = Render::new(2, SIDE, 64, 64, mild);
@@ -73,10 +82,15 @@ fn one_wrong_pixel() {
     let b = Render::new(2, SIDE, 160, 16, mild);
     a.image.pixels[1000].z *= 1.5;
     let options = Options::default();
-    let verdict = compare(&a.estimate(), &b.estimate(), &options).unwrap().verdict;
+    let verdict = compare(&a.estimate(), &b.estimate(), &options)
+        .unwrap()
+        .verdict;
     let pixels = &verdict.levels[0];
     assert!(!verdict.agrees());
-    assert_eq!((pixels.tests, pixels.worst.channel, pixels.rejected), (3 * 4096, 2, 1));
+    assert_eq!(
+        (pixels.tests, pixels.worst.channel, pixels.rejected),
+        (3 * 4096, 2, 1)
+    );
     assert_eq!(pixels.worst.bounds.min, UVec2::new(1000 % 64, 1000 / 64));
     let map = p_values(&a.estimate(), &b.estimate(), &options).unwrap();
     assert!(map.pixels[1000].z < 1e-7 && map.pixels[1000].x > 1e-7);
@@ -90,7 +104,11 @@ fn a_moved_edge_without_variances() {
         let mut image = crate::film::Image::black(UVec2::splat(SIDE));
         for (pixel, p) in image.bounds.pixels().zip(&mut image.pixels) {
             // An object with its shadow: bright left of the middle, dark right of it.
-            *p = Rgb::splat(if (edge..edge + 20).contains(&pixel.x) { 0.9 } else { 0.5 });
+            *p = Rgb::splat(if (edge..edge + 20).contains(&pixel.x) {
+                0.9
+            } else {
+                0.5
+            });
         }
         image
     };
