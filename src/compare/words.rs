@@ -1,7 +1,7 @@
 //! What a comparison found, in sentences.
 
 use super::verdict::{Level, Statistic};
-use super::{Comparison, NoiseSource, Picture};
+use super::{Comparison, NoiseSource, Picture, Uniformity};
 use crate::film::PixelBounds;
 
 /// Names of the channels.
@@ -63,24 +63,33 @@ impl Comparison {
                 self.neighbours.correlation
             ));
         }
-        for uniformity in &self.uniformity {
-            let blocks = blocks(Some(uniformity.side));
-            let share = 100.0 * uniformity.small;
-            if uniformity.too_small() {
-                cautions.push(format!(
-                    "Too many small p-values among {blocks}: {share:.1} % are below 5 %. Either there are \
-                     many differences too slight to be proven one by one, or the noise is larger or more \
-                     skewed than its variances say."
-                ));
-            } else if uniformity.too_large() {
-                cautions.push(format!(
-                    "Too few small p-values among {blocks}: {share:.1} % are below 5 %. The variances are \
-                     overestimated, as those of stratified samples are, or the renders share random \
-                     numbers: differences are found less easily than they could be."
-                ));
-            }
-        }
+        cautions.extend(self.caution_of_p_values());
         cautions
+    }
+
+    /// What the distribution of the p-values betrays: one sentence for all sizes of blocks.
+    fn caution_of_p_values(&self) -> Vec<String> {
+        let shares = |bent: fn(&Uniformity) -> bool| -> Option<String> {
+            let levels = self.uniformity.iter().filter(|u| bent(u));
+            let share =
+                |u: &Uniformity| format!("{:.1} % of {}", 100.0 * u.small, blocks(Some(u.side)));
+            let shares: Vec<String> = levels.map(share).collect();
+            (!shares.is_empty()).then(|| shares.join(", "))
+        };
+        let small = shares(Uniformity::too_small).map(|shares| {
+            format!(
+                "There are too many small p-values ({shares} are below 5 %): many differences too slight \
+                 to be proven one by one, or noise that is larger or more skewed than the variances say."
+            )
+        });
+        let large = shares(Uniformity::too_large).map(|shares| {
+            format!(
+                "There are too few small p-values ({shares} are below 5 %): the variances are overestimated, \
+                 as those of stratified samples are, or the renders share random numbers. Differences are \
+                 found less easily than they could be."
+            )
+        });
+        small.into_iter().chain(large).collect()
     }
 
     fn caution_of_noise(&self) -> Option<String> {

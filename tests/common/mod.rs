@@ -129,9 +129,7 @@ pub fn explain(
         "  mean squared error {:.3e}, from noise alone {expected:.3e}\n",
         metrics.mse
     );
-    if let Some(verdict) = &comparison.verdict {
-        text += &table(verdict);
-    }
+    text += &table(&comparison.verdict);
     text + &format!("  {pictures}\n")
 }
 
@@ -181,14 +179,13 @@ fn write_pictures(
         write(&folder.join(format!("{name}.exr")), image, &metadata)?;
         write(&folder.join(format!("{name}.png")), image, &metadata)?;
     }
-    if let Some(mut p) = p_values(a, b, options)? {
-        p.pixels
-            .iter_mut()
-            .for_each(|p| *p = p.map(|p| -p.max(1e-30).log10()));
-        write(&folder.join("log-p.exr"), &p, &metadata)?;
-        // p = 1e-10 is white.
-        p.pixels.iter_mut().for_each(|p| *p *= 0.1);
-        write(&folder.join("log-p.png"), &p, &metadata)?;
-    }
+    let mut p = p_values(a, b, options)?;
+    p.pixels
+        .iter_mut()
+        .for_each(|p| *p = p.map(|p| -p.max(1e-30).log10()));
+    write(&folder.join("log-p.exr"), &p, &metadata)?;
+    // p = 1e-10 is white.
+    p.pixels.iter_mut().for_each(|p| *p *= 0.1);
+    write(&folder.join("log-p.png"), &p, &metadata)?;
     Ok(())
 }

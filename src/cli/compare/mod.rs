@@ -13,6 +13,7 @@ use crate::film::Image;
 use crate::math::Rgb;
 use clap::{Args, ValueEnum};
 use input::Input;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -165,7 +166,8 @@ fn report(args: &CompareArgs) -> Result<bool, String> {
     } else {
         text::text(&report)
     };
-    println!("{said}");
+    // Nobody may be listening any more (`| head`); the exit code still counts.
+    let _ = writeln!(std::io::stdout(), "{said}");
     Ok(report.comparison.agrees())
 }
 

@@ -97,10 +97,8 @@
       scale(["0: looks the same", "FLIP", "1: as different as can be"], heatTable);
     }
     context.putImageData(image, 0, 0);
-    if (which === "wipe") {
-      context.fillStyle = "#ffffffcc";
-      context.fillRect(cut - 0.5, 0, Math.max(1, width / 800), height);
-    }
+    $("line").hidden = which !== "wipe";
+    $("line").style.left = `${(100 * cut) / width}%`;
     for (const [id, views] of [["exposure", "wipe a b"], ["divide", "wipe"], ["range", "difference"]])
       $(id).parentElement.hidden = !views.split(" ").includes(which);
     $("exposure").nextElementSibling.value = `${number("exposure") >= 0 ? "+" : ""}${number("exposure")} stops`;

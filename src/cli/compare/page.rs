@@ -105,8 +105,8 @@ fn viewer(report: &Report, reduction: Reduction) -> String {
     format!(
         "<section id=\"viewer\" aria-label=\"Pictures\">\n<fieldset>\n<legend>Show</legend>\n{radios}</fieldset>\n\
          <div class=\"controls\">\n{}{}{}{}</div>\n\
-         <div id=\"stage\"><canvas id=\"canvas\" tabindex=\"0\" role=\"img\" aria-label=\"The chosen picture; \
-         arrow keys move the pixel that is read out\"></canvas></div>\n\
+         <div id=\"stage\"><div id=\"frame\"><canvas id=\"canvas\" tabindex=\"0\" role=\"img\" aria-label=\"The \
+         chosen picture; arrow keys move the pixel that is read out\"></canvas><i id=\"line\"></i></div></div>\n\
          <canvas id=\"legend\" width=\"512\" height=\"12\" aria-hidden=\"true\"></canvas>\n\
          <p id=\"scale\"></p>\n<p id=\"readout\" aria-live=\"polite\">Point at a pixel, or focus the picture and \
          use the arrow keys.</p>\n{shown}<noscript><p>The pictures need JavaScript; all numbers are \

@@ -64,16 +64,20 @@ pub fn level_row(level: &Level) -> [String; 6] {
         Some(1) => format!("{}, {} ", worst.bounds.min.x, worst.bounds.min.y),
         Some(_) => extent(worst.bounds) + " ",
     };
+    let found = match worst.t {
+        0.0 => "no difference".to_owned(),
+        t => format!(
+            "{place}{channel}: {:.6} against {:.6}, t = {t:+.2}",
+            worst.a, worst.b
+        ),
+    };
     [
         level_name(level),
         level.tests.to_string(),
         level.rejected.to_string(),
         probability(worst.p),
         probability(level.p),
-        format!(
-            "{place}{channel}: {:.6} against {:.6}, t = {:+.2}",
-            worst.a, worst.b, worst.t
-        ),
+        found,
     ]
 }
 

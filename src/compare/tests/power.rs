@@ -56,7 +56,12 @@ fn one_per_cent_on_a_quarter_without_variances() {
 #[test]
 fn many_slight_differences_bend_the_distribution() {
     let checked = |pixel: UVec2, random: &mut Random| {
-        mild(pixel, random) * if pixel.x / 4 % 2 == 0 { 1.04 } else { 0.96 }
+        mild(pixel, random)
+            * if (pixel.x / 4).is_multiple_of(2) {
+                1.04
+            } else {
+                0.96
+            }
     };
     let a = Render::new(1, SIDE, 64, 64, checked);
     let b = Render::new(2, SIDE, 64, 64, mild);
