@@ -157,7 +157,7 @@ impl Lobe {
     }
 
     /// The lobe with everything it scatters multiplied by `share`.
-    pub fn scaled(mut self, share: Rgb) -> Lobe {
+    pub fn scaled(mut self, share: Rgb) -> Self {
         match &mut self {
             Lobe::LambertianReflection(l) => l.reflectance *= share,
             Lobe::LambertianTransmission(l) => l.transmittance *= share,
