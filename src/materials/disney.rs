@@ -1,7 +1,7 @@
 //! `disney`.
 
 use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
-use super::roughness::rough_refraction;
+use super::roughness::add_rough_refraction;
 use super::{MAX_REFLECTANCE, reflectance};
 use crate::bsdf::clearcoat::Clearcoat;
 use crate::bsdf::disney_diffuse::DisneyDiffuse;
@@ -221,7 +221,7 @@ impl Disney {
             } else {
                 solid
             };
-            bsdf.add(rough_refraction(transmittance, distribution, point.eta));
+            add_rough_refraction(bsdf, transmittance, distribution, point.eta);
         }
         let transmittance = point.diff_trans * point.color;
         if !is_black(transmittance) {

@@ -1,7 +1,7 @@
 //! `glass`.
 
 use super::inputs::{refractive_index, refractive_index_at};
-use super::roughness::{find_roughness, rough_refraction};
+use super::roughness::{add_rough_refraction, find_roughness};
 use super::{RoughnessMeaning, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::microfacet::MicrofacetReflection;
@@ -91,7 +91,7 @@ impl Glass {
             }));
         }
         if !is_black(transmittance) {
-            bsdf.add(rough_refraction(transmittance, distribution, eta_b));
+            add_rough_refraction(bsdf, transmittance, distribution, eta_b);
         }
     }
 }

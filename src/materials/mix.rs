@@ -1,6 +1,6 @@
 //! `mix`.
 
-use super::{Material, reflectance};
+use super::{Bump, Material, reflectance};
 use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::{Bsdf, Lobe, MAX_LOBES};
 use crate::handles::MaterialId;
@@ -17,16 +17,35 @@ const MOST_NESTED: usize = MAX_LOBES * MAX_LOBES;
 
 /// The named materials in scope.
 pub trait NamedMaterials {
-    /// The material called `name`.
-    fn find(&self, name: &str) -> Option<Named>;
+    /// The material called `name`; the inner `None` is the material `none`.
+    fn find(&self, name: &str) -> Option<Option<Named>>;
     /// All their names.
     fn names(&self) -> Vec<&str>;
     /// The name that is being defined by `MakeNamedMaterial`.
     fn defining(&self) -> Option<&str>;
 }
 
-/// A named material: its handle and itself; `None` for `none`.
-pub type Named = Option<(MaterialId, Material)>;
+/// What a mix must know of a named material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Named {
+    /// Its handle.
+    pub id: MaterialId,
+    /// Its bumps.
+    pub bump: Option<Bump>,
+    /// Most lobes that it can have at a point, at least 1.
+    pub most_lobes: usize,
+}
+
+impl Named {
+    /// The material with this handle.
+    pub fn new(id: MaterialId, material: &Material) -> Named {
+        Named {
+            id,
+            bump: material.bump,
+            most_lobes: material.most_lobes(),
+        }
+    }
+}
 
 /// Two materials at once: all that both scatter, weighted channel by channel. Parameters: constant
 /// strings `namedmaterial1`, `namedmaterial2` (required); spectrum `amount` (0.5): weight of the
@@ -45,27 +64,24 @@ pub struct Mix {
 }
 
 impl Mix {
-    /// Reads the parameters, and finds the material that bumps the surface. `None` where a material is
-    /// missing, or too many are nested: then already reported as an error.
+    /// Reads the parameters, and finds the bumps. `None` where a material is missing, or too many are
+    /// nested: then already reported as an error.
     pub(super) fn from_params(
         reader: &ParamReader,
         named: &dyn NamedMaterials,
-    ) -> Option<(Mix, Option<Material>)> {
+    ) -> Option<(Mix, Option<Bump>)> {
         let first = find(reader, named, "namedmaterial1");
         let second = find(reader, named, "namedmaterial2");
         let amount = reader.spectrum_input("amount", Rgb::splat(0.5));
-        let (first, second) = (first?, second?);
-        let lobes = |part: &Named| {
-            part.as_ref()
-                .map_or(1, |(_, material)| material.most_lobes())
-        };
+        let parts = [first?, second?];
+        let lobes = |part: Option<Named>| part.map_or(1, |part| part.most_lobes);
         let mix = Mix {
-            parts: [&first, &second].map(|part| Some(part.as_ref()?.0)),
+            parts: parts.map(|part| Some(part?.id)),
             amount,
-            most_lobes: lobes(&first) + lobes(&second),
+            most_lobes: parts.map(lobes).iter().sum(),
         };
-        mix.check_size(reader)
-            .then_some((mix, first.map(|(_, material)| material)))
+        let bump = parts[0].and_then(|first| first.bump);
+        mix.check_size(reader).then_some((mix, bump))
     }
 
     fn check_size(&self, reader: &ParamReader) -> bool {
@@ -117,7 +133,7 @@ impl Mix {
 }
 
 /// The material that the string parameter `param` names.
-fn find(reader: &ParamReader, named: &dyn NamedMaterials, param: &str) -> Option<Named> {
+fn find(reader: &ParamReader, named: &dyn NamedMaterials, param: &str) -> Option<Option<Named>> {
     const DONE: &str = "a matte of the mix's parameters is used";
     let Some(name) = reader.find_string(param) else {
         reader.error(param, format!("a mix needs one `string {param}`: {DONE}"));
@@ -149,51 +165,44 @@ mod tests {
     use crate::params::testing::{Outcome, read};
     use crate::surface::Footprint;
 
-    /// Some materials, each with a name.
+    /// Some materials, and a name for each and for `none`.
     #[derive(Default)]
-    struct Scene(Vec<(&'static str, Option<Material>)>);
+    struct Scene {
+        names: Vec<(&'static str, Option<usize>)>,
+        materials: Vec<Material>,
+    }
 
     impl Scene {
         fn add(&mut self, name: &'static str, kind: &str, params: &str) {
-            let outcome = read(kind, params, |reader| Material::from_params(reader, self));
-            self.0.push((name, outcome.value));
-        }
-
-        fn materials(&self) -> Vec<Material> {
-            // `none` has a place here only to keep the ids simple.
-            let placeholder = read("matte", "", |r| Material::from_params(r, self)).value;
-            let all = self
-                .0
-                .iter()
-                .map(|(_, m)| m.clone().or(placeholder.clone()));
-            all.map(|m| m.expect("a matte is a material")).collect()
+            let made = read(kind, params, |reader| Material::from_params(reader, self)).value;
+            let index = made.as_ref().map(|_| self.materials.len());
+            self.materials.extend(made);
+            self.names.push((name, index));
         }
 
         fn mix(&self, params: &str) -> Outcome<Option<Material>> {
             read("mix", params, |reader| Material::from_params(reader, self))
         }
 
-        // The few materials of these tests are never freed, so that their BSDFs stand alone.
-        fn bsdf(&self, params: &str, wo: Vec3) -> Bsdf<'static> {
-            let mix = Box::leak(Box::new(self.mix(params).value.expect("a material")));
+        /// Of a mix that becomes one of the materials.
+        fn bsdf(&mut self, params: &str, wo: Vec3) -> Bsdf<'_> {
+            let mix = self.mix(params).value;
+            self.materials.extend(mix);
             let (hit, footprint) = (flat_hit(wo), Footprint::default());
-            mix.bsdf(
-                &hit,
-                &footprint,
-                &Textures::default(),
-                self.materials().leak(),
-            )
+            let mix = self.materials.last().expect("a material");
+            mix.bsdf(&hit, &footprint, &Textures::default(), &self.materials)
         }
     }
 
     impl NamedMaterials for Scene {
-        fn find(&self, name: &str) -> Option<Named> {
-            let i = self.0.iter().position(|(n, _)| *n == name)?;
-            Some(self.0[i].1.clone().map(|m| (MaterialId(i as u32), m)))
+        fn find(&self, name: &str) -> Option<Option<Named>> {
+            let (_, index) = self.names.iter().find(|(n, _)| *n == name)?;
+            let named = |i: usize| Named::new(MaterialId(i as u32), &self.materials[i]);
+            Some(index.map(named))
         }
 
         fn names(&self) -> Vec<&str> {
-            self.0.iter().map(|(name, _)| *name).collect()
+            self.names.iter().map(|(name, _)| *name).collect()
         }
 
         fn defining(&self) -> Option<&str> {
@@ -233,7 +242,8 @@ mod tests {
             ("\"rgb amount\" [2 2 2]", Rgb::new(1.6, 0.2, 0.2)),
             ("\"rgb amount\" [-1 -1 -1]", Rgb::ONE),
         ] {
-            let bsdf = scene().bsdf(&(parts("red", "mirror") + amount), wo);
+            let mut scene = scene();
+            let bsdf = scene.bsdf(&(parts("red", "mirror") + amount), wo);
             for sky in [sky_by_value(&bsdf, wo, 100), sky_by_sampling(&bsdf, wo, 16)] {
                 // The grid's error on a cosine.
                 assert!(

@@ -144,8 +144,7 @@ impl Material {
             "substrate" => MaterialKind::Substrate(Substrate::from_params(reader)),
             "translucent" => MaterialKind::Translucent(Translucent::from_params(reader)),
             "mix" => match Mix::from_params(reader, named) {
-                Some((mix, first)) => {
-                    let bump = first.and_then(|first| first.bump);
+                Some((mix, bump)) => {
                     let kind = MaterialKind::Mix(mix);
                     return Some(Material { kind, bump });
                 }
@@ -446,7 +445,7 @@ mod tests {
     struct NoneNamed;
 
     impl NamedMaterials for NoneNamed {
-        fn find(&self, _: &str) -> Option<Named> {
+        fn find(&self, _: &str) -> Option<Option<Named>> {
             None
         }
 

@@ -1,6 +1,6 @@
 //! From roughness parameters to the widths of microfacet lobes.
 
-use crate::bsdf::Lobe;
+use crate::bsdf::{Bsdf, Lobe};
 use crate::bsdf::microfacet::MicrofacetTransmission;
 use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
@@ -23,27 +23,29 @@ pub(super) fn find_roughness(reader: &ParamReader, name: &str) -> Option<FloatIn
     })
 }
 
-/// Refraction through a rough boundary into the refractive index `eta`. Indices this near to 1 bend
-/// light by less than the facets' normals can be told from its direction: it goes straight on.
-pub(super) fn rough_refraction(
+/// Adds refraction through a rough boundary into the refractive index `eta`. Indices this near to 1
+/// bend light by less than the facets' normals can be told from its direction: it goes straight on.
+pub(super) fn add_rough_refraction(
+    bsdf: &mut Bsdf,
     transmittance: Rgb,
     distribution: TrowbridgeReitz,
     eta: f32,
-) -> Lobe<'static> {
+) {
     const UNBENT: f32 = 1e-4;
-    if (eta - 1.0).abs() < UNBENT {
-        return Lobe::SpecularTransmission(SpecularTransmission {
+    bsdf.add(if (eta - 1.0).abs() < UNBENT {
+        Lobe::SpecularTransmission(SpecularTransmission {
             transmittance,
             eta_a: 1.0,
             eta_b: 1.0,
-        });
-    }
-    Lobe::MicrofacetTransmission(MicrofacetTransmission {
-        transmittance,
-        distribution,
-        eta_a: 1.0,
-        eta_b: eta,
-    })
+        })
+    } else {
+        Lobe::MicrofacetTransmission(MicrofacetTransmission {
+            transmittance,
+            distribution,
+            eta_a: 1.0,
+            eta_b: eta,
+        })
+    });
 }
 
 /// What a roughness parameter means. Parameter: constant bool `remaproughness` (true); in

@@ -90,16 +90,12 @@ const KINDS: [(&str, &[&str], &[&str]); 11] = [
 ];
 
 /// Two materials for a mix.
-struct Two([Option<Material>; 2]);
+struct Two([Option<Named>; 2]);
 
 impl NamedMaterials for Two {
-    fn find(&self, name: &str) -> Option<Named> {
+    fn find(&self, name: &str) -> Option<Option<Named>> {
         let i = ["a", "b"].iter().position(|n| *n == name)?;
-        Some(
-            self.0[i]
-                .clone()
-                .map(|material| (MaterialId(i as u32), material)),
-        )
+        Some(self.0[i])
     }
 
     fn names(&self) -> Vec<&str> {
@@ -201,7 +197,7 @@ fn check(bsdf: &Bsdf, seed: u64, what: &str) {
 
 proptest! {
     // As many as take about a second; PROPTEST_CASES asks for more.
-    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1000)))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(4000)))]
     #[test]
     fn nothing_is_ever_not_a_number(
         (a, first) in kind_and_params(),
@@ -221,7 +217,7 @@ proptest! {
         let none = Two([None, None]);
         let materials = [make(a, &first, &none), make(b, &second, &none)];
         let text = format!("\"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" \"texture amount\" \"t{amount}\"");
-        let two = Two(materials.clone().map(Some));
+        let two = Two([0, 1].map(|i| Some(Named::new(MaterialId(i), &materials[i as usize]))));
         let mix = read_in(&surroundings, "mix", &text, |r| Material::from_params(r, &two)).value.unwrap();
         let mut hit = flat_hit(Vec3::Z);
         hit.uv = Vec2::new(0.5, v);

@@ -173,15 +173,9 @@ pub(super) struct InScope<'a> {
 }
 
 impl NamedMaterials for InScope<'_> {
-    fn find(&self, name: &str) -> Option<Named> {
-        let Some(id) = self.named.get(name)?.id else {
-            return Some(None);
-        };
-        Some(
-            self.materials
-                .get(id.index())
-                .map(|material| (id, material.clone())),
-        )
+    fn find(&self, name: &str) -> Option<Option<Named>> {
+        let id = self.named.get(name)?.id;
+        Some(id.and_then(|id| Some(Named::new(id, self.materials.get(id.index())?))))
     }
 
     fn names(&self) -> Vec<&str> {
