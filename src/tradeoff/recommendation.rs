@@ -1,6 +1,7 @@
 //! The cheapest setting that meets an error.
 
 use super::{Knob, Measured, Rung};
+use crate::samplers::Points;
 
 /// What to take.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +17,10 @@ pub struct Recommendation {
     pub seconds: f64,
     /// Relative error that it should have.
     pub error: f64,
+    /// The squared error falls as the samples to the power −`slope`.
+    slope: f64,
+    /// Samples come in powers of two.
+    by_powers: bool,
 }
 
 /// A bias may be this part of the squared error that is asked for.
@@ -41,8 +46,26 @@ pub fn slope(measured: &[(Rung, Measured)]) -> Option<f64> {
     (spread > 0.0).then(|| -together / spread)
 }
 
-/// From the measurements, whose first is the scene as it stands. `power_of_two`: samples come in
-/// powers of two.
+impl Recommendation {
+    /// More samples, the error having been `miss` times what was asked for.
+    pub(super) fn ask_for_more(&mut self, miss: f64) {
+        let more = f64::from(self.spp) * miss.max(1.0).powf(2.0 / self.slope) * 1.05;
+        let before = f64::from(self.spp);
+        self.spp = samples(more, self.by_powers);
+        self.seconds *= f64::from(self.spp) / before;
+    }
+}
+
+/// Sobol' points are well spread in powers of two.
+fn samples(wanted: f64, by_powers: bool) -> u32 {
+    let whole = wanted.ceil().clamp(1.0, MOST_SPP) as u32;
+    match by_powers {
+        true => whole.next_power_of_two(),
+        false => whole,
+    }
+}
+
+/// From the measurements, whose first is the scene as it stands.
 pub fn recommend(measured: &[(Rung, Measured)], target: f64) -> Option<Recommendation> {
     let (_, base) = measured.first()?;
     let squared = target * target;
@@ -77,12 +100,23 @@ pub fn recommend(measured: &[(Rung, Measured)], target: f64) -> Option<Recommend
     // twice that.
     let slope = slope(measured).unwrap_or(1.0).clamp(1.0, 2.0);
     let wanted = f64::from(base.spp) * (variance / (squared - bias)).powf(1.0 / slope);
-    let spp = wanted.ceil().clamp(1.0, MOST_SPP);
-    let more = spp / f64::from(base.spp);
+    let sampler = turned
+        .iter()
+        .find(|&&i| measured[i].0.knob == Knob::Sampler);
+    let points = measured[sampler.copied().unwrap_or(0)]
+        .0
+        .options
+        .sampler
+        .points;
+    let by_powers = points == Points::Sobol;
+    let spp = samples(wanted, by_powers);
+    let more = f64::from(spp) / f64::from(base.spp);
     Some(Recommendation {
         target,
         turned,
-        spp: spp as u32,
+        spp,
+        slope,
+        by_powers,
         seconds: seconds * more,
         error: (variance * more.powf(-slope) + bias).sqrt(),
     })

@@ -44,6 +44,9 @@ pub struct Study {
 /// Pictures of each setting: as few as give a confidence interval worth the name.
 const PICTURES: u64 = 5;
 
+/// So many times samples are added where the recommendation turns out to be too few.
+const ATTEMPTS: u64 = 3;
+
 /// Part of the time that goes into the reference: as much as into all settings together, for its error
 /// bounds what can be said of theirs.
 const FOR_REFERENCE: f64 = 0.45;
@@ -101,16 +104,38 @@ pub fn study(
             }
         }
     }
-    let recommendation = recommend(&measured, settings.target);
-    let verified = recommendation.as_ref().and_then(|advice| {
-        let left = (total - started.elapsed().as_secs_f64()).max(0.15 * total);
-        (advice.seconds * 3.0 <= left).then(|| {
-            say("rendering the recommendation".into());
-            let mut setting = Pictures::new(advised(options, &measured, advice));
-            (0..3).for_each(|turn| setting.take(shot, settings.seed, PICTURES + 1 + turn));
-            Measured::new(&reference, advice.spp, &setting.images, &setting.seconds)
-        })
-    });
+    let mut recommendation = recommend(&measured, settings.target);
+    let mut verified = None;
+    let mut pictures_taken = PICTURES;
+    while let Some(advice) = &mut recommendation {
+        // Some time is kept whatever the settings took.
+        let left = (total - started.elapsed().as_secs_f64()).max(0.1 * total);
+        if advice.seconds * 3.0 > left {
+            break;
+        }
+        say(format!(
+            "rendering the recommendation, {} samples a pixel",
+            advice.spp
+        ));
+        let mut setting = Pictures::new(advised(options, &measured, advice));
+        for _ in 0..3 {
+            pictures_taken += 1;
+            setting.take(shot, settings.seed, pictures_taken);
+        }
+        let m = Measured::new(&reference, advice.spp, &setting.images, &setting.seconds);
+        let miss = m.error().value / settings.target;
+        advice.seconds = m.seconds.value;
+        verified = Some(m);
+        if miss <= 1.0 {
+            break;
+        }
+        if pictures_taken >= PICTURES + 3 * ATTEMPTS {
+            break;
+        }
+        // What was rendered is no longer what is advised.
+        verified = None;
+        advice.ask_for_more(miss);
+    }
     let size = shot.film.pixel_bounds().size();
     Ok(Study {
         resolution: [size.x, size.y],
