@@ -209,7 +209,13 @@ fn what_only_absorbs_dims_by_beers_law() {
                      Translate 0 0 3 Shape \"disk\" \"float radius\" 99\n";
         let sun = "LightSource \"distant\" \"point from\" [0 0 -1] \"point to\" [0 0 0]\n";
         let expected = left * left / std::f64::consts::PI;
-        check(name, far, volpath, &format!("{sun}{medium}{slab}{floor}"), expected);
+        check(
+            name,
+            far,
+            volpath,
+            &format!("{sun}{medium}{slab}{floor}"),
+            expected,
+        );
         // `path` sees no medium, and surfaces without material are in its light's way.
         let path = "Integrator \"path\"";
         check(name, far, path, &format!("{sky}{medium}{slab}"), 1.0);

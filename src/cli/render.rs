@@ -4,6 +4,8 @@ use super::outputs::Outputs;
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::build;
 use crate::film::{self, FilmMetadata};
+use crate::integrators::witness::{Met, Place};
+use crate::materials::Material;
 use crate::render::{self, Progress, Shot};
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
@@ -275,6 +277,26 @@ fn report_start(built: &build::Built) {
     }
 }
 
+/// In words, where a path went wrong.
+fn place(shot: &Shot, place: Option<Place>) -> String {
+    let Some(Place { depth, met }) = place else {
+        return "before its path began".to_string();
+    };
+    let met = match met {
+        Met::Background => "in the light from beyond the scene".to_string(),
+        Met::Medium => "in a medium".to_string(),
+        Met::Surface(None) => "at a surface without material".to_string(),
+        Met::Surface(Some(id)) => {
+            let material = shot.world.materials.get(id.index());
+            format!(
+                "at a `{}`",
+                material.map_or("?".to_string(), Material::name)
+            )
+        }
+    };
+    format!("{met} at depth {depth}")
+}
+
 fn report_end(
     film: &film::Film,
     shot: &Shot,
@@ -287,11 +309,12 @@ fn report_end(
     if let Some(first) = film.first_dropped() {
         messages::warning(format!(
             "{} of the samples were not finite and count as black; the first is sample {} of pixel \
-             {}, {} (both from 0)",
+             {}, {} (both from 0), {}",
             film.dropped(),
             first.sample,
             first.pixel.x,
-            first.pixel.y
+            first.pixel.y,
+            place(shot, render::locate(shot, first))
         ));
     }
     let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();

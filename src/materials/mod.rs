@@ -90,6 +90,13 @@ impl Material {
         })
     }
 
+    /// The type's name, for messages: that of the variant, which is the scene file's.
+    pub fn name(&self) -> String {
+        let text = format!("{:?}", self.kind);
+        let name = text.split(['(', ' ', '{']).next().unwrap_or_default();
+        name.to_lowercase()
+    }
+
     /// The BSDF at a point.
     pub fn bsdf(&self, hit: &SurfaceHit, footprint: &Footprint, textures: &Textures) -> Bsdf {
         let at = TexturePoint {
