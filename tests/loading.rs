@@ -148,8 +148,29 @@ fn samples_that_are_not_finite_are_located() {
         let run = folder.run(options.iter().chain(&crop));
         assert_eq!(run.code, 0, "{}", run.stderr);
         let words = "warning: 24 of the samples were not finite and count as black; \
-                     the first is sample 0 of pixel 4, 3 (both from 0)";
+                     the first is sample 0 of pixel 4, 3 (both from 0), \
+                     in the light from beyond the scene at depth 0";
         assert!(run.stderr.contains(words), "{}", run.stderr);
+    }
+    // Such a sky in a mirror, and such a sun on a wall.
+    let wall = |material: &str, light: &str| {
+        let shape = format!("Material \"{material}\" Shape \"sphere\" \"float radius\" 9");
+        let world = format!("Translate 0 0 10\n{shape}\nWorldEnd");
+        scene.replace("infinite", light).replace("WorldEnd", &world)
+    };
+    let (mirror, matte) = (wall("mirror", "infinite"), wall("matte", "distant"));
+    let sky = "in the light from beyond the scene at depth 1";
+    for (integrator, scene, words) in [
+        ("path", &mirror, sky),
+        ("whitted", &mirror, sky),
+        ("path", &matte, "at a `matte` at depth 0"),
+        ("directlighting", &matte, "at a `matte` at depth 0"),
+        ("volpath", &matte, "at a `matte` at depth 0"),
+    ] {
+        folder.write("s.pbrt", format!("Integrator \"{integrator}\"\n{scene}"));
+        let run = folder.run(["s.pbrt", "-o", "a.exr", "--spp", "2"]);
+        let last = format!("the first is sample 0 of pixel 0, 0 (both from 0), {words}");
+        assert!(run.stderr.contains(&last), "{integrator}: {}", run.stderr);
     }
 }
 

@@ -67,6 +67,13 @@ pub struct CameraRay {
     pub differentials: Option<RayDifferentials>,
 }
 
+impl CameraRay {
+    /// The rays `spacing` pixels to the right and down.
+    pub fn scaled_differentials(&self, spacing: f32) -> Option<RayDifferentials> {
+        Some(self.differentials?.scaled(&self.ray, spacing))
+    }
+}
+
 /// The film as cameras see it.
 #[derive(Clone, Copy, Debug)]
 pub struct FilmGeometry {

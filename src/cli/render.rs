@@ -4,7 +4,10 @@ use super::goal::GoalArgs;
 use super::outputs::Outputs;
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::build;
+use crate::film::DroppedSample;
 use crate::film::{self, FilmMetadata};
+use crate::integrators::witness::{Met, Place};
+use crate::materials::Material;
 use crate::render::{self, Ended, Progress, Shot};
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
@@ -239,7 +242,7 @@ fn render_frame(
         film::write(path, &picture, &metadata).map_err(|e| Some(e.to_string()))?;
     }
     if !args.quiet {
-        report_end(&taken, outputs, started, rendering);
+        report_end(&taken, shot, outputs, started, rendering);
     }
     Ok(())
 }
@@ -274,11 +277,33 @@ fn report_start(built: &build::Built) {
     }
 }
 
+/// In words, where a path went wrong.
+fn place(shot: &Shot, place: Option<Place>) -> String {
+    let Some(Place { depth, met }) = place else {
+        return "before its path began".to_string();
+    };
+    let met = match met {
+        Met::Background => "in the light from beyond the scene".to_string(),
+        Met::Medium => "in a medium".to_string(),
+        Met::Surface(None) => "at a surface without material".to_string(),
+        Met::Surface(Some(id)) => {
+            let material = shot.world.materials.get(id.index());
+            format!(
+                "at a `{}`",
+                material.map_or("?".to_string(), Material::name)
+            )
+        }
+    };
+    format!("{met} at depth {depth}")
+}
+
 /// The picture as it was taken.
 struct Taken {
     film: film::Film,
     /// Samples a pixel on average.
     spp: f64,
+    /// The first sample that was dropped, and where on its path.
+    first_dropped: Option<(DroppedSample, Option<Place>)>,
     /// Where it was rendered in passes: how good it became.
     progressive: Option<Reached>,
 }
@@ -297,7 +322,9 @@ fn take(args: &RenderArgs, shot: &Shot) -> Taken {
         let progress = Progress::new(pixels, shot.sampler.spp(), args.quiet);
         let film = render::render(shot, args.tile_size, &progress);
         progress.finish();
+        let located = |dropped| (dropped, render::locate(shot, &shot.sampler, dropped));
         return Taken {
+            first_dropped: film.first_dropped().map(located),
             film,
             spp: f64::from(shot.sampler.spp()),
             progressive: None,
@@ -307,7 +334,9 @@ fn take(args: &RenderArgs, shot: &Shot) -> Taken {
     // The size of tiles decides which pixels share their number of samples.
     let done = render::render_until(shot, render::TILE_SIZE, &goal, &progress);
     progress.finish();
+    let located = |(dropped, sampler)| (dropped, render::locate(shot, &sampler, dropped));
     Taken {
+        first_dropped: done.first_dropped.map(located),
         film: done.film,
         spp: done.spp,
         progressive: Some(Reached {
@@ -318,18 +347,19 @@ fn take(args: &RenderArgs, shot: &Shot) -> Taken {
     }
 }
 
-fn report_end(taken: &Taken, outputs: &Outputs, started: Instant, rendering: Instant) {
+fn report_end(taken: &Taken, shot: &Shot, outputs: &Outputs, started: Instant, rendering: Instant) {
     let film = &taken.film;
     let samples = film.bounds().area() as f64 * taken.spp;
     let seconds = rendering.elapsed().as_secs_f64();
-    if let Some(first) = film.first_dropped() {
+    if let Some((first, at)) = taken.first_dropped {
         messages::warning(format!(
             "{} of the samples were not finite and count as black; the first is sample {} of pixel \
-             {}, {} (both from 0)",
+             {}, {} (both from 0), {}",
             film.dropped(),
             first.sample,
             first.pixel.x,
-            first.pixel.y
+            first.pixel.y,
+            place(shot, at)
         ));
     }
     let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();

@@ -30,6 +30,7 @@ impl DroppedSample {
 pub struct Tile {
     bounds: PixelBounds,
     max_sample_luminance: f32,
+    first_sample: u64,
     pixels: Vec<PixelStatistics>,
     dropped: u64,
     first_dropped: Option<DroppedSample>,
@@ -43,9 +44,18 @@ impl Tile {
         Tile {
             bounds,
             max_sample_luminance,
+            first_sample: 0,
             pixels,
             dropped: 0,
             first_dropped: None,
+        }
+    }
+
+    /// The same tile for pixels that have so many samples elsewhere already: its own are counted from there.
+    pub fn after(self, first_sample: u64) -> Tile {
+        Tile {
+            first_sample,
+            ..self
         }
     }
 
@@ -80,7 +90,7 @@ impl Tile {
         let value = limited * weight;
         let good = radiance.is_finite() && value.is_finite() && y >= MOST_NEGATIVE_LUMINANCE;
         if !good {
-            let sample = statistics.count();
+            let sample = self.first_sample + statistics.count();
             let dropped = Some(DroppedSample { pixel, sample });
             self.first_dropped = DroppedSample::first(self.first_dropped, dropped);
             self.dropped += 1;

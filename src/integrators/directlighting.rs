@@ -1,6 +1,7 @@
 //! `Integrator "directlighting"`: emission, direct light and perfect mirrors and glass
 //! (Pharr, Jakob and Humphreys 2016, §14.3).
 
+use super::witness::Witness;
 use super::{direct, specular};
 use crate::handles::LightId;
 use crate::lights::LightSelector;
@@ -57,6 +58,7 @@ impl DirectLighting {
         ray: Ray,
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
+        witness: &mut impl Witness,
     ) -> Rgb {
         specular::trace(
             world,
@@ -64,6 +66,7 @@ impl DirectLighting {
             ray,
             differentials,
             stream,
+            witness,
             |hit, bsdf, stream| {
                 if !bsdf.has_non_specular() {
                     return Rgb::ZERO;

@@ -13,6 +13,7 @@ pub mod subsurface;
 mod vertex;
 pub mod volpath;
 pub mod whitted;
+pub mod witness;
 
 use crate::lights::{LightSelector, SelectionStrategy};
 use crate::math::Rgb;
@@ -20,6 +21,7 @@ use crate::math::ray::{Ray, RayDifferentials};
 use crate::params::{Dialect, ParamReader};
 use crate::samplers::SampleStream;
 use crate::world::World;
+use witness::{Unwatched, Witness};
 
 pub use ambientocclusion::AmbientOcclusion;
 pub use directlighting::DirectLighting;
@@ -257,17 +259,33 @@ impl Integrator {
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
     ) -> Rgb {
+        self.watched(world, ray, differentials, stream, &mut Unwatched)
+    }
+
+    /// The same, with somebody told of every point of the path.
+    pub fn watched(
+        &self,
+        world: &World,
+        ray: Ray,
+        differentials: Option<&RayDifferentials>,
+        stream: &mut SampleStream,
+        witness: &mut impl Witness,
+    ) -> Rgb {
+        let selector = &self.selector;
         match &self.spec {
             IntegratorSpec::Path(path) => {
-                path.radiance::<false>(world, &self.selector, ray, differentials, stream)
+                path.radiance::<false>(world, selector, ray, differentials, stream, witness)
             }
             IntegratorSpec::VolPath(volpath) => {
-                volpath.radiance(world, &self.selector, ray, differentials, stream)
+                volpath.radiance(world, selector, ray, differentials, stream, witness)
             }
             IntegratorSpec::DirectLighting(direct) => {
-                direct.radiance(world, &self.selector, ray, differentials, stream)
+                direct.radiance(world, selector, ray, differentials, stream, witness)
             }
-            IntegratorSpec::Whitted(whitted) => whitted.radiance(world, ray, differentials, stream),
+            IntegratorSpec::Whitted(whitted) => {
+                whitted.radiance(world, ray, differentials, stream, witness)
+            }
+            // Fractions of directions are always finite.
             IntegratorSpec::AmbientOcclusion(ambient) => ambient.radiance(world, ray, stream),
         }
     }

@@ -11,6 +11,7 @@ use super::MAX_NULL_SURFACES;
 use super::subsurface::find_exit;
 use super::vertex::{MediumVertex, SurfaceVertex, Vertex};
 use super::volpath::transmittance;
+use super::witness::{Met, Place, Witness};
 use crate::accel::GeometryHit;
 use crate::bsdf::BsdfSample;
 use crate::lights::{LightSelector, SelectionStrategy};
@@ -90,6 +91,7 @@ impl Path {
         mut ray: Ray,
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
+        witness: &mut impl Witness,
     ) -> Rgb {
         let mut radiance = Rgb::ZERO;
         let mut throughput = Rgb::ONE;
@@ -116,6 +118,8 @@ impl Path {
                 }
                 if let Some(t) = flight.scattered {
                     let vertex = MediumVertex::new(world, id, &ray, t);
+                    let met = Met::Medium;
+                    witness.arrive(Place { depth, met }, radiance);
                     if depth >= max_depth || !vertex.p.is_finite() {
                         return radiance;
                     }
@@ -138,8 +142,12 @@ impl Path {
                 }
             }
             let Some(mut hit) = hit else {
+                let met = Met::Background;
+                witness.arrive(Place { depth, met }, radiance);
                 return radiance + throughput * escaped(world, selector, &ray, &arrival);
             };
+            let met = Met::Surface(hit.material);
+            witness.arrive(Place { depth, met }, radiance);
             radiance += throughput * emitted(world, selector, &ray, &hit, &arrival);
             if depth >= max_depth {
                 return radiance;

@@ -2,6 +2,7 @@
 //! the reflected and the refracted ray. Walked with an explicit stack, so that no depth a scene
 //! asks for can exhaust the thread's.
 
+use super::witness::{Met, Place, Witness};
 use super::{MAX_NULL_SURFACES, differentials};
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
@@ -30,6 +31,7 @@ pub fn trace(
     ray: Ray,
     differentials: Option<&RayDifferentials>,
     stream: &mut SampleStream,
+    witness: &mut impl Witness,
     mut local: impl FnMut(&GeometryHit, &Bsdf, &mut SampleStream) -> Rgb,
 ) -> Rgb {
     let mut radiance = Rgb::ZERO;
@@ -42,10 +44,15 @@ pub fn trace(
         nulls: 0,
     });
     while let Some(branch) = next.take().or_else(|| pending.pop()) {
+        let depth = branch.level;
         let Some(hit) = world.intersect(&branch.ray) else {
+            let met = Met::Background;
+            witness.arrive(Place { depth, met }, radiance);
             radiance += branch.throughput * world.escaped_radiance(&branch.ray);
             continue;
         };
+        let met = Met::Surface(hit.material);
+        witness.arrive(Place { depth, met }, radiance);
         let bsdf = world.bsdf(hit.material, &hit.surface, branch.differentials.as_ref());
         let Some(bsdf) = bsdf else {
             if branch.nulls < MAX_NULL_SURFACES {

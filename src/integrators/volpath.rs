@@ -5,6 +5,7 @@
 //! light passes surfaces without material, dimmed by the media along the way; as in pbrt-v3 these
 //! shadow rays do not ask `shadowalpha`.
 
+use super::witness::Witness;
 use super::{MAX_NULL_SURFACES, Path};
 use crate::handles::MediumId;
 use crate::lights::LightSelector;
@@ -41,9 +42,10 @@ impl VolPath {
         ray: Ray,
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
+        witness: &mut impl Witness,
     ) -> Rgb {
         self.path
-            .radiance::<true>(world, selector, ray, differentials, stream)
+            .radiance::<true>(world, selector, ray, differentials, stream, witness)
     }
 }
 

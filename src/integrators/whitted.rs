@@ -2,6 +2,7 @@
 //! (Whitted 1980; Pharr, Jakob and Humphreys 2016, §1.3).
 
 use super::specular;
+use super::witness::Witness;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
@@ -30,6 +31,7 @@ impl Whitted {
         ray: Ray,
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
+        witness: &mut impl Witness,
     ) -> Rgb {
         specular::trace(
             world,
@@ -37,6 +39,7 @@ impl Whitted {
             ray,
             differentials,
             stream,
+            witness,
             |hit, bsdf, stream| {
                 if !bsdf.has_non_specular() {
                     return Rgb::ZERO;

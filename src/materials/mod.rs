@@ -179,6 +179,13 @@ impl Material {
         })
     }
 
+    /// The type's name, for messages: that of the variant, which is the scene file's.
+    pub fn name(&self) -> String {
+        let text = format!("{:?}", self.kind);
+        let name = text.split(['(', ' ', '{']).next().unwrap_or_default();
+        name.to_lowercase()
+    }
+
     /// The BSDF at a point; `materials` are the scene's, for the handles of mixes.
     pub fn bsdf<'a>(
         &'a self,

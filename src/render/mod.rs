@@ -14,9 +14,10 @@ pub use progress::Progress;
 pub use progressive::{Progressive, render_until};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
-use crate::film::{Film, FilmSpec, PixelBounds, Tile};
+use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, Tile};
 use crate::filters::Filter;
 use crate::integrators::Integrator;
+use crate::integrators::witness::{Place, Watch};
 use crate::math::{IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
@@ -84,10 +85,7 @@ fn sample_tile(
     tile: &mut Tile,
     bounds: PixelBounds,
 ) {
-    // With more samples each stands for a smaller part of the pixel, and textures are filtered
-    // over less (scene-language 3.1). The scene's own count decides, however many are taken in the
-    // end: what the picture converges to does not depend on that.
-    let spacing = 1.0 / (shot.sampler.spp() as f32).sqrt();
+    let spacing = spacing(shot);
     let want_differentials = shot.world.needs_footprint();
     let mut waiting = ArrayVec::<Waiting, BUNDLE>::new();
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
@@ -110,6 +108,33 @@ fn sample_tile(
         }
         samples.clear();
     }
+}
+
+/// Takes a dropped sample of `sampler` again and says where on its path it went wrong; `None` where there was
+/// no path. Samples are pure functions of their numbers, so nothing needs to be remembered for this.
+pub fn locate(shot: &Shot, sampler: &Sampler, dropped: DroppedSample) -> Option<Place> {
+    let (sample, mut waiting) = Waiting::new(shot, sampler, dropped.pixel, dropped.sample as u32);
+    let mut rays = ArrayVec::new();
+    let want_differentials = shot.world.needs_footprint();
+    let samples: ArrayVec<CameraSample, BUNDLE> = [sample].into_iter().collect();
+    shot.camera.rays(&samples, want_differentials, &mut rays);
+    let camera_ray: &CameraRay = rays.first()?.as_ref()?;
+    let mut watch = Watch::default();
+    shot.integrator.watched(
+        &shot.world,
+        camera_ray.ray,
+        camera_ray.scaled_differentials(spacing(shot)).as_ref(),
+        &mut waiting.stream,
+        &mut watch,
+    );
+    watch.culprit()
+}
+
+/// Distance of a pixel's samples, in pixels. With more samples each stands for a smaller part of
+/// the pixel, and textures are filtered over less (scene-language 3.1). The scene's own count decides,
+/// however many are taken in the end: what the picture converges to does not depend on that.
+fn spacing(shot: &Shot) -> f32 {
+    1.0 / (shot.sampler.spp() as f32).sqrt()
 }
 
 /// A sample whose ray is being made.
@@ -144,9 +169,7 @@ impl Waiting {
             tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
             return;
         };
-        let differentials = camera_ray
-            .differentials
-            .map(|d| d.scaled(&camera_ray.ray, spacing));
+        let differentials = camera_ray.scaled_differentials(spacing);
         let radiance = shot.integrator.radiance(
             &shot.world,
             camera_ray.ray,

@@ -14,7 +14,7 @@
 
 use super::allocation::{Share, for_error, for_samples};
 use super::{Ended, Goal, Progress, Shot, sample_tile};
-use crate::film::{Film, PixelBounds, PixelStatistics, Tile};
+use crate::film::{DroppedSample, Film, PixelBounds, PixelStatistics, Tile};
 use crate::samplers::Sampler;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -35,6 +35,8 @@ pub struct Progressive {
     pub passes: u32,
     /// Why it ended.
     pub ended: Ended,
+    /// The first sample that was dropped, and the sampler it was one of.
+    pub first_dropped: Option<(DroppedSample, Sampler)>,
 }
 
 /// Renders the picture on the current rayon pool until `goal` is reached.
@@ -122,7 +124,7 @@ impl<'a> Passes<'a> {
             let rendered: Vec<Tile> = jobs
                 .filter(|((_, have), want)| want > have)
                 .map(|((bounds, &have), &want)| {
-                    let mut tile = half.film.tile(*bounds);
+                    let mut tile = half.film.tile(*bounds).after(have.into());
                     sample_tile(self.shot, &half.sampler, have..want, &mut tile, *bounds);
                     tile
                 })
@@ -234,7 +236,12 @@ impl<'a> Passes<'a> {
     fn finish(self, error: f64, passes: u32, ended: Ended) -> Progressive {
         let spp = self.spp();
         let [a, b] = &self.halves;
+        let of = |half: &Half| {
+            let dropped = half.film.first_dropped()?;
+            Some((dropped, half.sampler.clone()))
+        };
         Progressive {
+            first_dropped: of(a).or_else(|| of(b)),
             film: Film::mean_of(&a.film, &b.film),
             error,
             spp,

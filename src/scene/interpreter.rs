@@ -455,6 +455,12 @@ impl<'a> Interpreter<'a> {
         Some(world.into_frame(options?, media))
     }
 
+    /// Where the integrator's type stands.
+    pub(super) fn integrator_span(&self) -> Option<Span> {
+        let integrator = self.options.integrator.as_ref();
+        integrator.map(|stored| stored.typed.kind.span)
+    }
+
     fn read_options(&self) -> Option<Options> {
         let names = TextureNames::default();
         let mut options = self.options.read(&self.reading(&names))?;

@@ -1,4 +1,7 @@
 //! `MakeNamedMedium` and `MediumInterface`.
+//!
+//! The medium that a light stands in does not matter: paths begin at the camera, and know which
+//! medium they are in from there.
 
 use super::graphics_state::InterfaceDirective;
 use super::interpreter::Interpreter;
@@ -137,7 +140,11 @@ impl Interpreter<'_> {
         if used && !options.integrator.spec.sees_media() {
             let message = "the integrator does not model participating media: they are ignored, \
                            as in pbrt-v3 (`volpath` models them)";
-            self.diagnostics.push(Diagnostic::warning(message));
+            let warning = Diagnostic::warning(message);
+            self.diagnostics.push(match self.integrator_span() {
+                Some(span) => warning.at(span),
+                None => warning,
+            });
         }
     }
 }
