@@ -19,6 +19,7 @@ mod realistic_report;
 #[cfg(test)]
 mod realistic_tests;
 mod shutter;
+mod stop_shape;
 
 pub use clip::Clip;
 pub use perspective::{Perspective, PerspectiveSpec};

@@ -76,6 +76,14 @@ impl<const N: usize> Mask for LaneMask<N> {
         r
     }
     #[inline(always)]
+    fn or(self, other: LaneMask<N>) -> LaneMask<N> {
+        let mut r = self;
+        for i in 0..N {
+            r.0[i] |= other.0[i];
+        }
+        r
+    }
+    #[inline(always)]
     fn any(self) -> bool {
         let mut all = 0;
         for x in self.0 {
