@@ -23,6 +23,7 @@ mod realistic_report;
 mod realistic_tests;
 mod screen;
 mod shutter;
+mod stop_shape;
 mod thin_lens;
 
 pub use clip::Clip;

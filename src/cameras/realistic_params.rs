@@ -1,7 +1,7 @@
 //! Reading `Camera "realistic"`: both spellings, and every problem of the lens file.
 
 use super::realistic::{Compat, Form, ModelChoice, Precision, RealisticSpec, Weighting};
-use super::{Clip, Shutter};
+use super::{Clip, Shutter, stop_shape};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
 use crate::optics::{Lens, Prescription, PrescriptionError, best_focus};
@@ -54,7 +54,16 @@ impl RealisticSpec {
         } else {
             Clip::NONE
         };
+        let stop_shape = stop_shape::from_params(params);
         let lens = lens(params, form)?;
+        if stop_shape.is_some() && !lens.surfaces().iter().any(|s| s.is_stop) {
+            let name = if params.has("aperture") {
+                "aperture"
+            } else {
+                "blades"
+            };
+            params.warn(name, "the lens has no stop row to be given a shape");
+        }
         let file = params.string(if course { "specfile" } else { "lensfile" }, "");
         let lens_name = file.rsplit(['/', '\\']).next().unwrap_or(file).to_string();
         Some(RealisticSpec {
@@ -66,6 +75,7 @@ impl RealisticSpec {
             pupil_sampling,
             model,
             precision,
+            stop_shape,
             film_diagonal,
             shutter,
             clip,

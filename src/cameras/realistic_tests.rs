@@ -29,6 +29,7 @@ fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form) -> Realis
         pupil_sampling: PupilSampling::default(),
         model: Default::default(),
         precision: Default::default(),
+        stop_shape: None,
         film_diagonal: None,
         shutter: Shutter::default(),
         clip: Clip::NONE,

@@ -3,6 +3,8 @@
 use super::focus::{self, FocusError};
 use super::paraxial::Paraxial;
 use super::prescription::Prescription;
+use super::real::Plain;
+use super::stop_shape::StopShape;
 use super::surface::Surface;
 use super::trace::{Blocked, LensRay, LensTracer};
 
@@ -15,6 +17,7 @@ pub struct Lens {
     film_distance: f64,
     paraxial: Paraxial,
     tracer: LensTracer<f64>,
+    stop_shape: Option<StopShape>,
 }
 
 /// Why a prescription makes no lens.
@@ -43,6 +46,7 @@ impl Lens {
             film_distance,
             paraxial: Paraxial::new(&prescription.surfaces),
             tracer: LensTracer::new(&prescription.surfaces),
+            stop_shape: None,
         })
     }
 
@@ -89,6 +93,44 @@ impl Lens {
     /// The exact tracer.
     pub fn tracer(&self) -> &LensTracer<f64> {
         &self.tracer
+    }
+
+    /// The same lens with another than a round stop. First-order properties, exit pupils and models are those of the round
+    /// one, which holds it.
+    pub fn with_stop_shape(mut self, shape: StopShape) -> Lens {
+        self.stop_shape = Some(shape);
+        self.tracer = self.tracer_in();
+        self
+    }
+
+    /// A tracer in precision `B`, with the stop's blades if it has any.
+    pub fn tracer_in<B: Plain>(&self) -> LensTracer<B> {
+        let tracer = LensTracer::new(&self.surfaces);
+        match &self.stop_shape {
+            Some(StopShape::Polygon(polygon)) => tracer.with_blades(&self.surfaces, polygon),
+            _ => tracer,
+        }
+    }
+
+    /// The part of the light that the stop's shape lets through along the line from the film point (x, y) mm through `pupil`:
+    /// 1 for a round stop. Exact rays take polygons into account themselves.
+    pub fn stop_transmission(&self, film: [f64; 2], pupil: [f64; 3]) -> f64 {
+        let Some(shape) = &self.stop_shape else {
+            return 1.0;
+        };
+        let ray = self.film_ray(film, pupil);
+        let stops = self.surfaces.iter().enumerate().filter(|(_, s)| s.is_stop);
+        let through = stops.map(|(i, s)| {
+            let radius = 0.5 * s.aperture;
+            let point = self.tracer.point_from_film(&ray, i);
+            match (point, shape) {
+                (None, _) => 0.0,
+                // The tracer has seen to it.
+                (Some(_), StopShape::Polygon(_)) => 1.0,
+                (Some(p), _) => shape.transmission(p.map(|x| x / radius)),
+            }
+        });
+        through.product()
     }
 
     /// z of the plane of focus; see [`focus::plane_of_focus`].

@@ -9,7 +9,7 @@
 //!    why it ends if it does. It is generic over the number type ([`real`]): f64 is the truth, f32 the fast path, dual
 //!    numbers carry the derivatives that texture footprints need.
 //! 4. [`paraxial`] has the focal length, principal planes and pupils; [`focus`] moves the film.
-//! 5. [`stops`] finds which aperture limits the light; [`pupil`] says where rays from a film point should be
+//! 5. [`stops`] finds which aperture limits the light, [`stop_shape`] gives it another than a round shape; [`pupil`] says where rays from a film point should be
 //!    aimed so that few are lost and no light is.
 //! 6. [`lanes`] trace bundles of rays side by side in single precision: the fast path.
 //! 7. [`models`] are cheaper lenses whose error is measured: polynomials, tables, the thick and the thin lens.
@@ -52,6 +52,7 @@ pub mod prescription;
 pub mod pupil;
 pub mod real;
 pub mod report;
+pub mod stop_shape;
 pub mod stops;
 pub mod surface;
 pub mod trace;
@@ -64,5 +65,6 @@ pub use paraxial::{Cardinals, Paraxial, Pupil};
 pub use prescription::{Prescription, PrescriptionError, RowNote};
 pub use pupil::{ExitPupil, PupilSample};
 pub use report::LensReport;
+pub use stop_shape::StopShape;
 pub use surface::Surface;
 pub use trace::{Blocked, Cause, LensRay, LensTracer};

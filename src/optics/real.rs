@@ -74,6 +74,8 @@ pub trait Mask: Copy {
     const YES: Self;
     /// Where both say yes.
     fn and(self, other: Self) -> Self;
+    /// Where at least one says yes.
+    fn or(self, other: Self) -> Self;
     /// Is there a yes?
     fn any(self) -> bool;
 }
@@ -83,6 +85,10 @@ impl Mask for bool {
     #[inline(always)]
     fn and(self, other: bool) -> bool {
         self & other
+    }
+    #[inline(always)]
+    fn or(self, other: bool) -> bool {
+        self | other
     }
     #[inline(always)]
     fn any(self) -> bool {

@@ -11,6 +11,7 @@
 
 use super::asphere::AsphericSurface;
 use super::real::{Dual, Index, Mask, Number, Plain, Real};
+use super::stop_shape::{StopEdges, StopPolygon};
 use super::surface::Surface;
 use std::fmt;
 
@@ -88,7 +89,7 @@ impl fmt::Display for Blocked {
 }
 
 /// One surface, with everything that can be computed beforehand.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Element<B> {
     curvature: B,
     /// Square of the clear radius.
@@ -101,6 +102,8 @@ struct Element<B> {
     to_scene: Bend<B>,
     /// For an aspheric surface; `curvature` is not used then.
     asphere: Option<AsphericSurface<B>>,
+    /// For a stop of straight blades; its corners lie in the clear aperture.
+    edges: Option<StopEdges<B>>,
 }
 
 /// What Snell's law needs of two media.
@@ -166,6 +169,7 @@ impl<B: Plain> LensTracer<B> {
                     asphere: s
                         .asphere
                         .map(|a| AsphericSurface::new(s.radius, &a, s.clear_radius())),
+                    edges: None,
                 }
             })
             .collect();
@@ -174,6 +178,34 @@ impl<B: Plain> LensTracer<B> {
             elements,
             length: B::round_from(inner.iter().map(|s| s.thickness).sum()),
         }
+    }
+
+    /// Makes the stops among `surfaces`, of which this tracer was made, polygons.
+    pub fn with_blades(mut self, surfaces: &[Surface], polygon: &StopPolygon) -> LensTracer<B> {
+        for (element, s) in self.elements.iter_mut().zip(surfaces) {
+            if s.is_stop {
+                element.edges = Some(polygon.edges(0.5 * s.aperture));
+            }
+        }
+        self
+    }
+
+    /// Where a ray from the film meets surface `target`, (x, y) mm; `None` where it ends before or there.
+    pub fn point_from_film(&self, ray: &LensRay<B>, target: usize) -> Option<[B; 2]> {
+        let pass = Pass {
+            sign: -B::ONE,
+            to_film: false,
+            clip: true,
+        };
+        let mut r = *ray;
+        r.o[2] = r.o[2].plus(-self.length);
+        for i in (target..self.elements.len()).rev() {
+            if i + 1 < self.elements.len() {
+                r.o[2] = r.o[2].plus(self.elements[i].thickness);
+            }
+            self.cross(i, &mut r, &pass).ok()?;
+        }
+        Some([r.o[0], r.o[1]])
     }
 
     /// Traces a ray from the film through the lens: where it leaves the first surface, and where
@@ -373,6 +405,9 @@ impl<B: Plain> Element<B> {
         };
         if pass.clip {
             crossing.inside = (x * x + y * y).at_most(self.radius2);
+            if let Some(edges) = &self.edges {
+                crossing.inside = crossing.inside.and(edges.hold(x, y));
+            }
         }
         let bend = self.bend(pass);
         let mu = bend.ratio;

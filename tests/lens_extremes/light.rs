@@ -80,6 +80,7 @@ fn camera(lens: &Lens, diagonal: f64, precision: Precision) -> Result<Camera, St
         pupil_sampling: PupilSampling::default(),
         model: ModelChoice::Exact,
         precision,
+        stop_shape: None,
         film_diagonal: None,
         shutter: Shutter::default(),
         clip: Clip::NONE,

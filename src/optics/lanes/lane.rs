@@ -51,6 +51,14 @@ macro_rules! bundle {
                 r
             }
             #[inline(always)]
+            fn or(self, other: $mask<N>) -> $mask<N> {
+                let mut r = self;
+                for i in 0..N {
+                    r.0[i] |= other.0[i];
+                }
+                r
+            }
+            #[inline(always)]
             fn any(self) -> bool {
                 let mut all = 0;
                 for x in self.0 {

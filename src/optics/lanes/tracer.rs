@@ -37,7 +37,7 @@ impl<B: Plain> FilmTracer<B> {
     /// either side of the film but not in it.
     pub fn new(lens: &Lens, plane_z: f64) -> FilmTracer<B> {
         FilmTracer {
-            tracer: LensTracer::new(lens.surfaces()),
+            tracer: lens.tracer_in(),
             film_distance: B::round_from(lens.film_distance()),
             to_plane: B::round_from(plane_z - lens.film_z()),
             instructions: None,

@@ -11,6 +11,8 @@ macro_rules! wide_number {
             #[inline(always)]
             fn and(self, other: $t) -> $t { self & other }
             #[inline(always)]
+            fn or(self, other: $t) -> $t { self | other }
+            #[inline(always)]
             fn any(self) -> bool { $t::any(self) }
         }
 

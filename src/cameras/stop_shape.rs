@@ -1,0 +1,71 @@
+//! Reading the stop's shape: `"string aperture"`, `"integer blades"` and `"float bladerotation"` of `Camera "realistic"`.
+
+use crate::assets::picture::{Encoding, Picture};
+use crate::math::color::linear_from_srgb;
+use crate::optics::StopShape;
+use crate::optics::stop_shape::{MOST_BLADES, StopPicture, StopPolygon};
+use crate::params::ParamReader;
+
+/// The shape asked for; `None` for a round stop, and where what is asked for cannot be had, which is reported.
+pub fn from_params(params: &ParamReader) -> Option<StopShape> {
+    let aperture = params.string("aperture", "circular");
+    let rotation = params.float("bladerotation", 0.0);
+    let turned = |polygon: fn(f64) -> StopPolygon| Some(StopShape::Polygon(polygon(rotation)));
+    if aperture != "circular" && params.find_integer("blades").is_some() {
+        params.warn("blades", format!("blades are those of a circular aperture; that of \"{aperture}\" is not made of them"));
+    }
+    match aperture {
+        "circular" => blades(params, rotation),
+        "gaussian" => Some(StopShape::Gaussian),
+        "square" => turned(StopPolygon::square),
+        "pentagon" => turned(StopPolygon::pentagon),
+        "star" => turned(StopPolygon::star),
+        _ => picture(params),
+    }
+}
+
+/// A diaphragm; 0 blades, the default, leave the stop round.
+fn blades(params: &ParamReader, rotation: f64) -> Option<StopShape> {
+    let count = params.integer("blades", 0);
+    let polygon = usize::try_from(count)
+        .ok()
+        .filter(|n| (3..=MOST_BLADES).contains(n));
+    if count != 0 && polygon.is_none() {
+        params.warn(
+            "blades",
+            format!(
+                "{count} blades make no polygon of 3 to {MOST_BLADES} corners: the stop is round"
+            ),
+        );
+    }
+    polygon.map(|n| StopShape::Polygon(StopPolygon::of_blades(n, rotation)))
+}
+
+/// Transmission is the mean of red, green and blue, as in pbrt-v4.
+fn picture(params: &ParamReader) -> Option<StopShape> {
+    // A file that does not exist has been reported.
+    let path = params.file("aperture")?;
+    let picture = match Picture::load(&path) {
+        Ok(picture) => picture,
+        Err(e) => {
+            params.error("aperture", e.to_string());
+            return None;
+        }
+    };
+    let grey = |texel: &crate::math::Rgb| {
+        let linear = match picture.encoding {
+            Encoding::Srgb => texel.to_array().map(linear_from_srgb),
+            Encoding::Linear => texel.to_array(),
+        };
+        linear.iter().sum::<f32>() / 3.0
+    };
+    if picture
+        .texels()
+        .iter()
+        .map(grey)
+        .any(|t| !(0.0..=1.0).contains(&t))
+    {
+        params.warn("aperture", "the picture has values outside 0 to 1, which stand for nothing and everything let through");
+    }
+    StopPicture::new(picture.width, picture.texels().iter().map(grey)).map(StopShape::Picture)
+}
