@@ -54,12 +54,15 @@ impl CurveStore {
 
     /// All pieces with their boxes.
     pub fn pieces(&self) -> impl Iterator<Item = (usize, Aabb)> {
-        self.segments.iter().enumerate().flat_map(move |(i, segment)| {
-            (0..segment.pieces()).map(move |piece| {
-                let number = i << PIECE_BITS | piece;
-                (number, self.piece_bounds(segment, piece))
+        self.segments
+            .iter()
+            .enumerate()
+            .flat_map(move |(i, segment)| {
+                (0..segment.pieces()).map(move |piece| {
+                    let number = i << PIECE_BITS | piece;
+                    (number, self.piece_bounds(segment, piece))
+                })
             })
-        })
     }
 
     fn piece_bounds(&self, segment: &Segment, piece: usize) -> Aabb {

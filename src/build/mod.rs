@@ -60,16 +60,24 @@ struct Loaded {
 impl Loaded {
     fn new(frame: &Frame, diagnostics: &Diagnostics) -> Loaded {
         let options = &frame.options;
-        let render_from_world = render_from_world(&options.camera_from_world);
+        let camera_from_world = &options.camera_from_world;
+        let render_from_world = render_from_world(&camera_from_world.start);
         let film = FilmGeometry {
             resolution: options.film.resolution,
             diagonal_mm: options.film.diagonal_mm,
         };
-        let render_from_camera = render_from_world * options.camera_from_world.inverted();
+        let render_from_camera = render_from_world * camera_from_world.start.inverted();
         let camera = match Camera::new(&options.camera, &film, &render_from_camera) {
-            Ok(camera) => Some(camera),
             // Reported when the scene was read, at its place.
-            Err(_) if !options.camera_from_world.is_invertible() => None,
+            _ if !camera_from_world.is_invertible() => None,
+            Ok(mut camera) => {
+                let world_from_camera = camera_from_world.inverted();
+                if let Some(motion) = world_from_camera.motion() {
+                    let to_render = render_from_world.point(DVec3::ZERO);
+                    camera.set_motion(motion.shifted(to_render));
+                }
+                Some(camera)
+            }
             Err(error) => {
                 diagnostics.push(Diagnostic::error(error.to_string()));
                 None
@@ -150,7 +158,7 @@ fn render_from_world(camera_from_world: &Transform) -> Transform {
 
 /// What the output file says of itself, but for scene name and seed.
 fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
-    let world_to_camera = options.camera_from_world.m;
+    let world_to_camera = options.camera_from_world.start.m;
     FilmMetadata {
         world_to_camera,
         world_to_ndc: options.camera.ndc_from_camera(film) * world_to_camera,

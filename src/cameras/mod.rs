@@ -26,6 +26,7 @@ pub use realistic::{Compat, Form, ModelChoice, Precision, Realistic, RealisticSp
 pub use realistic_params::{DEFAULT_TOLERANCE, DEGREES};
 pub use shutter::Shutter;
 
+use crate::math::motion::Motion;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
 use crate::math::{UVec2, Vec2};
@@ -177,6 +178,15 @@ impl Camera {
             CameraSpec::Realistic(s) => {
                 Realistic::new(s, film, render_from_camera).map(|c| Camera::Realistic(Box::new(c)))
             }
+        }
+    }
+
+    /// Lets the camera move through render space while its shutter is open; `motion` takes camera
+    /// space to render space.
+    pub fn set_motion(&mut self, motion: Motion) {
+        match self {
+            Camera::Perspective(c) => c.mount.set_motion(motion),
+            Camera::Realistic(c) => c.mount.set_motion(motion),
         }
     }
 

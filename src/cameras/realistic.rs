@@ -141,7 +141,7 @@ enum Aim {
 #[derive(Clone, Debug)]
 pub struct Realistic {
     pub(super) spec: RealisticSpec,
-    mount: Mount,
+    pub(super) mount: Mount,
     aim: Aim,
     pub(super) model: LensModel,
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
@@ -227,11 +227,9 @@ impl Realistic {
                 target[axis].0[i] = pupil.point[axis] as f32;
             }
         }
+        let time = |i: usize| self.spec.shutter.time(samples[i].time);
         let finished = |i: usize, ray: &LensRay<f64>, differentials| CameraRay {
-            ray: self.mount.ray(
-                &self.camera_ray(ray),
-                self.spec.shutter.time(samples[i].time),
-            ),
+            ray: self.mount.ray(&self.camera_ray(ray), time(i)),
             weight: (self.weight_scale * solid_angles[i]) as f32,
             differentials,
         };
@@ -241,7 +239,7 @@ impl Realistic {
             let traced = self.model.trace_lanes_with_derivatives(&film, &target);
             rays.extend(lanes.map(|i| {
                 let ray = traced.get(i).filter(|_| lit(i))?;
-                Some(finished(i, &value(&ray), self.differentials(&ray)))
+                Some(finished(i, &value(&ray), self.differentials(&ray, time(i))))
             }));
         } else {
             let traced = self.model.trace_lanes(&film, &target);
@@ -263,7 +261,7 @@ impl Realistic {
         let time = self.spec.shutter.time(sample.time);
         let (ray, differentials) = if want_differentials {
             let ray = self.trace_with_derivatives(film, pupil.point)?;
-            (value(&ray), self.differentials(&ray))
+            (value(&ray), self.differentials(&ray, time))
         } else {
             (self.model.trace_from_film(film, pupil.point).ok()?, None)
         };
@@ -324,7 +322,11 @@ impl Realistic {
 
     /// The rays one pixel on, to first order: this ray and its derivatives by the film point.
     /// `None` on the very edge of total reflection, where a derivative is infinite.
-    fn differentials(&self, ray: &LensRay<Dual>) -> Option<crate::math::ray::RayDifferentials> {
+    fn differentials(
+        &self,
+        ray: &LensRay<Dual>,
+        time: f32,
+    ) -> Option<crate::math::ray::RayDifferentials> {
         let shifted = |axis: usize| {
             let shift = |x: Dual| x.value + self.per_pixel[axis] * x.by[axis];
             self.camera_ray(&LensRay {
@@ -334,7 +336,7 @@ impl Realistic {
         };
         let (x, y) = (shifted(0), shifted(1));
         let finite = [x.o, x.d, y.o, y.d].iter().all(|v| v.is_finite());
-        finite.then(|| self.mount.differentials(&x, &y))
+        finite.then(|| self.mount.differentials(&x, &y, time))
     }
 
     /// Fraction of the picture's rays that end in the lens, estimated from a few thousand.

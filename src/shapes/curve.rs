@@ -74,7 +74,8 @@ impl CurveSpec {
         let degree = match reader.integer("degree", 3) {
             degree @ (2 | 3) => degree as usize,
             other => {
-                let message = format!("curves are of degree 2 or 3, not {other}: the shape is left out");
+                let message =
+                    format!("curves are of degree 2 or 3, not {other}: the shape is left out");
                 reader.error("degree", message);
                 return None;
             }
@@ -93,7 +94,7 @@ impl CurveSpec {
             .map(DVec3::from)
             .collect();
         let bezier = basis == "bezier";
-        if points.len() <= degree || (bezier && (points.len() - 1) % degree != 0) {
+        if points.len() <= degree || (bezier && !(points.len() - 1).is_multiple_of(degree)) {
             let more = if bezier {
                 format!("and {degree} more for each further segment")
             } else {
@@ -113,7 +114,10 @@ impl CurveSpec {
             let control = starts.map(|i| &points[i..=i + degree]);
             control.map(Bezier::from_bezier).collect()
         } else {
-            points.windows(degree + 1).map(Bezier::from_bspline).collect()
+            points
+                .windows(degree + 1)
+                .map(Bezier::from_bspline)
+                .collect()
         };
         let normals = read_normals(reader, kind, segments.len())?;
         Some(CurveSpec {
@@ -138,8 +142,8 @@ impl CurveSpec {
             Some(scale) => (*level_from_object, None, scale),
             None => {
                 let anchor = self.segments.first().map_or(DVec3::ZERO, |s| s.0[0]);
-                let placed = (*level_from_object * Transform::translate(anchor))
-                    .with_translations_matched();
+                let placed =
+                    (*level_from_object * Transform::translate(anchor)).with_translations_matched();
                 let placement = Placement {
                     level_from_local: DAffine3::from_mat4(placed.m),
                     local_from_level: DAffine3::from_mat4(placed.inverse),
@@ -184,7 +188,10 @@ fn read_widths(reader: &ParamReader) -> [f64; 2] {
         if width >= 0.0 && width.is_finite() {
             return width;
         }
-        reader.warn(name, format!("`{name}` is {width}, no width: 0 is used, which nothing shows"));
+        reader.warn(
+            name,
+            format!("`{name}` is {width}, no width: 0 is used, which nothing shows"),
+        );
         0.0
     })
 }
@@ -219,7 +226,10 @@ fn read_normals(reader: &ParamReader, kind: CurveKind, segments: usize) -> Optio
         return Some(Vec::new());
     }
     let Some(given) = given else {
-        reader.error("N", "a ribbon needs \"normal N\" at the ends of its segments");
+        reader.error(
+            "N",
+            "a ribbon needs \"normal N\" at the ends of its segments",
+        );
         return None;
     };
     let normals: Vec<DVec3> = given
@@ -238,7 +248,11 @@ fn read_normals(reader: &ParamReader, kind: CurveKind, segments: usize) -> Optio
         return None;
     }
     if let Some(zero) = normals.iter().position(|n| *n == DVec3::ZERO) {
-        reader.error_item("N", 3 * zero, "a normal of no length turns nothing: the shape is left out");
+        reader.error_item(
+            "N",
+            3 * zero,
+            "a normal of no length turns nothing: the shape is left out",
+        );
         return None;
     }
     Some(normals)

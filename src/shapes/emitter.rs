@@ -74,7 +74,8 @@ impl Emitter {
 
     /// A quadric in render space.
     pub fn of_quadric(quadric: &Quadric) -> Emitter {
-        if let (Form::Sphere(sphere), Some(scale)) = (&quadric.form, quadric.level_from_object.similarity())
+        if let (Form::Sphere(sphere), Some(scale)) =
+            (&quadric.form, quadric.level_from_object.similarity())
             && sphere.is_full()
         {
             return Emitter::Sphere(Box::new(SphereEmitter {

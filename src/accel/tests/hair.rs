@@ -62,10 +62,16 @@ fn instances_and_uneven_places_show_the_same_curves() {
     let mut random = Random(9);
     let (mut met, mut differ) = (0, 0);
     for _ in 0..1000 {
-        let (from, to) = (random.direction().as_dvec3() * 4.0, random.cube().as_dvec3());
+        let (from, to) = (
+            random.direction().as_dvec3() * 4.0,
+            random.cube().as_dvec3(),
+        );
         let (o, to) = (place.point(from).as_vec3(), place.point(to).as_vec3());
         let ray = Ray::new(o, (to - o).normalize(), 0.0);
-        match (direct.intersect(&ray, &opaque), instance.intersect(&ray, &opaque)) {
+        match (
+            direct.intersect(&ray, &opaque),
+            instance.intersect(&ray, &opaque),
+        ) {
             (Some(a), Some(b)) if (a.t - b.t).abs() < 1e-3 => met += 1,
             (None, None) => {}
             // Rays that graze an edge.

@@ -12,7 +12,9 @@ impl Bezier {
     pub fn from_bezier(p: &[DVec3]) -> Bezier {
         match *p {
             [a, b, c] => Bezier([a, a.lerp(b, 2.0 / 3.0), b.lerp(c, 1.0 / 3.0), c]),
-            _ => Bezier(std::array::from_fn(|i| p.get(i).copied().unwrap_or_default())),
+            _ => Bezier(std::array::from_fn(|i| {
+                p.get(i).copied().unwrap_or_default()
+            })),
         }
     }
 

@@ -58,7 +58,11 @@ impl RayFrame {
         let z = d.try_normalize()?;
         let y = z.cross(chord).try_normalize();
         let y = y.unwrap_or_else(|| z.any_orthonormal_vector());
-        Some(RayFrame { x: y.cross(z), y, z })
+        Some(RayFrame {
+            x: y.cross(z),
+            y,
+            z,
+        })
     }
 
     fn to(&self, v: DVec3) -> DVec3 {

@@ -34,13 +34,20 @@ fn bent() -> [DVec3; 4] {
 }
 
 /// The nearest meeting with any piece of a curve of one segment, and the surface there.
-fn meet(curves: &Curves, o: DVec3, d: DVec3) -> Option<(CurveHit, crate::shapes::local::LocalSurface)> {
+fn meet(
+    curves: &Curves,
+    o: DVec3,
+    d: DVec3,
+) -> Option<(CurveHit, crate::shapes::local::LocalSurface)> {
     let segment = curves.stored(0, 0).next().unwrap();
     let ends = curves.segments[0].normals;
     let normals = segment.normals().map(|_| &ends);
     let (o, d) = match &curves.placement {
         None => (o, d),
-        Some(p) => (p.local_from_level.transform_point3(o), p.local_from_level.transform_vector3(d)),
+        Some(p) => (
+            p.local_from_level.transform_point3(o),
+            p.local_from_level.transform_vector3(d),
+        ),
     };
     let hits = (0..segment.pieces())
         .filter_map(|piece| segment.intersect(piece, normals, o, d, f64::INFINITY));
@@ -202,7 +209,10 @@ fn transformations_that_keep_no_angles_are_those_of_the_object() {
     let object = spec(CurveKind::Cylinder, bent(), [0.2, 0.1]).place(&Transform::IDENTITY, false);
     for (transform, similar) in [
         (turn * Transform::scale(DVec3::splat(3.0)), true),
-        (turn * Transform::scale(DVec3::new(3.0, 0.5, 1.5)) * turn, false),
+        (
+            turn * Transform::scale(DVec3::new(3.0, 0.5, 1.5)) * turn,
+            false,
+        ),
         (turn * Transform::scale(DVec3::new(-1.0, 1.0, 1.0)), false),
     ] {
         let curves = spec(CurveKind::Cylinder, bent(), [0.2, 0.1]).place(&transform, false);
@@ -217,7 +227,11 @@ fn transformations_that_keep_no_angles_are_those_of_the_object() {
             // Single precision in the points.
             assert!((a.t - b.t).abs() < 1e-5 && (a.u - b.u).abs() < 1e-4);
             assert!((a.v - b.v).abs() < 1e-3, "{} {}", a.v, b.v);
-            let side = if transform.swaps_handedness() { -1.0 } else { 1.0 };
+            let side = if transform.swaps_handedness() {
+                -1.0
+            } else {
+                1.0
+            };
             let n = transform.normal(expected.n).normalize() * side;
             assert!((n - found.n).length() < 1e-2, "{n} {}", found.n);
             assert!((transform.point(expected.p) - found.p).length() < 1e-4);
@@ -226,9 +240,14 @@ fn transformations_that_keep_no_angles_are_those_of_the_object() {
         // The same seen from elsewhere.
         let anchor = DVec3::new(5.0, -3.0, 2.0);
         let moved = curves.clone().relative_to(anchor);
-        let (o, d) = rays().find(|&(o, d)| meet(&object, o, d).is_some()).unwrap();
+        let (o, d) = rays()
+            .find(|&(o, d)| meet(&object, o, d).is_some())
+            .unwrap();
         let (o, d) = (transform.point(o), transform.vector(d));
-        let (a, b) = (meet(&curves, o, d).unwrap(), meet(&moved, o - anchor, d).unwrap());
+        let (a, b) = (
+            meet(&curves, o, d).unwrap(),
+            meet(&moved, o - anchor, d).unwrap(),
+        );
         assert!((a.0.t - b.0.t).abs() < 1e-5 && (a.1.p - b.1.p - anchor).length() < 1e-4);
     }
 }
@@ -239,16 +258,40 @@ fn parameters_are_read_and_checked() {
     let outcome = reading(four);
     assert!(outcome.messages.is_empty());
     let curve = outcome.value.unwrap();
-    assert_eq!((curve.kind, curve.width, curve.segments.len()), (CurveKind::Flat, [1.0; 2], 1));
+    assert_eq!(
+        (curve.kind, curve.width, curve.segments.len()),
+        (CurveKind::Flat, [1.0; 2], 1)
+    );
     let curve = |params: &str| reading(&format!("{params} {four}"));
-    assert_eq!(curve("\"float width\" 2 \"float width1\" .5").value.unwrap().width, [2.0, 0.5]);
-    assert_eq!(curve("\"float splitdepth\" 1").value.unwrap().split_depth, 1);
-    assert_eq!(curve("\"integer splitdepth\" 9").value.unwrap().split_depth, 3);
+    assert_eq!(
+        curve("\"float width\" 2 \"float width1\" .5")
+            .value
+            .unwrap()
+            .width,
+        [2.0, 0.5]
+    );
+    assert_eq!(
+        curve("\"float splitdepth\" 1").value.unwrap().split_depth,
+        1
+    );
+    assert_eq!(
+        curve("\"integer splitdepth\" 9").value.unwrap().split_depth,
+        3
+    );
     // Four points are two segments of a quadratic B-spline, one of a cubic, and no quadratic Bézier.
-    let bspline = curve("\"string basis\" \"bspline\" \"integer degree\" 2").value.unwrap();
+    let bspline = curve("\"string basis\" \"bspline\" \"integer degree\" 2")
+        .value
+        .unwrap();
     assert_eq!(bspline.segments.len(), 2);
     assert_eq!(bspline.segments[0].0[3], bspline.segments[1].0[0]);
-    assert_eq!(curve("\"string basis\" \"bspline\"").value.unwrap().segments.len(), 1);
+    assert_eq!(
+        curve("\"string basis\" \"bspline\"")
+            .value
+            .unwrap()
+            .segments
+            .len(),
+        1
+    );
     for wrong in [
         "\"integer degree\" 2",
         "\"integer degree\" 4",
@@ -261,9 +304,16 @@ fn parameters_are_read_and_checked() {
     }
     assert!(reading("").value.is_none());
     assert!(reading("\"point P\" [0 0 0 1 0 0]").value.is_none());
-    for odd in ["\"normal N\" [0 0 1 0 0 1]", "\"float width\" -1 \"float width0\" 1", "\"string type\" \"round\""] {
+    for odd in [
+        "\"normal N\" [0 0 1 0 0 1]",
+        "\"float width\" -1 \"float width0\" 1",
+        "\"string type\" \"round\"",
+    ] {
         let outcome = curve(odd);
         assert!(outcome.value.is_some() && outcome.warnings == 1, "{odd}");
     }
-    assert_eq!(curve("\"string type\" \"round\"").value.unwrap().kind, CurveKind::Cylinder);
+    assert_eq!(
+        curve("\"string type\" \"round\"").value.unwrap().kind,
+        CurveKind::Cylinder
+    );
 }
