@@ -90,11 +90,20 @@ pub fn build(
         }
     }
     match top.build(objects) {
-        Ok(geometry) => Some(Placed {
-            geometry,
-            lights: adder.lights,
-            sampled_lights,
-        }),
+        Ok(geometry) => {
+            let skipped = geometry.statistics().skipped;
+            if skipped > 0 {
+                let message = format!(
+                    "{skipped} triangles have no area, or corners that are no places: left out"
+                );
+                diagnostics.push(Diagnostic::note(message));
+            }
+            Some(Placed {
+                geometry,
+                lights: adder.lights,
+                sampled_lights,
+            })
+        }
         Err(error) => {
             diagnostics.push(Diagnostic::error(error.to_string()));
             None
