@@ -411,6 +411,7 @@ scenes! {
     shape_heightfield,
     shape_instancing { left_out: SHADOWED_CONES },
     shape_loopsubdiv,
+    shape_motionblur,
     shape_nurbs,
     shape_orientation { left_out: MIRRORED_DISKS },
     shape_plymesh,

@@ -7,14 +7,21 @@ use crate::math::DVec3;
 use crate::math::transform::Transform;
 use glam::DAffine3;
 
+/// Where a tree stands in another.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    /// The inner tree's coordinates, counted from its anchor, to the outer one's.
+    pub outer_from_inner: DAffine3,
+    /// The inverse.
+    pub inner_from_outer: DAffine3,
+}
+
 /// An object in a place.
 pub(super) struct Instance {
     /// Which object.
     pub object: ObjectId,
-    /// Object space, counted from the object's anchor, to render space.
-    pub outer_from_inner: DAffine3,
-    /// The inverse.
-    pub inner_from_outer: DAffine3,
+    /// Where.
+    pub place: Place,
 }
 
 /// A ray taken to an object's space and moved up to the object.
@@ -40,22 +47,19 @@ impl Instance {
             (*render_from_object * Transform::translate(level.anchor)).with_translations_matched();
         placed.is_invertible().then(|| Instance {
             object,
-            outer_from_inner: DAffine3::from_mat4(placed.m),
-            inner_from_outer: DAffine3::from_mat4(placed.inverse),
+            place: Place {
+                outer_from_inner: DAffine3::from_mat4(placed.m),
+                inner_from_outer: DAffine3::from_mat4(placed.inverse),
+            },
         })
     }
 
     /// A box in render space around the object's box.
     pub fn bounds(&self, level: &Level) -> Aabb {
-        if level.bounds.is_empty() {
+        let Some((low, high)) = level.padded_bounds() else {
             // Not finite: the level leaves it out.
             return Aabb::EMPTY;
-        }
-        let [low, high] = [level.bounds.min.as_dvec3(), level.bounds.max.as_dvec3()];
-        // The object's rays are rounded to single precision, which may move them by that much
-        // of the distance from the anchor.
-        let margin = DVec3::splat(level.radius * 4.0 * f64::from(f32::EPSILON));
-        let (low, high) = (low - margin, high + margin);
+        };
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for i in 0..8 {
             let pick = |axis: usize| {
@@ -66,15 +70,18 @@ impl Instance {
                 }
             };
             let corner =
-                self.outer_from_inner
+                self.place
+                    .outer_from_inner
                     .transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
             min = min.min(corner);
             max = max.max(corner);
         }
         Aabb::around(min, max)
     }
+}
 
-    /// The ray `o + t d` in the object's space, starting near the object: distances are then small,
+impl Place {
+    /// The ray `o + t d` in the inner space, starting near what is there: distances are then small,
     /// and single precision is spent where it matters, however far away the ray began.
     pub fn enter(&self, o: DVec3, d: DVec3, level: &Level) -> InnerRay {
         let inner_o = self.inner_from_outer.transform_point3(o);

@@ -2,9 +2,12 @@
 
 use super::aabb::Aabb;
 use super::curves::CurveStore;
+use super::instance::Instance;
+use super::moving::{Inner, Moving};
 use super::packet::{OtherKind, PrimitiveId};
 use super::tree::{Item, Tree};
 use super::{GeometryError, PrimitiveAttributes};
+use crate::math::motion::Motion;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::params::FloatInput;
 use crate::shapes::CompiledShape;
@@ -79,6 +82,8 @@ pub(super) struct LevelBuilder {
     meshes: Vec<StoredMesh>,
     quadrics: Vec<StoredQuadric>,
     curves: CurveStore,
+    /// Shapes that move, each with a level of its own.
+    moving: Vec<(LevelBuilder, Motion)>,
     triangles: usize,
     has_passable: bool,
 }
@@ -116,6 +121,23 @@ impl LevelBuilder {
         }
     }
 
+    /// Adds a shape, compiled for the space that `motion` takes to the level's.
+    pub fn add_moving(
+        &mut self,
+        shape: CompiledShape,
+        attributes: PrimitiveAttributes,
+        motion: Motion,
+    ) {
+        let mut level = LevelBuilder::default();
+        level.add(shape, attributes);
+        if let (None, Some(center)) = (self.anchor, level.anchor) {
+            // Where it starts.
+            self.anchor = Some(motion.at(f64::NEG_INFINITY).transform_point3(center));
+        }
+        let motion = motion.shifted(-self.anchor.unwrap_or_default());
+        self.moving.push((level, motion));
+    }
+
     fn add_mesh(&mut self, mesh: TriangleMesh, attributes: PrimitiveAttributes, anchor: DVec3) {
         // A constant that is not 0 cuts nothing out, and need not be asked for every hit.
         let cuts =
@@ -144,10 +166,25 @@ impl LevelBuilder {
         });
     }
 
-    /// Builds the tree, with `instances` beside the shapes.
-    pub fn build(self, instances: &[Aabb]) -> Result<Level, GeometryError> {
+    /// Builds the tree, with instances and moving objects beside the shapes, and the trees of
+    /// moving shapes.
+    pub fn build(
+        self,
+        instances: Vec<(Instance, Aabb)>,
+        moving: Vec<(Moving, Aabb)>,
+    ) -> Result<Level, GeometryError> {
+        let (mut moving, mut moving_boxes): (Vec<Moving>, Vec<Aabb>) = moving.into_iter().unzip();
+        for (shape, motion) in self.moving {
+            let shape = shape.build(Vec::new(), Vec::new())?;
+            let (anchor, bounds) = (shape.anchor, shape.padded_bounds());
+            let shape = Moving::new(Inner::Shape(Box::new(shape)), anchor, motion);
+            moving_boxes.push(shape.bounds(bounds));
+            moving.push(shape);
+        }
+        let (instances, boxes): (Vec<Instance>, Vec<Aabb>) = instances.into_iter().unzip();
         let others = self.quadrics.len().max(self.curves.piece_numbers());
-        let largest = self.triangles.max(others).max(instances.len());
+        let placed = instances.len().max(moving.len());
+        let largest = self.triangles.max(others).max(placed);
         if largest >= PrimitiveId::LIMIT || self.triangles / 2 >= super::node::Child::MAX_PACKETS {
             return Err(GeometryError::TooMany(largest));
         }
@@ -157,12 +194,14 @@ impl LevelBuilder {
             meshes: self.meshes,
             quadrics: self.quadrics,
             curves: self.curves,
+            instances,
+            moving,
             bounds: Aabb::EMPTY,
             has_passable: self.has_passable,
             skipped: 0,
             tree: Tree::build(&[], |_| [Vec3::ZERO; 3]),
         };
-        let items = level.items(instances);
+        let items = level.items(&boxes, &moving_boxes);
         level.bounds = items
             .iter()
             .fold(Aabb::EMPTY, |b, item| b.union(item.bounds));
@@ -189,6 +228,8 @@ pub(super) struct Level {
     pub meshes: Vec<StoredMesh>,
     pub quadrics: Vec<StoredQuadric>,
     pub curves: CurveStore,
+    pub instances: Vec<Instance>,
+    pub moving: Vec<Moving>,
     pub tree: Tree,
     /// Relative to the anchor.
     pub bounds: Aabb,
@@ -201,9 +242,9 @@ pub(super) struct Level {
 impl Level {
     /// What the tree is built over. Triangles without area or with unusable corners are left out
     /// and counted.
-    fn items(&mut self, instances: &[Aabb]) -> Vec<Item> {
-        let mut items =
-            Vec::with_capacity(self.triangles() + self.quadrics.len() + instances.len());
+    fn items(&mut self, instances: &[Aabb], moving: &[Aabb]) -> Vec<Item> {
+        let others = self.quadrics.len() + instances.len() + moving.len();
+        let mut items = Vec::with_capacity(self.triangles() + others);
         for mesh in &self.meshes {
             let cut_out = mesh.attributes.alpha.is_some() || mesh.attributes.shadow_alpha.is_some();
             for i in 0..mesh.indices.len() {
@@ -250,15 +291,41 @@ impl Level {
                 });
             }
         }
-        for (i, &bounds) in instances.iter().enumerate() {
-            if usable(&bounds) {
-                items.push(Item {
-                    id: PrimitiveId::other(OtherKind::Instance, i),
-                    bounds,
-                });
+        let placed = [
+            (OtherKind::Instance, instances),
+            (OtherKind::Moving, moving),
+        ];
+        for (kind, boxes) in placed {
+            for (i, &bounds) in boxes.iter().enumerate() {
+                if usable(&bounds) {
+                    items.push(Item {
+                        id: PrimitiveId::other(kind, i),
+                        bounds,
+                    });
+                }
             }
         }
         items
+    }
+
+    /// Corners of the level's box, with room for what rays lose that enter it: they are rounded to
+    /// single precision, which may move them by that much of the distance from the anchor. `None`
+    /// where it holds nothing.
+    pub fn padded_bounds(&self) -> Option<(DVec3, DVec3)> {
+        if self.bounds.is_empty() {
+            return None;
+        }
+        let margin = DVec3::splat(self.radius * 4.0 * f64::from(f32::EPSILON));
+        let [low, high] = [self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3()];
+        Some((low - margin, high + margin))
+    }
+
+    /// The levels of shapes that move in this one.
+    pub fn moving_shapes(&self) -> impl Iterator<Item = &Level> {
+        self.moving.iter().filter_map(|m| match &m.inner {
+            Inner::Shape(level) => Some(&**level),
+            Inner::Object(_) => None,
+        })
     }
 
     /// How many triangles there are, those left out included.
@@ -288,5 +355,7 @@ impl Level {
             + self.curves.bytes()
             + size_of_val(&self.meshes[..])
             + size_of_val(&self.quadrics[..])
+            + size_of_val(&self.instances[..])
+            + size_of_val(&self.moving[..])
     }
 }

@@ -3,12 +3,14 @@
 //!
 //! A [`Geometry`] has two levels. The top one is in render space and holds shapes and instances;
 //! each instance refers to an object with a tree of its own, stored about the object's own centre
-//! (its anchor) so that single precision is spent on the object and not on where it stands.
+//! (its anchor) so that single precision is spent on the object and not on where it stands. What
+//! moves is a kind of its own beside instances, and may also be in an object.
 
 mod aabb;
 mod curves;
 mod instance;
 mod level;
+mod moving;
 mod node;
 mod packet;
 mod ray;
@@ -19,15 +21,17 @@ pub use aabb::Aabb;
 
 use crate::handles::{InterfaceId, LightId, MaterialId, ObjectId};
 use crate::math::DVec3;
+use crate::math::motion::Motion;
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::params::FloatInput;
 use crate::shapes::CompiledShape;
 use crate::shapes::local::LocalSurface;
 use crate::surface::{SurfaceHit, TexturePoint};
-use instance::Instance;
+use instance::{Instance, Place};
 use level::{Level, LevelBuilder};
-use packet::OtherKind;
+use moving::{Inner, Moving};
+use packet::{OtherKind, PrimitiveId};
 use search::{Found, Search};
 
 /// What a shape carries besides its geometry.
@@ -80,12 +84,24 @@ impl ObjectBuilder {
     pub fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
         self.level.add(shape, attributes);
     }
+
+    /// Adds a shape that moves: compiled without a transformation, and taken to the object's space
+    /// by `motion`.
+    pub fn add_moving(
+        &mut self,
+        shape: CompiledShape,
+        attributes: PrimitiveAttributes,
+        motion: Motion,
+    ) {
+        self.level.add_moving(shape, attributes, motion);
+    }
 }
 
 /// Collects the top level: shapes in render space, and instances.
 pub struct GeometryBuilder {
     level: LevelBuilder,
     instances: Vec<(ObjectId, Transform)>,
+    moving: Vec<(ObjectId, Motion)>,
 }
 
 impl Default for GeometryBuilder {
@@ -93,6 +109,7 @@ impl Default for GeometryBuilder {
         GeometryBuilder {
             level: LevelBuilder::at_origin(),
             instances: Vec::new(),
+            moving: Vec::new(),
         }
     }
 }
@@ -101,6 +118,22 @@ impl GeometryBuilder {
     /// Adds a shape compiled with its object-to-render transformation.
     pub fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
         self.level.add(shape, attributes);
+    }
+
+    /// Adds a shape that moves: compiled without a transformation, and taken to render space by
+    /// `motion`.
+    pub fn add_moving(
+        &mut self,
+        shape: CompiledShape,
+        attributes: PrimitiveAttributes,
+        motion: Motion,
+    ) {
+        self.level.add_moving(shape, attributes, motion);
+    }
+
+    /// Adds a copy of `object` that moves, as [`GeometryBuilder::add_instance`] one that stands.
+    pub fn add_moving_instance(&mut self, object: ObjectId, motion: Motion) {
+        self.moving.push((object, motion));
     }
 
     /// Adds a copy of `object` (an index into `build`'s argument; others are ignored).
@@ -114,21 +147,26 @@ impl GeometryBuilder {
     pub fn build(self, objects: Vec<ObjectBuilder>) -> Result<Geometry, GeometryError> {
         let objects = objects
             .into_iter()
-            .map(|object| object.level.build(&[]))
-            .collect::<Result<Vec<_>, _>>()?;
-        let instances: Vec<Instance> = self
-            .instances
-            .iter()
-            .filter_map(|(id, transform)| Instance::new(*id, objects.get(id.index())?, transform))
-            .collect();
-        let boxes: Vec<Aabb> = instances
-            .iter()
-            .map(|instance| instance.bounds(&objects[instance.object.index()]))
-            .collect();
+            .map(|object| object.level.build(Vec::new(), Vec::new()))
+            .collect::<Result<Vec<Level>, _>>()?;
+        let level = |id: &ObjectId| objects.get(id.index());
+        let stand = |(id, transform): &(ObjectId, Transform)| {
+            let level = level(id)?;
+            let instance = Instance::new(*id, level, transform)?;
+            let bounds = instance.bounds(level);
+            Some((instance, bounds))
+        };
+        let instances = self.instances.iter().filter_map(stand).collect();
+        let moves = |&(id, motion): &(ObjectId, Motion)| {
+            let level = level(&id)?;
+            let moving = Moving::new(Inner::Object(id), level.anchor, motion);
+            let bounds = moving.bounds(level.padded_bounds());
+            Some((moving, bounds))
+        };
+        let moving = self.moving.iter().filter_map(moves).collect();
         Ok(Geometry {
-            top: self.level.build(&boxes)?,
+            top: self.level.build(instances, moving)?,
             objects,
-            instances,
         })
     }
 }
@@ -142,8 +180,10 @@ pub struct GeometryStatistics {
     pub quadrics: usize,
     /// Segments of curves in trees.
     pub curve_segments: usize,
-    /// Instances.
+    /// Instances that stand.
     pub instances: usize,
+    /// Instances and shapes that move.
+    pub moving: usize,
     /// Triangles left out: zero area, or coordinates that are not finite or beyond 1e18.
     pub skipped: usize,
     /// 8-wide nodes.
@@ -156,7 +196,6 @@ pub struct GeometryStatistics {
 pub struct Geometry {
     top: Level,
     objects: Vec<Level>,
-    instances: Vec<Instance>,
 }
 
 impl Geometry {
@@ -186,17 +225,7 @@ impl Geometry {
     /// Works out the surface that a search found.
     fn resolve(&self, ray: &Ray, found: &Found) -> Option<GeometryHit> {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
-        let (local, attributes, light) = match found.instance.map(|i| &self.instances[i as usize]) {
-            None => resolve_in(&self.top, o, d, found)?,
-            Some(instance) => {
-                let level = &self.objects[instance.object.index()];
-                let inner = instance.enter(o, d, level);
-                let (local, attributes, light) = resolve_in(level, inner.o, inner.d, found)?;
-                let outer =
-                    local.transformed(&instance.outer_from_inner, &instance.inner_from_outer);
-                (outer, attributes, light)
-            }
-        };
+        let (local, attributes, light) = self.resolve_along(&self.top, o, d, found, ray.time)?;
         Some(GeometryHit {
             surface: local.hit(ray),
             material: attributes.material,
@@ -204,6 +233,49 @@ impl Geometry {
             interface: attributes.interface,
             t: found.t,
         })
+    }
+
+    /// The same in the space of `level`, from where the path of `found` starts.
+    fn resolve_along<'a>(
+        &'a self,
+        level: &'a Level,
+        o: DVec3,
+        d: DVec3,
+        found: &Found,
+        time: f32,
+    ) -> Option<Resolved<'a>> {
+        let [next, rest] = found.path;
+        if next == PrimitiveId::NONE {
+            return resolve_in(level, o, d, found);
+        }
+        let (place, inside): (Place, &Level) = match next.kind() {
+            OtherKind::Instance => {
+                let instance = &level.instances[next.index()];
+                (instance.place, &self.objects[instance.object.index()])
+            }
+            _ => {
+                let moving = &level.moving[next.index()];
+                let inside = match &moving.inner {
+                    Inner::Shape(level) => level,
+                    Inner::Object(object) => &self.objects[object.index()],
+                };
+                (moving.place(time), inside)
+            }
+        };
+        let inner = place.enter(o, d, inside);
+        let found = Found {
+            path: [rest, PrimitiveId::NONE],
+            ..*found
+        };
+        // Further in, the ray as the search had it.
+        let (o, d) = if rest == PrimitiveId::NONE {
+            (inner.o, inner.d)
+        } else {
+            (inner.o.as_vec3().as_dvec3(), inner.d.as_vec3().as_dvec3())
+        };
+        let (local, attributes, light) = self.resolve_along(inside, o, d, &found, time)?;
+        let outer = local.transformed(&place.outer_from_inner, &place.inner_from_outer);
+        Some((outer, attributes, light))
     }
 
     /// The box around everything, render space; empty for an empty scene.
@@ -214,14 +286,15 @@ impl Geometry {
     /// Counts and sizes.
     pub fn statistics(&self) -> GeometryStatistics {
         let mut statistics = GeometryStatistics {
-            instances: self.instances.len(),
-            bytes: size_of_val(&self.instances[..]),
+            instances: self.top.instances.len(),
             ..GeometryStatistics::default()
         };
-        for level in self.objects.iter().chain([&self.top]) {
+        let levels = self.objects.iter().chain([&self.top]);
+        for level in levels.flat_map(|level| level.moving_shapes().chain([level])) {
             statistics.triangles += level.triangles() - level.skipped;
             statistics.quadrics += level.quadrics.len();
             statistics.curve_segments += level.curves.segments();
+            statistics.moving += level.moving.len();
             statistics.skipped += level.skipped;
             statistics.nodes += level.tree.nodes.len();
             statistics.bytes += level.bytes();

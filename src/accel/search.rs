@@ -1,7 +1,8 @@
 //! What a traversal looks for: the closest hit, or any.
 
-use super::instance::{InnerRay, Instance};
+use super::instance::Place;
 use super::level::Level;
+use super::moving::Inner;
 use super::packet::{OtherKind, PrimitiveId};
 use super::ray::TraversalRay;
 use super::tree::Visitor;
@@ -9,13 +10,15 @@ use super::{Geometry, PrimitiveAttributes};
 use crate::math::{DVec3, Vec2};
 use crate::params::FloatInput;
 use crate::surface::{Footprint, TexturePoint};
+use glam::DAffine3;
 
 /// The closest hit so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
     pub id: PrimitiveId,
-    /// Number of the instance it is in.
-    pub instance: Option<u32>,
+    /// What leads there from the level searched, outermost first: an instance or something that
+    /// moves, and in an object a shape that moves. [`PrimitiveId::NONE`] where there is no more.
+    pub path: [PrimitiveId; 2],
     /// Distance along the outer ray.
     pub t: f32,
 }
@@ -24,7 +27,9 @@ pub(super) struct Found {
 pub(super) struct Search<'a, A, const SHADOW: bool> {
     geometry: &'a Geometry,
     level: &'a Level,
-    instance: Option<(u32, &'a Instance)>,
+    /// To render space, for all but the top level.
+    render_from_level: Option<DAffine3>,
+    time: f32,
     o: DVec3,
     d: DVec3,
     /// In units of this level's ray.
@@ -43,7 +48,8 @@ where
         let mut search = Search::<A, SHADOW> {
             geometry,
             level: &geometry.top,
-            instance: None,
+            render_from_level: None,
+            time: ray.time,
             o: ray.o.as_dvec3(),
             d: ray.d.as_dvec3(),
             t_max: ray.t_max,
@@ -67,9 +73,13 @@ where
         }
     }
 
-    fn accept(&mut self, id: PrimitiveId, instance: Option<u32>, t: f32) -> bool {
+    fn accept(&mut self, id: PrimitiveId, t: f32) -> bool {
+        self.accept_inner(id, [PrimitiveId::NONE; 2], t)
+    }
+
+    fn accept_inner(&mut self, id: PrimitiveId, path: [PrimitiveId; 2], t: f32) -> bool {
         self.t_max = t;
-        self.found = Some(Found { id, instance, t });
+        self.found = Some(Found { id, path, t });
         SHADOW
     }
 
@@ -83,8 +93,8 @@ where
         };
         let p = triangle.p[0] * b[0] + triangle.p[1] * b[1] + triangle.p[2] * b[2];
         let uv = triangle.uv[0] * b[0] + triangle.uv[1] * b[1] + triangle.uv[2] * b[2];
-        let p = match self.instance {
-            Some((_, instance)) => instance.outer_from_inner.transform_point3(p),
+        let p = match &self.render_from_level {
+            Some(affine) => affine.transform_point3(p),
             None => p,
         };
         let point = TexturePoint {
@@ -108,7 +118,7 @@ where
     fn quadric(&mut self, id: PrimitiveId) -> bool {
         let stored = &self.level.quadrics[id.index()];
         match stored.quadric.intersect(self.o, self.d) {
-            Some((t, _)) if (t as f32) < self.t_max => self.accept(id, None, t as f32),
+            Some((t, _)) if (t as f32) < self.t_max => self.accept(id, t as f32),
             _ => false,
         }
     }
@@ -117,40 +127,45 @@ where
         let t_max = f64::from(self.t_max);
         let curves = &self.level.curves;
         match curves.intersect(id.index(), self.o, self.d, t_max) {
-            Some(hit) if (hit.t as f32) < self.t_max => self.accept(id, None, hit.t as f32),
+            Some(hit) if (hit.t as f32) < self.t_max => self.accept(id, hit.t as f32),
             _ => false,
         }
     }
 
     fn instance(&mut self, id: PrimitiveId) -> bool {
-        let instance = &self.geometry.instances[id.index()];
+        let instance = &self.level.instances[id.index()];
         let level = &self.geometry.objects[instance.object.index()];
-        let inner = instance.enter(self.o, self.d, level);
+        self.search_inside(id, &instance.place, level)
+    }
+
+    #[cold]
+    fn moving(&mut self, id: PrimitiveId) -> bool {
+        let moving = &self.level.moving[id.index()];
+        let level = match &moving.inner {
+            Inner::Shape(level) => level,
+            Inner::Object(object) => &self.geometry.objects[object.index()],
+        };
+        self.search_inside(id, &moving.place(self.time), level)
+    }
+
+    /// Searches the level that stands at `place`. Objects hold no instances, and shapes that move hold
+    /// nothing that does, so this goes two levels deep.
+    fn search_inside(&mut self, id: PrimitiveId, place: &Place, level: &'a Level) -> bool {
+        let inner = place.enter(self.o, self.d, level);
         let t_max = inner.inner(f64::from(self.t_max)) as f32;
         if t_max <= 0.0 {
             return false;
         }
-        let Some(found) = self.search_inside(id, instance, level, &inner, t_max) else {
-            return false;
-        };
-        let t = inner.outer(f64::from(found.t)) as f32;
-        t < self.t_max && self.accept(found.id, Some(id.index() as u32), t)
-    }
-
-    /// Objects hold no instances, so this goes one level deep.
-    fn search_inside(
-        &self,
-        id: PrimitiveId,
-        instance: &'a Instance,
-        level: &'a Level,
-        inner: &InnerRay,
-        t_max: f32,
-    ) -> Option<Found> {
         let ray = TraversalRay::new(inner.o.as_vec3(), inner.d.as_vec3());
+        let outward = place.outer_from_inner;
         let mut search = Search::<A, SHADOW> {
             geometry: self.geometry,
             level,
-            instance: Some((id.index() as u32, instance)),
+            render_from_level: Some(match &self.render_from_level {
+                Some(outer) => *outer * outward,
+                None => outward,
+            }),
+            time: self.time,
             o: ray.o.as_dvec3(),
             d: ray.d.as_dvec3(),
             t_max,
@@ -158,7 +173,11 @@ where
             found: None,
         };
         search.go(&ray);
-        search.found
+        let Some(found) = search.found else {
+            return false;
+        };
+        let t = inner.outer(f64::from(found.t)) as f32;
+        t < self.t_max && self.accept_inner(found.id, [id, found.path[0]], t)
     }
 }
 
@@ -175,7 +194,7 @@ where
     fn triangle(&mut self, id: PrimitiveId, t: f64) -> bool {
         let t = t as f32;
         if t < self.t_max && (!id.is_cut_out() || self.is_solid(id)) {
-            return self.accept(id, None, t);
+            return self.accept(id, t);
         }
         false
     }
@@ -185,7 +204,7 @@ where
             OtherKind::Quadric => self.quadric(id),
             OtherKind::Instance => self.instance(id),
             OtherKind::Curve => self.curve(id),
-            OtherKind::Moving => false,
+            OtherKind::Moving => self.moving(id),
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::shapes::sphere::Sphere;
 mod degenerate;
 mod hair;
 mod hits;
+mod motion;
 mod oracle;
 mod respawn;
 mod watertight;

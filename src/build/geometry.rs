@@ -3,6 +3,8 @@
 use crate::accel::{Geometry, GeometryBuilder, ObjectBuilder, PrimitiveAttributes};
 use crate::handles::LightId;
 use crate::lights::{DiffuseAreaLight, DiffuseAreaSpec, Light};
+use crate::math::DVec3;
+use crate::math::motion::Motion;
 use crate::math::transform::Transform;
 use crate::scene::Frame;
 use crate::scene::description::{InstanceEntity, ObjectDefinition, ShapeEntity};
@@ -47,28 +49,61 @@ pub fn build(
         diagnostics,
     };
     let mut top = GeometryBuilder::default();
-    for (shape, attributes) in adder.compile(shapes.placed, render_from_world) {
-        top.add(shape, attributes);
+    for Compiled {
+        shape,
+        attributes,
+        motion,
+    } in adder.compile(shapes.placed, render_from_world)
+    {
+        match motion {
+            None => top.add(shape, attributes),
+            Some(motion) => top.add_moving(shape, attributes, motion),
+        }
     }
     let sampled_lights = adder.lights.len();
     let mut objects = Vec::with_capacity(shapes.objects.len());
     for object in shapes.objects {
         let mut builder = ObjectBuilder::default();
-        for (shape, attributes) in adder.compile(object.shapes, &Transform::IDENTITY) {
-            builder.add(shape, attributes);
+        for Compiled {
+            shape,
+            attributes,
+            motion,
+        } in adder.compile(object.shapes, &Transform::IDENTITY)
+        {
+            match motion {
+                None => builder.add(shape, attributes),
+                Some(motion) => builder.add_moving(shape, attributes, motion),
+            }
         }
         objects.push(builder);
     }
     for instance in &shapes.instances {
-        let render_from_object = *render_from_world * instance.world_from_object;
-        top.add_instance(instance.object, &render_from_object);
+        let place = &instance.world_from_object;
+        match place.motion() {
+            Some(motion) => {
+                let motion = motion.shifted(render_from_world.point(DVec3::ZERO));
+                top.add_moving_instance(instance.object, motion);
+            }
+            // What cannot be inverted at its end was warned of, and is left out with both.
+            None if place.end.is_some() => {}
+            None => top.add_instance(instance.object, &(*render_from_world * place.start)),
+        }
     }
     match top.build(objects) {
-        Ok(geometry) => Some(Placed {
-            geometry,
-            lights: adder.lights,
-            sampled_lights,
-        }),
+        Ok(geometry) => {
+            let skipped = geometry.statistics().skipped;
+            if skipped > 0 {
+                let message = format!(
+                    "{skipped} triangles have no area, or corners that are no places: left out"
+                );
+                diagnostics.push(Diagnostic::note(message));
+            }
+            Some(Placed {
+                geometry,
+                lights: adder.lights,
+                sampled_lights,
+            })
+        }
         Err(error) => {
             diagnostics.push(Diagnostic::error(error.to_string()));
             None
@@ -84,10 +119,7 @@ pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
         .into_par_iter()
         .map(|shape| {
             // Where the camera stands does not change what is wrong with a shape.
-            let result = shape
-                .spec
-                .compile(&shape.world_from_shape, shape.reverse_orientation);
-            problems(shape, &result)
+            problems(shape, &compile(shape, &Transform::IDENTITY))
         })
         .collect();
     for problem in problems.into_iter().flatten() {
@@ -112,6 +144,27 @@ fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> 
     problems.into_iter().map(|p| p.at(shape.span)).collect()
 }
 
+/// Places a shape in a level, or makes it for its own space where it moves there.
+fn compile(shape: &ShapeEntity, level_from_world: &Transform) -> Result<CompiledShape, ShapeError> {
+    let place = &shape.world_from_shape;
+    let level_from_shape = match place.end {
+        None => *level_from_world * place.start,
+        Some(_) if place.motion().is_none() => return Err(ShapeError::Singular),
+        Some(_) => Transform::IDENTITY,
+    };
+    shape
+        .spec
+        .compile(&level_from_shape, shape.reverse_orientation)
+}
+
+/// A shape with all that a tree needs of it.
+struct Compiled {
+    shape: CompiledShape,
+    attributes: PrimitiveAttributes,
+    /// From the shape's own space to the level's, where it moves.
+    motion: Option<Motion>,
+}
+
 /// Turns shapes into primitives with attributes, collecting the lights they make.
 struct Adder<'a> {
     area_lights: &'a [DiffuseAreaSpec],
@@ -121,24 +174,26 @@ struct Adder<'a> {
 }
 
 impl Adder<'_> {
-    fn compile(
-        &mut self,
-        shapes: Vec<ShapeEntity>,
-        level_from_world: &Transform,
-    ) -> Vec<(CompiledShape, PrimitiveAttributes)> {
+    fn compile(&mut self, shapes: Vec<ShapeEntity>, level_from_world: &Transform) -> Vec<Compiled> {
         let compiled: Vec<(ShapeEntity, Result<CompiledShape, ShapeError>)> = shapes
             .into_par_iter()
             .map(|shape| {
-                let level_from_shape = *level_from_world * shape.world_from_shape;
-                let result = shape
-                    .spec
-                    .compile(&level_from_shape, shape.reverse_orientation);
+                let result = compile(&shape, level_from_world);
                 (shape, result)
             })
             .collect();
         compiled
             .into_iter()
-            .filter_map(|(shape, result)| self.attributes(&shape, result))
+            .filter_map(|(shape, result)| {
+                let (compiled, attributes) = self.attributes(&shape, result)?;
+                let motion = shape.world_from_shape.motion();
+                Some(Compiled {
+                    shape: compiled,
+                    attributes,
+                    // A level is the world, or the world shifted.
+                    motion: motion.map(|m| m.shifted(level_from_world.point(DVec3::ZERO))),
+                })
+            })
             .collect()
     }
 

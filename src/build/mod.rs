@@ -64,12 +64,13 @@ struct Loaded {
 impl Loaded {
     fn new(frame: &Frame, diagnostics: &Diagnostics) -> Loaded {
         let options = &frame.options;
-        let render_from_world = render_from_world(&options.camera_from_world);
+        let camera_from_world = &options.camera_from_world;
+        let render_from_world = render_from_world(&camera_from_world.start);
         let film = film_geometry(options);
         let camera = match camera(options) {
-            Ok(camera) => Some(camera),
             // Reported when the scene was read, at its place.
-            Err(_) if !options.camera_from_world.is_invertible() => None,
+            _ if !camera_from_world.is_invertible() => None,
+            Ok(camera) => Some(camera),
             Err(error) => {
                 diagnostics.push(Diagnostic::error(error.to_string()));
                 None
@@ -169,12 +170,14 @@ fn film_geometry(options: &Options) -> FilmGeometry {
 
 fn camera(options: &Options) -> Result<Camera, CameraError> {
     let world_from_camera = options.camera_from_world.inverted();
-    let render_from_camera = render_from_world(&options.camera_from_world) * world_from_camera;
-    Camera::new(
-        &options.camera,
-        &film_geometry(options),
-        &render_from_camera,
-    )
+    let render_from_world = render_from_world(&options.camera_from_world.start);
+    let render_from_camera = render_from_world * world_from_camera.start;
+    let film = film_geometry(options);
+    let mut camera = Camera::new(&options.camera, &film, &render_from_camera)?;
+    if let Some(motion) = world_from_camera.motion() {
+        camera.set_motion(motion.shifted(render_from_world.point(DVec3::ZERO)));
+    }
+    Ok(camera)
 }
 
 fn filter(options: &Options) -> Filter {
@@ -192,7 +195,7 @@ fn render_from_world(camera_from_world: &Transform) -> Transform {
 
 /// What the output file says of itself, but for scene name and seed.
 fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
-    let world_to_camera = options.camera_from_world.m;
+    let world_to_camera = options.camera_from_world.start.m;
     FilmMetadata {
         world_to_camera,
         world_to_ndc: options.camera.ndc_from_camera(film) * world_to_camera,

@@ -51,7 +51,7 @@ impl EnvironmentSpec {
 #[derive(Clone, Debug)]
 pub struct Environment {
     pub(super) spec: EnvironmentSpec,
-    mount: Mount,
+    pub(super) mount: Mount,
     /// Azimuth and polar angle that a pixel spans, in radians.
     per_pixel: DVec2,
 }
@@ -77,10 +77,9 @@ impl Environment {
         let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (angles.x.sin_cos(), angles.y.sin_cos());
         let d = DVec3::new(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi);
         let through = |d: DVec3| CameraSpaceRay { o: DVec3::ZERO, d };
+        let time = self.spec.shutter.time(sample.time);
         CameraRay {
-            ray: self
-                .mount
-                .ray(&through(d), self.spec.shutter.time(sample.time)),
+            ray: self.mount.ray(&through(d), time),
             weight: 1.0,
             differentials: want_differentials.then(|| {
                 let across = DVec3::new(-sin_theta * sin_phi, 0.0, sin_theta * cos_phi);
@@ -88,6 +87,7 @@ impl Environment {
                 self.mount.differentials(
                     &through(d + self.per_pixel.x * across),
                     &through(d + self.per_pixel.y * down),
+                    time,
                 )
             }),
         }

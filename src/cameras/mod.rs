@@ -36,6 +36,7 @@ pub use screen::Screen;
 pub use shutter::Shutter;
 pub use thin_lens::ThinLens;
 
+use crate::math::motion::Motion;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
 use crate::math::{UVec2, Vec2};
@@ -214,6 +215,17 @@ impl Camera {
             CameraSpec::Realistic(s) => {
                 Realistic::new(s, film, render_from_camera).map(|c| Camera::Realistic(Box::new(c)))
             }
+        }
+    }
+
+    /// Lets the camera move through render space while its shutter is open; `motion` takes camera
+    /// space to render space.
+    pub fn set_motion(&mut self, motion: Motion) {
+        match self {
+            Camera::Perspective(c) => c.mount.set_motion(motion),
+            Camera::Orthographic(c) => c.mount.set_motion(motion),
+            Camera::Environment(c) => c.mount.set_motion(motion),
+            Camera::Realistic(c) => c.mount.set_motion(motion),
         }
     }
 

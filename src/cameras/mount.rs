@@ -1,15 +1,18 @@
 //! How a camera stands in the scene: from camera-space rays to render-space rays.
 
 use super::Clip;
+use crate::math::motion::Motion;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
 use crate::math::{DMat4, DVec3, Vec3};
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Mount {
     /// The matrix alone: the inverse is not needed here.
     render_from_camera: DMat4,
+    /// Of a camera that moves.
+    motion: Option<Box<Motion>>,
     clip: Clip,
 }
 
@@ -27,18 +30,30 @@ impl Mount {
     pub fn new(render_from_camera: &Transform, clip: Clip) -> Mount {
         Mount {
             render_from_camera: render_from_camera.m,
+            motion: None,
             clip,
+        }
+    }
+
+    /// Lets the camera move: `motion` places it instead, depending on a ray's time.
+    pub fn set_motion(&mut self, motion: Motion) {
+        self.motion = Some(Box::new(motion));
+    }
+
+    fn render_from_camera(&self, time: f32) -> DMat4 {
+        match &self.motion {
+            None => self.render_from_camera,
+            Some(motion) => DMat4::from(motion.at(f64::from(time))),
         }
     }
 
     /// The render-space ray at `time`, cut to what lies between the clip planes.
     pub fn ray(&self, ray: &CameraSpaceRay, time: f32) -> Ray {
         let (start, end) = self.clip.interval(ray.o.z, ray.d.z);
-        let d = self.render_from_camera.transform_vector3(ray.d);
+        let render_from_camera = self.render_from_camera(time);
+        let d = render_from_camera.transform_vector3(ray.d);
         let length = d.length();
-        let o = self
-            .render_from_camera
-            .project_point3(ray.o + ray.d * start);
+        let o = render_from_camera.project_point3(ray.o + ray.d * start);
         Ray {
             o: o.as_vec3(),
             d: (d / length).as_vec3(),
@@ -47,12 +62,18 @@ impl Mount {
         }
     }
 
-    /// The rays of the neighbouring pixels, each through its own origin in camera space.
-    pub fn differentials(&self, x: &CameraSpaceRay, y: &CameraSpaceRay) -> RayDifferentials {
+    /// The rays of the neighbouring pixels at `time`, each through its own origin in camera space.
+    pub fn differentials(
+        &self,
+        x: &CameraSpaceRay,
+        y: &CameraSpaceRay,
+        time: f32,
+    ) -> RayDifferentials {
+        let render_from_camera = self.render_from_camera(time);
         let place = |r: &CameraSpaceRay| -> (Vec3, Vec3) {
             (
-                self.render_from_camera.project_point3(r.o).as_vec3(),
-                self.render_from_camera
+                render_from_camera.project_point3(r.o).as_vec3(),
+                render_from_camera
                     .transform_vector3(r.d)
                     .normalize()
                     .as_vec3(),
@@ -91,5 +112,25 @@ mod tests {
         // z = 10 mm is reached after 12.5 mm, z = 2000 mm after 2500 mm.
         assert!((ray.o - Vec3::new(0.0, 7.5e-3, 1e-2)).length() < 1e-9);
         assert!((ray.t_max - 2.4875).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_moving_camera_is_where_it_is_at_the_rays_time() {
+        let end = Transform::translate(DVec3::X) * Transform::rotate(90.0, DVec3::Y);
+        let mut mount = Mount::new(&Transform::IDENTITY, Clip::NONE);
+        let motion = Motion::new(&Transform::IDENTITY, &end, [2.0, 4.0]);
+        mount.set_motion(motion.expect("both can be inverted"));
+        let ahead = CameraSpaceRay {
+            o: DVec3::ZERO,
+            d: DVec3::Z,
+        };
+        for (time, o, angle) in [(0.0, 0.0, 0.0), (3.0, 0.5, 45.0f32), (9.0, 1.0, 90.0)] {
+            let ray = mount.ray(&ahead, time);
+            let (sin, cos) = angle.to_radians().sin_cos();
+            assert!((ray.o - Vec3::X * o).length() < 1e-6);
+            assert!((ray.d - Vec3::new(sin, 0.0, cos)).length() < 1e-6);
+            let neighbours = mount.differentials(&ahead, &ahead, time);
+            assert_eq!((neighbours.rx_o, neighbours.ry_d), (ray.o, ray.d));
+        }
     }
 }

@@ -73,7 +73,7 @@ impl OrthographicSpec {
 #[derive(Clone, Debug)]
 pub struct Orthographic {
     pub(super) spec: OrthographicSpec,
-    mount: Mount,
+    pub(super) mount: Mount,
     /// Position of raster point (0, 0) in z = 0, and its change per pixel.
     corner: DVec2,
     per_pixel: DVec2,
@@ -103,14 +103,16 @@ impl Orthographic {
             o: (self.corner + self.per_pixel * raster + lens).extend(0.0),
             d: self.spec.lens.turn(lens).extend(1.0),
         };
+        let time = self.spec.shutter.time(sample.time);
         CameraRay {
-            ray: self
-                .mount
-                .ray(&through(raster), self.spec.shutter.time(sample.time)),
+            ray: self.mount.ray(&through(raster), time),
             weight: 1.0,
             differentials: want_differentials.then(|| {
-                self.mount
-                    .differentials(&through(raster + DVec2::X), &through(raster + DVec2::Y))
+                self.mount.differentials(
+                    &through(raster + DVec2::X),
+                    &through(raster + DVec2::Y),
+                    time,
+                )
             }),
         }
     }

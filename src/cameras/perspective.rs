@@ -85,7 +85,7 @@ impl PerspectiveSpec {
 #[derive(Clone, Debug)]
 pub struct Perspective {
     pub(super) spec: PerspectiveSpec,
-    mount: Mount,
+    pub(super) mount: Mount,
     /// Direction (z = 1) through raster point (0, 0), and its change per pixel.
     corner: DVec2,
     per_pixel: DVec2,
@@ -113,14 +113,13 @@ impl Perspective {
         let raster = sample.raster.as_dvec2();
         let lens = self.spec.lens.point(sample.lens);
         let through = |raster: DVec2| self.through(raster, lens);
+        let time = self.spec.shutter.time(sample.time);
         CameraRay {
-            ray: self
-                .mount
-                .ray(&through(raster), self.spec.shutter.time(sample.time)),
+            ray: self.mount.ray(&through(raster), time),
             weight: 1.0,
             differentials: want_differentials.then(|| {
-                self.mount
-                    .differentials(&through(raster + DVec2::X), &through(raster + DVec2::Y))
+                let (x, y) = (raster + DVec2::X, raster + DVec2::Y);
+                self.mount.differentials(&through(x), &through(y), time)
             }),
         }
     }

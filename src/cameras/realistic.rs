@@ -148,7 +148,7 @@ enum Aim {
 #[derive(Clone, Debug)]
 pub struct Realistic {
     pub(super) spec: RealisticSpec,
-    mount: Mount,
+    pub(super) mount: Mount,
     aim: Aim,
     pub(super) model: LensModel,
     /// The lens with its shaped stop, where rays need to be weighed by it: by a picture, or because the model traces none.
@@ -239,11 +239,9 @@ impl Realistic {
                 target[axis].0[i] = pupil.point[axis] as f32;
             }
         }
+        let time = |i: usize| self.spec.shutter.time(samples[i].time);
         let finished = |i: usize, ray: &LensRay<f64>, differentials| CameraRay {
-            ray: self.mount.ray(
-                &self.camera_ray(ray),
-                self.spec.shutter.time(samples[i].time),
-            ),
+            ray: self.mount.ray(&self.camera_ray(ray), time(i)),
             weight: (self.weight_scale * solid_angles[i]) as f32,
             differentials,
         };
@@ -253,7 +251,7 @@ impl Realistic {
             let traced = self.model.trace_lanes_with_derivatives(&film, &target);
             rays.extend(lanes.map(|i| {
                 let ray = traced.get(i).filter(|_| lit(i))?;
-                Some(finished(i, &value(&ray), self.differentials(&ray)))
+                Some(finished(i, &value(&ray), self.differentials(&ray, time(i))))
             }));
         } else {
             let traced = self.model.trace_lanes(&film, &target);
@@ -275,7 +273,7 @@ impl Realistic {
         let time = self.spec.shutter.time(sample.time);
         let (ray, differentials) = if want_differentials {
             let ray = self.trace_with_derivatives(film, pupil.point)?;
-            (value(&ray), self.differentials(&ray))
+            (value(&ray), self.differentials(&ray, time))
         } else {
             (self.model.trace_from_film(film, pupil.point).ok()?, None)
         };
@@ -346,7 +344,11 @@ impl Realistic {
 
     /// The rays one pixel on, to first order: this ray and its derivatives by the film point.
     /// `None` on the very edge of total reflection, where a derivative is infinite.
-    fn differentials(&self, ray: &LensRay<Dual>) -> Option<crate::math::ray::RayDifferentials> {
+    fn differentials(
+        &self,
+        ray: &LensRay<Dual>,
+        time: f32,
+    ) -> Option<crate::math::ray::RayDifferentials> {
         let shifted = |axis: usize| {
             let shift = |x: Dual| x.value + self.per_pixel[axis] * x.by[axis];
             self.camera_ray(&LensRay {
@@ -356,7 +358,7 @@ impl Realistic {
         };
         let (x, y) = (shifted(0), shifted(1));
         let finite = [x.o, x.d, y.o, y.d].iter().all(|v| v.is_finite());
-        finite.then(|| self.mount.differentials(&x, &y))
+        finite.then(|| self.mount.differentials(&x, &y, time))
     }
 
     /// Fraction of the picture's rays that end in the lens, estimated from a few thousand.

@@ -1,10 +1,10 @@
 //! The scene as plain data: what `build` turns into a world.
 
 use super::options::Options;
+use super::transforms::Placement;
 use crate::handles::{InterfaceId, MaterialId, ObjectId};
 use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
-use crate::math::transform::Transform;
 use crate::media::MediaSpec;
 use crate::params::Dialect;
 use crate::shapes::ShapeSpec;
@@ -51,7 +51,7 @@ pub struct ShapeEntity {
     /// What kind, with its parameters.
     pub spec: ShapeSpec,
     /// Shape to world (for shapes of an object: to the object's space).
-    pub world_from_shape: Transform,
+    pub world_from_shape: Placement,
     /// `ReverseOrientation` was in force.
     pub reverse_orientation: bool,
     /// Scatters by this; `None` lets rays pass.
@@ -80,5 +80,5 @@ pub struct InstanceEntity {
     /// Which object.
     pub object: ObjectId,
     /// Object to world.
-    pub world_from_object: Transform,
+    pub world_from_object: Placement,
 }

@@ -7,7 +7,7 @@ use super::media::NamedMedia;
 use super::options::{Options, StoredDirective, StoredOptions};
 use super::reading::Reading;
 use super::scopes::{Current, Scope, Scopes};
-use super::transforms::Ctm;
+use super::transforms::{Ctm, Placement};
 use super::world_block::WorldBlock;
 use crate::cameras::{Compat, ModelChoice};
 use crate::math::DVec3;
@@ -204,7 +204,7 @@ impl<'a> Interpreter<'a> {
             }
             D::CoordSysTransform(name) => self.restore_coordinate_system(&name),
             D::ActiveTransform(which) => self.current.active = which,
-            D::TransformTimes(..) => {}
+            D::TransformTimes(start, end) => self.options.transform_times = [start, end],
             D::TransformBegin => self.scopes.open(Scope::Transform, span, &self.current),
             D::TransformEnd => {
                 self.scopes
@@ -358,6 +358,11 @@ impl<'a> Interpreter<'a> {
         self.current.ctm.change(self.current.active, f);
     }
 
+    /// Where what is described now stands or moves.
+    pub(super) fn placement(&self) -> Placement {
+        self.current.ctm.placement(self.options.transform_times)
+    }
+
     fn rotate(&mut self, span: Span, degrees: f64, axis: DVec3) {
         if axis.try_normalize().is_none() {
             self.error(span, "`Rotate` about an axis of no length; ignored");
@@ -386,8 +391,8 @@ impl<'a> Interpreter<'a> {
         if before && !invertible(&self.current.ctm) {
             self.warn(
                 span,
-                "the transformation flattens space from here on; spheres, disks, cones, \
-                 cylinders and instances under it are left out",
+                "the transformation flattens space from here on; quadrics, curves and instances \
+                 under it are left out, and so is what moves",
             );
         }
     }

@@ -72,13 +72,7 @@ impl Interpreter<'_> {
             );
             return;
         };
-        if self.current.ctm.is_animated() {
-            self.warn(
-                name.span,
-                "a moving instance is held at its start: motion blur is not supported yet",
-            );
-        }
-        let world_from_object = self.current.ctm.start;
+        let world_from_object = self.placement();
         if let Some(world) = self.world.as_mut() {
             world.instances.push(InstanceEntity {
                 object,

@@ -2,12 +2,11 @@
 //! known which dialect the file speaks (scene-language 2.3).
 
 use super::reading::Reading;
-use super::transforms::Ctm;
+use super::transforms::{Ctm, Placement};
 use crate::cameras::CameraSpec;
 use crate::film::FilmSpec;
 use crate::filters::Filter;
 use crate::integrators::IntegratorSettings;
-use crate::math::transform::Transform;
 use crate::params::ParamReader;
 use crate::samplers::SamplerSpec;
 use crate::syntax::{Diagnostic, Span, Typed};
@@ -17,8 +16,8 @@ use crate::syntax::{Diagnostic, Span, Typed};
 pub struct Options {
     /// The camera.
     pub camera: CameraSpec,
-    /// World to camera at the start time.
-    pub camera_from_world: Transform,
+    /// World to camera.
+    pub camera_from_world: Placement,
     /// The film.
     pub film: FilmSpec,
     /// The reconstruction filter.
@@ -47,6 +46,8 @@ pub struct StoredOptions {
     pub camera: Option<StoredDirective>,
     /// The transformations in force there.
     pub camera_ctm: Ctm,
+    /// `TransformTimes`: of the start and end transformations.
+    pub transform_times: [f64; 2],
     /// `Film`.
     pub film: Option<StoredDirective>,
     /// `PixelFilter`.
@@ -66,6 +67,7 @@ impl Default for StoredOptions {
         StoredOptions {
             camera: None,
             camera_ctm: Ctm::IDENTITY,
+            transform_times: [0.0, 1.0],
             film: None,
             filter: None,
             sampler: None,
@@ -108,8 +110,7 @@ impl StoredOptions {
         let camera = self.camera.as_ref();
         self.check_camera_place(reading);
         let camera = reading.read_or("Camera", camera, "perspective", CameraSpec::from_params)?;
-        self.hold_camera(reading);
-        let camera_from_world = self.camera_ctm.start;
+        let camera_from_world = self.camera_ctm.placement(self.transform_times);
         Some(Options {
             camera,
             camera_from_world,
@@ -136,21 +137,14 @@ impl StoredOptions {
     /// A camera whose space has no volume looks nowhere.
     fn check_camera_place(&self, reading: &Reading) {
         if let Some(camera) = &self.camera
-            && !self.camera_ctm.start.is_invertible()
+            && !self
+                .camera_ctm
+                .placement(self.transform_times)
+                .is_invertible()
         {
             let message = "the transformation of this camera cannot be inverted (a `Scale` by 0?)";
             let error = Diagnostic::error(message).at(camera.span);
             reading.diagnostics().push(error);
-        }
-    }
-
-    fn hold_camera(&self, reading: &Reading) {
-        if let Some(camera) = &self.camera
-            && self.camera_ctm.is_animated()
-        {
-            let message = "a moving camera is held at its start: motion blur is not supported yet";
-            let warning = Diagnostic::warning(message).at(camera.span);
-            reading.diagnostics().push(warning);
         }
     }
 

@@ -26,18 +26,12 @@ impl Interpreter<'_> {
 
     /// `Shape "type"`.
     pub(super) fn shape(&mut self, span: Span, typed: &Typed) {
-        if self.current.ctm.is_animated() {
-            self.warn(
-                span,
-                "a moving shape is held at its start: motion blur is not supported yet",
-            );
-        }
         let (material, spec) = self.read_shape(span, typed);
         let Some(spec) = spec else { return };
         let glows = !matches!(spec, ShapeSpec::Curve(_));
         let entity = ShapeEntity {
             spec,
-            world_from_shape: self.current.ctm.start,
+            world_from_shape: self.placement(),
             reverse_orientation: self.current.state.reverse_orientation,
             material,
             area_light: self.area_light_of_shape(span, glows),

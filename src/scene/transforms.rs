@@ -1,6 +1,7 @@
 //! The current transformation matrices (scene-language 2 and 2.2): one for the start and one for
 //! the end of the shutter interval, with `ActiveTransform` saying which of them changes.
 
+use crate::math::motion::Motion;
 use crate::math::transform::Transform;
 use crate::syntax::ActiveTransform;
 
@@ -27,6 +28,17 @@ impl Ctm {
         bits(&self.start) != bits(&self.end)
     }
 
+    /// The transformation as a scene keeps it, with the times of `TransformTimes`.
+    pub fn placement(&self, times: [f64; 2]) -> Placement {
+        Placement {
+            start: self.start,
+            end: self.is_animated().then_some(Box::new(End {
+                transform: self.end,
+                times,
+            })),
+        }
+    }
+
     /// CTM := f(CTM) for the active matrices.
     pub fn change(&mut self, active: ActiveTransform, f: impl Fn(&Transform) -> Transform) {
         if active != ActiveTransform::End {
@@ -34,6 +46,52 @@ impl Ctm {
         }
         if active != ActiveTransform::Start {
             self.end = f(&self.end);
+        }
+    }
+}
+
+/// Where something stands, or moves from and to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    /// The transformation, at the start time where it changes.
+    pub start: Transform,
+    /// What it changes to.
+    pub end: Option<Box<End>>,
+}
+
+/// The end of a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct End {
+    /// The transformation at the end time.
+    pub transform: Transform,
+    /// Start and end time (`TransformTimes`).
+    pub times: [f64; 2],
+}
+
+impl Placement {
+    /// Can this be made, and undone, at both times?
+    pub fn is_invertible(&self) -> bool {
+        let end = self.end.as_ref();
+        self.start.is_invertible() && end.is_none_or(|end| end.transform.is_invertible())
+    }
+
+    /// The motion; `None` where nothing moves, or where an end cannot be inverted.
+    pub fn motion(&self) -> Option<Motion> {
+        let End { transform, times } = self.end.as_deref()?;
+        Motion::new(&self.start, transform, *times)
+    }
+
+    /// The inverse transformations.
+    pub fn inverted(&self) -> Placement {
+        let end = self.end.as_ref().map(|end| {
+            Box::new(End {
+                transform: end.transform.inverted(),
+                times: end.times,
+            })
+        });
+        Placement {
+            start: self.start.inverted(),
+            end,
         }
     }
 }

@@ -94,7 +94,7 @@ impl CurveSpec {
             .map(DVec3::from)
             .collect();
         let bezier = basis == "bezier";
-        if points.len() <= degree || (bezier && (points.len() - 1) % degree != 0) {
+        if points.len() <= degree || (bezier && !(points.len() - 1).is_multiple_of(degree)) {
             let more = if bezier {
                 format!("and {degree} more for each further segment")
             } else {

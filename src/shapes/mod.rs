@@ -149,9 +149,9 @@ impl ShapeSpec {
         level_from_object: &Transform,
         reverse_orientation: bool,
     ) -> Result<CompiledShape, ShapeError> {
-        let flattened = || match level_from_object.is_invertible() {
-            true => Ok(()),
-            false => Err(ShapeError::Singular),
+        let invertible = || {
+            let good = level_from_object.is_invertible();
+            good.then_some(()).ok_or(ShapeError::Singular)
         };
         let mesh = |data: &_| {
             CompiledShape::Mesh(Box::new(TriangleMesh::new(
@@ -163,7 +163,7 @@ impl ShapeSpec {
         Ok(match self {
             ShapeSpec::Quadric(form) => {
                 let quadric = Quadric::new(*form, *level_from_object, reverse_orientation);
-                flattened()?;
+                invertible()?;
                 CompiledShape::Quadric(Box::new(quadric))
             }
             ShapeSpec::TriangleMesh(spec) => mesh(&spec.data),
@@ -173,7 +173,7 @@ impl ShapeSpec {
             ShapeSpec::Heightfield(spec) => mesh(&spec.mesh()),
             ShapeSpec::Nurbs(spec) => mesh(&spec.mesh()),
             ShapeSpec::Curve(spec) => {
-                flattened()?;
+                invertible()?;
                 let curves = spec.place(level_from_object, reverse_orientation);
                 CompiledShape::Curves(Box::new(curves))
             }

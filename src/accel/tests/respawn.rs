@@ -1,8 +1,11 @@
 //! Rays that start on a surface do not meet it again where they start.
 
 use super::*;
+use crate::shapes::curve::{Bezier, CurveKind, CurveSpec};
 use crate::shapes::cylinder::Cylinder;
 use crate::shapes::disk::Disk;
+use crate::shapes::hyperboloid::Hyperboloid;
+use crate::shapes::paraboloid::Paraboloid;
 
 /// Spawns rays to both sides of hits on a convex closed surface: outward ones meet nothing,
 /// inward ones the other side.
@@ -112,6 +115,139 @@ fn spheres_at_every_scale() {
             &mut random,
         );
     }
+}
+
+fn quadric(form: Form, transform: Transform) -> CompiledShape {
+    CompiledShape::Quadric(Box::new(Quadric::new(form, transform, false)))
+}
+
+#[test]
+fn paraboloids_at_every_scale() {
+    let mut random = Random(17);
+    for (transform, scale) in placements() {
+        // A bowl with a lid, about the point that is halfway up.
+        let place = transform * Transform::translate(DVec3::new(0.0, 0.0, -0.6));
+        let bowl = Form::Paraboloid(Paraboloid::new(0.9, 0.0, 1.2, 360.0));
+        let lid = Form::Disk(Disk::new(1.2, 0.9, 0.0, 360.0));
+        let geometry = scene(vec![quadric(bowl, place), quadric(lid, place)]);
+        let center = transform.point(DVec3::ZERO).as_vec3();
+        check_convex(&geometry, center, scale as f32, &mut random);
+        // Nothing leaks out, not at the rim nor at the apex.
+        for _ in 0..500 {
+            let ray = Ray::new(center, random.direction(), 0.0);
+            assert!(geometry.occluded(&ray, &opaque));
+        }
+    }
+}
+
+#[test]
+fn sizes_of_a_scene_files_own_numbers_are_like_scaled_ones() {
+    // Radii from 1e-6 to 1e7 in the parameters instead of in the transformation.
+    let mut random = Random(18);
+    for r in [1e-6, 1e-3, 1.0, 1e4, 1e7] {
+        let away = DVec3::new(1.0, -0.6, 0.8) * 20.0 * r;
+        let place = Transform::translate(away);
+        let lowered = Transform::translate(away - DVec3::new(0.0, 0.0, 0.6 * r));
+        let closed = [
+            vec![quadric(Form::Sphere(Sphere::new(r, -r, r, 360.0)), place)],
+            vec![
+                quadric(
+                    Form::Cylinder(Cylinder::new(0.7 * r, -0.7 * r, 0.7 * r, 360.0)),
+                    place,
+                ),
+                quadric(Form::Disk(Disk::new(0.7 * r, 0.7 * r, 0.0, 360.0)), place),
+                quadric(Form::Disk(Disk::new(-0.7 * r, 0.7 * r, 0.0, 360.0)), place),
+            ],
+            vec![
+                quadric(
+                    Form::Paraboloid(Paraboloid::new(0.9 * r, 0.0, 1.2 * r, 360.0)),
+                    lowered,
+                ),
+                quadric(Form::Disk(Disk::new(1.2 * r, 0.9 * r, 0.0, 360.0)), lowered),
+            ],
+        ];
+        for shapes in closed {
+            check_convex(&scene(shapes), away.as_vec3(), r as f32, &mut random);
+        }
+    }
+}
+
+#[test]
+fn hyperboloids_at_every_scale() {
+    let mut random = Random(19);
+    let ends = [DVec3::new(0.5, -0.6, -0.7), DVec3::new(0.5, 0.6, 0.7)];
+    let form = Form::Hyperboloid(Hyperboloid::new(ends[0], ends[1], 360.0).unwrap());
+    let mut met = 0;
+    for (transform, scale) in placements() {
+        let geometry = scene(vec![quadric(form, transform)]);
+        let axis = transform.vector(DVec3::Z).normalize().as_vec3();
+        for _ in 0..500 {
+            let o = transform
+                .point((random.direction() * 3.0).as_dvec3())
+                .as_vec3();
+            let target = transform.point((random.cube() * 0.5).as_dvec3()).as_vec3();
+            let ray = Ray::new(o, (target - o).normalize(), 0.0);
+            let Some(hit) = geometry.intersect(&ray, &opaque) else {
+                continue;
+            };
+            met += 1;
+            // Cut level, it is a circle: outward in that plane there is nothing, however nearly
+            // along it, and inward the other side.
+            let s = &hit.surface;
+            let outward = (s.n - axis * s.n.dot(axis)).normalize();
+            let along = axis.cross(outward);
+            let lean = random.next() * 2.0 - 1.0;
+            let d = (along * lean + outward * (1.0 - lean.abs()).max(1e-3)).normalize();
+            assert!(
+                !geometry.occluded(&s.spawn_ray(d), &opaque),
+                "{s:?} {d} {scale}"
+            );
+            let across = geometry.intersect(&s.spawn_ray(-outward), &opaque);
+            let across = across.expect("the other side");
+            assert!(f64::from(across.t) > 0.5 * scale);
+        }
+    }
+    assert!(met > 2000, "{met}");
+}
+
+#[test]
+fn curves_at_every_scale() {
+    let mut random = Random(20);
+    let mut met = 0;
+    for (transform, scale) in placements() {
+        let straight = [-3.0, -1.0, 1.0, 3.0].map(|y| DVec3::new(0.0, y / 3.0, 0.0));
+        let spec = CurveSpec {
+            kind: CurveKind::Flat,
+            segments: vec![Bezier(straight)],
+            normals: vec![],
+            width: [0.02; 2],
+            split_depth: 3,
+        };
+        let curve = CompiledShape::Curves(Box::new(spec.place(&transform, false)));
+        let geometry = scene(vec![curve]);
+        for _ in 0..500 {
+            let o = transform
+                .point((random.direction() * 3.0).as_dvec3())
+                .as_vec3();
+            let on = DVec3::new(0.0, f64::from(random.next()) * 1.8 - 0.9, 0.0);
+            let near = on + (random.cube() * 0.004).as_dvec3();
+            let target = transform.point(near).as_vec3();
+            let ray = Ray::new(o, (target - o).normalize(), 0.0);
+            // Far away single precision has no room for the width.
+            if scale * 0.004 < f64::from(target.length()) * 4.0 * f64::from(f32::EPSILON) {
+                continue;
+            }
+            let hit = geometry.intersect(&ray, &opaque).expect("the curve");
+            met += 1;
+            let mut d = random.direction();
+            if d.dot(hit.surface.n) > 0.0 {
+                d = -d;
+            }
+            // The strip's normal points along the ray that met it: back is the other side.
+            assert!(!geometry.occluded(&hit.surface.spawn_ray(d), &opaque));
+        }
+    }
+    assert!(met > 3000, "{met}");
 }
 
 #[test]

@@ -1,0 +1,60 @@
+//! What moves: objects and shapes whose place depends on the time of the ray.
+//!
+//! A scene without motion holds none of these, and its rays never come here.
+
+use super::aabb::Aabb;
+use super::instance::Place;
+use super::level::Level;
+use crate::handles::ObjectId;
+use crate::math::DVec3;
+use crate::math::motion::Motion;
+
+/// What it is that moves.
+pub(super) enum Inner {
+    /// A shape, with a tree of its own.
+    Shape(Box<Level>),
+    /// A named object.
+    Object(ObjectId),
+}
+
+/// Something that moves in the space of a tree.
+pub(super) struct Moving {
+    pub inner: Inner,
+    /// The inner level's coordinates, counted from the origin and not from its anchor, to those of
+    /// the tree.
+    motion: Motion,
+    /// The inner level's.
+    anchor: DVec3,
+}
+
+impl Moving {
+    /// `inner`, a level with the given anchor; `motion` takes the space that its shapes were
+    /// compiled for to that of the outer tree.
+    pub fn new(inner: Inner, anchor: DVec3, motion: Motion) -> Moving {
+        Moving {
+            inner,
+            motion,
+            anchor,
+        }
+    }
+
+    /// Where it is at `time`.
+    pub fn place(&self, time: f32) -> Place {
+        let mut outer_from_inner = self.motion.at(f64::from(time));
+        outer_from_inner.translation = outer_from_inner.transform_point3(self.anchor);
+        Place {
+            outer_from_inner,
+            inner_from_outer: outer_from_inner.inverse(),
+        }
+    }
+
+    /// A box in the outer space that holds it at all times, from that of the inner level
+    /// ([`Level::padded_bounds`]).
+    pub fn bounds(&self, inner: Option<(DVec3, DVec3)>) -> Aabb {
+        let Some((low, high)) = inner else {
+            return Aabb::EMPTY;
+        };
+        let (min, max) = self.motion.bounds(low + self.anchor, high + self.anchor);
+        Aabb::around(min, max)
+    }
+}
