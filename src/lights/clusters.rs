@@ -1,25 +1,24 @@
 //! Choosing a light by how strongly it arrives at the shading point.
 //!
-//! Lights are gathered into at most [`MOST_CLUSTERS`] clusters of neighbours. A cluster is chosen
-//! by an estimate of what it brings to the point, a light within it by power: importance of the
-//! kind of Conty Estevez and Kulla ("Importance Sampling of Many Lights with Adaptive Tree
-//! Splitting", 2018), over a flat list instead of a tree.
+//! Lights are gathered in a tree whose nodes have eight parts, so that the estimates of what each part
+//! brings are computed together; a few nodes side by side are its top. A light is found on the way down,
+//! and its probability on the way up. Importance and tree are those of Conty Estevez and Kulla
+//! ("Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018), with wide nodes in place of
+//! their adaptive splitting.
 //!
 //! The estimate knows nothing of shadows, so a part of the probability is shared out evenly among
 //! *groups* (a lamp counts as much as a mesh of a thousand triangles), whatever the estimate says.
 
+use super::lanes::{LANES, Lanes, Receiver};
 use super::reach::Reach;
+use super::tree::{Content, Leaf, Tree};
 use crate::handles::LightId;
-use crate::math::Vec3;
 use crate::math::distribution::Distribution1D;
 
-/// Clusters that are looked at for every choice.
-pub(super) const MOST_CLUSTERS: usize = 64;
+/// Nodes side by side at the top.
+const TOP: usize = 4;
 
-/// Up to so many clusters, groups of several lights are split for a better estimate.
-const SPLIT_CLUSTERS: usize = 32;
-
-/// Clusters of lights without a place.
+/// Of the parts at the top, those for lights without a place.
 const MOST_PLACELESS: usize = 16;
 
 /// Share of the probability that is spread evenly.
@@ -36,244 +35,286 @@ pub(super) struct Candidate {
     pub(super) even: f32,
 }
 
-/// Lights near each other.
+/// A part of a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    Nothing,
+    Light(LightId),
+    Node(u32),
+}
+
+/// A node, or a part of one.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    node: u32,
+    lane: u8,
+}
+
 #[derive(Clone, Debug)]
-struct Cluster {
-    members: Vec<LightId>,
-    by_power: Distribution1D,
+struct Node {
+    lanes: Lanes,
+    parts: [Part; LANES],
+    /// The part that this node is; of the nodes at the top, nothing.
+    above: Option<Place>,
 }
 
 /// All lights.
 #[derive(Clone, Debug)]
 pub(super) struct Clusters {
-    clusters: Vec<Cluster>,
-    reaches: Box<Reaches>,
-    /// For every light its cluster and its probability there.
-    places: Vec<(u32, f32)>,
+    /// The first [`Clusters::top`] nodes stand side by side.
+    nodes: Vec<Node>,
+    top: usize,
+    /// By light.
+    places: Vec<Place>,
+    even: Distribution1D,
 }
-
-/// The clusters' reaches, one array per field, so that all are estimated together in lanes.
-#[derive(Clone, Debug)]
-struct Reaches {
-    x: Lanes,
-    y: Lanes,
-    z: Lanes,
-    least_distance2: Lanes,
-    intensity: Lanes,
-    axis_x: Lanes,
-    axis_y: Lanes,
-    axis_z: Lanes,
-    slope: Lanes,
-    base: Lanes,
-    everywhere: Lanes,
-    even: Lanes,
-}
-
-type Lanes = [f32; MOST_CLUSTERS];
 
 impl Clusters {
-    /// From `groups` of lights. Distances below `least_distance` do not count as nearer.
-    pub(super) fn new(groups: Vec<Vec<Candidate>>, lights: usize, least_distance: f32) -> Clusters {
-        let gathered = gather(groups);
-        let mut reaches = Box::new(Reaches::new());
-        let mut places = vec![(0, 0.0); lights];
-        let mut clusters = Vec::with_capacity(gathered.len());
-        for (k, members) in gathered.into_iter().enumerate() {
-            let cluster = Cluster::new(&members);
-            for (i, member) in members.iter().enumerate() {
-                if let Some(place) = places.get_mut(member.light.index()) {
-                    *place = (k as u32, cluster.by_power.probability(i));
-                }
-            }
-            let parts: Vec<Reach> = members.iter().map(|m| m.reach).collect();
-            reaches.set(
-                k,
-                &Reach::merged(&parts),
-                least_distance,
-                members.iter().map(|m| m.even).sum(),
-            );
-            clusters.push(cluster);
+    /// From the candidates for all of `lights` lights. Distances below `least_distance` do not count
+    /// as nearer.
+    pub(super) fn new(candidates: &[Candidate], lights: usize, least_distance: f32) -> Clusters {
+        let leaves = candidates.iter().map(|c| Leaf {
+            light: c.light,
+            reach: c.reach,
+        });
+        let (local, placeless): (Vec<_>, Vec<_>) = leaves.partition(|leaf| leaf.reach.is_local());
+        let [local, placeless] = [local, placeless].map(Tree::new);
+        let first: Vec<_> = placeless.cut(0, MOST_PLACELESS);
+        let second = local.cut(0, TOP * LANES - first.len());
+        let top = (first.iter().map(|&node| (&placeless, node)))
+            .chain(second.iter().map(|&node| (&local, node)))
+            .filter(|(tree, node)| tree.node(*node).is_some())
+            .collect::<Vec<_>>();
+        let mut building = Building {
+            nodes: vec![Node::empty(None); top.len().div_ceil(LANES)],
+            places: vec![Place::default(); lights],
+            least_distance,
+        };
+        let count = building.nodes.len();
+        for (position, (tree, node)) in top.into_iter().enumerate() {
+            let place = Place {
+                node: (position / LANES) as u32,
+                lane: (position % LANES) as u8,
+            };
+            building.put(tree, node, place);
         }
         Clusters {
-            clusters,
-            reaches,
-            places,
+            nodes: building.nodes,
+            top: count,
+            places: building.places,
+            even: even(candidates, lights),
         }
     }
 
     /// A light and its probability.
-    pub(super) fn sample(&self, p: Vec3, u: f32) -> Option<(LightId, f32)> {
-        let probabilities = self.reaches.probabilities(p, self.clusters.len());
-        let mut left = u;
-        for (k, cluster) in self.clusters.iter().enumerate() {
-            let chance = probabilities[k];
-            // Rounding may leave a rest beyond the last one.
-            if left < chance || k + 1 == self.clusters.len() {
-                let (i, within, _) = cluster
-                    .by_power
-                    .sample_discrete((left / chance).clamp(0.0, 1.0 - f32::EPSILON));
-                return Some((cluster.members[i], chance * within));
-            }
-            left -= chance;
+    pub(super) fn sample(&self, to: &Receiver, u: f32) -> Option<(LightId, f32)> {
+        let top = self.top_estimates(to);
+        let even_share = top.even_share();
+        if u < even_share {
+            let (light, _, _) = self.even.sample_discrete(u / even_share);
+            let light = LightId(light as u32);
+            return Some((light, self.probability(to, &top, light)));
         }
-        None
+        let u = (u - even_share) / (1.0 - even_share);
+        let (light, chosen) = self.descend(to, &top, u)?;
+        let even = self.even.probability(light.index());
+        Some((light, even_share * even + (1.0 - even_share) * chosen))
     }
 
     /// Probability with which [`Clusters::sample`] chooses `light`.
-    pub(super) fn pmf(&self, p: Vec3, light: LightId) -> f32 {
-        match self.places.get(light.index()) {
-            Some(&(k, within)) => {
-                self.reaches.probabilities(p, self.clusters.len())[k as usize] * within
+    pub(super) fn pmf(&self, to: &Receiver, light: LightId) -> f32 {
+        self.probability(to, &self.top_estimates(to), light)
+    }
+
+    fn top_estimates(&self, to: &Receiver) -> Top {
+        let mut top = Top {
+            estimates: [[0.0; LANES]; TOP],
+            sums: [0.0; TOP],
+            total: 0.0,
+        };
+        for (k, node) in self.nodes.iter().enumerate().take(self.top.min(TOP)) {
+            top.estimates[k] = node.lanes.at(to);
+            top.sums[k] = sum(&top.estimates[k]);
+            top.total += top.sums[k];
+        }
+        top
+    }
+
+    /// From the top to a light by `u` in [0, 1), with the probability of that way.
+    fn descend(&self, to: &Receiver, top: &Top, u: f32) -> Option<(LightId, f32)> {
+        let (k, mut u) = pick(&top.sums, u * top.total);
+        let mut node = self.nodes.get(k)?;
+        let mut chances = Chances {
+            estimates: top.estimates[k],
+            total: top.sums[k],
+        };
+        let mut probability = top.sums[k] / top.total;
+        loop {
+            let (lane, rest) = pick(&chances.estimates, u * chances.total);
+            u = rest;
+            probability *= chances.of(lane);
+            match node.parts[lane] {
+                Part::Light(light) => return Some((light, probability)),
+                Part::Node(below) => node = self.nodes.get(below as usize)?,
+                Part::Nothing => return None,
             }
-            None => 0.0,
+            chances = Chances::new(node.lanes.at(to), &node.parts);
         }
     }
-}
 
-impl Cluster {
-    fn new(members: &[Candidate]) -> Cluster {
-        let power: f32 = members.iter().map(|m| m.power).sum();
-        let even: f32 = members.iter().map(|m| m.even).sum();
-        let weight = |m: &Candidate| {
-            let by_power = if power > 0.0 && power.is_finite() {
-                m.power / power
-            } else {
-                0.0
-            };
-            (1.0 - EVEN_SHARE) * by_power + EVEN_SHARE * m.even / even
+    fn probability(&self, to: &Receiver, top: &Top, light: LightId) -> f32 {
+        let Some(&place) = self.places.get(light.index()) else {
+            return 0.0;
         };
-        Cluster {
-            members: members.iter().map(|m| m.light).collect(),
-            by_power: Distribution1D::new(members.iter().map(weight)),
+        let even_share = top.even_share();
+        let even = even_share * self.even.probability(light.index());
+        if even_share == 1.0 {
+            return even;
         }
+        even + (1.0 - even_share) * self.climb(to, top, place)
+    }
+
+    /// The probability of the way down to this part.
+    fn climb(&self, to: &Receiver, top: &Top, mut place: Place) -> f32 {
+        let mut probability = 1.0;
+        // Nodes come after those above them: the way ends.
+        while let Some(node) = self.nodes.get(place.node as usize) {
+            let Some(above) = node.above else {
+                let estimates = top.estimates.get(place.node as usize);
+                let estimate = estimates.and_then(|e| e.get(usize::from(place.lane)));
+                return probability * estimate.copied().unwrap_or(0.0) / top.total;
+            };
+            let chances = Chances::new(node.lanes.at(to), &node.parts);
+            probability *= chances.of(usize::from(place.lane));
+            place = above;
+        }
+        0.0
     }
 }
 
-impl Reaches {
-    fn new() -> Reaches {
-        let zero = [0.0; MOST_CLUSTERS];
-        Reaches {
-            x: zero,
-            y: zero,
-            z: zero,
-            least_distance2: [1.0; MOST_CLUSTERS],
-            intensity: zero,
-            axis_x: zero,
-            axis_y: zero,
-            axis_z: zero,
-            slope: zero,
-            base: zero,
-            everywhere: zero,
-            even: zero,
-        }
-    }
+/// Estimates of all parts at the top.
+struct Top {
+    estimates: [[f32; LANES]; TOP],
+    /// Of each node.
+    sums: [f32; TOP],
+    total: f32,
+}
 
-    fn set(&mut self, k: usize, reach: &Reach, least_distance: f32, even: f32) {
-        let least = reach.radius.max(least_distance);
-        (self.x[k], self.y[k], self.z[k]) = reach.center.into();
-        (self.axis_x[k], self.axis_y[k], self.axis_z[k]) = reach.axis.into();
-        self.least_distance2[k] = (least * least).max(f32::MIN_POSITIVE);
-        self.intensity[k] = reach.intensity;
-        self.slope[k] = reach.slope;
-        self.base[k] = reach.base;
-        self.everywhere[k] = reach.everywhere;
-        self.even[k] = even;
-    }
-
-    /// Probabilities of the first `n` clusters at `p`.
-    fn probabilities(&self, p: Vec3, n: usize) -> Lanes {
-        let mut estimates = [0.0; MOST_CLUSTERS];
-        for (k, estimate) in estimates.iter_mut().enumerate().take(n) {
-            let (x, y, z) = (p.x - self.x[k], p.y - self.y[k], p.z - self.z[k]);
-            let distance2 = (x * x + y * y + z * z).max(self.least_distance2[k]);
-            let cos =
-                (x * self.axis_x[k] + y * self.axis_y[k] + z * self.axis_z[k]) / distance2.sqrt();
-            let share = (self.slope[k] * cos + self.base[k]).clamp(0.0, 1.0);
-            *estimate = self.everywhere[k] + self.intensity[k] * share / distance2;
-        }
-        let total: f32 = estimates[..n].iter().sum();
-        let (even_share, factor) = if total > 0.0 && total.is_finite() {
-            (EVEN_SHARE, (1.0 - EVEN_SHARE) / total)
+impl Top {
+    /// How much of the probability is shared out evenly: all of it where nothing arrives or the
+    /// point is not finite.
+    fn even_share(&self) -> f32 {
+        if self.total > 0.0 && self.total.is_finite() {
+            EVEN_SHARE
         } else {
-            (1.0, 0.0)
-        };
-        for (estimate, even) in estimates.iter_mut().zip(&self.even).take(n) {
-            // A point that is not finite gives estimates that are not: then evenly.
-            let by_estimate = if factor > 0.0 {
-                *estimate * factor
-            } else {
-                0.0
-            };
-            *estimate = by_estimate + even * even_share;
+            1.0
         }
-        estimates
     }
 }
 
-/// At most [`MOST_CLUSTERS`] clusters of all candidates.
-fn gather(groups: Vec<Vec<Candidate>>) -> Vec<Vec<Candidate>> {
-    let (local, placeless): (Vec<_>, Vec<_>) = groups
-        .into_iter()
-        .filter(|g| !g.is_empty())
-        .partition(|g| g.iter().all(|c| c.reach.is_local()));
-    let mut clusters = if placeless.len() <= MOST_PLACELESS {
-        placeless
-    } else {
-        vec![placeless.concat()]
-    };
-    let room = MOST_CLUSTERS - clusters.len();
-    if local.len() > room {
-        split(
-            local.into_iter().map(Bunch::new).collect(),
-            room,
-            &mut clusters,
-        );
-        return clusters;
-    }
-    // Every group has a cluster; the larger ones get more of what is left to split into.
-    let spare = SPLIT_CLUSTERS.saturating_sub(clusters.len() + local.len());
-    let divisible: usize = local.iter().map(|g| g.len() - 1).sum();
-    for group in local {
-        let parts = 1 + spare * (group.len() - 1) / divisible.max(1);
-        split(
-            group.into_iter().map(|c| Bunch::new(vec![c])).collect(),
-            parts,
-            &mut clusters,
-        );
-    }
-    clusters
+/// The chances of a node's parts.
+struct Chances {
+    estimates: [f32; LANES],
+    total: f32,
 }
 
-/// Lights that stay together, and where.
-struct Bunch {
-    lights: Vec<Candidate>,
-    center: Vec3,
-}
+impl Chances {
+    /// By estimates; evenly where these do not say anything.
+    fn new(estimates: [f32; LANES], parts: &[Part; LANES]) -> Chances {
+        let total = sum(&estimates);
+        if total > 0.0 && total.is_finite() {
+            return Chances { estimates, total };
+        }
+        let estimates = parts.map(|part| f32::from(u8::from(part != Part::Nothing)));
+        Chances {
+            total: sum(&estimates),
+            estimates,
+        }
+    }
 
-impl Bunch {
-    fn new(lights: Vec<Candidate>) -> Bunch {
-        let center = lights.iter().map(|c| c.reach.center).sum::<Vec3>() / lights.len() as f32;
-        Bunch { lights, center }
+    fn of(&self, lane: usize) -> f32 {
+        self.estimates.get(lane).copied().unwrap_or(0.0) / self.total
     }
 }
 
-/// Splits `bunches` into `parts` ≥ 1 neighbourhoods with about as many of them each, halving along
-/// the longest extent of their centres.
-fn split(mut bunches: Vec<Bunch>, parts: usize, clusters: &mut Vec<Vec<Candidate>>) {
-    if parts <= 1 || bunches.len() <= 1 {
-        clusters.push(bunches.into_iter().flat_map(|b| b.lights).collect());
-        return;
+/// The position of the value that `left`, from 0 up to the values' sum, falls on when they lie side by
+/// side, and where in it, in [0, 1). What has no width is never met, whatever is lost to rounding.
+fn pick(values: &[f32], mut left: f32) -> (usize, f32) {
+    let mut chosen = 0;
+    let mut rest = 0.0;
+    for (position, &value) in values.iter().enumerate() {
+        if value > 0.0 {
+            (chosen, rest) = (position, left / value);
+            if left < value {
+                break;
+            }
+            left -= value;
+        }
     }
-    let low = bunches
-        .iter()
-        .fold(Vec3::INFINITY, |low, b| low.min(b.center));
-    let high = bunches
-        .iter()
-        .fold(Vec3::NEG_INFINITY, |high, b| high.max(b.center));
-    let axis = (high - low).max_position();
-    bunches.sort_by(|a, b| a.center[axis].total_cmp(&b.center[axis]));
-    let left_parts = parts / 2;
-    let right = bunches.split_off((bunches.len() * left_parts / parts).max(1));
-    split(bunches, left_parts, clusters);
-    split(right, parts - left_parts, clusters);
+    (chosen, rest.clamp(0.0, 1.0 - f32::EPSILON))
+}
+
+/// In an order of its own: the same bits whatever the processor's lanes.
+fn sum(e: &[f32; LANES]) -> f32 {
+    ((e[0] + e[1]) + (e[2] + e[3])) + ((e[4] + e[5]) + (e[6] + e[7]))
+}
+
+impl Node {
+    fn empty(above: Option<Place>) -> Node {
+        Node {
+            lanes: Lanes::empty(),
+            parts: [Part::Nothing; LANES],
+            above,
+        }
+    }
+}
+
+struct Building {
+    nodes: Vec<Node>,
+    places: Vec<Place>,
+    least_distance: f32,
+}
+
+impl Building {
+    /// Makes the binary tree's `node` the part at `place`, and all below it.
+    fn put(&mut self, tree: &Tree, node: usize, place: Place) {
+        // As deep as the binary tree at most, which is bounded by the lights' number and range; on
+        // the heap, as it is a list to work through.
+        let mut waiting = vec![(node, place)];
+        while let Some((node, place)) = waiting.pop() {
+            let Some(found) = tree.node(node) else {
+                continue;
+            };
+            let part = match found.content {
+                Content::Light(light) => {
+                    if let Some(known) = self.places.get_mut(light.index()) {
+                        *known = place;
+                    }
+                    Part::Light(light)
+                }
+                Content::Halves(_) => {
+                    let below = self.nodes.len() as u32;
+                    self.nodes.push(Node::empty(Some(place)));
+                    let parts = tree.cut(node, LANES).into_iter().zip(0..);
+                    waiting.extend(parts.map(|(part, lane)| (part, Place { node: below, lane })));
+                    Part::Node(below)
+                }
+            };
+            if let Some(above) = self.nodes.get_mut(place.node as usize) {
+                let lane = usize::from(place.lane);
+                above.lanes.set(lane, &found.reach, self.least_distance);
+                above.parts[lane] = part;
+            }
+        }
+    }
+}
+
+fn even(candidates: &[Candidate], lights: usize) -> Distribution1D {
+    let mut shares = vec![0.0; lights];
+    for candidate in candidates {
+        if let Some(share) = shares.get_mut(candidate.light.index()) {
+            *share = candidate.even;
+        }
+    }
+    Distribution1D::new(shares.into_iter())
 }

@@ -146,13 +146,12 @@ impl DiffuseAreaLight {
             // A thousandth: 2.6 degrees.
             flat &= n.dot(first.1) > 0.999;
         }
-        let (center, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
         let area = self.emitter.area() as f32;
         match (flat, self.two_sided) {
-            (true, false) => Reach::area(center, radius, area * self.radiance).on_side(first.1),
-            (true, true) => Reach::area(center, radius, area * self.radiance),
+            (true, false) => Reach::area(low, high, area * self.radiance).on_side(first.1),
+            (true, true) => Reach::area(low, high, area * self.radiance),
             // A convex shape shows a quarter of its area, on average over all directions (Cauchy).
-            (false, _) => Reach::area(center, radius, 0.25 * area * self.radiance),
+            (false, _) => Reach::area(low, high, 0.25 * area * self.radiance),
         }
     }
 

@@ -10,6 +10,7 @@ pub mod distant;
 pub mod environment_map;
 pub mod goniometric;
 pub mod infinite;
+mod lanes;
 pub mod light_map;
 pub mod point;
 pub mod projection;
@@ -17,6 +18,7 @@ mod reach;
 mod sample_count;
 pub mod selection;
 pub mod spot;
+mod tree;
 
 pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
 pub use distant::{DistantLight, DistantSpec};
