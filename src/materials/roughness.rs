@@ -1,9 +1,9 @@
 //! From roughness parameters to the widths of microfacet lobes.
 
-use crate::bsdf::{Bsdf, Lobe};
 use crate::bsdf::microfacet::MicrofacetTransmission;
 use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
+use crate::bsdf::{Bsdf, Lobe};
 use crate::math::Rgb;
 use crate::params::{Dialect, FloatInput, ParamReader};
 
