@@ -8,6 +8,7 @@
 use super::fresnel::dielectric;
 use super::lobe::LobeSample;
 use crate::math::color::luminance;
+use crate::math::float::within;
 use crate::math::{Rgb, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
@@ -70,14 +71,14 @@ impl Hair {
     /// scales tilted by `alpha` degrees. Numbers out of range are moved into it; the index is at
     /// least 1.
     pub fn new(h: f32, eta: f32, sigma_a: Rgb, beta: [f32; 2], alpha: f32) -> Hair {
-        let [m, n] = beta.map(|beta| beta.max(MIN_ROUGHNESS).min(1.0));
+        let [m, n] = beta.map(|beta| within(beta, MIN_ROUGHNESS, 1.0));
         // §2.1 and §2.4: fitted so that equal steps in β look equal.
         let deviation = 0.726 * m + 0.812 * m * m + 3.7 * m.powi(20);
         let spread = (PI / 8.0).sqrt() * (0.265 * n + 1.194 * n * n + 5.372 * n.powi(22));
         Hair {
             scale: Rgb::ONE,
             sigma_a,
-            h: h.max(-1.0).min(1.0),
+            h: within(h, -1.0, 1.0),
             eta: eta.max(1.0),
             variance: deviation * deviation,
             spread,
@@ -91,6 +92,7 @@ impl Hair {
 
     /// The lobe's value in 1/sr (§2): the sum over paths of longitudinal, attenuation and azimuthal
     /// terms, over the cosine that the scattering equation multiplies with.
+    #[inline(never)]
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let seen = self.seen(wo);
         let mut sum = Rgb::ZERO;
@@ -100,6 +102,7 @@ impl Hair {
     }
 
     /// Density of [`Hair::sample`].
+    #[inline(never)]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let seen = self.seen(wo);
         let mut sum = 0.0;
@@ -108,6 +111,7 @@ impl Hair {
     }
 
     /// Draws a path in proportion to its attenuation, and a direction of its lobe (§2.6).
+    #[inline(never)]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         let seen = self.seen(wo);
         let (p, uc) = choose_path(&seen.chance, uc);
@@ -240,7 +244,7 @@ fn scaled_bessel_i0(x: f32) -> f32 {
         const C: [f32; 7] = [
             1.0,
             3.515_622_9,
-            3.089_942_4,
+            3.089_942,
             1.206_749_2,
             0.265_973_2,
             0.036_076_8,
@@ -249,7 +253,7 @@ fn scaled_bessel_i0(x: f32) -> f32 {
         (-x).exp() * horner(t, &C)
     } else {
         const C: [f32; 9] = [
-            0.398_942_28,
+            0.398_942_3,
             0.013_285_92,
             0.002_253_19,
             -0.001_575_65,

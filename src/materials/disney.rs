@@ -12,6 +12,7 @@ use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::math::Rgb;
 use crate::math::color::{is_black, luminance};
+use crate::math::float::within;
 use crate::params::{FloatInput, ParamReader, SpectrumInput};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
@@ -161,7 +162,7 @@ impl Disney {
         } else {
             anisotropic.min(1.0)
         };
-        let diff_trans = textures.float(&self.diff_trans, at).max(0.0).min(2.0);
+        let diff_trans = within(textures.float(&self.diff_trans, at), 0.0, 2.0);
         Point {
             color,
             tint: if brightness > 0.0 {
@@ -171,10 +172,7 @@ impl Disney {
             },
             metallic: unit_at(&self.metallic, at, textures),
             eta: refractive_index_at(&self.eta, at, textures),
-            roughness: textures
-                .float(&self.roughness, at)
-                .max(0.0)
-                .min(MAX_ROUGHNESS),
+            roughness: within(textures.float(&self.roughness, at), 0.0, MAX_ROUGHNESS),
             spec_trans: unit_at(&self.spec_trans, at, textures),
             diff_trans: if self.thin { 0.5 * diff_trans } else { 0.0 },
             // Burley 2012, appendix B.2.
@@ -241,10 +239,10 @@ impl Point {
 
 /// A number from 0 on at a point.
 fn strength_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
-    textures.float(input, at).max(0.0).min(MAX_REFLECTANCE)
+    within(textures.float(input, at), 0.0, MAX_REFLECTANCE)
 }
 
 /// A number from 0 to 1 at a point.
 fn unit_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
-    textures.float(input, at).max(0.0).min(1.0)
+    within(textures.float(input, at), 0.0, 1.0)
 }

@@ -4,6 +4,7 @@ use super::inputs::{float_within, given_refractive_index, refractive_index_at, u
 use super::reflectance;
 use crate::bsdf::{self, Bsdf, Lobe};
 use crate::math::Rgb;
+use crate::math::float::within;
 use crate::params::{FloatInput, ParamReader, SpectrumInput};
 use crate::surface::TexturePoint;
 use crate::textures::{TextureUsage, Textures};
@@ -137,13 +138,13 @@ impl Pigment {
             Pigment::Absorption(sigma_a) => reflectance(sigma_a, at, textures),
             Pigment::Color(color) => {
                 let color = reflectance(color, at, textures);
-                absorption_of_color(color, beta_n.max(0.0).min(1.0))
+                absorption_of_color(color, within(beta_n, 0.0, 1.0))
             }
             Pigment::Melanin {
                 eumelanin,
                 pheomelanin,
             } => {
-                let amount = |input| textures.float(input, at).max(0.0).min(f32::MAX);
+                let amount = |input| within(textures.float(input, at), 0.0, f32::MAX);
                 (amount(eumelanin) * EUMELANIN + amount(pheomelanin) * PHEOMELANIN).min(Rgb::MAX)
             }
         }

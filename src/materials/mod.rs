@@ -50,6 +50,7 @@ use crate::bsdf::Bsdf;
 use crate::bssrdf::Bssrdf;
 use crate::math::Rgb;
 use crate::math::color::is_black;
+use crate::math::float::within;
 use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
 use crate::surface::{Footprint, SurfaceHit, TexturePoint};
 use crate::textures::{TextureUsage, Textures};
@@ -438,7 +439,7 @@ const MAX_REFLECTANCE: f32 = 1e6;
 /// A reflectance at a point: negative values, and those that are no numbers, count as 0.
 fn reflectance(input: &SpectrumInput, at: &TexturePoint, textures: &Textures) -> Rgb {
     let given = textures.spectrum(input, at);
-    given.map(|x| x.max(0.0).min(MAX_REFLECTANCE))
+    given.map(|x| within(x, 0.0, MAX_REFLECTANCE))
 }
 
 #[cfg(test)]

@@ -12,6 +12,11 @@ pub const fn gamma(n: u32) -> f32 {
     ne / (1.0 - ne)
 }
 
+/// `x` moved into `low`…`high`; what is no number counts as `low`, where `clamp` would keep it.
+pub fn within(x: f32, low: f32, high: f32) -> f32 {
+    x.max(low).min(high)
+}
+
 /// Moves a new ray's origin from a computed point off the surface, to the side of direction `w`,
 /// just beyond the box of half-widths `error` that is known to hold the exact point
 /// (Pharr, Jakob and Humphreys 2016, §3.9.5).
@@ -44,6 +49,18 @@ fn round_away(v: f32, offset: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_no_number_is_within_the_range_too() {
+        for (x, moved) in [
+            (f32::NAN, 1.0),
+            (f32::INFINITY, 2.0),
+            (-3.0, 1.0),
+            (1.5, 1.5),
+        ] {
+            assert_eq!(within(x, 1.0, 2.0), moved);
+        }
+    }
 
     #[test]
     fn offset_origin_clears_the_error_box_at_every_scale() {
