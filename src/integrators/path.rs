@@ -89,14 +89,14 @@ impl Path {
         let mut depth = 0;
         let mut nulls = 0;
         loop {
-            let Some(hit) = world.intersect(&ray) else {
+            let Some(mut hit) = world.intersect(&ray) else {
                 return radiance + throughput * escaped(world, selector, &ray, &arrival);
             };
             radiance += throughput * emitted(world, selector, &ray, &hit, &arrival);
             if depth >= self.max_depth {
                 return radiance;
             }
-            let mut surface = &hit.surface;
+            let surface = &hit.surface;
             let Some(mut bsdf) = world.bsdf(hit.material, surface, differentials) else {
                 nulls += 1;
                 if nulls > MAX_NULL_SURFACES {
@@ -127,20 +127,18 @@ impl Path {
                 let eta2 = sample.eta * sample.eta;
                 eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
             }
-            let exit_surface;
             if sample.transmission
                 && let Some(bssrdf) = world.bssrdf(hit.material, surface, &bsdf, differentials)
             {
                 if !sample.specular {
                     radiance += throughput * straight_on(world, selector, surface, &sample);
                 }
-                let Some(exit) = find_exit(world, &bssrdf, hit.material, surface.time, stream)
-                else {
+                let Some(exit) = find_exit(world, &bssrdf, &hit, stream) else {
                     return radiance;
                 };
                 throughput *= exit.weight;
-                (exit_surface, bsdf) = (exit.surface, exit.bsdf);
-                surface = &exit_surface;
+                (hit, bsdf) = (exit.hit, exit.bsdf);
+                let surface = &hit.surface;
                 let (choice, light_u) = (stream.next_1d(), stream.next_2d());
                 radiance +=
                     throughput * sampled_light(world, selector, surface, &bsdf, choice, light_u);
@@ -154,6 +152,7 @@ impl Path {
                     return radiance;
                 }
             }
+            let surface = &hit.surface;
             differentials = None;
             arrival = if sample.specular {
                 Arrival::Direct

@@ -4,7 +4,6 @@
 use crate::accel::GeometryHit;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::bssrdf::{Bssrdf, Probe};
-use crate::handles::MaterialId;
 use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::math::float::offset_ray_origin;
@@ -18,15 +17,16 @@ const MAX_CROSSINGS: u32 = 4096;
 
 /// The point where a path comes out again.
 pub struct Exit {
-    /// The point; its `wo` is its shading normal, which says all of the way inside that counts.
-    pub surface: SurfaceHit,
+    /// The point; `wo` is its shading normal, which says all of the way inside that counts.
+    pub hit: GeometryHit,
     /// How it scatters light from outside.
     pub bsdf: Bsdf<'static>,
     /// What the path's throughput is multiplied by.
     pub weight: Rgb,
 }
 
-/// Finds a point where the path comes out of the `material` it has entered; `None` where it does not.
+/// Finds a point where the path comes out of the material that it has entered at `entry`; `None`
+/// where it does not.
 ///
 /// A probe is sent through the surroundings, and one of the surfaces of the same material that it
 /// meets is chosen with equal chances while passing: the k-th replaces the one kept so far with
@@ -34,26 +34,26 @@ pub struct Exit {
 pub fn find_exit(
     world: &World,
     bssrdf: &Bssrdf,
-    material: Option<MaterialId>,
-    time: f32,
+    entry: &GeometryHit,
     stream: &mut SampleStream,
 ) -> Option<Exit> {
     let (uc, u) = (stream.next_1d(), stream.next_2d());
     let probe = bssrdf.probe(uc, u)?;
     let (mut kept, mut found, mut choice) = (None, 0u32, probe.choice);
-    visit(world, &probe, time, |hit| {
-        if hit.material == material {
+    visit(world, &probe, entry.surface.time, |hit| {
+        if hit.material == entry.material {
             found += 1;
             let chance = 1.0 / found as f32;
             if choice < chance {
-                kept = Some(hit.surface);
+                kept = Some(*hit);
                 choice /= chance;
             } else {
                 choice = (choice - chance) / (1.0 - chance);
             }
         }
     });
-    let mut surface: SurfaceHit = kept?;
+    let mut hit: GeometryHit = kept?;
+    let surface = &mut hit.surface;
     let pdf = bssrdf.pdf(surface.p, surface.n) / found as f32;
     let weight = bssrdf.value(surface.p) / pdf;
     if !weight.is_finite() || is_black(weight) {
@@ -62,11 +62,7 @@ pub fn find_exit(
     surface.wo = surface.shading.n;
     let mut bsdf = Bsdf::new(surface.n, &surface.shading);
     bsdf.add(Lobe::SubsurfaceExit(bssrdf.exit()));
-    Some(Exit {
-        surface,
-        bsdf,
-        weight,
-    })
+    Some(Exit { hit, bsdf, weight })
 }
 
 /// All surfaces along a probe.
