@@ -71,6 +71,23 @@ impl<'a> Bssrdf<'a> {
         }
     }
 
+    /// Burley's normalised diffusion (Disney's material): `albedo` is the share of entering light that
+    /// comes out again, `distance` the scale of the shorter exponential in scene units, `eta` the
+    /// medium's relative refractive index, positive.
+    pub fn normalised(
+        surface: &SurfaceHit,
+        frame: Frame,
+        albedo: Rgb,
+        distance: Rgb,
+        eta: f32,
+    ) -> Bssrdf<'a> {
+        let finest = finest_length(surface);
+        let channels =
+            std::array::from_fn(|c| NormalisedChannel::new(albedo[c], distance[c], finest));
+        let exit = SubsurfaceExit::new(eta);
+        Bssrdf::new(surface, frame, Profile::Normalised(channels), exit)
+    }
+
     /// A line through the surroundings, along one of the three axes at a distance drawn for one of
     /// the three channels (§15.4.2). `None` where no light comes out. `uc` and `u` in [0, 1).
     pub fn probe(&self, uc: f32, u: Vec2) -> Option<Probe> {

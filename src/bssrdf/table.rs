@@ -30,7 +30,7 @@ pub struct ProfileTable {
 
 impl ProfileTable {
     /// For a medium with mean cosine of scattering `g` (-1…1) and refractive index `eta`, positive,
-    /// relative to the outside. Takes some 50 ms on one core.
+    /// relative to the outside. Takes some 10 ms on one core.
     pub fn new(g: f32, eta: f32) -> ProfileTable {
         // Dense near 1, where a little absorption changes much.
         let last = (ALBEDOS - 1) as f64;

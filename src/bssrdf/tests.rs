@@ -66,9 +66,17 @@ fn probes_meet_a_plane_with_their_density() {
 /// the area between two chords is 2π d dd. So a sphere returns as much light as a plane.
 #[test]
 fn a_sphere_returns_the_effective_albedo() {
-    let albedos = [0.5, 0.9, 0.98];
-    let lengths = [0.02, 0.01, 0.005];
-    let bssrdf = bssrdf(albedos, lengths);
+    let (albedos, lengths) = ([0.5, 0.9, 0.98], [0.02, 0.01, 0.005]);
+    let effective = albedos.map(|albedo| water().row(albedo).effective_albedo());
+    check_sphere(&bssrdf(albedos, lengths), effective);
+    let hit = flat_hit(Vec3::Z);
+    let frame = Frame::from_normal(Vec3::Z);
+    let lengths = Rgb::from_array(lengths);
+    let normalised = Bssrdf::normalised(&hit, frame, Rgb::from_array(albedos), lengths, 1.4);
+    check_sphere(&normalised, albedos);
+}
+
+fn check_sphere(bssrdf: &Bssrdf, effective: [f32; 3]) {
     let centre = -Vec3::Z;
     let samples = 200_000;
     let (mut sum, mut square) = (glam::DVec3::ZERO, glam::DVec3::ZERO);
@@ -91,11 +99,11 @@ fn a_sphere_returns_the_effective_albedo() {
         sum += weight;
         square += weight * weight;
     }
-    for c in 0..3 {
+    for (c, albedo) in effective.into_iter().enumerate() {
         let n = samples as f64;
         let mean = sum[c] / n;
         let error = ((square[c] / n - mean * mean) / n).sqrt();
-        let albedo = f64::from(water().row(albedos[c]).effective_albedo());
+        let albedo = f64::from(albedo);
         // Probes do not look beyond the quantile 0.999 of the channel they are drawn for: at most
         // that much is lost of the longest, more of none; and four standard errors.
         let (low, high) = (albedo * 0.995 - 4.0 * error, albedo + 4.0 * error);

@@ -197,8 +197,7 @@ impl Path {
                 if !sample.specular {
                     radiance += throughput * straight_on(world, selector, surface, &sample);
                 }
-                let Some(exit) = find_exit(world, &bssrdf, hit.material, surface.time, stream)
-                else {
+                let Some(exit) = find_exit(world, &bssrdf, &hit, stream) else {
                     return radiance;
                 };
                 throughput *= exit.weight;

@@ -4,7 +4,6 @@
 use crate::accel::GeometryHit;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::bssrdf::{Bssrdf, Probe};
-use crate::handles::MaterialId;
 use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::math::float::offset_ray_origin;
@@ -26,7 +25,8 @@ pub struct Exit {
     pub weight: Rgb,
 }
 
-/// Finds a point where the path comes out of the `material` it has entered; `None` where it does not.
+/// Finds a point where the path comes out of the material that it has entered at `entry`; `None`
+/// where it does not.
 ///
 /// A probe is sent through the surroundings, and one of the surfaces of the same material that it
 /// meets is chosen with equal chances while passing: the k-th replaces the one kept so far with
@@ -34,19 +34,18 @@ pub struct Exit {
 pub fn find_exit(
     world: &World,
     bssrdf: &Bssrdf,
-    material: Option<MaterialId>,
-    time: f32,
+    entry: &GeometryHit,
     stream: &mut SampleStream,
 ) -> Option<Exit> {
     let (uc, u) = (stream.next_1d(), stream.next_2d());
     let probe = bssrdf.probe(uc, u)?;
     let (mut kept, mut found, mut choice) = (None, 0u32, probe.choice);
-    visit(world, &probe, time, |hit| {
-        if hit.material == material {
+    visit(world, &probe, entry.surface.time, |hit| {
+        if hit.material == entry.material {
             found += 1;
             let chance = 1.0 / found as f32;
             if choice < chance {
-                kept = Some(hit.clone());
+                kept = Some(*hit);
                 choice /= chance;
             } else {
                 choice = (choice - chance) / (1.0 - chance);
