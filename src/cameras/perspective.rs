@@ -9,7 +9,7 @@ use super::mount::{CameraSpaceRay, Mount};
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::sampling::concentric_disk;
 use crate::math::transform::Transform;
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Rgb};
 use crate::params::{Dialect, ParamReader};
 
 /// A perspective camera as the scene file describes it.
@@ -199,6 +199,7 @@ impl Perspective {
             ray: self
                 .mount
                 .ray(&through(raster), self.spec.shutter.time(sample.time)),
+            tint: Rgb::ONE,
             weight: 1.0,
             differentials: want_differentials.then(|| {
                 self.mount
@@ -234,6 +235,7 @@ mod tests {
         CameraSample {
             raster: Vec2::new(x, y),
             time: 0.5,
+            wavelength: 0.5,
             lens,
         }
     }
