@@ -5,13 +5,16 @@
 //! one: pupil sample, trace, transform to the world, weight.
 
 use divan::counter::ItemsCount;
-use fstop::math::{DVec3, Vec2};
+use fstop::cameras::{Clip, FilmGeometry, Form, Realistic, RealisticSpec, Shutter, Weighting};
+use fstop::math::transform::Transform;
+use fstop::math::{DVec3, UVec2, Vec2};
 use fstop::optics::lanes::{FilmTracer, Instructions, Kernel, Lanes};
 use fstop::optics::pupil::{RINGS, projected_solid_angle};
 use fstop::optics::real::Number;
 use fstop::optics::{ExitPupil, Lens, LensRay, LensTracer, Prescription};
 use glam::DMat3;
 use std::hint::black_box;
+use std::path::Path;
 
 fn main() {
     divan::main();
@@ -320,4 +323,52 @@ impl<const N: usize> Kernel for UsefulRays<'_, N> {
 fn exit_pupil(bencher: divan::Bencher) {
     let lens = lens();
     bencher.bench_local(|| ExitPupil::new(&lens, 22.0, RINGS));
+}
+
+/// Setting up a camera of each lens of ours and of the golden data, focused at infinity, for full frame (43 mm of diagonal)
+/// and for a film far larger than most image circles (120 mm): at most 50 ms of one core.
+#[divan::bench(args = cameras(), sample_count = 5)]
+fn camera_set_up(bencher: divan::Bencher, name: &str) {
+    let (file, diagonal) = name.split_once(" on ").expect("as `cameras` makes them");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let prescription = Prescription::read(&root.join(file)).expect("a lens file of ours");
+    let distance = Lens::focused(&prescription, f64::INFINITY).expect("a lens that focuses");
+    let spec = RealisticSpec {
+        lens_name: file.to_string(),
+        lens: Lens::new(&prescription, distance).expect("a lens with its film behind it"),
+        form: Form::Pbrt3,
+        weighting: Weighting::Physical,
+        compat: Default::default(),
+        pupil_sampling: Default::default(),
+        model: Default::default(),
+        precision: Default::default(),
+        bands: Vec::new(),
+        film_diagonal: None,
+        shutter: Shutter::default(),
+        clip: Clip::NONE,
+    };
+    let film = FilmGeometry {
+        resolution: UVec2::new(6000, 4000),
+        diagonal_mm: diagonal.parse().expect("a number"),
+    };
+    bencher.bench_local(|| Realistic::new(&spec, &film, &Transform::IDENTITY).is_ok());
+}
+
+/// Lens file and film diagonal, mm.
+fn cameras() -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    for folder in ["lenses", "tests/golden"] {
+        let entries = std::fs::read_dir(root.join(folder)).expect("a folder of ours");
+        let names = entries.flatten().map(|e| e.file_name());
+        let lenses = names.filter_map(|n| Some(n.to_str()?.to_string()));
+        files.extend(
+            lenses
+                .filter(|n| n.ends_with(".dat"))
+                .map(|n| format!("{folder}/{n}")),
+        );
+    }
+    files.sort();
+    let both = |file: &String| [43.267, 120.0].map(|d| format!("{file} on {d}"));
+    files.iter().flat_map(both).collect()
 }

@@ -1,9 +1,15 @@
 //! The aspheric lens among the golden data: Nikon Z 58 mm f/0.95 (WO 2019/229849, example 1), and lateral and
 //! longitudinal colour.
 
+use fstop::cameras::{
+    Band, CameraSample, Clip, Compat, FilmGeometry, Form, Realistic, RealisticSpec, Shutter,
+    Weighting,
+};
+use fstop::math::transform::Transform;
+use fstop::math::{Rgb, UVec2, Vec2};
 use fstop::optics::analysis::{Beam, ChiefFinder, ObjectPlane, Spot};
 use fstop::optics::asphere::Asphere;
-use fstop::optics::dispersion::{AbbeModel, LINE_C, LINE_F};
+use fstop::optics::dispersion::{AbbeModel, LINE_C, LINE_D, LINE_F};
 use fstop::optics::real::Plain;
 use fstop::optics::{Cause, ExitPupil, Lens, LensRay, LensTracer, Paraxial, Prescription};
 use serde_json::Value;
@@ -252,5 +258,110 @@ fn lateral_colour_agrees_with_the_golden_data() {
                 assert!((b - expected).abs() < 1e-7, "{name} {key}: {b} {expected}");
             }
         }
+    }
+}
+
+/// A camera of the lens with its stop all but closed, whose rays see the indices of C, d and F in turn.
+fn three_coloured(p: &Prescription, film_distance: f64) -> Realistic {
+    let mut p = p.clone();
+    // So small that all rays of a film point are its chief ray: coma moves the mean of the cone's directions by 1e-8 and less.
+    p.set_stops(1e-3);
+    let lens = |wavelength| {
+        let lens = p.at_wavelength(wavelength, AbbeModel::TwoTerm);
+        Lens::new(&lens, film_distance).unwrap()
+    };
+    let bands = [(LINE_C, Rgb::X), (LINE_D, Rgb::Y), (LINE_F, Rgb::Z)];
+    let spec = RealisticSpec {
+        lens_name: String::new(),
+        lens: lens(LINE_D),
+        form: Form::Course,
+        weighting: Weighting::Physical,
+        compat: Compat::None,
+        pupil_sampling: Default::default(),
+        model: Default::default(),
+        precision: Default::default(),
+        bands: bands
+            .map(|(wavelength, tint)| Band {
+                lens: lens(wavelength),
+                wavelength,
+                tint: 3.0 * tint,
+            })
+            .to_vec(),
+        film_diagonal: None,
+        shutter: Shutter::default(),
+        clip: Clip::NONE,
+    };
+    Realistic::new(&spec, &FILM, &Transform::IDENTITY).unwrap()
+}
+
+/// Square, 30.5 mm from middle to edge.
+const FILM: FilmGeometry = FilmGeometry {
+    resolution: UVec2::new(1, 1),
+    diagonal_mm: 61.0 * std::f64::consts::SQRT_2,
+};
+
+/// The camera's ray from `height` mm toward the film's top, through the middle of the pupil or so, in band number `band`: its
+/// direction's tangent toward x, and where it is, x and z in mm.
+fn camera_ray(camera: &Realistic, height: f64, u: f32, band: usize) -> (f64, [f64; 2]) {
+    let sample = CameraSample {
+        // The lens turns the picture over.
+        raster: Vec2::new((0.5 - height / 61.0) as f32, 0.5),
+        time: 0.0,
+        lens: Vec2::new(u, 0.5),
+        wavelength: (band as f32 + 0.5) / 3.0,
+    };
+    let ray = camera.ray(&sample, false).expect("lit");
+    assert_eq!(ray.tint[band], 3.0);
+    let (o, d) = (ray.ray.o.as_dvec3(), ray.ray.d.as_dvec3());
+    (d.x / d.z, [o.x, o.z])
+}
+
+#[test]
+fn the_camera_shows_the_golden_lateral_colour() {
+    for (name, abbe) in COLOURED {
+        let (p, data) = (with_abbe_numbers(name, abbe), data(name));
+        let camera = three_coloured(&p, number(&data, "/film_z") - p.length());
+        for row in data["chromatic"]["lateral"].as_array().unwrap() {
+            let tangents = ["/h_C", "/h_d", "/h_F"]
+                .iter()
+                .enumerate()
+                .map(|(band, key)| camera_ray(&camera, number(row, key), 0.5, band).0);
+            let tangents: Vec<f64> = tangents.collect();
+            // The three film points see the same direction. A film point is right to 2e-6 mm (single precision
+            // over 61 mm), a direction to 1e-7, and the middle of the pupil to its size.
+            let efl = number(&data, "/chromatic/C/efl").abs();
+            let scale = 1.0 + tangents[1] * tangents[1];
+            let tolerance = (4e-6 / efl + 3e-7) * scale + 1e-5 * scale / efl;
+            for other in [0, 2] {
+                let off = (tangents[other] - tangents[1]).abs();
+                assert!(off < tolerance, "{name} {other}: {off} {tolerance}");
+            }
+            // Which are not the same film point: they would be off by more.
+            let shift = (number(row, "/h_F") - number(row, "/h_C")).abs();
+            assert!(shift > 1e-3, "{name}: {shift}");
+        }
+    }
+}
+
+#[test]
+fn the_camera_shows_the_golden_longitudinal_colour() {
+    for (name, abbe) in COLOURED {
+        let (p, data) = (with_abbe_numbers(name, abbe), data(name));
+        // With the film in the focal point of C its rays leave collimated, and those of F as from the
+        // distance that Newton's formula tells.
+        let bfd = |line: &str| number(&data, &format!("/chromatic/{line}/bfd"));
+        let camera = three_coloured(&p, bfd("C"));
+        let slope = |band: usize| {
+            let ((a, [xa, za]), (b, [xb, zb])) = (
+                camera_ray(&camera, 0.0, 0.98, band),
+                camera_ray(&camera, 0.0, 0.02, band),
+            );
+            // Change of the direction per mm of height, at the same z.
+            (a - b) / ((xa - za * a) - (xb - zb * b))
+        };
+        let efl = number(&data, "/chromatic/F/efl");
+        let expected = (bfd("F") - bfd("C")) / (efl * efl);
+        let (red, blue) = (slope(0), slope(2));
+        println!("{name} {red} {blue} {expected}");
     }
 }

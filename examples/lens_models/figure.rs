@@ -4,8 +4,10 @@ use std::fmt::Write;
 
 /// One measurement.
 pub struct Point {
-    /// What it belongs to: decides its colour.
+    /// What it belongs to: the part before the comma decides its colour.
     pub series: String,
+    /// Drawn as a ring?
+    pub hollow: bool,
     /// Shown when pointed at.
     pub label: String,
     /// Horizontal and vertical value; what lies beyond the axes is drawn at their ends.
@@ -97,25 +99,39 @@ pub fn scatter(points: &[Point], [x, y]: [Axis; 2]) -> String {
         TOP + 0.5 * height,
         y.title
     ));
-    let mut series: Vec<&str> = Vec::new();
+    // Colours by the first part of the name, in the order of appearance.
+    let mut colors: Vec<&str> = Vec::new();
+    let mut series: Vec<(&str, bool)> = Vec::new();
     for p in points {
-        if !series.contains(&p.series.as_str()) {
-            series.push(&p.series);
+        let first = p.series.split(',').next().unwrap_or_default();
+        if !colors.contains(&first) {
+            colors.push(first);
+        }
+        if !series.contains(&(p.series.as_str(), p.hollow)) {
+            series.push((&p.series, p.hollow));
         }
     }
-    for (i, name) in series.iter().enumerate() {
-        let color = COLORS[i % COLORS.len()];
+    series.sort_by_key(|(_, hollow)| *hollow);
+    for (i, (name, hollow)) in series.iter().enumerate() {
+        let first = name.split(',').next().unwrap_or_default();
+        let color = colors.iter().position(|c| *c == first).unwrap_or(0);
+        let color = COLORS[color % COLORS.len()];
+        let style = if *hollow {
+            format!("fill=\"none\" stroke=\"{color}\"")
+        } else {
+            format!("fill=\"{color}\" fill-opacity=\"0.7\"")
+        };
         let at = TOP + 20.0 * i as f64 + 10.0;
         let legend = SIZE[0] - RIGHT + 16.0;
         draw(format!(
-            "<circle cx=\"{legend}\" cy=\"{at}\" r=\"5\" fill=\"{color}\"/><text x=\"{}\" y=\"{}\">{name}</text>",
+            "<circle cx=\"{legend}\" cy=\"{at}\" r=\"5\" {style}/><text x=\"{}\" y=\"{}\">{name}</text>",
             legend + 12.0,
             at + 4.0
         ));
         for p in points.iter().filter(|p| p.series == *name) {
             let [cx, cy] = place(p.at);
             draw(format!(
-                "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"4\" fill=\"{color}\" fill-opacity=\"0.7\"><title>{}</title></circle>",
+                "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"4\" {style}><title>{}</title></circle>",
                 p.label
             ));
         }

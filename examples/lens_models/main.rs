@@ -6,6 +6,7 @@
 mod figure;
 
 use figure::{Axis, Point};
+use fstop::cameras::BUNDLE;
 use fstop::math::Vec2;
 use fstop::optics::lanes::{Instructions, Lanes};
 use fstop::optics::models::{LensModel, ModelError, ModelKind, Models};
@@ -59,8 +60,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let text = format!(
-        "{INTRODUCTION}\nInstructions: {}; bundles of 16.\n\n{HEADER}{table}\n{CHOICES}{choices}\n{ALONE}{alone}\n{CONCLUSION}",
-        Instructions::best(16).name()
+        "{INTRODUCTION}\nInstructions: {}; bundles of {LANES}.\n\n{HEADER}{table}\n{CHOICES}{choices}\n{ALONE}{alone}\n{CONCLUSION}",
+        Instructions::best(LANES).name()
     );
     std::fs::write(root.join("docs/lens-models.md"), text)?;
     let x = Axis {
@@ -130,13 +131,11 @@ impl Setting {
                 write!(alone_table, " {useful:.0} | {:.1} |", single / useful)?;
             }
             let mut point = |series: String, error: f64, ns: f64| {
-                let label = format!("{label}, {series}: {error:.1e} px, {ns:.0} ns");
-                let at = [error, ns];
-                points.push(Point { series, label, at });
+                points.push(measured(label, series, [error, ns]));
             };
-            if kind == ModelKind::Exact {
-                point("exact, f64, one at a time".into(), 1e-9, single);
-            }
+            let exact = kind == ModelKind::Exact;
+            let double = if exact { 1e-9 } else { error.p99 };
+            point(format!("{kind}, f64, one at a time"), double, single);
             point(
                 format!("{kind}, f32 lanes"),
                 self.lanes_error(&models, &pupil, &model),
@@ -148,6 +147,7 @@ impl Setting {
                 errors(kind, &error)
             )?;
         }
+        self.thin(label, &models, &pupil, points)?;
         writeln!(table, " {:.2} |", slowest)?;
         write!(choices, "| {label} |")?;
         for tolerance in TOLERANCES {
@@ -156,6 +156,29 @@ impl Setting {
         }
         writeln!(choices)?;
         writeln!(alone_table)?;
+        Ok(())
+    }
+
+    /// The points of the thin model, which is in no table: it aims at a disk of its own, and maps its rays as `thick`
+    /// does, single precision or double.
+    fn thin(
+        &self,
+        label: &str,
+        models: &Models,
+        pupil: &ExitPupil,
+        points: &mut Vec<Point>,
+    ) -> Result<(), Box<dyn Error>> {
+        let model = models.model(ModelKind::Thin)?;
+        let error = models.error(&model, PIXEL).ok_or("dark")?.p99;
+        for (series, ns) in [
+            ("thin, f32 lanes", useful_time(models, pupil, &model)),
+            (
+                "thin, f64, one at a time",
+                alone_time(models, pupil, &model),
+            ),
+        ] {
+            points.push(measured(label, series.into(), [error, ns]));
+        }
         Ok(())
     }
 
@@ -186,6 +209,16 @@ impl Setting {
     }
 }
 
+/// A point of the figure: error in pixels and time in ns of a lens.
+fn measured(lens: &str, series: String, at: [f64; 2]) -> Point {
+    Point {
+        label: format!("{lens}, {series}: {:.1e} px, {:.0} ns", at[0], at[1]),
+        hollow: series.contains("f64"),
+        series,
+        at,
+    }
+}
+
 fn errors(kind: ModelKind, e: &ModelError) -> String {
     if kind == ModelKind::Exact {
         return "0".into();
@@ -205,8 +238,9 @@ fn errors(kind: ModelKind, e: &ModelError) -> String {
     )
 }
 
-const LANES: usize = 16;
-const BUNDLES: usize = 256;
+/// As many as the camera traces together.
+const LANES: usize = BUNDLE;
+const BUNDLES: usize = 128;
 
 type Points = [Lanes<LANES>; 2];
 
@@ -255,11 +289,11 @@ fn trace_time(models: &Models, pupil: &ExitPupil, model: &LensModel) -> f64 {
 
 /// ns for a ray that passes, pupil sampled, traced and weighted, in f64 one at a time.
 fn alone_time(models: &Models, pupil: &ExitPupil, model: &LensModel) -> f64 {
-    let samples: Vec<([f64; 2], Vec2)> = (0..BUNDLES * 4).map(|i| models.sample(i)).collect();
+    let samples: Vec<([f64; 2], Vec2)> = (0..BUNDLES * 8).map(|i| models.sample(i)).collect();
     shortest(|| {
         let mut passed = 0;
         for (film, u) in &samples {
-            let Some(aim) = pupil.sample(*film, *u) else {
+            let Some(aim) = model.sample_pupil(pupil, *film, *u) else {
                 continue;
             };
             if let Ok(ray) = model.trace_from_film(*film, aim.point) {

@@ -10,7 +10,7 @@
 use super::mount::{CameraSpaceRay, Mount};
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::transform::Transform;
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Rgb};
 use crate::params::{Dialect, ParamReader};
 use std::f64::consts::{PI, TAU};
 
@@ -81,6 +81,7 @@ impl Environment {
         CameraRay {
             ray: self.mount.ray(&through(d), time),
             weight: 1.0,
+            tint: Rgb::ONE,
             differentials: want_differentials.then(|| {
                 let across = DVec3::new(-sin_theta * sin_phi, 0.0, sin_theta * cos_phi);
                 let down = DVec3::new(cos_theta * cos_phi, -sin_theta, cos_theta * sin_phi);

@@ -5,6 +5,9 @@ use crate::math::motion::Motion;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
 use crate::math::{DMat4, DVec3, Vec3};
+use crate::optics::lanes::Lanes;
+use crate::optics::real::{Index, Mask, Number};
+use crate::optics::trace::LensRay;
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Debug)]
@@ -86,6 +89,97 @@ impl Mount {
             ry_o,
             ry_d,
         }
+    }
+}
+
+/// A [`Mount`] for bundles of rays of lens coordinates, in single precision: every matrix is multiplied out beforehand,
+/// in double precision.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placing {
+    /// Rows that take a point of lens coordinates (mm) to render space.
+    points: [[f32; 4]; 3],
+    /// The same for directions; they do not keep their length.
+    directions: [[f32; 3]; 3],
+    /// Camera-space z of a point, from its z in lens coordinates: factor and offset.
+    height: [f32; 2],
+    /// Camera-space z of `hither` and `yon`, where anything is clipped.
+    clip: Option<[f32; 2]>,
+}
+
+impl Mount {
+    /// For lens coordinates whose points `camera_from_lens` takes to camera space, and whose directions go to camera space by turning z
+    /// round. `None` for a camera placed by a projection, which a bundle cannot follow.
+    pub(super) fn placing(&self, camera_from_lens: &DMat4) -> Option<Placing> {
+        let m = self.render_from_camera;
+        if m.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
+            return None;
+        }
+        let whole = m * *camera_from_lens;
+        let turned = m * DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0));
+        let row = |m: &DMat4, i: usize| m.row(i).as_vec4().to_array();
+        Some(Placing {
+            points: [0, 1, 2].map(|i| row(&whole, i)),
+            directions: [0, 1, 2].map(|i| {
+                let [x, y, z, _] = row(&turned, i);
+                [x, y, z]
+            }),
+            height: [camera_from_lens.z_axis.z, camera_from_lens.w_axis.z].map(|x| x as f32),
+            clip: (self.clip != Clip::NONE)
+                .then_some([self.clip.hither as f32, self.clip.yon as f32]),
+        })
+    }
+}
+
+/// Origin and unit direction of a bundle of rays.
+type Lines<const N: usize> = [[Lanes<N>; 3]; 2];
+
+impl Placing {
+    /// Origin, unit direction and t_max in render space, as [`Mount::ray`].
+    #[inline(always)]
+    pub fn ray<const N: usize>(
+        &self,
+        ray: &LensRay<Lanes<N>>,
+    ) -> ([Lanes<N>; 3], [Lanes<N>; 3], Lanes<N>) {
+        let (mut o, d, length) = self.line(ray);
+        let mut t_max = Lanes::splat(f32::INFINITY);
+        if let Some([hither, yon]) = self.clip {
+            let z = ray.o[2].times(self.height[0]).plus(self.height[1]);
+            let dz = -ray.d[2];
+            // Parameters of the planes; what does not run forward is not clipped.
+            let forward = dz.greater(0.0);
+            let zero = Lanes::splat(0.0);
+            let start = (Lanes::splat(hither) - z) / dz;
+            let start = Lanes::select(start.greater(0.0).and(forward), start, zero);
+            let end = (Lanes::splat(yon) - z) / dz;
+            for (o, d) in o.iter_mut().zip(&d) {
+                *o = *o + *d * (start * length);
+            }
+            t_max = Lanes::select(forward, (end - start) * length, t_max);
+        }
+        (o, d, t_max)
+    }
+
+    /// Origin and unit direction in render space, whatever the clip planes.
+    #[inline(always)]
+    pub fn unclipped<const N: usize>(&self, ray: &LensRay<Lanes<N>>) -> Lines<N> {
+        let (o, d, _) = self.line(ray);
+        [o, d]
+    }
+
+    /// Origin, unit direction, and the length that the direction had.
+    #[inline(always)]
+    fn line<const N: usize>(
+        &self,
+        ray: &LensRay<Lanes<N>>,
+    ) -> ([Lanes<N>; 3], [Lanes<N>; 3], Lanes<N>) {
+        let product =
+            |v: &[Lanes<N>; 3], [a, b, c]: [f32; 3]| v[0].times(a) + v[1].times(b) + v[2].times(c);
+        let o = self
+            .points
+            .map(|[a, b, c, shift]| product(&ray.o, [a, b, c]).plus(shift));
+        let d = self.directions.map(|row| product(&ray.d, row));
+        let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        (o, d.map(|x| x / length), length)
     }
 }
 

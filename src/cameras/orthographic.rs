@@ -12,6 +12,7 @@
 use super::mount::{CameraSpaceRay, Mount};
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
 use crate::math::DVec2;
+use crate::math::Rgb;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
 
@@ -107,6 +108,7 @@ impl Orthographic {
         CameraRay {
             ray: self.mount.ray(&through(raster), time),
             weight: 1.0,
+            tint: Rgb::ONE,
             differentials: want_differentials.then(|| {
                 self.mount.differentials(
                     &through(raster + DVec2::X),
@@ -121,7 +123,7 @@ impl Orthographic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{DVec3, UVec2, Vec2, Vec3};
+    use crate::math::{DVec3, Rgb, UVec2, Vec2, Vec3};
     use crate::params::testing::read;
 
     const FILM: FilmGeometry = FilmGeometry {

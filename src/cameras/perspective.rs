@@ -8,7 +8,7 @@
 use super::mount::{CameraSpaceRay, Mount};
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
 use crate::math::transform::Transform;
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Rgb};
 use crate::params::ParamReader;
 
 /// A perspective camera as the scene file describes it.
@@ -116,6 +116,7 @@ impl Perspective {
         let time = self.spec.shutter.time(sample.time);
         CameraRay {
             ray: self.mount.ray(&through(raster), time),
+            tint: Rgb::ONE,
             weight: 1.0,
             differentials: want_differentials.then(|| {
                 let (x, y) = (raster + DVec2::X, raster + DVec2::Y);
@@ -150,6 +151,7 @@ mod tests {
         CameraSample {
             raster: Vec2::new(x, y),
             time: 0.5,
+            wavelength: 0.5,
             lens,
         }
     }

@@ -28,17 +28,22 @@
 //! one of them up; `"float bladerotation"` turns all but pictures, degrees counterclockwise as seen from behind the camera
 //! ([`crate::optics::stop_shape`]). The picture darkens by the area that is covered; pbrt-v4 makes up for it.
 //!
+//! `"bool dispersion"` (false): each ray is traced at one of twelve wavelengths, for lens files that tell Abbe numbers or
+//! dispersion formulas; see [`super::Band`]. The pupil, the model and the weight are those of the wavelength, the film
+//! stays where the d line has it.
+//!
 //! In both the scene lies on +z and the picture is upright. The course form is recognised by any of its
 //! own names. Sources: Kolb, Mitchell and Hanrahan, "A Realistic Camera Model for Computer Graphics",
 //! SIGGRAPH 1995; Pharr, Jakob and Humphreys, 3rd edition, §6.4.
 
-use super::mount::{CameraSpaceRay, Mount};
+use super::mount::{CameraSpaceRay, Mount, Placing};
 use super::pbrt_pupil_box::innermost_box_area;
+use super::realistic_bands::Band;
 use super::{BUNDLE, CameraError, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
+use crate::math::motion::Motion;
 use crate::math::sampling::concentric_disk;
 use crate::math::transform::Transform;
-use crate::math::{DVec3, Vec2};
-use crate::optics::lanes::Lanes;
+use crate::math::{DMat4, DVec3, Rgb, Vec2};
 use crate::optics::models::{LensModel, ModelKind, Models};
 use crate::optics::pupil::{ExitPupil, PupilSample, PupilSampling, RINGS, projected_solid_angle};
 use crate::optics::real::Dual;
@@ -120,6 +125,8 @@ pub struct RealisticSpec {
     pub precision: Precision,
     /// What the stop is shaped like, if not round.
     pub stop_shape: Option<StopShape>,
+    /// The bands of the spectrum that rays are traced in; none: all at the d line.
+    pub bands: Vec<Band>,
     /// Film diagonal in mm that overrides the film's own (`filmdiag`).
     pub film_diagonal: Option<f64>,
     /// When light is let in.
@@ -137,27 +144,41 @@ impl RealisticSpec {
 
 /// Where rays are aimed.
 #[derive(Clone, Debug)]
-enum Aim {
+pub(super) enum Aim {
     /// At the true exit pupil.
     Pupil(ExitPupil),
     /// At the rear element's disk, flat at its vertex: radius in mm.
     RearDisk(f64),
 }
 
+/// The lens at one wavelength, and what makes its rays.
+#[derive(Clone, Debug)]
+pub(super) struct Optics {
+    lens: Lens,
+    pub(super) aim: Aim,
+    pub(super) model: LensModel,
+    /// The lens with its shaped stop, where rays need to be weighed by it: by a picture, or because the model traces none.
+    gate: Option<Box<Lens>>,
+    /// See [`CameraRay::tint`].
+    pub(super) tint: Rgb,
+}
+
 /// A realistic camera ready to make rays.
 #[derive(Clone, Debug)]
 pub struct Realistic {
     pub(super) spec: RealisticSpec,
-    pub(super) mount: Mount,
-    aim: Aim,
-    pub(super) model: LensModel,
-    /// The lens with its shaped stop, where rays need to be weighed by it: by a picture, or because the model traces none.
-    gate: Option<Box<Lens>>,
+    mount: Mount,
+    /// For bundles; `None` where rays are made one at a time.
+    pub(super) placing: Option<Placing>,
+    /// At the d line.
+    pub(super) main: Optics,
+    /// Of the bands of the spectrum; none without dispersion.
+    pub(super) bands: Vec<Optics>,
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
     corner: [f64; 2],
-    per_pixel: [f64; 2],
+    pub(super) per_pixel: [f64; 2],
     /// Weight over projected solid angle.
-    weight_scale: f64,
+    pub(super) weight_scale: f64,
 }
 
 /// The exit pupil is known for film points this many pixels outside the picture: the widest reconstruction
@@ -178,28 +199,26 @@ impl Realistic {
         let [width, height] = film.size_mm(diagonal);
         let pitch = width / f64::from(film.resolution.x);
         let lens = &spec.lens;
-        let reach = 0.5 * diagonal + FILTER_REACH * pitch * std::f64::consts::SQRT_2;
-        let aim = match spec.compat {
-            Compat::None => {
-                let pupil = ExitPupil::new(lens, reach, RINGS);
-                Aim::Pupil(pupil.with_sampling(spec.pupil_sampling))
-            }
-            Compat::PbrtV2 => Aim::RearDisk(0.5 * lens.rear().aperture),
-        };
-        let model = match &aim {
-            Aim::Pupil(pupil) => model(spec.model, lens, pupil, 0.5 * diagonal, pitch)?,
-            Aim::RearDisk(_) => LensModel::exact(lens, lens.length()),
-        };
-        let (model, gate) = shaped(model, spec);
+        let optics = |lens: &Lens, tint: Rgb| Optics::new(spec, lens, tint, 0.5 * diagonal, pitch);
+        let bands = spec.bands.iter().map(|band| optics(&band.lens, band.tint));
+        let mount = Mount::new(render_from_camera, spec.clip);
+        let main = optics(lens, Rgb::ONE)?;
+        let one_by_one = spec.compat != Compat::None
+            || spec.precision == Precision::Double
+            || main.gate.is_some();
         let weight_scale = match spec.weighting {
             Weighting::Physical => spec.shutter.exposure(),
             Weighting::Simple => lens.film_distance().powi(2) / innermost_box_area(lens, diagonal),
         };
         Ok(Realistic {
-            mount: Mount::new(render_from_camera, spec.clip),
-            aim,
-            model,
-            gate,
+            placing: if one_by_one {
+                None
+            } else {
+                mount.placing(&camera_from_lens(spec))
+            },
+            mount,
+            main,
+            bands: bands.collect::<Result<_, _>>()?,
             // The lens turns the picture over: the picture's top left is the film's bottom right,
             // seen from behind.
             corner: [0.5 * width, -0.5 * height],
@@ -209,6 +228,12 @@ impl Realistic {
         })
     }
 
+    /// Lets the camera move while its shutter is open. Rays are then placed one at a time, each at its own time.
+    pub(super) fn set_motion(&mut self, motion: Motion) {
+        self.mount.set_motion(motion);
+        self.placing = None;
+    }
+
     /// The rays for `samples`, side by side.
     pub fn rays(
         &self,
@@ -216,71 +241,46 @@ impl Realistic {
         want_differentials: bool,
         rays: &mut ArrayVec<Option<CameraRay>, BUNDLE>,
     ) {
-        rays.clear();
-        let copies = matches!(self.aim, Aim::RearDisk(_));
-        if copies || self.spec.precision == Precision::Double {
-            let one = |sample| self.ray(sample, want_differentials);
-            rays.extend(samples.iter().take(BUNDLE).map(one));
+        if let Some(made) = self.rays_in_lanes(samples, want_differentials) {
+            *rays = made;
             return;
         }
-        let mut film = [Lanes::<BUNDLE>::splat(0.0); 2];
-        let mut target = film;
-        let mut solid_angles = [0.0; BUNDLE];
-        for (i, sample) in samples.iter().take(BUNDLE).enumerate() {
-            let point = self.film_point(sample.raster);
-            let Some(pupil) = self.aim(point, sample.lens) else {
-                continue;
-            };
-            solid_angles[i] =
-                projected_solid_angle([point[0], point[1], self.spec.lens.film_z()], &pupil)
-                    * self.transmission(point, pupil.point);
-            for axis in 0..2 {
-                film[axis].0[i] = point[axis] as f32;
-                target[axis].0[i] = pupil.point[axis] as f32;
-            }
-        }
-        let time = |i: usize| self.spec.shutter.time(samples[i].time);
-        let finished = |i: usize, ray: &LensRay<f64>, differentials| CameraRay {
-            ray: self.mount.ray(&self.camera_ray(ray), time(i)),
-            weight: (self.weight_scale * solid_angles[i]) as f32,
-            differentials,
-        };
-        let lit = |i: usize| solid_angles[i] > 0.0;
-        let lanes = 0..samples.len().min(BUNDLE);
-        if want_differentials {
-            let traced = self.model.trace_lanes_with_derivatives(&film, &target);
-            rays.extend(lanes.map(|i| {
-                let ray = traced.get(i).filter(|_| lit(i))?;
-                Some(finished(i, &value(&ray), self.differentials(&ray, time(i))))
-            }));
-        } else {
-            let traced = self.model.trace_lanes(&film, &target);
-            rays.extend(lanes.map(|i| {
-                let ray = traced.get(i).filter(|_| lit(i))?;
-                let ray = LensRay {
-                    o: ray.o.map(f64::from),
-                    d: ray.d.map(f64::from),
-                };
-                Some(finished(i, &ray, None))
-            }));
-        }
+        rays.clear();
+        let one = |sample| self.ray(sample, want_differentials);
+        rays.extend(samples.iter().take(BUNDLE).map(one));
+    }
+
+    /// Are rays traced in several bands of the spectrum?
+    pub fn disperses(&self) -> bool {
+        !self.bands.is_empty()
+    }
+
+    /// What makes the ray of `sample`.
+    pub(super) fn optics(&self, sample: &CameraSample) -> &Optics {
+        let count = self.bands.len();
+        let band = (f64::from(sample.wavelength) * count as f64) as usize;
+        let band = self.bands.get(band.min(count.saturating_sub(1)));
+        band.unwrap_or(&self.main)
     }
 
     /// The ray for `sample` in double precision; `None` where it is vignetted.
     pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
         let film = self.film_point(sample.raster);
-        let pupil = self.aim(film, sample.lens)?;
+        let optics = self.optics(sample);
+        let pupil = optics.aim(film, sample.lens)?;
         let time = self.spec.shutter.time(sample.time);
         let (ray, differentials) = if want_differentials {
-            let ray = self.trace_with_derivatives(film, pupil.point)?;
+            let ray = optics.model.trace_with_derivatives(film, pupil.point);
+            let ray = ray.ok()?;
             (value(&ray), self.differentials(&ray, time))
         } else {
-            (self.model.trace_from_film(film, pupil.point).ok()?, None)
+            (optics.model.trace_from_film(film, pupil.point).ok()?, None)
         };
-        if matches!(self.aim, Aim::RearDisk(_)) && !self.neighbours_pass(film, pupil.point) {
+        let copies = matches!(optics.aim, Aim::RearDisk(_));
+        if copies && !self.neighbours_pass(optics, film, pupil.point) {
             return None;
         }
-        let transmission = self.transmission(film, pupil.point);
+        let transmission = optics.transmission(film, pupil.point);
         if transmission <= 0.0 {
             return None;
         }
@@ -288,14 +288,9 @@ impl Realistic {
         Some(CameraRay {
             ray: self.mount.ray(&self.camera_ray(&ray), time),
             weight: (self.weight_scale * transmission * projected_solid_angle(film, &pupil)) as f32,
+            tint: optics.tint,
             differentials,
         })
-    }
-
-    /// The part of the light that a shaped stop lets through, as far as the model does not know it.
-    fn transmission(&self, film: [f64; 2], pupil: [f64; 3]) -> f64 {
-        let gate = self.gate.as_ref();
-        gate.map_or(1.0, |lens| lens.stop_transmission(film, pupil))
     }
 
     /// The point of the film, mm, where the lens throws what belongs at `raster`.
@@ -304,40 +299,17 @@ impl Realistic {
         std::array::from_fn(|i| self.corner[i] + self.per_pixel[i] * raster[i])
     }
 
-    /// Where to send the ray from `film`; `None` where no light comes from.
-    pub(super) fn aim(&self, film: [f64; 2], u: Vec2) -> Option<PupilSample> {
-        match &self.aim {
-            Aim::Pupil(pupil) => self.model.sample_pupil(pupil, film, u),
-            Aim::RearDisk(radius) => {
-                let p = radius * concentric_disk(u).as_dvec2();
-                Some(PupilSample {
-                    point: [p.x, p.y, self.spec.lens.length()],
-                    area: std::f64::consts::PI * radius * radius,
-                })
-            }
-        }
-    }
-
     /// Do the rays of the next pixel in x and of the next in y pass, through the same pupil point?
-    fn neighbours_pass(&self, film: [f64; 2], pupil: [f64; 3]) -> bool {
-        let passes = |film| self.spec.lens.trace_from_film(film, pupil).is_ok();
+    fn neighbours_pass(&self, optics: &Optics, film: [f64; 2], pupil: [f64; 3]) -> bool {
+        let passes = |film| optics.lens.trace_from_film(film, pupil).is_ok();
         passes([film[0] + self.per_pixel[0], film[1]])
             && passes([film[0], film[1] + self.per_pixel[1]])
     }
 
-    fn trace_with_derivatives(&self, film: [f64; 2], pupil: [f64; 3]) -> Option<LensRay<Dual>> {
-        self.model.trace_with_derivatives(film, pupil).ok()
-    }
-
     /// From lens coordinates to camera space.
     pub(super) fn camera_ray(&self, ray: &LensRay<f64>) -> CameraSpaceRay {
-        let [x, y, z] = ray.o;
-        let o = match self.spec.form {
-            Form::Course => DVec3::new(x, y, -z),
-            Form::Pbrt3 => DVec3::new(x, y, self.spec.lens.film_z() - z) * 1e-3,
-        };
         CameraSpaceRay {
-            o,
+            o: camera_from_lens(&self.spec).transform_point3(DVec3::from(ray.o)),
             d: DVec3::new(ray.d[0], ray.d[1], -ray.d[2]),
         }
     }
@@ -375,6 +347,7 @@ impl Realistic {
                 raster,
                 time: 0.0,
                 lens: Vec2::new(r(3), r(4)),
+                wavelength: 0.5,
             };
             self.ray(&sample, false).is_some()
         });
@@ -384,7 +357,7 @@ impl Realistic {
     /// Angle in radians between the axis and the middle of the light that reaches the film point
     /// `radius` mm from the axis; `None` where none does.
     pub fn field_angle(&self, radius: f64) -> Option<f64> {
-        let center = match &self.aim {
+        let center = match &self.main.aim {
             Aim::Pupil(pupil) => [pupil.region(radius)?.center, 0.0, pupil.plane_z()],
             Aim::RearDisk(_) => [0.0, 0.0, self.spec.lens.length()],
         };
@@ -394,18 +367,85 @@ impl Realistic {
     }
 }
 
-/// `model` with the stop that `spec` asks for, and the lens that weighs its rays where the model cannot.
-fn shaped(model: LensModel, spec: &RealisticSpec) -> (LensModel, Option<Box<Lens>>) {
-    let Some(shape) = &spec.stop_shape else {
+impl Optics {
+    fn new(
+        spec: &RealisticSpec,
+        lens: &Lens,
+        tint: Rgb,
+        film_radius: f64,
+        pitch: f64,
+    ) -> Result<Optics, CameraError> {
+        let reach = film_radius + FILTER_REACH * pitch * std::f64::consts::SQRT_2;
+        let aim = match spec.compat {
+            Compat::None => {
+                let pupil = ExitPupil::new(lens, reach, RINGS);
+                Aim::Pupil(pupil.with_sampling(spec.pupil_sampling))
+            }
+            Compat::PbrtV2 => Aim::RearDisk(0.5 * lens.rear().aperture),
+        };
+        let model = match &aim {
+            Aim::Pupil(pupil) => model(spec.model, lens, pupil, film_radius, pitch)?,
+            Aim::RearDisk(_) => LensModel::exact(lens, lens.length()),
+        };
+        let (model, gate) = shaped(model, lens, spec.stop_shape.as_ref());
+        Ok(Optics {
+            lens: lens.clone(),
+            aim,
+            model,
+            gate,
+            tint,
+        })
+    }
+
+    /// Part of the light of a ray that a shaped stop lets pass, where the model does not see to that.
+    fn transmission(&self, film: [f64; 2], pupil: [f64; 3]) -> f64 {
+        let gate = self.gate.as_ref();
+        gate.map_or(1.0, |lens| lens.stop_transmission(film, pupil))
+    }
+
+    /// Where to send the ray from `film`; `None` where no light comes from.
+    pub(super) fn aim(&self, film: [f64; 2], u: Vec2) -> Option<PupilSample> {
+        match &self.aim {
+            Aim::Pupil(pupil) => self.model.sample_pupil(pupil, film, u),
+            Aim::RearDisk(radius) => {
+                let p = radius * concentric_disk(u).as_dvec2();
+                Some(PupilSample {
+                    point: [p.x, p.y, self.lens.length()],
+                    area: std::f64::consts::PI * radius * radius,
+                })
+            }
+        }
+    }
+}
+
+/// `model` with a stop of this shape, and the lens that weighs its rays where the model cannot.
+fn shaped(
+    model: LensModel,
+    lens: &Lens,
+    shape: Option<&StopShape>,
+) -> (LensModel, Option<Box<Lens>>) {
+    let Some(shape) = shape else {
         return (model, None);
     };
-    let lens = spec.lens.clone().with_stop_shape(shape.clone());
+    let lens = lens.clone().with_stop_shape(shape.clone());
     match (model.kind(), shape) {
         // Exact rays end at blades by themselves.
         (ModelKind::Exact, StopShape::Polygon(_)) => {
             (LensModel::exact(&lens, model.plane_z()), None)
         }
         _ => (model, Some(Box::new(lens))),
+    }
+}
+
+/// From lens coordinates, mm, to camera space.
+fn camera_from_lens(spec: &RealisticSpec) -> DMat4 {
+    let turned = DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0));
+    match spec.form {
+        Form::Course => turned,
+        Form::Pbrt3 => {
+            let film = DVec3::new(0.0, 0.0, spec.lens.film_z());
+            DMat4::from_scale(DVec3::splat(1e-3)) * DMat4::from_translation(film) * turned
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Reading `Camera "realistic"`: both spellings, and every problem of the lens file.
 
 use super::realistic::{Compat, Form, ModelChoice, Precision, RealisticSpec, Weighting};
+use super::realistic_bands::Band;
 use super::{Clip, Shutter, stop_shape};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
@@ -54,8 +55,10 @@ impl RealisticSpec {
         } else {
             Clip::NONE
         };
+        let prescription = prescription(params, form)?;
         let stop_shape = stop_shape::from_params(params);
-        let lens = lens(params, form)?;
+        let lens = lens(params, form, &prescription)?;
+        let bands = bands(params, &prescription, &lens);
         if stop_shape.is_some() && !lens.surfaces().iter().any(|s| s.is_stop) {
             let name = if params.has("aperture") {
                 "aperture"
@@ -76,6 +79,7 @@ impl RealisticSpec {
             model,
             precision,
             stop_shape,
+            bands,
             film_diagonal,
             shutter,
             clip,
@@ -136,8 +140,8 @@ fn given<'n>(params: &ParamReader, names: [&'n str; 2]) -> &'n str {
     }
 }
 
-/// The lens, its stop set and its film in place.
-fn lens(params: &ParamReader, form: Form) -> Option<Lens> {
+/// The surfaces, scaled and their stop set.
+fn prescription(params: &ParamReader, form: Form) -> Option<Prescription> {
     let (file_names, aperture_names) = match form {
         Form::Course => (
             ["specfile", "lensfile"],
@@ -150,7 +154,7 @@ fn lens(params: &ParamReader, form: Form) -> Option<Lens> {
     };
     let aperture_name = given(params, aperture_names);
     let aperture = positive(params, aperture_name, DEFAULT_APERTURE);
-    let mut prescription = prescription(params, given(params, file_names))?;
+    let mut prescription = read(params, given(params, file_names))?;
     let scale = positive(params, "scale", 1.0);
     if scale != 1.0 {
         prescription = prescription.scaled(scale);
@@ -164,14 +168,38 @@ fn lens(params: &ParamReader, form: Form) -> Option<Lens> {
             format!("the lens has no stop row, so {aperture_name} has no effect"),
         );
     }
-    let film_distance = film_distance(params, form, &prescription)?;
-    Lens::new(&prescription, film_distance)
+    Some(prescription)
+}
+
+/// The lens with its film in place.
+fn lens(params: &ParamReader, form: Form, prescription: &Prescription) -> Option<Lens> {
+    let film_distance = film_distance(params, form, prescription)?;
+    Lens::new(prescription, film_distance)
         .map_err(|e| params.error("filmdistance", e.to_string()))
         .ok()
 }
 
+/// The bands of the spectrum that are asked for.
+fn bands(params: &ParamReader, prescription: &Prescription, lens: &Lens) -> Vec<Band> {
+    if !params.boolean("dispersion", false) {
+        return Vec::new();
+    }
+    if !prescription.disperses() {
+        params.warn(
+            "dispersion",
+            "the lens file tells no Abbe numbers (nor dispersion formulas), so all colours see the \
+             indices of the d line",
+        );
+        return Vec::new();
+    }
+    // A formula that gives no index somewhere in the spectrum.
+    Band::all(prescription, lens.film_distance())
+        .map_err(|e| params.error("dispersion", e.to_string()))
+        .unwrap_or_default()
+}
+
 /// Reads the lens file that parameter `name` gives.
-fn prescription(params: &ParamReader, name: &str) -> Option<Prescription> {
+fn read(params: &ParamReader, name: &str) -> Option<Prescription> {
     if !params.has(name) {
         params.error(
             name,

@@ -2,6 +2,7 @@
 
 use super::FilmGeometry;
 use super::realistic::{Compat, Realistic, Weighting};
+use super::realistic_bands::Band;
 use crate::optics::models::ModelKind;
 
 impl Realistic {
@@ -34,8 +35,20 @@ impl Realistic {
             "about {:.1} % of the rays are vignetted",
             100.0 * self.vignetted_fraction(film)
         ));
-        if self.model.kind() != ModelKind::Exact {
-            lines.push(format!("rays by the lens model `{}`", self.model.kind()));
+        if self.main.model.kind() != ModelKind::Exact {
+            lines.push(format!(
+                "rays by the lens model `{}`",
+                self.main.model.kind()
+            ));
+        }
+        if self.disperses() {
+            let nanometres = |band: Option<&Band>| band.map_or(0.0, |b| 1000.0 * b.wavelength);
+            lines.push(format!(
+                "dispersion in {} bands, {:.0} to {:.0} nm",
+                spec.bands.len(),
+                nanometres(spec.bands.first()),
+                nanometres(spec.bands.last())
+            ));
         }
         if spec.compat == Compat::PbrtV2 {
             lines.push("sampling the rear element as the course kit on pbrt-v2 did".to_string());

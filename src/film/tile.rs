@@ -74,6 +74,11 @@ impl Tile {
     /// not finite, or whose luminance is below −1e-5, is counted as black and as dropped; the answer
     /// is then `false`.
     pub fn add_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: f32) -> bool {
+        self.add_coloured_sample(pixel, radiance, Rgb::splat(weight))
+    }
+
+    /// The same with a weight for each channel.
+    pub fn add_coloured_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: Rgb) -> bool {
         let Some(statistics) = self
             .bounds
             .index(pixel)

@@ -145,7 +145,7 @@ struct Waiting {
 }
 
 impl Waiting {
-    /// The numbers are used in the order film, time, lens, path.
+    /// The numbers are used in the order film, time, lens, wavelength (of a camera that disperses), path.
     fn new(shot: &Shot, sampler: &Sampler, pixel: UVec2, index: u32) -> (CameraSample, Waiting) {
         let at = IVec2::new(pixel.x as i32, pixel.y as i32);
         let mut stream = sampler.stream(at, index);
@@ -155,6 +155,11 @@ impl Waiting {
             raster: pixel.as_vec2() + Vec2::splat(0.5) + on_film.offset,
             time,
             lens: stream.next_2d(),
+            wavelength: if shot.camera.disperses() {
+                stream.next_1d()
+            } else {
+                0.5
+            },
         };
         let waiting = Waiting {
             pixel,
@@ -176,6 +181,7 @@ impl Waiting {
             differentials.as_ref(),
             &mut self.stream,
         );
-        tile.add_sample(self.pixel, radiance, camera_ray.weight * self.filter_weight);
+        let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
+        tile.add_coloured_sample(self.pixel, radiance, weight);
     }
 }

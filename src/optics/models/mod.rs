@@ -55,8 +55,8 @@ pub use thick::Thick;
 pub use thin::Thin;
 
 use super::lanes::{
-    FilmTracer, Kernel, Lanes, Traced, WeightedRays, projected_solid_angle, sample_disk,
-    sample_pupil, vectorize,
+    FilmTracer, Kernel, Lanes, PupilSamples, Traced, WeightedRays, projected_solid_angle,
+    sample_disk, sample_pupil, vectorize,
 };
 use super::lens::Lens;
 use super::pupil::{ExitPupil, PupilSample};
@@ -300,6 +300,45 @@ impl LensModel {
         )
     }
 
+    /// Points to aim at as [`LensModel::sample_pupil`] chooses them, for use inside a larger [`Kernel`].
+    #[inline(always)]
+    pub fn sample_pupil_inline<const N: usize>(
+        &self,
+        pupil: &ExitPupil,
+        film: &[Lanes<N>; 2],
+        u: &[Lanes<N>; 2],
+    ) -> PupilSamples<N> {
+        match &self.single {
+            Map::Thin(thin) => sample_disk(thin.radius(), u),
+            _ => sample_pupil(pupil, film, u),
+        }
+    }
+
+    /// Projected solid angle, sr, that each of `samples` stands for, seen from `film`.
+    #[inline(always)]
+    pub fn projected_solid_angle_inline<const N: usize>(
+        &self,
+        film: &[Lanes<N>; 2],
+        samples: &PupilSamples<N>,
+    ) -> Lanes<N> {
+        let to_plane = (self.plane_z - self.lens.film_z()) as f32;
+        projected_solid_angle(to_plane, film, &samples.point, samples.area)
+    }
+
+    /// The calculation of [`LensModel::trace_lanes_with_derivatives`], for use inside a larger [`Kernel`].
+    #[inline(always)]
+    pub fn trace_with_derivatives_inline<const N: usize>(
+        &self,
+        film: &[Lanes<N>; 2],
+        pupil: &[Lanes<N>; 2],
+    ) -> Traced<Dual<Lanes<N>>> {
+        let ([x, y], [u, v]) = (*film, *pupil);
+        self.trace_inline(
+            &[Dual::parameter(x, 0), Dual::parameter(y, 1)],
+            &[Dual::fixed(u), Dual::fixed(v)],
+        )
+    }
+
     /// The calculation of [`LensModel::trace_lanes`], for use inside a larger [`Kernel`].
     #[inline(always)]
     pub fn trace_inline<T: Index<Base = f32>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
@@ -350,21 +389,14 @@ impl<const N: usize> Kernel for SampledBundle<'_, N> {
     type Output = WeightedRays<N>;
     #[inline(always)]
     fn run(self) -> WeightedRays<N> {
-        let samples = match &self.model.single {
-            Map::Thin(thin) => sample_disk(thin.radius(), self.u),
-            _ => sample_pupil(self.pupil, self.film, self.u),
-        };
+        let samples = self
+            .model
+            .sample_pupil_inline(self.pupil, self.film, self.u);
         let mut traced = self.model.trace_inline(self.film, &samples.point);
         traced.passed = traced.passed.and(samples.lit);
-        let to_plane = (self.model.plane_z - self.model.lens.film_z()) as f32;
         WeightedRays {
             traced,
-            projected_solid_angle: projected_solid_angle(
-                to_plane,
-                self.film,
-                &samples.point,
-                samples.area,
-            ),
+            projected_solid_angle: self.model.projected_solid_angle_inline(self.film, &samples),
         }
     }
 }
@@ -375,12 +407,9 @@ impl<const N: usize> Kernel for DualBundle<'_, N> {
     type Output = Traced<Dual<Lanes<N>>>;
     #[inline(always)]
     fn run(self) -> Traced<Dual<Lanes<N>>> {
-        let [x, y] = *self.0.film;
-        let [u, v] = *self.0.pupil;
-        self.0.model.trace_inline(
-            &[Dual::parameter(x, 0), Dual::parameter(y, 1)],
-            &[Dual::fixed(u), Dual::fixed(v)],
-        )
+        self.0
+            .model
+            .trace_with_derivatives_inline(self.0.film, self.0.pupil)
     }
 }
 

@@ -112,6 +112,35 @@ fn awkward_exit_pupils_are_sampled_all_the_same() {
     }
 }
 
+/// Samples lie evenly but for what the triangles' areas differ between the ends of a ring, and the weights carry
+/// that: their mean is the area of the region.
+#[test]
+fn samples_are_even_and_weights_make_them_exact() {
+    for (stop, reach) in [(17.1, 22.0), (17.1, 60.0), (4.0, 60.0)] {
+        let lens = lens(DGAUSS, stop, 36.77);
+        let pupil = ExitPupil::new(&lens, reach, RINGS);
+        let (mut deviation, mut rays, mut worst) = (0.0, 0.0, 0.0f64);
+        for i in 0..400 {
+            // Evenly over the film, to where light ends.
+            let radius = (reach * reach * f64::from(i) / 400.0).sqrt();
+            let Some(region) = pupil.region(radius) else {
+                continue;
+            };
+            let areas = spread(1 << 10).filter_map(|u| pupil.sample([radius, 0.0], u));
+            let areas: Vec<f64> = areas.map(|s| s.area / region.area).collect();
+            let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+            // The mean of 1024 well-spread samples.
+            assert!((mean - 1.0).abs() < 2e-3, "{stop} at {radius}: {mean}");
+            deviation += areas.iter().map(|a| (a - 1.0).powi(2)).sum::<f64>();
+            rays += areas.len() as f64;
+            worst = areas.iter().map(|a| (a - 1.0).abs()).fold(worst, f64::max);
+        }
+        let rms = (deviation / rays).sqrt();
+        println!("{stop} {reach}: {rms} {worst}");
+        assert!(rms < 0.01, "{stop} {reach}: {rms} {worst}");
+    }
+}
+
 #[test]
 fn outside_the_image_circle_there_is_nothing() {
     // A stop far in front of a small lens shades everything beyond some film radius.
