@@ -30,7 +30,6 @@ impl Clearcoat {
     }
 
     /// The BRDF, in 1/sr.
-    #[inline(never)]
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let Some(h) = (wo + wi).try_normalize() else {
             return Rgb::ZERO;
@@ -42,7 +41,6 @@ impl Clearcoat {
     }
 
     /// Density of [`Clearcoat::sample`].
-    #[inline(never)]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         if wo.z * wi.z <= 0.0 {
             return 0.0;
@@ -54,7 +52,6 @@ impl Clearcoat {
     }
 
     /// Reflects on a facet drawn by area; `None` where the light would leave below.
-    #[inline(never)]
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
         let a2 = self.alpha * self.alpha;
         let sin2 = (a2.powf(1.0 - u.x) - a2) / (1.0 - a2);

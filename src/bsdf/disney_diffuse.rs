@@ -24,7 +24,6 @@ pub struct DisneyDiffuse {
 impl DisneyDiffuse {
     /// The BRDF, in 1/sr: f_base of Burley 2015, equation 4, with f_lambert and f_retro weighted
     /// each for itself, the Hanrahan–Krueger imitation of Burley 2012, §5.3, and the sheen of §5.5.
-    #[inline(never)]
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let Some(h) = (wo + wi).try_normalize() else {
             return Rgb::ZERO;

@@ -25,7 +25,6 @@ pub struct FresnelBlend {
 
 impl FresnelBlend {
     /// The BRDF, in 1/sr (§8.5, the two terms of the model).
-    #[inline(never)]
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
         let under = |cos: f32| 1.0 - (1.0 - 0.5 * cos).powi(5);
@@ -43,7 +42,6 @@ impl FresnelBlend {
     }
 
     /// Density of [`FresnelBlend::sample`].
-    #[inline(never)]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         if wo.z * wi.z <= 0.0 {
             return 0.0;
@@ -57,7 +55,6 @@ impl FresnelBlend {
 
     /// A cosine-distributed direction for `uc` below ½, else one reflected on a facet; `None`
     /// where that one would leave below.
-    #[inline(never)]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         let wi = if uc < 0.5 {
             let wi = cosine_hemisphere(u);

@@ -92,7 +92,6 @@ impl Hair {
 
     /// The lobe's value in 1/sr (§2): the sum over paths of longitudinal, attenuation and azimuthal
     /// terms, over the cosine that the scattering equation multiplies with.
-    #[inline(never)]
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let seen = self.seen(wo);
         let mut sum = Rgb::ZERO;
@@ -102,7 +101,6 @@ impl Hair {
     }
 
     /// Density of [`Hair::sample`].
-    #[inline(never)]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let seen = self.seen(wo);
         let mut sum = 0.0;
@@ -111,7 +109,6 @@ impl Hair {
     }
 
     /// Draws a path in proportion to its attenuation, and a direction of its lobe (§2.6).
-    #[inline(never)]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         let seen = self.seen(wo);
         let (p, uc) = choose_path(&seen.chance, uc);
