@@ -54,7 +54,7 @@ fn usable(reader: &ParamReader, name: &str, given: Rgb) -> Rgb {
     if used != given {
         let [r, g, b] = used.to_array();
         let message =
-            format!("`{name}` times `scale` is outside 0 to 1e20: ({r:e}, {g:e}, {b:e}) is used");
+            format!("`{name}` times `scale` is outside 0 to 1e20: ({r:?}, {g:?}, {b:?}) is used");
         reader.warn(name, message);
     }
     used
