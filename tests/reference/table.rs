@@ -188,12 +188,16 @@ fn close(a: &str, b: &str) -> bool {
     (x - y).abs() <= 1.001 * unit
 }
 
-/// What a scene file says of itself: the comment at its top, as one line.
+/// What a scene file says of itself: the first sentence of the comment at its top.
 pub fn description(source: &str) -> String {
     let comment = source.lines().map_while(|line| line.strip_prefix('#'));
     let words: Vec<&str> = comment.flat_map(str::split_whitespace).collect();
     // A bar would end the cell.
-    words.join(" ").replace('|', "/")
+    let text = words.join(" ").replace('|', "/");
+    match text.split_once(". ") {
+        Some((sentence, _)) => format!("{sentence}."),
+        None => text,
+    }
 }
 
 #[test]
@@ -221,7 +225,7 @@ fn rows_are_found_by_name() {
         ]
     );
     assert_eq!(
-        description("# One | two,\n#  three.\nCamera \"x\"\n# four"),
+        description("# One | two,\n#  three. Four.\nCamera \"x\"\n# five"),
         "One / two, three."
     );
 }
