@@ -3,7 +3,7 @@
 
 use crate::handles::{FloatTextureId, MaterialId, SpectrumTextureId};
 use crate::params::TextureNames;
-use crate::syntax::Typed;
+use crate::syntax::{Name, Typed};
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -25,6 +25,9 @@ pub struct GraphicsState {
     pub material: Option<Rc<MaterialDirective>>,
     /// What `Material` gave last: in pbrt-v2 unknown named materials fall back on it.
     pub unnamed_material: Option<Rc<MaterialDirective>>,
+    /// In pbrt-v2, the name of a material that was unknown when it was asked for: the next shape
+    /// looks it up again.
+    pub late_material: Option<Name>,
     /// Texture names in scope.
     pub textures: Rc<TextureNames>,
     /// Named materials in scope.
@@ -41,6 +44,7 @@ impl GraphicsState {
         GraphicsState {
             material: None,
             unnamed_material: None,
+            late_material: None,
             textures: Rc::default(),
             named_materials: Rc::default(),
             area_light: None,

@@ -32,6 +32,7 @@ impl Interpreter<'_> {
                 "a moving shape is held at its start: motion blur is not supported yet",
             );
         }
+        self.find_late_material();
         let (material, spec) = self.read_shape(span, typed);
         let Some(spec) = spec else { return };
         let entity = ShapeEntity {
