@@ -195,3 +195,186 @@ fn later_frames_are_checked_before_the_first_is_rendered() {
     assert!(run.stderr.contains("s.pbrt:14:35\n"), "{}", run.stderr);
     assert!(!folder.path("a.exr").exists());
 }
+
+/// What `--keep-going` is for: each of these lines names a file that is missing or broken, at the line
+/// and column given.
+const BROKEN: [(&str, &str); 9] = [
+    (
+        "Texture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"nowhere.png\"",
+        ":53\n",
+    ),
+    (
+        "Texture \"b\" \"float\" \"imagemap\" \"string filename\" \"bad.png\"",
+        ":50\n",
+    ),
+    (
+        "Shape \"plymesh\" \"string filename\" \"nowhere.ply\"",
+        ":35\n",
+    ),
+    ("Shape \"plymesh\" \"string filename\" \"bad.ply\"", ":35\n"),
+    ("Include \"nowhere.pbrt\"", ":9\n"),
+    (
+        "LightSource \"infinite\" \"string mapname\" \"nowhere.exr\"",
+        ":41\n",
+    ),
+    (
+        "LightSource \"projection\" \"string mapname\" \"bad.png\"",
+        ":43\n",
+    ),
+    (
+        "LightSource \"point\" \"spectrum I\" \"nowhere.spd\"",
+        ":34\n",
+    ),
+    (
+        "ObjectBegin \"o\" Shape \"objmesh\" \"string filename\" \"nowhere.obj\" ObjectEnd",
+        ":51\n",
+    ),
+];
+
+/// A scene in which a ball shows texture `a`, with the broken lines from line 4 on.
+fn broken_scene(folder: &Folder) {
+    for name in ["bad.png", "bad.ply"] {
+        folder.write(name, "no such thing");
+    }
+    let lines = BROKEN.map(|(line, _)| line).join("\n");
+    let text = format!(
+        "Camera \"perspective\" \"float fov\" 20\n\
+         Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+         WorldBegin\n{lines}\n\
+         Material \"matte\" \"texture Kd\" \"a\" \"texture sigma\" \"b\"\nTranslate 0 0 3\nShape \"sphere\"\nWorldEnd\n"
+    );
+    folder.write("s.pbrt", text);
+}
+
+#[test]
+fn keep_going_renders_the_rest_of_a_scene_with_broken_files() {
+    let folder = Folder::new();
+    broken_scene(&folder);
+    let refused = folder.run(["render", "s.pbrt", "-o", "a.exr"]);
+    assert_eq!(refused.code, 2, "{}", refused.stderr);
+    assert!(!folder.path("a.exr").exists());
+    for quiet in [None, Some("--quiet")] {
+        let command = ["render", "s.pbrt", "-o", "a.exr", "--keep-going"];
+        let kept = folder.run(command.into_iter().chain(quiet));
+        assert_eq!(kept.code, 1, "{}", kept.stderr);
+        assert!(folder.path("a.exr").exists());
+        std::fs::remove_file(folder.path("a.exr")).expect("a picture");
+        // The same is said of every file, whether the scene is refused or not.
+        for said in [&refused.stderr, &kept.stderr] {
+            for (number, (line, column)) in (4..).zip(BROKEN) {
+                let place = format!("s.pbrt:{number}{column}");
+                assert!(said.contains(&place), "{place} {line}\n{said}");
+            }
+        }
+        let summary = "warning: 9 files could not be used";
+        assert!(kept.stderr.contains(summary), "{}", kept.stderr);
+    }
+}
+
+/// What pbrt-v3 puts in the place of a picture: a grey of 0.5.
+#[test]
+fn the_stand_in_for_a_picture_is_grey() {
+    let folder = Folder::new();
+    folder.write(
+        "s.pbrt",
+        "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+         Camera \"perspective\" \"float fov\" 20\nIntegrator \"path\" \"integer maxdepth\" 1\nWorldBegin\n\
+         LightSource \"infinite\"\n\
+         Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"nowhere.exr\"\n\
+         Material \"matte\" \"texture Kd\" \"t\"\nTranslate 0 0 3\nShape \"sphere\"\nWorldEnd\n",
+    );
+    let run = folder.run([
+        "render",
+        "s.pbrt",
+        "--keep-going",
+        "-o",
+        "a.exr",
+        "--spp",
+        "64",
+    ]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    let image = fstop::film::read(&folder.path("a.exr"))
+        .expect("a picture")
+        .image;
+    let mean = image.pixels.iter().map(|p| p.x).sum::<f32>() / image.pixels.len() as f32;
+    // A convex body under a white sky shows its albedo; 4096 samples of a Monte Carlo estimate with a
+    // standard deviation below 0.3.
+    assert!((mean - 0.5).abs() < 0.02, "{mean}");
+}
+
+#[test]
+fn keep_going_is_for_files_only() {
+    let folder = Folder::new();
+    broken_scene(&folder);
+    let strict = folder.run(["render", "s.pbrt", "--keep-going", "--strict"]);
+    assert_eq!(strict.code, 2);
+    assert!(
+        strict.stderr.contains("cannot be used with"),
+        "{}",
+        strict.stderr
+    );
+    // A mistake of the scene is one, whatever its files.
+    let text = std::fs::read_to_string(folder.path("s.pbrt")).expect("the scene");
+    let mistaken = text.replace("Translate 0 0 3", "NamedMaterial \"nobody\"");
+    folder.write("m.pbrt", mistaken);
+    let run = folder.run(["render", "m.pbrt", "--keep-going", "-o", "a.exr"]);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("no material `nobody`"),
+        "{}",
+        run.stderr
+    );
+    assert!(!folder.path("a.exr").exists());
+    // Nothing is missing: nothing is said.
+    folder.write(
+        "w.pbrt",
+        "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4\n\
+         WorldBegin\nLightSource \"infinite\"\nWorldEnd\n",
+    );
+    let run = folder.run(["render", "w.pbrt", "--keep-going", "-o", "a.exr", "--quiet"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+}
+
+#[test]
+fn a_missing_lens_becomes_a_pinhole() {
+    let folder = Folder::new();
+    folder.write(
+        "s.pbrt",
+        "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+         Camera \"realistic\" \"string lensfile\" \"nowhere.dat\" \"float aperturediameter\" 5\n\
+         WorldBegin\nLightSource \"infinite\"\nWorldEnd\n",
+    );
+    let refused = folder.run(["render", "s.pbrt", "-o", "a.exr"]);
+    assert_eq!(refused.code, 2, "{}", refused.stderr);
+    let kept = folder.run(["render", "s.pbrt", "-o", "a.exr", "--keep-going"]);
+    assert_eq!(kept.code, 1, "{}", kept.stderr);
+    assert!(
+        kept.stderr.contains("perspective camera, pinhole"),
+        "{}",
+        kept.stderr
+    );
+    assert!(kept.stderr.contains("s.pbrt:2:38"), "{}", kept.stderr);
+}
+
+/// Frames that name one file for their pictures get one each.
+#[test]
+fn frames_do_not_overwrite_each_other() {
+    let folder = Folder::new();
+    let frame = "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4 \"string filename\" \"a.exr\"\n\
+         WorldBegin\nLightSource \"infinite\"\nWorldEnd\n";
+    folder.write("s.pbrt", frame.repeat(3));
+    let run = folder.run(["render", "s.pbrt"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    for name in ["a.exr", "a.2.exr", "a.3.exr"] {
+        assert!(folder.path(name).exists(), "{name}");
+    }
+    for said in [
+        "`a.2.exr` is used for frame 2",
+        "s.pbrt:5:",
+        "`a.3.exr` is used for frame 3",
+        "s.pbrt:9:",
+    ] {
+        assert!(run.stderr.contains(said), "{said}\n{}", run.stderr);
+    }
+    assert_eq!(folder.run(["render", "s.pbrt", "--strict"]).code, 2);
+}

@@ -134,7 +134,9 @@ fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> 
         Err(error @ ShapeError::Singular) => {
             vec![Diagnostic::warning(format!("{error}; left out"))]
         }
-        Err(error) => vec![Diagnostic::error(error.to_string())],
+        Err(error @ ShapeError::File { .. }) => {
+            vec![Diagnostic::error(error.to_string()).of_file()]
+        }
         Ok(compiled) => compiled
             .warnings()
             .iter()

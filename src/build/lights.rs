@@ -34,7 +34,8 @@ fn load(file: &NamedFile, diagnostics: &Diagnostics) -> Option<LightMap> {
             )
         }
         Err(error) => {
-            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
+            let error = Diagnostic::error(error.to_string());
+            diagnostics.push(error.at(file.span).of_file());
             None
         }
     }

@@ -142,9 +142,7 @@ impl CameraSpec {
     pub fn from_params(params: &ParamReader) -> Option<CameraSpec> {
         let spec = match params.kind() {
             "perspective" => PerspectiveSpec::from_params(params).map(CameraSpec::Perspective),
-            "realistic" => {
-                RealisticSpec::from_params(params).map(|s| CameraSpec::Realistic(Box::new(s)))
-            }
+            "realistic" => realistic(params),
             "orthographic" => Some(CameraSpec::Orthographic(OrthographicSpec::from_params(
                 params,
             ))),
@@ -175,6 +173,25 @@ impl CameraSpec {
         if let CameraSpec::Realistic(spec) = self {
             spec.model = model;
         }
+    }
+}
+
+/// A realistic camera; where its lens file is missing (which is an error), the pinhole that shows
+/// what a 50 mm lens would on 35 mm film, for those who keep going.
+fn realistic(params: &ParamReader) -> Option<CameraSpec> {
+    /// Degrees that the shorter side of 24 × 36 mm subtends at 50 mm.
+    const NORMAL_FOV: f64 = 27.0;
+    match RealisticSpec::from_params(params) {
+        Some(spec) => Some(CameraSpec::Realistic(Box::new(spec))),
+        None if realistic_params::lens_is_missing(params) => {
+            params.accept_all();
+            Some(CameraSpec::Perspective(PerspectiveSpec {
+                fov: NORMAL_FOV,
+                shutter: Shutter::from_params(params),
+                ..PerspectiveSpec::default()
+            }))
+        }
+        None => None,
     }
 }
 

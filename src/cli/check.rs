@@ -37,7 +37,7 @@ fn check(path: &Path, args: &ReadArgs) -> bool {
         messages::examine(&scene.frames, &diagnostics);
     }
     messages::print(&diagnostics, &sources);
-    let fit = !messages::refused(&diagnostics, args.strict);
+    let fit = !messages::refused(&diagnostics, args.rigour());
     let verdict = if fit { "ok" } else { "not fit to render" };
     let summary = diagnostics.summary();
     let found = summary.map_or_else(String::new, |found| format!(" ({found})"));

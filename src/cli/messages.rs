@@ -69,7 +69,23 @@ pub fn warning(message: impl std::fmt::Display) {
     eprintln!("warning: {message}");
 }
 
-/// Must the scene be refused? Errors always, warnings under `--strict`.
-pub fn refused(diagnostics: &Diagnostics, strict: bool) -> bool {
-    diagnostics.errors() > 0 || (strict && diagnostics.warnings() > 0)
+/// What a scene is refused for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rigour {
+    /// Errors.
+    Usual,
+    /// Warnings too (`--strict`).
+    Strict,
+    /// Errors, but not files that are missing or broken (`--keep-going`).
+    KeepGoing,
+}
+
+/// Must the scene be refused?
+pub fn refused(diagnostics: &Diagnostics, rigour: Rigour) -> bool {
+    let (errors, warnings) = (diagnostics.errors(), diagnostics.warnings());
+    match rigour {
+        Rigour::Usual => errors > 0,
+        Rigour::Strict => errors + warnings > 0,
+        Rigour::KeepGoing => errors > diagnostics.file_errors(),
+    }
 }

@@ -1,5 +1,6 @@
 //! The command line: one file per command. Progress and messages go to standard error, results to
-//! standard output or files. Exit code 0: done; 1: the answer is no; 2: bad input.
+//! standard output or files. Exit code 0: done; 1: the answer is no, or the picture is not that of the
+//! whole scene (`--keep-going`); 2: bad input.
 
 mod check;
 mod compare;
@@ -16,6 +17,7 @@ use crate::params::Dialect;
 use crate::scene::ReadSettings;
 use crate::scene::dialect::DialectChoice;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use messages::Rigour;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -24,6 +26,9 @@ pub(crate) const ANSWER_IS_NO: u8 = 1;
 
 /// Exit code for input that cannot be used.
 pub(crate) const BAD_INPUT: u8 = 2;
+
+/// Exit code for pictures of a scene that files are missing from.
+pub(crate) const NOT_ALL: u8 = 1;
 
 #[derive(Parser)]
 #[command(name = "fstop", version, about, long_about = None, after_help = "`fstop SCENE` alone means `fstop render SCENE`.")]
@@ -34,7 +39,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a scene to an EXR (or PNG, PFM, TGA by the output's ending)
+    /// Render a scene to an EXR (or PNG, PFM, TGA by the output's ending). Exit code 0: done; 1: done
+    /// without some of the scene's files (--keep-going); 2: refused
     Render(render::RenderArgs),
     /// List every problem of scene files; nothing is rendered
     Check(check::CheckArgs),
@@ -91,6 +97,14 @@ enum CompatArg {
 }
 
 impl ReadArgs {
+    fn rigour(&self) -> Rigour {
+        if self.strict {
+            Rigour::Strict
+        } else {
+            Rigour::Usual
+        }
+    }
+
     fn settings(&self) -> ReadSettings {
         ReadSettings {
             dialect: match self.dialect {

@@ -21,6 +21,21 @@ impl Outputs {
         }
     }
 
+    /// The picture's file.
+    pub fn picture(&self) -> &Path {
+        &self.picture
+    }
+
+    /// Is the picture written to the same file as the other's?
+    pub fn same_picture(&self, other: &Outputs) -> bool {
+        same_file(&self.picture, &other.picture)
+    }
+
+    /// Adds the frame's number to the name of the picture's file.
+    pub fn number_picture(&mut self, number: usize) {
+        self.picture = numbered(&self.picture, number);
+    }
+
     /// Can all of them be written, as far as is known before rendering?
     pub fn check(&self) -> Result<(), String> {
         for path in self.paths() {

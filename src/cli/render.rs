@@ -1,8 +1,9 @@
 //! `fstop render SCENE`: text to picture.
 
 use super::goal::GoalArgs;
+use super::messages::Rigour;
 use super::outputs::Outputs;
-use super::{BAD_INPUT, ReadArgs, messages};
+use super::{BAD_INPUT, NOT_ALL, ReadArgs, messages};
 use crate::build;
 use crate::film::DroppedSample;
 use crate::film::{self, FilmMetadata};
@@ -65,6 +66,11 @@ pub struct RenderArgs {
     /// Print only errors
     #[arg(long)]
     quiet: bool,
+    /// Render although files are missing or broken, and exit with 1: pictures become a grey of 0.5,
+    /// light maps and spectra constant (spectra black), meshes and includes are left out, a lens becomes
+    /// a pinhole of 27 degrees
+    #[arg(long, conflicts_with = "strict")]
+    keep_going: bool,
     #[command(flatten)]
     goal: GoalArgs,
     #[command(flatten)]
@@ -74,7 +80,14 @@ pub struct RenderArgs {
 /// Renders every frame of the scene.
 pub fn run(args: &RenderArgs) -> ExitCode {
     match render_scene(args) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(missing) => {
+            let files = if missing == 1 { "file" } else { "files" };
+            messages::warning(format!(
+                "{missing} {files} could not be used: the picture is not that of the whole scene"
+            ));
+            ExitCode::from(NOT_ALL)
+        }
         Err(message) => {
             if let Some(message) = message {
                 messages::error(message);
@@ -84,10 +97,29 @@ pub fn run(args: &RenderArgs) -> ExitCode {
     }
 }
 
-/// `Err(None)` where the trouble has been printed already.
-type Outcome = Result<(), Option<String>>;
+impl RenderArgs {
+    fn rigour(&self) -> Rigour {
+        if self.keep_going {
+            Rigour::KeepGoing
+        } else {
+            self.read.rigour()
+        }
+    }
 
-fn render_scene(args: &RenderArgs) -> Outcome {
+    /// Prints what was found, as far as it is asked for. Errors always are.
+    fn print(&self, diagnostics: &Diagnostics, sources: &SourceMap) {
+        if !self.quiet || messages::refused(diagnostics, self.rigour()) || diagnostics.has_errors()
+        {
+            messages::print(diagnostics, sources);
+        }
+    }
+}
+
+/// `Err(None)` where the trouble has been printed already.
+type Outcome<T = ()> = Result<T, Option<String>>;
+
+/// How many files could not be used.
+fn render_scene(args: &RenderArgs) -> Outcome<usize> {
     let sources = SourceMap::new();
     let threads = threads(args);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -95,21 +127,15 @@ fn render_scene(args: &RenderArgs) -> Outcome {
         .build()
         .map_err(|e| Some(format!("cannot start {threads} threads: {e}")))?;
     let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
-    let refused = messages::refused(&diagnostics, args.read.strict);
+    let refused = messages::refused(&diagnostics, args.rigour());
     if let Some(scene) = scene.as_ref().filter(|_| refused) {
         // Nothing will be rendered: whoever mends the scene wants to know all that `check` knows.
         messages::examine(&scene.frames, &diagnostics);
     }
-    if !args.quiet || refused {
-        messages::print(&diagnostics, &sources);
-    }
+    args.print(&diagnostics, &sources);
+    let mut missing = diagnostics.file_errors();
     let scene = scene.filter(|_| !refused).ok_or(None)?;
-    let outputs: Vec<Outputs> = (1..)
-        .zip(&scene.frames)
-        .map(|(number, frame)| {
-            Outputs::new(args.output.as_deref(), args.png.as_deref(), frame, number)
-        })
-        .collect();
+    let outputs = outputs(args, &scene.frames, &sources)?;
     // All of them before the first is rendered: nobody wants to learn of a misspelt folder after a
     // night's work.
     check_outputs(args, &scene.frames, &outputs, &sources)?;
@@ -119,9 +145,37 @@ fn render_scene(args: &RenderArgs) -> Outcome {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
     for (frame, outputs) in scene.frames.into_iter().zip(&outputs) {
-        render_frame(args, frame, outputs, &sources, &pool)?;
+        missing += render_frame(args, frame, outputs, &sources, &pool)?;
     }
-    Ok(())
+    Ok(missing)
+}
+
+/// The files of all frames. Two frames that name the same picture get one each, which pbrt-v3 does
+/// not do: there the last one is all that is left.
+fn outputs(args: &RenderArgs, frames: &[Frame], sources: &SourceMap) -> Outcome<Vec<Outputs>> {
+    let diagnostics = Diagnostics::new();
+    let mut all: Vec<Outputs> = Vec::with_capacity(frames.len());
+    for (number, frame) in (1..).zip(frames) {
+        let mut outputs = Outputs::new(args.output.as_deref(), args.png.as_deref(), frame, number);
+        if all.iter().any(|earlier| earlier.same_picture(&outputs)) {
+            outputs.number_picture(number);
+            let message = format!(
+                "an earlier frame is written to this file: `{}` is used for frame {number}",
+                outputs.picture().display()
+            );
+            let named = frame.options.film.filename.as_ref();
+            diagnostics.push(match named {
+                Some(file) => Diagnostic::warning(message).at(file.span),
+                None => Diagnostic::warning(message),
+            });
+        }
+        all.push(outputs);
+    }
+    args.print(&diagnostics, sources);
+    if messages::refused(&diagnostics, args.rigour()) {
+        return Err(None);
+    }
+    Ok(all)
 }
 
 /// Refuses outputs that cannot be written; where the scene names them, at that place.
@@ -169,7 +223,7 @@ fn check_later_frames(
         }
         diagnostics
     });
-    if messages::refused(&diagnostics, args.read.strict) {
+    if messages::refused(&diagnostics, args.rigour()) {
         messages::print(&diagnostics, sources);
         return Err(None);
     }
@@ -201,20 +255,19 @@ fn positive(text: &str) -> Result<u32, String> {
     }
 }
 
+/// How many files could not be used.
 fn render_frame(
     args: &RenderArgs,
     mut frame: Frame,
     outputs: &Outputs,
     sources: &SourceMap,
     pool: &rayon::ThreadPool,
-) -> Outcome {
+) -> Outcome<usize> {
     apply(args, &mut frame).map_err(Some)?;
     let started = Instant::now();
     let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
-    let refused = messages::refused(&diagnostics, args.read.strict);
-    if !args.quiet || refused {
-        messages::print(&diagnostics, sources);
-    }
+    let refused = messages::refused(&diagnostics, args.rigour());
+    args.print(&diagnostics, sources);
     let built = built.filter(|_| !refused).ok_or(None)?;
     if !args.quiet {
         report_start(&built);
@@ -244,7 +297,7 @@ fn render_frame(
     if !args.quiet {
         report_end(&taken, shot, outputs, started, rendering);
     }
-    Ok(())
+    Ok(diagnostics.file_errors())
 }
 
 /// What the command line says about the frame's options.

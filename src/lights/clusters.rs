@@ -316,5 +316,5 @@ fn even(candidates: &[Candidate], lights: usize) -> Distribution1D {
             *share = candidate.even;
         }
     }
-    Distribution1D::new(shares.into_iter())
+    Distribution1D::new(shares)
 }

@@ -45,13 +45,14 @@ impl SpotSpec {
             );
             to = from + DVec3::Z;
         }
+        let cone_angle = cone_angle(reader);
         SpotSpec {
             light_to_world: *light_to_world,
             from,
             to,
             intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
-            cone_angle: cone_angle(reader),
-            cone_delta_angle: reader.float("conedeltaangle", 5.0),
+            cone_angle,
+            cone_delta_angle: cone_delta_angle(reader, cone_angle),
         }
     }
 }
@@ -74,6 +75,31 @@ fn cone_angle(reader: &ParamReader) -> f64 {
         reader.warn("coneangle", "`coneangle` is 0: the light lights nothing");
     }
     used
+}
+
+/// `conedeltaangle` in 0…`cone_angle` degrees. pbrt-v3 uses the cosine of the difference alone: the
+/// light is full up to that angle, whatever its sign, and has a sharp edge where it is beyond the cone.
+fn cone_delta_angle(reader: &ParamReader, cone_angle: f64) -> f64 {
+    const DEFAULT: f64 = 5.0;
+    let Some(given) = reader.find_float("conedeltaangle") else {
+        return DEFAULT;
+    };
+    let turned = (cone_angle - given).abs() % 360.0;
+    let full = turned.min(360.0 - turned);
+    let used = match given.is_finite() {
+        true => (cone_angle - full).max(0.0),
+        false => 0.0,
+    };
+    if !(0.0..=cone_angle).contains(&given) {
+        reader.warn(
+            "conedeltaangle",
+            format!(
+                "`conedeltaangle` is {given} degrees, outside 0 to `coneangle`: {used} is used"
+            ),
+        );
+        return used;
+    }
+    given
 }
 
 /// A spot light in render space.
@@ -159,6 +185,28 @@ mod tests {
             cone_delta_angle: 15.0,
         };
         SpotLight::new(&spec, &Transform::translate(DVec3::X))
+    }
+
+    #[test]
+    fn penumbras_out_of_range_are_those_of_pbrt() {
+        for (given, used, warnings) in [
+            ("10", 10.0, 0),
+            ("0", 0.0, 0),
+            ("40", 40.0, 0),
+            ("-10", 0.0, 1),
+            // Full up to |40 − 60| degrees, or to |40 − 300| = 100 with a sharp edge at 40.
+            ("60", 20.0, 1),
+            ("300", 0.0, 1),
+            ("inf", 0.0, 1),
+        ] {
+            let text = format!("\"float conedeltaangle\" {given}");
+            let outcome = read("spot", &text, |reader| cone_delta_angle(reader, 40.0));
+            assert_eq!(
+                (outcome.value, outcome.warnings),
+                (used, warnings),
+                "{given}"
+            );
+        }
     }
 
     #[test]

@@ -24,9 +24,18 @@ pub struct Matte {
 impl Matte {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Matte {
+        let sigma = reader.float_input("sigma", 0.0);
+        if let FloatInput::Constant(given) = sigma
+            && !(0.0..=90.0).contains(&given)
+        {
+            // Below 0 or not a number: Lambert's law, as 0.
+            let used = if given > 90.0 { 90 } else { 0 };
+            let message = format!("`sigma` is {given} degrees, outside 0 to 90: {used} is used");
+            reader.warn("sigma", message);
+        }
         Matte {
             kd: reader.spectrum_input("Kd", Rgb::splat(0.5)),
-            sigma: reader.float_input("sigma", 0.0),
+            sigma,
         }
     }
 

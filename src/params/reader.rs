@@ -412,7 +412,7 @@ impl<'a> ParamReader<'a> {
             format!("`{directory}`")
         };
         let what = format!("{} needs `{}`, and {problem}", self.described(), given.text);
-        let diagnostic = Diagnostic::error(what).at(given.span);
+        let diagnostic = Diagnostic::error(what).at(given.span).of_file();
         self.context.diagnostics.push(match problem {
             FileProblem::Missing => diagnostic.label(format!("not found in {place}")),
             FileProblem::Folder => diagnostic.label("the name of a file is needed"),

@@ -109,6 +109,7 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
                 name.text
             ))
             .at(name.span)
+            .of_file()
             .label("black is used to read on"),
         );
         Rgb::ZERO

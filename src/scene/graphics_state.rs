@@ -37,6 +37,9 @@ pub struct GraphicsState {
     pub material: Option<Rc<MaterialDirective>>,
     /// What `Material` gave last: in pbrt-v2 unknown named materials fall back on it.
     pub unnamed_material: Option<Rc<MaterialDirective>>,
+    /// In pbrt-v2, the name of a material that was unknown when it was asked for: the next shape
+    /// looks it up again.
+    pub late_material: Option<Name>,
     /// Texture names in scope.
     pub textures: Rc<TextureNames>,
     /// Named materials in scope.
@@ -55,6 +58,7 @@ impl GraphicsState {
         GraphicsState {
             material: None,
             unnamed_material: None,
+            late_material: None,
             textures: Rc::default(),
             named_materials: Rc::default(),
             area_light: None,

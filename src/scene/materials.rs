@@ -28,6 +28,7 @@ impl Interpreter<'_> {
         };
         let material = Some(Rc::new(material));
         self.current.state.unnamed_material.clone_from(&material);
+        self.current.state.late_material = None;
         self.current.state.material = material;
     }
 
@@ -107,27 +108,46 @@ impl Interpreter<'_> {
         }
     }
 
-    /// `NamedMaterial "name"`. A name that nobody has defined is an error, but in pbrt-v2 it stands
-    /// for the last unnamed material (scene-language A.1).
+    /// `NamedMaterial "name"`. A name that nobody has defined is an error, but pbrt-v2 looks names up
+    /// when a shape is made, and takes the last unnamed material for one that it does not find then
+    /// (scene-language A.1).
     pub(super) fn use_named_material(&mut self, name: &Name) {
         let v2 = self.dialect() == Dialect::V2;
-        match self.current.state.named_materials.get(&name.text) {
-            Some(material) => self.current.state.material = Some(Rc::clone(material)),
-            None => {
-                let state = &mut self.current.state;
-                let known = state.named_materials.keys().map(String::as_str);
-                let suggestion = nearest(&name.text, known);
-                let missing = format!("there is no material `{}`", name.text);
-                let diagnostic = if v2 {
-                    state.material.clone_from(&state.unnamed_material);
-                    Diagnostic::warning(format!("{missing}; the last unnamed one is used"))
-                } else {
-                    Diagnostic::error(format!("{missing}; the current one stays"))
-                };
-                self.diagnostics
-                    .push(diagnostic.at(name.span).with_suggestion(suggestion));
-            }
+        let state = &mut self.current.state;
+        state.late_material = None;
+        match state.named_materials.get(&name.text) {
+            Some(material) => state.material = Some(Rc::clone(material)),
+            None if v2 => state.late_material = Some(name.clone()),
+            None => self.no_such_material(name),
         }
+    }
+
+    /// What [`Self::use_named_material`] has left to the next shape.
+    pub(super) fn find_late_material(&mut self) {
+        let state = &mut self.current.state;
+        let Some(name) = state.late_material.take() else {
+            return;
+        };
+        match state.named_materials.get(&name.text) {
+            Some(material) => state.material = Some(Rc::clone(material)),
+            None => self.no_such_material(&name),
+        }
+    }
+
+    fn no_such_material(&mut self, name: &Name) {
+        let v2 = self.dialect() == Dialect::V2;
+        let state = &mut self.current.state;
+        let known = state.named_materials.keys().map(String::as_str);
+        let suggestion = nearest(&name.text, known);
+        let missing = format!("there is no material `{}`", name.text);
+        let diagnostic = if v2 {
+            state.material.clone_from(&state.unnamed_material);
+            Diagnostic::warning(format!("{missing}; the last unnamed one is used"))
+        } else {
+            Diagnostic::error(format!("{missing}; the current one stays"))
+        };
+        self.diagnostics
+            .push(diagnostic.at(name.span).with_suggestion(suggestion));
     }
 
     /// `matte` with its defaults, made when the first shape needs it.

@@ -26,6 +26,7 @@ impl Interpreter<'_> {
 
     /// `Shape "type"`.
     pub(super) fn shape(&mut self, span: Span, typed: &Typed) {
+        self.find_late_material();
         let (material, spec) = self.read_shape(span, typed);
         let Some(spec) = spec else { return };
         let glows = !matches!(spec, ShapeSpec::Curve(_));

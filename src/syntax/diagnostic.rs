@@ -53,6 +53,9 @@ pub struct Diagnostic {
     /// item stands is found out when the message is printed, so that places of a million numbers
     /// need not be kept.
     pub item: Option<usize>,
+    /// Is it about a file that the scene names and that cannot be used? With what stands in its place
+    /// the rest can be rendered (`--keep-going`).
+    pub about_file: bool,
     /// What stands beside the caret.
     pub label: Option<String>,
     /// Other places that matter, with what to say about them.
@@ -70,6 +73,7 @@ impl Diagnostic {
             message: message.into(),
             span: None,
             item: None,
+            about_file: false,
             label: None,
             related: Vec::new(),
             notes: Vec::new(),
@@ -102,6 +106,12 @@ impl Diagnostic {
     pub fn at_item(mut self, span: Span, item: usize) -> Self {
         self.span = Some(span);
         self.item = Some(item);
+        self
+    }
+
+    /// It is about a file, in whose place something stands: see [`Diagnostic::about_file`].
+    pub fn of_file(mut self) -> Self {
+        self.about_file = true;
         self
     }
 
@@ -170,6 +180,7 @@ struct State {
     /// Only ever looked up, never iterated: the order of a hash map is nobody's business.
     seen: HashMap<(Severity, String), Seen>,
     errors: usize,
+    file_errors: usize,
     warnings: usize,
     dropped: usize,
 }
@@ -199,7 +210,10 @@ impl Diagnostics {
             return;
         }
         match diagnostic.severity {
-            Severity::Error => state.errors += 1,
+            Severity::Error => {
+                state.errors += 1;
+                state.file_errors += usize::from(diagnostic.about_file);
+            }
             Severity::Warning => state.warnings += 1,
             Severity::Note => {}
         }
@@ -231,6 +245,11 @@ impl Diagnostics {
     /// Errors met, those at places not kept included.
     pub fn errors(&self) -> usize {
         self.state.borrow().errors
+    }
+
+    /// How many of the errors are about files in whose place something stands.
+    pub fn file_errors(&self) -> usize {
+        self.state.borrow().file_errors
     }
 
     /// Warnings met, those at places not kept included.

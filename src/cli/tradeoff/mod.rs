@@ -73,7 +73,7 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
         .build()
         .map_err(|e| Some(format!("cannot start {} threads: {e}", args.threads)))?;
     let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
-    let refused = messages::refused(&diagnostics, args.read.strict);
+    let refused = messages::refused(&diagnostics, args.read.rigour());
     if !args.quiet || refused {
         messages::print(&diagnostics, &sources);
     }
@@ -85,7 +85,7 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
     }
     let options = frame.options.clone();
     let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
-    let refused = messages::refused(&diagnostics, args.read.strict);
+    let refused = messages::refused(&diagnostics, args.read.rigour());
     if !args.quiet || refused {
         messages::print(&diagnostics, &sources);
     }
