@@ -151,6 +151,8 @@ pub struct Realistic {
     mount: Mount,
     aim: Aim,
     pub(super) model: LensModel,
+    /// What `auto` took, how far it is off, and why.
+    pub(super) choice: Option<String>,
     /// The lens with its shaped stop, where rays need to be weighed by it: by a picture, or because the model traces none.
     gate: Option<Box<Lens>>,
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
@@ -186,9 +188,9 @@ impl Realistic {
             }
             Compat::PbrtV2 => Aim::RearDisk(0.5 * lens.rear().aperture),
         };
-        let model = match &aim {
+        let (model, choice) = match &aim {
             Aim::Pupil(pupil) => model(spec.model, lens, pupil, 0.5 * diagonal, pitch)?,
-            Aim::RearDisk(_) => LensModel::exact(lens, lens.length()),
+            Aim::RearDisk(_) => (LensModel::exact(lens, lens.length()), None),
         };
         let (model, gate) = shaped(model, spec);
         let weight_scale = match spec.weighting {
@@ -199,6 +201,7 @@ impl Realistic {
             mount: Mount::new(render_from_camera, spec.clip),
             aim,
             model,
+            choice,
             gate,
             // The lens turns the picture over: the picture's top left is the film's bottom right,
             // seen from behind.
@@ -407,23 +410,29 @@ fn shaped(model: LensModel, spec: &RealisticSpec) -> (LensModel, Option<Box<Lens
     }
 }
 
-/// The model that is asked for.
+/// The model that is asked for, and where it was chosen, why.
 fn model(
     choice: ModelChoice,
     lens: &Lens,
     pupil: &ExitPupil,
     film_radius: f64,
     pitch: f64,
-) -> Result<LensModel, CameraError> {
+) -> Result<(LensModel, Option<String>), CameraError> {
     let models = || Models::new(lens, pupil, film_radius);
     match choice {
         ModelChoice::Exact | ModelChoice::Only(ModelKind::Exact) => {
-            Ok(LensModel::exact(lens, pupil.plane_z()))
+            Ok((LensModel::exact(lens, pupil.plane_z()), None))
         }
-        ModelChoice::Only(kind) => models().model(kind).map_err(CameraError::LensModel),
+        ModelChoice::Only(kind) => {
+            let model = models().model(kind).map_err(CameraError::LensModel)?;
+            Ok((model, None))
+        }
         ModelChoice::Automatic(tolerance) => {
-            let choice = models().choose(tolerance, pitch);
-            choice.map(|c| c.model).map_err(CameraError::LensModel)
+            let choice = models()
+                .choose(tolerance, pitch)
+                .map_err(CameraError::LensModel)?;
+            let reason = choice.reason();
+            Ok((choice.model, Some(reason)))
         }
     }
 }

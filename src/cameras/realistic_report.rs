@@ -34,7 +34,9 @@ impl Realistic {
             "about {:.1} % of the rays are vignetted",
             100.0 * self.vignetted_fraction(film)
         ));
-        if self.model.kind() != ModelKind::Exact {
+        if let Some(choice) = &self.choice {
+            lines.push(format!("lens model `auto` took {choice}"));
+        } else if self.model.kind() != ModelKind::Exact {
             lines.push(format!("rays by the lens model `{}`", self.model.kind()));
         }
         if spec.compat == Compat::PbrtV2 {

@@ -71,6 +71,16 @@ pub struct PupilReport {
 }
 
 impl SurfaceReport {
+    /// Radius of curvature, `plane` or `stop`; of a curved surface that is the stop, radius and `S`.
+    pub fn radius_text(&self) -> String {
+        match (self.stop, self.radius) {
+            (true, None) => "stop".to_string(),
+            (true, Some(r)) => format!("S {r:.4}"),
+            (false, None) => "plane".to_string(),
+            (false, Some(r)) => format!("{r:.4}"),
+        }
+    }
+
     /// Conic constant and aspheric coefficients, as a lens file has them; `None` for a sphere.
     pub fn shape(&self) -> Option<String> {
         let mut text = format!("k={}", self.conic?);
@@ -137,11 +147,7 @@ impl fmt::Display for LensReport {
             "surface      radius  thickness    index      V  aperture"
         )?;
         for (i, s) in self.surfaces.iter().enumerate() {
-            let radius = match (s.stop, s.radius) {
-                (true, _) => "stop".to_string(),
-                (_, None) => "plane".to_string(),
-                (_, Some(r)) => format!("{r:.4}"),
-            };
+            let radius = s.radius_text();
             let abbe = s.abbe.map_or(String::new(), |v| format!("{v:.1}"));
             writeln!(
                 f,
