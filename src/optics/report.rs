@@ -24,6 +24,8 @@ pub struct LensReport {
     pub back_focal_distance: Option<f64>,
     /// z of the front focal point: negative in front of the lens.
     pub front_focal_distance: Option<f64>,
+    /// z of the rear focal point.
+    pub rear_focal_point: Option<f64>,
     /// z of the front principal plane.
     pub front_principal_plane: Option<f64>,
     /// z of the rear principal plane.
@@ -130,6 +132,7 @@ impl LensReport {
             effective_focal_length: cardinals.map(|c| c.focal_length),
             back_focal_distance: cardinals.map(|c| c.back_focal_distance),
             front_focal_distance: cardinals.map(|c| c.front_focal_point),
+            rear_focal_point: cardinals.map(|c| c.rear_focal_point),
             front_principal_plane: cardinals.map(|c| c.front_principal_plane),
             rear_principal_plane: cardinals.map(|c| c.rear_principal_plane),
             f_number: paraxial.f_number,
@@ -170,10 +173,7 @@ impl fmt::Display for LensReport {
         line("f-number", self.f_number)?;
         line("back focal distance", self.back_focal_distance)?;
         line("front focal point z", self.front_focal_distance)?;
-        line(
-            "rear focal point z",
-            self.back_focal_distance.map(|b| self.length + b),
-        )?;
+        line("rear focal point z", self.rear_focal_point)?;
         line("front principal plane z", self.front_principal_plane)?;
         line("rear principal plane z", self.rear_principal_plane)?;
         line("entrance pupil z", self.entrance_pupil.map(|p| p.z))?;
