@@ -4,6 +4,7 @@ mod golden_lenses;
 
 use fstop::math::Vec2;
 use fstop::optics::focus::{film_distance_for_focus, film_distance_for_object};
+use fstop::optics::lanes::{FilmTracer, Lanes};
 use fstop::optics::pupil::RINGS;
 use fstop::optics::{Cause, ExitPupil, Lens, LensRay, LensTracer, Paraxial, Prescription, Surface};
 use golden_lenses::LENSES;
@@ -210,6 +211,89 @@ fn rays_in_double_precision() {
 #[test]
 fn rays_in_single_precision() {
     trace_golden!(f32, 1e-4, 5e-6);
+}
+
+/// In lanes, as the render path traces, to the same tolerances.
+#[test]
+fn rays_in_lanes() {
+    const N: usize = 16;
+    for g in all() {
+        let rays = rays(&g);
+        let mut passed = 0;
+        for (_, scale) in SCALES {
+            let mut prescription = g.prescription.clone();
+            prescription.surfaces = g.surfaces(scale);
+            let lens = Lens::new(&prescription, g.number("/film_z") - g.length()).unwrap();
+            let tracer = FilmTracer::<f32>::new(&lens, lens.length());
+            let these: Vec<&Ray> = rays.iter().filter(|r| r.scale == scale).collect();
+            for bundle in these.chunks(N) {
+                // A bundle that is not full repeats its first ray.
+                let lanes = |pick: &dyn Fn(&Ray) -> f64| {
+                    Lanes::<N>(std::array::from_fn(|i| {
+                        pick(bundle.get(i).unwrap_or(&bundle[0])) as f32
+                    }))
+                };
+                let film = [lanes(&|r| r.from[0]), lanes(&|r| r.from[1])];
+                let rear = [lanes(&|r| r.to[0]), lanes(&|r| r.to[1])];
+                let traced = tracer.trace(&film, &rear);
+                for (lane, ray) in bundle.iter().enumerate() {
+                    let what = format!("{} from {:?} to {:?}", g.name, ray.from, ray.to);
+                    let out = traced.get(lane);
+                    assert_eq!(out.is_some(), ray.outcome == "ok", "{what}");
+                    let Some(out) = out else { continue };
+                    passed += 1;
+                    for i in 0..3 {
+                        let errors = [
+                            (f64::from(out.o[i]) - ray.rest[i]).abs(),
+                            (f64::from(out.d[i]) - ray.rest[3 + i]).abs(),
+                        ];
+                        assert!(errors[0] <= 1e-4 && errors[1] <= 5e-6, "{what}: {errors:?}");
+                    }
+                }
+            }
+        }
+        assert!(passed > 50, "{}: only {passed} rays passed", g.name);
+    }
+}
+
+/// And toward the film in single precision: the golden ray turned round meets the rear vertex plane where it came through,
+/// along the direction it came.
+#[test]
+fn reversed_rays_come_back_in_single_precision() {
+    for g in all() {
+        for ray in rays(&g).iter().filter(|r| r.outcome == "ok") {
+            let tracer = LensTracer::<f32>::new(&g.surfaces(ray.scale));
+            let back = LensRay {
+                o: std::array::from_fn(|i| ray.rest[i] as f32),
+                d: std::array::from_fn(|i| -ray.rest[3 + i] as f32),
+            };
+            let what = format!("{} from {:?} to {:?}", g.name, ray.from, ray.to);
+            // Rounding may end a ray that just passes a rim, and only such a one.
+            let Ok(out) = tracer.to_film(&back) else {
+                let bundle = (1..8).map(|k| f64::from(k) * 1e-6);
+                let near = |by: f64| {
+                    let to = [ray.to[0] * (1.0 + by), ray.to[1] * (1.0 + by), ray.to[2]];
+                    let double = LensTracer::<f64>::new(&g.surfaces(ray.scale));
+                    double.to_scene(&LensRay::through(ray.from, to)).is_err()
+                };
+                assert!(
+                    bundle.flat_map(|by| [by, -by]).any(near),
+                    "{what}: {back:?}"
+                );
+                continue;
+            };
+            let (o, d) = (out.o.map(f64::from), out.d.map(f64::from));
+            let came = LensRay::through(ray.from, ray.to);
+            let t = (ray.to[2] - o[2]) / d[2];
+            for i in 0..3 {
+                let errors = [
+                    (o[i] + t * d[i] - ray.to[i]).abs(),
+                    (d[i] + came.d[i]).abs(),
+                ];
+                assert!(errors[0] <= 1e-4 && errors[1] <= 5e-6, "{what}: {errors:?}");
+            }
+        }
+    }
 }
 
 /// Light runs both ways: what comes out in front goes back in and meets the film where it started.

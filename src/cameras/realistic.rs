@@ -157,6 +157,8 @@ pub(super) struct Optics {
     lens: Lens,
     pub(super) aim: Aim,
     pub(super) model: LensModel,
+    /// What `auto` took, how far it is off, and why.
+    pub(super) choice: Option<String>,
     /// The lens with its shaped stop, where rays need to be weighed by it: by a picture, or because the model traces none.
     gate: Option<Box<Lens>>,
     /// See [`CameraRay::tint`].
@@ -383,15 +385,16 @@ impl Optics {
             }
             Compat::PbrtV2 => Aim::RearDisk(0.5 * lens.rear().aperture),
         };
-        let model = match &aim {
+        let (model, choice) = match &aim {
             Aim::Pupil(pupil) => model(spec.model, lens, pupil, film_radius, pitch)?,
-            Aim::RearDisk(_) => LensModel::exact(lens, lens.length()),
+            Aim::RearDisk(_) => (LensModel::exact(lens, lens.length()), None),
         };
         let (model, gate) = shaped(model, lens, spec.stop_shape.as_ref());
         Ok(Optics {
             lens: lens.clone(),
             aim,
             model,
+            choice,
             gate,
             tint,
         })
@@ -449,23 +452,29 @@ fn camera_from_lens(spec: &RealisticSpec) -> DMat4 {
     }
 }
 
-/// The model that is asked for.
+/// The model that is asked for, and where it was chosen, why.
 fn model(
     choice: ModelChoice,
     lens: &Lens,
     pupil: &ExitPupil,
     film_radius: f64,
     pitch: f64,
-) -> Result<LensModel, CameraError> {
+) -> Result<(LensModel, Option<String>), CameraError> {
     let models = || Models::new(lens, pupil, film_radius);
     match choice {
         ModelChoice::Exact | ModelChoice::Only(ModelKind::Exact) => {
-            Ok(LensModel::exact(lens, pupil.plane_z()))
+            Ok((LensModel::exact(lens, pupil.plane_z()), None))
         }
-        ModelChoice::Only(kind) => models().model(kind).map_err(CameraError::LensModel),
+        ModelChoice::Only(kind) => {
+            let model = models().model(kind).map_err(CameraError::LensModel)?;
+            Ok((model, None))
+        }
         ModelChoice::Automatic(tolerance) => {
-            let choice = models().choose(tolerance, pitch);
-            choice.map(|c| c.model).map_err(CameraError::LensModel)
+            let choice = models()
+                .choose(tolerance, pitch)
+                .map_err(CameraError::LensModel)?;
+            let reason = choice.reason();
+            Ok((choice.model, Some(reason)))
         }
     }
 }

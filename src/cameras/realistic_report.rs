@@ -35,7 +35,9 @@ impl Realistic {
             "about {:.1} % of the rays are vignetted",
             100.0 * self.vignetted_fraction(film)
         ));
-        if self.main.model.kind() != ModelKind::Exact {
+        if let Some(choice) = &self.main.choice {
+            lines.push(format!("lens model `auto` took {choice}"));
+        } else if self.main.model.kind() != ModelKind::Exact {
             lines.push(format!(
                 "rays by the lens model `{}`",
                 self.main.model.kind()

@@ -24,6 +24,8 @@ pub struct LensReport {
     pub back_focal_distance: Option<f64>,
     /// z of the front focal point: negative in front of the lens.
     pub front_focal_distance: Option<f64>,
+    /// z of the rear focal point.
+    pub rear_focal_point: Option<f64>,
     /// z of the front principal plane.
     pub front_principal_plane: Option<f64>,
     /// z of the rear principal plane.
@@ -71,6 +73,16 @@ pub struct PupilReport {
 }
 
 impl SurfaceReport {
+    /// Radius of curvature, `plane` or `stop`; of a curved surface that is the stop, radius and `S`.
+    pub fn radius_text(&self) -> String {
+        match (self.stop, self.radius) {
+            (true, None) => "stop".to_string(),
+            (true, Some(r)) => format!("S {r:.4}"),
+            (false, None) => "plane".to_string(),
+            (false, Some(r)) => format!("{r:.4}"),
+        }
+    }
+
     /// Conic constant and aspheric coefficients, as a lens file has them; `None` for a sphere.
     pub fn shape(&self) -> Option<String> {
         let mut text = format!("k={}", self.conic?);
@@ -120,6 +132,7 @@ impl LensReport {
             effective_focal_length: cardinals.map(|c| c.focal_length),
             back_focal_distance: cardinals.map(|c| c.back_focal_distance),
             front_focal_distance: cardinals.map(|c| c.front_focal_point),
+            rear_focal_point: cardinals.map(|c| c.rear_focal_point),
             front_principal_plane: cardinals.map(|c| c.front_principal_plane),
             rear_principal_plane: cardinals.map(|c| c.rear_principal_plane),
             f_number: paraxial.f_number,
@@ -137,11 +150,7 @@ impl fmt::Display for LensReport {
             "surface      radius  thickness    index      V  aperture"
         )?;
         for (i, s) in self.surfaces.iter().enumerate() {
-            let radius = match (s.stop, s.radius) {
-                (true, _) => "stop".to_string(),
-                (_, None) => "plane".to_string(),
-                (_, Some(r)) => format!("{r:.4}"),
-            };
+            let radius = s.radius_text();
             let abbe = s.abbe.map_or(String::new(), |v| format!("{v:.1}"));
             writeln!(
                 f,
@@ -164,10 +173,7 @@ impl fmt::Display for LensReport {
         line("f-number", self.f_number)?;
         line("back focal distance", self.back_focal_distance)?;
         line("front focal point z", self.front_focal_distance)?;
-        line(
-            "rear focal point z",
-            self.back_focal_distance.map(|b| self.length + b),
-        )?;
+        line("rear focal point z", self.rear_focal_point)?;
         line("front principal plane z", self.front_principal_plane)?;
         line("rear principal plane z", self.rear_principal_plane)?;
         line("entrance pupil z", self.entrance_pupil.map(|p| p.z))?;

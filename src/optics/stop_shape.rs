@@ -101,12 +101,12 @@ impl StopPolygon {
     /// The edges of a stop of `radius` mm.
     pub fn edges<B: Plain>(&self, radius: f64) -> StopEdges<B> {
         let step = 360.0 / self.blades as f64;
-        // A regular polygon's edges face between two corners, half-way; the lines of a pentagram, which join every second
-        // point, face opposite to a point and lie nearer.
+        // A regular polygon's edges face between two corners; the lines of a pentagram, which join every second point, pass
+        // below the point in between.
         let (facing, inradius) = if self.beyond == 0 {
             (0.5 * step, (0.5 * step).to_radians().cos())
         } else {
-            (0.5 * step, step.to_radians().cos())
+            (0.0, step.to_radians().cos())
         };
         let normal = |i: usize| {
             let angle = (self.direction + facing + step * i as f64).to_radians();

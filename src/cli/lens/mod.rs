@@ -2,6 +2,7 @@
 
 pub(in crate::cli) mod chart;
 mod cross_section;
+mod models;
 mod page;
 mod pictures;
 mod plots;
@@ -11,6 +12,7 @@ use crate::optics::analysis::{Colour, Effort, Film, LensAnalysis, ObjectPlane};
 use crate::optics::best_focus;
 use crate::optics::{Lens, LensReport, Prescription};
 use clap::Args;
+use models::ModelTable;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -146,7 +148,9 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
         if let Some(analysis) = &analysis {
             let content = page::Content::new(&bench, &report, analysis).map_err(named)?;
             if let Some(file) = &args.report {
-                write(file, &page::html(&content))?;
+                let pixel = bench.film.width / page::PIXELS;
+                let models = ModelTable::measure(&bench.lens, analysis.image_radius, pixel);
+                write(file, &page::html(&content, &models))?;
             }
             if let Some(folder) = &args.pictures {
                 overview.push(pictures::write_all(folder, &content)?);
@@ -297,7 +301,8 @@ mod tests {
         let bench = bench(ACHROMAT);
         let (report, analysis) = (LensReport::new(&bench.lens), bench.analysis());
         let content = page::Content::new(&bench, &report, &analysis).unwrap();
-        let html = page::html(&content);
+        let models = ModelTable::measure(&bench.lens, analysis.image_radius, 0.006);
+        let html = page::html(&content, &models);
         for part in [
             "an &lt;achromat&gt;",
             "Cross-section",
@@ -310,6 +315,15 @@ mod tests {
             "Pupil sampling",
             "Focus table",
             "Prescription",
+            "Lens models",
+            "exact, f64",
+            "exact, f32 lanes",
+            "polynomial 9",
+            "table 5",
+            "thick",
+            "thin",
+            "<code>auto</code> takes",
+            "99 of 100 rays within",
         ] {
             assert!(html.contains(part), "{part}");
         }
@@ -343,7 +357,8 @@ mod tests {
             };
             let (report, analysis) = (LensReport::new(&bench.lens), bench.analysis());
             let content = page::Content::new(&bench, &report, &analysis).unwrap();
-            let html = page::html(&content);
+            let models = ModelTable::measure(&bench.lens, analysis.image_radius, 0.006);
+            let html = page::html(&content, &models);
             assert!(!html.contains("NaN") && !html.contains("inf,"), "{text}");
         }
     }

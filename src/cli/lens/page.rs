@@ -1,6 +1,7 @@
 //! The lens report: one HTML page that needs nothing else.
 
 use super::chart::Failure;
+use super::models::ModelTable;
 use super::{Bench, cross_section, plots};
 use crate::optics::LensReport;
 use crate::optics::analysis::LensAnalysis;
@@ -170,8 +171,11 @@ fn diffraction(analysis: &LensAnalysis) -> String {
     })
 }
 
+/// Pixels across the film that errors of models are counted in: a full-frame sensor of 6000 × 4000.
+pub const PIXELS: f64 = 6000.0;
+
 /// The page.
-pub fn html(content: &Content) -> String {
+pub fn html(content: &Content, models: &ModelTable) -> String {
     let mut body = String::new();
     let title = escaped(&content.title());
     let _ = write!(
@@ -194,6 +198,7 @@ pub fn html(content: &Content) -> String {
     }
     body += &field_table(content.analysis);
     body += &focus_table(content.analysis);
+    body += &models.html();
     body += &prescription(content.report);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
@@ -212,7 +217,7 @@ th{font-weight:600}td:first-child,th:first-child{text-align:left}.columns{displa
 footer{margin:3em 0 1em;color:#777;font-size:.9em}";
 
 /// A table of rows of cells.
-fn table(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
+pub(super) fn table(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     let row = |tag: &str, cells: &mut dyn Iterator<Item = &str>| {
         let cells: String = cells.map(|c| format!("<{tag}>{c}</{tag}>")).collect();
         format!("<tr>{cells}</tr>\n")
@@ -228,7 +233,7 @@ fn table(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
 }
 
 /// A number with `decimals`, or a dash.
-fn cell(value: Option<f64>, decimals: usize) -> String {
+pub(super) fn cell(value: Option<f64>, decimals: usize) -> String {
     value
         .filter(|v| v.is_finite())
         .map_or_else(|| "–".to_string(), |v| format!("{v:.decimals$}"))
@@ -338,11 +343,7 @@ fn prescription(report: &LensReport) -> String {
     let rows = report.surfaces.iter().enumerate().map(|(i, s)| {
         vec![
             (i + 1).to_string(),
-            match (s.stop, s.radius) {
-                (true, _) => "stop".to_string(),
-                (_, None) => "plane".to_string(),
-                (_, Some(r)) => format!("{r:.4}"),
-            },
+            s.radius_text(),
             cell(Some(s.thickness), 4),
             cell(Some(s.index), 5),
             cell(s.abbe, 1),
@@ -378,7 +379,7 @@ fn prescription(report: &LensReport) -> String {
 }
 
 /// Text as HTML.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

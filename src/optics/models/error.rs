@@ -13,6 +13,8 @@ use crate::optics::trace::LensRay;
 pub struct ModelError {
     /// Root mean square, pixels.
     pub rms: f64,
+    /// Half the rays are off by less, pixels.
+    pub p50: f64,
     /// 99 of 100 rays are off by less, pixels.
     pub p99: f64,
     /// The largest met, pixels.
@@ -50,6 +52,7 @@ impl Models<'_> {
         let mean_square = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
         Some(ModelError {
             rms: mean_square.sqrt(),
+            p50: errors[errors.len() / 2],
             p99: errors[(errors.len() * 99 / 100).min(errors.len() - 1)],
             max,
             wrong_outcome: wrong as f64 / passed.max(1) as f64,
