@@ -131,6 +131,68 @@ fn a_medium_that_does_nothing_returns_nothing() {
     check("empty medium", close, "Integrator \"path\"", &world, 0.0);
 }
 
+#[test]
+fn nor_can_it_when_it_moves_or_the_camera_does() {
+    let moving = format!(
+        "ActiveTransform EndTime Translate 1 .5 0 Rotate 130 1 2 0 Scale 1.2 .7 1 \
+         ActiveTransform All {BALL}"
+    );
+    let swing = "ActiveTransform EndTime Rotate 20 0 1 0 Translate .3 0 0 ActiveTransform All\n\
+                 LookAt 0 0 -5  0 0 0  0 1 0";
+    let path = "Integrator \"path\" \"integer maxdepth\" [300] \"float rrthreshold\" [0]";
+    let matte = "\"matte\" \"rgb Kd\" [1 1 1]";
+    check("moving", OUTSIDE, path, &in_the_sky(matte, &moving), 1.0);
+    check("swung", swing, path, &in_the_sky(matte, BALL), 1.0);
+    let glass = "\"glass\" \"rgb Kr\" [1 1 1] \"rgb Kt\" [1 1 1]";
+    check(
+        "moving glass",
+        OUTSIDE,
+        path,
+        &in_the_sky(glass, &moving),
+        1.0,
+    );
+}
+
+/// A black screen whose edge is drawn across the picture, from one border to the other, covers a
+/// point for as much of the time as its edge is past it: half of all.
+#[test]
+fn what_moves_covers_for_as_long_as_it_is_there() {
+    // Half the width of what the camera sees in the plane of the screen.
+    let half = 5.0 * 20f64.to_radians().tan();
+    let screen = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+                  \"point P\" [-20 -9 0  0 -9 0  0 9 0  -20 9 0]";
+    let drawn = |from: f64, to: f64, what: &str| {
+        format!(
+            "ActiveTransform StartTime Translate {from} 0 0 ActiveTransform EndTime \
+             Translate {to} 0 0 ActiveTransform All {what}"
+        )
+    };
+    let black = "\"matte\" \"rgb Kd\" [0 0 0]";
+    let path = "Integrator \"path\"";
+    for (name, times, expected) in [
+        ("all of the way", "TransformTimes 0 1", 0.5),
+        // From −half to the middle: the edge is past a quarter of the picture's points and times.
+        ("half of it", "TransformTimes 0 2", 0.75),
+        // Early for a quarter of the time, arrived for another.
+        ("with rests", "TransformTimes .25 .75", 0.5),
+    ] {
+        let look = format!("{times}\n{OUTSIDE}");
+        let world = in_the_sky(black, &drawn(-half, half, screen));
+        check(name, &look, path, &world, expected);
+        // The same as an instance, and as an object's own motion.
+        let object = format!("ObjectBegin \"screen\" {screen} ObjectEnd");
+        let instance = drawn(-half, half, "ObjectInstance \"screen\"");
+        let world = in_the_sky(black, &format!("{object} {instance}"));
+        check(name, &look, path, &world, expected);
+        let object = drawn(-half, half, screen);
+        let object = format!("ObjectBegin \"screen\" {object} ObjectEnd ObjectInstance \"screen\"");
+        check(name, &look, path, &in_the_sky(black, &object), expected);
+    }
+    // And a camera that is drawn the other way.
+    let look = format!("{}\n{OUTSIDE}", drawn(-half, half, ""));
+    check("camera", &look, path, &in_the_sky(black, screen), 0.5);
+}
+
 /// A tenth of the light is lost at each of the bounces that a convex body allows: one.
 #[test]
 fn a_grey_convex_body_shows_its_albedo() {
@@ -165,7 +227,13 @@ fn a_closed_furnace_glows_with_the_geometric_series() {
     let cube = "Shape \"trianglemesh\" \
         \"point P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1] \
         \"integer indices\" [0 2 1 0 3 2  4 5 6 4 6 7  0 1 5 0 5 4  2 3 7 2 7 6  1 2 6 1 6 5  0 4 7 0 7 3]";
-    for shape in [BALL, cube] {
+    // A bowl with a lid, and a waisted tube with two. The disks overlap the rims.
+    let bowl = "Translate 0 0 -1 Shape \"paraboloid\" \"float radius\" 2 \"float zmax\" 3 \
+        Shape \"disk\" \"float radius\" 2.001 \"float height\" 3";
+    let tube = "Shape \"hyperboloid\" \"point p1\" [1.2 -.8 -1] \"point p2\" [1.2 .8 1] \
+        Shape \"disk\" \"float radius\" 1.443 \"float height\" 1 \
+        ReverseOrientation Shape \"disk\" \"float radius\" 1.443 \"float height\" -1";
+    for shape in [BALL, cube, bowl, tube] {
         for albedo in [0.0, 0.5, 0.8] {
             let world = room(albedo, shape);
             let series = 1.0 / (1.0 - albedo);
