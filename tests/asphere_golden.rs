@@ -1,12 +1,13 @@
 //! The aspheric lens among the golden data: Nikon Z 58 mm f/0.95 (WO 2019/229849, example 1), and lateral and
 //! longitudinal colour.
 
-use fstop::optics::analysis::{Beam, ChiefFinder, ObjectPlane, Spot};
 use fstop::cameras::{
-    Band, CameraSample, Clip, Compat, FilmGeometry, Form, Realistic, RealisticSpec, Shutter, Weighting,
+    Band, CameraSample, Clip, Compat, FilmGeometry, Form, Realistic, RealisticSpec, Shutter,
+    Weighting,
 };
 use fstop::math::transform::Transform;
 use fstop::math::{Rgb, UVec2, Vec2};
+use fstop::optics::analysis::{Beam, ChiefFinder, ObjectPlane, Spot};
 use fstop::optics::asphere::Asphere;
 use fstop::optics::dispersion::{AbbeModel, LINE_C, LINE_D, LINE_F};
 use fstop::optics::real::Plain;

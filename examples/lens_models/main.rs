@@ -172,7 +172,10 @@ impl Setting {
         let error = models.error(&model, PIXEL).ok_or("dark")?.p99;
         for (series, ns) in [
             ("thin, f32 lanes", useful_time(models, pupil, &model)),
-            ("thin, f64, one at a time", alone_time(models, pupil, &model)),
+            (
+                "thin, f64, one at a time",
+                alone_time(models, pupil, &model),
+            ),
         ] {
             points.push(measured(label, series.into(), [error, ns]));
         }

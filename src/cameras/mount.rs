@@ -151,9 +151,8 @@ impl Placing {
         &self,
         ray: &LensRay<Lanes<N>>,
     ) -> ([Lanes<N>; 3], [Lanes<N>; 3], Lanes<N>) {
-        let product = |v: &[Lanes<N>; 3], [a, b, c]: [f32; 3]| {
-            v[0].times(a) + v[1].times(b) + v[2].times(c)
-        };
+        let product =
+            |v: &[Lanes<N>; 3], [a, b, c]: [f32; 3]| v[0].times(a) + v[1].times(b) + v[2].times(c);
         let o = self
             .points
             .map(|[a, b, c, shift]| product(&ray.o, [a, b, c]).plus(shift));

@@ -4,8 +4,8 @@
 use super::mount::Placing;
 use super::realistic::{Aim, Optics, Realistic};
 use super::{BUNDLE, CameraRay, CameraSample};
-use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::Vec3;
+use crate::math::ray::{Ray, RayDifferentials};
 use crate::optics::lanes::{Kernel, LaneMask, Lanes, vectorize};
 use crate::optics::models::LensModel;
 use crate::optics::pupil::ExitPupil;
@@ -166,7 +166,9 @@ impl<const N: usize> Kernel for Rays<'_, N> {
     type Output = Placed<N>;
     #[inline(always)]
     fn run(self) -> Placed<N> {
-        let samples = self.model.sample_pupil_inline(self.pupil, self.film, self.u);
+        let samples = self
+            .model
+            .sample_pupil_inline(self.pupil, self.film, self.u);
         let traced = self.model.trace_inline(self.film, &samples.point);
         let (o, d, t_max) = self.placing.ray(&traced.ray);
         Placed {

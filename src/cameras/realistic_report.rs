@@ -36,7 +36,10 @@ impl Realistic {
             100.0 * self.vignetted_fraction(film)
         ));
         if self.main.model.kind() != ModelKind::Exact {
-            lines.push(format!("rays by the lens model `{}`", self.main.model.kind()));
+            lines.push(format!(
+                "rays by the lens model `{}`",
+                self.main.model.kind()
+            ));
         }
         if self.disperses() {
             let nanometres = |band: Option<&Band>| band.map_or(0.0, |b| 1000.0 * b.wavelength);

@@ -55,8 +55,8 @@ pub use thick::Thick;
 pub use thin::Thin;
 
 use super::lanes::{
-    FilmTracer, Kernel, Lanes, PupilSamples, Traced, WeightedRays, projected_solid_angle, sample_disk,
-    sample_pupil, vectorize,
+    FilmTracer, Kernel, Lanes, PupilSamples, Traced, WeightedRays, projected_solid_angle,
+    sample_disk, sample_pupil, vectorize,
 };
 use super::lens::Lens;
 use super::pupil::{ExitPupil, PupilSample};
@@ -389,7 +389,9 @@ impl<const N: usize> Kernel for SampledBundle<'_, N> {
     type Output = WeightedRays<N>;
     #[inline(always)]
     fn run(self) -> WeightedRays<N> {
-        let samples = self.model.sample_pupil_inline(self.pupil, self.film, self.u);
+        let samples = self
+            .model
+            .sample_pupil_inline(self.pupil, self.film, self.u);
         let mut traced = self.model.trace_inline(self.film, &samples.point);
         traced.passed = traced.passed.and(samples.lit);
         WeightedRays {

@@ -106,12 +106,7 @@ impl PupilTable<f64> {
 impl<B: Plain> PupilTable<B> {
     /// The `spot` of the region of the film point (x, y) mm, at `radius` mm from the axis.
     #[inline(always)]
-    pub fn point<T: Index<Base = B>>(
-        &self,
-        film: &[T; 2],
-        radius: T,
-        spot: &Spot<T>,
-    ) -> Spread<T> {
+    pub fn point<T: Index<Base = B>>(&self, film: &[T; 2], radius: T, spot: &Spot<T>) -> Spread<T> {
         let (zero, one) = (T::constant(B::ZERO), T::constant(B::ONE));
         let ring = self.ring(radius);
         let [inner, outer, per_width, center, drift] = T::row(&self.rows, [(ring, self.stride)], 0);
