@@ -72,10 +72,7 @@ fn a_file_of_lamberts_law_renders_as_matte() {
         };
         let (a, b) = (shown.estimate(), expected.estimate());
         let comparison = compare(&a, &b, &options).expect("pictures of equal size");
-        let agrees = comparison
-            .verdict
-            .as_ref()
-            .is_some_and(|verdict| verdict.agrees());
+        let agrees = comparison.verdict.agrees();
         assert!(
             agrees,
             "{}",

@@ -115,6 +115,7 @@ mod tests {
             raster: Vec2::new(x, y),
             time: 0.5,
             lens: Vec2::ZERO,
+            wavelength: 0.5,
         };
         camera().ray(&sample, true)
     }

@@ -112,6 +112,7 @@ mod tests {
                 raster: Vec2::new(12.0, 5.0),
                 time: 0.0,
                 lens: Vec2::ZERO,
+                wavelength: 0.5,
             };
             let ray = camera.ray(&sample, false).unwrap().ray;
             let shown = spec

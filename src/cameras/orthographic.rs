@@ -123,7 +123,7 @@ impl Orthographic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{DVec3, Rgb, UVec2, Vec2, Vec3};
+    use crate::math::{DVec3, UVec2, Vec2, Vec3};
     use crate::params::testing::read;
 
     const FILM: FilmGeometry = FilmGeometry {
@@ -136,6 +136,7 @@ mod tests {
             raster: Vec2::new(x, y),
             time: 0.5,
             lens,
+            wavelength: 0.5,
         }
     }
 

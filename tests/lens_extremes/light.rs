@@ -81,6 +81,7 @@ fn camera(lens: &Lens, diagonal: f64, precision: Precision) -> Result<Camera, St
         model: ModelChoice::Exact,
         precision,
         stop_shape: None,
+        bands: Vec::new(),
         film_diagonal: None,
         shutter: Shutter::default(),
         clip: Clip::NONE,
@@ -110,6 +111,7 @@ fn white(camera: &Camera, at: Vec2, count: usize) -> f64 {
                 raster: at,
                 time: 0.5,
                 lens: Vec2::new(u[0] as f32, u[1] as f32),
+                wavelength: 0.5,
             }
         })
         .collect();
