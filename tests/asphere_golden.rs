@@ -278,6 +278,7 @@ fn three_coloured(p: &Prescription, film_distance: f64, stop: f64) -> Realistic 
         compat: Compat::None,
         pupil_sampling: Default::default(),
         model: Default::default(),
+        stop_shape: None,
         precision: Default::default(),
         bands: bands
             .map(|(wavelength, tint)| Band {

@@ -173,6 +173,7 @@ impl Case {
             alpha: ALPHA,
             relative_tolerance: self.tolerance,
             blocks: self.blocks.to_vec(),
+            ..Options::default()
         };
         // A mutation or a photon pass is worth less or more than one of our samples.
         let samples = self
