@@ -342,6 +342,7 @@ fn camera_set_up(bencher: divan::Bencher, name: &str) {
         pupil_sampling: Default::default(),
         model: Default::default(),
         precision: Default::default(),
+        stop_shape: None,
         bands: Vec::new(),
         film_diagonal: None,
         shutter: Shutter::default(),
