@@ -32,6 +32,8 @@ pub struct Bssrdf<'a> {
     p: Vec3,
     frame: Frame,
     profile: Profile<'a>,
+    /// How far from here each channel's probes look; 0 for one that returns no light.
+    reach: [f32; 3],
     exit: SubsurfaceExit,
 }
 
@@ -67,6 +69,7 @@ impl<'a> Bssrdf<'a> {
             p: surface.p,
             frame,
             profile,
+            reach: std::array::from_fn(|channel| profile.reach(channel).unwrap_or(0.0)),
             exit,
         }
     }
@@ -100,7 +103,7 @@ impl<'a> Bssrdf<'a> {
         let scaled = uc * 3.0;
         let channel = (scaled as usize).min(2);
         let r = self.profile.sample(channel, u.x)?;
-        let reach = self.profile.reach(channel)?;
+        let reach = self.reach[channel];
         if r >= reach {
             return None;
         }
@@ -116,14 +119,17 @@ impl<'a> Bssrdf<'a> {
 
     /// The density per area with which [`Bssrdf::probe`] meets the surface at `p`, whose unit
     /// geometric normal is `n`: of all axes and channels together (multiple importance sampling with
-    /// the balance heuristic).
+    /// the balance heuristic). A channel whose probes end before they come to `p` has no part in it;
+    /// pbrt-v3 counts its density all the same, and so loses light where a surface bends away.
     pub fn pdf(&self, p: Vec3, n: Vec3) -> f32 {
         let d = self.frame.to_local(p - self.p);
+        let distance = d.length();
         let cosines = self.frame.to_local(n).abs();
         let mut pdf = 0.0;
         for axis in 0..3 {
             let projected = Vec2::new(d[(axis + 1) % 3], d[(axis + 2) % 3]).length();
-            let channels: f32 = (0..3).map(|c| self.profile.pdf(c, projected)).sum();
+            let reaching = (0..3).filter(|&c| distance <= self.reach[c]);
+            let channels: f32 = reaching.map(|c| self.profile.pdf(c, projected)).sum();
             pdf += AXIS_CHANCES[axis] * cosines[axis] * channels / 3.0;
         }
         pdf
