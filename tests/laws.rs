@@ -233,8 +233,14 @@ fn a_closed_furnace_glows_with_the_geometric_series() {
     let tube = "Shape \"hyperboloid\" \"point p1\" [1.2 -.8 -1] \"point p2\" [1.2 .8 1] \
         Shape \"disk\" \"float radius\" 1.443 \"float height\" 1 \
         ReverseOrientation Shape \"disk\" \"float radius\" 1.443 \"float height\" -1";
-    for shape in [BALL, cube, bowl, tube] {
-        for albedo in [0.0, 0.5, 0.8] {
+    let some = [0.0, 0.5, 0.8];
+    for (shape, albedos) in [
+        (BALL, &some[..]),
+        (cube, &some),
+        (bowl, &[0.8]),
+        (tube, &[0.8]),
+    ] {
+        for &albedo in albedos {
             let world = room(albedo, shape);
             let series = 1.0 / (1.0 - albedo);
             check("path", inside, LONG, &world, series);

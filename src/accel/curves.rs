@@ -80,6 +80,10 @@ impl CurveStore {
 
     /// The ray in the space that the segment's widths are measured in.
     fn local(&self, segment: &Segment, o: DVec3, d: DVec3) -> (DVec3, DVec3) {
+        // Asked of the segment first: its owner is another cache miss.
+        if !segment.is_placed() {
+            return (o, d);
+        }
         match &self.owners[segment.owner()].placement {
             None => (o, d),
             Some(placement) => (

@@ -94,7 +94,7 @@ pub fn build(
             let skipped = geometry.statistics().skipped;
             if skipped > 0 {
                 let message = format!(
-                    "{skipped} triangles have no area, or corners that are no places: left out"
+                    "triangles without area, or with corners that are no places, are left out: {skipped}"
                 );
                 diagnostics.push(Diagnostic::note(message));
             }

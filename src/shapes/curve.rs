@@ -341,12 +341,13 @@ impl Curves {
     /// normals are numbered from `first_normal`.
     pub fn stored(&self, owner: u32, first_normal: u32) -> impl Iterator<Item = Segment> {
         let ribbon = self.kind == CurveKind::Ribbon;
+        let placed = self.placement.is_some();
         self.segments.iter().zip(first_normal..).map(move |(s, i)| {
             Segment::new(
                 s.bezier.0.map(DVec3::as_vec3),
                 s.width.map(|w| w as f32),
                 ribbon.then_some(i),
-                owner,
+                (owner, placed),
                 s.splits(self.split_depth),
             )
         })

@@ -156,7 +156,12 @@ fn sizes_of_a_scene_files_own_numbers_are_like_scaled_ones() {
                     place,
                 ),
                 quadric(Form::Disk(Disk::new(0.7 * r, 0.7 * r, 0.0, 360.0)), place),
-                quadric(Form::Disk(Disk::new(-0.7 * r, 0.7 * r, 0.0, 360.0)), place),
+                CompiledShape::Quadric(Box::new(Quadric::new(
+                    // Its own normal is up, into the body.
+                    Form::Disk(Disk::new(-0.7 * r, 0.7 * r, 0.0, 360.0)),
+                    place,
+                    true,
+                ))),
             ],
             vec![
                 quadric(

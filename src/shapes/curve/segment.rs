@@ -21,12 +21,16 @@ pub struct Segment {
     points: [Vec3; 4],
     width: [f32; 2],
     normals: u32,
-    /// Number of the curve, and in the upper bits how often the segment is halved for its boxes.
+    /// Number of the curve; above it whether the curve has a placement, and in the two upper bits
+    /// how often the segment is halved for its boxes.
     owner: u32,
 }
 
-/// Bits of [`Segment::owner`] that number the curve.
-const OWNER_BITS: u32 = 30;
+/// The bit of [`Segment::owner`] above the number of the curve.
+const PLACED: u32 = 1 << 29;
+
+/// How far up the halvings stand.
+const SPLITS_SHIFT: u32 = 30;
 
 /// No normals.
 const NONE: u32 = u32::MAX;
@@ -81,20 +85,20 @@ struct Search<'a> {
 }
 
 impl Segment {
-    /// `normals` numbers those of a ribbon, `owner` (below 2³⁰) the curve; the segment is halved
+    /// `normals` numbers those of a ribbon, `owner` (below 2²⁹) the curve; the segment is halved
     /// `splits` (at most 3) times for its boxes.
     pub fn new(
         points: [Vec3; 4],
         width: [f32; 2],
         normals: Option<u32>,
-        owner: u32,
+        (owner, placed): (u32, bool),
         splits: u32,
     ) -> Segment {
         Segment {
             points,
             width,
             normals: normals.unwrap_or(NONE),
-            owner: owner | splits << OWNER_BITS,
+            owner: owner | if placed { PLACED } else { 0 } | splits << SPLITS_SHIFT,
         }
     }
 
@@ -105,12 +109,17 @@ impl Segment {
 
     /// The curve it belongs to.
     pub fn owner(&self) -> usize {
-        (self.owner & ((1 << OWNER_BITS) - 1)) as usize
+        (self.owner & (PLACED - 1)) as usize
+    }
+
+    /// Its widths are measured in another space than the tree's.
+    pub fn is_placed(&self) -> bool {
+        self.owner & PLACED != 0
     }
 
     /// How many boxes it has.
     pub fn pieces(&self) -> usize {
-        1 << (self.owner >> OWNER_BITS)
+        1 << (self.owner >> SPLITS_SHIFT)
     }
 
     /// Parameters of the ends of a piece.

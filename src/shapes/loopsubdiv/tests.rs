@@ -16,7 +16,7 @@ fn octahedron() -> LoopSubdivSpec {
         triangles: (0..8)
             .map(|i: u32| {
                 let [x, y, z] = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2 & 1)];
-                if i.count_ones() % 2 == 0 {
+                if i.count_ones().is_multiple_of(2) {
                     [x, y, z]
                 } else {
                     [y, x, z]
