@@ -136,3 +136,37 @@ fn the_page_is_whole_and_alone() {
         assert!(!links.contains(outside), "{outside}");
     }
 }
+
+#[test]
+fn rendering_says_what_auto_took_and_how_far_it_is_off() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("a.exr").to_string_lossy().into_owned();
+    let scene = "tests/scenes/valid/realistic_camera.pbrt";
+    for (tolerance, expected) in [
+        // Nothing cheaper than a handful of surfaces is exact.
+        ("0", "lens model `auto` took exact, "),
+        // Pixels of two millimetres forgive principal planes.
+        ("1000", "lens model `auto` took thick, "),
+    ] {
+        let run = fstop([
+            "render",
+            scene,
+            "-o",
+            &output,
+            "--spp",
+            "1",
+            "--lens-model",
+            "auto",
+            "--tolerance",
+            tolerance,
+        ]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let line = run.stderr.lines().find(|l| l.contains(expected));
+        let line = line.unwrap_or_else(|| panic!("{expected} not in {}", run.stderr));
+        assert!(line.contains("ns a ray"), "{line}");
+        assert!(
+            expected.contains("exact") || line.contains("99 of 100 rays within"),
+            "{line}"
+        );
+    }
+}

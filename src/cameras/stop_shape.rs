@@ -9,19 +9,46 @@ use crate::params::ParamReader;
 /// The shape asked for; `None` for a round stop, and where what is asked for cannot be had, which is reported.
 pub fn from_params(params: &ParamReader) -> Option<StopShape> {
     let aperture = params.string("aperture", "circular");
-    let rotation = params.float("bladerotation", 0.0);
+    let rotation = rotation(params);
     let turned = |polygon: fn(f64) -> StopPolygon| Some(StopShape::Polygon(polygon(rotation)));
     if aperture != "circular" && params.find_integer("blades").is_some() {
         params.warn("blades", format!("blades are those of a circular aperture; that of \"{aperture}\" is not made of them"));
     }
-    match aperture {
+    let shape = match aperture {
         "circular" => blades(params, rotation),
         "gaussian" => Some(StopShape::Gaussian),
         "square" => turned(StopPolygon::square),
         "pentagon" => turned(StopPolygon::pentagon),
         "star" => turned(StopPolygon::star),
+        // No picture's name is without an ending.
+        name if !name.contains('.') => {
+            params.error(
+                "aperture",
+                format!(
+                    "no shape is called \"{name}\": expected circular (with \"integer blades\" for a polygon), gaussian, square, pentagon, star, or the name of a picture"
+                ),
+            );
+            None
+        }
         _ => picture(params),
+    };
+    if rotation != 0.0 && !matches!(shape, Some(StopShape::Polygon(_))) {
+        params.warn("bladerotation", "there is no polygon to turn");
     }
+    shape
+}
+
+/// Degrees.
+fn rotation(params: &ParamReader) -> f64 {
+    let rotation = params.float("bladerotation", 0.0);
+    if rotation.is_finite() {
+        return rotation;
+    }
+    params.warn(
+        "bladerotation",
+        format!("{rotation} is no angle in degrees: 0 is used"),
+    );
+    0.0
 }
 
 /// A diaphragm; 0 blades, the default, leave the stop round.

@@ -25,8 +25,7 @@ impl StopShape {
     /// The part of the light that passes the point (x, y), in radii of the stop; 0 outside its circle.
     pub fn transmission(&self, [x, y]: [f64; 2]) -> f64 {
         let r2 = x * x + y * y;
-        // Written so that a NaN is dark.
-        if !(r2 <= 1.0) {
+        if r2.is_nan() || r2 > 1.0 {
             return 0.0;
         }
         match self {

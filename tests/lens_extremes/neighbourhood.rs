@@ -108,18 +108,17 @@ impl Neighbourhood {
                 .map(|i| (Dd::from(a[i]) - b[i]).hi.abs())
                 .fold(0.0, f64::max)
         };
-        let spread = |pick: fn(&([Dd; 3], [Dd; 3])) -> [Dd; 3]| -> f64 {
-            let center = pick(exact);
-            let passing = self.shaken.iter().filter_map(|o| o.end.as_ref().ok());
-            passing
-                .map(|other| difference(center.map(|x| x.hi), pick(other)))
-                .fold(0.0, f64::max)
-        };
+        let difference_from = |a: [Dd; 3], b: [Dd; 3]| difference(a.map(|x| x.hi), b);
+        let mut spread = [0.0f64; 2];
+        for (o, d) in self.shaken.iter().filter_map(|o| o.end.as_ref().ok()) {
+            spread[0] = spread[0].max(difference_from(exact.0, *o));
+            spread[1] = spread[1].max(difference_from(exact.1, *d));
+        }
         let size = exact.0.iter().map(|x| x.hi.abs()).fold(length, f64::max);
         // The rounding of the answer itself comes on top, and z is a sum with the lens's length.
         let most = [
-            4.0 * spread(|r| r.0) + 4.0 * self.epsilon * size,
-            4.0 * spread(|r| r.1) + 4.0 * self.epsilon,
+            4.0 * spread[0] + 4.0 * self.epsilon * size,
+            4.0 * spread[1] + 4.0 * self.epsilon,
         ];
         let errors = [difference(o, exact.0), difference(d, exact.1)];
         let right = errors.iter().zip(&most).all(|(error, most)| error <= most);
