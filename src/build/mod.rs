@@ -196,9 +196,10 @@ fn render_from_world(camera_from_world: &Transform) -> Transform {
 /// What the output file says of itself, but for scene name and seed.
 fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
     let world_to_camera = options.camera_from_world.start.m;
+    let ndc_from_camera = options.camera.ndc_from_camera(film);
     FilmMetadata {
         world_to_camera,
-        world_to_ndc: options.camera.ndc_from_camera(film) * world_to_camera,
+        world_to_ndc: ndc_from_camera.map(|ndc| ndc * world_to_camera),
         spp: options.sampler.spp,
         lens: options.camera.lens_name(),
         software: concat!("fstop ", env!("CARGO_PKG_VERSION")).to_string(),

@@ -8,14 +8,14 @@ use glam::DVec4;
 
 impl CameraSpec {
     /// Camera space to OpenEXR's normalised device coordinates. For a traced lens this is the
-    /// paraxial picture: a pinhole at the entrance pupil, without distortion. `environment` has none,
-    /// its picture being no projection: the identity.
-    pub fn ndc_from_camera(&self, film: &FilmGeometry) -> DMat4 {
+    /// paraxial picture: a pinhole at the entrance pupil, without distortion. `None` for
+    /// `environment`, whose picture is no projection, and for a lens without pupils.
+    pub fn ndc_from_camera(&self, film: &FilmGeometry) -> Option<DMat4> {
         match self {
-            CameraSpec::Perspective(spec) => perspective(spec, film),
-            CameraSpec::Orthographic(spec) => orthographic(spec, film),
-            CameraSpec::Environment(_) => DMat4::IDENTITY,
-            CameraSpec::Realistic(spec) => realistic(spec, film).unwrap_or(DMat4::IDENTITY),
+            CameraSpec::Perspective(spec) => Some(perspective(spec, film)),
+            CameraSpec::Orthographic(spec) => Some(orthographic(spec, film)),
+            CameraSpec::Environment(_) => None,
+            CameraSpec::Realistic(spec) => realistic(spec, film),
         }
     }
 
@@ -117,6 +117,7 @@ mod tests {
             let ray = camera.ray(&sample, false).unwrap().ray;
             let shown = spec
                 .ndc_from_camera(&film)
+                .unwrap()
                 .project_point3(ray.at(7.0).as_dvec3());
             // A ray in single precision, followed for 7 units.
             assert!((shown.x - 0.4).abs() < 1e-6 && (shown.y - 0.25).abs() < 1e-6);

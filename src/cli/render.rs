@@ -66,9 +66,9 @@ pub struct RenderArgs {
     /// Print only errors
     #[arg(long)]
     quiet: bool,
-    /// Render although files are missing or broken, and exit with 1: pictures become a grey of 0.5,
-    /// light maps and spectra constant (spectra black), meshes and includes are left out, a lens becomes
-    /// a pinhole of 27 degrees
+    /// Render although files are missing or broken, and exit with 1: textures' pictures become a grey
+    /// of 0.5, lights shine without their maps, spectra are black, meshes and includes are left out,
+    /// a lens becomes a pinhole of 27 degrees
     #[arg(long, conflicts_with = "strict")]
     keep_going: bool,
     #[command(flatten)]

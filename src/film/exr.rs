@@ -80,7 +80,7 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
         layer_position: Vec2(image.bounds.min.x as i32, image.bounds.min.y as i32),
         software_name: Some(text(&metadata.software)),
         world_to_camera: Some(matrix(&metadata.world_to_camera)),
-        world_to_normalized_device: Some(matrix(&metadata.world_to_ndc)),
+        world_to_normalized_device: metadata.world_to_ndc.as_ref().map(matrix),
         ..LayerAttributes::default()
     };
     let spp = i32::try_from(metadata.spp).unwrap_or(i32::MAX);

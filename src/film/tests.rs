@@ -33,7 +33,7 @@ fn expose(side: u32, order: impl Fn(&mut Vec<PixelBounds>)) -> Film {
 fn metadata() -> FilmMetadata {
     FilmMetadata {
         world_to_camera: DMat4::from_translation(DVec3::new(1.0, 2.0, 3.0)),
-        world_to_ndc: DMat4::from_scale(DVec3::new(0.5, 0.25, 2.0)),
+        world_to_ndc: Some(DMat4::from_scale(DVec3::new(0.5, 0.25, 2.0))),
         spp: 100,
         relative_error: Some(0.25),
         seed: u64::MAX,

@@ -1,10 +1,10 @@
 //! Choosing a light by how strongly it arrives at the shading point.
 //!
-//! Lights are gathered in a tree whose nodes have eight parts, so that the estimates of what each part
-//! brings are computed together; a few nodes side by side are its top. A light is found on the way down,
-//! and its probability on the way up. Importance and tree are those of Conty Estevez and Kulla
-//! ("Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018), with wide nodes in place of
-//! their adaptive splitting.
+//! Lights are gathered in a tree whose nodes have eight parts, so that the estimates of what each
+//! part brings are computed together; a few nodes side by side are its top. A light is found on the
+//! way down, and its probability on the way up. Importance and tree are those of Conty Estevez and
+//! Kulla ("Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018), with wide nodes
+//! in place of their adaptive splitting. What was tried and was slower: `docs/light-choice.md`.
 //!
 //! The estimate knows nothing of shadows, so a part of the probability is shared out evenly among
 //! *groups* (a lamp counts as much as a mesh of a thousand triangles), whatever the estimate says.

@@ -91,9 +91,9 @@ impl Lanes {
 
     /// About the irradiance that each lane brings to a receiver.
     ///
-    /// The lights are seen within an angle whose sine is radius/distance. Instead of turning directions by
-    /// that angle, which would be the paper's bound, the sine is added to the cosine: it is almost as
-    /// much, and saves two roots.
+    /// The lights are seen within an angle whose sine is radius/distance. Instead of turning
+    /// directions by that angle, which would be the paper's bound (see [`super::clusters`]), the sine is
+    /// added to the cosine: it is almost as much, and saves two roots.
     #[inline]
     pub(super) fn at(&self, to: &Receiver) -> [f32; LANES] {
         let one = f32x8::ONE;

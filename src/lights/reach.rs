@@ -5,9 +5,9 @@ use crate::math::{Rgb, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// A model of the irradiance, as a luminance, that one light or several bring to a point if
-/// nothing is in the way: `everywhere` + intensity × (share by direction) / distance². It bounds where
-/// the lights are and where they shine, as Conty Estevez and Kulla's light bounds do ("Importance
-/// Sampling of Many Lights with Adaptive Tree Splitting", 2018, §3.1).
+/// nothing is in the way: `everywhere` + intensity × (share by direction) / distance². It bounds
+/// where the lights are and where they shine, as in Conty Estevez and Kulla, "Importance Sampling
+/// of Many Lights with Adaptive Tree Splitting" (2018).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Reach {
     /// Corner of the box that holds the lights, with the least coordinates.
@@ -127,15 +127,15 @@ impl Reach {
     }
 
     /// How badly one estimate for all of it may go wrong: its intensity times the measure of the
-    /// directions it may shine in times the squared diagonal (of the paper's cost, equation 3, with the diagonal
-    /// in place of the surface, because a box around lights on a line has none).
+    /// directions it may shine in times the squared diagonal (the paper's cost, with the diagonal in
+    /// place of the surface, because a box around lights on a line has none).
     pub(super) fn vagueness(&self) -> f32 {
         self.intensity * directions(self.spread, self.falloff) * self.diagonal2()
     }
 }
 
 /// The measure of directions within `spread` of an axis, and, weighted by the cosine, within
-/// `falloff` of those (the same paper's equation 1).
+/// `falloff` of those (the same paper's orientation measure).
 fn directions(spread: f32, falloff: f32) -> f32 {
     let end = (spread + falloff).min(PI);
     let (sin, cos) = spread.sin_cos();
@@ -143,7 +143,7 @@ fn directions(spread: f32, falloff: f32) -> f32 {
     2.0 * PI * (1.0 - cos) + FRAC_PI_2 * fall
 }
 
-/// Axis and half angle of the narrowest cone around two (the same paper's algorithm 1).
+/// Axis and half angle of the narrowest cone around two (the same paper's union of cones).
 fn merged_cones(a: &Reach, b: &Reach) -> (Vec3, f32) {
     let (wide, narrow) = if a.spread >= b.spread { (a, b) } else { (b, a) };
     if wide.spread >= PI {

@@ -1,7 +1,7 @@
 //! A binary tree of lights: neighbours that shine the same way are near each other in it.
 //!
-//! Built from the root by halving, where Conty Estevez and Kulla's cost ("Importance Sampling of Many
-//! Lights with Adaptive Tree Splitting", 2018, §3.2) is least among a few planes.
+//! Built from the root by halving, where Conty Estevez and Kulla's cost ("Importance Sampling of
+//! Many Lights with Adaptive Tree Splitting", 2018) is least among a few planes.
 
 use super::reach::Reach;
 use crate::handles::LightId;

@@ -24,6 +24,7 @@ pub struct Matte {
 impl Matte {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Matte {
+        let kd = reader.spectrum_input("Kd", Rgb::splat(0.5));
         let sigma = reader.float_input("sigma", 0.0);
         if let FloatInput::Constant(given) = sigma
             && !(0.0..=90.0).contains(&given)
@@ -33,10 +34,7 @@ impl Matte {
             let message = format!("`sigma` is {given} degrees, outside 0 to 90: {used} is used");
             reader.warn("sigma", message);
         }
-        Matte {
-            kd: reader.spectrum_input("Kd", Rgb::splat(0.5)),
-            sigma,
-        }
+        Matte { kd, sigma }
     }
 
     pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
