@@ -40,6 +40,7 @@ impl Setup {
             compat: Compat::None,
             pupil_sampling: PupilSampling::default(),
             model: self.model,
+            bands: Vec::new(),
             precision: self.precision,
             stop_shape,
             film_diagonal: None,
@@ -65,6 +66,7 @@ fn light(camera: &Camera, at: Vec2, samples: u32, counts: impl Fn(&CameraRay) ->
                 raster: at,
                 time: 0.5,
                 lens: Vec2::new(r(0.754_877_666_246_692_8), r(0.569_840_290_998_053_3)),
+                wavelength: 0.5,
             }
         })
         .collect();
