@@ -364,7 +364,7 @@ const CONCLUSION: &str = "## What it means
 - In lanes, exact tracing costs about 1.05 ns a surface: 13 ns for the 11 rows of a double Gauss, 35 for the 33 of a zoom. A
   polynomial costs 11 (degree 3), 18 (5), 29 (7) or 46 ns (9), whatever the lens: it needs more numbers at once than
   there are registers. So exact tracing beats every polynomial of degree 9, and degree 7 but for the zoom;
-  `auto` takes it wherever degree 5 (from 17 rows on), degree 3 (from 10) or `thick` is not enough.
+  `auto` takes it wherever degree 5 (from 17 rows on), degree 3 (from 9) or `thick` is not enough.
 - Sampling the pupil and weighing costs 8 ns with every model: a useful ray takes 17 to 43 ns exactly, 21 through a double Gauss,
   and 19 with a polynomial of degree 3, which is off by several pixels. Exact is the default for good reason.
 - Against the same in f64, one ray at a time, lanes are 14 (7 rows) to 20 times (33 rows) as fast.

@@ -12,7 +12,7 @@
 //! lens coordinates, for one number or a bundle ([`Number`]), with derivatives or without. [`error`] measures a model
 //! against exact rays; [`automatic`] takes the cheapest that is good enough. `docs/lens-models.md` has the figures
 //! for twelve lenses. In lanes an exact ray costs about 1.05 ns a surface, `thick` 6 ns and a polynomial 11 to 46 (degrees 3 to
-//! 9). So exact is the cheapest of all that are right to a tenth of a pixel, but for zoom lenses of 30 surfaces; below 20
+//! 9). So exact is the cheapest of all that are right to a tenth of a pixel, but for zoom lenses of 30 surfaces; below 17
 //! surfaces only `thick` and degree 3 cost less. One ray at a time, without lanes, polynomials are three to eight times as fast
 //! as exact tracing.
 //!
