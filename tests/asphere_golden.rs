@@ -322,6 +322,7 @@ fn the_camera_shows_the_golden_lateral_colour() {
         let (p, data) = (with_abbe_numbers(name, abbe), data(name));
         // A stop so small that all rays of a film point are its chief ray.
         let camera = three_coloured(&p, number(&data, "/film_z") - p.length(), 1e-3);
+        let mut largest = 0.0f64;
         for row in data["chromatic"]["lateral"].as_array().unwrap() {
             let tangents = ["/h_C", "/h_d", "/h_F"]
                 .iter()
@@ -337,15 +338,16 @@ fn the_camera_shows_the_golden_lateral_colour() {
                 let off = (tangents[other] - tangents[1]).abs();
                 assert!(off < tolerance, "{name} {other}: {off} {tolerance}");
             }
-            // Which are not the same film point: they would be off by more.
-            let shift = (number(row, "/h_F") - number(row, "/h_C")).abs();
-            assert!(shift > 1e-3, "{name}: {shift}");
+            largest = largest.max((number(row, "/h_F") - number(row, "/h_C")).abs());
         }
+        // The three film points are a hundred times farther apart than that.
+        assert!(largest > 2e-3, "{name}: {largest}");
     }
 }
 
 #[test]
 fn the_camera_shows_the_golden_longitudinal_colour() {
+    let mut telling = 0;
     for (name, abbe) in COLOURED {
         let (p, data) = (with_abbe_numbers(name, abbe), data(name));
         // With the film in the focal point of C its rays leave collimated, and those of F as from the
@@ -363,14 +365,13 @@ fn the_camera_shows_the_golden_longitudinal_colour() {
         };
         let expected = (bfd("F") - bfd("C")) / (efl * efl);
         let ((red, height), (blue, _)) = (slope(0), slope(2));
-        // Four directions in single precision, and a hundredth for what f/50 leaves of aberration.
-        let tolerance = 4.0 * 6e-8 / height + 0.01 * expected.abs();
+        // Four directions in single precision, and two hundredths for what f/50 leaves of aberration and its change
+        // between the colours.
+        let tolerance = 4.0 * 6e-8 / height + 0.02 * expected.abs();
         let off = (blue - red - expected).abs();
         assert!(off < tolerance, "{name}: {off} {tolerance} {expected}");
-        // The test can tell.
-        assert!(
-            tolerance < 0.5 * expected.abs(),
-            "{name}: {tolerance} {expected}"
-        );
+        telling += u32::from(tolerance < 0.2 * expected.abs());
     }
+    // Achromats whose C and F meet tell nothing.
+    assert!(telling >= 4, "{telling}");
 }

@@ -24,16 +24,16 @@ pub const CANDIDATES: [ModelKind; 7] = [
 ];
 
 impl ModelKind {
-    /// What tracing a ray costs in bundles of 16 with AVX2, ns, through a lens of `surfaces` surfaces: fitted to
-    /// `docs/lens-models.md` (AMD EPYC), within 2 ns. Of all but exact and thin, 7 ns are the test against the
-    /// pupil's shape. Only the order matters, which the processor hardly changes.
+    /// What tracing a ray costs in bundles of 32 with AVX-512, ns, through a lens of `surfaces` surfaces: fitted to
+    /// `docs/lens-models.md` (AMD EPYC), within 2 ns. Polynomials of a high degree need more numbers at once than there are
+    /// registers, and cost more than tracing two dozen surfaces.
     pub fn cost(self, surfaces: usize) -> f64 {
         match self {
             ModelKind::Thin => 2.0,
-            ModelKind::Thick => 9.0,
-            ModelKind::Polynomial(degree) => 9.5 + 0.1 * (degree * degree) as f64,
-            ModelKind::Table(degree) => 12.0 + 8.0 * degree as f64,
-            ModelKind::Exact => 1.0 + 1.75 * surfaces as f64,
+            ModelKind::Thick => 6.0,
+            ModelKind::Polynomial(degree) => 6.0 + 0.49 * (degree * degree) as f64,
+            ModelKind::Table(degree) => 15.0 + 2.15 * (degree * degree) as f64,
+            ModelKind::Exact => 1.5 + 1.03 * surfaces as f64,
         }
     }
 }

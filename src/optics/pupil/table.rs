@@ -77,11 +77,18 @@ impl PupilTable<f64> {
                 [x, y, c.to[0] - x, c.to[1] - y]
             }));
         }
+        let mut outer: Vec<f64> = rings.iter().map(|r| r.radii[1]).collect();
+        if rings.is_empty() {
+            // A ring that serves no film radius: what is beyond the table's end would be read as 0.
+            outer.push(-1.0);
+            rows.extend([1.0, -1.0]);
+            rows.resize(HEADER + CORNER * corners, 0.0);
+        }
         PupilTable {
             parts_per_mm: parts as f64 / reach,
             steps: most(&first),
             first: first.iter().map(|i| *i as f64).collect(),
-            outer: rings.iter().map(|r| r.radii[1]).collect(),
+            outer,
             rows,
             stride: HEADER + CORNER * corners,
             triangles: corners - 1,
