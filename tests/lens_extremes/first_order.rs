@@ -17,8 +17,8 @@ fn right(lens: &ExactLens, found: f64, exact: impl Fn(&ExactLens) -> Dd) -> Resu
     let spread = (1..=PATTERNS)
         .map(|pattern| (exact(&lens.shaken(by, pattern)) - center).hi.abs())
         .fold(0.0, f64::max);
-    // z is counted from the first vertex, so that what is not small itself has roundings of the lens's length.
-    let most = 2.0 * spread
+    // The matrix is rounded at every row, which the data are not. z is counted from the first vertex, so that what is not small itself has roundings of the lens's length.
+    let most = (2.0 + lens.rows.len() as f64) * spread
         + (ROUNDINGS + lens.rows.len() as f64)
             * DOUBLE
             * center.hi.abs().max(lens.length().hi.abs());
