@@ -123,16 +123,9 @@ impl Path {
                     if depth >= max_depth || !vertex.p.is_finite() {
                         return radiance;
                     }
-                    let (choice, light_u) = (stream.next_1d(), stream.next_2d());
-                    let light =
-                        sampled_light::<MEDIA>(world, selector, &vertex, choice, light_u, stream);
+                    let light;
+                    (light, ray, arrival) = scattered_in_medium(world, selector, &vertex, stream);
                     radiance += throughput * light;
-                    let (wi, pdf) = vertex.phase.sample(vertex.wo, stream.next_2d());
-                    arrival = Arrival::Scattered {
-                        from: vertex.reference_point(),
-                        pdf,
-                    };
-                    ray = Ray::new(vertex.p, wi, ray.time);
                     differentials = None;
                     if !self.survives(depth, eta_scale, &mut throughput, stream) {
                         return radiance;
@@ -324,6 +317,21 @@ fn sampled_light<const MEDIA: bool>(
         power_heuristic(pdf, vertex.pdf(light.wi))
     };
     contribution * (weight / pdf)
+}
+
+/// Direct light at a point of a medium, the ray that goes on from there, and how it does.
+fn scattered_in_medium(
+    world: &World,
+    selector: &LightSelector,
+    vertex: &MediumVertex,
+    stream: &mut SampleStream,
+) -> (Rgb, Ray, Arrival) {
+    let (choice, light_u) = (stream.next_1d(), stream.next_2d());
+    let light = sampled_light::<true>(world, selector, vertex, choice, light_u, stream);
+    let (wi, pdf) = vertex.phase.sample(vertex.wo, stream.next_2d());
+    let from = vertex.reference_point();
+    let ray = Ray::new(vertex.p, wi, from.time);
+    (light, ray, Arrival::Scattered { from, pdf })
 }
 
 /// Emission of the surface hit, weighted by how the path arrived.
