@@ -42,10 +42,10 @@ pub struct Hyperboloid {
 
 impl Hyperboloid {
     /// The surface of the segment from `p1` to `p2`, turned `phi_max` degrees. `None` where the
-    /// segment is level.
+    /// segment is level or an end is no place.
     pub fn new(p1: DVec3, p2: DVec3, phi_max: f64) -> Option<Hyperboloid> {
         let (p1, p2) = if p2.z == 0.0 { (p2, p1) } else { (p1, p2) };
-        if p1.z == p2.z {
+        if p1.z == p2.z || !(p1.is_finite() && p2.is_finite()) {
             return None;
         }
         let (alpha, gamma) = fit(p1, p2)?;
@@ -346,8 +346,8 @@ mod tests {
         assert!((h.gamma - gamma).abs() < 1e-15 && (h.alpha - (0.29 - 1.69 * gamma)).abs() < 1e-15);
         // Its waist is not the segment's.
         assert!((h.rho(0.0) - 0.2).abs() < 1e-12);
-        // At the upper end the normals are 20.6° apart: slopes −0.05/0.3/√0.29... in numbers
-        // σ = (0.2, 0.5)·(−0.4, 0.5)/√0.29 / 1.3 and ρ' = γ 1.3/√0.29.
+        // At p2 the surface's slope by z is ρ' = γ z/ρ, and the sweep's is that of the segment,
+        // (0.2, 0.5)·(−0.4, 0.5)/ρ over 1.3.
         let p = DVec3::new(0.2, 0.5, 1.3);
         let slope = |n: DVec3| -n.z / n.truncate().length();
         assert!((slope(h.at(p).n) - gamma * 1.3 / 0.29f64.sqrt()).abs() < 1e-12);

@@ -309,8 +309,7 @@ mod tests {
         for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
             let outward = DVec3::new(p.x, 0.0, p.z);
             assert!((outward.length() - 2.0).abs() < 1e-14);
-            // u turns from x to z, v goes up: their product points outward... z × x = y, so
-            // ∂u × ∂v is outward's opposite or not by the right hand: at (2, 0, 0) it is z × y = −x.
+            // At (2, 0, 0) u leads along z and v along y: z × y is −x, toward the axis.
             assert!(
                 (n.as_dvec3() + outward / 2.0).length() < 1e-6,
                 "{n} {outward}"

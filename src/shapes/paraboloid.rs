@@ -48,9 +48,9 @@ impl Paraboloid {
         let (z0, z1) = (reader.float("zmin", 0.0), reader.float("zmax", 1.0));
         let phi_max = reader.float("phimax", 360.0);
         positive(reader, "radius", radius)?;
-        if z0.max(z1) == 0.0 {
-            let message = "the upper end is at z = 0, where z = zmax ρ²/radius² has no shape: \
-                           the shape is left out";
+        if z0.max(z1) == 0.0 || !(z0.is_finite() && z1.is_finite()) {
+            let message = "z = zmax ρ²/radius² has no shape where the upper end is at 0 or an end \
+                           at no height: the shape is left out";
             reader.error("zmax", message);
             return None;
         }
