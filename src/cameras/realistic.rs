@@ -146,7 +146,7 @@ impl RealisticSpec {
 #[derive(Clone, Debug)]
 pub(super) enum Aim {
     /// At the true exit pupil.
-    Pupil(ExitPupil),
+    Pupil(Box<ExitPupil>),
     /// At the rear element's disk, flat at its vertex: radius in mm.
     RearDisk(f64),
 }
@@ -381,7 +381,7 @@ impl Optics {
         let aim = match spec.compat {
             Compat::None => {
                 let pupil = ExitPupil::new(lens, reach, RINGS);
-                Aim::Pupil(pupil.with_sampling(spec.pupil_sampling))
+                Aim::Pupil(Box::new(pupil.with_sampling(spec.pupil_sampling)))
             }
             Compat::PbrtV2 => Aim::RearDisk(0.5 * lens.rear().aperture),
         };

@@ -82,7 +82,7 @@ pub fn study(
     let affordable = spp_in(FOR_SETTINGS * total) / (settings_count + 2.0 * 4.0);
     let spp = power_of_two(affordable);
     let counts: Vec<u32> = (0..8)
-        .map(|k| 4 * spp >> k)
+        .map(|k| (4 * spp) >> k)
         .take_while(|&n| n > 0)
         .collect();
     let rungs = ladder(options, spp, &counts);

@@ -22,16 +22,16 @@ pub fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, Failure>
         escaped(&text::heading(study, scene, shrunk)),
         escaped(&text::sentence(study)),
     );
-    let _ = write!(
+    let _ = writeln!(
         body,
         "<figure>{}<figcaption>Each point is a setting; the line joins the scene's own settings with more and more samples. \
-         Below the line a setting is worth its time, above it more samples are.</figcaption></figure>\n",
+         Below the line a setting is worth its time, above it more samples are.</figcaption></figure>",
         log_log((900, 560), &series(study))?
     );
     body += &table(study);
-    let _ = write!(
+    let _ = writeln!(
         body,
-        "<p class=\"legend\">{}</p>\n",
+        "<p class=\"legend\">{}</p>",
         escaped(&text::legend(study))
     );
     let title = escaped(scene);
