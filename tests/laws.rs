@@ -122,6 +122,17 @@ fn a_plain_of_kdsubsurface_shows_its_kd_in_a_white_sky() {
     }
 }
 
+/// Disney's scattering distance moves light about; what comes out of a plain is still the colour, with the
+/// retro-reflection and the coat that the same material has without it taken off: here all but none.
+#[test]
+fn a_plain_of_disneys_interior_shows_its_colour() {
+    let material = "\"disney\" \"rgb color\" [.6 .6 .6] \"float roughness\" 0 \"float eta\" 1 \
+                    \"rgb scatterdistance\" [.05 .05 .05]";
+    let world = in_the_sky(material, "Shape \"disk\" \"float radius\" 3");
+    let look = "LookAt 0 0 2  0 0 0  0 1 0";
+    check("disney", look, "Integrator \"path\"", &world, 0.6);
+}
+
 #[test]
 fn a_medium_that_does_nothing_returns_nothing() {
     let material =

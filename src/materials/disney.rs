@@ -8,13 +8,15 @@ use crate::bsdf::disney_diffuse::DisneyDiffuse;
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::lambertian::LambertianTransmission;
 use crate::bsdf::microfacet::MicrofacetReflection;
+use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
 use crate::bsdf::{Bsdf, Lobe};
+use crate::bssrdf::Bssrdf;
 use crate::math::Rgb;
 use crate::math::color::{is_black, luminance};
 use crate::math::float::within;
 use crate::params::{FloatInput, ParamReader, SpectrumInput};
-use crate::surface::TexturePoint;
+use crate::surface::{SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 
 /// Widths of the clearcoat at gloss 0 and 1 (Burley 2012, appendix B.2).
@@ -43,7 +45,7 @@ pub(super) const MOST_LOBES: usize = 5;
 ///   diffuse reflection into imitated subsurface scattering, and `difftrans` (1), 0 to 2, lets half its
 ///   value of the diffuse light through;
 /// - spectrum `scatterdistance` (0): distance that light travels inside; where it is not black the
-///   diffuse reflection becomes true subsurface scattering. Not supported yet.
+///   diffuse reflection becomes subsurface scattering ([`crate::bssrdf`]).
 ///
 /// In pbrt-v3's thin sheets the light that goes through is not taken from what metal and glass
 /// leave over, and what retro-reflects is not lessened by it: they can give back more than they get.
@@ -77,6 +79,8 @@ pub struct Disney {
     pub flatness: FloatInput,
     /// Of a sheet: twice the share of diffuse light that goes through.
     pub diff_trans: FloatInput,
+    /// Of a solid: how far light travels inside, scene units; black for a diffuse surface.
+    pub scatter_distance: SpectrumInput,
 }
 
 /// The numbers at one point.
@@ -94,17 +98,18 @@ struct Point {
     aspect: f32,
 }
 
+impl Point {
+    /// Share of what is neither metal nor glass.
+    fn diffuse_weight(&self) -> f32 {
+        (1.0 - self.metallic) * (1.0 - self.spec_trans)
+    }
+}
+
 impl Disney {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Disney {
         let unit = |name, default| unit_input(reader, name, default);
         let positive = |name, default| float_within(reader, name, default, 0.0..=f32::MAX);
-        if let Some(distance) = reader.find_spectrum_input("scatterdistance")
-            && super::may_scatter(&distance)
-        {
-            let message = "`scatterdistance` is not supported yet: diffuse reflection is used";
-            reader.warn("scatterdistance", message);
-        }
         Disney {
             color: reader.spectrum_input("color", Rgb::splat(0.5)),
             metallic: unit("metallic", 0.0),
@@ -120,13 +125,46 @@ impl Disney {
             thin: reader.boolean("thin", false),
             flatness: unit("flatness", 0.0),
             diff_trans: float_within(reader, "difftrans", 1.0, 0.0..=2.0),
+            scatter_distance: reader.spectrum_input("scatterdistance", Rgb::ZERO),
         }
+    }
+
+    /// May light wander inside?
+    pub(super) fn has_interior(&self) -> bool {
+        !self.thin && super::may_scatter(&self.scatter_distance)
+    }
+
+    /// How it wanders at a point: Burley's normalised diffusion, of a fifth of `scatterdistance` as in
+    /// pbrt-v3 (Christensen and Burley 2015). `None` where the diffuse reflection stays at the surface.
+    pub(super) fn bssrdf(
+        &self,
+        hit: &SurfaceHit,
+        bsdf: &Bsdf,
+        at: &TexturePoint,
+        textures: &Textures,
+    ) -> Option<Bssrdf<'static>> {
+        let distance = self.scatter_distance(at, textures)?;
+        let point = self.at(at, textures);
+        let weight = point.diffuse_weight();
+        (weight > 0.0).then(|| {
+            let albedo = weight * point.color;
+            Bssrdf::normalised(hit, *bsdf.frame(), albedo, 0.2 * distance, point.eta)
+        })
+    }
+
+    /// The distance, where it is not black and there is an inside.
+    fn scatter_distance(&self, at: &TexturePoint, textures: &Textures) -> Option<Rgb> {
+        if !self.has_interior() {
+            return None;
+        }
+        let distance = reflectance(&self.scatter_distance, at, textures);
+        (!is_black(distance)).then_some(distance)
     }
 
     pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let point = self.at(at, textures);
         let unit = |input| unit_at(input, at, textures);
-        let diffuse_weight = (1.0 - point.metallic) * (1.0 - point.spec_trans);
+        let diffuse_weight = point.diffuse_weight();
         if diffuse_weight > 0.0 {
             self.add_diffuse(&point, diffuse_weight, at, textures, bsdf);
         }
@@ -195,7 +233,16 @@ impl Disney {
         } else {
             0.0
         };
-        let stays = 1.0 - point.diff_trans;
+        let mut stays = 1.0 - point.diff_trans;
+        if self.scatter_distance(at, textures).is_some() {
+            // The base becomes what is let in, to come out somewhere else.
+            stays = 0.0;
+            bsdf.add(Lobe::SpecularTransmission(SpecularTransmission {
+                transmittance: Rgb::ONE,
+                eta_a: 1.0,
+                eta_b: point.eta,
+            }));
+        }
         let lobe = DisneyDiffuse {
             reflectance: weight * point.color,
             base: (1.0 - flat) * stays,

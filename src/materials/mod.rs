@@ -268,6 +268,7 @@ impl Material {
             footprint: *footprint,
         };
         let (interior, medium) = match &self.kind {
+            MaterialKind::Disney(m) => return m.bssrdf(hit, bsdf, &at, textures),
             MaterialKind::Subsurface(m) => (&m.interior, m.medium(&at, textures)),
             MaterialKind::KdSubsurface(m) => (&m.interior, m.medium(&at, textures)?),
             _ => return None,
@@ -353,8 +354,9 @@ impl Material {
                 thin: _,
                 flatness,
                 diff_trans,
+                scatter_distance,
             }) => (
-                &[*color],
+                &[*color, *scatter_distance],
                 &[
                     *metallic,
                     *eta,
@@ -412,10 +414,11 @@ impl Material {
 
     /// Is there a medium inside that light wanders through?
     pub fn has_interior(&self) -> bool {
-        matches!(
-            self.kind,
-            MaterialKind::Subsurface(_) | MaterialKind::KdSubsurface(_)
-        )
+        match &self.kind {
+            MaterialKind::Subsurface(_) | MaterialKind::KdSubsurface(_) => true,
+            MaterialKind::Disney(m) => m.has_interior(),
+            _ => false,
+        }
     }
 
     /// Does the material itself use the footprint, apart from its textures?
