@@ -195,7 +195,7 @@ fn weighted_rays_are_those_made_one_at_a_time() {
         let lens = lens(name);
         let pupil = ExitPupil::new(&lens, 20.0, RINGS);
         let tracer = FilmTracer::<f32>::new(&lens, pupil.plane_z());
-        let mut passed = 0;
+        let (mut passed, mut other_triangle) = (0, 0);
         for bundle in 0..128 {
             let s: [[f64; 4]; 16] = std::array::from_fn(|i| spread(16 * bundle + i));
             let lane = |k: usize, a: f64, b: f64| Lanes(s.map(|s| (a * s[k] + b) as f32));
@@ -215,8 +215,11 @@ fn weighted_rays_are_those_made_one_at_a_time() {
                 };
                 passed += 1;
                 let weight = projected_solid_angle([at[0], at[1], lens.film_z()], &aim);
-                // The area is a difference of products that are sixteen times as large, each rounded by 6e-8.
-                assert!((f64::from(rays.projected_solid_angle.0[i]) / weight - 1.0).abs() < 1e-5);
+                // The area is a difference of products that are sixteen times as large, each rounded by 6e-8. Between
+                // two triangles or rings rounding may choose the other one, whose area differs.
+                let off = (f64::from(rays.projected_solid_angle.0[i]) / weight - 1.0).abs();
+                other_triangle += u32::from(off > 1e-5);
+                assert!(off < 0.5, "{name}: {off}");
                 for k in 0..3 {
                     // The aim itself is rounded: 1e-6 of a pupil some centimetres wide, seen
                     // from some centimetres away, on top of the tracer's own 1e-4 mm and 5e-6.
@@ -225,8 +228,10 @@ fn weighted_rays_are_those_made_one_at_a_time() {
                 }
             }
         }
-        // The ellipses let 80 % and more through.
+        // Nearly all pass that meet the image circle.
         assert!(passed > 1500, "{name}: {passed}");
+        // 1e-6 of half a turn is 1e-4 of a triangle.
+        assert!(other_triangle <= 5, "{name}: {other_triangle}");
     }
 }
 

@@ -93,7 +93,9 @@ impl View<'_> {
     /// x of a ray in the meridional plane that passes; `None` where none does. `hint` is tried first.
     pub fn inside(&self, rear: &Rear, hint: Option<f64>) -> Option<f64> {
         let passes = |x: &f64| x.is_finite() && self.passes([*x, 0.0]);
+        // Straight ahead is where light goes whose film all but touches the glass.
         hint.filter(passes)
+            .or(Some(self.radius).filter(passes))
             .or_else(|| self.search(rear).filter(passes))
     }
 
