@@ -8,6 +8,7 @@
 
 use super::clearcoat::Clearcoat;
 use super::disney_diffuse::DisneyDiffuse;
+use super::fourier::{FourierLobe, FourierTable};
 use super::fresnel::Fresnel;
 use super::fresnel_blend::FresnelBlend;
 use super::hair::Hair;
@@ -19,6 +20,8 @@ use super::subsurface_exit::SubsurfaceExit;
 use super::testing::*;
 use super::trowbridge_reitz::TrowbridgeReitz;
 use super::*;
+use crate::assets::bsdf_file::BsdfFile;
+use crate::assets::bsdf_file::generator::{Analytic, encode};
 
 /// How many kinds of lobes there are.
 const KINDS: usize = 15;
@@ -153,6 +156,21 @@ fn disney(base: f32, flat: f32, sheen: f32, roughness: f32) -> Lobe<'static> {
         sheen: Rgb::splat(sheen),
         roughness,
     })
+}
+
+/// A table of a white diffuse surface, leaked: rows live as long as the tests.
+fn tabulated() -> Row {
+    let file = encode(&Analytic {
+        eta: 1.0,
+        channels: 1,
+        cosines: 32,
+        terms: 2,
+        value: &|mu_i, mu_o, _| [if mu_i * mu_o < 0.0 { 0.9 } else { 0.0 }; 3],
+    });
+    let file = BsdfFile::parse(&file).expect("a good file");
+    let table = Box::leak(Box::new(FourierTable::new(file)));
+    let lobe = Lobe::Fourier(FourierLobe::new(table));
+    Row::new("tabulated", Energy::Less, vec![lobe])
 }
 
 /// The far end of a path under a surface of index 1.33.
@@ -301,6 +319,7 @@ fn table() -> Vec<Row> {
             [vec![lambert, mirror], reflect(ggx(0.3, 0.2), Fresnel::NoOp)].concat(),
         ),
         subsurface_exit(),
+        tabulated(),
         hair(0.0, 0.0, 0.3, 0.3),
         hair(0.6, 0.0, 0.5, 0.2),
         hair(-0.95, 0.0, 0.2, 0.9),

@@ -104,7 +104,7 @@ impl Lobe<'_> {
             Lobe::DisneyDiffuse(l) => l.f(wo, wi),
             Lobe::Clearcoat(l) => l.f(wo, wi),
             Lobe::Hair(l) => l.f(wo, wi),
-            Lobe::SubsurfaceExit(l) => l.f(wi),
+            Lobe::SubsurfaceExit(l) => l.f(wo, wi),
             Lobe::Fourier(l) => l.f(wo, wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
@@ -115,10 +115,10 @@ impl Lobe<'_> {
     /// Density of [`Lobe::sample`] per solid angle; 0 for a specular lobe.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
-            Lobe::LambertianReflection(_)
-            | Lobe::OrenNayar(_)
-            | Lobe::DisneyDiffuse(_)
-            | Lobe::SubsurfaceExit(_) => cosine_pdf(wo.z * wi.z > 0.0, wi),
+            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::DisneyDiffuse(_) => {
+                cosine_pdf(wo.z * wi.z > 0.0, wi)
+            }
+            Lobe::SubsurfaceExit(_) => cosine_pdf(wo.z > 0.0 && wi.z > 0.0, wi),
             Lobe::LambertianTransmission(_) => cosine_pdf(wo.z * wi.z < 0.0, wi),
             Lobe::MicrofacetReflection(l) => l.pdf(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.pdf(wo, wi),
@@ -136,10 +136,12 @@ impl Lobe<'_> {
     /// Draws a direction with `uc` and `u` in [0, 1); `None` where the lobe gives none.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         match self {
-            Lobe::LambertianReflection(_)
-            | Lobe::OrenNayar(_)
-            | Lobe::DisneyDiffuse(_)
-            | Lobe::SubsurfaceExit(_) => Some(self.cosine_sample(wo, cosine_hemisphere(u), false)),
+            Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::DisneyDiffuse(_) => {
+                Some(self.cosine_sample(wo, cosine_hemisphere(u), false))
+            }
+            Lobe::SubsurfaceExit(_) => {
+                (wo.z > 0.0).then(|| self.cosine_sample(wo, cosine_hemisphere(u), false))
+            }
             Lobe::LambertianTransmission(_) => {
                 Some(self.cosine_sample(wo, cosine_hemisphere(u), true))
             }

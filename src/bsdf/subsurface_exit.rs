@@ -31,8 +31,11 @@ impl SubsurfaceExit {
         self.factor *= share;
     }
 
-    /// Value in 1/sr; `wi` local.
-    pub fn f(&self, wi: Vec3) -> Rgb {
+    /// Value in 1/sr; directions local. There is light from outside only.
+    pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return Rgb::ZERO;
+        }
         (1.0 - dielectric(wi.z, 1.0, self.eta)) * self.factor
     }
 }

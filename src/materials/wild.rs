@@ -35,7 +35,17 @@ const WILD: [f32; 18] = [
 ];
 
 /// Every kind of material with its float and its spectrum parameters.
-const KINDS: [(&str, &[&str], &[&str]); 11] = [
+const KINDS: [(&str, &[&str], &[&str]); 13] = [
+    (
+        "subsurface",
+        &["eta", "uroughness", "vroughness"],
+        &["Kr", "Kt", "sigma_a", "sigma_s"],
+    ),
+    (
+        "kdsubsurface",
+        &["eta", "uroughness", "vroughness"],
+        &["Kd", "mfp", "Kr", "Kt"],
+    ),
     ("matte", &["sigma"], &["Kd"]),
     ("mirror", &[], &["Kr"]),
     ("glass", &["eta", "uroughness", "vroughness"], &["Kr", "Kt"]),
@@ -72,7 +82,7 @@ const KINDS: [(&str, &[&str], &[&str]); 11] = [
             "flatness",
             "difftrans",
         ],
-        &["color"],
+        &["color", "scatterdistance"],
     ),
     (
         "hair",

@@ -323,7 +323,7 @@ mod tests {
             "thick",
             "thin",
             "<code>auto</code> takes",
-            "99 of 100 rays within",
+            "ns a ray in lanes",
         ] {
             assert!(html.contains(part), "{part}");
         }
