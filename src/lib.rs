@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Dependencies point one way only:
-//! `cli → render → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
+//! `cli → tradeoff → render → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
 //! `cameras → optics → math`, `scene → params → syntax`.
 
 #![forbid(unsafe_op_in_unsafe_fn)]

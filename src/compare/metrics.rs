@@ -29,7 +29,7 @@ pub struct Metrics {
     pub largest_tile: TileDifference,
 }
 
-/// Mean luminances of one square of [`TILE`] pixels.
+/// Mean luminances of one square of 32 × 32 pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileDifference {
     /// The square, smaller at the right and bottom edges.
