@@ -6,7 +6,6 @@
 //! chosen to transmit; [`Bssrdf`] is Sp, and [`crate::bsdf::subsurface_exit`] is Sw.
 
 mod beam_diffusion;
-pub mod presets;
 mod profile;
 mod table;
 

@@ -2,8 +2,8 @@
 
 use super::interior::{Extinction, Interior};
 use super::reflectance;
-use crate::bssrdf::presets::{self, Coefficients};
 use crate::math::Rgb;
+use crate::media::presets::{self, Coefficients};
 use crate::params::{Dialect, ParamReader, SpectrumInput};
 use crate::surface::TexturePoint;
 use crate::syntax::suggest::nearest;
