@@ -73,11 +73,11 @@ pub fn study(
     let started = Instant::now();
     let done = render_until(shot, TILE_SIZE, &goal, &Progress::hidden());
     debug_assert!(done.ended != Ended::Error);
-    let samples_per_second = done.spp / started.elapsed().as_secs_f64().max(1e-9);
+    let spp_per_second = done.spp / started.elapsed().as_secs_f64().max(1e-9);
     let reference = Reference::new(done.film.develop(), done.error);
 
-    // Geometric counts up to `most` cost about twice the last; the other settings one `spp` each.
-    let spp_in = |seconds: f64| seconds * samples_per_second / PICTURES as f64;
+    // The sample ladder ends at four times the other settings' count, and all of it costs twice its end.
+    let spp_in = |seconds: f64| seconds * spp_per_second / PICTURES as f64;
     let settings_count = ladder(options, 1, &[]).len() as f64;
     let affordable = spp_in(FOR_SETTINGS * total) / (settings_count + 2.0 * 4.0);
     let spp = power_of_two(affordable);

@@ -1,0 +1,309 @@
+//! Textures read and compiled, looked up.
+
+use super::*;
+use crate::handles::{FloatTextureId, SpectrumTextureId};
+use crate::math::color::linear_from_srgb;
+use crate::math::{Vec2, Vec3};
+use crate::params::{FloatInput, SpectrumInput};
+use crate::surface::{Footprint, TexturePoint};
+use crate::syntax::FileId;
+use crate::textures::imagemap::{Decoding, ImagemapSpec};
+use crate::textures::{Bilerp, Filter, MappingSpec, Mix, Scale, Uv, Wrap};
+use std::path::Path;
+
+const UV: MappingSpec = MappingSpec::Uv {
+    scale: Vec2::ONE,
+    delta: Vec2::ZERO,
+};
+
+fn at(u: f32, v: f32) -> TexturePoint {
+    TexturePoint {
+        p: Vec3::ZERO,
+        uv: Vec2::new(u, v),
+        footprint: Footprint::default(),
+    }
+}
+
+fn float(i: u32) -> FloatInput {
+    FloatInput::Texture(FloatTextureId(i))
+}
+
+fn spectrum(i: u32) -> SpectrumInput {
+    SpectrumInput::Texture(SpectrumTextureId(i))
+}
+
+fn compile(f: &[FloatTextureSpec], s: &[SpectrumTextureSpec]) -> (Textures, Vec<TextureProblem>) {
+    let usage = TextureUsage::new(f.len(), s.len());
+    Textures::compile(f, s, &usage, &Transform::IDENTITY)
+}
+
+fn imagemap(path: &Path, decoding: Decoding, top_first: bool) -> ImagemapSpec {
+    let filter = Filter::Ewa {
+        max_anisotropy: 8.0,
+    };
+    let settings = PictureSettings {
+        wrap: Wrap::Repeat,
+        filter,
+        decoding,
+        top_first,
+    };
+    ImagemapSpec {
+        mapping: UV,
+        file: Some(named(path, 0)),
+        settings,
+    }
+}
+
+fn named(path: &Path, start: u32) -> NamedFile {
+    let span = Span {
+        file: FileId(0),
+        start,
+        end: start + 1,
+    };
+    NamedFile {
+        path: path.into(),
+        span,
+    }
+}
+
+const PLAIN: Decoding = Decoding::Scaled {
+    srgb: false,
+    scale: 1.0,
+};
+
+/// Two rows of two texels: red and green above blue and grey.
+fn quadrants(directory: &Path) -> PathBuf {
+    let path = directory.join("quadrants.png");
+    let texels = [[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [128, 128, 128]]];
+    image::RgbImage::from_fn(2, 2, |x, y| image::Rgb(texels[y as usize][x as usize]))
+        .save(&path)
+        .unwrap();
+    path
+}
+
+#[test]
+fn scale_mix_bilerp_and_uv_combine() {
+    let bilerp = Bilerp {
+        mapping: UV,
+        v00: 0.0,
+        v01: 1.0,
+        v10: 2.0,
+        v11: 5.0,
+    };
+    let f = [
+        TextureSpec::Bilerp(bilerp),
+        TextureSpec::Scale(Scale {
+            tex1: float(0),
+            tex2: FloatInput::Constant(3.0),
+        }),
+    ];
+    let s = [
+        TextureSpec::Uv(Uv { mapping: UV }),
+        TextureSpec::Mix(Mix {
+            tex1: spectrum(0),
+            tex2: SpectrumInput::Constant(Rgb::ONE),
+            amount: FloatInput::Constant(0.25),
+        }),
+    ];
+    let (textures, problems) = compile(&f, &s);
+    assert!(problems.is_empty() && !textures.needs_footprint());
+    assert_eq!(textures.float(&float(0), &at(0.0, 1.0)), 1.0);
+    assert_eq!(textures.float(&float(0), &at(1.0, 0.0)), 2.0);
+    assert_eq!(textures.float(&float(1), &at(0.5, 0.5)), 6.0);
+    assert_eq!(
+        textures.spectrum(&spectrum(0), &at(1.25, -0.5)),
+        Rgb::new(0.25, 0.5, 0.0)
+    );
+    assert_eq!(
+        textures.spectrum(&spectrum(1), &at(0.5, 0.5)),
+        Rgb::new(0.625, 0.625, 0.25)
+    );
+}
+
+#[test]
+fn pictures_stand_on_their_lower_left_corner() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = quadrants(directory.path());
+    let s = [
+        TextureSpec::Imagemap(imagemap(&path, PLAIN, false)),
+        TextureSpec::Imagemap(imagemap(&path, PLAIN, true)),
+    ];
+    let (textures, problems) = compile(&[], &s);
+    assert!(problems.is_empty() && textures.needs_footprint());
+    let blue = Rgb::Z;
+    assert_eq!(
+        textures.spectrum(&spectrum(0), &at(0.25, 0.25)),
+        blue,
+        "t grows upwards"
+    );
+    assert_eq!(textures.spectrum(&spectrum(0), &at(0.25, 0.75)), Rgb::X);
+    assert_eq!(
+        textures.spectrum(&spectrum(1), &at(0.25, 0.75)),
+        blue,
+        "v2's .exr: t grows downwards"
+    );
+}
+
+#[test]
+fn texels_are_decoded_before_or_after_as_the_dialect_says() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = quadrants(directory.path());
+    let grey = 128.0 / 255.0;
+    for (decoding, expected) in [
+        (
+            Decoding::Scaled {
+                srgb: true,
+                scale: 2.0,
+            },
+            2.0 * linear_from_srgb(grey),
+        ),
+        (
+            Decoding::Scaled {
+                srgb: false,
+                scale: 2.0,
+            },
+            2.0 * grey,
+        ),
+        (
+            Decoding::Power {
+                scale: 2.0,
+                gamma: 2.2,
+            },
+            (2.0 * grey).powf(2.2),
+        ),
+    ] {
+        let (textures, _) = compile(
+            &[TextureSpec::Imagemap(imagemap(&path, decoding, false))],
+            &[TextureSpec::Imagemap(imagemap(&path, decoding, false))],
+        );
+        let v = textures.spectrum(&spectrum(0), &at(0.75, 0.25));
+        assert!(
+            (v - expected).abs().max_element() < 1e-5,
+            "{decoding:?}: {v}"
+        );
+        assert!((textures.float(&float(0), &at(0.75, 0.25)) - expected).abs() < 1e-5);
+    }
+    // A float texture decodes the luminance of the encoded colour, not the colours.
+    let (textures, _) = compile(
+        &[TextureSpec::Imagemap(imagemap(
+            &path,
+            Decoding::Scaled {
+                srgb: true,
+                scale: 1.0,
+            },
+            false,
+        ))],
+        &[],
+    );
+    let red = textures.float(&float(0), &at(0.25, 0.75));
+    assert!((red - linear_from_srgb(0.212671)).abs() < 1e-6, "{red}");
+}
+
+#[test]
+fn textures_share_filtered_pictures() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = quadrants(directory.path());
+    let other = Decoding::Scaled {
+        srgb: true,
+        scale: 1.0,
+    };
+    let s = [PLAIN, other, PLAIN].map(|d| TextureSpec::Imagemap(imagemap(&path, d, false)));
+    let (textures, _) = compile(&[], &s);
+    assert_eq!(textures.spectrum_maps.len(), 2);
+    for i in [0, 2] {
+        assert_eq!(
+            textures.spectrum(&spectrum(i), &at(0.75, 0.25)),
+            Rgb::splat(128.0 / 255.0)
+        );
+    }
+}
+
+#[test]
+fn a_missing_picture_is_grey_and_reported_once() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("missing.png");
+    let spec = imagemap(
+        &path,
+        Decoding::Scaled {
+            srgb: true,
+            scale: 2.0,
+        },
+        false,
+    );
+    let (textures, problems) = compile(
+        &[TextureSpec::Imagemap(spec.clone())],
+        &[TextureSpec::Imagemap(spec)],
+    );
+    assert_eq!(problems.len(), 1);
+    assert!(problems[0].to_string().contains("missing.png"));
+    let expected = 2.0 * linear_from_srgb(0.5);
+    assert_eq!(textures.float(&float(0), &at(0.1, 3.7)), expected);
+    assert_eq!(
+        textures.spectrum(&spectrum(0), &at(0.1, 3.7)),
+        Rgb::splat(expected)
+    );
+}
+
+/// One report for a file, at a texture that matters if there is one.
+#[test]
+fn a_broken_picture_is_reported_where_it_is_used() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("broken.png");
+    std::fs::write(&path, [0x89, b'P', b'N', b'G']).unwrap();
+    let specs: Vec<SpectrumTextureSpec> = (0..4)
+        .map(|start| {
+            TextureSpec::Imagemap(ImagemapSpec {
+                file: Some(named(&path, start)),
+                ..imagemap(&path, PLAIN, false)
+            })
+        })
+        .collect();
+    for (users, expected) in [
+        (&[][..], (0, false)),
+        (&[2, 3], (2, true)),
+        (&[0], (0, true)),
+    ] {
+        let mut usage = TextureUsage::new(0, specs.len());
+        for &user in users {
+            usage.spectrum(spectrum(user));
+        }
+        let (_, problems) = Textures::compile(&[], &specs, &usage, &Transform::IDENTITY);
+        let [TextureProblem::Picture { span, used, .. }] = &problems[..] else {
+            panic!("{problems:?}");
+        };
+        assert_eq!((span.start, *used), expected, "{users:?}");
+    }
+}
+
+#[test]
+fn long_chains_and_wrong_references_are_refused() {
+    let link = |i: u32| {
+        TextureSpec::Scale(Scale {
+            tex1: float(i),
+            tex2: FloatInput::Constant(1.0),
+        })
+    };
+    let mut f: Vec<FloatTextureSpec> = vec![TextureSpec::Constant(Constant { value: 1.0 })];
+    f.extend((0..100_000).map(link));
+    let (textures, problems) = compile(&f, &[]);
+    // The chain starts afresh from each refused link.
+    assert!(matches!(
+        problems[0],
+        TextureProblem::TooDeep {
+            kind: "float",
+            index: 256
+        }
+    ));
+    assert_eq!(textures.float(&float(255), &at(0.0, 0.0)), 1.0);
+    assert_eq!(textures.float(&float(100_000), &at(0.0, 0.0)), 0.5);
+
+    let (textures, problems) = compile(&[link(0), link(5)], &[]);
+    assert_eq!(problems.len(), 2);
+    assert!(
+        problems
+            .iter()
+            .all(|p| matches!(p, TextureProblem::NotYetDeclared { .. }))
+    );
+    assert_eq!(textures.float(&float(0), &at(0.0, 0.0)), 0.5);
+    assert_eq!(textures.float(&float(77), &at(0.0, 0.0)), 0.0);
+}
