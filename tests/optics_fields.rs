@@ -9,8 +9,8 @@ mod golden_lenses;
 use fstop::optics::stops::{
     AxisPoint, Limit, entrance_pupil, exit_pupil, film_limits, images_toward_scene, scene_limits,
 };
-use fstop::optics::{Cause, Lens, LensRay, LensTracer, Paraxial, Prescription, Surface};
-use golden_lenses::LENSES;
+use fstop::optics::{Cause, Lens, LensRay, LensTracer, Paraxial};
+use golden_lenses::Golden;
 use serde_json::Value;
 
 /// Parts of the stop's diameter, by the golden data's keys.
@@ -20,30 +20,7 @@ const STOPS: [(&str, f64); 3] = [("1", 1.0), ("0.5", 0.5), ("0.25", 0.25)];
 /// circle, and less than 1e-4 at the kinks of a vignetted pupil.
 const DIRECTIONS: usize = 721;
 
-struct Golden {
-    name: &'static str,
-    prescription: Prescription,
-    data: Value,
-}
-
 impl Golden {
-    fn read(name: &'static str) -> Golden {
-        let (prescription, data) = golden_lenses::read(name);
-        Golden {
-            name,
-            prescription,
-            data,
-        }
-    }
-
-    fn surfaces(&self, scale: f64) -> Vec<Surface> {
-        let mut surfaces = self.prescription.surfaces.clone();
-        for s in surfaces.iter_mut().filter(|s| s.is_stop) {
-            s.aperture *= scale;
-        }
-        surfaces
-    }
-
     fn film_z(&self) -> f64 {
         self.data["film_z"].as_f64().unwrap()
     }
@@ -99,10 +76,6 @@ impl Golden {
     }
 }
 
-fn all() -> impl Iterator<Item = Golden> {
-    LENSES.into_iter().map(Golden::read)
-}
-
 /// With the axis, degrees.
 fn angle(d: [f64; 3]) -> f64 {
     d[0].hypot(d[1]).atan2(-d[2]).to_degrees()
@@ -122,7 +95,7 @@ fn assert_near(what: &str, found: f64, expected: f64, tolerance: f64) {
 
 #[test]
 fn chief_rays_and_distortion() {
-    for g in all() {
+    for g in Golden::all() {
         let f = Paraxial::new(&g.prescription.surfaces)
             .cardinals
             .unwrap()
@@ -148,7 +121,7 @@ fn chief_rays_and_distortion() {
 
 #[test]
 fn the_image_circle_ends_where_the_chief_ray_is_blocked() {
-    for g in all() {
+    for g in Golden::all() {
         let limit = &g.data["chief_limit"];
         let h = number(&limit["film_height"]);
         // The golden height has 1e-9 mm.
@@ -189,7 +162,7 @@ fn solid_angle(lens: &Lens, h: f64) -> f64 {
 
 #[test]
 fn projected_solid_angle_and_relative_illumination() {
-    for g in all() {
+    for g in Golden::all() {
         for (key, scale) in STOPS {
             let lens = g.lens(scale);
             let mut axis = None;
@@ -310,7 +283,7 @@ impl Spot {
 
 #[test]
 fn spots() {
-    for g in all() {
+    for g in Golden::all() {
         for (key, scale) in [("1", 1.0), ("0.25", 0.25)] {
             let lens = g.lens(scale);
             for field in g.fields() {
@@ -331,7 +304,7 @@ fn spots() {
 
 #[test]
 fn the_best_focus_on_the_axis() {
-    for g in all() {
+    for g in Golden::all() {
         let spot = Spot::new(&g.lens(1.0), 0.0);
         // The square of the radius is quadratic in the shift.
         let cross = spot.mean(|p, s| p[0] * s[0] + p[1] * s[1]);
@@ -347,7 +320,7 @@ fn the_best_focus_on_the_axis() {
 /// Spread of directions in front of the lens, of all light that a film point gathers.
 #[test]
 fn angular_spread_in_the_scene() {
-    for g in all() {
+    for g in Golden::all() {
         for (key, scale) in [("1", 1.0), ("0.25", 0.25)] {
             let lens = g.lens(scale);
             let plane_z = fstop::optics::pupil::sampling_plane(&lens);
@@ -388,7 +361,7 @@ fn angular_spread_in_the_scene() {
 
 #[test]
 fn what_limits_the_axial_beam() {
-    for g in all() {
+    for g in Golden::all() {
         let axis = &g.fields()[0];
         let lens = g.lens(1.0);
         let limit = scene_limits(&lens, 0.0, lens.paraxial().entrance_pupil.unwrap().z, 3)[0];
@@ -415,7 +388,7 @@ fn what_limits_the_axial_beam() {
 /// Two stops down the images of smallest solid angle are those of the stop, seen from either side.
 #[test]
 fn stopped_down_the_smallest_images_are_the_pupils() {
-    for g in all() {
+    for g in Golden::all() {
         let surfaces = g.surfaces(0.25);
         let golden = &g.data["pupils"]["0.25"];
         let entrance = entrance_pupil(&surfaces, AxisPoint::Infinity).unwrap();

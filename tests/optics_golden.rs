@@ -6,36 +6,12 @@ use fstop::math::Vec2;
 use fstop::optics::focus::{film_distance_for_focus, film_distance_for_object};
 use fstop::optics::lanes::{FilmTracer, Lanes};
 use fstop::optics::pupil::RINGS;
-use fstop::optics::{Cause, ExitPupil, Lens, LensRay, LensTracer, Paraxial, Prescription, Surface};
-use golden_lenses::LENSES;
+use fstop::optics::{Cause, ExitPupil, Lens, LensRay, LensTracer, Paraxial, Prescription};
+use golden_lenses::Golden;
 use serde_json::Value;
 use std::path::PathBuf;
 
-struct Golden {
-    name: &'static str,
-    prescription: Prescription,
-    data: Value,
-}
-
 impl Golden {
-    fn read(name: &'static str) -> Golden {
-        let (prescription, data) = golden_lenses::read(name);
-        Golden {
-            name,
-            prescription,
-            data,
-        }
-    }
-
-    /// The surfaces with the stop at `scale` of its diameter.
-    fn surfaces(&self, scale: f64) -> Vec<Surface> {
-        let mut surfaces = self.prescription.surfaces.clone();
-        for s in surfaces.iter_mut().filter(|s| s.is_stop) {
-            s.aperture *= scale;
-        }
-        surfaces
-    }
-
     fn number(&self, path: &str) -> f64 {
         self.data.pointer(path).and_then(Value::as_f64).unwrap()
     }
@@ -43,10 +19,6 @@ impl Golden {
     fn length(&self) -> f64 {
         self.number("/first_order/length")
     }
-}
-
-fn all() -> impl Iterator<Item = Golden> {
-    LENSES.into_iter().map(Golden::read)
 }
 
 /// Relative agreement of f64 arithmetic with correctly rounded values (tests/golden/README.md);
@@ -63,7 +35,7 @@ const SCALES: [(&str, f64); 3] = [("1", 1.0), ("0.5", 0.5), ("0.25", 0.25)];
 
 #[test]
 fn first_order_and_pupils() {
-    for g in all() {
+    for g in Golden::all() {
         let name = g.name;
         assert!(
             g.prescription.warnings.is_empty(),
@@ -107,7 +79,7 @@ fn first_order_and_pupils() {
 
 #[test]
 fn focus() {
-    for g in all() {
+    for g in Golden::all() {
         let c = Paraxial::new(&g.prescription.surfaces).cardinals;
         let length = g.length();
         for entry in g.data["focus"].as_array().unwrap() {
@@ -161,7 +133,7 @@ fn rays(g: &Golden) -> Vec<Ray> {
 /// Traces every golden ray in the given precision; positions to `mm`, directions to `direction`.
 macro_rules! trace_golden {
     ($t:ty, $mm:expr, $direction:expr) => {
-        for g in all() {
+        for g in Golden::all() {
             let mut passed = 0;
             for ray in rays(&g) {
                 let tracer = LensTracer::<$t>::new(&g.surfaces(ray.scale));
@@ -217,7 +189,7 @@ fn rays_in_single_precision() {
 #[test]
 fn rays_in_lanes() {
     const N: usize = 16;
-    for g in all() {
+    for g in Golden::all() {
         let rays = rays(&g);
         let mut passed = 0;
         for (_, scale) in SCALES {
@@ -260,7 +232,7 @@ fn rays_in_lanes() {
 /// along the direction it came.
 #[test]
 fn reversed_rays_come_back_in_single_precision() {
-    for g in all() {
+    for g in Golden::all() {
         for ray in rays(&g).iter().filter(|r| r.outcome == "ok") {
             let tracer = LensTracer::<f32>::new(&g.surfaces(ray.scale));
             let back = LensRay {
@@ -299,7 +271,7 @@ fn reversed_rays_come_back_in_single_precision() {
 /// Light runs both ways: what comes out in front goes back in and meets the film where it started.
 #[test]
 fn reversed_rays_come_back() {
-    for g in all() {
+    for g in Golden::all() {
         let tracer = LensTracer::<f64>::new(&g.prescription.surfaces);
         for ray in rays(&g)
             .iter()
@@ -329,7 +301,7 @@ fn reversed_rays_come_back() {
 /// true pupil is missed, and the weight carries the area sampled.
 #[test]
 fn pupil_samples_weigh_the_projected_solid_angle() {
-    for g in all() {
+    for g in Golden::all() {
         for (key, scale) in SCALES {
             let mut prescription = g.prescription.clone();
             prescription.surfaces = g.surfaces(scale);

@@ -1,6 +1,6 @@
 //! The lenses of `tests/golden` and their golden data (tests/golden/README.md), for the tests of the optics.
 
-use fstop::optics::Prescription;
+use fstop::optics::{Prescription, Surface};
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -20,6 +20,38 @@ pub const LENSES: [&str; 12] = [
     "wide_22",
     "zoom_80_200_wide",
 ];
+
+/// A lens and what others computed for it.
+#[allow(dead_code, reason = "not every test uses it")]
+pub struct Golden {
+    pub name: &'static str,
+    pub prescription: Prescription,
+    pub data: Value,
+}
+
+#[allow(dead_code, reason = "not every test uses all of it")]
+impl Golden {
+    /// All of [`LENSES`].
+    pub fn all() -> impl Iterator<Item = Golden> {
+        LENSES.into_iter().map(|name| {
+            let (prescription, data) = read(name);
+            Golden {
+                name,
+                prescription,
+                data,
+            }
+        })
+    }
+
+    /// The surfaces with the stop at `scale` of its diameter.
+    pub fn surfaces(&self, scale: f64) -> Vec<Surface> {
+        let mut surfaces = self.prescription.surfaces.clone();
+        for s in surfaces.iter_mut().filter(|s| s.is_stop) {
+            s.aperture *= scale;
+        }
+        surfaces
+    }
+}
 
 /// The prescription and the golden data of the lens `name`.
 pub fn read(name: &str) -> (Prescription, Value) {
