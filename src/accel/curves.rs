@@ -4,6 +4,7 @@
 
 use super::PrimitiveAttributes;
 use super::aabb::Aabb;
+use crate::handles::LightId;
 use crate::math::{DVec3, Vec3};
 use crate::shapes::curve::{CurveHit, CurveKind, Curves, Placement, Segment};
 use crate::shapes::local::LocalSurface;
@@ -17,7 +18,12 @@ struct Owner {
     flip: bool,
     placement: Option<Box<Placement>>,
     attributes: PrimitiveAttributes,
+    /// Number of the curve's first segment.
+    first: u32,
 }
+
+/// What a ray meets of a curve, what it carries and the light that shines from it.
+type CurveSurface<'a> = (LocalSurface, &'a PrimitiveAttributes, Option<LightId>);
 
 /// The curves.
 #[derive(Default)]
@@ -31,6 +37,7 @@ impl CurveStore {
     /// Adds a curve whose coordinates count from the level's anchor.
     pub fn add(&mut self, curves: &Curves, attributes: PrimitiveAttributes) {
         let (owner, normal) = (self.owners.len() as u32, self.normals.len() as u32);
+        let first = self.segments.len() as u32;
         self.segments.extend(curves.stored(owner, normal));
         let widen = |n: [Vec3; 2]| n.map(Vec3::as_dvec3);
         self.normals.extend(curves.stored_normals().map(widen));
@@ -39,6 +46,7 @@ impl CurveStore {
             flip: curves.flip,
             placement: curves.placement.map(Box::new),
             attributes,
+            first,
         });
     }
 
@@ -103,12 +111,7 @@ impl CurveStore {
     }
 
     /// The surface where [`CurveStore::intersect`] finds one.
-    pub fn surface(
-        &self,
-        number: usize,
-        o: DVec3,
-        d: DVec3,
-    ) -> Option<(LocalSurface, &PrimitiveAttributes)> {
+    pub fn surface(&self, number: usize, o: DVec3, d: DVec3) -> Option<CurveSurface<'_>> {
         let hit = self.intersect(number, o, d, f64::INFINITY)?;
         let segment = &self.segments[number >> PIECE_BITS];
         let owner = &self.owners[segment.owner()];
@@ -118,7 +121,9 @@ impl CurveStore {
             None => local,
             Some(p) => local.transformed(&p.level_from_local, &p.local_from_level),
         };
-        Some((surface, &owner.attributes))
+        let of_curve = (number >> PIECE_BITS) as u32 - owner.first;
+        let light = owner.attributes.light.map(|l| LightId(l.0 + of_curve));
+        Some((surface, &owner.attributes, light))
     }
 
     /// Memory in bytes.

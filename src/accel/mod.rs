@@ -323,8 +323,7 @@ fn resolve_in<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Option
     // The ray as the search had it, so that the same point is found again.
     let (o, d) = (o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3());
     if found.id.kind() == OtherKind::Curve {
-        let (surface, attributes) = level.curves.surface(i, o, d)?;
-        return Some((surface, attributes, None));
+        return level.curves.surface(i, o, d);
     }
     let stored = &level.quadrics[i];
     let (_, p) = stored.quadric.intersect(o, d)?;

@@ -74,7 +74,7 @@ impl DiffuseAreaLight {
 
     /// Radiance that leaves in unit direction `w` where the normal is `n`.
     fn toward(&self, n: Vec3, w: Vec3) -> Rgb {
-        if self.two_sided || n.dot(w) > 0.0 {
+        if self.two_sided || self.emitter.faces_everyone() || n.dot(w) > 0.0 {
             self.radiance
         } else {
             Rgb::ZERO
@@ -89,7 +89,7 @@ impl DiffuseAreaLight {
     /// See [`super::Light::sample`].
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
         let chosen = self.emitter.sample(from, u)?;
-        let wi = (chosen.p - from.p).try_normalize()?;
+        let wi = chosen.wi;
         let radiance = self.toward(chosen.n, -wi);
         if is_black(radiance) || chosen.pdf.is_nan() || chosen.pdf <= 0.0 {
             return None;
@@ -111,7 +111,8 @@ impl DiffuseAreaLight {
 
     /// Flux.
     pub fn power(&self) -> Rgb {
-        let sides = if self.two_sided { 2.0 } else { 1.0 };
+        let both = self.two_sided && !self.emitter.faces_everyone();
+        let sides = if both { 2.0 } else { 1.0 };
         sides * PI * self.emitter.area() as f32 * self.radiance
     }
 
@@ -125,8 +126,14 @@ impl DiffuseAreaLight {
         self.group
     }
 
-    /// Looks at the emitter from six sides to see roughly where it lies and whether it is flat.
+    /// Looks at the emitter from six sides to see roughly where it lies and whether it is flat; what
+    /// a curve fills is known, and is not.
     pub(super) fn reach(&self) -> Reach {
+        if let Emitter::Curve(curve) = &self.emitter {
+            let (low, high) = curve.bounds();
+            let intensity = 0.25 * curve.area() as f32 * self.radiance;
+            return Reach::area(low.as_vec3(), high.as_vec3(), intensity);
+        }
         // From one point of a sphere, this far away is outside it; a piece of a plane cannot be
         // seen edge-on from all of these at once.
         let size = 2.0 * (self.emitter.area() as f32).sqrt();

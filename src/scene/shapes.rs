@@ -29,13 +29,12 @@ impl Interpreter<'_> {
         self.find_late_material();
         let (material, spec) = self.read_shape(span, typed);
         let Some(spec) = spec else { return };
-        let glows = !matches!(spec, ShapeSpec::Curve(_));
         let entity = ShapeEntity {
             spec,
             world_from_shape: self.placement(),
             reverse_orientation: self.current.state.reverse_orientation,
             material,
-            area_light: self.area_light_of_shape(span, glows),
+            area_light: self.area_light_of_shape(span),
             interface: self.interface_of_shape(),
             span: file_name_span(typed).unwrap_or(span),
         };
@@ -77,15 +76,8 @@ impl Interpreter<'_> {
         (material, spec)
     }
 
-    fn area_light_of_shape(&mut self, shape: Span, glows: bool) -> Option<usize> {
+    fn area_light_of_shape(&mut self, shape: Span) -> Option<usize> {
         let area_light = self.current.state.area_light?;
-        if !glows {
-            self.warn(
-                shape,
-                "a curve cannot be an area light; it does not emit (pbrt-v3 aborts)",
-            );
-            return None;
-        }
         if self.current.ctm.is_animated() {
             self.warn(
                 shape,

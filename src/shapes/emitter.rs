@@ -1,10 +1,12 @@
 //! Shapes that light is sampled from.
 //!
 //! Full spheres under rotations and uniform scales are sampled by the cone of directions they
-//! fill; everything else uniformly over the object-space area, with the density converted by the
-//! world area of the piece sampled, so that any affine transformation gives the right light. (The
-//! reference ignores scale and cuts here: scene-language 4.5. We do not.)
+//! fill, curves by boxes of directions around them; everything else uniformly over the object-space
+//! area, with the density converted by the world area of the piece sampled, so that any affine
+//! transformation gives the right light. (The reference ignores scale and cuts here: scene-language
+//! 4.5. We do not.)
 
+use super::curve::{CurveEmitter, Curves};
 use super::mesh::TriangleMesh;
 use super::quadric::{Form, ObjectSurface, Quadric};
 use super::triangle::{DEFAULT_UV, Orientation, Triangle};
@@ -24,6 +26,8 @@ pub struct EmitterSample {
     pub p_error: Vec3,
     /// Unit normal, on the side that [`SurfaceHit::n`] has there.
     pub n: Vec3,
+    /// Unit direction to it.
+    pub wi: Vec3,
     /// Density per solid angle at the receiving point.
     pub pdf: f32,
 }
@@ -37,6 +41,8 @@ pub enum Emitter {
     Sphere(Box<SphereEmitter>),
     /// Any other quadric, sampled by area.
     Quadric(Box<QuadricEmitter>),
+    /// A segment of a curve, sampled by direction.
+    Curve(Box<CurveEmitter>),
 }
 
 impl Emitter {
@@ -91,6 +97,17 @@ impl Emitter {
         }))
     }
 
+    /// The segments of a curve in render space, in order.
+    pub fn of_curves(curves: &Curves) -> Vec<Emitter> {
+        let segments = CurveEmitter::of_curves(curves);
+        segments.map(|s| Emitter::Curve(Box::new(s))).collect()
+    }
+
+    /// Does it shine at whoever looks, whichever way its normals point?
+    pub fn faces_everyone(&self) -> bool {
+        matches!(self, Emitter::Curve(curve) if curve.faces_everyone())
+    }
+
     /// Chooses a point as seen from `from`. `None` where nothing can be seen from there or the
     /// shape has no area. The point may be hidden by other parts of the same shape.
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
@@ -98,6 +115,7 @@ impl Emitter {
             Emitter::Triangle(triangle) => triangle.sample(from, u),
             Emitter::Sphere(sphere) => sphere.sample(from, u),
             Emitter::Quadric(quadric) => quadric.sample(from, u),
+            Emitter::Curve(curve) => curve.sample(from, u),
         }?;
         (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some(sample)
     }
@@ -112,18 +130,21 @@ impl Emitter {
                 None => 1.0 / sphere.area(),
             },
             Emitter::Quadric(quadric) => quadric.density(hit.n.as_dvec3()),
+            Emitter::Curve(curve) => return curve.density(from, wi),
         };
         let distance2 = (hit.p.as_dvec3() - from.p.as_dvec3()).length_squared();
         let pdf = per_solid_angle(density, distance2, hit.n.as_dvec3().dot(wi.as_dvec3()));
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// Surface area in world units squared.
+    /// Surface area in world units squared; of strips that turn to whoever looks the area that
+    /// has their flux.
     pub fn area(&self) -> f64 {
         match self {
             Emitter::Triangle(triangle) => triangle.area(),
             Emitter::Sphere(sphere) => sphere.area(),
             Emitter::Quadric(quadric) => quadric.area,
+            Emitter::Curve(curve) => curve.area(),
         }
     }
 }
@@ -149,6 +170,7 @@ fn sample_at(
         p: rounded,
         p_error: error.as_vec3() + rounded.abs() * UNIT_ROUNDOFF,
         n: n.as_vec3(),
+        wi: (rounded - from.p).try_normalize()?,
         pdf: per_solid_angle(density, distance2, cosine),
     })
 }

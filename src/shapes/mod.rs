@@ -193,13 +193,13 @@ pub enum CompiledShape {
 }
 
 impl CompiledShape {
-    /// How many lights the shape makes: one, or one per triangle (those of zero area too). Curves
-    /// make none.
+    /// How many lights the shape makes: one, or one per triangle (those of zero area too) or
+    /// segment of a curve.
     pub fn emitter_count(&self) -> usize {
         match self {
             CompiledShape::Mesh(mesh) => mesh.indices.len(),
             CompiledShape::Quadric(_) => 1,
-            CompiledShape::Curves(_) => 0,
+            CompiledShape::Curves(curves) => curves.segments.len(),
         }
     }
 
@@ -209,7 +209,7 @@ impl CompiledShape {
         match self {
             CompiledShape::Mesh(mesh) => Emitter::of_mesh(mesh),
             CompiledShape::Quadric(quadric) => vec![Emitter::of_quadric(quadric)],
-            CompiledShape::Curves(_) => Vec::new(),
+            CompiledShape::Curves(curves) => Emitter::of_curves(curves),
         }
     }
 
