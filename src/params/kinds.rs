@@ -11,7 +11,7 @@ impl ParamReader<'_> {
     /// Reports an error: the directive's type is none of `known`, and nothing can stand for it.
     pub fn unknown_kind(&self, known: &[&'static str]) {
         let message = format!("{} is not a known type", self.described());
-        self.report_kind(Diagnostic::error(message), known);
+        self.report_kind(self.new_error(message), known);
     }
 
     /// Warns that the directive's type is none of `known`, and says what was `done` about it.

@@ -144,7 +144,7 @@ impl<'a> Interpreter<'a> {
             drop(self.close_world());
         } else if !self.had_world {
             drop(self.read_options());
-            if !self.diagnostics.has_errors() {
+            if self.diagnostics.errors() == self.diagnostics.passable_errors() {
                 let message =
                     "the file describes no picture: there is no `WorldBegin` … `WorldEnd`";
                 self.diagnostics.push(Diagnostic::error(message));
@@ -160,8 +160,10 @@ impl<'a> Interpreter<'a> {
         self.dialect
     }
 
+    /// Reports a mistake after which pbrt-v3 goes on, and so can we.
     pub(super) fn error(&self, span: Span, message: impl Into<String>) {
-        self.diagnostics.push(Diagnostic::error(message).at(span));
+        self.diagnostics
+            .push(Diagnostic::error(message).at(span).passable());
     }
 
     pub(super) fn warn(&self, span: Span, message: impl Into<String>) {
@@ -291,6 +293,7 @@ impl<'a> Interpreter<'a> {
                 self.diagnostics.push(
                     problem
                         .at(span)
+                        .passable()
                         .related(world.opened, "the world block begins here"),
                 );
                 false

@@ -110,6 +110,7 @@ fn shallow<V: TextureValue>(
     diagnostics.push(
         Diagnostic::error(message)
             .at(name.span)
+            .passable()
             .label("a constant 0.5 is used to read on"),
     );
     let value = V::splat(0.5);
@@ -160,6 +161,7 @@ impl Interpreter<'_> {
                         "textures are `float` or `spectrum`, not `{other}`; ignored"
                     ))
                     .at(value_type.span)
+                    .passable()
                     .with_suggestion(nearest(other, ["float", "spectrum", "color"])),
                 );
                 return;

@@ -286,7 +286,7 @@ impl<'a> Parser<'a> {
             Err(error) => self.report(
                 Diagnostic::error(format!("cannot include this file: {error}"))
                     .at(name.span)
-                    .of_file()
+                    .passable()
                     .with_note("the directory of the main scene file is where `Include` looks"),
             ),
         }

@@ -109,6 +109,7 @@ impl Parser<'_> {
             self.report(
                 Diagnostic::error(format!("unknown parameter type `{ty}`"))
                     .at(span)
+                    .passable()
                     .label(format!("parameter `{name}` is ignored"))
                     .with_suggestion(meant_type(ty)),
             );
@@ -264,6 +265,7 @@ impl Parser<'_> {
             self.report(
                 Diagnostic::error("not a number")
                     .at(token.span)
+                    .passable()
                     .label("expected a finite number"),
             );
             return Some(0.0);
@@ -299,19 +301,19 @@ impl Parser<'_> {
             _ => false,
         };
         if !fits {
-            let found = match found.as_slice() {
+            let given = match found.as_slice() {
                 [] => "an empty list".to_owned(),
                 kinds => kinds.join(" mixed with "),
             };
-            self.report(
-                Diagnostic::error(format!(
-                    "`{} {name}` needs {}, found {found}",
-                    ty.word(),
-                    expected_items(ty)
-                ))
-                .at(span)
-                .label("this parameter is ignored"),
-            );
+            let error = Diagnostic::error(format!(
+                "`{} {name}` needs {}, found {given}",
+                ty.word(),
+                expected_items(ty)
+            ))
+            .at(span)
+            .label("this parameter is ignored");
+            // pbrt-v3 stops at a list of both, and goes on without the parameter otherwise.
+            self.report(if found.len() > 1 { error } else { error.passable() });
             return None;
         }
         Some(match ty {
