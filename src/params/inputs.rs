@@ -125,11 +125,12 @@ impl<'a> ParamReader<'a> {
         other_exists: bool,
         known: impl Iterator<Item = &'n String>,
     ) {
-        let diagnostic = self.new_error(format!(
-            "there is no {wanted} texture named `{}`",
-            name.text
-        ))
-        .at(name.span);
+        let diagnostic = self
+            .new_error(format!(
+                "there is no {wanted} texture named `{}`",
+                name.text
+            ))
+            .at(name.span);
         self.context.diagnostics.push(if other_exists {
             let found = if wanted == "float" {
                 "spectrum"

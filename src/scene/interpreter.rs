@@ -138,7 +138,7 @@ impl<'a> Interpreter<'a> {
                     Diagnostic::error("the file ends inside the world block; nothing is rendered")
                         .at(world.opened)
                         .label("the block begins here")
-                        .with_help("add `WorldEnd` at the end"),
+                        .with_help("add `WorldEnd` at the end (pbrt-v4's scenes have none)"),
                 );
             }
             drop(self.close_world());

@@ -234,6 +234,14 @@ impl<'a> Parser<'a> {
             (TokenKind::Bare, "Option" | "Attribute" | "ColorSpace" | "Import") => {
                 diagnostic.with_note("this word belongs to pbrt-v4; pbrt-v3 scenes are read here")
             }
+            (
+                TokenKind::Bare,
+                "LightGroup" | "Exterior" | "Interior" | "PortalShape" | "MakeNamedVolume"
+                | "MotionBegin" | "MotionEnd",
+            ) => diagnostic
+                .with_note("this word belongs to LuxRender, whose scenes only resemble pbrt's"),
+            (TokenKind::Bare, "SearchPath") => diagnostic
+                .with_note("this word belongs to pbrt-v1; files are looked for beside the scene"),
             (TokenKind::Bare, _) if number(token.text()).is_some() => {
                 diagnostic.label("one number too many?")
             }
