@@ -291,12 +291,16 @@ impl<'a> Parser<'a> {
         }
         match self.sources.include(&path, word) {
             Ok(file) => self.enter(file, canonical),
-            Err(error) => self.report(
-                Diagnostic::error(format!("cannot include this file: {error}"))
-                    .at(name.span)
-                    .passable()
-                    .with_note("the directory of the main scene file is where `Include` looks"),
-            ),
+            Err(error) => {
+                self.report(
+                    Diagnostic::error(format!("cannot include this file: {error}"))
+                        .at(name.span)
+                        .passable()
+                        .with_note("the directory of the main scene file is where `Include` looks"),
+                );
+                // A list that would have gone on after the file belongs to nothing now.
+                drop(self.parameters()?);
+            }
         }
         Ok(())
     }
