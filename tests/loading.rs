@@ -266,7 +266,7 @@ fn keep_going_renders_the_rest_of_a_scene_with_broken_files() {
                 assert!(said.contains(&place), "{place} {line}\n{said}");
             }
         }
-        let summary = "warning: 9 files could not be used";
+        let summary = "warning: rendered in spite of 9 errors";
         assert!(kept.stderr.contains(summary), "{}", kept.stderr);
     }
 }
@@ -303,7 +303,7 @@ fn the_stand_in_for_a_picture_is_grey() {
 }
 
 #[test]
-fn keep_going_is_for_files_only() {
+fn keep_going_is_not_for_what_pbrt_stops_at() {
     let folder = Folder::new();
     broken_scene(&folder);
     let strict = folder.run(["render", "s.pbrt", "--keep-going", "--strict"]);
@@ -313,18 +313,20 @@ fn keep_going_is_for_files_only() {
         "{}",
         strict.stderr
     );
-    // A mistake of the scene is one, whatever its files.
+    // Where pbrt-v3 stops, there is nothing to go on with.
     let text = std::fs::read_to_string(folder.path("s.pbrt")).expect("the scene");
-    let mistaken = text.replace("Translate 0 0 3", "NamedMaterial \"nobody\"");
-    folder.write("m.pbrt", mistaken);
-    let run = folder.run(["render", "m.pbrt", "--keep-going", "-o", "a.exr"]);
-    assert_eq!(run.code, 2, "{}", run.stderr);
-    assert!(
-        run.stderr.contains("no material `nobody`"),
-        "{}",
-        run.stderr
-    );
-    assert!(!folder.path("a.exr").exists());
+    for (mistake, said) in [
+        ("Translate 0 zero 3", "three numbers"),
+        ("Translat 0 0 3", "expected a directive"),
+        ("Shape \"sphere\" \"float radius\" [ 1 \"2\" ]", "mixed"),
+        ("WorldEnd WorldEnd Translate", "three numbers"),
+    ] {
+        folder.write("m.pbrt", text.replace("Translate 0 0 3", mistake));
+        let run = folder.run(["render", "m.pbrt", "--keep-going", "-o", "a.exr"]);
+        assert_eq!(run.code, 2, "{mistake}\n{}", run.stderr);
+        assert!(run.stderr.contains(said), "{mistake}\n{}", run.stderr);
+        assert!(!folder.path("a.exr").exists());
+    }
     // Nothing is missing: nothing is said.
     folder.write(
         "w.pbrt",

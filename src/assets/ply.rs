@@ -57,6 +57,11 @@ fn parse_plain(bytes: &[u8]) -> Result<MeshData, String> {
     // Comments may be in any encoding, but the reader wants UTF-8; the last number of an ascii
     // file may lack the blank that the reader needs after it.
     let header = String::from_utf8_lossy(header);
+    let header = if header.contains('\n') {
+        header
+    } else {
+        header.replace('\r', "\n").into()
+    };
     let stream = Cursor::new(header.as_bytes()).chain(body).chain(&b"\n"[..]);
     let mut reader = PlyReader::from_reader(stream).map_err(|e| format!("bad header: {}", e.0))?;
     let mut vertices = Vertices::default();
@@ -85,7 +90,7 @@ fn next<T: for<'a> Deserialize<'a>>(
     reader.next_element()
 }
 
-/// Length of the header with its last line break.
+/// Length of the header with its last line break: LF, CR LF, or the CR of old Macintosh files.
 fn header_length(bytes: &[u8]) -> Option<usize> {
     let mut start = 0;
     for line in bytes.split_inclusive(|&b| b == b'\n') {
@@ -94,7 +99,11 @@ fn header_length(bytes: &[u8]) -> Option<usize> {
             return Some(start);
         }
     }
-    None
+    const LAST: &[u8] = b"\rend_header\r";
+    let found = bytes
+        .windows(LAST.len())
+        .position(|window| window == LAST)?;
+    Some(found + LAST.len())
 }
 
 /// Refuses what cannot be meant, and what would make reading endless.

@@ -135,7 +135,7 @@ fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> 
             vec![Diagnostic::warning(format!("{error}; left out"))]
         }
         Err(error @ ShapeError::File { .. }) => {
-            vec![Diagnostic::error(error.to_string()).of_file()]
+            vec![Diagnostic::error(error.to_string()).passable()]
         }
         Ok(compiled) => compiled
             .warnings()

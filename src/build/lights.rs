@@ -35,7 +35,7 @@ fn load(file: &NamedFile, diagnostics: &Diagnostics) -> Option<LightMap> {
         }
         Err(error) => {
             let error = Diagnostic::error(error.to_string());
-            diagnostics.push(error.at(file.span).of_file());
+            diagnostics.push(error.at(file.span).passable());
             None
         }
     }

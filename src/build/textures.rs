@@ -25,7 +25,7 @@ pub fn load(frame: &Frame, render_from_world: &Transform, diagnostics: &Diagnost
                 .label("no shape uses this texture"),
             TextureProblem::Picture {
                 ref error, span, ..
-            } => Diagnostic::error(error.to_string()).at(span).of_file(),
+            } => Diagnostic::error(error.to_string()).at(span).passable(),
             _ => Diagnostic::error(problem.to_string()),
         });
     }

@@ -76,7 +76,7 @@ pub enum Rigour {
     Usual,
     /// Warnings too (`--strict`).
     Strict,
-    /// Errors, but not files that are missing or broken (`--keep-going`).
+    /// Errors, but not those that leave a scene to render (`--keep-going`).
     KeepGoing,
 }
 
@@ -86,6 +86,6 @@ pub fn refused(diagnostics: &Diagnostics, rigour: Rigour) -> bool {
     match rigour {
         Rigour::Usual => errors > 0,
         Rigour::Strict => errors + warnings > 0,
-        Rigour::KeepGoing => errors > diagnostics.file_errors(),
+        Rigour::KeepGoing => errors > diagnostics.passable_errors(),
     }
 }

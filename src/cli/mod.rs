@@ -40,7 +40,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene to an EXR (or PNG, PFM, TGA by the output's ending). Exit code 0: done; 1: done
-    /// without some of the scene's files (--keep-going); 2: refused
+    /// in spite of errors (--keep-going); 2: refused
     Render(render::RenderArgs),
     /// List every problem of scene files; nothing is rendered
     Check(check::CheckArgs),

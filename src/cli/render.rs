@@ -66,9 +66,10 @@ pub struct RenderArgs {
     /// Print only errors
     #[arg(long)]
     quiet: bool,
-    /// Render although files are missing or broken, and exit with 1: textures' pictures become a grey
-    /// of 0.5, lights shine without their maps, spectra are black, meshes and includes are left out,
-    /// a lens becomes a pinhole of 27 degrees
+    /// Render although files are missing or names are not defined (whatever pbrt-v3 goes on after), and
+    /// exit with 1: textures' pictures become a grey of 0.5, lights shine without their maps, spectra
+    /// are black, meshes and includes are left out, a lens becomes a pinhole of 27 degrees; a parameter
+    /// that names nothing has its default, a directive that does is left out
     #[arg(long, conflicts_with = "strict")]
     keep_going: bool,
     #[command(flatten)]
@@ -81,10 +82,10 @@ pub struct RenderArgs {
 pub fn run(args: &RenderArgs) -> ExitCode {
     match render_scene(args) {
         Ok(0) => ExitCode::SUCCESS,
-        Ok(missing) => {
-            let files = if missing == 1 { "file" } else { "files" };
+        Ok(passed) => {
+            let errors = if passed == 1 { "error" } else { "errors" };
             messages::warning(format!(
-                "{missing} {files} could not be used: the picture is not that of the whole scene"
+                "rendered in spite of {passed} {errors}: the picture is not that of the whole scene"
             ));
             ExitCode::from(NOT_ALL)
         }
@@ -118,7 +119,7 @@ impl RenderArgs {
 /// `Err(None)` where the trouble has been printed already.
 type Outcome<T = ()> = Result<T, Option<String>>;
 
-/// How many files could not be used.
+/// How many errors it was rendered in spite of.
 fn render_scene(args: &RenderArgs) -> Outcome<usize> {
     let sources = SourceMap::new();
     let threads = threads(args);
@@ -133,7 +134,7 @@ fn render_scene(args: &RenderArgs) -> Outcome<usize> {
         messages::examine(&scene.frames, &diagnostics);
     }
     args.print(&diagnostics, &sources);
-    let mut missing = diagnostics.file_errors();
+    let mut passed = diagnostics.passable_errors();
     let scene = scene.filter(|_| !refused).ok_or(None)?;
     let outputs = outputs(args, &scene.frames, &sources)?;
     // All of them before the first is rendered: nobody wants to learn of a misspelt folder after a
@@ -145,9 +146,9 @@ fn render_scene(args: &RenderArgs) -> Outcome<usize> {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
     for (frame, outputs) in scene.frames.into_iter().zip(&outputs) {
-        missing += render_frame(args, frame, outputs, &sources, &pool)?;
+        passed += render_frame(args, frame, outputs, &sources, &pool)?;
     }
-    Ok(missing)
+    Ok(passed)
 }
 
 /// The files of all frames. Two frames that name the same picture get one each, which pbrt-v3 does
@@ -255,7 +256,7 @@ fn positive(text: &str) -> Result<u32, String> {
     }
 }
 
-/// How many files could not be used.
+/// How many errors it was rendered in spite of.
 fn render_frame(
     args: &RenderArgs,
     mut frame: Frame,
@@ -297,7 +298,7 @@ fn render_frame(
     if !args.quiet {
         report_end(&taken, shot, outputs, started, rendering);
     }
-    Ok(diagnostics.file_errors())
+    Ok(diagnostics.passable_errors())
 }
 
 /// What the command line says about the frame's options.

@@ -34,7 +34,7 @@ impl GoniometricSpec {
         GoniometricSpec {
             light_to_world: *light_to_world,
             intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
-            map: reader.named_file("mapname"),
+            map: reader.optional_file("mapname"),
         }
     }
 }

@@ -41,7 +41,7 @@ impl InfiniteSpec {
         InfiniteSpec {
             light_to_world: *light_to_world,
             radiance: reader.spectrum("L", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
-            map: reader.named_file("mapname"),
+            map: reader.optional_file("mapname"),
             samples: sample_count(reader),
         }
     }

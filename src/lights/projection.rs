@@ -36,7 +36,7 @@ impl ProjectionSpec {
             light_to_world: *light_to_world,
             intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
             fov: fov(reader),
-            map: reader.named_file("mapname"),
+            map: reader.optional_file("mapname"),
         }
     }
 }

@@ -29,7 +29,7 @@ impl BsdfFiles {
                 let read = BsdfFile::read(path).map(|file| Arc::new(FourierTable::new(file)));
                 read.map_err(|error| {
                     let message = format!("cannot use the BSDF file '{}': {error}", path.display());
-                    diagnostics.push(Diagnostic::error(message).at(*span));
+                    diagnostics.push(Diagnostic::error(message).at(*span).passable());
                 })
                 .ok()
             });

@@ -107,7 +107,7 @@ impl<'a> ParamReader<'a> {
     fn texture_name(&self, param: &Param, names: &'a [Name]) -> Option<&'a Name> {
         if names.len() > 1 {
             self.context.diagnostics.push(
-                Diagnostic::error(format!(
+                self.new_error(format!(
                     "`texture {}` takes the name of one texture",
                     param.name
                 ))
@@ -125,11 +125,12 @@ impl<'a> ParamReader<'a> {
         other_exists: bool,
         known: impl Iterator<Item = &'n String>,
     ) {
-        let diagnostic = Diagnostic::error(format!(
-            "there is no {wanted} texture named `{}`",
-            name.text
-        ))
-        .at(name.span);
+        let diagnostic = self
+            .new_error(format!(
+                "there is no {wanted} texture named `{}`",
+                name.text
+            ))
+            .at(name.span);
         self.context.diagnostics.push(if other_exists {
             let found = if wanted == "float" {
                 "spectrum"

@@ -5,13 +5,14 @@
 //! Either way the parameters are left in peace: nobody can say which of them the type would use.
 
 use super::ParamReader;
-use crate::syntax::{Diagnostic, suggest};
+use super::v4;
+use crate::syntax::{Diagnostic, ParamType, suggest};
 
 impl ParamReader<'_> {
     /// Reports an error: the directive's type is none of `known`, and nothing can stand for it.
     pub fn unknown_kind(&self, known: &[&'static str]) {
         let message = format!("{} is not a known type", self.described());
-        self.report_kind(Diagnostic::error(message), known);
+        self.report_kind(self.new_error(message), known);
     }
 
     /// Warns that the directive's type is none of `known`, and says what was `done` about it.
@@ -30,11 +31,19 @@ impl ParamReader<'_> {
         self.accept_all();
         let suggestion = suggest::nearest(self.kind(), known.iter().copied());
         let diagnostic = diagnostic.at(self.kind_span());
-        self.context.diagnostics.push(match suggestion {
-            None if !known.is_empty() => {
+        self.context
+            .diagnostics
+            .push(if ParamType::declares(self.kind()) {
+                let (word, kind) = (self.word(), self.kind());
+                diagnostic.with_help(format!(
+                "`{kind}` looks like a parameter: is the type of this `{word}` missing before it?"
+            ))
+            } else if let Some(note) = v4::note(self.word(), self.kind()) {
+                diagnostic.with_note(note)
+            } else if suggestion.is_none() && !known.is_empty() {
                 diagnostic.with_note(format!("known types: {}", known.join(", ")))
-            }
-            _ => diagnostic.with_suggestion(suggestion),
-        });
+            } else {
+                diagnostic.with_suggestion(suggestion)
+            });
     }
 }

@@ -45,6 +45,7 @@ pub mod testing;
 #[cfg(test)]
 mod tests;
 mod unused;
+mod v4;
 
 pub use layers::may_change_material;
 pub use named_file::NamedFile;

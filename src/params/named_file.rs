@@ -15,6 +15,16 @@ pub struct NamedFile {
 }
 
 impl ParamReader<'_> {
+    /// As [`ParamReader::named_file`] for a file that may be left out: as in pbrt-v3 an empty name,
+    /// which exporters write for want of a file, is as good as none.
+    pub fn optional_file(&self, name: &str) -> Option<NamedFile> {
+        let given = self.find_string(name)?;
+        if given.is_empty() {
+            return None;
+        }
+        self.named_file(name)
+    }
+
     /// [`ParamReader::file`] together with the place of the name.
     pub fn named_file(&self, name: &str) -> Option<NamedFile> {
         let path = self.file(name)?;

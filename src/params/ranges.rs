@@ -35,7 +35,7 @@ impl ParamReader<'_> {
 
     /// Reports an error under one number, counted from 0, of the parameter `name`.
     pub fn error_item(&self, name: &str, item: usize, message: impl Into<String>) {
-        let error = Diagnostic::error(message);
+        let error = self.new_error(message);
         self.context
             .diagnostics
             .push(self.under_item(error, name, item));

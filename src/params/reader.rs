@@ -194,7 +194,7 @@ impl<'a> ParamReader<'a> {
         {
             let (ty, name) = (param.ty.word(), &param.name);
             let message = format!("`{ty} {name}` needs finite numbers, found {number:e}");
-            let error = Diagnostic::error(message).at_item(param.value_span, item);
+            let error = self.new_error(message).at_item(param.value_span, item);
             self.context.diagnostics.push(error);
         }
     }
@@ -412,7 +412,7 @@ impl<'a> ParamReader<'a> {
             format!("`{directory}`")
         };
         let what = format!("{} needs `{}`, and {problem}", self.described(), given.text);
-        let diagnostic = Diagnostic::error(what).at(given.span).of_file();
+        let diagnostic = Diagnostic::error(what).at(given.span).passable();
         self.context.diagnostics.push(match problem {
             FileProblem::Missing => diagnostic.label(format!("not found in {place}")),
             FileProblem::Folder => diagnostic.label("the name of a file is needed"),
@@ -433,7 +433,7 @@ impl<'a> ParamReader<'a> {
     pub fn error(&self, name: &str, message: impl Into<String>) {
         self.context
             .diagnostics
-            .push(Diagnostic::error(message).at(self.place_of(name)));
+            .push(self.new_error(message).at(self.place_of(name)));
     }
 
     /// As [`ParamReader::error`], with "did you mean" where there is a suggestion.
@@ -443,10 +443,30 @@ impl<'a> ParamReader<'a> {
         message: impl Into<String>,
         suggestion: Option<&str>,
     ) {
-        let error = Diagnostic::error(message).at(self.place_of(name));
+        let error = self.new_error(message).at(self.place_of(name));
         self.context
             .diagnostics
             .push(error.with_suggestion(suggestion));
+    }
+
+    /// An error of this directive. Without a light, a shape or a texture there is still a picture; with
+    /// a wrong camera or film there is none, or another one.
+    pub(super) fn new_error(&self, message: impl Into<String>) -> Diagnostic {
+        const OF_THE_PICTURE: [&str; 7] = [
+            "Camera",
+            "Film",
+            "PixelFilter",
+            "Sampler",
+            "Integrator",
+            "SurfaceIntegrator",
+            "Renderer",
+        ];
+        let error = Diagnostic::error(message);
+        if OF_THE_PICTURE.contains(&self.word) {
+            error
+        } else {
+            error.passable()
+        }
     }
 
     fn place_of(&self, name: &str) -> Span {

@@ -88,7 +88,8 @@ fn inline(reader: &ParamReader<'_>, param: &Param, numbers: &[f64]) -> Rgb {
         Ok(samples) => in_dialect(reader, rgb_from_samples(&samples)),
         Err(error) => {
             reader.context.diagnostics.push(
-                Diagnostic::error(format!("`{}` is no spectrum: {error}", param.name))
+                reader
+                    .new_error(format!("`{}` is no spectrum: {error}", param.name))
                     .at(param.value_span)
                     .label("black is used to read on"),
             );
@@ -109,7 +110,7 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
                 name.text
             ))
             .at(name.span)
-            .of_file()
+            .passable()
             .label("black is used to read on"),
         );
         Rgb::ZERO

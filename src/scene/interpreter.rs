@@ -133,18 +133,22 @@ impl<'a> Interpreter<'a> {
     /// Closes the reading: what is left open is reported, and checked all the same.
     fn finish(mut self) -> SceneDescription {
         if let Some(world) = &self.world {
-            if !world.assumed {
+            if world.assumed {
+                self.diagnostics.push(Diagnostic::error(
+                    "no `WorldBegin` follows: nothing is rendered",
+                ));
+            } else {
                 self.diagnostics.push(
                     Diagnostic::error("the file ends inside the world block; nothing is rendered")
                         .at(world.opened)
                         .label("the block begins here")
-                        .with_help("add `WorldEnd` at the end"),
+                        .with_help("add `WorldEnd` at the end (pbrt-v4's scenes have none)"),
                 );
             }
             drop(self.close_world());
         } else if !self.had_world {
             drop(self.read_options());
-            if !self.diagnostics.has_errors() {
+            if self.diagnostics.errors() == self.diagnostics.passable_errors() {
                 let message =
                     "the file describes no picture: there is no `WorldBegin` … `WorldEnd`";
                 self.diagnostics.push(Diagnostic::error(message));
@@ -160,8 +164,10 @@ impl<'a> Interpreter<'a> {
         self.dialect
     }
 
+    /// Reports a mistake after which pbrt-v3 goes on, and so can we.
     pub(super) fn error(&self, span: Span, message: impl Into<String>) {
-        self.diagnostics.push(Diagnostic::error(message).at(span));
+        self.diagnostics
+            .push(Diagnostic::error(message).at(span).passable());
     }
 
     pub(super) fn warn(&self, span: Span, message: impl Into<String>) {
@@ -206,15 +212,9 @@ impl<'a> Interpreter<'a> {
             D::ActiveTransform(which) => self.current.active = which,
             D::TransformTimes(start, end) => self.options.transform_times = [start, end],
             D::TransformBegin => self.scopes.open(Scope::Transform, span, &self.current),
-            D::TransformEnd => {
-                self.scopes
-                    .close(Scope::Transform, span, &mut self.current, self.diagnostics)
-            }
+            D::TransformEnd => self.close_scope(Scope::Transform, span),
             D::AttributeBegin => self.scopes.open(Scope::Attribute, span, &self.current),
-            D::AttributeEnd => {
-                self.scopes
-                    .close(Scope::Attribute, span, &mut self.current, self.diagnostics)
-            }
+            D::AttributeEnd => self.close_scope(Scope::Attribute, span),
             D::PixelFilter(typed) => self.options.filter = stored(typed),
             D::Film(typed) => self.options.film = stored(typed),
             D::Sampler(typed) => self.options.sampler = stored(typed),
@@ -291,6 +291,7 @@ impl<'a> Interpreter<'a> {
                 self.diagnostics.push(
                     problem
                         .at(span)
+                        .passable()
                         .related(world.opened, "the world block begins here"),
                 );
                 false
@@ -316,12 +317,25 @@ impl<'a> Interpreter<'a> {
         self.diagnostics.push(
             Diagnostic::error(message)
                 .at(span)
+                .passable()
                 .with_help("is a `WorldBegin` missing before it?"),
         );
         self.settle_dialect();
-        self.begin_world(span);
-        if let Some(world) = self.world.as_mut() {
-            world.assumed = true;
+        let mut world = WorldBlock::new(span);
+        world.assumed = true;
+        self.world = Some(world);
+    }
+
+    /// Closes a scope. In a world that was only assumed its transformations stay: pbrt-v3 ignores
+    /// scopes there, and the camera may stand in one.
+    fn close_scope(&mut self, scope: Scope, span: Span) {
+        let assumed = self.world.as_ref().is_some_and(|world| world.assumed);
+        let before = assumed.then(|| (self.current.ctm.clone(), self.current.active));
+        self.scopes
+            .close(scope, span, &mut self.current, self.diagnostics);
+        if let Some((ctm, active)) = before {
+            self.current.ctm = ctm;
+            self.current.active = active;
         }
     }
 
@@ -429,6 +443,14 @@ impl<'a> Interpreter<'a> {
     }
 
     fn end_world(&mut self, span: Span) {
+        if let Some(world) = self.world.as_ref().filter(|world| world.assumed) {
+            // pbrt-v3 renders nothing here: this is more than a word out of place.
+            self.diagnostics.push(
+                Diagnostic::error("`WorldEnd` without `WorldBegin`: nothing is rendered")
+                    .at(span)
+                    .related(world.opened, "taken for the beginning of the world"),
+            );
+        }
         if self.world.as_ref().is_some_and(|world| !world.has_lights()) {
             self.warn(span, "the scene has no lights: the picture will be black");
         }

@@ -88,6 +88,7 @@ impl Interpreter<'_> {
                     name.text
                 ))
                 .at(name.span)
+                .passable()
                 .with_help("add for example \"string type\" \"matte\""),
             );
             return;
@@ -146,8 +147,12 @@ impl Interpreter<'_> {
         } else {
             Diagnostic::error(format!("{missing}; the current one stays"))
         };
-        self.diagnostics
-            .push(diagnostic.at(name.span).with_suggestion(suggestion));
+        self.diagnostics.push(
+            diagnostic
+                .at(name.span)
+                .passable()
+                .with_suggestion(suggestion),
+        );
     }
 
     /// `matte` with its defaults, made when the first shape needs it.

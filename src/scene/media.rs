@@ -35,6 +35,7 @@ impl Interpreter<'_> {
                     name.text
                 ))
                 .at(name.span)
+                .passable()
                 .with_help("add for example \"string type\" \"homogeneous\""),
             );
             return;
@@ -115,6 +116,7 @@ impl Interpreter<'_> {
                 self.diagnostics.push(
                     Diagnostic::error(message)
                         .at(name.span)
+                        .passable()
                         .with_suggestion(suggestion),
                 );
             }

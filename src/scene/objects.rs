@@ -20,6 +20,7 @@ impl Interpreter<'_> {
                     open.name
                 ))
                 .at(span)
+                .passable()
                 .related(*opened, "which begins here"),
             );
             return;
@@ -68,6 +69,7 @@ impl Interpreter<'_> {
             self.diagnostics.push(
                 Diagnostic::error(format!("there is no object `{}`; ignored", name.text))
                     .at(name.span)
+                    .passable()
                     .with_suggestion(nearest(&name.text, known)),
             );
             return;

@@ -114,7 +114,7 @@ impl Scopes {
         let Some(top) = top else {
             let word = scope.word();
             let message = format!("`{word}End` without a matching `{word}Begin`; ignored");
-            diagnostics.push(Diagnostic::error(message).at(span));
+            diagnostics.push(Diagnostic::error(message).at(span).passable());
             return;
         };
         if top.scope != scope {

@@ -10,7 +10,8 @@ use crate::media::MediaSpec;
 use crate::syntax::suggest::nearest;
 use crate::syntax::{Diagnostic, Diagnostics, Name, Span, Typed};
 use crate::textures::{
-    Constant, FloatTextureSpec, MAX_DEPTH, SpectrumTextureSpec, TextureSpec, TextureValue,
+    Constant, FloatTextureSpec, MAX_DEPTH, MAX_LOOKUPS, Nesting, SpectrumTextureSpec, TextureSpec,
+    TextureValue,
 };
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -22,9 +23,8 @@ pub(super) struct WorldBlock {
     pub(super) assumed: bool,
     float_textures: Vec<FloatTextureSpec>,
     spectrum_textures: Vec<SpectrumTextureSpec>,
-    /// How deep each texture nests others.
-    float_depths: Vec<usize>,
-    spectrum_depths: Vec<usize>,
+    float_nestings: Vec<Nesting>,
+    spectrum_nestings: Vec<Nesting>,
     pub(super) materials: Vec<Material>,
     shapes: Vec<ShapeEntity>,
     pub(super) objects: Vec<ObjectDefinition>,
@@ -43,8 +43,8 @@ impl WorldBlock {
             assumed: false,
             float_textures: Vec::new(),
             spectrum_textures: Vec::new(),
-            float_depths: Vec::new(),
-            spectrum_depths: Vec::new(),
+            float_nestings: Vec::new(),
+            spectrum_nestings: Vec::new(),
             materials: Vec::new(),
             shapes: Vec::new(),
             objects: Vec::new(),
@@ -93,27 +93,30 @@ impl WorldBlock {
     }
 }
 
-/// A texture that nests others too deep is reported, and a constant stands for it.
+/// A texture that nests others too deep, or looks too many of them up, is reported, and a constant
+/// stands for it.
 fn shallow<V: TextureValue>(
     spec: TextureSpec<V>,
-    depth: usize,
+    nesting: Nesting,
     name: &Name,
     diagnostics: &Diagnostics,
-) -> (TextureSpec<V>, usize) {
-    if depth <= MAX_DEPTH {
-        return (spec, depth);
-    }
-    let message = format!(
-        "texture `{}` nests textures more than {MAX_DEPTH} deep",
-        name.text
-    );
+) -> (TextureSpec<V>, Nesting) {
+    let name_text = &name.text;
+    let message = if nesting.depth > MAX_DEPTH {
+        format!("texture `{name_text}` nests textures more than {MAX_DEPTH} deep")
+    } else if nesting.lookups > MAX_LOOKUPS {
+        format!("texture `{name_text}` looks up more than {MAX_LOOKUPS} textures for each value")
+    } else {
+        return (spec, nesting);
+    };
     diagnostics.push(
         Diagnostic::error(message)
             .at(name.span)
+            .passable()
             .label("a constant 0.5 is used to read on"),
     );
     let value = V::splat(0.5);
-    (TextureSpec::Constant(Constant { value }), 1)
+    (TextureSpec::Constant(Constant { value }), Nesting::NONE)
 }
 
 impl Interpreter<'_> {
@@ -132,9 +135,9 @@ impl Interpreter<'_> {
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
                     return;
                 };
-                let depth = spec.depth(&world.float_depths, &world.float_depths);
-                let (spec, depth) = shallow(spec, depth, name, self.diagnostics);
-                world.float_depths.push(depth);
+                let nesting = spec.nesting(&world.float_nestings, &world.float_nestings);
+                let (spec, nesting) = shallow(spec, nesting, name, self.diagnostics);
+                world.float_nestings.push(nesting);
                 world.float_textures.push(spec);
                 let id = FloatTextureId(world.float_textures.len() as u32 - 1);
                 self.current.state.define_float_texture(&name.text, id)
@@ -147,9 +150,9 @@ impl Interpreter<'_> {
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
                     return;
                 };
-                let depth = spec.depth(&world.float_depths, &world.spectrum_depths);
-                let (spec, depth) = shallow(spec, depth, name, self.diagnostics);
-                world.spectrum_depths.push(depth);
+                let nesting = spec.nesting(&world.float_nestings, &world.spectrum_nestings);
+                let (spec, nesting) = shallow(spec, nesting, name, self.diagnostics);
+                world.spectrum_nestings.push(nesting);
                 world.spectrum_textures.push(spec);
                 let id = SpectrumTextureId(world.spectrum_textures.len() as u32 - 1);
                 self.current.state.define_spectrum_texture(&name.text, id)
@@ -160,6 +163,7 @@ impl Interpreter<'_> {
                         "textures are `float` or `spectrum`, not `{other}`; ignored"
                     ))
                     .at(value_type.span)
+                    .passable()
                     .with_suggestion(nearest(other, ["float", "spectrum", "color"])),
                 );
                 return;

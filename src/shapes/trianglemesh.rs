@@ -8,13 +8,14 @@
 //! | `vector3 S` | none | tangents at the vertices |
 //! | `float uv`, else `st` | (0,0) (1,0) (1,1) at the corners | texture coordinates |
 //! | `texture/float alpha`, `shadowalpha` | 1 | cut-outs: no surface where exactly 0 |
+//! | `bool discarddegenerateUVs` | false | pbrt-v2 only: no uv where those of a triangle coincide |
 //! | `integer faceIndices` | none | Ptex only, not used |
 //!
 //! Arrays of the wrong length are reported and left out (scene-language 3.7).
 
 use crate::assets::mesh::MeshData;
 use crate::math::{DVec3, Vec2, Vec3};
-use crate::params::{FloatInput, ParamReader};
+use crate::params::{Dialect, FloatInput, ParamReader};
 
 /// See the module.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +37,9 @@ impl TriangleMeshSpec {
         let tangents = reader.vectors3("S");
         let uv_name = if reader.has("uv") { "uv" } else { "st" };
         let uv = reader.points2(uv_name);
+        // In pbrt-v2 only; its default leaves all as it is.
+        let discard =
+            reader.dialect() == Dialect::V2 && reader.boolean("discarddegenerateUVs", false);
         // Only Ptex, which is not supported, would use these.
         let _ = reader.integers("faceIndices");
         let (positions, indices) = vertices_and_triangles(reader)?;
@@ -43,6 +47,9 @@ impl TriangleMeshSpec {
             let Some(values) = values else {
                 return Vec::new();
             };
+            if is_empty(reader, name, values) {
+                return Vec::new();
+            }
             if values.len() / 3 != positions.len() {
                 let given = values.len() / 3;
                 let message = format!(
@@ -58,7 +65,7 @@ impl TriangleMeshSpec {
             }
             triples(values).map(|v| DVec3::from(v).as_vec3()).collect()
         };
-        let data = MeshData {
+        let mut data = MeshData {
             indices,
             normals: per_vertex("N", normals),
             tangents: per_vertex("S", tangents),
@@ -66,12 +73,31 @@ impl TriangleMeshSpec {
             positions,
             warnings: Vec::new(),
         };
+        if discard && !data.normals.is_empty() && has_degenerate_uv(&data) {
+            reader.warn(
+                "discarddegenerateUVs",
+                "the texture coordinates of a triangle coincide: none of the mesh are used",
+            );
+            data.uv.clear();
+        }
         Some(TriangleMeshSpec {
             data,
             alpha,
             shadow_alpha,
         })
     }
+}
+
+/// Does a triangle that has an area (above 1e-7 in pbrt-v2, twice that here: of the parallelogram) have two
+/// corners with the same texture coordinates?
+fn has_degenerate_uv(data: &MeshData) -> bool {
+    let at = |i: u32| Some((*data.positions.get(i as usize)?, *data.uv.get(i as usize)?));
+    data.indices.iter().any(|&[a, b, c]| {
+        let Some(((p, s), ((q, t), (r, u)))) = at(a).zip(at(b).zip(at(c))) else {
+            return false;
+        };
+        (p - q).cross(r - q).length() >= 2e-7 && (s == t || t == u || u == s)
+    })
 }
 
 /// Reads `point3 P` and `integer indices`; `None` where they are missing or wrong (reported).
@@ -126,6 +152,18 @@ fn check_indices(indices: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, (usi
         .collect())
 }
 
+/// Is there nothing in the list? Exporters write such lists where a mesh has no normals or texture
+/// coordinates: no more than a warning then, although pbrt-v3 calls it an error as it goes on.
+fn is_empty(reader: &ParamReader, name: &str, values: &[f64]) -> bool {
+    if values.is_empty() {
+        reader.warn(
+            name,
+            format!("`{name}` is an empty list: as if it were not given"),
+        );
+    }
+    values.is_empty()
+}
+
 /// One pair a vertex: too few are dropped with an error, too many cut with a warning.
 fn texture_coordinates(
     reader: &ParamReader,
@@ -136,6 +174,9 @@ fn texture_coordinates(
     let Some(values) = values else {
         return Vec::new();
     };
+    if is_empty(reader, name, values) {
+        return Vec::new();
+    }
     let pairs = values.len() / 2;
     if pairs < vertices {
         reader.error(

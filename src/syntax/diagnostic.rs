@@ -53,9 +53,10 @@ pub struct Diagnostic {
     /// item stands is found out when the message is printed, so that places of a million numbers
     /// need not be kept.
     pub item: Option<usize>,
-    /// Is it about a file that the scene names and that cannot be used? With what stands in its place
-    /// the rest can be rendered (`--keep-going`).
-    pub about_file: bool,
+    /// Is it an error that pbrt-v3 reports and renders on after, such as a file that cannot be used or
+    /// a name that nobody has defined? Something stands in its place, so the rest can be rendered
+    /// (`--keep-going`).
+    pub passable: bool,
     /// What stands beside the caret.
     pub label: Option<String>,
     /// Other places that matter, with what to say about them.
@@ -73,7 +74,7 @@ impl Diagnostic {
             message: message.into(),
             span: None,
             item: None,
-            about_file: false,
+            passable: false,
             label: None,
             related: Vec::new(),
             notes: Vec::new(),
@@ -109,9 +110,9 @@ impl Diagnostic {
         self
     }
 
-    /// It is about a file, in whose place something stands: see [`Diagnostic::about_file`].
-    pub fn of_file(mut self) -> Self {
-        self.about_file = true;
+    /// Something stands in the place of what is wrong: see [`Diagnostic::passable`].
+    pub fn passable(mut self) -> Self {
+        self.passable = true;
         self
     }
 
@@ -180,7 +181,7 @@ struct State {
     /// Only ever looked up, never iterated: the order of a hash map is nobody's business.
     seen: HashMap<(Severity, String), Seen>,
     errors: usize,
-    file_errors: usize,
+    passable_errors: usize,
     warnings: usize,
     dropped: usize,
 }
@@ -212,7 +213,7 @@ impl Diagnostics {
         match diagnostic.severity {
             Severity::Error => {
                 state.errors += 1;
-                state.file_errors += usize::from(diagnostic.about_file);
+                state.passable_errors += usize::from(diagnostic.passable);
             }
             Severity::Warning => state.warnings += 1,
             Severity::Note => {}
@@ -247,9 +248,9 @@ impl Diagnostics {
         self.state.borrow().errors
     }
 
-    /// How many of the errors are about files in whose place something stands.
-    pub fn file_errors(&self) -> usize {
-        self.state.borrow().file_errors
+    /// How many of the errors leave a scene that can be rendered: see [`Diagnostic::passable`].
+    pub fn passable_errors(&self) -> usize {
+        self.state.borrow().passable_errors
     }
 
     /// Warnings met, those at places not kept included.

@@ -142,6 +142,12 @@ impl ParamType {
         })
     }
 
+    /// Does this text declare a parameter: a type and a name?
+    pub fn declares(text: &str) -> bool {
+        let mut words = text.split_ascii_whitespace();
+        words.next().and_then(Self::from_word).is_some() && words.next().is_some()
+    }
+
     /// The word that declares this type.
     pub fn word(self) -> &'static str {
         match self {

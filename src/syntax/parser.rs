@@ -234,6 +234,14 @@ impl<'a> Parser<'a> {
             (TokenKind::Bare, "Option" | "Attribute" | "ColorSpace" | "Import") => {
                 diagnostic.with_note("this word belongs to pbrt-v4; pbrt-v3 scenes are read here")
             }
+            (
+                TokenKind::Bare,
+                "LightGroup" | "Exterior" | "Interior" | "PortalShape" | "MakeNamedVolume"
+                | "MotionBegin" | "MotionEnd",
+            ) => diagnostic
+                .with_note("this word belongs to LuxRender, whose scenes only resemble pbrt's"),
+            (TokenKind::Bare, "SearchPath") => diagnostic
+                .with_note("this word belongs to pbrt-v1; files are looked for beside the scene"),
             (TokenKind::Bare, _) if number(token.text()).is_some() => {
                 diagnostic.label("one number too many?")
             }
@@ -283,12 +291,16 @@ impl<'a> Parser<'a> {
         }
         match self.sources.include(&path, word) {
             Ok(file) => self.enter(file, canonical),
-            Err(error) => self.report(
-                Diagnostic::error(format!("cannot include this file: {error}"))
-                    .at(name.span)
-                    .of_file()
-                    .with_note("the directory of the main scene file is where `Include` looks"),
-            ),
+            Err(error) => {
+                self.report(
+                    Diagnostic::error(format!("cannot include this file: {error}"))
+                        .at(name.span)
+                        .passable()
+                        .with_note("the directory of the main scene file is where `Include` looks"),
+                );
+                // A list that would have gone on after the file belongs to nothing now.
+                drop(self.parameters()?);
+            }
         }
         Ok(())
     }

@@ -51,6 +51,10 @@ impl Parser<'_> {
 
     fn parameter(&mut self, declaration: &Token) -> Parsed<Option<Param>> {
         let declared = self.declaration(declaration);
+        if declared.is_none() && self.statement_ends() {
+            // What was no declaration has been reported; there is no value to pass over.
+            return Ok(None);
+        }
         if let Some((ty, name)) = &declared
             && self.value_is_missing(*ty)
         {
@@ -109,11 +113,22 @@ impl Parser<'_> {
             self.report(
                 Diagnostic::error(format!("unknown parameter type `{ty}`"))
                     .at(span)
+                    .passable()
                     .label(format!("parameter `{name}` is ignored"))
                     .with_suggestion(meant_type(ty)),
             );
         }
         Some((known?, name.to_owned()))
+    }
+
+    /// Is the next token one that no parameter's value begins with?
+    fn statement_ends(&mut self) -> bool {
+        let next = self.peek();
+        match next.kind {
+            TokenKind::End | TokenKind::Close | TokenKind::Unterminated => true,
+            TokenKind::Bare => directive_word(next.text()).is_some(),
+            TokenKind::Open | TokenKind::Quoted => false,
+        }
     }
 
     /// Is the next token something that cannot be a value, or more likely the next declaration?
@@ -123,18 +138,10 @@ impl Parser<'_> {
             ParamType::String | ParamType::Texture | ParamType::Spectrum
         );
         let next = self.peek();
-        match next.kind {
-            TokenKind::End | TokenKind::Close | TokenKind::Unterminated => true,
-            TokenKind::Bare => directive_word(next.text()).is_some(),
-            TokenKind::Open => false,
-            TokenKind::Quoted => {
-                let (text, _) = next.string();
-                let mut words = text.split_ascii_whitespace();
-                !takes_strings
-                    && words.next().and_then(ParamType::from_word).is_some()
-                    && words.next().is_some()
-            }
+        if next.kind == TokenKind::Quoted {
+            return !takes_strings && ParamType::declares(&next.string().0);
         }
+        self.statement_ends()
     }
 
     /// One item, or a list of them in brackets.
@@ -264,6 +271,7 @@ impl Parser<'_> {
             self.report(
                 Diagnostic::error("not a number")
                     .at(token.span)
+                    .passable()
                     .label("expected a finite number"),
             );
             return Some(0.0);
@@ -299,19 +307,23 @@ impl Parser<'_> {
             _ => false,
         };
         if !fits {
-            let found = match found.as_slice() {
+            let given = match found.as_slice() {
                 [] => "an empty list".to_owned(),
                 kinds => kinds.join(" mixed with "),
             };
-            self.report(
-                Diagnostic::error(format!(
-                    "`{} {name}` needs {}, found {found}",
-                    ty.word(),
-                    expected_items(ty)
-                ))
-                .at(span)
-                .label("this parameter is ignored"),
-            );
+            let error = Diagnostic::error(format!(
+                "`{} {name}` needs {}, found {given}",
+                ty.word(),
+                expected_items(ty)
+            ))
+            .at(span)
+            .label("this parameter is ignored");
+            // pbrt-v3 stops at a list of both, and goes on without the parameter otherwise.
+            self.report(if found.len() > 1 {
+                error
+            } else {
+                error.passable()
+            });
             return None;
         }
         Some(match ty {

@@ -20,6 +20,7 @@ mod mapping;
 mod marble;
 mod mipmap;
 mod mix;
+mod nesting;
 mod noise;
 mod ptex;
 mod scale;
@@ -41,6 +42,7 @@ pub use mapping::{Mapping, MappingSpec, PointMap, TextureCoordinates};
 pub use marble::Marble;
 pub use mipmap::{Filter, Mipmap, Wrap};
 pub use mix::Mix;
+pub use nesting::{MAX_LOOKUPS, Nesting};
 pub use noise::Octaves;
 pub use scale::Scale;
 pub use solid::{SolidMapping, SolidPoint};
@@ -185,9 +187,9 @@ fn octaves_from_params(reader: &ParamReader) -> Octaves {
 }
 
 impl<V: TextureValue> TextureSpec<V> {
-    /// How deep it nests other textures (1: uses none), where those of float textures and of
-    /// textures of its own kind are known.
-    pub fn depth(&self, floats: &[usize], own: &[usize]) -> usize {
+    /// How much it nests other textures, where the nesting of float textures and of textures of its
+    /// own kind is known.
+    pub fn nesting(&self, floats: &[Nesting], own: &[Nesting]) -> Nesting {
         let Operands {
             own: inputs,
             amount,
@@ -197,7 +199,10 @@ impl<V: TextureValue> TextureSpec<V> {
         let below = inputs
             .filter_map(|i| own.get(i))
             .chain(amount.and_then(|i| floats.get(i)));
-        1 + below.max().copied().unwrap_or(0)
+        below.fold(Nesting::NONE, |nesting, inner| Nesting {
+            depth: nesting.depth.max(1 + inner.depth),
+            lookups: nesting.lookups.saturating_add(inner.lookups),
+        })
     }
 
     /// The textures this one looks values up in.

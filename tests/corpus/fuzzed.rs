@@ -8,7 +8,7 @@ use fstop::build::build;
 use fstop::film::FilmSpec;
 use fstop::render::{Progress, render};
 use fstop::scene::{Frame, ReadSettings, read_scene};
-use fstop::syntax::{SourceMap, Style};
+use fstop::syntax::{Diagnostics, SourceMap, Style};
 use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -24,13 +24,18 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Most pixels of a picture that is rendered here; larger ones are cropped.
 const PIXELS: u32 = 64;
 
+/// Is there something to render, be it with `--keep-going`?
+fn can_be_rendered(diagnostics: &Diagnostics) -> bool {
+    diagnostics.errors() == diagnostics.passable_errors()
+}
+
 /// Reads a text as if it stood in the file `name`, and renders a few pixels of what it describes.
 fn survive(name: &Path, text: &[u8]) {
     let sources = SourceMap::new();
     let file = sources.add_text(&name.display().to_string(), text);
     let (scene, diagnostics) = read_scene(&sources, file, &ReadSettings::default());
     diagnostics.render(&sources, Style::Plain);
-    if diagnostics.has_errors() {
+    if !can_be_rendered(&diagnostics) {
         return;
     }
     for frame in scene.frames.into_iter().take(2) {
@@ -50,7 +55,7 @@ fn render_a_little(mut frame: Frame, sources: &SourceMap) {
     }
     let (built, diagnostics) = build(frame, 0);
     diagnostics.render(sources, Style::Plain);
-    let Some(built) = built.filter(|_| !diagnostics.has_errors()) else {
+    let Some(built) = built.filter(|_| can_be_rendered(&diagnostics)) else {
         return;
     };
     let picture = render(&built.shot, 16, &Progress::hidden()).develop();

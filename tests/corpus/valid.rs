@@ -1,5 +1,7 @@
 //! `tests/scenes/valid`: scenes in every spelling that public scene files have. Each is rendered by
 //! the program, must end well, say exactly what is recorded beside it, and give a finite picture.
+//! `tests/scenes/passable`: scenes with the mistakes that pbrt-v3 reports and renders on after. They
+//! are refused, and rendered with `--keep-going`.
 
 use crate::program::{differs_from_recorded, fstop, scenes};
 use std::path::Path;
@@ -26,15 +28,17 @@ fn problems(stderr: &str) -> String {
     kept
 }
 
-/// Renders one scene; what is wrong with it, if anything.
-fn render(scene: &Path) -> Result<(), String> {
+/// Renders one scene with the arguments `more`, after which the program must exit with `code`; what
+/// is wrong with it, if anything.
+fn render(scene: &Path, more: &[&str], code: i32) -> Result<(), String> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let output = folder.path().join("picture.exr");
     let arguments = ["render", "--spp", "1", "--threads", "1", "-o"];
     let mut command: Vec<&std::ffi::OsStr> = arguments.map(std::ffi::OsStr::new).to_vec();
     command.extend([output.as_os_str(), scene.as_os_str()]);
+    command.extend(more.iter().map(std::ffi::OsStr::new));
     let run = fstop(command);
-    if run.code != 0 {
+    if run.code != code {
         let (code, stderr) = (run.code, run.stderr);
         return Err(format!("{}: exit code {code}\n{stderr}", scene.display()));
     }
@@ -55,15 +59,32 @@ fn render(scene: &Path) -> Result<(), String> {
     Ok(())
 }
 
-#[test]
-fn every_valid_scene_renders() {
-    let all = scenes("valid");
-    assert!(all.len() > 50, "only {} scenes", all.len());
-    let wrong: Vec<String> = all.iter().filter_map(|s| render(s).err()).collect();
+/// Fails where one of the scenes of `kind` is not as it should be.
+fn render_all(kind: &str, least: usize, more: &[&str], code: i32) {
+    let all = scenes(kind);
+    assert!(all.len() >= least, "only {} scenes", all.len());
+    let wrong: Vec<String> = all
+        .iter()
+        .filter_map(|scene| render(scene, more, code).err())
+        .collect();
     assert!(
         wrong.is_empty(),
         "{} scenes:\n{}",
         wrong.len(),
         wrong.join("\n")
     );
+}
+
+#[test]
+fn every_valid_scene_renders() {
+    render_all("valid", 50, &[], 0);
+}
+
+#[test]
+fn every_passable_scene_renders_when_asked_to() {
+    for scene in scenes("passable") {
+        let refused = fstop(["render".as_ref(), scene.as_os_str()]);
+        assert_eq!(refused.code, 2, "{}: {}", scene.display(), refused.stderr);
+    }
+    render_all("passable", 3, &["--keep-going"], 1);
 }
