@@ -210,6 +210,15 @@ impl Geometry {
         self.resolve(ray, &found)
     }
 
+    /// How far along the ray that hit is, without the surface there.
+    pub fn distance(
+        &self,
+        ray: &Ray,
+        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
+    ) -> Option<f32> {
+        Search::<_, false>::run(self, ray, alpha).map(|found| found.t)
+    }
+
     /// Is anything hit nearer than `ray.t_max`?
     pub fn occluded(&self, ray: &Ray, alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32) -> bool {
         Search::<_, true>::run(self, ray, alpha).is_some()
