@@ -7,7 +7,10 @@
 //! moves is a kind of its own beside instances, and may also be in an object.
 
 mod aabb;
+mod builder;
+mod collapse;
 mod curves;
+mod groups;
 mod instance;
 mod level;
 mod moving;
