@@ -8,11 +8,11 @@ use wide::f32x8;
 /// roundings each; the triangle test's sheared coordinates about five, relative to the same
 /// differences. Eight units of roundoff and as many again for the other side keep every ray that
 /// the triangle test would accept (compare Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
-const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
+pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// A reference to a child: the number of a node, or a leaf (top bit) with packets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Child(u32);
+pub(super) struct Child(pub u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
@@ -59,9 +59,10 @@ impl Child {
 
 /// A node with up to eight children.
 #[derive(Clone, Copy)]
+#[repr(C, align(64))]
 pub(super) struct Node {
     /// Lower and upper planes in each axis, one lane a child.
-    bounds: [[f32x8; 2]; 3],
+    pub bounds: [[[f32; 8]; 2]; 3],
     /// Children; the boxes of unused ones are empty.
     pub children: [Child; 8],
 }
@@ -70,7 +71,7 @@ impl Node {
     pub const WIDTH: usize = 8;
 
     pub fn empty() -> Node {
-        let inside_out = [f32x8::splat(f32::INFINITY), f32x8::splat(f32::NEG_INFINITY)];
+        let inside_out = [[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]];
         Node {
             bounds: [inside_out; 3],
             children: [Child(0); 8],
@@ -80,8 +81,8 @@ impl Node {
     pub fn set(&mut self, slot: usize, child: Child, bounds: Aabb) {
         self.children[slot] = child;
         for axis in 0..3 {
-            self.bounds[axis][0].as_mut_array()[slot] = bounds.min[axis];
-            self.bounds[axis][1].as_mut_array()[slot] = bounds.max[axis];
+            self.bounds[axis][0][slot] = bounds.min[axis];
+            self.bounds[axis][1][slot] = bounds.max[axis];
         }
     }
 
@@ -89,7 +90,7 @@ impl Node {
     #[inline(always)]
     pub fn test(&self, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
         let plane =
-            |axis: usize, side: usize, o: f32x8| (self.bounds[axis][side] - o) * ray.inverse[axis];
+            |axis: usize, side: usize, o: f32x8| (f32x8::new(self.bounds[axis][side]) - o) * ray.inverse[axis];
         let entering = |axis: usize| plane(axis, ray.near_side[axis], ray.near_origin[axis]);
         let leaving = |axis: usize| plane(axis, 1 - ray.near_side[axis], ray.far_origin[axis]);
         let near = entering(0)

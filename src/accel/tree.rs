@@ -50,32 +50,68 @@ impl Tree {
         ray: &TraversalRay,
         visitor: &mut impl Visitor,
     ) -> bool {
-        let mut stack = ArrayVec::<(Child, f32), STACK>::new();
-        let mut node = &self.nodes[0];
+        if is_x86_feature_detected!("avx2") {
+            return unsafe { super::simd::go_avx2::<ORDERED>(self, ray, visitor) };
+        }
+        self.traverse_with::<ORDERED, _>(super::simd::Baseline, ray, visitor)
+    }
+
+    #[inline(always)]
+    pub fn traverse_with<const ORDERED: bool, S: super::simd::Simd>(
+        &self,
+        simd: S,
+        ray: &TraversalRay,
+        visitor: &mut impl Visitor,
+    ) -> bool {
+        let mut stack = ArrayVec::<Waiting, STACK>::new();
+        let mut current = Child::node(0);
         loop {
-            let (mut mask, near) = node.test(ray, visitor.t_max());
-            let base = stack.len();
-            while mask != 0 {
-                let slot = mask.trailing_zeros() as usize;
-                mask &= mask - 1;
-                // The stack's size is proven above.
-                let _ = stack.try_push((node.children[slot & 7], near[slot & 7]));
+            if !current.is_leaf() {
+                let node = &self.nodes[current.index()];
+                let (mut mask, near) = simd.boxes(node, ray, visitor.t_max());
+                let waiting = |mask: u32| {
+                    let slot = (mask.trailing_zeros() & 7) as usize;
+                    Waiting::new(node.children[slot], near[slot])
+                };
+                if mask != 0 {
+                    let first = waiting(mask);
+                    mask &= mask - 1;
+                    if mask == 0 {
+                        current = first.child();
+                        continue;
+                    }
+                    let second = waiting(mask);
+                    mask &= mask - 1;
+                    let (nearer, farther) = if ORDERED {
+                        (first.min(second), first.max(second))
+                    } else {
+                        (first, second)
+                    };
+                    let base = stack.len();
+                    // The stack's size is proven above.
+                    let _ = stack.try_push(farther);
+                    if mask == 0 {
+                        current = nearer.child();
+                        continue;
+                    }
+                    let _ = stack.try_push(nearer);
+                    while mask != 0 {
+                        let _ = stack.try_push(waiting(mask));
+                        mask &= mask - 1;
+                    }
+                    if ORDERED {
+                        sort_far_to_near(&mut stack[base..]);
+                    }
+                }
+            } else if self.visit_leaf(current, ray, visitor) {
+                return true;
             }
-            if ORDERED {
-                sort_far_to_near(&mut stack[base..]);
-            }
-            node = loop {
-                let Some((child, near)) = stack.pop() else {
+            current = loop {
+                let Some(waiting) = stack.pop() else {
                     return false;
                 };
-                if near > visitor.t_max() {
-                    continue;
-                }
-                if !child.is_leaf() {
-                    break &self.nodes[child.index()];
-                }
-                if self.visit_leaf(child, ray, visitor) {
-                    return true;
+                if waiting.near() <= visitor.t_max() {
+                    break waiting.child();
                 }
             };
         }
@@ -102,12 +138,34 @@ impl Tree {
     }
 }
 
-/// Insertion sort: there are seldom more than three.
+/// A child that waits, with where the ray enters its box: the number's upper half, so that numbers
+/// compare as distances do.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Waiting(u64);
+
+impl Waiting {
+    #[inline(always)]
+    fn new(child: Child, near: f32) -> Waiting {
+        Waiting(u64::from(near.to_bits()) << 32 | u64::from(child.0))
+    }
+
+    #[inline(always)]
+    fn child(self) -> Child {
+        Child(self.0 as u32)
+    }
+
+    #[inline(always)]
+    fn near(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+}
+
+/// Insertion sort: there are seldom more than four.
 #[inline(always)]
-fn sort_far_to_near(entries: &mut [(Child, f32)]) {
+fn sort_far_to_near(entries: &mut [Waiting]) {
     for i in 1..entries.len() {
         let mut j = i;
-        while j > 0 && entries[j - 1].1 < entries[j].1 {
+        while j > 0 && entries[j - 1] < entries[j] {
             entries.swap(j - 1, j);
             j -= 1;
         }
