@@ -7,13 +7,14 @@ use super::node::{Child, Node};
 use super::packet::{LANES, Packet, PrimitiveId};
 use super::tree::{Item, MAX_DEPTH, Tree};
 use crate::math::Vec3;
+use arrayvec::ArrayVec;
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2;
 use rayon::prelude::*;
 
-/// Subtrees of so many primitives at most are built in parallel. The number does not change the
-/// tree.
-const PIECE: u32 = 1 << 15;
+/// Down to this depth subtrees are built in parallel, in trees of this many primitives.
+const PARALLEL_DEPTH: usize = 2;
+const PARALLEL_ITEMS: usize = 1 << 12;
 
 /// What binary builder and plan leave, and what is built from.
 struct Source<'a, F> {
@@ -25,19 +26,12 @@ struct Source<'a, F> {
     indices: Vec<u32>,
 }
 
-/// A part of the tree being built; children count from its own first node and packet.
-#[derive(Default)]
-struct Piece {
-    nodes: Vec<Node>,
-    packets: Vec<Packet>,
-}
-
 /// Builds a tree over `items` with finite boxes; `corners` gives the corners of triangles.
 pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] + Sync) -> Tree {
     if items.is_empty() {
         return Tree {
-            nodes: vec![Node::empty()],
-            packets: Vec::new(),
+            cells: Node::empty().cells().to_vec(),
+            nodes: 1,
         };
     }
     let groups = Groups::of(items);
@@ -56,76 +50,154 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         plan,
         indices: binary.primitive_indices,
     };
-    let mut piece = Piece::default();
-    let (root, bounds) = source.subtree(0, 0, &mut piece);
-    if root.is_leaf() {
-        let mut node = Node::empty();
-        node.set(0, root, bounds);
-        piece.nodes.push(node);
-    }
-    piece.nodes.shrink_to_fit();
-    piece.packets.shrink_to_fit();
-    Tree {
-        nodes: piece.nodes,
-        packets: piece.packets,
-    }
+    let mut tree = Tree {
+        cells: Vec::new(),
+        nodes: 0,
+    };
+    let mut tree = Tree::default();
+    let root = source.planned(0, 0);
+    match &root {
+        // Every tree starts with a node.
+        Part::Leaf(_) => source.add(&[root], 0, &mut tree),
+        _ => source.add(&source.divided(&root), 0, &mut tree),
+    };
+    tree.cells.shrink_to_fit();
+    tree
 }
 
+/// What is to become a child of a node.
+enum Part {
+    /// A leaf with up to four items of one kind.
+    Leaf(ArrayVec<u32, LANES>),
+    /// A node with these entries of the plan below it, and its depth.
+    Planned(ArrayVec<usize, { Node::WIDTH }>, usize),
+    /// Items that the plan does not divide.
+    Heap(Vec<u32>),
+}
+
+type Parts = ArrayVec<Part, { Node::WIDTH }>;
+
 impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
-    /// Builds what is below an entry of the plan, depth first.
-    fn subtree(&self, entry: usize, depth: usize, to: &mut Piece) -> (Child, Aabb) {
-        let children = match self.plan.root(entry) {
-            Root::Node(children) if depth < MAX_DEPTH => children,
-            _ => return self.balanced(&self.items_below(entry), to),
-        };
-        let index = to.nodes.len();
-        to.nodes.push(Node::empty());
-        let mut all = Aabb::EMPTY;
-        for (slot, &child) in children.iter().enumerate() {
-            let (child, bounds) = self.subtree(child, depth + 1, to);
-            to.nodes[index].set(slot, child, bounds);
-            all = all.union(bounds);
-        }
-        (Child::node(index), all)
-    }
-
-    /// The items below an entry from left to right.
-    fn items_below(&self, entry: usize) -> Vec<u32> {
-        let mut found = Vec::new();
-        let collect = |group| found.extend(self.groups.members(group));
-        self.plan.groups_below(entry, &self.indices, collect);
-        found
-    }
-
-    /// A tree of least depth over `items`, which may be all in one place.
-    fn balanced(&self, items: &[u32], to: &mut Piece) -> (Child, Aabb) {
-        if items.len() <= LANES {
-            return self.leaf(items, to);
-        }
-        let index = to.nodes.len();
-        to.nodes.push(Node::empty());
-        let mut all = Aabb::EMPTY;
-        for (slot, part) in items.chunks(items.len().div_ceil(Node::WIDTH)).enumerate() {
-            let (child, bounds) = self.balanced(part, to);
-            to.nodes[index].set(slot, child, bounds);
-            all = all.union(bounds);
-        }
-        (Child::node(index), all)
-    }
-
-    fn leaf(&self, items: &[u32], to: &mut Piece) -> (Child, Aabb) {
-        let (mut packet, mut all, mut others) = (Packet::empty(), Aabb::EMPTY, false);
-        for (lane, &item) in items.iter().take(LANES).enumerate() {
-            let Item { id, bounds } = self.items[item as usize];
-            all = all.union(bounds);
-            if id.is_triangle() {
-                packet.set_triangle(lane, id, (self.corners)(id));
-            } else {
-                packet.ids[lane] = id;
-                others = true;
+    /// What becomes of an entry of the plan.
+    fn planned(&self, entry: usize, depth: usize) -> Part {
+        match self.plan.root(entry) {
+            Root::Node(children) if depth < MAX_DEPTH => Part::Planned(children, depth),
+            Root::Node(_) => {
+                let mut items = Vec::new();
+                let collect = |group| items.extend(self.groups.members(group));
+                self.plan.groups_below(entry, &self.indices, collect);
+                self.of_items(items.into_iter())
+            }
+            Root::Leaf => {
+                let mut groups = ArrayVec::<u32, LANES>::new();
+                let mut rest = Vec::new();
+                self.plan
+                    .groups_of_leaf(entry, &self.indices, &mut |group| {
+                        if let Err(full) = groups.try_push(group) {
+                            rest.push(full.element());
+                        }
+                    });
+                let groups = groups.iter().chain(&rest);
+                self.of_items(groups.flat_map(|&group| self.groups.members(group)))
             }
         }
-        to.packets.push(packet);
-        (Child::leaf(to.packets.len() - 1, 1, others), all)
+    }
+
+    /// A leaf where the items fit in one.
+    fn of_items(&self, mut items: impl Iterator<Item = u32>) -> Part {
+        let first: ArrayVec<u32, LANES> = items.by_ref().take(LANES).collect();
+        let is_triangle = |&i: &u32| self.items[i as usize].id.is_triangle();
+        let Some(next) = items.next() else {
+            let triangles = first.iter().filter(|i| is_triangle(i)).count();
+            return if triangles == 0 || triangles == first.len() {
+                Part::Leaf(first)
+            } else {
+                Part::Heap(first.to_vec())
+            };
+        };
+        let items = first.into_iter().chain([next]).chain(items);
+        Part::Heap(items.collect())
+    }
+
+    /// The children of what is no leaf.
+    fn divided(&self, part: &Part) -> Parts {
+        match part {
+            Part::Leaf(_) => Parts::new(),
+            Part::Planned(children, depth) => children
+                .iter()
+                .map(|&child| self.planned(child, depth + 1))
+                .collect(),
+            Part::Heap(items) => items
+                .chunks(items.len().div_ceil(Node::WIDTH))
+                .map(|part| self.of_items(part.iter().copied()))
+                .collect(),
+        }
+    }
+
+    /// Adds a node with `parts` as its children and all below it; gives the box around that.
+    fn add(&self, parts: &[Part], depth: usize, to: &mut Tree) -> Aabb {
+        let at = to.cells.len();
+        let mut node = Node::empty();
+        to.cells.extend(node.cells());
+        to.nodes += 1;
+        let mut all = Aabb::EMPTY;
+        let mut set = |slot: usize, child: Child, bounds: Aabb| {
+            node.set(slot, child, bounds);
+            all = all.union(bounds);
+        };
+        for (slot, part) in parts.iter().enumerate() {
+            if let Part::Leaf(items) = part {
+                let (child, bounds) = self.leaf(items, to.cells.len() - at, to);
+                set(slot, child, bounds);
+            }
+        }
+        let inner = parts.iter().enumerate();
+        let inner = inner.filter(|(_, part)| !matches!(part, Part::Leaf(_)));
+        if depth < PARALLEL_DEPTH && self.items.len() >= PARALLEL_ITEMS {
+            let inner: Vec<(usize, &Part)> = inner.collect();
+            let below: Vec<(usize, Aabb, Tree)> = inner
+                .into_par_iter()
+                .map(|(slot, part)| {
+                    let mut tree = Tree::default();
+                    let bounds = self.add(&self.divided(part), depth + 1, &mut tree);
+                    (slot, bounds, tree)
+                })
+                .collect();
+            for (slot, bounds, below) in below {
+                set(slot, Child::node(to.cells.len() - at), bounds);
+                to.cells.extend_from_slice(&below.cells);
+                to.nodes += below.nodes;
+            }
+        } else {
+            for (slot, part) in inner {
+                let child = Child::node(to.cells.len() - at);
+                let bounds = self.add(&self.divided(part), depth + 1, to);
+                set(slot, child, bounds);
+            }
+        }
+        to.cells[at..at + Node::CELLS].copy_from_slice(&node.cells());
+        all
+    }
+
+    /// Adds a leaf, `offset` cells after its node.
+    fn leaf(&self, items: &[u32], offset: usize, to: &mut Tree) -> (Child, Aabb) {
+        let items = items.iter().map(|&i| self.items[i as usize]);
+        let bounds = items
+            .clone()
+            .fold(Aabb::EMPTY, |all, item| all.union(item.bounds));
+        if items.clone().all(|item| item.id.is_triangle()) {
+            let mut packet = Packet::empty();
+            for (lane, Item { id, .. }) in items.enumerate() {
+                packet.set_triangle(lane, id, (self.corners)(id));
+            }
+            to.cells.extend(packet.cells());
+            return (Child::triangles(offset), bounds);
+        }
+        let mut ids = [PrimitiveId::NONE.bits(); 8];
+        for (to, item) in ids.iter_mut().zip(items) {
+            *to = item.id.bits();
+        }
+        to.cells.push(bytemuck::cast(ids));
+        (Child::others(offset), bounds)
     }
 }

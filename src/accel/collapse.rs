@@ -141,7 +141,22 @@ impl Plan {
         }
     }
 
-    /// The groups below the entry, from left to right.
+    /// The groups of an entry that is a leaf.
+    pub fn groups_of_leaf(&self, entry: usize, binary: &[u32], found: &mut impl FnMut(u32)) {
+        // At most four levels: leaves of the plan hold few items.
+        let Entry { first, groups, .. } = self.entries[entry];
+        let first = first as usize;
+        if groups == 0 {
+            self.groups_of_leaf(first, binary, found);
+            self.groups_of_leaf(first + 1, binary, found);
+        } else {
+            binary[first..first + groups as usize]
+                .iter()
+                .for_each(|&group| found(group));
+        }
+    }
+
+    /// The groups below any entry, from left to right.
     pub fn groups_below(&self, entry: usize, binary: &[u32], mut found: impl FnMut(u32)) {
         let mut stack = vec![entry];
         while let Some(i) = stack.pop() {
@@ -229,7 +244,8 @@ fn inner(entry: &mut Entry, left: &Below, right: &Below) -> Below {
     let (split, cost) = cheapest(Node::WIDTH);
     below.cost[0] = cost + below.bounds.half_area();
     entry.decision.set(1, split);
-    if below.items as usize <= LANES && leaf_cost(&below) <= below.cost[0] {
+    let alike = below.others == 0 || below.others == below.items;
+    if alike && below.items as usize <= LANES && leaf_cost(&below) <= below.cost[0] {
         below.cost[0] = leaf_cost(&below);
         entry.decision = Decision::default();
     }

@@ -186,7 +186,7 @@ impl LevelBuilder {
         let others = self.quadrics.len().max(self.curves.piece_numbers());
         let placed = instances.len().max(moving.len());
         let largest = self.triangles.max(others).max(placed);
-        if largest >= PrimitiveId::LIMIT || self.triangles / 2 >= super::node::Child::MAX_PACKETS {
+        if largest >= PrimitiveId::LIMIT {
             return Err(GeometryError::TooMany(largest));
         }
         let mut level = Level {

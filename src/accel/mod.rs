@@ -12,6 +12,7 @@ mod collapse;
 mod curves;
 mod groups;
 mod instance;
+mod instructions;
 mod level;
 mod moving;
 mod node;
@@ -308,7 +309,7 @@ impl Geometry {
             statistics.curve_segments += level.curves.segments();
             statistics.moving += level.moving.len();
             statistics.skipped += level.skipped;
-            statistics.nodes += level.tree.nodes.len();
+            statistics.nodes += level.tree.nodes;
             statistics.bytes += level.bytes();
         }
         statistics

@@ -1,17 +1,19 @@
 //! The 8-wide tree and a ray's way through it.
 
 use super::aabb::Aabb;
-use super::node::{Child, Node};
-use super::packet::{Packet, PrimitiveId};
+use super::instructions::Instructions;
+use super::node::{Cell, Child, Node, StoredNode};
+use super::packet::{PrimitiveId, StoredPacket};
 use super::ray::TraversalRay;
 use arrayvec::ArrayVec;
 
 /// Depth up to which the shape of the binary tree is kept. What is deeper (thousands of
-/// primitives in one place) is split evenly, which takes at most 11 levels for 2³² leaves.
+/// primitives in one place) is split evenly, which takes at most 11 levels for 2³² primitives, and
+/// one more where leaves would mix triangles and others.
 pub(super) const MAX_DEPTH: usize = 32;
 
 /// Every level leaves at most seven siblings waiting, and the last one pushes eight.
-const STACK: usize = (MAX_DEPTH + 11) * (Node::WIDTH - 1) + Node::WIDTH;
+const STACK: usize = (MAX_DEPTH + 12) * (Node::WIDTH - 1) + Node::WIDTH;
 
 /// One primitive for the builder.
 #[derive(Clone, Copy)]
@@ -21,9 +23,12 @@ pub(super) struct Item {
 }
 
 /// An 8-wide bounding volume hierarchy.
+#[derive(Default)]
 pub(super) struct Tree {
-    pub nodes: Vec<Node>,
-    pub packets: Vec<Packet>,
+    /// Nodes and leaves; the root comes first.
+    pub cells: Vec<Cell>,
+    /// How many nodes there are.
+    pub nodes: usize,
 }
 
 /// What a traversal looks for.
@@ -39,39 +44,32 @@ pub(super) trait Visitor {
 impl Tree {
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..])
+        size_of_val(&self.cells[..])
     }
 
     /// Shows `visitor` what the ray may meet, nearer boxes first where `ORDERED`. Returns true
     /// where the visitor ended the traversal.
-    #[inline]
+    #[inline(always)]
     pub fn traverse<const ORDERED: bool>(
         &self,
+        with: impl Instructions,
         ray: &TraversalRay,
         visitor: &mut impl Visitor,
     ) -> bool {
-        if is_x86_feature_detected!("avx2") {
-            return unsafe { super::simd::go_avx2::<ORDERED>(self, ray, visitor) };
-        }
-        self.traverse_with::<ORDERED, _>(super::simd::Baseline, ray, visitor)
-    }
-
-    #[inline(always)]
-    pub fn traverse_with<const ORDERED: bool, S: super::simd::Simd>(
-        &self,
-        simd: S,
-        ray: &TraversalRay,
-        visitor: &mut impl Visitor,
-    ) -> bool {
+        let cells = &self.cells[..];
         let mut stack = ArrayVec::<Waiting, STACK>::new();
         let mut current = Child::node(0);
         loop {
+            let at = current.offset();
+            let here = cells.get(at..).unwrap_or_default();
             if !current.is_leaf() {
-                let node = &self.nodes[current.index()];
-                let (mut mask, near) = simd.boxes(node, ray, visitor.t_max());
+                let Some(node) = StoredNode::first_of(here) else {
+                    return false;
+                };
+                let (mut mask, near) = with.boxes(node, ray, visitor.t_max());
                 let waiting = |mask: u32| {
                     let slot = (mask.trailing_zeros() & 7) as usize;
-                    Waiting::new(node.children[slot], near[slot])
+                    Waiting::new(node.child(slot).seen_from(at), near[slot])
                 };
                 if mask != 0 {
                     let first = waiting(mask);
@@ -88,6 +86,8 @@ impl Tree {
                         (first, second)
                     };
                     let base = stack.len();
+                    with.prefetch(cells, first.child().offset());
+                    with.prefetch(cells, second.child().offset());
                     // The stack's size is proven above.
                     let _ = stack.try_push(farther);
                     if mask == 0 {
@@ -96,14 +96,16 @@ impl Tree {
                     }
                     let _ = stack.try_push(nearer);
                     while mask != 0 {
-                        let _ = stack.try_push(waiting(mask));
+                        let next = waiting(mask);
+                        with.prefetch(cells, next.child().offset());
+                        let _ = stack.try_push(next);
                         mask &= mask - 1;
                     }
                     if ORDERED {
                         sort_far_to_near(&mut stack[base..]);
                     }
                 }
-            } else if self.visit_leaf(current, ray, visitor) {
+            } else if visit_leaf(current, here, ray, visitor) {
                 return true;
             }
             current = loop {
@@ -116,26 +118,25 @@ impl Tree {
             };
         }
     }
+}
 
-    #[inline(always)]
-    fn visit_leaf(&self, leaf: Child, ray: &TraversalRay, visitor: &mut impl Visitor) -> bool {
-        for packet in &self.packets[leaf.packets()] {
-            if packet.test(ray, visitor.t_max(), |lane, t| {
-                visitor.triangle(packet.ids[lane], t)
-            }) {
-                return true;
-            }
-            if leaf.has_others()
-                && packet
-                    .ids
-                    .iter()
-                    .any(|id| id.is_other() && visitor.other(*id))
-            {
-                return true;
-            }
-        }
-        false
+/// Shows the visitor what is in the leaf that starts with the first cell.
+#[inline(always)]
+fn visit_leaf(leaf: Child, cells: &[Cell], ray: &TraversalRay, visitor: &mut impl Visitor) -> bool {
+    if leaf.has_others() {
+        let ids: [u32; 8] = cells
+            .first()
+            .map_or([PrimitiveId::NONE.bits(); 8], |&cell| bytemuck::cast(cell));
+        return ids
+            .into_iter()
+            .map(PrimitiveId::from_bits)
+            .take_while(|id| id.is_other())
+            .any(|id| visitor.other(id));
     }
+    let Some(packet) = StoredPacket::first_of(cells) else {
+        return false;
+    };
+    packet.test(ray, visitor.t_max(), |id, t| visitor.triangle(id, t))
 }
 
 /// A child that waits, with where the ray enters its box: the number's upper half, so that numbers
@@ -146,12 +147,12 @@ struct Waiting(u64);
 impl Waiting {
     #[inline(always)]
     fn new(child: Child, near: f32) -> Waiting {
-        Waiting(u64::from(near.to_bits()) << 32 | u64::from(child.0))
+        Waiting(u64::from(near.to_bits()) << 32 | u64::from(child.bits()))
     }
 
     #[inline(always)]
     fn child(self) -> Child {
-        Child(self.0 as u32)
+        Child::from_bits(self.0 as u32)
     }
 
     #[inline(always)]
