@@ -137,43 +137,43 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
     /// Adds a node with `parts` as its children and all below it; gives the box around that.
     fn add(&self, parts: &[Part], depth: usize, to: &mut Tree) -> Aabb {
         let at = to.cells.len();
-        let mut node = Node::empty();
-        to.cells.extend(node.cells());
+        to.cells.extend(Node::empty().cells());
         to.nodes += 1;
-        let mut all = Aabb::EMPTY;
-        let mut set = |slot: usize, child: Child, bounds: Aabb| {
-            node.set(slot, child, bounds);
-            all = all.union(bounds);
-        };
-        for (slot, part) in parts.iter().enumerate() {
+        let mut children = ArrayVec::<(Child, Aabb), { Node::WIDTH }>::new();
+        for part in parts {
             if let Part::Leaf(items) = part {
-                let (child, bounds) = self.leaf(items, to.cells.len() - at, to);
-                set(slot, child, bounds);
+                children.push(self.leaf(items, to.cells.len() - at, to));
             }
         }
-        let inner = parts.iter().enumerate();
-        let inner = inner.filter(|(_, part)| !matches!(part, Part::Leaf(_)));
+        let inner = parts.iter().filter(|part| !matches!(part, Part::Leaf(_)));
         if depth < PARALLEL_DEPTH && self.items.len() >= PARALLEL_ITEMS {
-            let inner: Vec<(usize, &Part)> = inner.collect();
-            let below: Vec<(usize, Aabb, Tree)> = inner
+            let inner: Vec<&Part> = inner.collect();
+            let below: Vec<(Aabb, Tree)> = inner
                 .into_par_iter()
-                .map(|(slot, part)| {
+                .map(|part| {
                     let mut tree = Tree::default();
                     let bounds = self.add(&self.divided(part), depth + 1, &mut tree);
-                    (slot, bounds, tree)
+                    (bounds, tree)
                 })
                 .collect();
-            for (slot, bounds, below) in below {
-                set(slot, Child::node(to.cells.len() - at), bounds);
+            for (bounds, below) in below {
+                children.push((Child::node(to.cells.len() - at), bounds));
                 to.cells.extend_from_slice(&below.cells);
                 to.nodes += below.nodes;
             }
         } else {
-            for (slot, part) in inner {
+            for part in inner {
                 let child = Child::node(to.cells.len() - at);
                 let bounds = self.add(&self.divided(part), depth + 1, to);
-                set(slot, child, bounds);
+                children.push((child, bounds));
             }
+        }
+        // A search for any hit takes what comes first, and is best served by the largest.
+        children.sort_by(|(_, a), (_, b)| b.half_area().total_cmp(&a.half_area()));
+        let (mut node, mut all) = (Node::empty(), Aabb::EMPTY);
+        for (slot, &(child, bounds)) in children.iter().enumerate() {
+            node.set(slot, child, bounds);
+            all = all.union(bounds);
         }
         to.cells[at..at + Node::CELLS].copy_from_slice(&node.cells());
         all
