@@ -50,6 +50,12 @@ impl Aabb {
         }
     }
 
+    /// Half the surface; infinite for boxes beyond about 1e19.
+    pub fn half_area(&self) -> f32 {
+        let d = self.max - self.min;
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
+
     /// Holds no point.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()

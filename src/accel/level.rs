@@ -1,6 +1,7 @@
 //! The shapes of one tree, stored relative to the tree's anchor.
 
 use super::aabb::Aabb;
+use super::builder;
 use super::curves::CurveStore;
 use super::instance::Instance;
 use super::moving::{Inner, Moving};
@@ -185,7 +186,7 @@ impl LevelBuilder {
         let others = self.quadrics.len().max(self.curves.piece_numbers());
         let placed = instances.len().max(moving.len());
         let largest = self.triangles.max(others).max(placed);
-        if largest >= PrimitiveId::LIMIT || self.triangles / 2 >= super::node::Child::MAX_PACKETS {
+        if largest >= PrimitiveId::LIMIT {
             return Err(GeometryError::TooMany(largest));
         }
         let mut level = Level {
@@ -199,7 +200,7 @@ impl LevelBuilder {
             bounds: Aabb::EMPTY,
             has_passable: self.has_passable,
             skipped: 0,
-            tree: Tree::build(&[], |_| [Vec3::ZERO; 3]),
+            tree: builder::build(&[], |_| [Vec3::ZERO; 3]),
         };
         let items = level.items(&boxes, &moving_boxes);
         level.bounds = items
@@ -214,7 +215,7 @@ impl LevelBuilder {
                 .as_dvec3()
                 .length();
         }
-        level.tree = Tree::build(&items, |id| level.corners(id.index()));
+        level.tree = builder::build(&items, |id| level.corners(id.index()));
         Ok(level)
     }
 }

@@ -7,8 +7,12 @@
 //! moves is a kind of its own beside instances, and may also be in an object.
 
 mod aabb;
+mod builder;
+mod collapse;
 mod curves;
+mod groups;
 mod instance;
+mod instructions;
 mod level;
 mod moving;
 mod node;
@@ -210,6 +214,15 @@ impl Geometry {
         self.resolve(ray, &found)
     }
 
+    /// How far along the ray that hit is, without the surface there.
+    pub fn distance(
+        &self,
+        ray: &Ray,
+        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
+    ) -> Option<f32> {
+        Search::<_, false>::run(self, ray, alpha).map(|found| found.t)
+    }
+
     /// Is anything hit nearer than `ray.t_max`?
     pub fn occluded(&self, ray: &Ray, alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32) -> bool {
         Search::<_, true>::run(self, ray, alpha).is_some()
@@ -296,7 +309,7 @@ impl Geometry {
             statistics.curve_segments += level.curves.segments();
             statistics.moving += level.moving.len();
             statistics.skipped += level.skipped;
-            statistics.nodes += level.tree.nodes.len();
+            statistics.nodes += level.tree.nodes;
             statistics.bytes += level.bytes();
         }
         statistics

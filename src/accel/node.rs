@@ -1,35 +1,62 @@
-//! 8-wide nodes.
+//! 8-wide nodes, and the cells that a tree is stored in.
+//!
+//! A tree is one array of cells of eight single-precision numbers. A node takes seven: its
+//! children's lower and upper planes in x, y and z, one lane a child, and the bits of the references
+//! to them. The leaves of a node follow it directly, so that they share its page of memory.
 
 use super::aabb::Aabb;
 use super::ray::TraversalRay;
 use wide::f32x8;
 
+/// 32 bytes of a tree.
+pub(super) type Cell = f32x8;
+
 /// Boxes are tested as if they ended this much later. Entering and leaving distances carry three
 /// roundings each; the triangle test's sheared coordinates about five, relative to the same
 /// differences. Eight units of roundoff and as many again for the other side keep every ray that
 /// the triangle test would accept (compare Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
-const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
+pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
-/// A reference to a child: the number of a node, or a leaf (top bit) with packets.
+/// A reference to a node, to a packet of triangles or to a cell of other primitives: how many cells
+/// after the node that refers to it, or in all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
     const OTHERS: u32 = 1 << 30;
-    const COUNT_SHIFT: u32 = 27;
-    /// Packets a tree can hold.
-    pub const MAX_PACKETS: usize = 1 << Self::COUNT_SHIFT;
+    /// Cells a tree can have.
+    pub const MAX_CELLS: usize = 1 << 30;
 
-    pub fn node(index: usize) -> Child {
-        Child(index as u32)
+    /// A node.
+    pub fn node(offset: usize) -> Child {
+        Child(offset as u32)
     }
 
-    /// Packets `first` to `first + count`, 1 ≤ count ≤ 8; `others` where
-    /// some lane is no triangle.
-    pub fn leaf(first: usize, count: usize, others: bool) -> Child {
-        let others = if others { Self::OTHERS } else { 0 };
-        Child(Self::LEAF | others | (count as u32 - 1) << Self::COUNT_SHIFT | first as u32)
+    /// A packet of triangles.
+    pub fn triangles(offset: usize) -> Child {
+        Child(Self::LEAF | offset as u32)
+    }
+
+    /// Primitives that are no triangles.
+    pub fn others(offset: usize) -> Child {
+        Child(Self::LEAF | Self::OTHERS | offset as u32)
+    }
+
+    #[inline(always)]
+    pub fn from_bits(bits: u32) -> Child {
+        Child(bits)
+    }
+
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// What the node in cell `parent` calls so, in all cells.
+    #[inline(always)]
+    pub fn seen_from(self, parent: usize) -> Child {
+        Child(self.0.wrapping_add(parent as u32))
     }
 
     #[inline(always)]
@@ -37,65 +64,92 @@ impl Child {
         self.0 & Self::LEAF != 0
     }
 
-    /// Of a node.
-    #[inline(always)]
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-
-    /// Of a leaf.
-    #[inline(always)]
-    pub fn packets(self) -> std::ops::Range<usize> {
-        let first = (self.0 & (Self::MAX_PACKETS as u32 - 1)) as usize;
-        first..first + 1 + (self.0 >> Self::COUNT_SHIFT & 7) as usize
-    }
-
     /// Of a leaf.
     #[inline(always)]
     pub fn has_others(self) -> bool {
         self.0 & Self::OTHERS != 0
     }
+
+    #[inline(always)]
+    pub fn offset(self) -> usize {
+        (self.0 & (Self::MAX_CELLS as u32 - 1)) as usize
+    }
 }
 
-/// A node with up to eight children.
-#[derive(Clone, Copy)]
+/// A node with up to eight children, being made.
 pub(super) struct Node {
-    /// Lower and upper planes in each axis, one lane a child.
-    bounds: [[f32x8; 2]; 3],
-    /// Children; the boxes of unused ones are empty.
-    pub children: [Child; 8],
+    /// Lower and upper planes in each axis; the boxes of unused children are empty.
+    bounds: [[[f32; 8]; 2]; 3],
+    children: [Child; 8],
 }
 
 impl Node {
     pub const WIDTH: usize = 8;
+    /// Cells that a node takes.
+    pub const CELLS: usize = 7;
 
     pub fn empty() -> Node {
-        let inside_out = [f32x8::splat(f32::INFINITY), f32x8::splat(f32::NEG_INFINITY)];
         Node {
-            bounds: [inside_out; 3],
+            bounds: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
             children: [Child(0); 8],
         }
     }
 
+    /// Sets a child, which counts from this node.
     pub fn set(&mut self, slot: usize, child: Child, bounds: Aabb) {
         self.children[slot] = child;
         for axis in 0..3 {
-            self.bounds[axis][0].as_mut_array()[slot] = bounds.min[axis];
-            self.bounds[axis][1].as_mut_array()[slot] = bounds.max[axis];
+            self.bounds[axis][0][slot] = bounds.min[axis];
+            self.bounds[axis][1][slot] = bounds.max[axis];
         }
+    }
+
+    pub fn cells(&self) -> [Cell; Node::CELLS] {
+        let [x, y, z] = self.bounds.map(|axis| axis.map(f32x8::new));
+        let children = bytemuck::cast(self.children.map(Child::bits));
+        [x[0], x[1], y[0], y[1], z[0], z[1], children]
+    }
+}
+
+/// A node as it is stored.
+#[derive(Clone, Copy)]
+pub(super) struct StoredNode<'a>(&'a [Cell; Node::CELLS]);
+
+impl<'a> StoredNode<'a> {
+    /// The node in these cells and after them.
+    #[inline(always)]
+    pub fn first_of(cells: &'a [Cell]) -> Option<StoredNode<'a>> {
+        cells.first_chunk().map(StoredNode)
+    }
+
+    /// The lower (0) or upper (1) planes of the children in an axis.
+    #[inline(always)]
+    pub fn planes(self, axis: usize, side: usize) -> &'a Cell {
+        &self.0[2 * axis + (side & 1)]
+    }
+
+    /// The child in `slot` (modulo 8), as the node refers to it.
+    #[inline(always)]
+    pub fn child(self, slot: usize) -> Child {
+        let children: &[u32; 8] = bytemuck::cast_ref(&self.0[6]);
+        Child(children[slot & 7])
     }
 
     /// Which children's boxes the ray meets between 0 and `t_max`, and where it enters them.
     #[inline(always)]
-    pub fn test(&self, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
-        let plane =
-            |axis: usize, side: usize, o: f32x8| (self.bounds[axis][side] - o) * ray.inverse[axis];
-        let entering = |axis: usize| plane(axis, ray.near_side[axis], ray.near_origin[axis]);
-        let leaving = |axis: usize| plane(axis, 1 - ray.near_side[axis], ray.far_origin[axis]);
+    pub fn test(self, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
+        let entering = |axis: usize| {
+            let planes = *self.planes(axis, ray.near_side[axis]);
+            (planes - f32x8::splat(ray.near_origin[axis])) * f32x8::splat(ray.inverse[axis])
+        };
+        let leaving = |axis: usize| {
+            let planes = *self.planes(axis, 1 - ray.near_side[axis]);
+            (planes - f32x8::splat(ray.far_origin[axis])) * f32x8::splat(ray.far_inverse[axis])
+        };
         let near = entering(0)
             .fast_max(entering(1))
             .fast_max(entering(2).fast_max(f32x8::ZERO));
-        let far = leaving(0).fast_min(leaving(1)).fast_min(leaving(2)) * f32x8::splat(FAR_MARGIN);
+        let far = leaving(0).fast_min(leaving(1)).fast_min(leaving(2));
         let hit = near.simd_le(far.fast_min(f32x8::splat(t_max)));
         (hit.to_bitmask(), near.to_array())
     }

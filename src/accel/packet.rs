@@ -11,6 +11,7 @@
 //! vanish under the feet of whoever stands on it; and a ground that is off by 1e-7 of its size
 //! would swallow small things lying on it.
 
+use super::node::Cell;
 use super::ray::TraversalRay;
 use crate::math::{DVec3, Vec3};
 use wide::f32x4;
@@ -61,6 +62,16 @@ impl PrimitiveId {
         self.0 & Self::OTHER == 0
     }
 
+    #[inline(always)]
+    pub fn from_bits(bits: u32) -> PrimitiveId {
+        PrimitiveId(bits)
+    }
+
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
     /// No triangle, and not an unused lane.
     #[inline(always)]
     pub fn is_other(self) -> bool {
@@ -91,127 +102,152 @@ impl PrimitiveId {
     }
 }
 
-/// Up to four triangles. Lanes without one hold NaN, which no test accepts.
-#[derive(Clone, Copy)]
+/// Up to four triangles, being made. Lanes without one hold NaN, which no test accepts.
 pub(super) struct Packet {
-    /// Coordinates by corner and axis.
-    corners: [[f32x4; 3]; 3],
-    /// What the lanes are.
-    pub ids: [PrimitiveId; LANES],
+    /// Coordinates by corner and axis, then the bits of what the lanes are.
+    rows: [[f32; LANES]; Packet::ROWS],
 }
 
 impl Packet {
+    const ROWS: usize = 10;
+    const IDS: usize = 9;
+    /// Cells that a packet takes.
+    pub const CELLS: usize = Self::ROWS * LANES / 8;
+
     pub fn empty() -> Packet {
-        Packet {
-            corners: [[f32x4::splat(f32::NAN); 3]; 3],
-            ids: [PrimitiveId::NONE; LANES],
-        }
+        let mut rows = [[f32::NAN; LANES]; Packet::ROWS];
+        rows[Self::IDS] = bytemuck::cast([PrimitiveId::NONE.0; LANES]);
+        Packet { rows }
     }
 
     pub fn set_triangle(&mut self, lane: usize, id: PrimitiveId, corners: [Vec3; 3]) {
-        self.ids[lane] = id;
-        for (of_corner, p) in self.corners.iter_mut().zip(corners) {
-            for (axis, values) in of_corner.iter_mut().enumerate() {
-                values.as_mut_array()[lane] = p[axis];
+        self.rows[Self::IDS][lane] = f32::from_bits(id.0);
+        for (rows, p) in self.rows.chunks_exact_mut(3).zip(corners) {
+            for (row, x) in rows.iter_mut().zip(p.to_array()) {
+                row[lane] = x;
             }
         }
     }
 
-    fn corner(&self, corner: usize, lane: usize) -> DVec3 {
-        let [x, y, z] = &self.corners[corner];
-        let at = |v: &f32x4| f64::from(v.to_array()[lane]);
-        DVec3::new(at(x), at(y), at(z))
+    pub fn cells(&self) -> [Cell; Packet::CELLS] {
+        bytemuck::cast(self.rows)
+    }
+}
+
+/// A packet as it is stored.
+#[derive(Clone, Copy)]
+pub(super) struct StoredPacket<'a>(&'a [f32x4; Packet::ROWS]);
+
+impl<'a> StoredPacket<'a> {
+    /// The packet in these cells and after them.
+    #[inline(always)]
+    pub fn first_of(cells: &'a [Cell]) -> Option<StoredPacket<'a>> {
+        let cells = cells.first_chunk::<{ Packet::CELLS }>()?;
+        Some(StoredPacket(bytemuck::cast_ref(cells)))
     }
 
-    /// Calls `accept(lane, t)` for every triangle that the ray meets at 0 < t, possibly at or
+    /// What `lane` (modulo 4) is.
+    #[inline(always)]
+    pub fn id(self, lane: usize) -> PrimitiveId {
+        let ids: &[u32; LANES] = bytemuck::cast_ref(&self.0[Packet::IDS]);
+        PrimitiveId(ids[lane & 3])
+    }
+
+    /// Coordinates of a corner in an axis (modulo 4; the fourth is no axis).
+    #[inline(always)]
+    fn row(self, corner: usize, axis: usize) -> f32x4 {
+        self.0[3 * corner + (axis & 3)]
+    }
+
+    fn corner(self, corner: usize, lane: usize) -> DVec3 {
+        let at = |axis: usize| {
+            let row: &[f32; LANES] = bytemuck::cast_ref(&self.0[3 * corner + axis]);
+            f64::from(row[lane & 3])
+        };
+        DVec3::new(at(0), at(1), at(2))
+    }
+
+    /// Calls `accept(id, t)` for every triangle that the ray meets at 0 < t, possibly at or
     /// beyond `t_max`, until it returns true.
     #[inline(always)]
     pub fn test(
-        &self,
+        self,
         ray: &TraversalRay,
         t_max: f32,
-        mut accept: impl FnMut(usize, f64) -> bool,
+        mut accept: impl FnMut(PrimitiveId, f64) -> bool,
     ) -> bool {
         let [ax, ay, az] = ray.axes;
-        let (sx, sy, sz) = (
-            f32x4::splat(ray.shear[0]),
-            f32x4::splat(ray.shear[1]),
-            f32x4::splat(ray.shear[2]),
-        );
-        let (ox, oy, oz) = (
-            f32x4::splat(ray.o[ax]),
-            f32x4::splat(ray.o[ay]),
-            f32x4::splat(ray.o[az]),
-        );
-        let sheared = |c: &[f32x4; 3]| {
-            let z = c[az] - oz;
-            (c[ax] - ox + sx * z, c[ay] - oy + sy * z, z * sz)
+        let [sx, sy, sz] = ray.shear.map(f32x4::splat);
+        let [ox, oy, oz] = ray.sheared_o.map(f32x4::splat);
+        let sheared = |corner: usize| {
+            let z = self.row(corner, az) - oz;
+            let x = self.row(corner, ax) - ox + sx * z;
+            let y = self.row(corner, ay) - oy + sy * z;
+            (x, y, z * sz)
         };
         // Written out: `array::map` is not inlined here, which cost a fifth of the time.
-        let (x0, y0, z0) = sheared(&self.corners[0]);
-        let (x1, y1, z1) = sheared(&self.corners[1]);
-        let (x2, y2, z2) = sheared(&self.corners[2]);
+        let (x0, y0, z0) = sheared(0);
+        let (x1, y1, z1) = sheared(1);
+        let (x2, y2, z2) = sheared(2);
         let mut e = [x1 * y2 - y1 * x2, x2 * y0 - y2 * x0, x0 * y1 - y0 * x1];
         let zero = f32x4::ZERO;
         if (e[0].simd_eq(zero) | e[1].simd_eq(zero) | e[2].simd_eq(zero)).any() {
             e = exact_edges([x0, x1, x2], [y0, y1, y2]);
         }
-        let positive = e[0].simd_ge(zero) & e[1].simd_ge(zero) & e[2].simd_ge(zero);
-        let negative = e[0].simd_le(zero) & e[1].simd_le(zero) & e[2].simd_le(zero);
+        let least = e[0].fast_min(e[1]).fast_min(e[2]);
+        let most = e[0].fast_max(e[1]).fast_max(e[2]);
+        let inside = least.simd_ge(zero) | most.simd_le(zero);
+        // Seen exactly edge-on there is nothing to meet.
+        let area = (e[0] + e[1] + e[2]).simd_ne(zero);
         // z are the distances of the corners, and the meeting point is between them.
         let reached = z0
             .fast_min(z1)
             .fast_min(z2)
             .simd_le(f32x4::splat(t_max * (1.0 + 8.0 * f32::EPSILON)));
         let ahead = z0.fast_max(z1).fast_max(z2).simd_ge(zero);
-        let mut lanes = ((positive | negative) & reached & ahead).to_bitmask();
+        let mut lanes = (inside & area & reached & ahead).to_bitmask();
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            let [e0, e1, e2] = &e;
-            let weights = [
-                e0.to_array()[lane],
-                e1.to_array()[lane],
-                e2.to_array()[lane],
-            ];
-            let depths = [
-                z0.to_array()[lane],
-                z1.to_array()[lane],
-                z2.to_array()[lane],
-            ];
-            if let Some(t) = self.distance(ray, lane, weights, depths)
-                && accept(lane, t)
-            {
+            let t = self.distance(ray, lane);
+            if t > 0.0 && accept(self.id(lane), t) {
                 return true;
             }
         }
         false
     }
 
-    /// Distance to the plane of the triangle in `lane`, which the ray is known to cross inside.
-    /// `None` where that is behind the origin or the triangle is seen exactly edge-on.
-    #[inline]
-    fn distance(
-        &self,
-        ray: &TraversalRay,
-        lane: usize,
-        weights: [f32; 3],
-        depths: [f32; 3],
-    ) -> Option<f64> {
-        let determinant = weights[0] + weights[1] + weights[2];
-        if determinant == 0.0 {
-            return None;
-        }
+    /// Distance to the plane of the triangle in `lane`, which the ray is known to cross inside;
+    /// negative where that is behind the origin.
+    #[inline(always)]
+    fn distance(self, ray: &TraversalRay, lane: usize) -> f64 {
         let p = self.corner(0, lane);
         let n = (self.corner(1, lane) - p).cross(self.corner(2, lane) - p);
         let slope = n.dot(ray.d.as_dvec3());
-        let t = if slope * slope > GRAZING_SINE * GRAZING_SINE * n.length_squared() {
+        if slope * slope > GRAZING_SINE * GRAZING_SINE * n.length_squared() {
             n.dot(p - ray.o.as_dvec3()) / slope
         } else {
-            let sum: f32 = weights.iter().zip(depths).map(|(w, z)| w * z).sum();
-            f64::from(sum / determinant)
+            self.grazing_distance(ray, lane)
+        }
+    }
+
+    /// The same from the edge functions, for a triangle seen all but edge-on.
+    #[cold]
+    fn grazing_distance(self, ray: &TraversalRay, lane: usize) -> f64 {
+        let [ax, ay, az] = ray.axes;
+        let [sx, sy, sz] = ray.shear;
+        let [ox, oy, oz] = ray.sheared_o;
+        let sheared = |corner: usize| {
+            let at = |axis: usize| self.row(corner, axis).to_array()[lane & 3];
+            let z = at(az) - oz;
+            let (x, y) = (at(ax) - ox + sx * z, at(ay) - oy + sy * z);
+            [x, y, z * sz].map(f64::from)
         };
-        (t > 0.0).then_some(t)
+        let p = [0, 1, 2].map(sheared);
+        let edge = |a: [f64; 3], b: [f64; 3]| a[0] * b[1] - a[1] * b[0];
+        let e = [edge(p[1], p[2]), edge(p[2], p[0]), edge(p[0], p[1])];
+        let sum: f64 = e.iter().zip(p).map(|(e, p)| e * p[2]).sum();
+        sum / (e[0] + e[1] + e[2])
     }
 }
 

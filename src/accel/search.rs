@@ -1,6 +1,7 @@
 //! What a traversal looks for: the closest hit, or any.
 
 use super::instance::Place;
+use super::instructions;
 use super::level::Level;
 use super::moving::Inner;
 use super::packet::{OtherKind, PrimitiveId};
@@ -67,9 +68,9 @@ where
             return;
         }
         if SHADOW {
-            level.tree.traverse::<false>(ray, self);
+            instructions::traverse::<false>(&level.tree, ray, self);
         } else {
-            level.tree.traverse::<true>(ray, self);
+            instructions::traverse::<true>(&level.tree, ray, self);
         }
     }
 

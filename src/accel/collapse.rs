@@ -1,0 +1,261 @@
+//! Which nodes of the binary tree become nodes and leaves of the wide one: those for which a ray is
+//! expected to cost least (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs
+//! Through Compressed Wide BVHs", HPG 2017, §3.1).
+//!
+//! Below a binary node there may be a forest of up to i roots, 1 ≤ i ≤ 7, each a wide node or a leaf.
+//! The cheapest forest is one of i − 1 roots, or one of k roots on the left and i − k on the right;
+//! a single root is a leaf, or a wide node over the cheapest forest of eight. Costs are those of
+//! visiting times the surface area, which is proportional to the chance that a ray comes by
+//! (Goldsmith and Salmon 1987). Working upwards, all decisions are found in one sweep.
+
+use super::aabb::Aabb;
+use super::groups::Groups;
+use super::node::Node;
+use super::packet::LANES;
+use super::tree::Item;
+use arrayvec::ArrayVec;
+use obvhs::bvh2::Bvh2;
+use rayon::prelude::*;
+
+/// What testing a leaf's packet costs, in units of testing a node's eight boxes.
+const PACKET_COST: f32 = 0.8;
+
+/// What a primitive costs that is no triangle, in the same units. (Less than it takes, so that leaves
+/// hold several, as good for curves' memory as it is for their time.)
+const OTHER_COST: f32 = 0.3;
+
+/// Roots that a forest may have without being a node's children.
+const ROOTS: usize = Node::WIDTH - 1;
+
+/// Levels of the binary tree smaller than this are not worth sharing between threads.
+const PARALLEL: usize = 2048;
+
+/// The binary tree, breadth first, with the decisions.
+pub(super) struct Plan {
+    entries: Vec<Entry>,
+}
+
+/// A node of the binary tree.
+#[derive(Clone, Copy)]
+struct Entry {
+    /// Number of the left child, which the right one follows; of a leaf the first of its groups.
+    first: u32,
+    /// How many groups the leaf has; 0 for inner nodes.
+    groups: u32,
+    decision: Decision,
+}
+
+/// Three bits for each number of roots: how many are on the left. 0 for one root means a leaf, for
+/// more that one fewer is better. The split of a wide node's eight is kept for one root.
+#[derive(Clone, Copy, Default)]
+struct Decision(u32);
+
+impl Decision {
+    fn left(self, roots: usize) -> usize {
+        (self.0 >> (3 * (roots - 1)) & 7) as usize
+    }
+
+    fn set(&mut self, roots: usize, left: usize) {
+        self.0 |= (left as u32) << (3 * (roots - 1));
+    }
+}
+
+/// What is known below a node of the binary tree during the sweep.
+#[derive(Clone, Copy)]
+struct Below {
+    bounds: Aabb,
+    items: u32,
+    others: u32,
+    /// Of the cheapest forest with so many roots, less one.
+    cost: [f32; ROOTS],
+}
+
+/// What a node of the wide tree is made of.
+pub(super) enum Root {
+    /// A leaf with the items below the entry.
+    Leaf,
+    /// A node with these entries as children.
+    Node(ArrayVec<usize, { Node::WIDTH }>),
+}
+
+impl Plan {
+    /// Finds the cheapest wide tree. Leaves of the binary tree hold groups.
+    pub fn new(binary: &Bvh2, groups: &Groups, items: &[Item]) -> Plan {
+        let (mut entries, levels) = breadth_first(binary);
+        let mut below: Vec<Below> = Vec::new();
+        for level in levels.into_iter().rev() {
+            let first_below = level.end;
+            let decide = |entry: &mut Entry| {
+                if entry.groups > 0 {
+                    return leaf(entry, binary, groups, items);
+                }
+                let left = entry.first as usize - first_below;
+                inner(entry, &below[left], &below[left + 1])
+            };
+            let level = &mut entries[level];
+            below = if level.len() < PARALLEL {
+                level.iter_mut().map(decide).collect()
+            } else {
+                level.par_iter_mut().map(decide).collect()
+            };
+        }
+        Plan { entries }
+    }
+
+    /// What becomes of the entry where it is a root; entry 0 is that of the tree.
+    pub fn root(&self, entry: usize) -> Root {
+        let Entry {
+            groups, decision, ..
+        } = self.entries[entry];
+        let left = decision.left(1);
+        if groups > 0 || left == 0 {
+            return Root::Leaf;
+        }
+        let mut children = ArrayVec::new();
+        self.forest(entry, Node::WIDTH, left, &mut children);
+        Root::Node(children)
+    }
+
+    /// Adds the roots below the entry: up to `roots`, of which `left` are on its left.
+    fn forest(
+        &self,
+        entry: usize,
+        roots: usize,
+        left: usize,
+        found: &mut ArrayVec<usize, { Node::WIDTH }>,
+    ) {
+        let first = self.entries[entry].first as usize;
+        for (child, mut roots) in [(first, left), (first + 1, roots - left)] {
+            let Entry {
+                groups, decision, ..
+            } = self.entries[child];
+            while roots > 1 && decision.left(roots) == 0 {
+                roots -= 1;
+            }
+            if roots == 1 || groups > 0 {
+                // There is room: no more roots are asked for than a node has children.
+                let _ = found.try_push(child);
+            } else {
+                self.forest(child, roots, decision.left(roots), found);
+            }
+        }
+    }
+
+    /// The groups of an entry that is a leaf.
+    pub fn groups_of_leaf(&self, entry: usize, binary: &[u32], found: &mut impl FnMut(u32)) {
+        // At most four levels: leaves of the plan hold few items.
+        let Entry { first, groups, .. } = self.entries[entry];
+        let first = first as usize;
+        if groups == 0 {
+            self.groups_of_leaf(first, binary, found);
+            self.groups_of_leaf(first + 1, binary, found);
+        } else {
+            binary[first..first + groups as usize]
+                .iter()
+                .for_each(|&group| found(group));
+        }
+    }
+
+    /// The groups below any entry, from left to right.
+    pub fn groups_below(&self, entry: usize, binary: &[u32], mut found: impl FnMut(u32)) {
+        let mut stack = vec![entry];
+        while let Some(i) = stack.pop() {
+            let Entry { first, groups, .. } = self.entries[i];
+            let first = first as usize;
+            if groups == 0 {
+                stack.extend([first + 1, first]);
+            } else {
+                binary[first..first + groups as usize]
+                    .iter()
+                    .for_each(|&group| found(group));
+            }
+        }
+    }
+}
+
+/// The nodes of the binary tree level by level, and where levels are.
+fn breadth_first(binary: &Bvh2) -> (Vec<Entry>, Vec<std::ops::Range<usize>>) {
+    let mut entries = Vec::with_capacity(binary.nodes.len());
+    let mut levels = Vec::new();
+    let mut level = vec![0u32];
+    while !level.is_empty() {
+        let start = entries.len();
+        let mut next = Vec::new();
+        let mut first_below = start + level.len();
+        for &i in &level {
+            let node = &binary.nodes[i as usize];
+            let mut entry = Entry {
+                first: node.first_index,
+                groups: node.prim_count,
+                decision: Decision::default(),
+            };
+            if !node.is_leaf() {
+                next.extend([node.first_index, node.first_index + 1]);
+                entry.first = first_below as u32;
+                first_below += 2;
+            }
+            entries.push(entry);
+        }
+        levels.push(start..entries.len());
+        level = next;
+    }
+    (entries, levels)
+}
+
+fn leaf(entry: &Entry, binary: &Bvh2, groups: &Groups, items: &[Item]) -> Below {
+    let first = entry.first as usize;
+    let members = &binary.primitive_indices[first..first + entry.groups as usize];
+    let mut below = Below {
+        bounds: Aabb::EMPTY,
+        items: 0,
+        others: 0,
+        cost: [0.0; ROOTS],
+    };
+    for item in members.iter().flat_map(|&group| groups.members(group)) {
+        let item = &items[item as usize];
+        below.bounds = below.bounds.union(item.bounds);
+        below.items += 1;
+        below.others += u32::from(!item.id.is_triangle());
+    }
+    below.cost = [leaf_cost(&below); ROOTS];
+    below
+}
+
+fn leaf_cost(below: &Below) -> f32 {
+    let packets = (below.items as usize).div_ceil(LANES) as f32;
+    below.bounds.half_area() * (packets * PACKET_COST + below.others as f32 * OTHER_COST)
+}
+
+fn inner(entry: &mut Entry, left: &Below, right: &Below) -> Below {
+    let mut below = Below {
+        bounds: left.bounds.union(right.bounds),
+        items: left.items + right.items,
+        others: left.others + right.others,
+        cost: [f32::INFINITY; ROOTS],
+    };
+    let cheapest = |roots: usize| {
+        let cost = |k: usize| left.cost[k - 1] + right.cost[roots - k - 1];
+        (1..roots)
+            .map(|k| (k, cost(k)))
+            .filter(|&(k, _)| k <= ROOTS && roots - k <= ROOTS)
+            .reduce(|a, b| if b.1 < a.1 { b } else { a })
+            .unwrap_or((1, f32::INFINITY))
+    };
+    let (split, cost) = cheapest(Node::WIDTH);
+    below.cost[0] = cost + below.bounds.half_area();
+    entry.decision.set(1, split);
+    let alike = below.others == 0 || below.others == below.items;
+    if alike && below.items as usize <= LANES && leaf_cost(&below) <= below.cost[0] {
+        below.cost[0] = leaf_cost(&below);
+        entry.decision = Decision::default();
+    }
+    for roots in 2..=ROOTS {
+        let (split, cost) = cheapest(roots);
+        below.cost[roots - 1] = below.cost[roots - 2];
+        if cost < below.cost[roots - 2] {
+            below.cost[roots - 1] = cost;
+            entry.decision.set(roots, split);
+        }
+    }
+    below
+}
