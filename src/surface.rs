@@ -47,6 +47,7 @@ pub struct ShadingGeometry {
 
 impl SurfaceHit {
     /// A ray leaving this point in unit direction `d`, starting outside the error box.
+    #[inline]
     pub fn spawn_ray(&self, d: Vec3) -> Ray {
         Ray::new(
             offset_ray_origin(self.p, self.p_error, self.n, d),
@@ -56,6 +57,7 @@ impl SurfaceHit {
     }
 
     /// What light sampling needs of this point.
+    #[inline]
     pub fn reference_point(&self) -> ReferencePoint {
         ReferencePoint {
             p: self.p,
@@ -147,6 +149,7 @@ pub struct ReferencePoint {
 impl ReferencePoint {
     /// A shadow ray from here toward the point `target` (with its error box and normal, zero for
     /// none), ending just short of it. Both ends are moved off their surfaces first.
+    #[inline]
     pub fn shadow_ray_to(&self, target: Vec3, target_error: Vec3, target_n: Vec3) -> Ray {
         let o = offset_ray_origin(self.p, self.p_error, self.n, target - self.p);
         let t = offset_ray_origin(target, target_error, target_n, o - target);
@@ -162,6 +165,7 @@ impl ReferencePoint {
     }
 
     /// A shadow ray from here in unit direction `d` that never ends.
+    #[inline]
     pub fn shadow_ray_toward(&self, d: Vec3) -> Ray {
         Ray::new(
             offset_ray_origin(self.p, self.p_error, self.n, d),

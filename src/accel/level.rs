@@ -35,11 +35,13 @@ pub(super) struct StoredMesh {
 
 impl StoredMesh {
     /// The corners of triangle `i`.
+    #[inline]
     fn corners(&self, i: usize) -> [Vec3; 3] {
         self.indices[i].map(|v| self.positions[v as usize])
     }
 
     /// Triangle `i` with its attributes.
+    #[inline]
     pub fn triangle(&self, i: usize) -> Triangle {
         let corners = self.indices[i];
         let at = |values: &[Vec3]| {

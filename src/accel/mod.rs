@@ -43,8 +43,11 @@ use search::{Found, Search};
 pub struct PrimitiveAttributes {
     /// `None` for a surface that rays pass through (media boundaries).
     pub material: Option<MaterialId>,
-    /// First light of the shape: triangle i of a mesh is light `LightId(first.0 + i)`.
+    /// First light of the shape: triangle i of a mesh is light `LightId(first.0 + i)`, or i/2 where
+    /// `paired_lights`.
     pub light: Option<LightId>,
+    /// Is every two triangles of the mesh one light? See [`crate::shapes::emitter::Emitter::faces_per_piece`].
+    pub paired_lights: bool,
     /// Hits count only where this is not exactly 0. Quadrics ignore it, as pbrt-v3.
     pub alpha: Option<FloatInput>,
     /// The same, for [`Geometry::occluded`] only.
@@ -330,7 +333,7 @@ fn resolve_in<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Option
         let light = mesh
             .attributes
             .light
-            .map(|first| LightId(first.0 + i as u32));
+            .map(|first| LightId(first.0 + (i as u32 >> u32::from(mesh.attributes.paired_lights))));
         return Some((triangle.surface(b), &mesh.attributes, light));
     }
     // The ray as the search had it, so that the same point is found again.

@@ -145,10 +145,20 @@ impl<'a> Bsdf<'a> {
             return self.specular_sample(&local, 1.0 / self.lobes.len() as f32);
         }
         let wi = self.frame.to_world(local.wi);
-        let f = self.f(wo, wi);
-        let others = self.lobes.iter().filter(|l| !std::ptr::eq(*l, lobe));
-        let pdf = (local.pdf + others.map(|l| l.pdf(local_wo, local.wi)).sum::<f32>())
-            / self.lobes.len() as f32;
+        let transmit = wi.dot(self.ng) * wo.dot(self.ng) <= 0.0;
+        let (mut f, mut pdf) = (Rgb::ZERO, local.pdf);
+        if lobe.scatters(transmit) {
+            f = local.f;
+        }
+        if self.lobes.len() > 1 {
+            for other in self.lobes.iter().filter(|l| !std::ptr::eq(*l, lobe)) {
+                pdf += other.pdf(local_wo, local.wi);
+                if other.scatters(transmit) {
+                    f += other.f(local_wo, local.wi);
+                }
+            }
+            pdf /= self.lobes.len() as f32;
+        }
         let LobeSample {
             transmission, eta, ..
         } = local;

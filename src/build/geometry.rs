@@ -8,6 +8,7 @@ use crate::math::motion::Motion;
 use crate::math::transform::Transform;
 use crate::scene::Frame;
 use crate::scene::description::{InstanceEntity, ObjectDefinition, ShapeEntity};
+use crate::shapes::emitter::Emitter;
 use crate::shapes::{CompiledShape, ShapeError};
 use crate::syntax::{Diagnostic, Diagnostics};
 use rayon::prelude::*;
@@ -208,11 +209,14 @@ impl Adder<'_> {
             self.diagnostics.push(problem);
         }
         let compiled = result.ok()?;
+        let (light, paired_lights) = match shape.area_light {
+            Some(light) => self.add_lights(&compiled, light),
+            None => (None, false),
+        };
         let attributes = PrimitiveAttributes {
             material: shape.material,
-            light: shape
-                .area_light
-                .map(|light| self.add_lights(&compiled, light)),
+            light,
+            paired_lights,
             alpha: shape.spec.alpha(),
             shadow_alpha: shape.spec.shadow_alpha(),
             interface: shape.interface,
@@ -220,11 +224,14 @@ impl Adder<'_> {
         Some((compiled, attributes))
     }
 
-    /// One light for each piece of the shape; all pieces are one group.
-    fn add_lights(&mut self, shape: &CompiledShape, area_light: usize) -> LightId {
+    /// One light for each piece of the shape; all pieces are one group. The first, and whether every two
+    /// triangles are one.
+    fn add_lights(&mut self, shape: &CompiledShape, area_light: usize) -> (Option<LightId>, bool) {
         let first = LightId(self.lights.len() as u32);
         let spec = &self.area_lights[area_light];
-        for emitter in shape.emitters() {
+        let emitters = shape.emitters();
+        let paired = Emitter::faces_per_piece(&emitters) == 2;
+        for emitter in emitters {
             self.lights.push(Light::DiffuseArea(DiffuseAreaLight::new(
                 spec,
                 emitter,
@@ -232,6 +239,6 @@ impl Adder<'_> {
             )));
         }
         self.groups += 1;
-        first
+        (Some(first), paired)
     }
 }

@@ -99,7 +99,7 @@ mod tests {
         transmit: bool,
     ) -> Option<(SurfaceHit, Bsdf<'a>, BsdfSample)> {
         let hit = world.intersect(ray)?;
-        let bsdf = world.bsdf(hit.material, &hit.surface, None)?;
+        let bsdf = world.bsdf(world.material(hit.material)?, &hit.surface, None);
         let sample = bsdf.sample_specular(hit.surface.wo, transmit, 0.5)?;
         Some((hit.surface, bsdf, sample))
     }

@@ -49,7 +49,7 @@ pub fn estimate(
             light.emitted(&hit.surface),
             light.pdf(&from, ray.d, Some(&hit.surface)),
         ),
-        None if light.is_infinite() => (light.escaped(ray.d), light.pdf(&from, ray.d, None)),
+        None if light.is_infinite() => light.escaped_and_pdf(&from, ray.d),
         _ => return sum,
     };
     if light_pdf > 0.0 {

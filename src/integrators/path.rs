@@ -146,7 +146,7 @@ impl Path {
                 return radiance;
             }
             let surface = &hit.surface;
-            let Some(mut bsdf) = world.bsdf(hit.material, surface, differentials) else {
+            let Some(material) = world.material(hit.material) else {
                 nulls += 1;
                 if nulls > MAX_NULL_SURFACES {
                     return radiance;
@@ -160,6 +160,7 @@ impl Path {
                 differentials = None;
                 continue;
             };
+            let mut bsdf = world.bsdf(material, surface, differentials);
             let (choice, light_u) = (stream.next_1d(), stream.next_2d());
             if bsdf.has_non_specular() {
                 let vertex = SurfaceVertex {
@@ -374,9 +375,8 @@ fn escaped(world: &World, selector: &LightSelector, ray: &Ray, arrival: &Arrival
             .infinite_lights
             .iter()
             .map(|&id| {
-                let light = world.light(id);
-                let light_pdf = selector.pmf(from, id) * light.pdf(from, ray.d, None);
-                light.escaped(ray.d) * power_heuristic(*pdf, light_pdf)
+                let (radiance, light_pdf) = world.light(id).escaped_and_pdf(from, ray.d);
+                radiance * power_heuristic(*pdf, selector.pmf(from, id) * light_pdf)
             })
             .sum(),
     }

@@ -53,8 +53,7 @@ pub fn trace(
         };
         let met = Met::Surface(hit.material);
         witness.arrive(Place { depth, met }, radiance);
-        let bsdf = world.bsdf(hit.material, &hit.surface, branch.differentials.as_ref());
-        let Some(bsdf) = bsdf else {
+        let Some(material) = world.material(hit.material) else {
             if branch.nulls < MAX_NULL_SURFACES {
                 let ray = hit.surface.spawn_ray(branch.ray.d);
                 next = Some(Branch {
@@ -67,6 +66,7 @@ pub fn trace(
             }
             continue;
         };
+        let bsdf = world.bsdf(material, &hit.surface, branch.differentials.as_ref());
         radiance += branch.throughput * (world.emitted_radiance(&hit) + local(&hit, &bsdf, stream));
         if branch.level + 1 >= max_depth {
             continue;

@@ -80,11 +80,13 @@ impl InfiniteLight {
 
     /// See [`super::Light::sample`].
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
-        let (wi, pdf) = match &self.map {
-            Some(map) => map.sample(u)?,
-            None => sample_constant(from.n, u),
+        let (wi, pdf, radiance) = match &self.map {
+            Some(map) => map.sample(u).map(|(d, pdf, texel)| (d, pdf, self.radiance * texel))?,
+            None => {
+                let (wi, pdf) = sample_constant(from.n, u);
+                (wi, pdf, self.radiance)
+            }
         };
-        let radiance = self.radiance(wi);
         if is_black(radiance) || pdf.is_nan() || pdf <= 0.0 {
             return None;
         }
@@ -102,6 +104,17 @@ impl InfiniteLight {
         match &self.map {
             Some(map) => map.pdf(wi),
             None => constant_pdf(from.n, wi),
+        }
+    }
+
+    /// [`InfiniteLight::radiance`] and [`InfiniteLight::pdf`] together.
+    pub fn radiance_and_pdf(&self, from: &ReferencePoint, d: Vec3) -> (Rgb, f32) {
+        match &self.map {
+            Some(map) => {
+                let (texel, pdf) = map.radiance_and_pdf(d);
+                (self.radiance * texel, pdf)
+            }
+            None => (self.radiance, constant_pdf(from.n, d)),
         }
     }
 
@@ -189,7 +202,8 @@ impl PlacedMap {
     /// Map coordinates of the render-space direction `d`, and sin θ there.
     fn coordinates(&self, d: Vec3) -> (Vec2, f32) {
         let w = self.light_from_render * d;
-        let across = w.x.hypot(w.y);
+        // No lengths that could overflow: the matrix has volume 1.
+        let across = (w.x * w.x + w.y * w.y).sqrt();
         let azimuth = w.y.atan2(w.x) * (0.5 / PI);
         let u = if azimuth < 0.0 {
             azimuth + 1.0
@@ -198,7 +212,7 @@ impl PlacedMap {
         };
         (
             Vec2::new(u, across.atan2(w.z) / PI),
-            across / across.hypot(w.z),
+            across / w.length(),
         )
     }
 
@@ -206,7 +220,8 @@ impl PlacedMap {
         self.map.lookup(self.coordinates(d).0)
     }
 
-    fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+    /// A direction, its density, and the texels there.
+    fn sample(&self, u: Vec2) -> Option<(Vec3, f32, Rgb)> {
         let (uv, pdf) = self.map.sample(u);
         let (sin_theta, cos_theta) = (PI * uv.y).sin_cos();
         let (sin_phi, cos_phi) = (2.0 * PI * uv.x).sin_cos();
@@ -214,11 +229,20 @@ impl PlacedMap {
         let d = self.render_from_light * w;
         let length = d.length();
         let pdf = pdf / (2.0 * PI * PI * sin_theta) * self.density_change(length);
-        (pdf > 0.0 && pdf.is_finite()).then_some((d / length, pdf))
+        (pdf > 0.0 && pdf.is_finite()).then(|| (d / length, pdf, self.map.lookup(uv)))
     }
 
     fn pdf(&self, d: Vec3) -> f32 {
         let (uv, sin_theta) = self.coordinates(d);
+        self.pdf_at(d, uv, sin_theta)
+    }
+
+    fn radiance_and_pdf(&self, d: Vec3) -> (Rgb, f32) {
+        let (uv, sin_theta) = self.coordinates(d);
+        (self.map.lookup(uv), self.pdf_at(d, uv, sin_theta))
+    }
+
+    fn pdf_at(&self, d: Vec3, uv: Vec2, sin_theta: f32) -> f32 {
         if sin_theta == 0.0 {
             return 0.0;
         }

@@ -5,6 +5,7 @@
 //! v = 0; values are taken as they are stored, without gamma (scene-language 3.10).
 //! Source: Pharr, Jakob and Humphreys 2016, §10.4.3.
 
+use crate::math::float::floor;
 use crate::math::{Rgb, Vec2};
 use std::f64::consts::PI;
 
@@ -66,11 +67,10 @@ impl LightMap {
     pub fn lookup(&self, uv: Vec2) -> Rgb {
         let s = uv.x * self.width as f32 - 0.5;
         let t = uv.y * self.height as f32 - 0.5;
-        let (x, y) = (s.floor(), t.floor());
-        let (ds, dt) = (s - x, t - y);
-        let (x, y) = (x as i64, y as i64);
-        let top = self.texel(x, y) * (1.0 - ds) + self.texel(x + 1, y) * ds;
-        let bottom = self.texel(x, y + 1) * (1.0 - ds) + self.texel(x + 1, y + 1) * ds;
+        let ((x, below_s), (y, below_t)) = (floor(s), floor(t));
+        let (ds, dt) = (s - below_s, t - below_t);
+        let top = self.texel(x, y) * (1.0 - ds) + self.texel(x.wrapping_add(1), y) * ds;
+        let bottom = self.texel(x, y.wrapping_add(1)) * (1.0 - ds) + self.texel(x.wrapping_add(1), y.wrapping_add(1)) * ds;
         top * (1.0 - dt) + bottom * dt
     }
 

@@ -219,6 +219,14 @@ impl Light {
         }
     }
 
+    /// [`Light::escaped`] and [`Light::pdf`] of a direction that meets nothing, together.
+    pub fn escaped_and_pdf(&self, from: &ReferencePoint, d: Vec3) -> (Rgb, f32) {
+        match self {
+            Light::Infinite(l) => l.radiance_and_pdf(from, d),
+            _ => (Rgb::ZERO, 0.0),
+        }
+    }
+
     /// Radiance that leaves the surface point `hit` of this area light toward `hit.wo`.
     pub fn emitted(&self, hit: &SurfaceHit) -> Rgb {
         match self {

@@ -9,6 +9,9 @@ pub struct Distribution1D {
     function: Vec<f32>,
     cdf: Vec<f32>,
     integral: f32,
+    /// How many entries of `cdf` are at most k/m, for k from 0 to a power of two m: where the search starts and
+    /// ends (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
+    guide: Vec<u32>,
 }
 
 impl Distribution1D {
@@ -27,12 +30,13 @@ impl Distribution1D {
             sum += v as f64 / n;
             running.push(sum);
         }
-        let cdf = if sum > 0.0 {
+        let cdf: Vec<f32> = if sum > 0.0 {
             running.iter().map(|&c| (c / sum) as f32).collect()
         } else {
             (0..running.len()).map(|i| i as f32 / n as f32).collect()
         };
         Distribution1D {
+            guide: guide(&cdf, function.len()),
             function,
             cdf,
             integral: sum as f32,
@@ -57,11 +61,7 @@ impl Distribution1D {
     /// The cell of `u` in [0, 1), with the position inside the cell in [0, 1).
     fn locate(&self, u: f32) -> (usize, f32) {
         // The first cell whose upper end lies beyond u: never one of zero probability.
-        let i = self
-            .cdf
-            .partition_point(|&c| c <= u)
-            .clamp(1, self.function.len())
-            - 1;
+        let i = self.entries_up_to(u).clamp(1, self.function.len()) - 1;
         let width = self.cdf[i + 1] - self.cdf[i];
         let inside = if width > 0.0 {
             ((u - self.cdf[i]) / width).clamp(0.0, 1.0 - f32::EPSILON / 2.0)
@@ -69,6 +69,18 @@ impl Distribution1D {
             0.5
         };
         (i, inside)
+    }
+
+    /// How many entries of the CDF are at most `u`.
+    fn entries_up_to(&self, u: f32) -> usize {
+        // A product with a power of two is exact: k/m ≤ u < (k+1)/m.
+        let k = (u * (self.guide.len() - 1) as f32) as usize;
+        let (Some(&low), Some(&high)) = (self.guide.get(k), self.guide.get(k + 1)) else {
+            // Not below 1.
+            return self.cdf.len();
+        };
+        let (low, high) = (low as usize, high as usize);
+        low + self.cdf[low..high].partition_point(|&c| c <= u)
     }
 
     /// A position in [0, 1), its density, and its cell.
@@ -97,6 +109,20 @@ impl Distribution1D {
     pub fn probability(&self, i: usize) -> f32 {
         self.density(i) / self.function.len() as f32
     }
+}
+
+/// See [`Distribution1D::guide`]; as many parts as there are `cells`, or up to twice as many.
+fn guide(cdf: &[f32], cells: usize) -> Vec<u32> {
+    let parts = cells.next_power_of_two();
+    let mut entries = 0;
+    let up_to = |k: usize| {
+        let end = k as f32 / parts as f32;
+        while cdf.get(entries).is_some_and(|&c| c <= end) {
+            entries += 1;
+        }
+        entries as u32
+    };
+    (0..=parts).map(up_to).collect()
 }
 
 /// A piecewise-constant density over [0, 1)²: rows (y) by their marginal, then the row.
@@ -150,6 +176,23 @@ mod tests {
         }
         let (cell, _, _) = d.sample_discrete(1.0 - f32::EPSILON / 2.0);
         assert_eq!(cell, 3);
+    }
+
+    #[test]
+    fn the_guide_finds_what_a_search_of_all_finds() {
+        let spiky = (0..300).map(|i| if i % 37 == 0 { 1e4 } else { (i % 3) as f32 });
+        for d in [
+            Distribution1D::new(spiky),
+            Distribution1D::new([0.0; 5]),
+            Distribution1D::new([2.0]),
+            Distribution1D::new([0.0, 0.0, 1.0, 0.0]),
+        ] {
+            let inner = d.cdf.iter().flat_map(|&c| [c.next_down(), c, c.next_up()]);
+            let even = (0..1000).map(|i| i as f32 / 1000.0);
+            for u in inner.chain(even).filter(|u| (0.0..1.0).contains(u)) {
+                assert_eq!(d.entries_up_to(u), d.cdf.partition_point(|&c| c <= u), "{u}");
+            }
+        }
     }
 
     #[test]

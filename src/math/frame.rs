@@ -29,6 +29,7 @@ pub struct Frame {
 impl Frame {
     /// The frame with local x along `dpdu` made perpendicular to the unit normal `n`;
     /// any frame around `n` where the two are parallel or `dpdu` is degenerate.
+    #[inline]
     pub fn from_normal_and_tangent(n: Vec3, dpdu: Vec3) -> Frame {
         let s = dpdu - n * n.dot(dpdu);
         let len2 = s.length_squared();
@@ -50,11 +51,13 @@ impl Frame {
     }
 
     /// World to local.
+    #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }
 
     /// Local to world.
+    #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.s * v.x + self.t * v.y + self.n * v.z
     }

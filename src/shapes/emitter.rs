@@ -9,13 +9,17 @@
 use super::curve::{CurveEmitter, Curves};
 use super::mesh::TriangleMesh;
 use super::quadric::{Form, ObjectSurface, Quadric};
-use super::triangle::{DEFAULT_UV, Orientation, Triangle};
+use super::triangle::Orientation;
 use crate::math::float::{UNIT_ROUNDOFF, offset_ray_origin};
 use crate::math::sampling::uniform_triangle;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::surface::{ReferencePoint, SurfaceHit};
 use glam::DMat3;
 use std::f64::consts::TAU;
+
+mod parallelogram;
+
+pub use parallelogram::ParallelogramEmitter;
 
 /// A point chosen on an emitter.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +41,8 @@ pub struct EmitterSample {
 pub enum Emitter {
     /// A triangle of a mesh, sampled by area.
     Triangle(TriangleEmitter),
+    /// Two triangles of a mesh that make a parallelogram, sampled by area.
+    Parallelogram(Box<ParallelogramEmitter>),
     /// A full sphere, sampled by the cone of directions it fills.
     Sphere(Box<SphereEmitter>),
     /// Any other quadric, sampled by area.
@@ -48,34 +54,31 @@ pub enum Emitter {
 impl Emitter {
     /// One flat triangle with its normal by the order of its corners.
     pub fn triangle(corners: [Vec3; 3]) -> Emitter {
-        let orientation = Orientation {
-            flip_geometric: false,
-            flip_shading: false,
-        };
-        Emitter::Triangle(TriangleEmitter {
-            p: corners,
-            normals: None,
-            orientation,
-        })
+        Emitter::Triangle(TriangleEmitter::new(corners, None, Orientation::default()))
     }
 
-    /// The triangles of `mesh`, in order.
+    /// The pieces of `mesh`, in order: parallelograms where every two of its triangles make one, else its
+    /// triangles ([`Emitter::faces_per_piece`]).
     pub fn of_mesh(mesh: &TriangleMesh) -> Vec<Emitter> {
+        if let Some(pieces) = parallelograms(mesh) {
+            return pieces;
+        }
         let triangle = |corners: &[u32; 3]| {
-            let at = |i: u32| {
-                mesh.positions
-                    .get(i as usize)
-                    .map_or(Vec3::NAN, |p| p.as_vec3())
-            };
             let normal = |i: u32| mesh.normals.get(i as usize).copied();
             let [a, b, c] = corners.map(normal);
-            Emitter::Triangle(TriangleEmitter {
-                p: corners.map(at),
-                normals: a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]),
-                orientation: mesh.orientation,
-            })
+            let normals = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
+            let corners = corners_of(mesh, corners);
+            Emitter::Triangle(TriangleEmitter::new(corners, normals, mesh.orientation))
         };
         mesh.indices.iter().map(triangle).collect()
+    }
+
+    /// How many triangles of a mesh each of these is, which are the [`Emitter::of_mesh`] of it.
+    pub fn faces_per_piece(pieces: &[Emitter]) -> u32 {
+        match pieces.first() {
+            Some(Emitter::Parallelogram(_)) => 2,
+            _ => 1,
+        }
     }
 
     /// A quadric in render space.
@@ -113,6 +116,7 @@ impl Emitter {
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
         let sample = match self {
             Emitter::Triangle(triangle) => triangle.sample(from, u),
+            Emitter::Parallelogram(piece) => piece.sample(from, u),
             Emitter::Sphere(sphere) => sphere.sample(from, u),
             Emitter::Quadric(quadric) => quadric.sample(from, u),
             Emitter::Curve(curve) => curve.sample(from, u),
@@ -124,7 +128,8 @@ impl Emitter {
     /// ray from `from` along the unit direction `wi` met this emitter. 0 where it cannot.
     pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: &SurfaceHit) -> f32 {
         let density = match self {
-            Emitter::Triangle(triangle) => 1.0 / triangle.area(),
+            Emitter::Triangle(triangle) => 1.0 / triangle.area,
+            Emitter::Parallelogram(piece) => 1.0 / piece.area,
             Emitter::Sphere(sphere) => match sphere.cone(from) {
                 Some(cone) => return cone.density() as f32,
                 None => 1.0 / sphere.area(),
@@ -141,7 +146,8 @@ impl Emitter {
     /// has their flux.
     pub fn area(&self) -> f64 {
         match self {
-            Emitter::Triangle(triangle) => triangle.area(),
+            Emitter::Triangle(triangle) => triangle.area,
+            Emitter::Parallelogram(piece) => piece.area,
             Emitter::Sphere(sphere) => sphere.area(),
             Emitter::Quadric(quadric) => quadric.area,
             Emitter::Curve(curve) => curve.area(),
@@ -164,7 +170,10 @@ fn sample_at(
 ) -> Option<EmitterSample> {
     let away = p - from.p.as_dvec3();
     let distance2 = away.length_squared();
-    let cosine = away.try_normalize()?.dot(n);
+    if distance2 == 0.0 {
+        return None;
+    }
+    let cosine = away.dot(n) / distance2.sqrt();
     let rounded = p.as_vec3();
     Some(EmitterSample {
         p: rounded,
@@ -175,47 +184,90 @@ fn sample_at(
     })
 }
 
+/// The corners of a triangle of `mesh`.
+fn corners_of(mesh: &TriangleMesh, corners: &[u32; 3]) -> [Vec3; 3] {
+    corners.map(|i| {
+        let p = mesh.positions.get(i as usize);
+        p.map_or(Vec3::NAN, |p| p.as_vec3())
+    })
+}
+
+/// `mesh` as parallelograms of two triangles each, if it is nothing else. Normals would decide the side
+/// that shines point by point.
+fn parallelograms(mesh: &TriangleMesh) -> Option<Vec<Emitter>> {
+    if !mesh.normals.is_empty() || mesh.indices.len() % 2 != 0 {
+        return None;
+    }
+    let piece = |pair: &[[u32; 3]]| {
+        let [a, b] = [0, 1].map(|i| pair.get(i).map(|t| corners_of(mesh, t)));
+        ParallelogramEmitter::of_triangles(a?, b?, mesh.orientation)
+            .map(|piece| Emitter::Parallelogram(Box::new(piece)))
+    };
+    mesh.indices.chunks(2).map(piece).collect()
+}
+
 /// See [`Emitter::Triangle`].
 #[derive(Clone, Copy, Debug)]
 pub struct TriangleEmitter {
     /// Corners, render space.
-    pub p: [Vec3; 3],
+    p: [Vec3; 3],
     /// Unit normals at the corners: they decide the side that shines.
-    pub normals: Option<[Vec3; 3]>,
-    /// Which way the normals point.
-    pub orientation: Orientation,
+    normals: Option<[Vec3; 3]>,
+    orientation: Orientation,
+    /// Unit normal of the side that shines where there are no others.
+    face: DVec3,
+    area: f64,
 }
 
 impl TriangleEmitter {
-    fn area(&self) -> f64 {
-        let [a, b, c] = self.p.map(Vec3::as_dvec3);
-        0.5 * (b - a).cross(c - a).length()
+    /// From corners and, if there are any, unit normals at them, in render space.
+    pub fn new(
+        p: [Vec3; 3],
+        normals: Option<[Vec3; 3]>,
+        orientation: Orientation,
+    ) -> TriangleEmitter {
+        let [a, b, c] = p.map(Vec3::as_dvec3);
+        let cross = (b - a).cross(c - a);
+        let face = cross.normalize_or(DVec3::Z);
+        TriangleEmitter {
+            p,
+            normals,
+            orientation,
+            face: if orientation.flip_geometric { -face } else { face },
+            area: 0.5 * cross.length(),
+        }
     }
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
         let b = uniform_triangle(u).as_dvec2();
         let b = [b.x, b.y, (1.0 - b.x - b.y).max(0.0)];
-        let triangle = Triangle {
-            p: self.p.map(Vec3::as_dvec3),
-            normals: self.normals.map(|n| n.map(Vec3::as_dvec3)),
-            tangents: None,
-            uv: DEFAULT_UV.map(Vec2::as_dvec2),
-            orientation: self.orientation,
-        };
-        let p = triangle.p[0] * b[0] + triangle.p[1] * b[1] + triangle.p[2] * b[2];
-        let largest = triangle.p.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
+        let corners = self.p.map(Vec3::as_dvec3);
+        let p = corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2];
+        let largest = corners.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
         let error = largest * (8.0 * f64::EPSILON);
-        sample_at(
-            p,
-            error,
-            triangle.geometric_normal(b),
-            1.0 / self.area(),
-            from,
-        )
+        sample_at(p, error, self.normal(b), 1.0 / self.area, from)
+    }
+
+    /// The normal at `b` on the side that [`Triangle::geometric_normal`](super::triangle::Triangle::geometric_normal)
+    /// has there.
+    fn normal(&self, b: [f64; 3]) -> DVec3 {
+        let Some(normals) = self.normals else {
+            return self.face;
+        };
+        let [x, y, z] = normals.map(Vec3::as_dvec3);
+        let n = x * b[0] + y * b[1] + z * b[2];
+        let side = if self.orientation.flip_shading { -1.0 } else { 1.0 };
+        // Where they cancel the corners' order decides.
+        if side * n.dot(self.face) < 0.0 && n.try_normalize().is_some() {
+            -self.face
+        } else {
+            self.face
+        }
     }
 }
 
 /// See [`Emitter::Sphere`].
+
 #[derive(Clone, Copy, Debug)]
 pub struct SphereEmitter {
     /// Centre, render space.

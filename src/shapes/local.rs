@@ -101,6 +101,7 @@ impl LocalSurface {
     }
 
     /// In single precision, as met by `ray`; the error box grows by the rounding.
+    #[inline]
     pub fn hit(&self, ray: &Ray) -> SurfaceHit {
         let p = self.p.as_vec3();
         // Half an ulp each, and the rounding of the bound itself.

@@ -193,16 +193,6 @@ pub enum CompiledShape {
 }
 
 impl CompiledShape {
-    /// How many lights the shape makes: one, or one per triangle (those of zero area too) or
-    /// segment of a curve.
-    pub fn emitter_count(&self) -> usize {
-        match self {
-            CompiledShape::Mesh(mesh) => mesh.indices.len(),
-            CompiledShape::Quadric(_) => 1,
-            CompiledShape::Curves(curves) => curves.segments.len(),
-        }
-    }
-
     /// The shape as lights, in the order that [`crate::accel::PrimitiveAttributes::light`] counts.
     /// The shape must have been compiled for the top level: emitters are in render space.
     pub fn emitters(&self) -> Vec<Emitter> {

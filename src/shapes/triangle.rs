@@ -33,6 +33,7 @@ pub const DEFAULT_UV: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::ONE];
 /// ∂p/∂u and ∂p/∂v are taken from the texture coordinates where their determinant is at least this.
 const SMALLEST_UV_DETERMINANT: f64 = 1e-8;
 
+#[inline]
 fn interpolate(v: &[DVec3; 3], b: [f64; 3]) -> DVec3 {
     v[0] * b[0] + v[1] * b[1] + v[2] * b[2]
 }
@@ -41,24 +42,32 @@ impl Triangle {
     /// Barycentric coordinates of the point where the line `o + t d` meets the plane, moved into
     /// the triangle where rounding left them outside (Möller and Trumbore 1997, in double
     /// precision). `None` where the line lies in the plane.
+    #[inline]
     pub fn barycentrics(&self, o: DVec3, d: DVec3) -> Option<[f64; 3]> {
         let (e1, e2) = (self.p[1] - self.p[0], self.p[2] - self.p[0]);
         let across = d.cross(e2);
         let determinant = e1.dot(across);
         let from = o - self.p[0];
-        let b1 = from.dot(across) / determinant;
-        let b2 = d.dot(from.cross(e1)) / determinant;
+        let scale = determinant.recip();
+        let b1 = from.dot(across) * scale;
+        let b2 = d.dot(from.cross(e1)) * scale;
         if !(b1.is_finite() && b2.is_finite()) {
             return None;
         }
         let b = [(1.0 - b1 - b2).max(0.0), b1.max(0.0), b2.max(0.0)];
-        let sum = b[0] + b[1] + b[2];
-        Some(b.map(|b| b / sum))
+        let scale = (b[0] + b[1] + b[2]).recip();
+        Some(b.map(|b| b * scale))
     }
 
     /// The unit geometric normal at `b`: the corners' order and the orientation decide its side,
     /// or else the interpolated normal does.
     pub fn geometric_normal(&self, b: [f64; 3]) -> DVec3 {
+        self.normal_beside(self.interpolated_normal(b))
+    }
+
+    /// The same, where the interpolated normal is known.
+    #[inline]
+    fn normal_beside(&self, interpolated: Option<DVec3>) -> DVec3 {
         let n = (self.p[1] - self.p[0])
             .cross(self.p[2] - self.p[0])
             .normalize_or(DVec3::Z);
@@ -67,23 +76,26 @@ impl Triangle {
         } else {
             n
         };
-        match self.interpolated_normal(b) {
+        match interpolated {
             Some(ns) if ns.dot(n) < 0.0 => -n,
             _ => n,
         }
     }
 
     /// The unit shading normal at `b`; `None` without normals, or where they cancel.
+    #[inline]
     fn interpolated_normal(&self, b: [f64; 3]) -> Option<DVec3> {
         let n = interpolate(self.normals.as_ref()?, b).try_normalize()?;
         Some(if self.orientation.flip_shading { -n } else { n })
     }
 
     /// The surface at `b`.
+    #[inline]
     pub fn surface(&self, b: [f64; 3]) -> LocalSurface {
-        let n = self.geometric_normal(b);
+        let interpolated = self.interpolated_normal(b);
+        let n = self.normal_beside(interpolated);
         let (dpdu, dpdv) = self.position_derivatives(n);
-        let shading_n = self.interpolated_normal(b).unwrap_or(n);
+        let shading_n = interpolated.unwrap_or(n);
         let (mut shading_dpdu, mut shading_dpdv) = (dpdu, dpdv);
         if self.normals.is_some() || self.tangents.is_some() {
             (shading_dpdu, shading_dpdv) = self.shading_frame(b, shading_n, dpdu);
@@ -109,18 +121,21 @@ impl Triangle {
 
     /// Solves for the derivatives by (u, v) of something that is linear over the triangle, from
     /// its differences to the third corner. `None` where (u, v) hardly vary.
+    #[inline]
     fn solve(&self, d02: DVec3, d12: DVec3) -> Option<(DVec3, DVec3)> {
         let (uv02, uv12) = (self.uv[0] - self.uv[2], self.uv[1] - self.uv[2]);
         let determinant = uv02.x * uv12.y - uv02.y * uv12.x;
         if determinant.abs() < SMALLEST_UV_DETERMINANT {
             return None;
         }
-        let du = (d02 * uv12.y - d12 * uv02.y) / determinant;
-        let dv = (d12 * uv02.x - d02 * uv12.x) / determinant;
+        let scale = determinant.recip();
+        let du = (d02 * uv12.y - d12 * uv02.y) * scale;
+        let dv = (d12 * uv02.x - d02 * uv12.x) * scale;
         (du.is_finite() && dv.is_finite()).then_some((du, dv))
     }
 
     /// ∂p/∂u and ∂p/∂v; any frame around the normal where the parameters are degenerate.
+    #[inline]
     fn position_derivatives(&self, n: DVec3) -> (DVec3, DVec3) {
         self.solve(self.p[0] - self.p[2], self.p[1] - self.p[2])
             .filter(|(u, v)| u.cross(*v).length_squared() > 0.0)
@@ -128,6 +143,7 @@ impl Triangle {
     }
 
     /// ∂n/∂u and ∂n/∂v of the interpolated normals; zero without.
+    #[inline]
     fn normal_derivatives(&self) -> (DVec3, DVec3) {
         let Some([n0, n1, n2]) = self.normals else {
             return (DVec3::ZERO, DVec3::ZERO);
@@ -199,6 +215,7 @@ mod tests {
     }
 
     #[test]
+    #[inline]
     fn interpolated_normals_decide_the_side() {
         let down = Triangle {
             normals: Some([-DVec3::Z; 3]),

@@ -3,6 +3,7 @@
 
 use super::{TextureCoordinates, TextureValue};
 use crate::math::Vec2;
+use crate::math::float::floor;
 use std::f32::consts::PI;
 
 /// What lies outside the picture.
@@ -128,9 +129,8 @@ impl<V: TextureValue> Mipmap<V> {
     fn bilinear(&self, level: usize, st: Vec2) -> V {
         let level = &self.levels[level];
         let p = st * level.size() - 0.5;
-        let corner = p.floor();
-        let d = p - corner;
-        let (s, t) = (corner.x as i64, corner.y as i64);
+        let ((s, below_s), (t, below_t)) = (floor(p.x), floor(p.y));
+        let d = p - Vec2::new(below_s, below_t);
         level.texel(s, t, self.wrap) * ((1.0 - d.x) * (1.0 - d.y))
             + level.texel(s, t.saturating_add(1), self.wrap) * ((1.0 - d.x) * d.y)
             + level.texel(s.saturating_add(1), t, self.wrap) * (d.x * (1.0 - d.y))
@@ -171,11 +171,14 @@ impl<V: TextureValue> Mipmap<V> {
         let (a, b, c) = (a * f, b * f, c * f);
         let det = 4.0 * a * c - b * b;
         let extent = 2.0 / det * Vec2::new((det * c).sqrt(), (det * a).sqrt());
-        let (low, high) = ((p - extent).ceil(), (p + extent).floor());
+        let (low, high) = (p - extent, p + extent);
+        // From the first whole number not below `low`, which is −⌊−low⌋, to the last not above `high`.
+        let first = [low.x, low.y].map(|v| floor(-v).0.saturating_neg());
+        let last = [high.x, high.y].map(|v| floor(v).0);
         let (mut sum, mut weights) = (V::default(), 0.0);
-        for t in low.y as i64..=high.y as i64 {
+        for t in first[1]..=last[1] {
             let dt = t as f32 - p.y;
-            for s in low.x as i64..=high.x as i64 {
+            for s in first[0]..=last[0] {
                 let ds = s as f32 - p.x;
                 let r2 = a * ds * ds + b * ds * dt + c * dt * dt;
                 if r2 < 1.0 {
@@ -200,7 +203,13 @@ impl<V: TextureValue> Level<V> {
         Vec2::new(self.width as f32, self.height as f32)
     }
 
+    #[inline]
     fn texel(&self, s: i64, t: i64, wrap: Wrap) -> V {
+        if wrap == Wrap::Repeat {
+            // Sides are powers of two: masking wraps negative positions too.
+            let (s, t) = (s as usize & (self.width - 1), t as usize & (self.height - 1));
+            return self.texels[t * self.width + s];
+        }
         match (
             wrap_index(s, self.width, wrap),
             wrap_index(t, self.height, wrap),

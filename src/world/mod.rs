@@ -107,17 +107,20 @@ impl World {
         }
     }
 
-    /// How the surface scatters at a hit; `None` for a surface without material
-    /// (`Material "none"`), which rays pass.
-    pub fn bsdf(
-        &self,
-        material: Option<MaterialId>,
+    /// The material of a hit; `None` for a surface without one (`Material "none"`), which rays pass.
+    pub fn material(&self, id: Option<MaterialId>) -> Option<&Material> {
+        self.materials.get(id?.index())
+    }
+
+    /// How the surface scatters at a hit. (Not an `Option` for either: a BSDF is a thousand bytes to move.)
+    pub fn bsdf<'a>(
+        &'a self,
+        material: &'a Material,
         surface: &SurfaceHit,
         differentials: Option<&RayDifferentials>,
-    ) -> Option<Bsdf<'_>> {
-        let material = &self.materials[material?.index()];
+    ) -> Bsdf<'a> {
         let footprint = surface.footprint(differentials);
-        Some(material.bsdf(surface, &footprint, &self.textures, &self.materials))
+        material.bsdf(surface, &footprint, &self.textures, &self.materials)
     }
 
     /// How light that `bsdf` transmits at a hit wanders below the surface; `None` where it does not.

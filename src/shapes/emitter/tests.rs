@@ -1,6 +1,7 @@
 //! Densities against sampling, and sampling against the true surface.
 
 use super::*;
+use crate::shapes::triangle::{DEFAULT_UV, Triangle};
 use crate::math::DVec2;
 use crate::math::ray::Ray;
 use crate::math::sampling::uniform_sphere;
@@ -42,11 +43,7 @@ impl Shape {
             uv: DEFAULT_UV.map(Vec2::as_dvec2),
             orientation: Orientation::default(),
         };
-        let emitter = TriangleEmitter {
-            p,
-            normals: None,
-            orientation: Orientation::default(),
-        };
+        let emitter = TriangleEmitter::new(p, None, Orientation::default());
         Shape::Triangle(triangle, Emitter::Triangle(emitter))
     }
 
