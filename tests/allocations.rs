@@ -69,7 +69,7 @@ fn allocations(work: impl FnOnce()) -> u64 {
 }
 
 /// Samples a pixel of the short picture; the long one has four times as many.
-const FEW: u32 = 4;
+const FEW: u32 = 2;
 
 /// Pixels of a picture: several tiles, one of them not full.
 const PIXELS: u32 = 24 * 24;
