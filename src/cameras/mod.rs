@@ -53,7 +53,7 @@ pub struct CameraSample {
     pub raster: Vec2,
     /// Fraction of the shutter interval, 0 to 1.
     pub time: f32,
-    /// Point of the lens, in the unit square.
+    /// Point of the lens, in the unit square; only a camera that has one ([`Camera::has_lens`]) looks at it.
     pub lens: Vec2,
     /// Part of the spectrum, 0 to 1; only a camera that disperses ([`Camera::disperses`]) looks at it.
     pub wavelength: f32,
@@ -252,6 +252,16 @@ impl Camera {
             Camera::Orthographic(c) => c.mount.set_motion(motion),
             Camera::Environment(c) => c.mount.set_motion(motion),
             Camera::Realistic(c) => c.set_motion(motion),
+        }
+    }
+
+    /// Does it look at [`CameraSample::lens`]?
+    pub fn has_lens(&self) -> bool {
+        match self {
+            Camera::Perspective(c) => c.spec.lens.radius > 0.0,
+            Camera::Orthographic(c) => c.spec.lens.radius > 0.0,
+            Camera::Environment(_) => false,
+            Camera::Realistic(_) => true,
         }
     }
 

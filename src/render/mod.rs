@@ -145,7 +145,8 @@ struct Waiting {
 }
 
 impl Waiting {
-    /// The numbers are used in the order film, time, lens, wavelength (of a camera that disperses), path.
+    /// The numbers are used in the order film, time, lens (of a camera that has one), wavelength (of one that
+    /// disperses), path.
     fn new(shot: &Shot, sampler: &Sampler, pixel: UVec2, index: u32) -> (CameraSample, Waiting) {
         let at = IVec2::new(pixel.x as i32, pixel.y as i32);
         let mut stream = sampler.stream(at, index);
@@ -154,7 +155,11 @@ impl Waiting {
         let sample = CameraSample {
             raster: pixel.as_vec2() + Vec2::splat(0.5) + on_film.offset,
             time,
-            lens: stream.next_2d(),
+            lens: if shot.camera.has_lens() {
+                stream.next_2d()
+            } else {
+                Vec2::splat(0.5)
+            },
             wavelength: if shot.camera.disperses() {
                 stream.next_1d()
             } else {

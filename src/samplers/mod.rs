@@ -3,8 +3,8 @@
 //!
 //! Every number is a pure function of (seed, pixel, sample index, order of the draw), so nothing
 //! depends on threads, tiles or what was rendered before. Pixels are decorrelated by hashing.
-//! A camera sample draws its numbers in this order: film (2-D), time (1-D), lens (2-D), then
-//! whatever the integrator asks for.
+//! A camera sample draws its numbers in this order: film (2-D), time (1-D), lens (2-D, where the camera has
+//! one), then whatever the integrator asks for.
 //!
 //! Samplers change the noise of a picture, never what it converges to (scene-language 3.4), so
 //! three kinds of points serve all the scene language's types: stratified ones, random ones, and
@@ -13,9 +13,11 @@
 mod adaptive;
 mod best_candidate;
 mod count;
+mod field;
 mod halton;
 mod low_discrepancy;
 mod max_min_dist;
+mod net;
 mod permutation;
 mod random;
 mod sobol;

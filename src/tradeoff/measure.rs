@@ -113,7 +113,7 @@ pub struct Measured {
     pub variance: Estimate,
     /// The rest: not below 0 but for noise.
     pub squared_bias: Estimate,
-    /// Seconds for one picture.
+    /// Seconds of processor time for one picture ([`super::clock::processor_time`]).
     pub seconds: Estimate,
     /// 1 / (variance · seconds).
     pub efficiency: Estimate,

@@ -6,6 +6,7 @@
 //! reference is error; what of it differs from seed to seed is variance, the rest bias.
 //! ([`measure`]). From that a [`recommendation`] follows, which is rendered to see whether it is true.
 
+pub mod clock;
 pub mod ladder;
 pub mod measure;
 pub mod recommendation;

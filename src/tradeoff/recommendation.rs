@@ -13,7 +13,7 @@ pub struct Recommendation {
     pub turned: Vec<usize>,
     /// Samples a pixel.
     pub spp: u32,
-    /// Seconds that a picture should take then.
+    /// Seconds of processor time that a picture should take then.
     pub seconds: f64,
     /// Relative error that it should have.
     pub error: f64,

@@ -1,5 +1,6 @@
 //! The study of one scene.
 
+use super::clock::processor_time;
 use super::ladder::{Knob, Rung, ladder};
 use super::measure::{Measured, Reference};
 use super::recommendation::{Recommendation, recommend};
@@ -29,6 +30,9 @@ pub struct Study {
     pub reference_error: f64,
     /// Its samples a pixel.
     pub reference_spp: f64,
+    /// Processors that worked on it at a time, on average: what processor time is to be divided by for the
+    /// time one waits.
+    pub processors: f64,
     /// Every setting with what it costs and buys; the scene as it stands first.
     pub measured: Vec<(Rung, Measured)>,
     /// Settings that could not be rendered, and why.
@@ -70,10 +74,12 @@ pub fn study(
         time: Some(Duration::from_secs_f64(FOR_REFERENCE * total)),
         max_spp: Goal::MAX_SPP,
     };
-    let started = Instant::now();
+    let (started, worked) = (Instant::now(), processor_time());
     let done = render_until(shot, TILE_SIZE, &goal, &Progress::hidden());
     debug_assert!(done.ended != Ended::Error);
-    let spp_per_second = done.spp / started.elapsed().as_secs_f64().max(1e-9);
+    let waited = started.elapsed().as_secs_f64().max(1e-9);
+    let spp_per_second = done.spp / waited;
+    let processors = ((processor_time() - worked).as_secs_f64() / waited).max(0.01);
     let reference = Reference::new(done.film.develop(), done.error);
 
     // The sample ladder ends at four times the other settings' count, and all of it costs twice its end.
@@ -110,7 +116,7 @@ pub fn study(
     while let Some(advice) = &mut recommendation {
         // Some time is kept whatever the settings took.
         let left = (total - started.elapsed().as_secs_f64()).max(0.1 * total);
-        if advice.seconds * 3.0 > left {
+        if advice.seconds / processors * 3.0 > left {
             break;
         }
         say(format!(
@@ -141,6 +147,7 @@ pub fn study(
         resolution: [size.x, size.y],
         reference_error: done.error,
         reference_spp: done.spp,
+        processors,
         slope: super::recommendation::slope(&measured),
         measured,
         failed,
@@ -175,9 +182,10 @@ impl Pictures {
             self.failure = Some(error);
             return;
         }
-        let started = Instant::now();
+        let started = processor_time();
         let film = render(shot, TILE_SIZE, &Progress::hidden());
-        self.seconds.push(started.elapsed().as_secs_f64());
+        self.seconds
+            .push((processor_time() - started).as_secs_f64());
         self.images.push(film.develop());
     }
 }

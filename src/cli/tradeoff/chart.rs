@@ -7,7 +7,7 @@ use plotters::prelude::*;
 pub struct Series {
     /// In the legend.
     pub name: String,
-    /// Seconds, error in percent, and what stands beside the point.
+    /// Seconds of processor time, error in percent, and what stands beside the point.
     pub points: Vec<(f64, f64, String)>,
     /// Points are joined.
     pub joined: bool,
@@ -42,7 +42,7 @@ pub fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Failure> {
             .map_err(failure)?;
         chart
             .configure_mesh()
-            .x_desc("seconds for a picture")
+            .x_desc("processor seconds for a picture")
             .y_desc("relative error (%)")
             .x_label_formatter(&|v| tick(*v))
             .y_label_formatter(&|v| tick(*v))

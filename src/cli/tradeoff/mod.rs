@@ -146,7 +146,7 @@ fn json_of(study: &Study, scene: &str) -> Value {
             "relativeError": r.target,
             "settings": turned,
             "spp": r.spp,
-            "seconds": r.seconds,
+            "processorSeconds": r.seconds,
             "sentence": text::sentence(study),
             "verified": study.verified.as_ref().map(json_of_measured),
         })
@@ -155,6 +155,7 @@ fn json_of(study: &Study, scene: &str) -> Value {
         "scene": scene,
         "resolution": study.resolution,
         "reference": { "relativeError": study.reference_error, "spp": study.reference_spp },
+        "processors": study.processors,
         "slope": study.slope,
         "settings": settings,
         "failed": failed,
@@ -169,7 +170,7 @@ fn json_of_measured(m: &Measured) -> Value {
         "relativeError": estimate(m.error()),
         "relativeBias": estimate(m.bias()),
         "variance": estimate(m.variance),
-        "seconds": estimate(m.seconds),
+        "processorSeconds": estimate(m.seconds),
         "efficiency": estimate(m.efficiency),
     })
 }

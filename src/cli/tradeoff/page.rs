@@ -84,7 +84,7 @@ fn series(study: &Study) -> Vec<Series> {
 fn table(study: &Study) -> String {
     let base = study.measured.first().map(|(_, m)| m);
     let mut rows = String::from(
-        "<table>\n<tr><th>knob</th><th>setting</th><th>spp</th><th>error (%)</th><th>bias (%)</th><th>seconds</th><th>efficiency</th></tr>\n",
+        "<table>\n<tr><th>knob</th><th>setting</th><th>spp</th><th>error (%)</th><th>bias (%)</th><th>processor s</th><th>efficiency</th></tr>\n",
     );
     for (rung, m) in &study.measured {
         let efficiency = base.map(|base| text::number(text::relative_efficiency(m, base)));

@@ -11,7 +11,7 @@ pub fn report(study: &Study, scene: &str, shrunk: bool) -> String {
     let _ = writeln!(
         text,
         "{:<15} {:<13} {:>7} {:>18} {:>18} {:>16} {:>16}",
-        "knob", "setting", "spp", "error %", "bias %", "seconds", "efficiency"
+        "knob", "setting", "spp", "error %", "bias %", "processor s", "efficiency"
     );
     let base = study.measured.first().map(|(_, m)| m);
     for (rung, m) in &study.measured {
@@ -60,7 +60,7 @@ pub fn legend(study: &Study) -> String {
     format!(
         "Errors are relative to the picture (root mean square over pixels and channels, dark ones kept from \
          deciding alone by 1 % of the mean). Bias is what more samples do not mend. Efficiency is \
-         1/(variance x time), the scene's own being 1. ± is half the 95 % confidence interval.{slope}"
+         1/(variance x processor time), the scene's own being 1. ± is half the 95 % confidence interval.{slope}"
     )
 }
 
@@ -86,17 +86,20 @@ pub fn sentence(study: &Study) -> String {
     };
     let check = match &study.verified {
         Some(m) => format!(
-            " Rendered so, it took {} s and had an error of {} %.",
+            " Rendered so, it took {} s of processor time and had an error of {} %.",
             number(m.seconds),
             percent(m.error())
         ),
         None => " (Not rendered: it would take longer than the study.)".to_string(),
     };
     format!(
-        "For {} % error take {settings} with {} samples a pixel: about {:.3} s.{check}",
+        "For {} % error take {settings} with {} samples a pixel: about {:.3} s of processor time, {:.3} s on the {:.1} processors \
+         that were to be had.{check}",
         short(100.0 * advice.target),
         advice.spp,
-        advice.seconds
+        advice.seconds,
+        advice.seconds / study.processors,
+        study.processors,
     )
 }
 

@@ -1,0 +1,87 @@
+//! Whole small renders, scene file to film: `cargo bench --bench render`.
+//!
+//! Items are camera samples: divan prints samples a second. Scenes are read and built once, on one
+//! thread each; `built` is the time from text to world.
+
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use fstop::build::{Built, build};
+use fstop::render::{Progress, Shot, TILE_SIZE, render};
+use fstop::samplers::{Sampler, SamplerSpec};
+use fstop::scene::{ReadSettings, read_scene};
+use fstop::syntax::SourceMap;
+use std::path::Path;
+
+fn main() {
+    divan::main();
+}
+
+/// Of `tests/scenes/reference`, one for each thing that takes time.
+const SCENES: [&str; 8] = [
+    "int_cornell_path",
+    "int_veach_mis",
+    "int_volpath_fog",
+    "light_infinite_map",
+    "mat_subsurface",
+    "realistic_dgauss50_full",
+    "shape_instancing",
+    "tex_imagemap",
+];
+
+/// Samples a pixel.
+const SPP: u32 = 4;
+
+fn built(scene: &str) -> Built {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/reference");
+    let sources = SourceMap::new();
+    let file = sources.open(&folder.join(scene).with_extension("pbrt"));
+    let (scene, _) = read_scene(
+        &sources,
+        file.expect("a scene file"),
+        &ReadSettings::default(),
+    );
+    let frame = scene.frames.into_iter().next().expect("a frame");
+    build(frame, 1).0.expect("a scene that can be built")
+}
+
+/// With Sobol' points, whatever the scene names.
+fn shot(scene: &str) -> Shot {
+    let mut shot = built(scene).shot;
+    shot.sampler = Sampler::new(&SamplerSpec::sobol(SPP), 1);
+    shot
+}
+
+fn on_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("a pool");
+    pool.install(work)
+}
+
+#[divan::bench(args = SCENES, sample_count = 10)]
+fn rendered(bencher: Bencher, scene: &str) {
+    let shot = shot(scene);
+    let samples = shot.film.pixel_bounds().area() * SPP as usize;
+    on_threads(1, || {
+        bencher
+            .counter(ItemsCount::new(samples))
+            .bench_local(|| render(&shot, TILE_SIZE, &Progress::hidden()));
+    });
+}
+
+#[divan::bench(args = ["int_cornell_path", "realistic_dgauss50_full"], sample_count = 10)]
+fn rendered_on_two_threads(bencher: Bencher, scene: &str) {
+    let shot = shot(scene);
+    let samples = shot.film.pixel_bounds().area() * SPP as usize;
+    on_threads(2, || {
+        bencher
+            .counter(ItemsCount::new(samples))
+            .bench_local(|| render(&shot, TILE_SIZE, &Progress::hidden()));
+    });
+}
+
+#[divan::bench(args = SCENES, sample_count = 10)]
+fn built_from_text(bencher: Bencher, scene: &str) {
+    on_threads(1, || bencher.bench_local(|| built(scene)));
+}

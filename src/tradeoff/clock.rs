@@ -1,0 +1,55 @@
+//! Processor time: what a picture costs, whoever else uses the machine.
+
+use std::time::Duration;
+
+/// Time that processors have worked for this process so far, all its threads together: two threads that work
+/// for a second each make two seconds. Waiting for other processes does not count.
+///
+/// Source: POSIX, `clock_gettime(CLOCK_PROCESS_CPUTIME_ID)`. Where there is no such clock (Windows), the
+/// time of day since the first call.
+pub fn processor_time() -> Duration {
+    clock::now()
+}
+
+#[cfg(unix)]
+mod clock {
+    use rustix::time::{ClockId, clock_gettime};
+    use std::time::Duration;
+
+    pub fn now() -> Duration {
+        let time = clock_gettime(ClockId::ProcessCPUTime);
+        let seconds = u64::try_from(time.tv_sec).unwrap_or(0);
+        Duration::new(seconds, u32::try_from(time.tv_nsec).unwrap_or(0))
+    }
+}
+
+#[cfg(not(unix))]
+mod clock {
+    use std::sync::OnceLock;
+    use std::time::{Duration, Instant};
+
+    static START: OnceLock<Instant> = OnceLock::new();
+
+    pub fn now() -> Duration {
+        START.get_or_init(Instant::now).elapsed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Instant;
+
+    #[test]
+    #[cfg(unix)]
+    fn sleep_costs_nothing_and_work_does() {
+        // Other tests of this process work at the same time: only what this thread cannot avoid can be
+        // asserted.
+        let (started, before) = (Instant::now(), processor_time());
+        let mut x = 1u64;
+        while started.elapsed() < Duration::from_millis(20) {
+            x = std::hint::black_box(crate::math::hash::mix(x));
+        }
+        assert!(processor_time() > before, "{x}");
+    }
+}
