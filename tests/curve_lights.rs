@@ -11,9 +11,10 @@ use std::io::Write;
 /// False-alarm rate of one comparison; there are ten.
 const ALPHA: f64 = 1e-4;
 
-/// Strips end where the ray's nearest point on the axis does, tubes where their surface does: of a lamp
-/// of 40 lengths a few thousandths of its light. Those ends are seen from far away.
-const ENDS: f64 = 3e-3;
+/// Strips end where the ray's nearest point on the axis does, tubes where their surface does: farther by
+/// a radius times the cotangent of the angle to the axis. Of this lamp, whose ends are 9 times as far
+/// from the floor below its middle as that is, it is a ten-thousandth of the light.
+const ENDS: f64 = 2e-4;
 
 fn scene(integrator: &str, sides: [&str; 2], lamp: &str) -> Render {
     let text = format!(
@@ -68,12 +69,12 @@ fn a_straight_strip_is_a_thin_tube() {
         "",
     ];
     let tube = "AttributeBegin Translate 0 .7 .3 Rotate 90 0 1 0 \
-                Shape \"cylinder\" \"float radius\" [.05] \"float zmin\" [-2] \"float zmax\" [2] \
+                Shape \"cylinder\" \"float radius\" [.05] \"float zmin\" [-6] \"float zmax\" [6] \
                 AttributeEnd";
     let strip = |kind: &str| {
         format!(
             "Shape \"curve\" \"string type\" \"{kind}\" \"float width\" [.1] \
-             \"point P\" [-2 .7 .3  -.7 .7 .3  .7 .7 .3  2 .7 .3]"
+             \"point P\" [-6 .7 .3  -2 .7 .3  2 .7 .3  6 .7 .3]"
         )
     };
     for (name, integrator, sides, kind) in [

@@ -28,6 +28,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::ShadingGeometry;
 use arrayvec::ArrayVec;
 use lobe::LobeSample;
+use std::ops::Range;
 
 /// Most lobes at one point, as in pbrt-v3.
 pub const MAX_LOBES: usize = 8;
@@ -59,6 +60,8 @@ pub struct BsdfSample {
     /// Refractive index on `wi`'s side over that on `wo`'s; 1 for reflection. `f` of a
     /// transmission holds a factor 1/eta² for the radiance's change with the medium.
     pub eta: f32,
+    /// Position of the lobe that it was drawn from.
+    pub lobe: u8,
 }
 
 impl<'a> Bsdf<'a> {
@@ -114,12 +117,18 @@ impl<'a> Bsdf<'a> {
     /// of directions reflects or transmits, the shading normal gives the cosines; black for `wo`
     /// in the shading plane.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        self.f_of(0..self.lobes.len(), wo, wi)
+    }
+
+    /// The part of [`Bsdf::f`] that the lobes at these positions have.
+    pub fn f_of(&self, lobes: Range<usize>, wo: Vec3, wi: Vec3) -> Rgb {
         let (local_wo, local_wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
         if local_wo.z == 0.0 {
             return Rgb::ZERO;
         }
         let transmit = wi.dot(self.ng) * wo.dot(self.ng) <= 0.0;
-        let matching = self.lobes.iter().filter(|l| l.scatters(transmit));
+        let lobes = self.lobes.get(lobes).unwrap_or_default();
+        let matching = lobes.iter().filter(|l| l.scatters(transmit));
         matching.map(|l| l.f(local_wo, local_wi)).sum()
     }
 
@@ -141,8 +150,9 @@ impl<'a> Bsdf<'a> {
         }
         let (lobe, uc) = choose(&self.lobes, uc)?;
         let local = lobe.sample(local_wo, uc, u)?;
+        let position = self.position(lobe);
         if lobe.is_specular() {
-            return self.specular_sample(&local, 1.0 / self.lobes.len() as f32);
+            return self.specular_sample(&local, 1.0 / self.lobes.len() as f32, position);
         }
         let wi = self.frame.to_world(local.wi);
         let transmit = wi.dot(self.ng) * wo.dot(self.ng) <= 0.0;
@@ -169,6 +179,7 @@ impl<'a> Bsdf<'a> {
             specular: false,
             transmission,
             eta,
+            lobe: position,
         })
     }
 
@@ -186,10 +197,16 @@ impl<'a> Bsdf<'a> {
         let matching: ArrayVec<&Lobe<'_>, MAX_LOBES> = matching.collect();
         let (lobe, _) = choose(&matching, uc)?;
         let local = lobe.specular_direction(local_wo, transmit)?;
-        self.specular_sample(&local, 1.0 / matching.len() as f32)
+        self.specular_sample(&local, 1.0 / matching.len() as f32, self.position(lobe))
     }
 
-    fn specular_sample(&self, local: &LobeSample, chance: f32) -> Option<BsdfSample> {
+    /// Which of the lobes this is.
+    fn position(&self, lobe: &Lobe) -> u8 {
+        let found = self.lobes.iter().position(|l| std::ptr::eq(l, lobe));
+        found.unwrap_or_default() as u8
+    }
+
+    fn specular_sample(&self, local: &LobeSample, chance: f32, lobe: u8) -> Option<BsdfSample> {
         let LobeSample {
             f,
             wi,
@@ -204,6 +221,7 @@ impl<'a> Bsdf<'a> {
             specular: true,
             transmission,
             eta,
+            lobe,
         };
         (sample.pdf > 0.0 && !is_black(f)).then_some(sample)
     }

@@ -15,6 +15,7 @@ use super::witness::{Met, Place, Witness};
 use crate::accel::GeometryHit;
 use crate::bsdf::BsdfSample;
 use crate::lights::{LightSelector, SelectionStrategy};
+use crate::materials::beneath::Beneath;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, Vec2, color::is_black};
@@ -185,9 +186,14 @@ impl Path {
                 let eta2 = sample.eta * sample.eta;
                 eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
             }
-            if sample.transmission
-                && let Some(bssrdf) = world.bssrdf(hit.material, surface, &bsdf, differentials)
-            {
+            let beneath = if sample.transmission {
+                let (scattered, choice) = ((&bsdf, &sample), || stream.next_1d());
+                world.beneath(hit.material, surface, scattered, differentials, choice)
+            } else {
+                Beneath::STRAIGHT_ON
+            };
+            throughput *= beneath.share;
+            if let Some(bssrdf) = beneath.bssrdf {
                 if !sample.specular {
                     radiance += throughput * straight_on(world, selector, surface, &sample);
                 }

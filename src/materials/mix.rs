@@ -1,6 +1,7 @@
 //! `mix`.
 
-use super::{Bump, Material, reflectance};
+use super::beneath::{Part, Parts};
+use super::{Bump, Material, MaterialKind, reflectance};
 use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::{Bsdf, Lobe, MAX_LOBES};
 use crate::handles::MaterialId;
@@ -34,6 +35,8 @@ pub struct Named {
     pub bump: Option<Bump>,
     /// Most lobes that it can have at a point, at least 1.
     pub most_lobes: usize,
+    /// May light wander inside?
+    pub has_interior: bool,
 }
 
 impl Named {
@@ -43,6 +46,7 @@ impl Named {
             id,
             bump: material.bump,
             most_lobes: material.most_lobes(),
+            has_interior: material.has_interior(),
         }
     }
 }
@@ -52,7 +56,8 @@ impl Named {
 /// first, the second gets 1 − amount (the opposite of the `mix` texture's sense).
 ///
 /// As in pbrt the frame and its bumps are the first material's, and `bumpmap` is no parameter here.
-/// `none` lets its share of the light straight on (pbrt-v3 crashes).
+/// `none` lets its share of the light straight on (pbrt-v3 crashes), and light that a part lets in
+/// wanders below that part ([`super::beneath`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mix {
     /// The two materials; `None` scatters nothing.
@@ -61,6 +66,8 @@ pub struct Mix {
     pub amount: SpectrumInput,
     /// Most lobes that the two can have at a point.
     pub most_lobes: usize,
+    /// May light wander inside one of them?
+    pub has_interior: bool,
 }
 
 impl Mix {
@@ -79,6 +86,7 @@ impl Mix {
             parts: parts.map(|part| Some(part?.id)),
             amount,
             most_lobes: parts.map(lobes).iter().sum(),
+            has_interior: parts.iter().flatten().any(|part| part.has_interior),
         };
         let bump = parts[0].and_then(|first| first.bump);
         mix.check_size(reader).then_some((mix, bump))
@@ -108,12 +116,7 @@ impl Mix {
         materials: &'a [Material],
         bsdf: &mut Bsdf<'a>,
     ) {
-        let amount = reflectance(&self.amount, at, textures);
-        let rest = (Rgb::ONE - amount).max(Rgb::ZERO);
-        for (part, share) in self.parts.into_iter().zip([amount, rest]) {
-            if is_black(share) {
-                continue;
-            }
+        for (part, share) in self.shares(at, textures) {
             let first = bsdf.lobe_count();
             match part {
                 Some(id) => {
@@ -129,6 +132,52 @@ impl Mix {
             }
             bsdf.scale_from(first, share);
         }
+    }
+
+    /// The materials that have a part in the mix at a point, and how much.
+    fn shares(
+        &self,
+        at: &TexturePoint,
+        textures: &Textures,
+    ) -> impl Iterator<Item = (Option<MaterialId>, Rgb)> {
+        let amount = reflectance(&self.amount, at, textures);
+        let rest = (Rgb::ONE - amount).max(Rgb::ZERO);
+        let shares = self.parts.into_iter().zip([amount, rest]);
+        shares.filter(|(_, share)| !is_black(*share))
+    }
+
+    /// Adds the materials that [`Mix::add_lobes`] adds lobes of to `parts`, in the same order. `lobes`
+    /// is how many lobes there are before; returns how many there are then, where all have room.
+    pub(super) fn parts_at(
+        &self,
+        at: &TexturePoint,
+        textures: &Textures,
+        materials: &[Material],
+        (first, parts): (usize, &mut Parts),
+    ) -> usize {
+        self.shares(at, textures).fold(first, |first, (part, _)| {
+            // `none` has one lobe.
+            let Some(material) = part else {
+                return first + 1;
+            };
+            let lobes = match materials.get(material.index()) {
+                Some(Material {
+                    kind: MaterialKind::Mix(mix),
+                    ..
+                }) => return mix.parts_at(at, textures, materials, (first, parts)),
+                Some(other) => first..first + other.lobe_count(at, textures, materials),
+                None => return first,
+            };
+            let next = lobes.end;
+            // More than there is room for have no lobes either.
+            if !lobes.is_empty() && first < MAX_LOBES {
+                let _ = parts.try_push(Part {
+                    material,
+                    lobes: first..next.min(MAX_LOBES),
+                });
+            }
+            next
+        })
     }
 }
 

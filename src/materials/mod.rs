@@ -3,6 +3,7 @@
 //! Every parameter may be a constant or a texture unless its doc comment says otherwise;
 //! reflectances below 0 count as 0.
 
+pub mod beneath;
 mod bump;
 mod disney;
 mod fourier;
@@ -48,11 +49,11 @@ pub use uber::Uber;
 
 use crate::bsdf::Bsdf;
 use crate::bssrdf::Bssrdf;
-use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::math::float::within;
+use crate::math::{Rgb, Vec3};
 use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
-use crate::surface::{Footprint, SurfaceHit, TexturePoint};
+use crate::surface::{Footprint, ShadingGeometry, SurfaceHit, TexturePoint};
 use crate::textures::{TextureUsage, Textures};
 
 /// A material: kinds of scattering, and bumps that tilt the shading normal.
@@ -235,6 +236,23 @@ impl Material {
         }
     }
 
+    /// How many lobes the material adds at a point.
+    fn lobe_count(&self, at: &TexturePoint, textures: &Textures, materials: &[Material]) -> usize {
+        // Lobes do not depend on the frame that they stand in.
+        let mut bsdf = Bsdf::new(
+            Vec3::Z,
+            &ShadingGeometry {
+                n: Vec3::Z,
+                dpdu: Vec3::X,
+                dpdv: Vec3::Y,
+                dndu: Vec3::ZERO,
+                dndv: Vec3::ZERO,
+            },
+        );
+        self.add_lobes(at, textures, materials, &mut bsdf);
+        bsdf.lobe_count()
+    }
+
     /// Most lobes that the material can have at a point, at least 1.
     fn most_lobes(&self) -> usize {
         match &self.kind {
@@ -254,8 +272,8 @@ impl Material {
     }
 
     /// How light that its `bsdf` transmits at a point wanders below the surface; `None` where it
-    /// goes straight on.
-    pub fn bssrdf(
+    /// goes straight on. Of mixes [`Material::beneath`] knows.
+    fn bssrdf(
         &self,
         hit: &SurfaceHit,
         bsdf: &Bsdf,
@@ -331,6 +349,7 @@ impl Material {
                 parts,
                 amount,
                 most_lobes: _,
+                has_interior: _,
             }) => {
                 for part in parts.iter().flatten() {
                     if let Some(material) = materials.get(part.index()) {
@@ -417,6 +436,7 @@ impl Material {
         match &self.kind {
             MaterialKind::Subsurface(_) | MaterialKind::KdSubsurface(_) => true,
             MaterialKind::Disney(m) => m.has_interior(),
+            MaterialKind::Mix(m) => m.has_interior,
             _ => false,
         }
     }

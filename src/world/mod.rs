@@ -2,11 +2,11 @@
 //! shared by all threads without locks. It holds only what its scene needs.
 
 use crate::accel::{Geometry, GeometryHit};
-use crate::bsdf::Bsdf;
-use crate::bssrdf::Bssrdf;
+use crate::bsdf::{Bsdf, BsdfSample};
 use crate::handles::{LightId, MaterialId, MediumId};
 use crate::lights::Light;
 use crate::materials::Material;
+use crate::materials::beneath::Beneath;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec3};
 use crate::media::Media;
@@ -123,17 +123,23 @@ impl World {
         material.bsdf(surface, &footprint, &self.textures, &self.materials)
     }
 
-    /// How light that `bsdf` transmits at a hit wanders below the surface; `None` where it does not.
-    pub fn bssrdf(
+    /// Where light goes on that the `bsdf` at a hit has transmitted as `sample` says; `choice` gives
+    /// a fresh number in [0, 1) if one is needed.
+    pub fn beneath(
         &self,
         material: Option<MaterialId>,
         surface: &SurfaceHit,
-        bsdf: &Bsdf,
+        scattered: (&Bsdf, &BsdfSample),
         differentials: Option<&RayDifferentials>,
-    ) -> Option<Bssrdf<'_>> {
-        let material = &self.materials[material?.index()];
+        choice: impl FnOnce() -> f32,
+    ) -> Beneath<'_> {
+        let Some(id) = material else {
+            return Beneath::STRAIGHT_ON;
+        };
+        let material = &self.materials[id.index()];
         let footprint = surface.footprint(differentials);
-        material.bssrdf(surface, bsdf, &footprint, &self.textures)
+        let (textures, materials) = (&self.textures, &self.materials);
+        material.beneath(surface, scattered, &footprint, textures, materials, choice)
     }
 
     /// The light with this handle.

@@ -5,6 +5,10 @@
 //! `FSTOP_WRITE_TABLES=1 cargo test --release --test reference` writes them instead; with a scene's
 //! name behind `--`, that scene's row only.
 
+#[path = "same.rs"]
+mod same;
+
+use same::same;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -163,31 +167,6 @@ fn with_reasons(entries: &[Entry], reasons: &[Reason], rows: &BTreeMap<String, S
     format!("{before}{BEGIN}{table}\n{END}{after}")
 }
 
-/// Do two rows say the same? Numbers may differ by one in their last digit: sines and powers are the
-/// platform's own, and a sample in a million takes another path on another processor. That of an
-/// exponential, a p-value, by a tenth.
-fn same(a: &str, b: &str) -> bool {
-    let words = |text: &str| -> Vec<String> {
-        text.split_whitespace()
-            .map(|word| word.trim_end_matches(',').to_owned())
-            .collect()
-    };
-    let (a, b) = (words(a), words(b));
-    a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| a == b || close(a, b))
-}
-
-fn close(a: &str, b: &str) -> bool {
-    let Some((x, y)) = a.parse::<f64>().ok().zip(b.parse::<f64>().ok()) else {
-        return false;
-    };
-    if a.contains('e') || b.contains('e') {
-        return (x - y).abs() <= 0.1 * x.abs().max(y.abs());
-    }
-    let decimals = |text: &str| text.split_once('.').map_or(0, |(_, digits)| digits.len());
-    let unit = 10f64.powi(-(decimals(a).min(decimals(b)) as i32));
-    (x - y).abs() <= 1.001 * unit
-}
-
 /// What a scene file says of itself: the first sentence of the comment at its top.
 pub fn description(source: &str) -> String {
     let comment = source.lines().map_while(|line| line.strip_prefix('#'));
@@ -198,20 +177,6 @@ pub fn description(source: &str) -> String {
         Some((sentence, _)) => format!("{sentence}."),
         None => text,
     }
-}
-
-#[test]
-fn rows_are_compared_as_numbers() {
-    assert!(same(
-        "| `x` | a 1.0002, 0.31 | 12 |",
-        "| `x` | a 1.0003, 0.31 | 12 |"
-    ));
-    assert!(!same(
-        "| `x` | a 1.0002, 0.31 |",
-        "| `x` | a 1.0004, 0.31 |"
-    ));
-    assert!(same("1.2e-3", "1.3e-3") && !same("1.2e-3", "1.5e-3"));
-    assert!(!same("", "| `x` |") && !same("cones 3", "disks 3"));
 }
 
 #[test]

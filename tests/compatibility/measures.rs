@@ -1,0 +1,254 @@
+//! What is measured for the table. Each asserts what its row claims, and returns the figures.
+
+use super::common::Render;
+use super::{read, root};
+use fstop::bsdf::fresnel_moments::FresnelMoments;
+use fstop::math::DVec3;
+use fstop::math::color::luminance;
+use fstop::math::motion::Motion;
+use fstop::math::transform::Transform;
+use std::io::Write;
+
+/// Standard errors that two means may differ by: one false alarm in 15,000.
+const SIGMAS: f64 = 4.0;
+
+/// Half-width of a 95 % confidence interval in standard errors.
+const CONFIDENCE: f64 = 1.96;
+
+/// The mean luminance of a picture, and its standard error.
+struct Light {
+    mean: f64,
+    error: f64,
+}
+
+impl Light {
+    /// Of the scene that looks at the origin from (0, 1.5, −3).
+    fn of(sampler: &str, integrator: &str, world: &str) -> Light {
+        let text = format!(
+            "LookAt 0 1.5 -3  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]\n\
+             Film \"image\" \"integer xresolution\" [24] \"integer yresolution\" [24]\n\
+             Sampler \"{sampler}\" \"integer pixelsamples\" [256]\n\
+             Integrator \"{integrator}\"\nWorldBegin\n{world}\nWorldEnd\n"
+        );
+        let mut file = tempfile::Builder::new()
+            .suffix(".pbrt")
+            .tempfile()
+            .expect("a temporary file");
+        file.write_all(text.as_bytes()).expect("room for a scene");
+        let image = Render::new(file.path(), 1, 1, &[]).image;
+        let count = image.pixels.len() as f64;
+        let variances = image.variance.as_ref().expect("--variance was given");
+        let sum: f64 = image.pixels.iter().map(|&p| f64::from(luminance(p))).sum();
+        // Channels are perfectly correlated at worst.
+        let variance: f64 = variances.iter().map(|v| f64::from(v.max_element())).sum();
+        Light {
+            mean: sum / count,
+            error: variance.sqrt() / count,
+        }
+    }
+
+    /// This over another.
+    fn over(&self, other: &Light) -> (f64, f64) {
+        let ratio = self.mean / other.mean;
+        let error = (self.error / self.mean).hypot(other.error / other.mean) * ratio;
+        (ratio, error)
+    }
+
+    /// This over another, which has the same expectation but for the fraction `but`.
+    fn equal_to(&self, other: &Light, but: f64) -> String {
+        let (ratio, error) = self.over(other);
+        assert!(
+            self.mean > 0.0 && (ratio - 1.0).abs() <= SIGMAS * error + but,
+            "{ratio} ± {error}"
+        );
+        format!("{ratio:.4} ± {:.4}", CONFIDENCE * error)
+    }
+}
+
+const FLOOR: &str = "Material \"matte\"\nShape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+    \"point P\" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]\n";
+
+/// A floor and a lamp above it, out of sight.
+fn lit(lamp: &str) -> Light {
+    let world = format!("{FLOOR}Translate 0 2 0\n{lamp}");
+    Light::of("random", "directlighting", &world)
+}
+
+/// Mean ratios of a reference, as the comparison with it has measured them.
+pub fn mean_ratio(name: &str) -> String {
+    let table = read(root().join("docs/references.md"));
+    let row = table
+        .lines()
+        .find(|line| line.starts_with(&format!("| `{name}` |")));
+    let row = row.unwrap_or_else(|| panic!("no reference {name}"));
+    let cell = row.split(" | ").nth(2);
+    cell.expect("a cell of ratios").to_owned()
+}
+
+/// All references with the realistic camera.
+pub fn realistic() -> String {
+    let table = read(root().join("docs/references.md"));
+    let rows = table.lines().filter(|l| l.starts_with("| `realistic_"));
+    let ratios = rows.map(|row| row.split(" | ").nth(2).expect("a cell of ratios"));
+    let off = ratios.map(|cell| {
+        let numbers = cell.split(" ± ").next().unwrap_or_default().split(", ");
+        let numbers = numbers.map(|n| n.parse::<f64>().expect("a ratio"));
+        numbers.map(|n| (n - 1.0).abs()).fold(0.0, f64::max)
+    });
+    let off: Vec<f64> = off.collect();
+    assert!(off.len() > 5);
+    let largest = off.iter().fold(0.0f64, |a, b| a.max(*b));
+    format!(
+        "means within {largest:.4} of pbrt-v3's on {} references",
+        off.len()
+    )
+}
+
+/// A cylinder stretched along its axis, and the same written longer.
+pub fn stretched_cylinder() -> String {
+    let lamp = |scale: f32, end: f32| {
+        format!(
+            "Scale 1 1 {scale}\nAreaLightSource \"diffuse\" \"rgb L\" [9 9 9] \"integer samples\" [8]\n\
+             Shape \"cylinder\" \"float radius\" [.2] \"float zmin\" [-{end}] \"float zmax\" [{end}]"
+        )
+    };
+    let ratio = lit(&lamp(3.0, 0.3)).equal_to(&lit(&lamp(1.0, 0.9)), 0.0);
+    format!("a cylinder's light under `Scale 1 1 3` over that of one three times as long: {ratio}")
+}
+
+/// A projector under a large scale and under none.
+pub fn scaled_projector() -> String {
+    let lamp = |scale: f32| {
+        format!(
+            "Rotate 90 1 0 0\nScale {scale} {scale} {scale}\nLightSource \"projection\" \"float fov\" [60]"
+        )
+    };
+    let ratio = lit(&lamp(5000.0)).equal_to(&lit(&lamp(1.0)), 1e-4);
+    format!("light under a scale of 5000 over that under none: {ratio}")
+}
+
+/// A glowing curve beside a glowing tube as thick as it is wide.
+pub fn glowing_curve() -> String {
+    let glow = "AreaLightSource \"diffuse\" \"rgb L\" [9 9 9] \"integer samples\" [8]\n";
+    let strip = format!(
+        "{glow}Shape \"curve\" \"float width\" [.1] \"point P\" [-10 0 0  -3 0 0  3 0 0  10 0 0]"
+    );
+    let tube = format!(
+        "{glow}Rotate 90 0 1 0\nShape \"cylinder\" \"float radius\" [.05] \"float zmin\" [-10] \
+         \"float zmax\" [10]"
+    );
+    // They end differently, five times as far away as they are above the floor.
+    let ratio = lit(&strip).equal_to(&lit(&tube), 3e-4);
+    format!("light over that of a tube as thick as the curve is wide: {ratio}")
+}
+
+/// pbrt-v3 blends and normalises quaternions whose cosine is above 0.9995; the largest error of the
+/// angle on the way, as a part of the whole angle.
+pub fn small_turns() -> String {
+    let half = 0.9995f64.acos();
+    let degrees = (2.0 * half).to_degrees();
+    let (start, end) = (Transform::IDENTITY, Transform::rotate(degrees, DVec3::Z));
+    let motion = Motion::new(&start, &end, [0.0, 1.0]).expect("a rotation");
+    let mut largest = 0.0f64;
+    for i in 0..=1000 {
+        let t = f64::from(i) / 1000.0;
+        let (x, y) = (1.0 - t + t * half.cos(), t * half.sin());
+        let blended = 2.0 * y.atan2(x);
+        let x = motion.at(t).transform_vector3(DVec3::X);
+        let ours = x.y.atan2(x.x);
+        // Even to what single turns lose in double precision.
+        assert!((ours - 2.0 * half * t).abs() < 1e-12);
+        largest = largest.max((blended - ours).abs() / (2.0 * half));
+    }
+    format!("at most {largest:.1e} of the angle")
+}
+
+/// The samplers that one stands in for, and `random`.
+pub fn samplers() -> String {
+    let lamp = format!(
+        "{FLOOR}LightSource \"infinite\"\nMaterial \"plastic\"\nShape \"sphere\" \"float radius\" [.8]"
+    );
+    let random = Light::of("random", "path", &lamp);
+    let names = [
+        "halton",
+        "sobol",
+        "02sequence",
+        "lowdiscrepancy",
+        "maxmindist",
+    ];
+    let texts = names.map(|name| {
+        let light = Light::of(name, "path", &lamp);
+        format!("`{name}` {}", light.equal_to(&random, 0.0))
+    });
+    format!("mean over that with `random`: {}", texts.join(", "))
+}
+
+/// A ball of milk by an integrator that follows light inside and, in its name, by one that does not.
+pub fn milk() -> String {
+    const MILK: &str = "LightSource \"infinite\"\n\
+        Material \"subsurface\" \"string name\" \"Wholemilk\" \"float scale\" [10]\nShape \"sphere\"";
+    let by = |integrator: &str| Light::of("random", integrator, MILK);
+    let path = by("path");
+    for name in ["bdpt", "mlt", "sppm"] {
+        by(name).equal_to(&path, 0.0);
+    }
+    let (ratio, error) = path.over(&by("whitted"));
+    assert!((ratio - 1.0).abs() > SIGMAS * error);
+    format!(
+        "a ball of milk in a white sky is {ratio:.3} ± {:.3} times as bright as its boundary",
+        CONFIDENCE * error
+    )
+}
+
+/// The polynomial that pbrt-v3 has for the first moment of light inside (d'Eon and Irving 2011).
+pub fn fresnel_polynomials() -> String {
+    const FIRST: [f64; 6] = [-4.61686, 11.1136, -10.4646, 5.11455, -1.27198, 0.12746];
+    let polynomial = |coefficients: &[f64], x: f64| {
+        let terms = coefficients.iter().rev();
+        terms.fold(0.0, |sum, c| sum * x + c)
+    };
+    let mut largest = 0.0f64;
+    for i in 0..=70 {
+        let eta = 1.1 + f64::from(i) / 100.0;
+        let off = polynomial(&FIRST, eta) - FresnelMoments::inside(eta).first;
+        largest = largest.max(off.abs());
+    }
+    assert!(largest < 0.005, "{largest}");
+    format!("at most {largest:.4} of the first moment for indices from 1.1 to 1.8")
+}
+
+/// What references hold in channels that are black, as a part of the pixel's largest.
+pub fn black_channels() -> String {
+    let folder = std::fs::read_dir(root().join("refimages")).expect("the references");
+    let paths = folder.map(|entry| entry.expect("a readable entry").path());
+    let pictures = paths.filter(|path| path.extension().is_some_and(|e| e == "exr"));
+    let mut largest = 0.0f32;
+    for path in pictures {
+        let image = fstop::film::read(&path)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .image;
+        for p in &image.pixels {
+            let part = p.abs().min_element() / p.abs().max_element();
+            if part.is_finite() && part < 1e-6 {
+                largest = largest.max(part);
+            }
+        }
+    }
+    assert!(largest > 0.0);
+    format!("up to {largest:.0e} of the largest channel")
+}
+
+/// An emitter without material above a glossy floor, and one that is black.
+pub fn bare_emitter() -> String {
+    let floor = FLOOR.replace("\"matte\"", "\"metal\" \"float roughness\" [.1]");
+    let lamp = |material: &str| {
+        let world = format!(
+            "{floor}Material {material}\nAreaLightSource \"diffuse\" \"rgb L\" [5 5 5]\n\
+             Translate 0 2 1\nShape \"sphere\" \"float radius\" [.5]"
+        );
+        Light::of("random", "volpath", &world)
+    };
+    let black = lamp("\"matte\" \"rgb Kd\" [0 0 0]");
+    let ratio = lamp("\"none\"").equal_to(&black, 0.0);
+    format!("light over that of a lamp with a black material: {ratio}")
+}
