@@ -349,7 +349,9 @@ mod tests {
             uv: vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
             warnings: vec![],
         };
-        for file in [ascii(), binary(false), binary(true)] {
+        let returns = |byte: u8| if byte == b'\n' { b'\r' } else { byte };
+        let old_macintosh = ascii().into_iter().map(returns).collect();
+        for file in [ascii(), old_macintosh, binary(false), binary(true)] {
             assert_eq!(parse(&file).unwrap(), expected);
             assert_eq!(parse(&gzip(&file)).unwrap(), expected);
         }

@@ -4,7 +4,7 @@
 /// Directive (without a `MakeNamed`), pbrt-v4's type, and what comes nearest to it in pbrt-v3; empty
 /// where nothing does. From pbrt-v4's description of its file format,
 /// <https://pbrt.org/fileformat-v4>.
-const TYPES: [(&str, &str, &str); 26] = [
+const TYPES: [(&str, &str, &str); 25] = [
     ("Camera", "spherical", "environment"),
     ("Film", "gbuffer", "image"),
     ("Film", "rgb", "image"),
@@ -20,7 +20,6 @@ const TYPES: [(&str, &str, &str); 26] = [
     ("Material", "diffuse", "matte"),
     ("Material", "diffusetransmission", "translucent"),
     ("Material", "interface", "none"),
-    ("Material", "measured", ""),
     ("Material", "thindielectric", ""),
     ("Medium", "cloud", ""),
     ("Medium", "nanovdb", ""),

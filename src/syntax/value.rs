@@ -263,7 +263,7 @@ impl Parser<'_> {
                 .label("ignored, as pbrt-v3 does");
             self.report(match tail.first() {
                 Some(b'#') => diagnostic.with_help("a comment needs a blank before its `#`"),
-                Some(b',' | b';') => diagnostic.with_help("numbers are separated by blanks"),
+                Some(b',' | b';' | b':') => diagnostic.with_help("numbers are separated by blanks"),
                 _ => diagnostic,
             });
         }
