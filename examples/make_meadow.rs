@@ -21,7 +21,9 @@ const EXTENT: f64 = 60.0;
 type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
-    let folder = std::env::args_os().nth(1).ok_or("usage: make_meadow FOLDER")?;
+    let folder = std::env::args_os()
+        .nth(1)
+        .ok_or("usage: make_meadow FOLDER")?;
     let folder = Path::new(&folder);
     std::fs::create_dir_all(folder)?;
     ground().write(&folder.join("ground.ply"))?;
@@ -73,7 +75,11 @@ fn picture(side: u32, dark: [f64; 3], light: [f64; 3], cells: f64) -> RgbImage {
 fn sky(x: u32, y: u32) -> Rgb<f32> {
     let (u, v) = ((f64::from(x) + 0.5) / 512.0, (f64::from(y) + 0.5) / 256.0);
     let (theta, phi) = (v * PI, u * TAU);
-    let d = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+    let d = DVec3::new(
+        theta.sin() * phi.cos(),
+        theta.sin() * phi.sin(),
+        theta.cos(),
+    );
     let up = d.z.max(0.0);
     let cloud = noise(DVec2::new(u * 16.0, v * 12.0), 16) * (1.0 - up);
     let toward = DVec3::new(0.5, -0.6, 0.65).normalize().dot(d);
@@ -102,7 +108,10 @@ impl Mesh {
         let mut mesh = Mesh::default();
         for j in 0..=rows {
             for i in 0..=columns {
-                let uv = DVec2::new(f64::from(i) / f64::from(columns), f64::from(j) / f64::from(rows));
+                let uv = DVec2::new(
+                    f64::from(i) / f64::from(columns),
+                    f64::from(j) / f64::from(rows),
+                );
                 mesh.positions.push(place(uv));
                 mesh.uv.push(uv);
             }
@@ -162,8 +171,13 @@ fn ground() -> Mesh {
 fn stone() -> Mesh {
     Mesh::grid(48, 24, |uv| {
         let (theta, phi) = (uv.y * PI, uv.x * TAU);
-        let d = DVec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin());
-        let bumps = 0.12 * (5.0 * d.x).sin() * (4.0 * d.y).cos() + 0.05 * (11.0 * d.z + 7.0 * d.x).sin();
+        let d = DVec3::new(
+            theta.sin() * phi.cos(),
+            theta.cos(),
+            theta.sin() * phi.sin(),
+        );
+        let bumps =
+            0.12 * (5.0 * d.x).sin() * (4.0 * d.y).cos() + 0.05 * (11.0 * d.z + 7.0 * d.x).sin();
         d * DVec3::new(0.6, 0.4, 0.5) * (1.0 + bumps)
     })
 }
@@ -208,7 +222,11 @@ fn leaves() -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..2000 {
         let (p, along, across) = placed(5000 + i);
-        mesh.quad(DVec3::new(0.0, 3.2, 0.0) + 1.5 * p, 0.09 * along, 0.06 * across);
+        mesh.quad(
+            DVec3::new(0.0, 3.2, 0.0) + 1.5 * p,
+            0.09 * along,
+            0.06 * across,
+        );
     }
     mesh
 }

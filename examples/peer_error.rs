@@ -16,7 +16,9 @@ const BRIGHTEST: f32 = 0.5;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args_os().skip(1);
-    let reference = arguments.next().ok_or("usage: peer_error REFERENCE.exr PICTURE.png…")?;
+    let reference = arguments
+        .next()
+        .ok_or("usage: peer_error REFERENCE.exr PICTURE.png…")?;
     let reference = film::read(Path::new(&reference))?.image;
     let kept: Vec<bool> = (reference.pixels.iter())
         .map(|p| p.max_element() <= BRIGHTEST)

@@ -81,7 +81,9 @@ impl InfiniteLight {
     /// See [`super::Light::sample`].
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
         let (wi, pdf, radiance) = match &self.map {
-            Some(map) => map.sample(u).map(|(d, pdf, texel)| (d, pdf, self.radiance * texel))?,
+            Some(map) => map
+                .sample(u)
+                .map(|(d, pdf, texel)| (d, pdf, self.radiance * texel))?,
             None => {
                 let (wi, pdf) = sample_constant(from.n, u);
                 (wi, pdf, self.radiance)
@@ -210,10 +212,7 @@ impl PlacedMap {
         } else {
             azimuth
         };
-        (
-            Vec2::new(u, across.atan2(w.z) / PI),
-            across / w.length(),
-        )
+        (Vec2::new(u, across.atan2(w.z) / PI), across / w.length())
     }
 
     fn radiance(&self, d: Vec3) -> Rgb {

@@ -70,7 +70,8 @@ impl LightMap {
         let ((x, below_s), (y, below_t)) = (floor(s), floor(t));
         let (ds, dt) = (s - below_s, t - below_t);
         let top = self.texel(x, y) * (1.0 - ds) + self.texel(x.wrapping_add(1), y) * ds;
-        let bottom = self.texel(x, y.wrapping_add(1)) * (1.0 - ds) + self.texel(x.wrapping_add(1), y.wrapping_add(1)) * ds;
+        let bottom = self.texel(x, y.wrapping_add(1)) * (1.0 - ds)
+            + self.texel(x.wrapping_add(1), y.wrapping_add(1)) * ds;
         top * (1.0 - dt) + bottom * dt
     }
 

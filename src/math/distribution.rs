@@ -190,7 +190,11 @@ mod tests {
             let inner = d.cdf.iter().flat_map(|&c| [c.next_down(), c, c.next_up()]);
             let even = (0..1000).map(|i| i as f32 / 1000.0);
             for u in inner.chain(even).filter(|u| (0.0..1.0).contains(u)) {
-                assert_eq!(d.entries_up_to(u), d.cdf.partition_point(|&c| c <= u), "{u}");
+                assert_eq!(
+                    d.entries_up_to(u),
+                    d.cdf.partition_point(|&c| c <= u),
+                    "{u}"
+                );
             }
         }
     }

@@ -75,7 +75,19 @@ mod tests {
 
     #[test]
     fn floors_are_those_of_the_library() {
-        for x in [0.0, 0.7, 1.0, -0.0, -0.3, -1.0, -1.5, 8_388_607.5, -8_388_607.5, 3e9, -3e9] {
+        for x in [
+            0.0,
+            0.7,
+            1.0,
+            -0.0,
+            -0.3,
+            -1.0,
+            -1.5,
+            8_388_607.5,
+            -8_388_607.5,
+            3e9,
+            -3e9,
+        ] {
             let (whole, value) = floor(x);
             assert_eq!((whole as f32, value), (x.floor(), x.floor()), "{x}");
         }

@@ -233,7 +233,11 @@ impl TriangleEmitter {
             p,
             normals,
             orientation,
-            face: if orientation.flip_geometric { -face } else { face },
+            face: if orientation.flip_geometric {
+                -face
+            } else {
+                face
+            },
             area: 0.5 * cross.length(),
         }
     }
@@ -256,7 +260,11 @@ impl TriangleEmitter {
         };
         let [x, y, z] = normals.map(Vec3::as_dvec3);
         let n = x * b[0] + y * b[1] + z * b[2];
-        let side = if self.orientation.flip_shading { -1.0 } else { 1.0 };
+        let side = if self.orientation.flip_shading {
+            -1.0
+        } else {
+            1.0
+        };
         // Where they cancel the corners' order decides.
         if side * n.dot(self.face) < 0.0 && n.try_normalize().is_some() {
             -self.face

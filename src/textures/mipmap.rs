@@ -207,7 +207,10 @@ impl<V: TextureValue> Level<V> {
     fn texel(&self, s: i64, t: i64, wrap: Wrap) -> V {
         if wrap == Wrap::Repeat {
             // Sides are powers of two: masking wraps negative positions too.
-            let (s, t) = (s as usize & (self.width - 1), t as usize & (self.height - 1));
+            let (s, t) = (
+                s as usize & (self.width - 1),
+                t as usize & (self.height - 1),
+            );
             return self.texels[t * self.width + s];
         }
         match (

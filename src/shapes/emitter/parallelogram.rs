@@ -50,7 +50,11 @@ impl ParallelogramEmitter {
         if !closes || !area.is_finite() || area == 0.0 || (q - p).cross(r - p).dot(cross) <= 0.0 {
             return None;
         }
-        let side = if orientation.flip_geometric { -1.0 } else { 1.0 };
+        let side = if orientation.flip_geometric {
+            -1.0
+        } else {
+            1.0
+        };
         Some(ParallelogramEmitter {
             corner,
             edges,

@@ -1,7 +1,6 @@
 //! Densities against sampling, and sampling against the true surface.
 
 use super::*;
-use crate::shapes::triangle::{DEFAULT_UV, Triangle};
 use crate::math::DVec2;
 use crate::math::ray::Ray;
 use crate::math::sampling::uniform_sphere;
@@ -13,6 +12,7 @@ use crate::shapes::hyperboloid::Hyperboloid;
 use crate::shapes::paraboloid::Paraboloid;
 use crate::shapes::quadric::tests::points;
 use crate::shapes::sphere::Sphere;
+use crate::shapes::triangle::{DEFAULT_UV, Triangle};
 
 fn reference(p: Vec3) -> ReferencePoint {
     ReferencePoint {
