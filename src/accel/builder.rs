@@ -123,15 +123,60 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
     fn divided(&self, part: &Part) -> Parts {
         match part {
             Part::Leaf(_) => Parts::new(),
-            Part::Planned(children, depth) => children
-                .iter()
-                .map(|&child| self.planned(child, depth + 1))
-                .collect(),
+            Part::Planned(children, depth) => {
+                let mut parts = children
+                    .iter()
+                    .map(|&child| self.planned(child, depth + 1))
+                    .collect();
+                self.join_leaves(&mut parts);
+                parts
+            }
             Part::Heap(items) => items
                 .chunks(items.len().div_ceil(Node::WIDTH))
                 .map(|part| self.of_items(part.iter().copied()))
                 .collect(),
         }
+    }
+
+    /// Makes one leaf of two, again and again, where that is cheaper.
+    fn join_leaves(&self, parts: &mut Parts) {
+        let leaf = |part: &Part| match part {
+            Part::Leaf(items) if self.items[items[0] as usize].id.is_triangle() => {
+                Some((items.len(), self.bounds_of(items)))
+            }
+            _ => None,
+        };
+        loop {
+            let leaves: ArrayVec<Option<(usize, Aabb)>, { Node::WIDTH }> =
+                parts.iter().map(leaf).collect();
+            let mut best = (0.0, 0, 0);
+            for (i, a) in leaves.iter().enumerate() {
+                for (j, b) in leaves.iter().enumerate().take(i) {
+                    let (Some((n, a)), Some((m, b))) = (a, b) else {
+                        continue;
+                    };
+                    if n + m <= LANES {
+                        let gain = a.half_area() + b.half_area() - a.union(*b).half_area();
+                        if gain > best.0 {
+                            best = (gain, i, j);
+                        }
+                    }
+                }
+            }
+            let (gain, i, j) = best;
+            if gain <= 0.0 {
+                return;
+            }
+            let taken = parts.swap_remove(i);
+            if let (Part::Leaf(to), Part::Leaf(from)) = (&mut parts[j], taken) {
+                to.extend(from);
+            }
+        }
+    }
+
+    fn bounds_of(&self, items: &[u32]) -> Aabb {
+        let items = items.iter().map(|&i| self.items[i as usize].bounds);
+        items.fold(Aabb::EMPTY, Aabb::union)
     }
 
     /// Adds a node with `parts` as its children and all below it; gives the box around that.

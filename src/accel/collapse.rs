@@ -18,7 +18,7 @@ use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
 
 /// What testing a leaf's packet costs, in units of testing a node's eight boxes.
-const PACKET_COST: f32 = 0.8;
+const PACKET_COST: f32 = 0.5;
 
 /// What a primitive costs that is no triangle, in the same units. (Less than it takes, so that leaves
 /// hold several, as good for curves' memory as it is for their time.)
