@@ -8,7 +8,6 @@
 //! visiting times the surface area, which is proportional to the chance that a ray comes by
 //! (Goldsmith and Salmon 1987). Working upwards, all decisions are found in one sweep.
 
-use super::aabb::Aabb;
 use super::groups::Groups;
 use super::node::Node;
 use super::packet::LANES;
@@ -18,7 +17,7 @@ use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
 
 /// What testing a leaf's packet costs, in units of testing a node's eight boxes.
-const PACKET_COST: f32 = 0.8;
+const PACKET_COST: f32 = 0.5;
 
 /// What a primitive costs that is no triangle, in the same units. (Less than it takes, so that leaves
 /// hold several, as good for curves' memory as it is for their time.)
@@ -42,6 +41,8 @@ struct Entry {
     first: u32,
     /// How many groups the leaf has; 0 for inner nodes.
     groups: u32,
+    /// Of the binary builder's box, which is up to a hundredth too large.
+    half_area: f32,
     decision: Decision,
 }
 
@@ -63,7 +64,6 @@ impl Decision {
 /// What is known below a node of the binary tree during the sweep.
 #[derive(Clone, Copy)]
 struct Below {
-    bounds: Aabb,
     items: u32,
     others: u32,
     /// Of the cheapest forest with so many roots, less one.
@@ -82,12 +82,33 @@ impl Plan {
     /// Finds the cheapest wide tree. Leaves of the binary tree hold groups.
     pub fn new(binary: &Bvh2, groups: &Groups, items: &[Item]) -> Plan {
         let (mut entries, levels) = breadth_first(binary);
+        let mixed = items.par_iter().any(|item| !item.id.is_triangle());
+        let others = |group: u32| {
+            let is_other = |&i: &u32| !items[i as usize].id.is_triangle();
+            groups.members(group).filter(is_other).count() as u32
+        };
+        let leaf = |entry: &Entry| {
+            let first = entry.first as usize;
+            let members = &binary.primitive_indices[first..first + entry.groups as usize];
+            let count = |&group: &u32| groups.members(group).len() as u32;
+            let mut below = Below {
+                items: members.iter().map(count).sum(),
+                // Without others the items, which are anywhere in memory, need not be looked at.
+                others: 0,
+                cost: [0.0; ROOTS],
+            };
+            if mixed {
+                below.others = members.iter().map(|&group| others(group)).sum();
+            }
+            below.cost = [leaf_cost(entry, &below); ROOTS];
+            below
+        };
         let mut below: Vec<Below> = Vec::new();
         for level in levels.into_iter().rev() {
             let first_below = level.end;
             let decide = |entry: &mut Entry| {
                 if entry.groups > 0 {
-                    return leaf(entry, binary, groups, items);
+                    return leaf(entry);
                 }
                 let left = entry.first as usize - first_below;
                 inner(entry, &below[left], &below[left + 1])
@@ -187,6 +208,7 @@ fn breadth_first(binary: &Bvh2) -> (Vec<Entry>, Vec<std::ops::Range<usize>>) {
             let mut entry = Entry {
                 first: node.first_index,
                 groups: node.prim_count,
+                half_area: node.aabb().half_area(),
                 decision: Decision::default(),
             };
             if !node.is_leaf() {
@@ -202,51 +224,35 @@ fn breadth_first(binary: &Bvh2) -> (Vec<Entry>, Vec<std::ops::Range<usize>>) {
     (entries, levels)
 }
 
-fn leaf(entry: &Entry, binary: &Bvh2, groups: &Groups, items: &[Item]) -> Below {
-    let first = entry.first as usize;
-    let members = &binary.primitive_indices[first..first + entry.groups as usize];
-    let mut below = Below {
-        bounds: Aabb::EMPTY,
-        items: 0,
-        others: 0,
-        cost: [0.0; ROOTS],
-    };
-    for item in members.iter().flat_map(|&group| groups.members(group)) {
-        let item = &items[item as usize];
-        below.bounds = below.bounds.union(item.bounds);
-        below.items += 1;
-        below.others += u32::from(!item.id.is_triangle());
-    }
-    below.cost = [leaf_cost(&below); ROOTS];
-    below
-}
-
-fn leaf_cost(below: &Below) -> f32 {
+fn leaf_cost(entry: &Entry, below: &Below) -> f32 {
     let packets = (below.items as usize).div_ceil(LANES) as f32;
-    below.bounds.half_area() * (packets * PACKET_COST + below.others as f32 * OTHER_COST)
+    entry.half_area * (packets * PACKET_COST + below.others as f32 * OTHER_COST)
 }
 
 fn inner(entry: &mut Entry, left: &Below, right: &Below) -> Below {
     let mut below = Below {
-        bounds: left.bounds.union(right.bounds),
         items: left.items + right.items,
         others: left.others + right.others,
         cost: [f32::INFINITY; ROOTS],
     };
+    // Children of a node, or forests of so many roots, with k of them on the left.
     let cheapest = |roots: usize| {
-        let cost = |k: usize| left.cost[k - 1] + right.cost[roots - k - 1];
-        (1..roots)
-            .map(|k| (k, cost(k)))
-            .filter(|&(k, _)| k <= ROOTS && roots - k <= ROOTS)
-            .reduce(|a, b| if b.1 < a.1 { b } else { a })
-            .unwrap_or((1, f32::INFINITY))
+        let mut best = (1, f32::INFINITY);
+        for k in 1.max(roots.saturating_sub(ROOTS))..=ROOTS.min(roots - 1) {
+            let cost = left.cost[k - 1] + right.cost[roots - k - 1];
+            if cost < best.1 {
+                best = (k, cost);
+            }
+        }
+        best
     };
     let (split, cost) = cheapest(Node::WIDTH);
-    below.cost[0] = cost + below.bounds.half_area();
+    below.cost[0] = cost + entry.half_area;
     entry.decision.set(1, split);
     let alike = below.others == 0 || below.others == below.items;
-    if alike && below.items as usize <= LANES && leaf_cost(&below) <= below.cost[0] {
-        below.cost[0] = leaf_cost(&below);
+    let leaf_cost = leaf_cost(entry, &below);
+    if alike && below.items as usize <= LANES && leaf_cost <= below.cost[0] {
+        below.cost[0] = leaf_cost;
         entry.decision = Decision::default();
     }
     for roots in 2..=ROOTS {

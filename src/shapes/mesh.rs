@@ -27,47 +27,53 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Places `data`. Indices out of range must have been refused before.
+    /// Places a copy of `data`; see [`TriangleMesh::placed`].
     pub fn new(
         data: &MeshData,
         level_from_object: &Transform,
         reverse_orientation: bool,
     ) -> TriangleMesh {
-        let complete = |len: usize| len == data.positions.len();
-        let normal = |n: &Vec3| {
-            let n = level_from_object.normal(n.as_dvec3());
-            n.normalize_or_zero().as_vec3()
-        };
+        TriangleMesh::placed(data.clone(), level_from_object, reverse_orientation)
+    }
+
+    /// Places `data`, in the memory that it has. Indices out of range must have been refused before.
+    pub fn placed(
+        mut data: MeshData,
+        level_from_object: &Transform,
+        reverse_orientation: bool,
+    ) -> TriangleMesh {
+        let count = data.positions.len();
+        for p in &mut data.positions {
+            *p = level_from_object.point(*p);
+        }
         // A singular transformation (a mesh pressed flat) still places vertices, but no normals.
-        let with_normals = complete(data.normals.len()) && level_from_object.is_invertible();
+        if data.normals.len() != count || !level_from_object.is_invertible() {
+            data.normals = Vec::new();
+        }
+        for n in &mut data.normals {
+            let normal = level_from_object.normal(n.as_dvec3());
+            *n = normal.normalize_or_zero().as_vec3();
+        }
+        if data.tangents.len() != count {
+            data.tangents = Vec::new();
+        }
+        for s in &mut data.tangents {
+            *s = level_from_object.vector(s.as_dvec3()).as_vec3();
+        }
+        if data.uv.len() != count {
+            data.uv = Vec::new();
+        }
         TriangleMesh {
-            indices: data.indices.clone(),
-            positions: data
-                .positions
-                .iter()
-                .map(|&p| level_from_object.point(p))
-                .collect(),
-            normals: if with_normals {
-                data.normals.iter().map(normal).collect()
-            } else {
-                Vec::new()
-            },
-            tangents: if complete(data.tangents.len()) {
-                let place = |s: &Vec3| level_from_object.vector(s.as_dvec3()).as_vec3();
-                data.tangents.iter().map(place).collect()
-            } else {
-                Vec::new()
-            },
-            uv: if complete(data.uv.len()) {
-                data.uv.clone()
-            } else {
-                Vec::new()
-            },
+            indices: data.indices,
+            positions: data.positions,
+            normals: data.normals,
+            tangents: data.tangents,
+            uv: data.uv,
             orientation: Orientation {
                 flip_geometric: reverse_orientation ^ level_from_object.swaps_handedness(),
                 flip_shading: reverse_orientation,
             },
-            warnings: data.warnings.clone(),
+            warnings: data.warnings,
         }
     }
 

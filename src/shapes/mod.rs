@@ -153,8 +153,8 @@ impl ShapeSpec {
             let good = level_from_object.is_invertible();
             good.then_some(()).ok_or(ShapeError::Singular)
         };
-        let mesh = |data: &_| {
-            CompiledShape::Mesh(Box::new(TriangleMesh::new(
+        let mesh = |data| {
+            CompiledShape::Mesh(Box::new(TriangleMesh::placed(
                 data,
                 level_from_object,
                 reverse_orientation,
@@ -166,12 +166,12 @@ impl ShapeSpec {
                 invertible()?;
                 CompiledShape::Quadric(Box::new(quadric))
             }
-            ShapeSpec::TriangleMesh(spec) => mesh(&spec.data),
-            ShapeSpec::PlyMesh(spec) => mesh(&spec.load()?),
-            ShapeSpec::ObjMesh(spec) => mesh(&spec.load()?),
-            ShapeSpec::LoopSubdiv(spec) => mesh(&spec.subdivide()),
-            ShapeSpec::Heightfield(spec) => mesh(&spec.mesh()),
-            ShapeSpec::Nurbs(spec) => mesh(&spec.mesh()),
+            ShapeSpec::TriangleMesh(spec) => mesh(spec.data.clone()),
+            ShapeSpec::PlyMesh(spec) => mesh(spec.load()?),
+            ShapeSpec::ObjMesh(spec) => mesh(spec.load()?),
+            ShapeSpec::LoopSubdiv(spec) => mesh(spec.subdivide()),
+            ShapeSpec::Heightfield(spec) => mesh(spec.mesh()),
+            ShapeSpec::Nurbs(spec) => mesh(spec.mesh()),
             ShapeSpec::Curve(spec) => {
                 invertible()?;
                 let curves = spec.place(level_from_object, reverse_orientation);
