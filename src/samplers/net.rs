@@ -154,7 +154,10 @@ mod tests {
                 let seen: std::collections::BTreeSet<u32> = (0..4u32)
                     .map(|value| point(value << (2 * digit))[d] >> (2 * digit))
                     .collect();
-                assert!(seen.iter().eq(&[0, 1, 2, 3]), "dimension {d}, digit {digit}");
+                assert!(
+                    seen.iter().eq(&[0, 1, 2, 3]),
+                    "dimension {d}, digit {digit}"
+                );
             }
         }
     }

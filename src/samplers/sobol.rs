@@ -80,12 +80,7 @@ impl SobolStream {
         let index = owen_scramble_rev(self.index_reversed, key as u32).reverse_bits();
         // A key for each dimension: distinct words, hashed again.
         let key = (key >> 32) as u32;
-        let keys = [
-            key,
-            key ^ 0x9e37_79b9,
-            key ^ 0x7f4a_7c15,
-            key ^ 0xe17d_05ac,
-        ];
+        let keys = [key, key ^ 0x9e37_79b9, key ^ 0x7f4a_7c15, key ^ 0xe17d_05ac];
         owen_scramble_int4_rev(point(index).into(), hash_int4(keys.into()))
             .reverse_bits()
             .to_f32_norm()
