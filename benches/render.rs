@@ -1,7 +1,7 @@
 //! Whole small renders, scene file to film: `cargo bench --bench render`.
 //!
-//! Items are camera samples: divan prints samples a second. Scenes are read and built once, on one
-//! thread each; `built` is the time from text to world.
+//! Items are camera samples: divan prints samples a second. `built_from_text` is the time from text to
+//! world. One thread, but for `rendered_on_two_threads`.
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -51,37 +51,33 @@ fn shot(scene: &str) -> Shot {
     shot
 }
 
-fn on_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
-    let pool = rayon::ThreadPoolBuilder::new()
+fn pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
-        .expect("a pool");
-    pool.install(work)
+        .expect("a pool")
+}
+
+fn bench_render(bencher: Bencher, scene: &str, threads: usize) {
+    let (shot, pool) = (shot(scene), pool(threads));
+    let samples = shot.film.pixel_bounds().area() * SPP as usize;
+    bencher
+        .counter(ItemsCount::new(samples))
+        .bench_local(|| pool.install(|| render(&shot, TILE_SIZE, &Progress::hidden())));
 }
 
 #[divan::bench(args = SCENES, sample_count = 10)]
 fn rendered(bencher: Bencher, scene: &str) {
-    let shot = shot(scene);
-    let samples = shot.film.pixel_bounds().area() * SPP as usize;
-    on_threads(1, || {
-        bencher
-            .counter(ItemsCount::new(samples))
-            .bench_local(|| render(&shot, TILE_SIZE, &Progress::hidden()));
-    });
+    bench_render(bencher, scene, 1);
 }
 
 #[divan::bench(args = ["int_cornell_path", "realistic_dgauss50_full"], sample_count = 10)]
 fn rendered_on_two_threads(bencher: Bencher, scene: &str) {
-    let shot = shot(scene);
-    let samples = shot.film.pixel_bounds().area() * SPP as usize;
-    on_threads(2, || {
-        bencher
-            .counter(ItemsCount::new(samples))
-            .bench_local(|| render(&shot, TILE_SIZE, &Progress::hidden()));
-    });
+    bench_render(bencher, scene, 2);
 }
 
 #[divan::bench(args = SCENES, sample_count = 10)]
 fn built_from_text(bencher: Bencher, scene: &str) {
-    on_threads(1, || bencher.bench_local(|| built(scene)));
+    let pool = pool(1);
+    bencher.bench_local(|| pool.install(|| built(scene)));
 }

@@ -41,25 +41,23 @@ fn numbers(bencher: Bencher, name: &str) {
     // Film, time and lens; then for each bounce light, direction, and whether to go on.
     const BOUNCES: u32 = 3;
     let count = 5 + 7 * BOUNCES;
-    bencher
-        .counter(ItemsCount::new(SAMPLES * count))
-        .bench(|| {
-            let mut sum = Vec2::ZERO;
-            for index in 0..SAMPLES {
-                let mut stream = sampler.stream(IVec2::new(3, 4), index);
+    bencher.counter(ItemsCount::new(SAMPLES * count)).bench(|| {
+        let mut sum = Vec2::ZERO;
+        for index in 0..SAMPLES {
+            let mut stream = sampler.stream(IVec2::new(3, 4), index);
+            sum += stream.next_2d();
+            sum.x += stream.next_1d();
+            sum += stream.next_2d();
+            for _ in 0..BOUNCES {
+                sum.x += stream.next_1d();
                 sum += stream.next_2d();
                 sum.x += stream.next_1d();
                 sum += stream.next_2d();
-                for _ in 0..BOUNCES {
-                    sum.x += stream.next_1d();
-                    sum += stream.next_2d();
-                    sum.x += stream.next_1d();
-                    sum += stream.next_2d();
-                    sum.x += stream.next_1d();
-                }
+                sum.x += stream.next_1d();
             }
-            sum
-        });
+        }
+        sum
+    });
 }
 
 /// A sphere of a material that fills the picture, with what else is in the scene.

@@ -1,4 +1,4 @@
-//! pbrt-v2's `bestcandidate`, Poisson-disk points, served by Sobol' points.
+//! pbrt-v2's `bestcandidate`, Poisson-disk points, served by the points of [`super::sobol`].
 //!
 //! `pixelsamples` (integer, 4).
 
@@ -10,7 +10,7 @@ use crate::params::ParamReader;
 pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     SamplerSpec {
         note: Some(
-            "sampler \"bestcandidate\" is rendered with Owen-scrambled Sobol' points (same picture, other noise)",
+            "sampler \"bestcandidate\" is rendered with Owen-scrambled low-discrepancy points (same picture, other noise)",
         ),
         ..SamplerSpec::sobol(positive(reader, "pixelsamples", 4))
     }

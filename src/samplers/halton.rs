@@ -1,4 +1,4 @@
-//! `halton`, pbrt-v3's default sampler, served by Sobol' points.
+//! `halton`, pbrt-v3's default sampler, served by the points of [`super::sobol`].
 //!
 //! `pixelsamples` (integer, 16; 4 in pbrt-v2). `samplepixelcenter` (bool, false): every film point
 //! lies at a pixel centre, which changes the picture.
@@ -16,7 +16,7 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     SamplerSpec {
         pixel_centers: reader.boolean("samplepixelcenter", false),
         note: Some(
-            "sampler \"halton\" is rendered with Owen-scrambled Sobol' points (same picture, other noise)",
+            "sampler \"halton\" is rendered with Owen-scrambled low-discrepancy points (same picture, other noise)",
         ),
         ..SamplerSpec::sobol(positive(reader, "pixelsamples", default))
     }

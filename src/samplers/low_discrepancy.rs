@@ -1,5 +1,5 @@
-//! `lowdiscrepancy`, also called `02sequence`, served by Sobol' points: each pair of numbers is
-//! itself such a (0,2)-sequence.
+//! `lowdiscrepancy`, also called `02sequence`, served by the points of [`super::sobol`]: each pair of
+//! numbers is itself such a (0,2)-sequence.
 //!
 //! `pixelsamples` (integer, 16; 4 in pbrt-v2), rounded up to a power of two as pbrt does.
 //! `dimensions` (integer, 4): accepted; all dimensions are spread well.
@@ -17,7 +17,7 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     reader.find_integer("dimensions");
     SamplerSpec {
         note: Some(
-            "(0,2)-sequences are rendered with Owen-scrambled Sobol' points (same picture, other noise)",
+            "(0,2)-sequences are rendered with Owen-scrambled low-discrepancy points (same picture, other noise)",
         ),
         ..SamplerSpec::sobol(power_of_two(reader, "pixelsamples", default))
     }

@@ -1,4 +1,4 @@
-//! `maxmindist`, points that keep their distance, served by Sobol' points.
+//! `maxmindist`, points that keep their distance, served by the points of [`super::sobol`].
 //!
 //! `pixelsamples` (integer, 16), rounded up to a power of two as pbrt does. `dimensions`
 //! (integer, 4): accepted; all dimensions are spread well.
@@ -12,7 +12,7 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     reader.find_integer("dimensions");
     SamplerSpec {
         note: Some(
-            "sampler \"maxmindist\" is rendered with Owen-scrambled Sobol' points (same picture, other noise)",
+            "sampler \"maxmindist\" is rendered with Owen-scrambled low-discrepancy points (same picture, other noise)",
         ),
         ..SamplerSpec::sobol(power_of_two(reader, "pixelsamples", 16))
     }

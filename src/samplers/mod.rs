@@ -8,12 +8,11 @@
 //!
 //! Samplers change the noise of a picture, never what it converges to (scene-language 3.4), so
 //! three kinds of points serve all the scene language's types: stratified ones, random ones, and
-//! Owen-scrambled Sobol' points for everything of low discrepancy.
+//! Owen-scrambled ones for everything of low discrepancy ([`sobol`]). `docs/samplers.md` compares them.
 
 mod adaptive;
 mod best_candidate;
 mod count;
-mod field;
 mod halton;
 mod low_discrepancy;
 mod max_min_dist;
@@ -55,7 +54,7 @@ pub enum Points {
     Stratified(Stratified),
     /// Independent points.
     Random,
-    /// Owen-scrambled Sobol' points.
+    /// Owen-scrambled low-discrepancy points: what Sobol's are, in four dimensions at a time.
     Sobol,
 }
 
@@ -101,7 +100,7 @@ impl SamplerSpec {
         }
     }
 
-    /// Sobol' points, `spp` in every pixel.
+    /// Owen-scrambled points, `spp` in every pixel.
     pub fn sobol(spp: u32) -> SamplerSpec {
         SamplerSpec {
             points: Points::Sobol,

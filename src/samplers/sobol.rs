@@ -2,23 +2,26 @@
 //!
 //! `pixelsamples` (integer, 16), rounded up to a power of two as pbrt-v3 does.
 //!
-//! The points are those of [`super::net`], 16 dimensions that belong together, scrambled by Owen's method:
-//! every bit of a coordinate is flipped or not by all that stand before it, which keeps all their
-//! spread and makes each number uniform. The hash that decides is that of Burley, "Practical Hash-based Owen
-//! Scrambling", JCGT 9(4), 2020, improved by Vegdahl (crate `sobol_burley`). After 16 dimensions the next 16 begin with
-//! indices shuffled by the same method: aligned runs of samples stay together, and the dimensions have no limit.
+//! Numbers come in sets of four dimensions, those of [`super::net`], each scrambled by Owen's method: every
+//! bit of a coordinate is flipped or not by what stands before it, which keeps the spread of all aligned
+//! runs and makes each number uniform. The order of the points is shuffled in the same way for each set,
+//! so that sets are independent of each other and there is no limit to the number of dimensions (Burley, "Practical
+//! Hash-based Owen Scrambling", JCGT 9(4), 2020, with the hash of the crate `sobol_burley`).
 //!
 //! Pairs are taken from sets of their own, two from each: film and lens point share four dimensions, or
-//! film and first light point where there is no lens. Single numbers share sets too.
+//! film and first light point where the camera has no lens. Single numbers share sets of four, too.
 //!
-//! Tried, as variance against this at 16, 64 and 256 samples (`docs/samplers.md`):
-//! * Pairs of Sobol' points, each shuffled by itself: 1.6, 2.0, 3.3 times for a defocused picture, 0.9, 1.1, 1.3 for a
-//!   box of bounces.
-//! * Sobol's own dimensions up to 64 at once: 1.1, 0.9, 1.1 for the picture, 1.0, 1.2, 1.0 for the box.
+//! Tried; variance in units of this one's, at 16, 64 and 256 samples of the scenes of `docs/samplers.md`:
+//! * Each pair in a set of its own with two singles, of Sobol's first four dimensions: lens 1.8, 2.0, 2.7;
+//!   box 1.1, 1.0, 1.0; motion 1.0, 0.9, 0.9 (time shares a set with the film point).
+//! * 64 dimensions of Sobol's sequence with one order of points: lens 1.2, 0.9, 0.9; box 1.1, 1.1, 0.8; motion
+//!   1.0, 0.9, 0.6.
+//! * A (0, 16)-sequence in base 16 of four such sets with one order of points: lens 1.1, 1.0, 0.8; box 1.0, 0.9, 0.8;
+//!   but motion 1.1, 2.1, 0.5: with other counts than powers of 16 some dimensions go together badly.
 
 use super::SamplerSpec;
 use super::count::power_of_two;
-use super::net::{SETS, point};
+use super::net::point;
 use crate::math::Vec2;
 use crate::math::hash::mix;
 use crate::params::ParamReader;
@@ -50,8 +53,6 @@ pub struct SobolStream {
     seed: u64,
     /// Sample index, its bits reversed.
     index_reversed: u32,
-    /// Index in the order of the present 16 dimensions.
-    shuffled: u32,
     /// Sets drawn so far.
     sets: u32,
     pairs: Drawn,
@@ -64,7 +65,6 @@ impl SobolStream {
         SobolStream {
             seed,
             index_reversed: index.reverse_bits(),
-            shuffled: 0,
             sets: 0,
             pairs: Drawn::NOTHING,
             singles: Drawn::NOTHING,
@@ -76,21 +76,12 @@ impl SobolStream {
         // Weyl's sequence mixed, as in SplitMix64: the seed is hashed already.
         let step = u64::from(self.sets).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let key = mix(self.seed.wrapping_add(step));
-        let set = self.sets % SETS as u32;
-        if set == 0 {
-            let order = key as u32;
-            self.shuffled = owen_scramble_rev(self.index_reversed, order).reverse_bits();
-        }
         self.sets = self.sets.wrapping_add(1);
+        let index = owen_scramble_rev(self.index_reversed, key as u32).reverse_bits();
         // A key for each dimension: distinct words, hashed again.
         let key = (key >> 32) as u32;
-        let keys = [
-            key,
-            key ^ 0x9e37_79b9,
-            key ^ 0x7f4a_7c15,
-            key ^ 0xe17d_05ac,
-        ];
-        owen_scramble_int4_rev(point(self.shuffled, set).into(), hash_int4(keys.into()))
+        let keys = [key, key ^ 0x9e37_79b9, key ^ 0x7f4a_7c15, key ^ 0xe17d_05ac];
+        owen_scramble_int4_rev(point(index).into(), hash_int4(keys.into()))
             .reverse_bits()
             .to_f32_norm()
     }

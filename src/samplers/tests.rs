@@ -68,7 +68,11 @@ fn streams_stay_what_they_are() {
             Vec2::new(0.066_825_986, 0.370_440_72),
             0.450_106_8,
         ),
-        (0.434_023_62, Vec2::new(0.954_404, 0.863_253_1), 0.511_385_1),
+        (
+            0.745_258_45,
+            Vec2::new(0.301_434_64, 0.111_050_13),
+            0.024_775_624,
+        ),
     ];
     for (spec, expected) in kinds(16).into_iter().zip(expected) {
         let mut stream = Sampler::new(&spec, 1).stream(pixel(12, 34), 5);
@@ -172,7 +176,7 @@ fn without_jitter_points_are_cell_centers() {
 
 #[test]
 fn sobol_pairs_are_nets() {
-    // Any power of two of samples, in every pair, and also where the sequence begins anew.
+    // Any power of two of samples, in every pair, from the start and later.
     let sampler = Sampler::new(&SamplerSpec::sobol(256), 5);
     for first in [0u32, 1 << 16] {
         for log in 0..=8 {
@@ -186,6 +190,44 @@ fn sobol_pairs_are_nets() {
             }
         }
     }
+}
+
+#[test]
+fn film_and_lens_are_a_net_together() {
+    let sampler = Sampler::new(&SamplerSpec::sobol(256), 5);
+    let mut seen = vec![false; 256];
+    for index in 0..256 {
+        let mut stream = sampler.stream(pixel(4, 7), index);
+        let (film, _, lens) = (stream.next_2d(), stream.next_1d(), stream.next_2d());
+        let quarters = [film.x, film.y, lens.x, lens.y].map(|u| (4.0 * u) as usize);
+        let cell = quarters.iter().fold(0, |cell, q| 4 * cell + q);
+        assert!(!std::mem::replace(&mut seen[cell], true), "{quarters:?}");
+    }
+}
+
+/// The crate that the hash comes from has sequences of 65,536 points and 256 dimensions.
+#[test]
+fn sobol_goes_on_beyond_what_others_end_at() {
+    let sampler = Sampler::new(&SamplerSpec::sobol(1 << 20), 5);
+    let points: Vec<Vec2> = (0..1 << 17)
+        .map(|index| {
+            let mut stream = sampler.stream(pixel(1, 2), index);
+            for _ in 0..300 {
+                stream.next_1d();
+            }
+            stream.next_2d()
+        })
+        .collect();
+    // None of them comes twice, then.
+    assert!(one_in_each_cell(&points, 1 << 8, 1 << 9));
+    // Nor does a dimension come again, or a sample at the far end of what can be asked for.
+    let mut stream = sampler.stream(pixel(1, 2), u32::MAX);
+    let numbers: std::collections::BTreeSet<u32> =
+        (0..2000).map(|_| stream.next_1d().to_bits()).collect();
+    // Of 2000 numbers of 23 bits 0.24 pairs are expected to be equal.
+    assert!(numbers.len() > 1990, "{}", numbers.len());
+    let mut last = sampler.stream(pixel(1, 2), u32::MAX - 1);
+    assert_ne!(stream.next_2d(), last.next_2d());
 }
 
 /// Pearson's statistic of `counts` against equal expectations.

@@ -8,11 +8,11 @@ use std::time::Duration;
 /// Source: POSIX, `clock_gettime(CLOCK_PROCESS_CPUTIME_ID)`. Where there is no such clock (Windows), the
 /// time of day since the first call.
 pub fn processor_time() -> Duration {
-    clock::now()
+    platform::now()
 }
 
 #[cfg(unix)]
-mod clock {
+mod platform {
     use rustix::time::{ClockId, clock_gettime};
     use std::time::Duration;
 
@@ -24,7 +24,7 @@ mod clock {
 }
 
 #[cfg(not(unix))]
-mod clock {
+mod platform {
     use std::sync::OnceLock;
     use std::time::{Duration, Instant};
 

@@ -56,7 +56,7 @@ impl Recommendation {
     }
 }
 
-/// Sobol' points are well spread in powers of two.
+/// Points of low discrepancy are well spread in powers of two.
 fn samples(wanted: f64, by_powers: bool) -> u32 {
     let whole = wanted.ceil().clamp(1.0, MOST_SPP) as u32;
     match by_powers {

@@ -194,7 +194,7 @@ pub const ROWS: &[Row] = &[
     Row {
         what: "`halton`, `sobol`, `02sequence`, `lowdiscrepancy`, `maxmindist`",
         pbrt: "five samplers",
-        fstop: "Owen-scrambled Sobol' points serve all, with a note",
+        fstop: "Owen-scrambled low-discrepancy points serve all, with a note",
         much: &[NOISE, Measured(measures::samplers)],
         held: &[
             Measurement,
