@@ -168,10 +168,11 @@ fn bsdf_made(bencher: Bencher, name: &str) {
     let hits = hits(&shot);
     bencher.counter(ItemsCount::new(hits.len())).bench(|| {
         for (hit, differentials) in &hits {
-            black_box(
-                shot.world
-                    .bsdf(hit.material, &hit.surface, differentials.as_ref()),
-            );
+            let material = shot.world.material(hit.material).expect("all have one");
+            let bsdf = shot
+                .world
+                .bsdf(material, &hit.surface, differentials.as_ref());
+            black_box(bsdf);
         }
     });
 }
@@ -191,11 +192,10 @@ fn bsdf_sampled(bencher: Bencher, name: &str) {
     bencher.counter(ItemsCount::new(hits.len())).bench(|| {
         for (i, (hit, differentials)) in hits.iter().enumerate() {
             let surface = &hit.surface;
-            let bsdf = shot
-                .world
-                .bsdf(hit.material, surface, differentials.as_ref());
+            let material = shot.world.material(hit.material).expect("all have one");
+            let bsdf = shot.world.bsdf(material, surface, differentials.as_ref());
             let u = numbers_of(i);
-            black_box(bsdf.and_then(|bsdf| bsdf.sample(surface.wo, u.y, u)));
+            black_box(bsdf.sample(surface.wo, u.y, u));
         }
     });
 }
@@ -207,11 +207,10 @@ fn bsdf_evaluated(bencher: Bencher, name: &str) {
     bencher.counter(ItemsCount::new(hits.len())).bench(|| {
         for (i, (hit, differentials)) in hits.iter().enumerate() {
             let surface = &hit.surface;
-            let bsdf = shot
-                .world
-                .bsdf(hit.material, surface, differentials.as_ref());
+            let material = shot.world.material(hit.material).expect("all have one");
+            let bsdf = shot.world.bsdf(material, surface, differentials.as_ref());
             let wi = fstop::math::sampling::uniform_sphere(numbers_of(i));
-            black_box(bsdf.map(|bsdf| (bsdf.f(surface.wo, wi), bsdf.pdf(surface.wo, wi))));
+            black_box((bsdf.f(surface.wo, wi), bsdf.pdf(surface.wo, wi)));
         }
     });
 }

@@ -53,10 +53,6 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         plan,
         indices: binary.primitive_indices,
     };
-    let mut tree = Tree {
-        cells: Vec::new(),
-        nodes: 0,
-    };
     let root = source.planned(0, 0);
     let parts = match root {
         // Every tree starts with a node.

@@ -198,7 +198,10 @@ pub const ROWS: &[Row] = &[
         much: &[NOISE, Measured(measures::samplers)],
         held: &[
             Measurement,
-            Scene("samplers", "rendered with Owen-scrambled Sobol' points"),
+            Scene(
+                "samplers",
+                "rendered with Owen-scrambled low-discrepancy points",
+            ),
         ],
     },
     Row {
