@@ -3,10 +3,14 @@
 use super::common::Render;
 use super::{read, root};
 use fstop::bsdf::fresnel_moments::FresnelMoments;
-use fstop::math::DVec3;
+use fstop::bssrdf::{Bssrdf, NormalisedChannel, Profile, ProfileTable, TabulatedChannel};
 use fstop::math::color::luminance;
+use fstop::math::frame::Frame;
+use fstop::math::hash::{mix2, unit_float};
 use fstop::math::motion::Motion;
 use fstop::math::transform::Transform;
+use fstop::math::{DVec3, Vec2, Vec3};
+use fstop::surface::{ShadingGeometry, SurfaceHit};
 use std::io::Write;
 
 /// Standard errors that two means may differ by: one false alarm in 15,000.
@@ -183,11 +187,10 @@ pub fn samplers() -> String {
     format!("mean over that with `random`: {}", texts.join(", "))
 }
 
-/// A ball of milk by an integrator that follows light inside and, in its name, by one that does not.
-pub fn milk() -> String {
-    const MILK: &str = "LightSource \"infinite\"\n\
-        Material \"subsurface\" \"string name\" \"Wholemilk\" \"float scale\" [10]\nShape \"sphere\"";
-    let by = |integrator: &str| Light::of("random", integrator, MILK);
+/// How much brighter a ball in a white sky is by a path integrator than by one that shows boundaries only.
+fn beside_its_boundary(material: &str) -> String {
+    let world = format!("LightSource \"infinite\"\n{material}\nShape \"sphere\"");
+    let by = |integrator: &str| Light::of("random", integrator, &world);
     let path = by("path");
     for name in ["bdpt", "mlt", "sppm"] {
         by(name).equal_to(&path, 0.0);
@@ -195,9 +198,140 @@ pub fn milk() -> String {
     let (ratio, error) = path.over(&by("whitted"));
     assert!((ratio - 1.0).abs() > SIGMAS * error);
     format!(
-        "a ball of milk in a white sky is {ratio:.3} ± {:.3} times as bright as its boundary",
+        "{ratio:.3} ± {:.3} times as bright as its boundary",
         CONFIDENCE * error
     )
+}
+
+/// Milk.
+pub fn milk() -> String {
+    const MILK: &str = "Material \"subsurface\" \"string name\" \"Wholemilk\" \"float scale\" [10]";
+    format!(
+        "a ball of milk in a white sky is {}",
+        beside_its_boundary(MILK)
+    )
+}
+
+/// Chalk with milk.
+pub fn chalk_and_milk() -> String {
+    const MIXED: &str = "MakeNamedMaterial \"chalk\" \"string type\" \"matte\"\n\
+        MakeNamedMaterial \"milk\" \"string type\" \"subsurface\" \"string name\" \"Wholemilk\" \
+        \"float scale\" [10]\nMaterial \"mix\" \"string namedmaterial1\" \"chalk\" \
+        \"string namedmaterial2\" \"milk\"";
+    format!(
+        "a ball of chalk and milk in a white sky is {}",
+        beside_its_boundary(MIXED)
+    )
+}
+
+/// A lamp that is an instance, above a floor.
+pub fn instanced_lamp() -> String {
+    let lamp = "ObjectBegin \"lamp\"\nAreaLightSource \"diffuse\" \"rgb L\" [9 9 9]\n\
+        Shape \"sphere\"\nObjectEnd\nObjectInstance \"lamp\"";
+    let floor = lit(lamp).mean;
+    assert_eq!(floor, 0.0);
+    format!("a floor receives {floor} from such a lamp")
+}
+
+/// What pbrt-v3 loses below a ball whose radius is 50 times the longest length.
+pub fn below_a_ball() -> String {
+    let table = ProfileTable::new(0.0, 1.33);
+    let (albedos, lengths) = ([0.5, 0.9, 0.98], [0.02, 0.01, 0.005]);
+    let tabulated = |c: usize| TabulatedChannel::new(table.row(albedos[c]), lengths[c], 1e-12);
+    let normalised = |c: usize| NormalisedChannel::new(albedos[c], lengths[c], 1e-12);
+    let tabulated = Profile::Tabulated([0, 1, 2].map(tabulated));
+    let normalised = Profile::Normalised([0, 1, 2].map(normalised));
+    let [tabulated, normalised] = [tabulated, normalised].map(|profile| lost(profile, &table));
+    assert!(
+        tabulated >= 0.0 && normalised > 1.0,
+        "{tabulated}, {normalised}"
+    );
+    format!(
+        "{tabulated:.1} % of the longest channel below `subsurface`, {normalised:.1} % below `disney`, for \
+         lengths 4 : 2 : 1 on a ball of 50 lengths"
+    )
+}
+
+/// The part of the first channel's light, in per cent, that is lost below a ball of radius 1 where the
+/// densities of channels whose probes do not come as far as what is met are counted all the same.
+fn lost(profile: Profile, table: &ProfileTable) -> f64 {
+    const AXIS_CHANCES: [f32; 3] = [0.25, 0.25, 0.5];
+    let shading = ShadingGeometry {
+        n: Vec3::Z,
+        dpdu: Vec3::X,
+        dpdv: Vec3::Y,
+        dndu: Vec3::ZERO,
+        dndv: Vec3::ZERO,
+    };
+    let top = SurfaceHit {
+        p: Vec3::ZERO,
+        p_error: Vec3::ZERO,
+        n: Vec3::Z,
+        uv: Vec2::ZERO,
+        dpdu: Vec3::X,
+        dpdv: Vec3::Y,
+        shading,
+        wo: Vec3::Z,
+        time: 0.0,
+    };
+    let frame = Frame::from_normal_and_tangent(Vec3::Z, Vec3::X);
+    let bssrdf = Bssrdf::new(&top, frame, profile, table.exit());
+    let all_channels = |p: Vec3, n: Vec3| -> f32 {
+        let (p, n) = (frame.to_local(p), frame.to_local(n));
+        let of_axis = |axis: usize| {
+            let off = Vec2::new(p[(axis + 1) % 3], p[(axis + 2) % 3]).length();
+            let densities: f32 = (0..3).map(|c| profile.pdf(c, off)).sum();
+            AXIS_CHANCES[axis] * n[axis].abs() * densities / 3.0
+        };
+        (0..3).map(of_axis).sum()
+    };
+    let (mut ours, mut theirs) = (0.0, 0.0);
+    for i in 0..200_000 {
+        let number = |j: u64| unit_float(mix2(4 * i + j, 0));
+        let Some(probe) = bssrdf.probe(number(0), Vec2::new(number(1), number(2))) else {
+            continue;
+        };
+        let centre = -Vec3::Z.as_dvec3();
+        let (o, d) = (probe.o.as_dvec3() - centre, probe.d.as_dvec3());
+        let b = o.dot(d);
+        let root = (b * b - o.length_squared() + 1.0).sqrt();
+        for t in [-b - root, -b + root] {
+            if (0.0..=f64::from(probe.length)).contains(&t) {
+                let n = o + t * d;
+                let p = (centre + n).as_vec3();
+                let value = bssrdf.value(p).x;
+                ours += f64::from(value / bssrdf.pdf(p, n.as_vec3()));
+                theirs += f64::from(value / all_channels(p, n.as_vec3()));
+            }
+        }
+    }
+    100.0 * (1.0 - theirs / ours)
+}
+
+/// The largest value of the spline of `marble` in its six segments, and in the second one alone, past
+/// its end, as pbrt-v3 takes it (Pharr, Jakob and Humphreys 2016, §10.6.6).
+pub fn marble() -> String {
+    // Red of the control points, which is the largest but for blue's 0.6.
+    const RED: [f64; 9] = [0.58, 0.58, 0.58, 0.5, 0.6, 0.58, 0.58, 0.2, 0.58];
+    let bezier = |first: usize, t: f64| -> f64 {
+        let weights = [
+            (1.0 - t).powi(3),
+            3.0 * t * (1.0 - t).powi(2),
+            3.0 * t * t * (1.0 - t),
+            t * t * t,
+        ];
+        let points = &RED[first..first + 4];
+        1.5 * weights.iter().zip(points).map(|(w, p)| w * p).sum::<f64>()
+    };
+    let steps = (0..=6000).map(|i| f64::from(i) / 1000.0);
+    let (mut ours, mut theirs) = (0.0f64, 0.0f64);
+    for t in steps {
+        let segment = (t as usize).min(5);
+        ours = ours.max(bezier(segment, t - segment as f64));
+        let slip = segment.min(1);
+        theirs = theirs.max(bezier(slip, t - slip as f64).abs());
+    }
+    format!("red up to {theirs:.1} there, {ours:.2} here")
 }
 
 /// The polynomial that pbrt-v3 has for the first moment of light inside (d'Eon and Irving 2011).

@@ -145,11 +145,14 @@ pub const ROWS: &[Row] = &[
         what: "emitters inside instanced objects",
         pbrt: "glow but light nothing",
         fstop: "the same, with a warning at the shape",
-        much: &[Words("nothing")],
-        held: &[Scene(
-            "instancing",
-            "an emitter inside an object glows but lights nothing",
-        )],
+        much: &[Measured(measures::instanced_lamp)],
+        held: &[
+            Measurement,
+            Scene(
+                "instancing",
+                "an emitter inside an object glows but lights nothing",
+            ),
+        ],
     },
     Row {
         what: "reconstruction filters",
@@ -265,13 +268,16 @@ pub const ROWS: &[Row] = &[
         pbrt: "a channel's probes end at the distance within which 0.999 of its light comes out, but their density counts beyond it too: light is lost where channels differ",
         fstop: "counts as far as the probes reach",
         much: &[
-            Words("some of the longest channel's light on small balls"),
+            Measured(measures::below_a_ball),
             References(&["mat_subsurface", "mat_kdsubsurface"]),
         ],
-        held: &[Test(
-            "src/bssrdf/tests.rs",
-            "a_sphere_returns_the_effective_albedo",
-        )],
+        held: &[
+            Measurement,
+            Test(
+                "src/bssrdf/tests.rs",
+                "a_sphere_returns_the_effective_albedo",
+            ),
+        ],
     },
     Row {
         what: "Fresnel moments of subsurface scattering",
@@ -331,8 +337,9 @@ pub const ROWS: &[Row] = &[
         what: "mixes of materials that light wanders below",
         pbrt: "of the first part's light what goes in looks for surfaces of that part, finds the mix, and is lost; the second part is its boundary alone",
         fstop: "light wanders below the part that let it in",
-        much: &[Words("the look of the material")],
+        much: &[Measured(measures::chalk_and_milk)],
         held: &[
+            Measurement,
             Test(
                 "tests/mixed_interiors.rs",
                 "a_mix_shows_what_comes_out_of_each_of_its_parts",
@@ -395,13 +402,16 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         what: "texture `marble`",
-        pbrt: "past the end of the second of its spline's six segments, by a slip of one number: values up to about 20",
+        pbrt: "past the end of the second of its spline's six segments, by a slip of one number: far brighter than the stone",
         fstop: "the six segments of the book and of pbrt-v2",
-        much: &[Words("colours of the stone, not far brighter ones")],
-        held: &[Test(
-            "src/textures/marble.rs",
-            "colors_stay_within_those_of_the_spline",
-        )],
+        much: &[Measured(measures::marble)],
+        held: &[
+            Measurement,
+            Test(
+                "src/textures/marble.rs",
+                "colors_stay_within_those_of_the_spline",
+            ),
+        ],
     },
     Row {
         what: "texture `ptex`",
