@@ -13,7 +13,6 @@ use crate::cameras::{Compat, ModelChoice};
 use crate::math::DVec3;
 use crate::math::transform::Transform;
 use crate::params::{Dialect, SpectrumFiles, TextureNames};
-use crate::syntax::suggest::nearest;
 use crate::syntax::{
     Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser, SourceMap, Span, Typed,
 };
@@ -416,14 +415,10 @@ impl<'a> Interpreter<'a> {
             Some(ctm) => self.current.ctm = ctm.clone(),
             None => {
                 let known = self.coordinate_systems.keys().map(String::as_str);
-                self.diagnostics.push(
-                    Diagnostic::warning(format!(
-                        "there is no coordinate system `{}`; ignored",
-                        name.text
-                    ))
-                    .at(name.span)
-                    .with_suggestion(nearest(&name.text, known)),
-                );
+                let message = format!("there is no coordinate system `{}`; ignored", name.text);
+                let warning = Diagnostic::warning(message).at(name.span);
+                self.diagnostics
+                    .push_with_nearest(warning, &name.text, known);
             }
         }
     }
