@@ -24,7 +24,7 @@ impl Interpreter<'_> {
             );
             return;
         }
-        self.scopes.open(Scope::Object, span, &self.current);
+        self.scopes.open(Scope::Object, span, &mut self.current);
         let object = ObjectDefinition {
             name: name.text,
             shapes: Vec::new(),
