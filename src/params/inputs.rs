@@ -2,7 +2,7 @@
 
 use super::{FloatInput, ParamReader, SpectrumInput, spectrum};
 use crate::math::Rgb;
-use crate::syntax::{Diagnostic, Name, Param, ParamGroup, ParamValue, suggest};
+use crate::syntax::{Diagnostic, Name, Param, ParamGroup, ParamValue};
 
 impl<'a> ParamReader<'a> {
     /// The layer and value that count where a texture or a number may be given: in each layer the
@@ -131,17 +131,19 @@ impl<'a> ParamReader<'a> {
                 name.text
             ))
             .at(name.span);
-        self.context.diagnostics.push(if other_exists {
+        if other_exists {
             let found = if wanted == "float" {
                 "spectrum"
             } else {
                 "float"
             };
-            diagnostic.with_note(format!(
-                "a {found} texture has this name; the two kinds are apart"
-            ))
+            let note = format!("a {found} texture has this name; the two kinds are apart");
+            self.context.diagnostics.push(diagnostic.with_note(note));
         } else {
-            diagnostic.with_suggestion(suggest::nearest(&name.text, known.map(String::as_str)))
-        });
+            let known = known.map(String::as_str);
+            self.context
+                .diagnostics
+                .push_with_nearest(diagnostic, &name.text, known);
+        }
     }
 }

@@ -1,5 +1,5 @@
-//! What `AttributeBegin` saves (scene-language 2.1). Maps are shared until one side changes, so
-//! that saving costs the same however many textures a scene defines.
+//! What `AttributeBegin` saves (scene-language 2.1). The tables of names are not saved but changed
+//! back: saving and defining cost the same however many textures and materials a scene has.
 
 use crate::handles::{FloatTextureId, MaterialId, SpectrumTextureId};
 use crate::params::TextureNames;
@@ -30,8 +30,27 @@ pub struct InterfaceDirective {
     pub reported: Cell<bool>,
 }
 
+/// A definition inside a scope, and what the name stood for before it.
+#[derive(Debug)]
+enum Redefined {
+    FloatTexture(String, Option<FloatTextureId>),
+    SpectrumTexture(String, Option<SpectrumTextureId>),
+    Material(String, Option<Rc<MaterialDirective>>),
+}
+
+/// What a scope saves of the graphics state.
+#[derive(Debug)]
+pub struct SavedGraphicsState {
+    /// All but the names, whose tables are empty here.
+    rest: GraphicsState,
+    /// How many definitions had been made inside of scopes.
+    redefined: usize,
+    /// Were there scopes around this one?
+    inside_scope: bool,
+}
+
 /// The graphics state.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct GraphicsState {
     /// Current material; `None` until the first `Material`: matte with its defaults.
     pub material: Option<Rc<MaterialDirective>>,
@@ -50,6 +69,10 @@ pub struct GraphicsState {
     pub reverse_orientation: bool,
     /// The media on both sides of later shapes; `None` until the first `MediumInterface`: vacuum.
     pub medium_interface: Option<Rc<InterfaceDirective>>,
+    /// Definitions to be taken back at the ends of the open scopes, in the order they were made.
+    redefined: Vec<Redefined>,
+    /// Is a scope open? What is defined outside of all stays.
+    inside_scope: bool,
 }
 
 impl GraphicsState {
@@ -64,35 +87,131 @@ impl GraphicsState {
             area_light: None,
             reverse_orientation: false,
             medium_interface: None,
+            redefined: Vec::new(),
+            inside_scope: false,
+        }
+    }
+
+    /// Begins a scope.
+    pub fn save(&mut self) -> SavedGraphicsState {
+        SavedGraphicsState {
+            rest: GraphicsState {
+                material: self.material.clone(),
+                unnamed_material: self.unnamed_material.clone(),
+                late_material: self.late_material.clone(),
+                area_light: self.area_light,
+                reverse_orientation: self.reverse_orientation,
+                medium_interface: self.medium_interface.clone(),
+                ..GraphicsState::new()
+            },
+            redefined: self.redefined.len(),
+            inside_scope: std::mem::replace(&mut self.inside_scope, true),
+        }
+    }
+
+    /// Ends a scope.
+    pub fn restore(&mut self, saved: SavedGraphicsState) {
+        while self.redefined.len() > saved.redefined
+            && let Some(redefined) = self.redefined.pop()
+        {
+            self.take_back(redefined);
+        }
+        *self = GraphicsState {
+            textures: std::mem::take(&mut self.textures),
+            named_materials: std::mem::take(&mut self.named_materials),
+            redefined: std::mem::take(&mut self.redefined),
+            inside_scope: saved.inside_scope,
+            ..saved.rest
+        };
+    }
+
+    fn take_back(&mut self, redefined: Redefined) {
+        match redefined {
+            Redefined::FloatTexture(name, before) => {
+                put_back(&mut Rc::make_mut(&mut self.textures).float, name, before);
+            }
+            Redefined::SpectrumTexture(name, before) => {
+                put_back(&mut Rc::make_mut(&mut self.textures).spectrum, name, before);
+            }
+            Redefined::Material(name, before) => {
+                put_back(Rc::make_mut(&mut self.named_materials), name, before);
+            }
+        }
+    }
+
+    /// Notes a definition that the end of the scope takes back.
+    fn note(&mut self, redefined: impl FnOnce() -> Redefined) {
+        if self.inside_scope {
+            self.redefined.push(redefined());
         }
     }
 
     /// Brings a float texture into scope; true where the name was taken.
     pub fn define_float_texture(&mut self, name: &str, id: FloatTextureId) -> bool {
-        Rc::make_mut(&mut self.textures)
-            .float
-            .insert(name.to_string(), id)
-            .is_some()
+        let names = &mut Rc::make_mut(&mut self.textures).float;
+        let before = names.insert(name.to_string(), id);
+        self.note(|| Redefined::FloatTexture(name.to_string(), before));
+        before.is_some()
     }
 
     /// Brings a spectrum texture into scope; true where the name was taken.
     pub fn define_spectrum_texture(&mut self, name: &str, id: SpectrumTextureId) -> bool {
-        Rc::make_mut(&mut self.textures)
-            .spectrum
-            .insert(name.to_string(), id)
-            .is_some()
+        let names = &mut Rc::make_mut(&mut self.textures).spectrum;
+        let before = names.insert(name.to_string(), id);
+        self.note(|| Redefined::SpectrumTexture(name.to_string(), before));
+        before.is_some()
     }
 
     /// Brings a named material into scope; true where the name was taken.
     pub fn define_material(&mut self, name: &str, material: MaterialDirective) -> bool {
-        Rc::make_mut(&mut self.named_materials)
-            .insert(name.to_string(), Rc::new(material))
-            .is_some()
+        let names = Rc::make_mut(&mut self.named_materials);
+        let before = names.insert(name.to_string(), Rc::new(material));
+        let taken = before.is_some();
+        self.note(|| Redefined::Material(name.to_string(), before));
+        taken
+    }
+}
+
+fn put_back<V>(names: &mut HashMap<String, V>, name: String, before: Option<V>) {
+    match before {
+        Some(value) => drop(names.insert(name, value)),
+        None => drop(names.remove(&name)),
     }
 }
 
 impl Default for GraphicsState {
     fn default() -> Self {
         GraphicsState::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn definitions_end_with_their_scopes() {
+        let mut state = GraphicsState::new();
+        let float = |state: &GraphicsState| state.textures.float.get("a").map(|id| id.0);
+        let spectrum = |state: &GraphicsState| state.textures.spectrum.get("a").map(|id| id.0);
+        state.define_float_texture("a", FloatTextureId(1));
+        let outer = state.save();
+        assert!(state.define_float_texture("a", FloatTextureId(2)));
+        assert!(!state.define_spectrum_texture("a", SpectrumTextureId(3)));
+        state.reverse_orientation = true;
+        let inner = state.save();
+        assert!(state.define_float_texture("a", FloatTextureId(4)));
+        assert!(state.define_float_texture("a", FloatTextureId(5)));
+        state.reverse_orientation = false;
+        assert_eq!((float(&state), spectrum(&state)), (Some(5), Some(3)));
+        state.restore(inner);
+        assert_eq!((float(&state), spectrum(&state)), (Some(2), Some(3)));
+        assert!(state.reverse_orientation && state.inside_scope);
+        state.restore(outer);
+        assert_eq!((float(&state), spectrum(&state)), (Some(1), None));
+        assert!(!state.reverse_orientation && !state.inside_scope);
+        // Outside of scopes nothing is kept for taking back.
+        state.define_float_texture("b", FloatTextureId(6));
+        assert!(state.redefined.is_empty());
     }
 }

@@ -13,7 +13,6 @@ use crate::cameras::{Compat, ModelChoice};
 use crate::math::DVec3;
 use crate::math::transform::Transform;
 use crate::params::{Dialect, SpectrumFiles, TextureNames};
-use crate::syntax::suggest::nearest;
 use crate::syntax::{
     Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser, SourceMap, Span, Typed,
 };
@@ -211,9 +210,9 @@ impl<'a> Interpreter<'a> {
             D::CoordSysTransform(name) => self.restore_coordinate_system(&name),
             D::ActiveTransform(which) => self.current.active = which,
             D::TransformTimes(start, end) => self.options.transform_times = [start, end],
-            D::TransformBegin => self.scopes.open(Scope::Transform, span, &self.current),
+            D::TransformBegin => self.scopes.open(Scope::Transform, span, &mut self.current),
             D::TransformEnd => self.close_scope(Scope::Transform, span),
-            D::AttributeBegin => self.scopes.open(Scope::Attribute, span, &self.current),
+            D::AttributeBegin => self.scopes.open(Scope::Attribute, span, &mut self.current),
             D::AttributeEnd => self.close_scope(Scope::Attribute, span),
             D::PixelFilter(typed) => self.options.filter = stored(typed),
             D::Film(typed) => self.options.film = stored(typed),
@@ -416,14 +415,10 @@ impl<'a> Interpreter<'a> {
             Some(ctm) => self.current.ctm = ctm.clone(),
             None => {
                 let known = self.coordinate_systems.keys().map(String::as_str);
-                self.diagnostics.push(
-                    Diagnostic::warning(format!(
-                        "there is no coordinate system `{}`; ignored",
-                        name.text
-                    ))
-                    .at(name.span)
-                    .with_suggestion(nearest(&name.text, known)),
-                );
+                let message = format!("there is no coordinate system `{}`; ignored", name.text);
+                let warning = Diagnostic::warning(message).at(name.span);
+                self.diagnostics
+                    .push_with_nearest(warning, &name.text, known);
             }
         }
     }

@@ -5,7 +5,6 @@ use super::interpreter::Interpreter;
 use crate::handles::MaterialId;
 use crate::materials::{self, Material, Named, NamedMaterials};
 use crate::params::{Dialect, ParamReader, TextureNames};
-use crate::syntax::suggest::nearest;
 use crate::syntax::{Diagnostic, Name, ParamGroup, ParamList, ParamValue, Span, Typed};
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -139,8 +138,6 @@ impl Interpreter<'_> {
     fn no_such_material(&mut self, name: &Name) {
         let v2 = self.dialect() == Dialect::V2;
         let state = &mut self.current.state;
-        let known = state.named_materials.keys().map(String::as_str);
-        let suggestion = nearest(&name.text, known);
         let missing = format!("there is no material `{}`", name.text);
         let instead = if v2 {
             state.material.clone_from(&state.unnamed_material);
@@ -148,11 +145,10 @@ impl Interpreter<'_> {
         } else {
             "the current one stays, as in pbrt-v3"
         };
-        self.diagnostics.push(
-            Diagnostic::warning(format!("{missing}; {instead}"))
-                .at(name.span)
-                .with_suggestion(suggestion),
-        );
+        let known = state.named_materials.keys().map(String::as_str);
+        let warning = Diagnostic::warning(format!("{missing}; {instead}")).at(name.span);
+        self.diagnostics
+            .push_with_nearest(warning, &name.text, known);
     }
 
     /// `matte` with its defaults, made when the first shape needs it.

@@ -10,7 +10,6 @@ use super::options::Options;
 use crate::handles::{InterfaceId, MediumId};
 use crate::media::{MediaSpec, MediumInterface, MediumSpec};
 use crate::params::TextureNames;
-use crate::syntax::suggest::nearest;
 use crate::syntax::{Diagnostic, Name, Span, Typed};
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -112,13 +111,9 @@ impl Interpreter<'_> {
         if !directive.reported.replace(true) {
             for name in missing {
                 let message = format!("there is no medium `{}`; vacuum is used", name.text);
-                let suggestion = nearest(&name.text, known.keys().map(String::as_str));
-                self.diagnostics.push(
-                    Diagnostic::error(message)
-                        .at(name.span)
-                        .passable()
-                        .with_suggestion(suggestion),
-                );
+                let error = Diagnostic::error(message).at(name.span).passable();
+                let known = known.keys().map(String::as_str);
+                self.diagnostics.push_with_nearest(error, &name.text, known);
             }
         }
         interface

@@ -4,7 +4,6 @@ use super::description::{InstanceEntity, ObjectDefinition};
 use super::interpreter::Interpreter;
 use super::scopes::Scope;
 use crate::handles::ObjectId;
-use crate::syntax::suggest::nearest;
 use crate::syntax::{Diagnostic, Name, Span};
 
 impl Interpreter<'_> {
@@ -25,7 +24,7 @@ impl Interpreter<'_> {
             );
             return;
         }
-        self.scopes.open(Scope::Object, span, &self.current);
+        self.scopes.open(Scope::Object, span, &mut self.current);
         let object = ObjectDefinition {
             name: name.text,
             shapes: Vec::new(),
@@ -66,12 +65,9 @@ impl Interpreter<'_> {
         }
         let Some(&object) = world.object_names.get(&name.text) else {
             let known = world.object_names.keys().map(String::as_str);
-            self.diagnostics.push(
-                Diagnostic::error(format!("there is no object `{}`; ignored", name.text))
-                    .at(name.span)
-                    .passable()
-                    .with_suggestion(nearest(&name.text, known)),
-            );
+            let error = Diagnostic::error(format!("there is no object `{}`; ignored", name.text));
+            self.diagnostics
+                .push_with_nearest(error.at(name.span).passable(), &name.text, known);
             return;
         };
         let world_from_object = self.placement();

@@ -4,7 +4,7 @@
 //! also save the graphics state. Crossed nesting therefore restores the wrong transformation
 //! (scene-language 2.1); it is followed, with a warning where it happens.
 
-use super::graphics_state::GraphicsState;
+use super::graphics_state::{GraphicsState, SavedGraphicsState};
 use super::transforms::Ctm;
 use crate::syntax::{ActiveTransform, Diagnostic, Diagnostics, Span};
 
@@ -30,7 +30,7 @@ impl Scope {
 }
 
 /// All that a scope can change.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Current {
     /// Graphics state.
     pub state: GraphicsState,
@@ -67,7 +67,7 @@ struct SavedTransform {
 
 #[derive(Debug)]
 struct SavedState {
-    state: GraphicsState,
+    state: SavedGraphicsState,
     scope: Scope,
 }
 
@@ -80,7 +80,7 @@ pub struct Scopes {
 
 impl Scopes {
     /// Opens a scope.
-    pub fn open(&mut self, scope: Scope, opened: Span, current: &Current) {
+    pub fn open(&mut self, scope: Scope, opened: Span, current: &mut Current) {
         self.transforms.push(SavedTransform {
             ctm: current.ctm.clone(),
             active: current.active,
@@ -88,7 +88,7 @@ impl Scopes {
             opened,
         });
         if scope != Scope::Transform {
-            let state = current.state.clone();
+            let state = current.state.save();
             self.states.push(SavedState { state, scope });
         }
     }
@@ -131,7 +131,7 @@ impl Scopes {
         if scope == Scope::Attribute
             && let Some(saved) = self.states.pop()
         {
-            current.state = saved.state;
+            current.state.restore(saved.state);
         }
     }
 
@@ -146,7 +146,7 @@ impl Scopes {
             never_closed(&top, diagnostics);
         }
         while let Some(top) = self.states.pop() {
-            current.state = top.state;
+            current.state.restore(top.state);
             if top.scope == Scope::Object {
                 break;
             }

@@ -7,6 +7,7 @@
 //! shapes with the same misspelt parameter make neither a million lines nor fill the memory.
 
 use super::source::{SourceMap, Span};
+use super::suggest::nearest;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::io::IsTerminal;
@@ -243,6 +244,34 @@ impl Diagnostics {
         }
     }
 
+    /// As [`Diagnostics::push`], with "did you mean" where one of `known` is near `word`. The search is
+    /// left out where nobody would read its result, so that thousands of unknown names beside
+    /// thousands of known ones take no time squared.
+    pub fn push_with_nearest<'a>(
+        &self,
+        diagnostic: Diagnostic,
+        word: &str,
+        known: impl IntoIterator<Item = &'a str>,
+    ) {
+        let read = self.will_be_read(&diagnostic);
+        let suggestion = read.then(|| nearest(word, known)).flatten();
+        self.push(diagnostic.with_suggestion(suggestion));
+    }
+
+    /// Is there a chance that this problem is printed, were it pushed now?
+    fn will_be_read(&self, diagnostic: &Diagnostic) -> bool {
+        let state = self.state.borrow();
+        let key = (diagnostic.severity, diagnostic.message.clone());
+        let repeated = state
+            .seen
+            .get(&key)
+            .is_some_and(|seen| seen.places >= PLACES_KEPT || seen.last_span == diagnostic.span);
+        let severe = diagnostic.severity == Severity::Error;
+        let same = |kept: &&Kept| (kept.diagnostic.severity == Severity::Error) == severe;
+        // Those before it, and no more of them than are needed for the answer.
+        !repeated && state.kept.iter().filter(same).nth(PRINTED - 1).is_none()
+    }
+
     /// Errors met, those at places not kept included.
     pub fn errors(&self) -> usize {
         self.state.borrow().errors
@@ -337,6 +366,7 @@ impl Kept {
 mod tests {
     use super::*;
     use crate::syntax::FileId;
+    use std::cell::Cell;
 
     fn at(start: u32) -> Span {
         Span {
@@ -383,6 +413,20 @@ mod tests {
         assert_eq!(text.matches("error: error").count(), PRINTED);
         assert_eq!(text.matches("warning: warning").count(), PRINTED);
         assert!(text.ends_with("… and 39800 more problems\n\n"), "{text}");
+    }
+
+    #[test]
+    fn suggestions_are_for_readers() {
+        let diagnostics = Diagnostics::new();
+        for i in 0..200 {
+            let searched = Cell::new(false);
+            let known = ["raduis"].into_iter().inspect(|_| searched.set(true));
+            let error = Diagnostic::error(format!("error {i}")).at(at(i));
+            diagnostics.push_with_nearest(error, "radius", known);
+            assert_eq!(searched.get(), i < PRINTED as u32, "{i}");
+        }
+        let helped = |kept: &Diagnostic| kept.help == ["did you mean `raduis`?"];
+        assert!(diagnostics.kept().iter().take(PRINTED).all(helped));
     }
 
     #[test]
