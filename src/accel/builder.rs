@@ -1,4 +1,6 @@
 //! Building the 8-wide tree: obvhs makes a binary one, [`Plan`] says which of its nodes to keep.
+//!
+//! The tree depends on the primitives alone, and not on how many threads build it.
 
 use super::aabb::Aabb;
 use super::collapse::{Plan, Root};
@@ -12,8 +14,11 @@ use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2;
 use rayon::prelude::*;
 
-/// Down to this depth subtrees are built in parallel, in trees of this many primitives.
+/// Down to this depth subtrees are built in parallel: 64 pieces, enough to keep threads busy though they
+/// differ in size.
 const PARALLEL_DEPTH: usize = 2;
+
+/// In trees of at least this many primitives; smaller ones are built in a millisecond.
 const PARALLEL_ITEMS: usize = 1 << 12;
 
 /// What binary builder and plan leave, and what is built from.
@@ -44,7 +49,7 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
     };
     let mut binary = build_bvh2(&groups.boxes(items), parameters, &mut Default::default());
     let plan = Plan::new(&binary, &groups, items);
-    // A third of what building takes.
+    // A third of the memory that building takes.
     binary.nodes = Vec::new();
     let source = Source {
         items,
@@ -52,10 +57,6 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         groups,
         plan,
         indices: binary.primitive_indices,
-    };
-    let mut tree = Tree {
-        cells: Vec::new(),
-        nodes: 0,
     };
     let root = source.planned(0, 0);
     let parts = match root {
