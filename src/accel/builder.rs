@@ -7,6 +7,7 @@ use super::collapse::{Plan, Root};
 use super::groups::Groups;
 use super::node::{Cell, Child, Node};
 use super::packet::{LANES, Packet, PrimitiveId};
+use super::pages;
 use super::tree::{Item, MAX_DEPTH, Tree};
 use crate::math::Vec3;
 use arrayvec::ArrayVec;
@@ -253,6 +254,7 @@ impl Pieces {
             cells: Vec::with_capacity(self.cells()),
             nodes: 0,
         };
+        pages::ask_for_large(tree.cells.spare_capacity_mut());
         for piece in self.0 {
             tree.cells.extend_from_slice(&piece.cells);
             tree.nodes += piece.nodes;
