@@ -1,10 +1,13 @@
 //! Building the 8-wide tree: obvhs makes a binary one, [`Plan`] says which of its nodes to keep.
+//!
+//! The tree depends on the primitives alone, and not on how many threads build it.
 
 use super::aabb::Aabb;
 use super::collapse::{Plan, Root};
 use super::groups::Groups;
 use super::node::{Cell, Child, Node};
 use super::packet::{LANES, Packet, PrimitiveId};
+use super::pages;
 use super::tree::{Item, MAX_DEPTH, Tree};
 use crate::math::Vec3;
 use arrayvec::ArrayVec;
@@ -12,8 +15,11 @@ use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2;
 use rayon::prelude::*;
 
-/// Down to this depth subtrees are built in parallel, in trees of this many primitives.
+/// Down to this depth subtrees are built in parallel: 64 pieces, enough to keep threads busy though they
+/// differ in size.
 const PARALLEL_DEPTH: usize = 2;
+
+/// In trees of at least this many primitives; smaller ones are built in a millisecond.
 const PARALLEL_ITEMS: usize = 1 << 12;
 
 /// What binary builder and plan leave, and what is built from.
@@ -44,7 +50,7 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
     };
     let mut binary = build_bvh2(&groups.boxes(items), parameters, &mut Default::default());
     let plan = Plan::new(&binary, &groups, items);
-    // A third of what building takes.
+    // A third of the memory that building takes.
     binary.nodes = Vec::new();
     let source = Source {
         items,
@@ -248,6 +254,7 @@ impl Pieces {
             cells: Vec::with_capacity(self.cells()),
             nodes: 0,
         };
+        pages::ask_for_large(tree.cells.spare_capacity_mut());
         for piece in self.0 {
             tree.cells.extend_from_slice(&piece.cells);
             tree.nodes += piece.nodes;

