@@ -17,6 +17,8 @@ const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
 /// Sobol' points, instances, an area light.
 const OBJECTS: &str = "tests/scenes/valid/instancing.pbrt";
+/// Instances under a sky, 4096 pixels.
+const GARDEN: &str = "tests/scenes/reference/shape_instancing.pbrt";
 
 fn render(scene: &str, output: &Path, options: &[&str]) -> Run {
     let name = output.display().to_string();
@@ -63,7 +65,8 @@ fn the_same_bytes_for_any_threads_and_tiles() {
 /// Pictures with other seeds differ by as much as both promise: √2 times the error of one.
 #[test]
 fn the_error_is_what_it_claims() {
-    for scene in [BOX, LENS, OBJECTS] {
+    // Not of 192 pixels, whose error is that of the few that show a lamp: there it is not known to 15 %.
+    for scene in [BOX, LENS, GARDEN] {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let output = folder.path().join("a.exr");
         let mut claimed = 0.0;

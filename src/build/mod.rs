@@ -139,6 +139,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         world,
         camera,
         integrator,
+        footprint_spp: sampler.spp(),
         sampler,
         filter,
         film,
@@ -152,7 +153,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
 }
 
 /// Gives a shot other options and another seed, but for the film: the frame's own, changed in what its world
-/// does not depend on. The camera stays where it is.
+/// does not depend on. The camera stays where it is, and textures are filtered for as many samples as before.
 pub fn reset(shot: &mut Shot, options: &Options, seed: u64) -> Result<(), CameraError> {
     shot.camera = camera(options)?;
     shot.integrator = Integrator::new(&options.integrator.spec, &shot.world);

@@ -308,7 +308,8 @@ fn apply(args: &RenderArgs, frame: &mut Frame) -> Result<(), String> {
         options.film.make_quick();
         options.sampler = options.sampler.clone().quick();
     }
-    if let Some(spp) = args.spp {
+    // Where it is only the most, the scene's own number still says how textures are filtered.
+    if let Some(spp) = args.spp.filter(|_| args.goal.goal(None).is_none()) {
         options.sampler = options.sampler.clone().with_spp(spp);
     }
     let scene_crops = options.film.crop_window != [0.0, 1.0, 0.0, 1.0];

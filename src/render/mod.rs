@@ -39,6 +39,10 @@ pub struct Shot {
     pub integrator: Integrator,
     /// Numbers for every sample.
     pub sampler: Sampler,
+    /// Samples a pixel that textures are filtered for: the scene's own, however many are taken. With more
+    /// samples each stands for a smaller part of the pixel (scene-language 3.1), so that what a picture
+    /// converges to depends on it.
+    pub footprint_spp: u32,
     /// Where in and around a pixel its samples fall.
     pub filter: Filter,
     /// The film.
@@ -130,11 +134,9 @@ pub fn locate(shot: &Shot, sampler: &Sampler, dropped: DroppedSample) -> Option<
     watch.culprit()
 }
 
-/// Distance of a pixel's samples, in pixels. With more samples each stands for a smaller part of
-/// the pixel, and textures are filtered over less (scene-language 3.1). The scene's own count decides,
-/// however many are taken in the end: what the picture converges to does not depend on that.
+/// Distance of a pixel's samples, in pixels: see [`Shot::footprint_spp`].
 fn spacing(shot: &Shot) -> f32 {
-    1.0 / (shot.sampler.spp() as f32).sqrt()
+    1.0 / (shot.footprint_spp.max(1) as f32).sqrt()
 }
 
 /// A sample whose ray is being made.

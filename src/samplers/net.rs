@@ -62,7 +62,7 @@ const fn column(dimension: usize, bit: usize) -> u32 {
     }
 }
 
-/// For each nibble of the index and each of its values what it adds to the four coordinates: 2 KiB.
+/// For each nibble of the reversed index and each of its values what it adds to the four coordinates: 2 KiB.
 static SUMS: [[[u32; 4]; 16]; NIBBLES] = sums();
 
 const fn sums() -> [[[u32; 4]; 16]; NIBBLES] {
@@ -71,19 +71,20 @@ const fn sums() -> [[[u32; 4]; 16]; NIBBLES] {
     while i < 4 * BITS * 16 {
         let (dimension, bit, value) = (i % 4, i / 4 % BITS, i / 4 / BITS);
         if value >> (bit % 4) & 1 == 1 {
-            table[bit / 4][value][dimension] ^= column(dimension, bit);
+            table[bit / 4][value][dimension] ^= column(dimension, BITS - 1 - bit);
         }
         i += 1;
     }
     table
 }
 
-/// Point `index`; the most significant bit of each coordinate is in bit 0.
+/// The point whose index has the bits of `reversed`, the least significant in bit 31: as shuffling leaves
+/// them. The most significant bit of each coordinate is in bit 0: as scrambling wants them.
 #[inline]
-pub(super) fn point(index: u32) -> [u32; 4] {
+pub(super) fn point(reversed: u32) -> [u32; 4] {
     let mut point = [0; 4];
     for (place, values) in SUMS.iter().enumerate() {
-        let added = values[(index >> (4 * place) & 15) as usize];
+        let added = values[(reversed >> (4 * place) & 15) as usize];
         for (coordinate, added) in point.iter_mut().zip(added) {
             *coordinate ^= added;
         }
@@ -97,7 +98,9 @@ mod tests {
 
     fn points(indices: std::ops::Range<u32>) -> Vec<[f64; 4]> {
         let float = |x: u32| f64::from(x.reverse_bits()) / 2f64.powi(32);
-        indices.map(|i| point(i).map(float)).collect()
+        indices
+            .map(|i| point(i.reverse_bits()).map(float))
+            .collect()
     }
 
     /// Is there one point in each box, when coordinates are cut into so many parts?
@@ -152,7 +155,7 @@ mod tests {
         for d in 0..4 {
             for digit in 0..BITS / 2 {
                 let seen: std::collections::BTreeSet<u32> = (0..4u32)
-                    .map(|value| point(value << (2 * digit))[d] >> (2 * digit))
+                    .map(|value| point((value << (2 * digit)).reverse_bits())[d] >> (2 * digit))
                     .collect();
                 assert!(
                     seen.iter().eq(&[0, 1, 2, 3]),

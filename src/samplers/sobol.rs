@@ -77,11 +77,11 @@ impl SobolStream {
         let step = u64::from(self.sets).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let key = mix(self.seed.wrapping_add(step));
         self.sets = self.sets.wrapping_add(1);
-        let index = owen_scramble_rev(self.index_reversed, key as u32).reverse_bits();
+        let shuffled = owen_scramble_rev(self.index_reversed, key as u32);
         // A key for each dimension: distinct words, hashed again.
         let key = (key >> 32) as u32;
         let keys = [key, key ^ 0x9e37_79b9, key ^ 0x7f4a_7c15, key ^ 0xe17d_05ac];
-        owen_scramble_int4_rev(point(index).into(), hash_int4(keys.into()))
+        owen_scramble_int4_rev(point(shuffled).into(), hash_int4(keys.into()))
             .reverse_bits()
             .to_f32_norm()
     }

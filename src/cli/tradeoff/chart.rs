@@ -1,6 +1,6 @@
 //! Error against time, both on logarithmic axes.
 
-use crate::cli::lens::chart::{FINE, Failure, PALETTE, failure, svg};
+use crate::cli::lens::chart::{FINE, Failure, failure, svg};
 use plotters::prelude::*;
 
 /// What is shown in one colour.
@@ -14,6 +14,18 @@ pub struct Series {
 }
 
 const TEXT: u32 = 12 * FINE;
+
+/// One for each knob; they remain apart for colour-blind eyes (Okabe and Ito 2008, yellow darkened).
+const PALETTE: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(150, 140, 20),
+    RGBColor(0, 0, 0),
+];
 
 /// Draws the series; those without a positive point are left out.
 pub fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Failure> {
@@ -84,6 +96,7 @@ pub fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Failure> {
         chart
             .configure_series_labels()
             .position(SeriesLabelPosition::UpperRight)
+            .legend_area_size(22 * FINE)
             .label_font(("sans-serif", TEXT))
             .background_style(WHITE.mix(0.8))
             .draw()

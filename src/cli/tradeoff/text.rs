@@ -59,7 +59,8 @@ pub fn legend(study: &Study) -> String {
     });
     format!(
         "Errors are relative to the picture (root mean square over pixels and channels, dark ones kept from \
-         deciding alone by 1 % of the mean). Bias is what more samples do not mend. Efficiency is \
+         deciding alone by 1 % of the mean). Bias is what more samples do not mend; textures are filtered for the \
+         scene's own number of samples throughout. Efficiency is \
          1/(variance x processor time), the scene's own being 1. ± is half the 95 % confidence interval.{slope}"
     )
 }
@@ -93,8 +94,8 @@ pub fn sentence(study: &Study) -> String {
         None => " (Not rendered: it would take longer than the study.)".to_string(),
     };
     format!(
-        "For {} % error take {settings} with {} samples a pixel: about {:.3} s of processor time, {:.3} s on the {:.1} processors \
-         that were to be had.{check}",
+        "For {} % error take {settings} with {} samples a pixel: about {:.3} s of processor time ({:.3} s at the {:.1} \
+         processors that this study had).{check}",
         short(100.0 * advice.target),
         advice.spp,
         advice.seconds,
