@@ -173,7 +173,7 @@ fn corners_of(mesh: &TriangleMesh, corners: &[u32; 3]) -> [Vec3; 3] {
 /// `mesh` as parallelograms of two triangles each, if it is nothing else. Normals would decide the side
 /// that shines point by point.
 fn parallelograms(mesh: &TriangleMesh) -> Option<Vec<Emitter>> {
-    if !mesh.normals.is_empty() || mesh.indices.len() % 2 != 0 {
+    if !mesh.normals.is_empty() || !mesh.indices.len().is_multiple_of(2) {
         return None;
     }
     let piece = |pair: &[[u32; 3]]| {
