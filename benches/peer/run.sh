@@ -5,6 +5,7 @@
 #
 #   benches/peer/run.sh [RUNS [SCENE...]]     (3 runs of all scenes unless told)
 #   RS_PBRT=path         a binary mended as below; built from the source otherwise
+#   REFERENCE=16         how many times the scene's samples the reference has
 #
 # It prints, for each scene,
 #   - the processor seconds of both at the scene's samples a pixel, and their ratio;
@@ -12,7 +13,7 @@
 #   - the samples with which fstop's error is no larger than rs_pbrt's, the seconds it takes for them, and the ratio
 #     of rs_pbrt's to those: time to equal error.
 #
-# The error is the mean squared one against a render by fstop with 16 times the samples and another seed. What the
+# The error is the mean squared one against a render by fstop with many times the samples and another seed. What the
 # reference itself is off by adds the same to both errors. rs_pbrt writes eight-bit PNG only: both are measured
 # by their PNG, decoded to linear; pixels that noise might clip are left out (examples/peer_error.rs).
 #
@@ -70,7 +71,7 @@ printf '%-10s %5s %9s %9s %6s %17s %7s %9s %6s   (medians of %d, processor secon
   scene spp fstop rs_pbrt ratio 'means/reference' 'eq.spp' fstop ratio "$runs"
 for scene in "${scenes[@]}"; do
   spp=$(sed -nE 's/.*"integer pixelsamples" *\[ *([0-9]+) *\].*/\1/p' "$scene.pbrt")
-  "$fstop" render "$scene.pbrt" --spp $((16 * spp)) --seed 4711 -o reference.exr --quiet
+  "$fstop" render "$scene.pbrt" --spp $((${REFERENCE:-16} * spp)) --seed 4711 -o reference.exr --quiet
   theirs "$scene" >/dev/null 2>&1
   goal=$(error_of pbrt.png)
   their_share=$(share_of pbrt.png)

@@ -60,10 +60,30 @@ pub enum Decoding {
     },
 }
 
+/// The sRGB curve at what eight-bit pictures hold: a power for each texel took longer than all else of loading.
+struct SrgbBytes([(f32, f32); 256]);
+
+impl SrgbBytes {
+    fn new() -> SrgbBytes {
+        SrgbBytes(std::array::from_fn(|i| {
+            let stored = i as f32 / 255.0;
+            (stored, linear_from_srgb(stored))
+        }))
+    }
+
+    fn linear(&self, stored: f32) -> f32 {
+        // A conversion that saturates: also for what is no number, or far too large.
+        match self.0.get((stored * 255.0 + 0.5) as usize) {
+            Some(&(exactly, linear)) if exactly == stored => linear,
+            _ => linear_from_srgb(stored),
+        }
+    }
+}
+
 impl Decoding {
-    fn apply<V: TextureValue>(self, stored: V) -> V {
+    fn apply<V: TextureValue>(self, stored: V, bytes: &SrgbBytes) -> V {
         match self {
-            Decoding::Scaled { srgb: true, scale } => stored.map(linear_from_srgb) * scale,
+            Decoding::Scaled { srgb: true, scale } => stored.map(|v| bytes.linear(v)) * scale,
             Decoding::Scaled { srgb: false, scale } => stored * scale,
             Decoding::Power { scale, gamma: 1.0 } => stored * scale,
             // A negative base has no real power; such texels are black.
@@ -138,11 +158,12 @@ impl ImagemapSpec {
 impl PictureSettings {
     /// The filtered picture; of one grey texel where there is no picture.
     pub(super) fn mipmap<V: TextureValue>(&self, picture: Option<&Picture>) -> Mipmap<V> {
+        let bytes = SrgbBytes::new();
         let Some(picture) = picture else {
             return Mipmap::new(
                 1,
                 1,
-                vec![self.decoding.apply(V::splat(0.5))],
+                vec![self.decoding.apply(V::splat(0.5), &bytes)],
                 self.wrap,
                 self.filter,
             );
@@ -151,9 +172,10 @@ impl PictureSettings {
         let mut texels = Vec::with_capacity(width * height);
         for t in 0..height {
             let row = if self.top_first { t } else { height - 1 - t };
-            texels.extend(
-                (0..width).map(|s| self.decoding.apply(V::from_texel(picture.pixel(s, row)))),
-            );
+            texels.extend((0..width).map(|s| {
+                self.decoding
+                    .apply(V::from_texel(picture.pixel(s, row)), &bytes)
+            }));
         }
         Mipmap::new(width, height, texels, self.wrap, self.filter)
     }

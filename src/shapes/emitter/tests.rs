@@ -25,7 +25,7 @@ fn reference(p: Vec3) -> ReferencePoint {
 
 /// Something light is sampled from, with a way to meet it.
 enum Shape {
-    Triangle(Triangle, Emitter),
+    Flat(Vec<Triangle>, Emitter),
     Quadric(Quadric, Emitter),
 }
 
@@ -36,20 +36,24 @@ impl Shape {
     }
 
     fn triangle(p: [Vec3; 3]) -> Shape {
-        let triangle = Triangle {
-            p: p.map(Vec3::as_dvec3),
-            normals: None,
-            tangents: None,
-            uv: DEFAULT_UV.map(Vec2::as_dvec2),
-            orientation: Orientation::default(),
-        };
         let emitter = TriangleEmitter::new(p, None, Orientation::default());
-        Shape::Triangle(triangle, Emitter::Triangle(emitter))
+        Shape::Flat(vec![flat(p)], Emitter::Triangle(emitter))
+    }
+
+    fn parallelogram([a, b, c, d]: [Vec3; 4]) -> Shape {
+        let corners = [[a, b, c], [d, a, c]];
+        let [first, second] = corners;
+        let emitter =
+            ParallelogramEmitter::of_triangles(first, second, Orientation::default()).unwrap();
+        Shape::Flat(
+            corners.map(flat).into(),
+            Emitter::Parallelogram(Box::new(emitter)),
+        )
     }
 
     fn emitter(&self) -> &Emitter {
         match self {
-            Shape::Triangle(_, emitter) | Shape::Quadric(_, emitter) => emitter,
+            Shape::Flat(_, emitter) | Shape::Quadric(_, emitter) => emitter,
         }
     }
 
@@ -57,15 +61,15 @@ impl Shape {
     fn hits(&self, o: DVec3, d: DVec3) -> Vec<SurfaceHit> {
         let ray = Ray::new(o.as_vec3(), d.as_vec3(), 0.0);
         match self {
-            Shape::Triangle(triangle, _) => {
-                let Some(b) = triangle.barycentrics(o, d) else {
-                    return vec![];
+            Shape::Flat(triangles, _) => {
+                let meeting = |triangle: &Triangle| {
+                    let hit = triangle.surface(triangle.barycentrics(o, d)?);
+                    // Points moved into the triangle are not on the ray, or behind.
+                    let t = (hit.p - o).dot(d);
+                    let met = t > 0.0 && (o + d * t - hit.p).length() < 1e-9 * (1.0 + t);
+                    met.then(|| hit.hit(&ray))
                 };
-                let hit = triangle.surface(b);
-                // Points moved into the triangle are not on the ray, or behind.
-                let t = (hit.p - o).dot(d);
-                let met = t > 0.0 && (o + d * t - hit.p).length() < 1e-9 * (1.0 + t);
-                if met { vec![hit.hit(&ray)] } else { vec![] }
+                triangles.iter().filter_map(meeting).collect()
             }
             Shape::Quadric(quadric, _) => {
                 let (mut hits, mut start) = (vec![], 0.0);
@@ -80,6 +84,17 @@ impl Shape {
     }
 }
 
+/// One flat triangle.
+fn flat(p: [Vec3; 3]) -> Triangle {
+    Triangle {
+        p: p.map(Vec3::as_dvec3),
+        normals: None,
+        tangents: None,
+        uv: DEFAULT_UV.map(Vec2::as_dvec2),
+        orientation: Orientation::default(),
+    }
+}
+
 fn shapes() -> Vec<Shape> {
     let turn = Transform::rotate(50.0, DVec3::new(1.0, -1.0, 2.0));
     let uneven = turn * Transform::scale(DVec3::new(0.5, 1.4, -0.8)) * turn;
@@ -91,6 +106,12 @@ fn shapes() -> Vec<Shape> {
         Vec3::new(1.0, -0.7, 0.0),
         Vec3::new(0.2, 1.1, -0.4),
     ])];
+    shapes.push(Shape::parallelogram([
+        Vec3::new(-1.0, -0.5, 0.25),
+        Vec3::new(1.0, -0.75, 0.0),
+        Vec3::new(1.25, 0.5, -0.5),
+        Vec3::new(-0.75, 0.75, -0.25),
+    ]));
     for transform in [even, uneven] {
         for form in [
             Form::Sphere(Sphere::new(1.0, -1.0, 1.0, 360.0)),
@@ -378,4 +399,44 @@ fn nothing_is_sampled_where_there_is_no_area() {
             .sample(&reference(Vec3::X * 5.0), Vec2::splat(0.3))
             .is_none()
     );
+}
+
+#[test]
+fn two_triangles_are_one_lamp_where_they_make_a_parallelogram() {
+    let corner = |x: f32, y: f32| Vec3::new(100.1 + x, 0.3 * y, y - 0.7);
+    let (a, b, c, d) = (
+        corner(0.0, 0.0),
+        corner(1.3, 0.1),
+        corner(1.7, 1.1),
+        corner(0.4, 1.0),
+    );
+    let lamp =
+        |first, second| ParallelogramEmitter::of_triangles(first, second, Orientation::default());
+    for turn in 0..3 {
+        let turned = |[p, q, r]: [Vec3; 3]| [[p, q, r], [q, r, p], [r, p, q]][turn];
+        let piece = lamp(turned([a, b, c]), [a, c, d]).unwrap();
+        assert!(lamp([a, b, c], turned([a, c, d])).is_some());
+        let triangles = [flat([a, b, c]), flat([a, c, d])];
+        let area = |t: &Triangle| 0.5 * (t.p[1] - t.p[0]).cross(t.p[2] - t.p[0]).length();
+        // Corners are off by a rounding of 100, four millionths of the sides.
+        assert!((piece.area / triangles.iter().map(area).sum::<f64>() - 1.0).abs() < 1e-5);
+        let center = piece
+            .sample(&reference(Vec3::ZERO), Vec2::splat(0.5))
+            .unwrap();
+        assert!((center.p - (a + c) * 0.5).length() < 1e-4);
+        assert!(
+            center
+                .n
+                .as_dvec3()
+                .dot(triangles[0].geometric_normal([1.0, 0.0, 0.0]))
+                > 0.999
+        );
+    }
+    // Turned against each other, not closed, not flat, without area, the same twice, apart.
+    assert!(lamp([a, b, c], [a, d, c]).is_none());
+    assert!(lamp([a, b, c], [a, c, d + 0.001 * Vec3::X]).is_none());
+    assert!(lamp([a, b, c], [a, c, d + 0.01 * Vec3::Y]).is_none());
+    assert!(lamp([a, a, c], [a, c, c]).is_none());
+    assert!(lamp([a, b, c], [a, b, c]).is_none());
+    assert!(lamp([a, b, c], [a, b, c].map(|p| p + Vec3::X)).is_none());
 }
