@@ -1,5 +1,5 @@
 //! `diffuse` (also `area`): a shape that emits the same radiance everywhere and in all directions
-//! on the side of its normal.
+//! on the side of its normal; a curve that turns to whoever looks, toward everyone.
 //!
 //! `L` (spectrum, 1): radiance. `scale` (spectrum, 1): factor. `twosided` (bool, false): both
 //! sides emit. `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.

@@ -33,8 +33,8 @@ const GAIN: f32 = 1.5;
 /// `scale` (1) of the pattern's frequency, float `variation` (0.2) of the displacement. The CTM at
 /// the directive takes points to the pattern (Pharr, Jakob and Humphreys 2016, §10.6.6).
 ///
-/// pbrt-v3 runs past the end of the spline's second segment, up to values of about 20, by a slip of
-/// one number; the six segments of the book (and of pbrt-v2) are used here.
+/// pbrt-v3 runs past the end of the spline's second segment, to far brighter colours than the stone's, by
+/// a slip of one number; the six segments of the book (and of pbrt-v2) are used here.
 #[derive(Clone, Copy, Debug)]
 pub struct Marble {
     mapping: SolidMapping,
