@@ -175,22 +175,12 @@ impl<V: TextureValue> Mipmap<V> {
         // From the first whole number not below `low`, which is −⌊−low⌋, to the last not above `high`.
         let first = [low.x, low.y].map(|v| floor(-v).0.saturating_neg());
         let last = [high.x, high.y].map(|v| floor(v).0);
-        let over_2a = 0.5 / a;
         let (mut sum, mut weights) = (V::default(), 0.0);
         for t in first[1]..=last[1] {
             let dt = t as f32 - p.y;
-            // The row's part of the ellipse: (a ds + linear) ds + constant < 1. A slanted one fills little of its box.
-            let (linear, constant) = (b * dt, c * dt * dt);
-            let discriminant = linear * linear - 4.0 * a * (constant - 1.0);
-            if discriminant.is_nan() || discriminant <= 0.0 {
-                continue;
-            }
-            let (middle, half) = (p.x - linear * over_2a, discriminant.sqrt() * over_2a);
-            let from = floor(half - middle).0.saturating_neg().max(first[0]);
-            let to = floor(middle + half).0.min(last[0]);
-            for s in from..=to {
+            for s in first[0]..=last[0] {
                 let ds = s as f32 - p.x;
-                let r2 = (a * ds + linear) * ds + constant;
+                let r2 = a * ds * ds + b * ds * dt + c * dt * dt;
                 if r2 < 1.0 {
                     let weight = self.gaussian
                         [((r2 * GAUSSIAN_SIZE as f32) as usize).min(GAUSSIAN_SIZE - 1)];

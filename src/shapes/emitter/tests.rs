@@ -26,13 +26,14 @@ fn reference(p: Vec3) -> ReferencePoint {
 /// Something light is sampled from, with a way to meet it.
 enum Shape {
     Flat(Vec<Triangle>, Emitter),
-    Quadric(Quadric, Emitter),
+    Quadric(Box<Quadric>, Emitter),
 }
 
 impl Shape {
     fn quadric(form: Form, transform: Transform, reverse: bool) -> Shape {
         let quadric = Quadric::new(form, transform, reverse);
-        Shape::Quadric(quadric, Emitter::of_quadric(&quadric))
+        let emitter = Emitter::of_quadric(&quadric);
+        Shape::Quadric(Box::new(quadric), emitter)
     }
 
     fn triangle(p: [Vec3; 3]) -> Shape {
