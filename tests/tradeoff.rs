@@ -51,13 +51,26 @@ fn every_knob_of_a_lens_is_turned() {
     assert!(sentence.starts_with("For 1 % error take "), "{sentence}");
 }
 
+/// What the confidence intervals of the variances at each count make of the fitted power of the counts.
+fn slope_within(samples: &[&Value]) -> f64 {
+    let x = |s: &Value| number(s, "/spp").ln();
+    let mean = samples.iter().map(|s| x(s)).sum::<f64>() / samples.len() as f64;
+    let spread: f64 = samples.iter().map(|s| (x(s) - mean).powi(2)).sum();
+    let squares = samples.iter().map(|s| {
+        let relative = number(s, "/variance/within") / number(s, "/variance/value");
+        ((x(s) - mean) * relative).powi(2)
+    });
+    squares.sum::<f64>().sqrt() / spread
+}
+
 #[test]
 fn depth_that_is_missing_is_bias_and_samples_are_noise() {
     let study = study(BOX, &["--time", "10", "--error", "20%"]);
-    // Independent samples: the variance falls as their number. Counts of one to hundreds, heavy
-    // tails: the fitted power is known to about a tenth.
+    // Independent samples: the variance falls as their number. With counts of one to hundreds the fitted power is
+    // known to about a tenth; on a busy machine there are fewer, and it is known as the variances are.
     let slope = number(&study, "/slope");
-    assert!((slope - 1.0).abs() < 0.25, "{slope}");
+    let within = slope_within(&settings(&study, "samples"));
+    assert!((slope - 1.0).abs() < within.max(0.25), "{slope} ± {within}");
     // Of a box lit from inside one bounce is by far not all: the scene's depth is 8.
     let depths = settings(&study, "maxdepth");
     let shallow = depths

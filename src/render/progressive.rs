@@ -28,8 +28,8 @@ pub struct Progressive {
     /// Its estimated relative error: the root of the mean, over pixels and channels, of
     /// variance / (mean² + ε²), where ε is 1 % of the picture's mean, so that dark pixels do not
     /// decide alone. The square is what `fstop compare` calls the relative mean squared error. It is an
-    /// estimate: where n pixels have most of the error, it scatters by some 1/√(6n) of itself, and who stops at the first
-    /// that is small enough stops early for it. Of a whole picture that is less than 1 %, of the edge of one lamp it is not.
+    /// estimate: where n pixels have most of the error, it scatters by some 1/√(2n) of itself, and who stops at the first
+    /// that is small enough stops early for it. Of 64 × 64 pixels that is 1 %, of the edge of one lamp much more.
     pub error: f64,
     /// Samples a pixel on average.
     pub spp: f64,

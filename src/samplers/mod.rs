@@ -8,7 +8,7 @@
 //!
 //! Samplers change the noise of a picture, never what it converges to (scene-language 3.4), so
 //! three kinds of points serve all the scene language's types: stratified ones, random ones, and
-//! Owen-scrambled ones for everything of low discrepancy ([`sobol`]). `docs/samplers.md` compares them.
+//! Owen-scrambled ones for everything of low discrepancy (`sobol`). `docs/samplers.md` compares them.
 
 mod adaptive;
 mod best_candidate;
