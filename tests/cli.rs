@@ -484,7 +484,7 @@ fn check_takes_several_files() {
     let verdicts: Vec<&str> = run.stdout.lines().collect();
     assert_eq!(verdicts.len(), 4, "{}", run.stdout);
     assert_eq!(verdicts[0], format!("{good}: ok"));
-    assert!(verdicts[1].starts_with(&format!("{bad}: not fit to render (7 errors")));
+    assert!(verdicts[1].starts_with(&format!("{bad}: not fit to render (6 errors")));
     assert_eq!(
         verdicts[2],
         "tests/scenes/nowhere.pbrt: not fit to render (1 error)"

@@ -111,7 +111,7 @@ impl Diagnostic {
         self
     }
 
-    /// Something stands in the place of what is wrong: see [`Diagnostic::passable`].
+    /// Something stands in the place of what is wrong: see [`passable`](field@Diagnostic::passable).
     pub fn passable(mut self) -> Self {
         self.passable = true;
         self
@@ -277,7 +277,7 @@ impl Diagnostics {
         self.state.borrow().errors
     }
 
-    /// How many of the errors leave a scene that can be rendered: see [`Diagnostic::passable`].
+    /// How many of the errors leave a scene that can be rendered: see [`passable`](field@Diagnostic::passable).
     pub fn passable_errors(&self) -> usize {
         self.state.borrow().passable_errors
     }
