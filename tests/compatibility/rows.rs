@@ -441,6 +441,13 @@ pub const ROWS: &[Row] = &[
         held: &[Measurement],
     },
     Row {
+        what: "`shadowalpha` without `alpha`, under lights that scattered rays find too",
+        pbrt: "shadow rays pass the holes and scattered rays do not, so the light through them depends on the weights of multiple importance sampling; these leave out how likely the light was to be chosen",
+        fstop: "the same, with weights that count it, and our own sampling of constant lights",
+        much: &[Measured(measures::shadow_holes)],
+        held: &[Measurement, Reference("shape_alpha")],
+    },
+    Row {
         what: "infinite light in endless fog under `volpath`",
         pbrt: "its light samples cross two radii of the scene, scattered rays never arrive, so the picture depends on the heuristic's weights",
         fstop: "the same, with the weights of our own sampling of constant lights",
