@@ -152,19 +152,21 @@ fn ten_million_rays_at_edges_and_vertices_stay_on_their_side() {
         ];
         for (number, place) in in_render_space.iter().enumerate() {
             let geometry = placed(data, place);
-            assert_eq!(leaks(&geometry, data, place, seed(number as u64)), 0);
+            let leaks = leaks(&geometry, data, place, seed(number as u64));
+            assert_eq!(leaks, 0, "mesh {m}, place {number}");
             shot += RAYS;
         }
         let instances = [
             (Transform::IDENTITY, moved(1e6) * turned * scaled(10.0)),
             (moved(1e6), turned * moved(-1e6)),
             (scaled(1e-6), moved(10.0) * turned * uneven * scaled(1e6)),
-            (turned, moved(-3.0) * uneven * scaled(1e-6)),
+            (turned, moved(1e-5) * uneven * scaled(1e-6)),
         ];
         for (number, (object, place)) in instances.iter().enumerate() {
             let geometry = instanced(data, object, place);
             let whole = *place * *object;
-            assert_eq!(leaks(&geometry, data, &whole, seed(50 + number as u64)), 0);
+            let leaks = leaks(&geometry, data, &whole, seed(50 + number as u64));
+            assert_eq!(leaks, 0, "mesh {m}, instance {number}");
             shot += RAYS;
         }
     }

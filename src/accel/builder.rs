@@ -22,6 +22,10 @@ const PARALLEL_DEPTH: usize = 2;
 /// In trees of at least this many primitives; smaller ones are built in a millisecond.
 const PARALLEL_ITEMS: usize = 1 << 12;
 
+/// Leaves are joined although the one is visited more often than both were, by up to this share: rays
+/// are as fast, and a triangle takes 3 to 5 bytes less.
+const SPARE: f32 = 0.4;
+
 /// What binary builder and plan leave, and what is built from.
 struct Source<'a, F> {
     items: &'a [Item],
@@ -270,7 +274,8 @@ fn join_leaves(parts: &mut Parts) {
             if a.len() + b.len() <= LANES && a[0].is_triangle() && b[0].is_triangle() =>
         {
             let saved = in_a.half_area() + in_b.half_area() - in_a.union(*in_b).half_area();
-            (saved > 0.0).then_some(saved)
+            let apart = in_a.half_area() + in_b.half_area();
+            (saved > -SPARE * apart).then_some(saved)
         }
         _ => None,
     };
