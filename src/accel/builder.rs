@@ -271,7 +271,7 @@ impl Pieces {
 fn join_leaves(parts: &mut Parts) {
     let joined = |a: &Part, b: &Part| match (a, b) {
         (Part::Leaf(a, in_a), Part::Leaf(b, in_b))
-            if a.len() + b.len() <= LANES && a[0].is_triangle() && b[0].is_triangle() =>
+            if a.len() + b.len() <= LANES && a.iter().chain(b).all(|id| id.is_triangle()) =>
         {
             let saved = in_a.half_area() + in_b.half_area() - in_a.union(*in_b).half_area();
             let apart = in_a.half_area() + in_b.half_area();

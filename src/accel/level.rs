@@ -5,6 +5,7 @@ use super::builder;
 use super::curves::CurveStore;
 use super::instance::Instance;
 use super::moving::{Inner, Moving};
+use super::node::Child;
 use super::packet::{OtherKind, PrimitiveId};
 use super::tree::{Item, Tree};
 use super::{GeometryError, PrimitiveAttributes};
@@ -218,6 +219,9 @@ impl LevelBuilder {
                 .length();
         }
         level.tree = builder::build(&items, |id| level.corners(id.index()));
+        if level.tree.cells.len() > Child::MAX_CELLS {
+            return Err(GeometryError::TooMany(items.len()));
+        }
         Ok(level)
     }
 }

@@ -75,7 +75,7 @@ pub struct GeometryHit {
 /// Why geometry cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum GeometryError {
-    /// Indices have 31 bits, references to leaves 27.
+    /// Numbers of primitives of a kind have 28 bits, and places in a tree (of 32 bytes) 30.
     #[error("too many primitives for one tree: {0}")]
     TooMany(usize),
 }
