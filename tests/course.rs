@@ -30,6 +30,7 @@
 //! **False alarms.** At most [`ALPHA`] for one scene, as in `tests/reference.rs`; none at all where
 //! the true difference is half the tolerance.
 
+#[allow(dead_code, reason = "scenes of a few lines are for other tests")]
 mod common;
 
 use common::{Render, explain};

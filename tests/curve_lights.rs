@@ -6,7 +6,6 @@ mod common;
 
 use common::{Render, explain};
 use fstop::compare::{Options, compare};
-use std::io::Write;
 
 /// False-alarm rate of one comparison; there are ten.
 const ALPHA: f64 = 1e-4;
@@ -28,12 +27,7 @@ fn scene(integrator: &str, sides: [&str; 2], lamp: &str) -> Render {
          AreaLightSource \"diffuse\" \"rgb L\" [9 6 3]\n{lamp}\nWorldEnd\n",
         sides[0], sides[1]
     );
-    let mut file = tempfile::Builder::new()
-        .suffix(".pbrt")
-        .tempfile()
-        .expect("a temporary file");
-    file.write_all(text.as_bytes()).expect("room for a scene");
-    Render::new(file.path(), 1, 1, &[])
+    Render::of_text(&text, 1)
 }
 
 /// Panics where two pictures have not the same expectation.

@@ -14,7 +14,6 @@ use fstop::scene::{ReadSettings, read_scene};
 use fstop::surface::ReferencePoint;
 use fstop::syntax::SourceMap;
 use std::f64::consts::PI;
-use std::io::Write;
 use std::path::Path;
 
 /// Standard errors a picture's mean may be off: one false alarm in 15,000 means.
@@ -29,12 +28,7 @@ fn check(name: &str, look: &str, integrator: &str, world: &str, expected: f64) {
          Sampler \"random\" \"integer pixelsamples\" [64]\n\
          {integrator}\nWorldBegin\n{world}\nWorldEnd\n"
     );
-    let mut file = tempfile::Builder::new()
-        .suffix(".pbrt")
-        .tempfile()
-        .expect("a temporary file");
-    file.write_all(text.as_bytes()).expect("room for a scene");
-    let render = Render::new(file.path(), 1, 1, &[]);
+    let render = Render::of_text(&text, 1);
     let image = &render.image;
     let count = image.pixels.len() as f64;
     let variances = image.variance.as_ref().expect("--variance was given");

@@ -7,7 +7,6 @@ mod common;
 use common::{Render, explain};
 use fstop::compare::{Estimate, Options, compare};
 use fstop::film::Image;
-use std::io::Write;
 
 /// False-alarm rate of one comparison; there are ten.
 const ALPHA: f64 = 1e-4;
@@ -36,12 +35,7 @@ fn scene(material: &str) -> Render {
          LightSource \"distant\" \"point from\" [1 2 -1] \"rgb L\" [2 2 2]\n{PARTS}{material}\n\
          Shape \"disk\" \"float radius\" [1]\nWorldEnd\n"
     );
-    let mut file = tempfile::Builder::new()
-        .suffix(".pbrt")
-        .tempfile()
-        .expect("a temporary file");
-    file.write_all(text.as_bytes()).expect("room for a scene");
-    Render::new(file.path(), 1, 1, &[])
+    Render::of_text(&text, 1)
 }
 
 fn alone(name: &str) -> Render {

@@ -25,7 +25,6 @@ use fstop::film::{Image, read};
 use fstop::math::color::luminance;
 use fstop::math::{Rgb, UVec2};
 use std::collections::BTreeSet;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use table::{Entry, Reason};
 
@@ -283,14 +282,8 @@ impl Case {
             let path = root().join("tests/scenes/reference").join(folder);
             changed = changed.replace(&format!("\"{folder}/"), &format!("\"{}/", path.display()));
         }
-        let mut file = tempfile::Builder::new()
-            .suffix(".pbrt")
-            .tempfile()
-            .expect("a temporary file");
-        file.write_all(changed.as_bytes())
-            .expect("room for a scene");
         let with = Render::new(&scene, OTHER_SEED, 1, &[]).image;
-        let without = Render::new(file.path(), OTHER_SEED, 1, &[]).image;
+        let without = Render::of_text(&changed, OTHER_SEED).image;
         let differs =
             |(a, b): (&Rgb, &Rgb)| (*a - *b).abs().max_element() > 0.05 * a.max(*b).max_element();
         with.pixels

@@ -89,7 +89,9 @@ pub const NAMES: &[&str] = &[
     "irradiancecache",
     "igi",
     "dipolesubsurface",
-    "metropolis",
+    "useprobes",
+    "diffuseprt",
+    "glossyprt",
 ];
 
 impl IntegratorSettings {
@@ -133,7 +135,7 @@ impl IntegratorSettings {
             "ambientocclusion" => {
                 IntegratorSpec::AmbientOcclusion(AmbientOcclusion::from_params(reader))
             }
-            "photonmap" | "exphotonmap" | "igi" | "irradiancecache"
+            "photonmap" | "exphotonmap" | "igi" | "irradiancecache" | "dipolesubsurface"
                 if reader.dialect() == Dialect::V2 =>
             {
                 reader.note(format!(
@@ -143,11 +145,11 @@ impl IntegratorSettings {
                 read_and_ignore(reader);
                 IntegratorSpec::Path(Path::from_params(reader))
             }
-            "dipolesubsurface" | "useprobes" | "diffuseprt" | "glossyprt" => {
+            "useprobes" | "diffuseprt" | "glossyprt" if reader.dialect() == Dialect::V2 => {
                 reader.warn(
                     "",
                     format!(
-                        "integrator `{}` is not supported yet; `path` is used",
+                        "`{}` shows a few spherical harmonics of the light; `path` shows all of it",
                         reader.kind()
                     ),
                 );

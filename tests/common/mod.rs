@@ -3,6 +3,7 @@
 use fstop::compare::{Comparison, Estimate, Options, Verdict, p_values};
 use fstop::film::{FilmMetadata, Image, read, write};
 use fstop::math::Rgb;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -42,6 +43,16 @@ impl Render {
             samples: spp * runs,
             freedom: (spp - 1.0) * runs,
         }
+    }
+
+    /// Renders the scene that `text` is once, with `seed`.
+    pub fn of_text(text: &str, seed: u32) -> Render {
+        let mut file = tempfile::Builder::new()
+            .suffix(".pbrt")
+            .tempfile()
+            .expect("a temporary file");
+        file.write_all(text.as_bytes()).expect("room for a scene");
+        Render::new(file.path(), seed, 1, &[])
     }
 
     /// For the comparison.

@@ -12,7 +12,6 @@ use fstop::math::motion::Motion;
 use fstop::math::transform::Transform;
 use fstop::math::{DVec3, Vec2, Vec3};
 use fstop::surface::{ShadingGeometry, SurfaceHit};
-use std::io::Write;
 
 /// Standard errors that two means may differ by: one false alarm in 15,000.
 const SIGMAS: f64 = 4.0;
@@ -35,12 +34,7 @@ impl Light {
              Sampler \"{sampler}\" \"integer pixelsamples\" [256]\n\
              Integrator \"{integrator}\"\nWorldBegin\n{world}\nWorldEnd\n"
         );
-        let mut file = tempfile::Builder::new()
-            .suffix(".pbrt")
-            .tempfile()
-            .expect("a temporary file");
-        file.write_all(text.as_bytes()).expect("room for a scene");
-        let image = Render::new(file.path(), 1, 1, &[]).image;
+        let image = Render::of_text(&text, 1).image;
         Light::within(&image, image.bounds)
     }
 
