@@ -58,16 +58,15 @@ fn frame_aspect_ratio(params: &ParamReader) -> Option<f64> {
 
 /// Reads `screenwindow`: four numbers that span an area.
 fn window(params: &ParamReader) -> Option<[f64; 4]> {
-    let given = params.floats("screenwindow")?;
-    let window = <[f64; 4]>::try_from(given).ok();
-    match window {
-        Some(w) if w[0] != w[1] && w[2] != w[3] && w.iter().all(|x| x.is_finite()) => Some(w),
-        _ => {
-            params.error(
-                "screenwindow",
-                "expected four numbers xmin xmax ymin ymax that span an area",
-            );
-            None
-        }
+    const EXPECTED: &str = "expected four numbers xmin xmax ymin ymax that span an area";
+    let Ok(window) = <[f64; 4]>::try_from(params.floats("screenwindow")?) else {
+        params.ignored("screenwindow", EXPECTED);
+        return None;
+    };
+    let [xmin, xmax, ymin, ymax] = window;
+    if xmin == xmax || ymin == ymax || !window.iter().all(|x| x.is_finite()) {
+        params.error("screenwindow", EXPECTED);
+        return None;
     }
+    Some(window)
 }

@@ -216,7 +216,7 @@ fn read_and_ignore(reader: &ParamReader) {
 fn pixel_bounds(reader: &ParamReader) -> Option<[i32; 4]> {
     let values = reader.integers("pixelbounds")?;
     let Ok(v) = <[f64; 4]>::try_from(values) else {
-        reader.error(
+        reader.ignored(
             "pixelbounds",
             "`pixelbounds` takes four integers: x0 x1 y0 y1",
         );

@@ -436,6 +436,12 @@ impl<'a> ParamReader<'a> {
             .push(self.new_error(message).at(self.place_of(name)));
     }
 
+    /// As [`ParamReader::error`], of a parameter that pbrt-v3 reports and goes on without.
+    pub fn ignored(&self, name: &str, message: impl Into<String>) {
+        let error = self.new_error(message).passable();
+        self.context.diagnostics.push(error.at(self.place_of(name)));
+    }
+
     /// As [`ParamReader::error`], with "did you mean" where there is a suggestion.
     pub fn error_with_suggestion(
         &self,
