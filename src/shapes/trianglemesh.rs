@@ -9,11 +9,11 @@
 //! | `float uv`, else `st` | (0,0) (1,0) (1,1) at the corners | texture coordinates |
 //! | `texture/float alpha`, `shadowalpha` | 1 | cut-outs: no surface where exactly 0 |
 //! | `bool discarddegenerateUVs` | false | pbrt-v2 only: no uv where those of a triangle coincide |
-//! | `integer faceIndices` | none | Ptex only, not used |
+//! | `integer faceIndices` | none: all 0 | for each triangle its face in `ptex` textures |
 //!
 //! Arrays of the wrong length are reported and left out (scene-language 3.7).
 
-use crate::assets::mesh::MeshData;
+use crate::assets::mesh::{MeshData, face_id};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::params::{Dialect, FloatInput, ParamReader};
 
@@ -40,8 +40,7 @@ impl TriangleMeshSpec {
         // In pbrt-v2 only; its default leaves all as it is.
         let discard =
             reader.dialect() == Dialect::V2 && reader.boolean("discarddegenerateUVs", false);
-        // Only Ptex, which is not supported, would use these.
-        let _ = reader.integers("faceIndices");
+        let faces = reader.integers("faceIndices");
         let (positions, indices) = vertices_and_triangles(reader)?;
         let per_vertex = |name: &str, values: Option<&[f64]>| -> Vec<Vec3> {
             let Some(values) = values else {
@@ -66,6 +65,7 @@ impl TriangleMeshSpec {
             triples(values).map(|v| DVec3::from(v).as_vec3()).collect()
         };
         let mut data = MeshData {
+            face_ids: face_ids(reader, faces, indices.len()),
             indices,
             normals: per_vertex("N", normals),
             tangents: per_vertex("S", tangents),
@@ -162,6 +162,27 @@ fn is_empty(reader: &ParamReader, name: &str, values: &[f64]) -> bool {
         );
     }
     values.is_empty()
+}
+
+/// One a triangle: any other number of them is dropped with an error, as in pbrt-v3.
+fn face_ids(reader: &ParamReader, ids: Option<&[f64]>, triangles: usize) -> Vec<u32> {
+    let name = "faceIndices";
+    let Some(ids) = ids else {
+        return Vec::new();
+    };
+    if is_empty(reader, name, ids) {
+        return Vec::new();
+    }
+    if ids.len() != triangles {
+        let message = format!(
+            "`{name}` has {} value{} for {triangles} triangles: not used",
+            ids.len(),
+            if ids.len() == 1 { "" } else { "s" },
+        );
+        reader.error(name, message);
+        return Vec::new();
+    }
+    ids.iter().map(|id| face_id(id.trunc())).collect()
 }
 
 /// One pair a vertex: too few are dropped with an error, too many cut with a warning.
