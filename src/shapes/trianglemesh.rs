@@ -228,6 +228,32 @@ fn texture_coordinates(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::testing::read;
+
+    #[test]
+    fn faces_are_numbered_triangle_by_triangle() {
+        let mesh = |faces: &str| {
+            let text = format!(
+                "\"integer indices\" [0 1 2 0 1 2] \"point P\" [0 0 0 1 0 0 1 1 0] {faces}"
+            );
+            let outcome = read("trianglemesh", &text, TriangleMeshSpec::from_params);
+            (outcome.value.unwrap().data.face_ids, outcome.messages)
+        };
+        let none = Vec::<u32>::new();
+        assert_eq!(mesh(""), (none.clone(), vec![]));
+        assert_eq!(mesh("\"integer faceIndices\" [7 3]").0, [7, 3]);
+        // What is no number of a face is beyond all of them.
+        assert_eq!(mesh("\"integer faceIndices\" [-1 0]").0, [u32::MAX, 0]);
+        for faces in ["[1]", "[1 2 3]"] {
+            let (ids, messages) = mesh(&format!("\"integer faceIndices\" {faces}"));
+            assert_eq!(ids, none);
+            assert!(
+                messages[0].contains("for 2 triangles: not used"),
+                "{messages:?}"
+            );
+        }
+        assert!(mesh("\"integer faceIndices\" []").1[0].contains("empty list"));
+    }
 
     #[test]
     fn indices_out_of_range_are_refused() {

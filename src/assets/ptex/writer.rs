@@ -2,7 +2,7 @@
 
 use super::face::{Face, Resolution};
 use super::header::MeshKind;
-use super::sample::SampleKind;
+pub(crate) use super::sample::SampleKind;
 use flate2::{Compression, write::ZlibEncoder};
 use half::f16;
 use std::io::Write;
