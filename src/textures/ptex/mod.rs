@@ -83,7 +83,9 @@ fn decode(v: f32, gamma: f32) -> f32 {
     }
 }
 
+// Apart, so that kernels take no room on the stack of textures of other classes, which call one another.
 /// The filtered value at `uv` of face `face`; of a file with one channel the first number alone.
+#[inline(never)]
 fn filtered(file: &PtexFile, face: u32, uv: Vec2, footprint: &Footprint) -> Rgb {
     let Some(&here) = file.face(face) else {
         return Rgb::ZERO;
