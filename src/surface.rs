@@ -28,6 +28,8 @@ pub struct SurfaceHit {
     pub wo: Vec3,
     /// Time of the ray.
     pub time: f32,
+    /// Which face of the original mesh it is on, for Ptex; 0 where nothing says so.
+    pub face: u32,
 }
 
 /// The shading frame: interpolated normals and tangents, and bump mapping, change it.
@@ -54,6 +56,17 @@ impl SurfaceHit {
             d,
             self.time,
         )
+    }
+
+    /// Where textures are looked up here, with a footprint.
+    #[inline]
+    pub fn texture_point(&self, footprint: &Footprint) -> TexturePoint {
+        TexturePoint {
+            p: self.p,
+            uv: self.uv,
+            footprint: *footprint,
+            face: self.face,
+        }
     }
 
     /// What light sampling needs of this point.
@@ -131,6 +144,8 @@ pub struct TexturePoint {
     pub uv: Vec2,
     /// Filter footprint; zero asks for the finest level.
     pub footprint: Footprint,
+    /// See [`SurfaceHit::face`].
+    pub face: u32,
 }
 
 /// The point that receives light.

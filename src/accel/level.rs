@@ -3,6 +3,7 @@
 use super::aabb::Aabb;
 use super::builder;
 use super::curves::CurveStore;
+use super::face_ids::FaceIds;
 use super::instance::Instance;
 use super::moving::{Inner, Moving};
 use super::node::Child;
@@ -84,6 +85,7 @@ pub(super) struct LevelBuilder {
     /// point of the object serves: no coordinate is then larger than the object.
     anchor: Option<DVec3>,
     meshes: Vec<StoredMesh>,
+    face_ids: FaceIds,
     quadrics: Vec<StoredQuadric>,
     curves: CurveStore,
     /// Shapes that move, each with a level of its own.
@@ -152,6 +154,7 @@ impl LevelBuilder {
             ..attributes
         };
         let first = self.triangles;
+        self.face_ids.push(first as u32, mesh.face_ids);
         self.triangles += mesh.indices.len();
         self.meshes.push(StoredMesh {
             // Checked against the limit before use.
@@ -196,6 +199,7 @@ impl LevelBuilder {
             anchor: self.anchor.unwrap_or_default(),
             radius: 0.0,
             meshes: self.meshes,
+            face_ids: self.face_ids,
             quadrics: self.quadrics,
             curves: self.curves,
             instances,
@@ -233,6 +237,7 @@ pub(super) struct Level {
     /// Everything is within this distance of the anchor.
     pub radius: f64,
     pub meshes: Vec<StoredMesh>,
+    pub face_ids: FaceIds,
     pub quadrics: Vec<StoredQuadric>,
     pub curves: CurveStore,
     pub instances: Vec<Instance>,
@@ -359,6 +364,7 @@ impl Level {
     pub fn bytes(&self) -> usize {
         self.tree.bytes()
             + self.meshes.iter().map(StoredMesh::bytes).sum::<usize>()
+            + self.face_ids.bytes()
             + self.curves.bytes()
             + size_of_val(&self.meshes[..])
             + size_of_val(&self.quadrics[..])

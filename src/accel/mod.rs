@@ -10,6 +10,7 @@ mod aabb;
 mod builder;
 mod collapse;
 mod curves;
+mod face_ids;
 mod groups;
 mod instance;
 mod instructions;
@@ -335,7 +336,11 @@ fn resolve_in<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Option
             .attributes
             .light
             .map(|first| LightId(first.0 + (i as u32 >> u32::from(mesh.attributes.paired_lights))));
-        return Some((triangle.surface(b), &mesh.attributes, light));
+        let surface = LocalSurface {
+            face: level.face_ids.of(mesh.first, i),
+            ..triangle.surface(b)
+        };
+        return Some((surface, &mesh.attributes, light));
     }
     // The ray as the search had it, so that the same point is found again.
     let (o, d) = (o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3());

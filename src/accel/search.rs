@@ -102,6 +102,7 @@ where
             p: p.as_vec3(),
             uv: Vec2::new(uv.x as f32, uv.y as f32),
             footprint: Footprint::default(),
+            face: self.level.face_ids.of(mesh.first, i),
         };
         let PrimitiveAttributes {
             alpha,

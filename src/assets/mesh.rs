@@ -15,8 +15,20 @@ pub struct MeshData {
     pub tangents: Vec<Vec3>,
     /// Texture coordinates.
     pub uv: Vec<Vec2>,
+    /// For each triangle the face of the original mesh that it is of, for Ptex; empty where all are of
+    /// face 0.
+    pub face_ids: Vec<u32>,
     /// What was odd, in words.
     pub warnings: Vec<String>,
+}
+
+/// The face that a mesh gives number `number`; what is no number of a face is beyond all of them.
+pub fn face_id(number: f64) -> u32 {
+    match number >= 0.0 {
+        // Saturates.
+        true => number as u32,
+        false => u32::MAX,
+    }
 }
 
 /// Polygons of up to this many corners are cut by ear clipping, whose cost grows with the square;

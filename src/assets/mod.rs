@@ -7,4 +7,5 @@ mod openexr;
 mod pfm;
 pub mod picture;
 pub mod ply;
+pub mod ptex;
 pub mod spd;

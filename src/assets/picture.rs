@@ -8,11 +8,11 @@ use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
 /// Memory every picture may take, whatever its file's size: 22 million texels.
-const FREE_BYTES: u64 = 256 << 20;
+pub(super) const FREE_BYTES: u64 = 256 << 20;
 
 /// Beyond [`FREE_BYTES`], decoded bytes per byte of the file. Deflate reaches at most 1032:1 and
 /// packs bytes or half floats, which grow to floats here; a header that promises more lies.
-const MAX_EXPANSION: u64 = 4128;
+pub(super) const MAX_EXPANSION: u64 = 4128;
 
 /// Largest side in texels; also keeps all index arithmetic far from overflow.
 const MAX_SIDE: usize = 1 << 16;
@@ -184,7 +184,7 @@ impl Format {
 }
 
 /// The whole file; devices and pipes are refused because they may never end.
-fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+pub(super) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     if !metadata.is_file() {

@@ -2,18 +2,19 @@
 //!
 //! Vertices: x y z of any scalar type; nx ny nz; texture coordinates by the first complete pair of
 //! u v, s t, texture_u texture_v, texture_s texture_t. Faces: lists `vertex_indices` or
-//! `vertex_index` of any length. Other elements and properties are passed over
-//! (Turk, "The PLY Polygon File Format", 1994; scene-language 3.7).
+//! `vertex_index` of any length, and the number `face_indices` of each, for Ptex. Other elements and
+//! properties are passed over (Turk, "The PLY Polygon File Format", 1994; scene-language 3.7).
 
-use super::mesh::{MeshData, triangulate};
+use super::mesh::{MeshData, face_id, triangulate};
 use crate::math::{DVec3, Vec2, Vec3};
 use arrayvec::ArrayVec;
 use flate2::read::MultiGzDecoder;
 use serde::de::{IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use serde_ply::{ElementDef, PlyReader};
+use serde_ply::{ElementDef, PlyReader, PropertyType};
 use std::fmt;
 use std::io::{BufRead, Read};
+use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
 /// Why a PLY file cannot be used.
@@ -83,7 +84,12 @@ fn read(bytes: &[u8]) -> Result<MeshData, String> {
         let located = |e: serde_ply::DeserializeError| format!("element {}: {}", element.name, e.0);
         match element.name.as_str() {
             "vertex" => vertices = next(&mut reader).map_err(located)?,
-            "face" => faces = next(&mut reader).map_err(located)?,
+            "face" if is_numbered(&element) => {
+                faces = next::<Rows<NumberedFaceRow>>(&mut reader)
+                    .map_err(located)?
+                    .faces;
+            }
+            "face" => faces = next::<Rows<FaceRow>>(&mut reader).map_err(located)?.faces,
             other => {
                 if other == "tristrips" {
                     warnings.push("triangle strips (element tristrips) are not read".into());
@@ -139,6 +145,12 @@ fn check_element(element: &ElementDef) -> Result<(), String> {
     Ok(())
 }
 
+/// Do faces have numbers?
+fn is_numbered(faces: &ElementDef) -> bool {
+    let numbers = faces.get_property("face_indices");
+    numbers.is_some_and(|p| matches!(p.property_type, PropertyType::Scalar(_)))
+}
+
 fn assemble(
     vertices: Vertices,
     faces: Faces,
@@ -154,6 +166,14 @@ fn assemble(
         ));
     }
     let short = faces.arities.iter().filter(|&&n| n < 3).count();
+    let face_ids = faces.ids_of_triangles();
+    if !face_ids.is_empty() && faces.arities.iter().any(|&n| n > 3) {
+        warnings.push(
+            "face_indices number faces of more than three corners, where pbrt-v3 stops: \
+             all triangles of a face have its number"
+                .into(),
+        );
+    }
     let indices = faces.triangles(&vertices.positions);
     if short > 0 {
         warnings.push(format!(
@@ -169,6 +189,7 @@ fn assemble(
         normals: vertices.normals,
         tangents: Vec::new(),
         uv: vertices.uv,
+        face_ids,
         warnings,
     })
 }
@@ -258,6 +279,40 @@ struct FaceRow {
     vertex_indices: Corners,
 }
 
+/// The same with the number of the face, which may be of any scalar type.
+#[derive(Deserialize)]
+struct NumberedFaceRow {
+    #[serde(alias = "vertex_index")]
+    vertex_indices: Corners,
+    face_indices: f64,
+}
+
+/// What faces are read from.
+trait Row {
+    fn corners(&self) -> &Corners;
+    fn id(&self) -> Option<u32>;
+}
+
+impl Row for FaceRow {
+    fn corners(&self) -> &Corners {
+        &self.vertex_indices
+    }
+
+    fn id(&self) -> Option<u32> {
+        None
+    }
+}
+
+impl Row for NumberedFaceRow {
+    fn corners(&self) -> &Corners {
+        &self.vertex_indices
+    }
+
+    fn id(&self) -> Option<u32> {
+        Some(face_id(self.face_indices))
+    }
+}
+
 /// A list of vertex numbers, on the stack where it is short.
 #[derive(Default)]
 struct Corners {
@@ -297,6 +352,8 @@ struct Faces {
     /// How many corners each of the others has, and these one after the other.
     arities: Vec<u32>,
     corners: Vec<u32>,
+    /// Numbers of the faces, or none.
+    ids: Vec<u32>,
     /// The first corner that is no 32-bit number.
     beyond: Option<i64>,
 }
@@ -330,6 +387,16 @@ impl Faces {
             .map(|&i| i64::from(i)))
     }
 
+    /// The number of each triangle's face, where faces have numbers. A polygon is cut into two triangles
+    /// fewer than it has corners ([`triangulate`]).
+    fn ids_of_triangles(&self) -> Vec<u32> {
+        let alone = std::iter::repeat_n(1, self.triangles.len());
+        let counts = alone.chain(self.arities.iter().map(|&n| n.saturating_sub(2) as usize));
+        let ids = self.ids.iter().zip(counts);
+        ids.flat_map(|(&id, count)| std::iter::repeat_n(id, count))
+            .collect()
+    }
+
     /// All faces in triangles.
     fn triangles(self, positions: &[DVec3]) -> Vec<[u32; 3]> {
         let mut triangles = self.triangles;
@@ -338,10 +405,16 @@ impl Faces {
     }
 }
 
-impl<'de> Deserialize<'de> for Faces {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Faces, D::Error> {
-        struct Rows;
-        impl<'de> Visitor<'de> for Rows {
+/// [`Faces`] from rows of a kind.
+struct Rows<R> {
+    faces: Faces,
+    row: PhantomData<R>,
+}
+
+impl<'de, R: Row + Deserialize<'de>> Deserialize<'de> for Rows<R> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Rows<R>, D::Error> {
+        struct Every<R>(PhantomData<R>);
+        impl<'de, R: Row + Deserialize<'de>> Visitor<'de> for Every<R> {
             type Value = Faces;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -350,13 +423,16 @@ impl<'de> Deserialize<'de> for Faces {
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<Faces, A::Error> {
                 let mut faces = Faces::default();
-                while let Some(row) = rows.next_element::<FaceRow>()? {
-                    faces.push(&row.vertex_indices);
+                while let Some(row) = rows.next_element::<R>()? {
+                    faces.push(row.corners());
+                    faces.ids.extend(row.id());
                 }
                 Ok(faces)
             }
         }
-        deserializer.deserialize_seq(Rows)
+        let row = PhantomData;
+        let faces = deserializer.deserialize_seq(Every::<R>(row))?;
+        Ok(Rows { faces, row })
     }
 }
 
@@ -424,6 +500,7 @@ mod tests {
             normals: vec![Vec3::Z; 4],
             tangents: vec![],
             uv: vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
+            face_ids: vec![],
             warnings: vec![],
         };
         let returns = |byte: u8| if byte == b'\n' { b'\r' } else { byte };
@@ -448,6 +525,35 @@ mod tests {
             );
             assert_eq!(parse(text.as_bytes()).unwrap().uv, [Vec2::new(4.0, 5.0)]);
         }
+    }
+
+    #[test]
+    fn numbers_of_faces_are_those_of_their_triangles() {
+        let read = |kind: &str, body: &str| {
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+                 property float z\nelement face 3\nproperty {kind} face_indices\n\
+                 property list uchar int vertex_indices\nend_header\n\
+                 0 0 0\n1 0 0\n1 1 0\n0 1 0\n{body}"
+            );
+            parse(text.as_bytes()).unwrap()
+        };
+        let triangles = "7 3 0 1 2\n0 3 0 2 3\n5 3 1 2 3\n";
+        for kind in ["int", "uchar", "double"] {
+            let mesh = read(kind, triangles);
+            assert_eq!((mesh.face_ids, mesh.warnings), (vec![7, 0, 5], vec![]));
+        }
+        let mesh = read("int", "-2 3 0 1 2\n6 4 0 1 2 3\n4 2 0 1\n");
+        assert_eq!(mesh.face_ids, [u32::MAX, 6, 6]);
+        assert_eq!(mesh.indices.len(), 3);
+        assert!(
+            mesh.warnings[0].contains("more than three corners"),
+            "{:?}",
+            mesh.warnings
+        );
+        // A list of that name is something else.
+        let mesh = read("list uchar int", "1 9 3 0 1 2\n0 3 0 2 3\n2 1 1 3 1 2 3\n");
+        assert_eq!((mesh.face_ids.len(), mesh.indices.len()), (0, 3));
     }
 
     #[test]

@@ -33,6 +33,7 @@ pub(crate) fn flat_hit(wo: Vec3) -> SurfaceHit {
         shading,
         wo,
         time: 0.0,
+        face: 0,
     }
 }
 

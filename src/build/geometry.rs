@@ -23,6 +23,8 @@ pub struct Shapes {
     pub instances: Vec<InstanceEntity>,
     /// Emission that shapes refer to.
     pub area_lights: Vec<DiffuseAreaSpec>,
+    /// Does anything ask which face of a mesh a point is on?
+    pub need_faces: bool,
 }
 
 /// Geometry with the lights that shapes make.
@@ -45,6 +47,7 @@ pub fn build(
 ) -> Option<Placed> {
     let mut adder = Adder {
         area_lights: &shapes.area_lights,
+        need_faces: shapes.need_faces,
         lights,
         groups: 0,
         diagnostics,
@@ -171,6 +174,7 @@ struct Compiled {
 /// Turns shapes into primitives with attributes, collecting the lights they make.
 struct Adder<'a> {
     area_lights: &'a [DiffuseAreaSpec],
+    need_faces: bool,
     lights: Vec<Light>,
     groups: u32,
     diagnostics: &'a Diagnostics,
@@ -208,7 +212,10 @@ impl Adder<'_> {
         for problem in problems(shape, &result) {
             self.diagnostics.push(problem);
         }
-        let compiled = result.ok()?;
+        let mut compiled = result.ok()?;
+        if let (CompiledShape::Mesh(mesh), false) = (&mut compiled, self.need_faces) {
+            mesh.face_ids = Vec::new();
+        }
         let (light, paired_lights) = match shape.area_light {
             Some(light) => self.add_lights(&compiled, light),
             None => (None, false),

@@ -118,6 +118,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         objects: frame.objects,
         instances: frame.instances,
         area_lights: frame.area_lights,
+        need_faces: textures.need_faces(),
     };
     let placed = geometry::build(shapes, lights, &render_from_world, diagnostics)?;
     let world = World::new(

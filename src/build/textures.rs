@@ -20,10 +20,18 @@ pub fn load(frame: &Frame, render_from_world: &Transform, diagnostics: &Diagnost
                 error,
                 span,
                 used: false,
+            }
+            | TextureProblem::Ptex {
+                error,
+                span,
+                used: false,
             } => Diagnostic::warning(error.to_string())
                 .at(span)
                 .label("no shape uses this texture"),
             TextureProblem::Picture {
+                ref error, span, ..
+            }
+            | TextureProblem::Ptex {
                 ref error, span, ..
             } => Diagnostic::error(error.to_string()).at(span).passable(),
             _ => Diagnostic::error(problem.to_string()),

@@ -236,6 +236,7 @@ mod tests {
             },
             wo,
             time: 0.0,
+            face: 0,
         }
     }
 

@@ -10,7 +10,7 @@ use crate::bsdf::{Bsdf, BsdfSample, MAX_LOBES};
 use crate::bssrdf::Bssrdf;
 use crate::handles::MaterialId;
 use crate::math::Rgb;
-use crate::surface::{Footprint, SurfaceHit, TexturePoint};
+use crate::surface::{Footprint, SurfaceHit};
 use crate::textures::Textures;
 use arrayvec::ArrayVec;
 use std::ops::Range;
@@ -64,11 +64,7 @@ impl Material {
                 };
             }
         };
-        let at = TexturePoint {
-            p: hit.p,
-            uv: hit.uv,
-            footprint: *footprint,
-        };
+        let at = hit.texture_point(footprint);
         let mut parts = Parts::new();
         mix.parts_at(&at, textures, materials, (0, &mut parts));
         let chosen = if sample.specular {

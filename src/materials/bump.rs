@@ -113,11 +113,7 @@ mod tests {
                 ..Default::default()
             };
             let mut hit = flat_hit(Vec3::Z);
-            let at = TexturePoint {
-                p: hit.p,
-                uv: hit.uv,
-                footprint,
-            };
+            let at = hit.texture_point(&footprint);
             let n = bump.shading_geometry(&hit, &at, &textures).n;
             // The default step of 0.0005 magnifies the displacement's rounding by 2000.
             assert!((n - expected).length() < 3e-4, "{n}");
@@ -135,11 +131,7 @@ mod tests {
     #[test]
     fn a_constant_displacement_changes_nothing_on_a_plane() {
         let hit = flat_hit(Vec3::Z);
-        let at = TexturePoint {
-            p: hit.p,
-            uv: hit.uv,
-            footprint: Footprint::default(),
-        };
+        let at = hit.texture_point(&Footprint::default());
         let bump = Bump {
             displacement: FloatInput::Constant(3.0),
         };

@@ -196,11 +196,7 @@ impl Material {
         textures: &Textures,
         materials: &'a [Material],
     ) -> Bsdf<'a> {
-        let at = TexturePoint {
-            p: hit.p,
-            uv: hit.uv,
-            footprint: *footprint,
-        };
+        let at = hit.texture_point(footprint);
         let shading = match &self.bump {
             Some(bump) => bump.shading_geometry(hit, &at, textures),
             None => hit.shading,
@@ -280,11 +276,7 @@ impl Material {
         footprint: &Footprint,
         textures: &Textures,
     ) -> Option<Bssrdf<'_>> {
-        let at = TexturePoint {
-            p: hit.p,
-            uv: hit.uv,
-            footprint: *footprint,
-        };
+        let at = hit.texture_point(footprint);
         let (interior, medium) = match &self.kind {
             MaterialKind::Disney(m) => return m.bssrdf(hit, bsdf, &at, textures),
             MaterialKind::Subsurface(m) => (&m.interior, m.medium(&at, textures)),

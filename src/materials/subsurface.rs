@@ -124,6 +124,7 @@ mod tests {
             p: Rgb::ZERO,
             uv: crate::math::Vec2::ZERO,
             footprint: Default::default(),
+            face: 0,
         };
         let wild = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30, 1e30];
         for a in wild {

@@ -32,6 +32,8 @@ pub struct LocalSurface {
     pub dndu: DVec3,
     /// Change of the shading normal with v.
     pub dndv: DVec3,
+    /// See [`SurfaceHit::face`].
+    pub face: u32,
 }
 
 /// The upper 3×3 part with the absolute value of every entry.
@@ -97,6 +99,7 @@ impl LocalSurface {
             shading_dpdv: *m * self.shading_dpdv,
             dndu: change(self.dndu),
             dndv: change(self.dndv),
+            face: self.face,
         }
     }
 
@@ -123,6 +126,7 @@ impl LocalSurface {
             },
             wo: -ray.d,
             time: ray.time,
+            face: self.face,
         }
     }
 }

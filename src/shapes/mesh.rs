@@ -20,6 +20,8 @@ pub struct TriangleMesh {
     pub tangents: Vec<Vec3>,
     /// Texture coordinates, or none.
     pub uv: Vec<Vec2>,
+    /// For each triangle the face of the original mesh that it is of, or none: face 0 then.
+    pub face_ids: Vec<u32>,
     /// Which way the normals point.
     pub orientation: Orientation,
     /// What was odd about the mesh's file.
@@ -63,12 +65,16 @@ impl TriangleMesh {
         if data.uv.len() != count {
             data.uv = Vec::new();
         }
+        if data.face_ids.len() != data.indices.len() {
+            data.face_ids = Vec::new();
+        }
         TriangleMesh {
             indices: data.indices,
             positions: data.positions,
             normals: data.normals,
             tangents: data.tangents,
             uv: data.uv,
+            face_ids: data.face_ids,
             orientation: Orientation {
                 flip_geometric: reverse_orientation ^ level_from_object.swaps_handedness(),
                 flip_shading: reverse_orientation,

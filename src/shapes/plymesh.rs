@@ -5,7 +5,8 @@
 //! | `string filename` | required | the file, loaded when the scene is built |
 //! | `texture/float alpha`, `shadowalpha` | 1 | cut-outs: no surface where exactly 0 |
 //!
-//! See [`crate::assets::ply`] for what is read.
+//! See [`crate::assets::ply`] for what is read; the number `face_indices` of a face tells its face in
+//! `ptex` textures.
 
 use super::ShapeError;
 use crate::assets::mesh::MeshData;

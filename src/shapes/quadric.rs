@@ -192,6 +192,7 @@ impl Quadric {
             shading_dpdv,
             dndu: change(at.dndu),
             dndv: change(at.dndv),
+            face: 0,
         }
     }
 

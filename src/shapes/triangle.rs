@@ -116,6 +116,7 @@ impl Triangle {
             shading_dpdv,
             dndu,
             dndv,
+            face: 0,
         }
     }
 

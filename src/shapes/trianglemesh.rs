@@ -9,11 +9,11 @@
 //! | `float uv`, else `st` | (0,0) (1,0) (1,1) at the corners | texture coordinates |
 //! | `texture/float alpha`, `shadowalpha` | 1 | cut-outs: no surface where exactly 0 |
 //! | `bool discarddegenerateUVs` | false | pbrt-v2 only: no uv where those of a triangle coincide |
-//! | `integer faceIndices` | none | Ptex only, not used |
+//! | `integer faceIndices` | none: all 0 | for each triangle its face in `ptex` textures |
 //!
 //! Arrays of the wrong length are reported and left out (scene-language 3.7).
 
-use crate::assets::mesh::MeshData;
+use crate::assets::mesh::{MeshData, face_id};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::params::{Dialect, FloatInput, ParamReader};
 
@@ -40,8 +40,7 @@ impl TriangleMeshSpec {
         // In pbrt-v2 only; its default leaves all as it is.
         let discard =
             reader.dialect() == Dialect::V2 && reader.boolean("discarddegenerateUVs", false);
-        // Only Ptex, which is not supported, would use these.
-        let _ = reader.integers("faceIndices");
+        let faces = reader.integers("faceIndices");
         let (positions, indices) = vertices_and_triangles(reader)?;
         let per_vertex = |name: &str, values: Option<&[f64]>| -> Vec<Vec3> {
             let Some(values) = values else {
@@ -66,6 +65,7 @@ impl TriangleMeshSpec {
             triples(values).map(|v| DVec3::from(v).as_vec3()).collect()
         };
         let mut data = MeshData {
+            face_ids: face_ids(reader, faces, indices.len()),
             indices,
             normals: per_vertex("N", normals),
             tangents: per_vertex("S", tangents),
@@ -164,6 +164,27 @@ fn is_empty(reader: &ParamReader, name: &str, values: &[f64]) -> bool {
     values.is_empty()
 }
 
+/// One a triangle: any other number of them is dropped with an error, as in pbrt-v3.
+fn face_ids(reader: &ParamReader, ids: Option<&[f64]>, triangles: usize) -> Vec<u32> {
+    let name = "faceIndices";
+    let Some(ids) = ids else {
+        return Vec::new();
+    };
+    if is_empty(reader, name, ids) {
+        return Vec::new();
+    }
+    if ids.len() != triangles {
+        let message = format!(
+            "`{name}` has {} value{} for {triangles} triangles: not used",
+            ids.len(),
+            if ids.len() == 1 { "" } else { "s" },
+        );
+        reader.error(name, message);
+        return Vec::new();
+    }
+    ids.iter().map(|id| face_id(id.trunc())).collect()
+}
+
 /// One pair a vertex: too few are dropped with an error, too many cut with a warning.
 fn texture_coordinates(
     reader: &ParamReader,
@@ -207,6 +228,32 @@ fn texture_coordinates(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::testing::read;
+
+    #[test]
+    fn faces_are_numbered_triangle_by_triangle() {
+        let mesh = |faces: &str| {
+            let text = format!(
+                "\"integer indices\" [0 1 2 0 1 2] \"point P\" [0 0 0 1 0 0 1 1 0] {faces}"
+            );
+            let outcome = read("trianglemesh", &text, TriangleMeshSpec::from_params);
+            (outcome.value.unwrap().data.face_ids, outcome.messages)
+        };
+        let none = Vec::<u32>::new();
+        assert_eq!(mesh(""), (none.clone(), vec![]));
+        assert_eq!(mesh("\"integer faceIndices\" [7 3]").0, [7, 3]);
+        // What is no number of a face is beyond all of them.
+        assert_eq!(mesh("\"integer faceIndices\" [-1 0]").0, [u32::MAX, 0]);
+        for faces in ["[1]", "[1 2 3]"] {
+            let (ids, messages) = mesh(&format!("\"integer faceIndices\" {faces}"));
+            assert_eq!(ids, none);
+            assert!(
+                messages[0].contains("for 2 triangles: not used"),
+                "{messages:?}"
+            );
+        }
+        assert!(mesh("\"integer faceIndices\" []").1[0].contains("empty list"));
+    }
 
     #[test]
     fn indices_out_of_range_are_refused() {

@@ -198,6 +198,7 @@ mod tests {
                 p,
                 uv: Vec2::ZERO,
                 footprint: Footprint::default(),
+                face: 0,
             };
             board.evaluate(&Textures::default(), &at)
         };

@@ -7,6 +7,7 @@ use super::{
     TextureValue,
 };
 use crate::assets::picture::{Picture, PictureError};
+use crate::assets::ptex::PtexFile;
 use crate::math::Rgb;
 use crate::math::transform::Transform;
 use crate::params::NamedFile;
@@ -22,6 +23,8 @@ pub struct Textures {
     pub(super) spectrum: Vec<Texture<Rgb>>,
     pub(super) float_maps: Vec<Mipmap<f32>>,
     pub(super) spectrum_maps: Vec<Mipmap<Rgb>>,
+    /// `None` for those that cannot be used.
+    pub(super) ptex: Vec<Option<PtexFile>>,
 }
 
 /// What went wrong with a texture; the scene renders without it.
@@ -35,6 +38,16 @@ pub enum TextureProblem {
         /// Where it is named: by the first texture that something uses, if any.
         span: Span,
         /// Does anything use a texture of this picture?
+        used: bool,
+    },
+    /// A Ptex file cannot be used; black stands in for it.
+    #[error("{error}: black is used")]
+    Ptex {
+        /// What is wrong with it.
+        error: PictureError,
+        /// Where it is named: by the first texture that something uses, if any.
+        span: Span,
+        /// Does anything use a texture of this file?
         used: bool,
     },
     /// A texture nests others too deeply; it is 0.5 everywhere.
@@ -63,7 +76,8 @@ impl Textures {
     /// Loads every picture once (in parallel) and moves all mappings to render space.
     /// `float[i]` is the texture of `FloatTextureId(i)`, `spectrum[i]` of `SpectrumTextureId(i)`.
     /// `usage` only tells problems that matter from those that do not.
-    /// Problems come in the order of the textures that have them.
+    /// Problems come in the order of the textures that have them: first those of nesting, then of pictures,
+    /// then of Ptex files.
     pub fn compile(
         float: &[FloatTextureSpec],
         spectrum: &[SpectrumTextureSpec],
@@ -93,8 +107,14 @@ impl Textures {
             ),
             ..Textures::default()
         };
-        (textures.float_maps, textures.spectrum_maps) = wanted.load(&mut problems);
+        (textures.float_maps, textures.spectrum_maps) = wanted.load_maps(&mut problems);
+        textures.ptex = wanted.load_ptex(&mut problems);
         (textures, problems)
+    }
+
+    /// Does any texture ask which face of a mesh a point is on? Where none does, meshes need not know.
+    pub fn need_faces(&self) -> bool {
+        !self.ptex.is_empty()
     }
 
     /// Does any texture use ray differentials? Where none does, cameras need not make them.
@@ -157,6 +177,7 @@ fn compile_all<V: TextureValue>(
     wanted: &mut Wanted,
     list: fn(&mut Wanted) -> &mut Vec<WantedMap>,
 ) -> Vec<Texture<V>> {
+    let is_used = |index: usize| used.get(index) == Some(&true);
     let compile = |(index, (spec, depth)): (usize, (&TextureSpec<V>, &Option<usize>))| {
         if depth.is_none() {
             return Texture::Constant(Constant {
@@ -176,7 +197,7 @@ fn compile_all<V: TextureValue>(
             TextureSpec::Windy(t) => Texture::Windy(t.compile(render_from_world)),
             TextureSpec::Marble(t) => Texture::Marble(t.compile(render_from_world)),
             TextureSpec::Imagemap(t) => {
-                let file = wanted.file_index(t.file.as_ref(), used.get(index) == Some(&true));
+                let file = wanted.pictures.index(t.file.as_ref(), is_used(index));
                 let map = position_or_push(
                     list(wanted),
                     WantedMap {
@@ -186,19 +207,29 @@ fn compile_all<V: TextureValue>(
                 );
                 Texture::Imagemap(t.compile(render_from_world, map))
             }
+            TextureSpec::Ptex(t) => {
+                Texture::Ptex(t.compile(wanted.ptex.index(t.file.as_ref(), is_used(index))))
+            }
         }
     };
     specs.iter().zip(depths).enumerate().map(compile).collect()
 }
 
-/// The pictures a scene's textures ask for.
+/// The pictures and Ptex files a scene's textures ask for.
 #[derive(Default)]
 struct Wanted {
-    files: Vec<WantedFile>,
-    /// Positions in `files`.
-    known: BTreeMap<PathBuf, usize>,
+    pictures: Files,
+    ptex: Files,
     float: Vec<WantedMap>,
     spectrum: Vec<WantedMap>,
+}
+
+/// Files, each once.
+#[derive(Default)]
+struct Files {
+    list: Vec<WantedFile>,
+    /// Positions in `list`.
+    known: BTreeMap<PathBuf, usize>,
 }
 
 struct WantedFile {
@@ -213,22 +244,43 @@ struct WantedMap {
     settings: PictureSettings,
 }
 
-impl Wanted {
-    fn file_index(&mut self, file: Option<&NamedFile>, used: bool) -> Option<usize> {
+impl Files {
+    fn index(&mut self, file: Option<&NamedFile>, used: bool) -> Option<usize> {
         let name = file?.clone();
-        let next = self.files.len();
+        let next = self.list.len();
         let index = *self.known.entry(name.path.clone()).or_insert(next);
-        match self.files.get_mut(index) {
-            None => self.files.push(WantedFile { name, used }),
+        match self.list.get_mut(index) {
+            None => self.list.push(WantedFile { name, used }),
             Some(known) if used && !known.used => *known = WantedFile { name, used },
             Some(_) => {}
         }
         Some(index)
     }
+}
+
+impl Wanted {
+    /// All Ptex files.
+    fn load_ptex(&self, problems: &mut Vec<TextureProblem>) -> Vec<Option<PtexFile>> {
+        let files = self.ptex.list.par_iter();
+        let loaded: Vec<_> = files.map(|file| PtexFile::load(&file.name.path)).collect();
+        let mut usable = |(file, result): (&WantedFile, Result<PtexFile, PictureError>)| {
+            let problem = |error| TextureProblem::Ptex {
+                error,
+                span: file.name.span,
+                used: file.used,
+            };
+            result.map_err(|error| problems.push(problem(error))).ok()
+        };
+        let files = self.ptex.list.iter().zip(loaded);
+        files.map(&mut usable).collect()
+    }
 
     /// All filtered pictures. Each file's picture is let go once its maps are made.
-    fn load(self, problems: &mut Vec<TextureProblem>) -> (Vec<Mipmap<f32>>, Vec<Mipmap<Rgb>>) {
-        let files = self.files.par_iter().enumerate().map(|(i, file)| {
+    fn load_maps(
+        &self,
+        problems: &mut Vec<TextureProblem>,
+    ) -> (Vec<Mipmap<f32>>, Vec<Mipmap<Rgb>>) {
+        let files = self.pictures.list.par_iter().enumerate().map(|(i, file)| {
             let picture = Picture::load(&file.name.path);
             let usable = picture.as_ref().ok();
             (

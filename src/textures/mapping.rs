@@ -257,6 +257,7 @@ mod tests {
             p,
             uv: Vec2::new(0.25, 0.5),
             footprint,
+            face: 0,
         }
     }
 

@@ -44,6 +44,7 @@ pub use mipmap::{Filter, Mipmap, Wrap};
 pub use mix::Mix;
 pub use nesting::{MAX_LOOKUPS, Nesting};
 pub use noise::Octaves;
+pub use ptex::{Ptex, PtexSpec};
 pub use scale::Scale;
 pub use solid::{SolidMapping, SolidPoint};
 pub use usage::TextureUsage;
@@ -105,6 +106,8 @@ pub enum TextureSpec<V: TextureValue> {
     Windy(Windy),
     /// `marble`
     Marble(Marble),
+    /// `ptex`
+    Ptex(PtexSpec),
 }
 
 /// A float-valued [`TextureSpec`].
@@ -128,6 +131,7 @@ pub(crate) enum Texture<V: TextureValue> {
     Wrinkled(Wrinkled),
     Windy(Windy),
     Marble(Marble),
+    Ptex(Ptex),
 }
 
 /// The float texture that `Texture "name" "float" "class"` describes under the transformation
@@ -167,7 +171,7 @@ fn from_params<V: TextureValue>(reader: &ParamReader, ctm: &Transform) -> Option
         "wrinkled" => TextureSpec::Wrinkled(Wrinkled::from_params(reader, ctm)),
         "windy" => TextureSpec::Windy(Windy::new(ctm)),
         "marble" => TextureSpec::Marble(Marble::from_params(reader, ctm)),
-        "ptex" => TextureSpec::Constant(ptex::from_params(reader)),
+        "ptex" => TextureSpec::Ptex(PtexSpec::from_params(reader)),
         _ => {
             reader.unknown_kind_replaced(&CLASSES, "no texture is defined");
             return None;
@@ -231,7 +235,8 @@ impl<V: TextureValue> TextureSpec<V> {
             | TextureSpec::Fbm(_)
             | TextureSpec::Wrinkled(_)
             | TextureSpec::Windy(_)
-            | TextureSpec::Marble(_) => Operands {
+            | TextureSpec::Marble(_)
+            | TextureSpec::Ptex(_) => Operands {
                 own: Vec::new(),
                 amount: None,
             },
@@ -260,6 +265,7 @@ impl<V: TextureValue> Texture<V> {
             Texture::Wrinkled(t) => V::splat(t.evaluate(at)),
             Texture::Windy(t) => V::splat(t.evaluate(at)),
             Texture::Marble(t) => V::from_texel(t.evaluate(at)),
+            Texture::Ptex(t) => t.evaluate(textures, at),
         }
     }
 
@@ -269,7 +275,8 @@ impl<V: TextureValue> Texture<V> {
             | Texture::Fbm(_)
             | Texture::Wrinkled(_)
             | Texture::Windy(_)
-            | Texture::Marble(_) => true,
+            | Texture::Marble(_)
+            | Texture::Ptex(_) => true,
             Texture::Checkerboard(t) => t.needs_footprint(),
             Texture::Constant(_)
             | Texture::Scale(_)

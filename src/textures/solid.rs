@@ -72,6 +72,7 @@ mod tests {
         let at = TexturePoint {
             p: Vec3::new(-4.0, 1.0, 1.0),
             uv: Vec2::ZERO,
+            face: 0,
             footprint: Footprint {
                 dpdx: Vec3::X,
                 dpdy: Vec3::Z,

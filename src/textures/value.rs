@@ -32,6 +32,9 @@ pub trait TextureValue:
     /// A picture's texel as this kind of value, still encoded.
     fn from_texel(texel: Rgb) -> Self;
 
+    /// As pbrt-v3 takes the value of a Ptex file with colours, decoded.
+    fn from_ptex(color: Rgb) -> Self;
+
     /// Applies `f` to every channel.
     fn map(self, f: impl Fn(f32) -> f32) -> Self;
 
@@ -60,6 +63,10 @@ impl TextureValue for f32 {
 
     fn from_texel(texel: Rgb) -> f32 {
         luminance(texel)
+    }
+
+    fn from_ptex(color: Rgb) -> f32 {
+        (color.x + color.y + color.z) / 3.0
     }
 
     fn map(self, f: impl Fn(f32) -> f32) -> f32 {
@@ -99,6 +106,10 @@ impl TextureValue for Rgb {
 
     fn from_texel(texel: Rgb) -> Rgb {
         texel
+    }
+
+    fn from_ptex(color: Rgb) -> Rgb {
+        color
     }
 
     fn map(self, f: impl Fn(f32) -> f32) -> Rgb {

@@ -297,6 +297,7 @@ fn lost(profile: Profile, table: &ProfileTable) -> f64 {
         shading,
         wo: Vec3::Z,
         time: 0.0,
+        face: 0,
     };
     let frame = Frame::from_normal_and_tangent(Vec3::Z, Vec3::X);
     let bssrdf = Bssrdf::new(&top, frame, profile, table.exit());

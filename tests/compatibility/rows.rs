@@ -414,13 +414,43 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "texture `ptex`",
-        pbrt: "reads Ptex files",
-        fstop: "0.5 everywhere, with a warning",
+        what: "Ptex files of two or four channels, one of them alpha",
+        pbrt: "refused: black",
+        fstop: "the others are read, multiplied by it as in files of three",
         much: &[Words("the texture")],
+        held: &[Test(
+            "src/assets/ptex/tests.rs",
+            "texels_are_multiplied_by_alpha_which_is_left_out_of_four_channels",
+        )],
+    },
+    Row {
+        what: "texture `ptex` on a face that its file does not have",
+        pbrt: "whatever the stack holds",
+        fstop: "black",
+        much: NO_PICTURE,
+        held: &[Test(
+            "tests/ptex.rs",
+            "without_numbers_all_is_of_the_first_face_and_beyond_the_last_one_black",
+        )],
+    },
+    Row {
+        what: "texture `ptex` as `alpha` or `shadowalpha`",
+        pbrt: "all triangles are of the first face",
+        fstop: "each is of its own, as for materials",
+        much: &[Words("the holes")],
+        held: &[Test(
+            "tests/ptex.rs",
+            "instances_and_cut_outs_know_their_faces",
+        )],
+    },
+    Row {
+        what: "`face_indices` of quadrilaterals in a PLY file",
+        pbrt: "aborts",
+        fstop: "all triangles of a face have its number, with a warning",
+        much: NO_PICTURE,
         held: &[Scene(
-            "procedural_textures",
-            "Ptex files are not read: 0.5 everywhere is used",
+            "ptex",
+            "face_indices number faces of more than three corners",
         )],
     },
     Row {

@@ -222,6 +222,7 @@ impl Segment {
             shading_dpdv: dpdv,
             dndu: DVec3::ZERO,
             dndv: DVec3::ZERO,
+            face: 0,
         })
     }
 }

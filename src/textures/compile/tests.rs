@@ -21,6 +21,7 @@ fn at(u: f32, v: f32) -> TexturePoint {
         p: Vec3::ZERO,
         uv: Vec2::new(u, v),
         footprint: Footprint::default(),
+        face: 0,
     }
 }
 

@@ -1,0 +1,38 @@
+//! Which faces of their original meshes triangles are of.
+
+/// The faces of those meshes of a level that say so. Kept apart from the meshes, which have no room for
+/// it: few scenes use Ptex.
+#[derive(Default)]
+pub(super) struct FaceIds {
+    /// By the number of the mesh's first triangle within the level, ascending.
+    meshes: Vec<(u32, Box<[u32]>)>,
+}
+
+impl FaceIds {
+    /// Adds those of a mesh after all that are there; `ids` may be empty.
+    pub fn push(&mut self, first: u32, ids: Vec<u32>) {
+        if !ids.is_empty() {
+            self.meshes.push((first, ids.into()));
+        }
+    }
+
+    /// The face that triangle `i` of the mesh with this first triangle is of; 0 where nothing says so.
+    #[inline]
+    pub fn of(&self, first: u32, i: usize) -> u32 {
+        match self.meshes.is_empty() {
+            true => 0,
+            false => self.find(first, i).unwrap_or(0),
+        }
+    }
+
+    fn find(&self, first: u32, i: usize) -> Option<u32> {
+        let mesh = self.meshes.binary_search_by_key(&first, |(f, _)| *f).ok()?;
+        self.meshes.get(mesh)?.1.get(i).copied()
+    }
+
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        let ids = self.meshes.iter().map(|(_, ids)| size_of_val(&ids[..]));
+        ids.sum::<usize>() + size_of_val(&self.meshes[..])
+    }
+}

@@ -1,0 +1,212 @@
+//! The face table: how fine each face is, and what lies beyond its edges.
+
+use super::bytes::Bytes;
+use super::header::{Header, MeshKind};
+
+/// Bytes of a face in the table.
+const FACE_BYTES: u64 = 20;
+
+/// Largest side of a face, as a power of two: as large as other pictures may be, and all indices
+/// stay far from overflow.
+const MOST_LOG2: i8 = 16;
+
+/// 2ᵘ × 2ᵛ texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Resolution {
+    /// Logarithm to base 2 of the texels along u.
+    pub u: u8,
+    /// The same along v.
+    pub v: u8,
+}
+
+impl Resolution {
+    /// A single texel.
+    pub const ONE: Resolution = Resolution { u: 0, v: 0 };
+
+    /// Texels along u.
+    #[inline]
+    pub fn width(self) -> usize {
+        1 << self.u
+    }
+
+    /// Texels along v.
+    #[inline]
+    pub fn height(self) -> usize {
+        1 << self.v
+    }
+
+    /// Texels in all.
+    pub fn texels(self) -> usize {
+        self.width() * self.height()
+    }
+
+    pub(super) fn read(bytes: &mut Bytes) -> Result<Resolution, String> {
+        let [u, v] = [bytes.u8()?, bytes.u8()?].map(|b| b as i8);
+        let valid = |log2: i8| (0..=MOST_LOG2).contains(&log2);
+        if !valid(u) || !valid(v) {
+            return Err(format!(
+                "a resolution of 2^{u} × 2^{v} texels cannot be read"
+            ));
+        }
+        Ok(Resolution {
+            u: u as u8,
+            v: v as u8,
+        })
+    }
+}
+
+/// What lies beyond an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Neighbour {
+    /// Number of the face.
+    pub face: u32,
+    /// Which of its edges the common one is. Quadrilaterals: v = 0, u = 1, v = 1, u = 0. Triangles: v = 0,
+    /// u + v = 1, u = 0.
+    pub edge: u8,
+}
+
+/// A face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// How fine it is; also said of a constant face.
+    pub resolution: Resolution,
+    /// Edges of the neighbours, two bits each.
+    edges: u8,
+    flags: u8,
+    /// Below 0 for none.
+    neighbours: [i32; 4],
+    /// Number of its first sample.
+    pub(super) first: usize,
+}
+
+impl Face {
+    const CONSTANT: u8 = 1;
+    const EDITED: u8 = 2;
+    const CONSTANT_AROUND: u8 = 4;
+    const SUBFACE: u8 = 8;
+
+    /// Is it of one value?
+    #[inline]
+    pub fn is_constant(&self) -> bool {
+        self.flags & Face::CONSTANT != 0
+    }
+
+    /// Has the whole neighbourhood the same single value?
+    #[inline]
+    pub fn is_constant_around(&self) -> bool {
+        self.flags & Face::CONSTANT_AROUND != 0
+    }
+
+    /// Is it one of the quadrilaterals that a face of other than four corners was cut into? Its edges are
+    /// half as long as those of whole faces beside it.
+    #[inline]
+    pub fn is_subface(&self) -> bool {
+        self.flags & Face::SUBFACE != 0
+    }
+
+    /// Was it written anew? Stored reductions are then of what it was before.
+    pub(super) fn is_edited(&self) -> bool {
+        self.flags & Face::EDITED != 0
+    }
+
+    pub(super) fn mark_edited(&mut self) {
+        self.flags |= Face::EDITED;
+    }
+
+    /// What lies beyond edge `edge`, of which the last two bits count.
+    #[inline]
+    pub fn neighbour(&self, edge: u8) -> Option<Neighbour> {
+        let edge = edge & 3;
+        let face = u32::try_from(self.neighbours[usize::from(edge)]).ok()?;
+        Some(Neighbour {
+            face,
+            edge: self.edges >> (2 * edge) & 3,
+        })
+    }
+
+    /// Reads a face, the texels of which have no place yet. `number` is for messages.
+    pub(super) fn read(bytes: &mut Bytes, header: &Header, number: u32) -> Result<Face, String> {
+        let located = |message: String| format!("face {number}: {message}");
+        let resolution = Resolution::read(bytes).map_err(located)?;
+        let [edges, flags] = [bytes.u8()?, bytes.u8()?];
+        let mut neighbours = [0; 4];
+        for neighbour in &mut neighbours {
+            *neighbour = bytes.i32()?;
+        }
+        if header.mesh == MeshKind::Triangles {
+            neighbours[3] = -1;
+            if resolution.u != resolution.v {
+                return Err(located("a triangle must be as fine in u as in v".into()));
+            }
+        }
+        let face = Face {
+            resolution,
+            edges,
+            flags,
+            neighbours,
+            first: 0,
+        };
+        for neighbour in (0..4).filter_map(|edge| face.neighbour(edge)) {
+            if neighbour.face >= header.faces {
+                let message = format!(
+                    "its neighbour {} does not exist: there are {} faces",
+                    neighbour.face, header.faces
+                );
+                return Err(located(message));
+            }
+            if neighbour.edge >= header.mesh.edges() {
+                return Err(located("its neighbour has three edges, not four".into()));
+            }
+        }
+        Ok(face)
+    }
+}
+
+/// The face table.
+pub(super) fn read(header: &Header, file: &[u8]) -> Result<Vec<Face>, String> {
+    if header.faces == 0 {
+        return Err("it has no faces".into());
+    }
+    let section = header.face_table;
+    let size = FACE_BYTES * u64::from(header.faces);
+    let table = Bytes::from(file, section.start, "face table")?.inflate(section.size, size)?;
+    let mut bytes = Bytes::new(&table, "face table");
+    (0..header.faces)
+        .map(|number| Face::read(&mut bytes, header, number))
+        .collect()
+}
+
+#[cfg(test)]
+impl Face {
+    /// A face for the writer of tests, with neighbours as (face, edge).
+    pub(crate) fn new(resolution: Resolution, neighbours: [Option<(u32, u8)>; 4]) -> Face {
+        let edges = (0..4).map(|e| neighbours[e].map_or(0, |(_, edge)| edge << (2 * e)));
+        Face {
+            resolution,
+            edges: edges.fold(0, |all, edge| all | edge),
+            flags: 0,
+            neighbours: neighbours.map(|n| n.map_or(-1, |(face, _)| face as i32)),
+            first: 0,
+        }
+    }
+
+    pub(crate) fn as_subface(mut self) -> Face {
+        self.flags |= Face::SUBFACE;
+        self
+    }
+
+    pub(crate) fn as_constant(mut self, around: bool) -> Face {
+        self.flags |= Face::CONSTANT;
+        if around {
+            self.flags |= Face::CONSTANT_AROUND;
+        }
+        self
+    }
+
+    /// As in the file.
+    pub(super) fn to_bytes(self) -> Vec<u8> {
+        let head = [self.resolution.u, self.resolution.v, self.edges, self.flags];
+        let neighbours = self.neighbours.iter().flat_map(|n| n.to_le_bytes());
+        head.into_iter().chain(neighbours).collect()
+    }
+}

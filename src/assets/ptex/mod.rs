@@ -1,0 +1,137 @@
+//! Ptex files: a picture of its own for every face of a mesh, with no texture coordinates between
+//! (Burley and Lacewell 2008, "Ptex: Per-Face Texture Mapping for Production Rendering", EGSR;
+//! the format as its authors publish it, version 1).
+//!
+//! A file holds, little-endian and mostly zlib-compressed:
+//!
+//! | section | what |
+//! |---|---|
+//! | header, extended header | kind of mesh and sample, channels, sizes of the other sections, borders |
+//! | face table | resolution, flags and neighbours of each face |
+//! | constants | the mean of each face |
+//! | level table, levels | the texels of all faces; then halved once, twice … for the large ones |
+//! | meta data | passed over |
+//! | edits | faces written anew after the rest |
+//!
+//! [`PtexFile`] holds all of it in flat arrays: of a quadrilateral every resolution that a filter may
+//! ask for, halved in u and v independently, which takes less than four times the finest.
+//! A reduction that the file stores is used; others are made as the format's authors make them, in
+//! the file's own kind of sample, so that the same numbers come out.
+//!
+//! Texels are multiplied by alpha where there is such a channel, as pbrt-v3 has them read; the
+//! file's reductions are stored that way in any case.
+
+mod block;
+mod bytes;
+mod edits;
+mod face;
+mod header;
+mod levels;
+mod reduce;
+mod sample;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+pub(crate) mod writer;
+
+pub use face::{Face, Neighbour, Resolution};
+pub use header::{Border, MeshKind};
+pub use sample::{Sample, Texels};
+
+use super::picture::{PictureError, read_file};
+use half::f16;
+use header::Header;
+use sample::SampleKind;
+use std::path::Path;
+
+/// A Ptex file, ready for look-ups.
+#[derive(Clone, Debug)]
+pub struct PtexFile {
+    /// What the faces are.
+    pub mesh: MeshKind,
+    /// What lies beyond edges without a neighbour, in u and in v.
+    pub borders: [Border; 2],
+    /// Are the first two channels a vector in a face's own (u, v), to be turned from face to face?
+    pub tangent_vectors: bool,
+    /// Numbers a texel: 1 or 3.
+    pub channels: usize,
+    faces: Box<[Face]>,
+    texels: Texels,
+}
+
+impl PtexFile {
+    /// Reads `path`. Damaged files are errors and never take more memory than their size justifies.
+    pub fn load(path: &Path) -> Result<PtexFile, PictureError> {
+        let bytes = read_file(path).map_err(|source| PictureError::Unreadable {
+            path: path.into(),
+            source,
+        })?;
+        PtexFile::parse(&bytes).map_err(|message| PictureError::Malformed {
+            path: path.into(),
+            message,
+        })
+    }
+
+    /// Reads a file from memory; the error is a sentence without the file's name.
+    pub fn parse(bytes: &[u8]) -> Result<PtexFile, String> {
+        let header = Header::parse(bytes)?;
+        let (faces, texels) = match header.samples {
+            SampleKind::U8 => read::<u8>(&header, bytes).map(|(f, t)| (f, Texels::U8(t))),
+            SampleKind::U16 => read::<u16>(&header, bytes).map(|(f, t)| (f, Texels::U16(t))),
+            SampleKind::F16 => read::<f16>(&header, bytes).map(|(f, t)| (f, Texels::F16(t))),
+            SampleKind::F32 => read::<f32>(&header, bytes).map(|(f, t)| (f, Texels::F32(t))),
+        }?;
+        Ok(PtexFile {
+            mesh: header.mesh,
+            borders: header.borders,
+            tangent_vectors: header.tangent_vectors && header.channels.kept().len() == 3,
+            channels: header.channels.kept().len(),
+            faces,
+            texels,
+        })
+    }
+
+    /// The faces.
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// Face `id`; `None` where the file has none of that number.
+    #[inline]
+    pub fn face(&self, id: u32) -> Option<&Face> {
+        self.faces.get(id as usize)
+    }
+
+    /// All texels; where those of a face are [`PtexFile::position`] tells.
+    pub fn texels(&self) -> &Texels {
+        &self.texels
+    }
+
+    /// Number of the first sample of `face` at a resolution, which is none finer than its own and
+    /// for a triangle as fine in u as in v. Rows of u follow each other. A constant face has a
+    /// single texel for all.
+    #[inline]
+    pub fn position(&self, face: &Face, at: Resolution) -> usize {
+        match face.is_constant() {
+            true => face.first,
+            false => face.first + self.mesh.texels_before(face.resolution, at) * self.channels,
+        }
+    }
+
+    /// Memory of texels and faces in bytes.
+    pub fn bytes(&self) -> usize {
+        self.texels.bytes() + size_of_val(&self.faces[..])
+    }
+}
+
+/// The faces with their texels.
+fn read<S: Sample>(header: &Header, bytes: &[u8]) -> Result<(Box<[Face]>, Box<[S]>), String> {
+    let mut faces = face::read(header, bytes)?;
+    let order = levels::reduction_order(&faces);
+    let mut constants = block::constants::<S>(header, bytes)?;
+    let edits = edits::read(header, bytes)?;
+    edits::apply(&edits, header, &mut faces, &mut constants);
+    let stored = levels::Stored::find(header, bytes, &order, &edits)?;
+    let texels = levels::fill(header, &mut faces, &constants, &stored)?;
+    Ok((faces.into(), texels))
+}

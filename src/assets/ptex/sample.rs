@@ -1,0 +1,172 @@
+//! The four kinds of numbers that files hold.
+
+use half::f16;
+use std::fmt::Debug;
+
+/// What the numbers of a file are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SampleKind {
+    U8,
+    U16,
+    F16,
+    F32,
+}
+
+impl SampleKind {
+    pub fn from_number(number: u32) -> Result<SampleKind, String> {
+        match number {
+            0 => Ok(SampleKind::U8),
+            1 => Ok(SampleKind::U16),
+            2 => Ok(SampleKind::F16),
+            3 => Ok(SampleKind::F32),
+            _ => Err(format!("its kind of sample {number} is unknown")),
+        }
+    }
+
+    pub fn bytes(self) -> usize {
+        match self {
+            SampleKind::U8 => 1,
+            SampleKind::U16 | SampleKind::F16 => 2,
+            SampleKind::F32 => 4,
+        }
+    }
+}
+
+/// Texels of all faces, in the file's kind of number: as floats eight-bit ones would take four times
+/// the memory.
+#[derive(Clone, Debug)]
+pub enum Texels {
+    /// 255 is 1.
+    U8(Box<[u8]>),
+    /// 65535 is 1.
+    U16(Box<[u16]>),
+    /// Half floats.
+    F16(Box<[f16]>),
+    /// Floats.
+    F32(Box<[f32]>),
+}
+
+impl Texels {
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Texels::U8(t) => size_of_val(&t[..]),
+            Texels::U16(t) => size_of_val(&t[..]),
+            Texels::F16(t) => size_of_val(&t[..]),
+            Texels::F32(t) => size_of_val(&t[..]),
+        }
+    }
+
+    /// What counts as 1.
+    #[inline]
+    pub fn one(&self) -> f32 {
+        match self {
+            Texels::U8(_) => u8::ONE,
+            Texels::U16(_) => u16::ONE,
+            Texels::F16(_) | Texels::F32(_) => 1.0,
+        }
+    }
+}
+
+/// A number of a texel. Integers are cut and not rounded where they are averaged or multiplied, as
+/// the format's authors do it.
+pub trait Sample: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
+    /// What counts as 1.
+    const ONE: f32;
+
+    /// Its value; [`Sample::ONE`] times what it stands for.
+    fn value(self) -> f32;
+
+    /// From the number's bytes, little-endian; the first that make one.
+    fn from_bytes(bytes: &[u8]) -> Self;
+
+    /// The mean of two.
+    fn mean2(a: Self, b: Self) -> Self;
+
+    /// The mean of four.
+    fn mean4(four: [Self; 4]) -> Self;
+
+    /// Times a factor.
+    fn scaled(self, factor: f32) -> Self;
+
+    /// Undoes differences: each number was stored less the one before it. Floats are never stored so.
+    fn sum_up(differences: &mut [Self]);
+}
+
+macro_rules! integer_sample {
+    ($kind:ty, $wider:ty) => {
+        impl Sample for $kind {
+            const ONE: f32 = <$kind>::MAX as f32;
+
+            #[inline(always)]
+            fn value(self) -> f32 {
+                f32::from(self)
+            }
+
+            fn from_bytes(bytes: &[u8]) -> $kind {
+                bytes
+                    .first_chunk()
+                    .map_or(0, |b| <$kind>::from_le_bytes(*b))
+            }
+
+            fn mean2(a: $kind, b: $kind) -> $kind {
+                ((<$wider>::from(a) + <$wider>::from(b)) / 2) as $kind
+            }
+
+            fn mean4(four: [$kind; 4]) -> $kind {
+                (four.into_iter().map(<$wider>::from).sum::<$wider>() / 4) as $kind
+            }
+
+            fn scaled(self, factor: f32) -> $kind {
+                (f32::from(self) * factor) as $kind
+            }
+
+            fn sum_up(differences: &mut [$kind]) {
+                let mut before: $kind = 0;
+                for number in differences {
+                    before = before.wrapping_add(*number);
+                    *number = before;
+                }
+            }
+        }
+    };
+}
+
+integer_sample!(u8, u16);
+integer_sample!(u16, u32);
+
+macro_rules! float_sample {
+    ($kind:ty, $from:path, $to:path) => {
+        impl Sample for $kind {
+            const ONE: f32 = 1.0;
+
+            #[inline(always)]
+            fn value(self) -> f32 {
+                $to(self)
+            }
+
+            fn from_bytes(bytes: &[u8]) -> $kind {
+                bytes
+                    .first_chunk()
+                    .map_or($from(0.0), |b| <$kind>::from_le_bytes(*b))
+            }
+
+            fn mean2(a: $kind, b: $kind) -> $kind {
+                $from(0.5 * ($to(a) + $to(b)))
+            }
+
+            fn mean4(four: [$kind; 4]) -> $kind {
+                let [a, b, c, d] = four.map($to);
+                $from(0.25 * (a + b + c + d))
+            }
+
+            fn scaled(self, factor: f32) -> $kind {
+                $from($to(self) * factor)
+            }
+
+            fn sum_up(_: &mut [$kind]) {}
+        }
+    };
+}
+
+float_sample!(f16, f16::from_f32, f16::to_f32);
+float_sample!(f32, std::convert::identity, std::convert::identity);

@@ -1,0 +1,187 @@
+//! A separable kernel over texels of a quadrilateral, and its way from face to face.
+
+use super::axis::Axis;
+use super::sum::{self, Weighted};
+use crate::assets::ptex::{Border, Resolution, Sample};
+use crate::math::{Rgb, Vec2};
+
+/// Edges of a quadrilateral, counterclockwise: v = 0, u = 1, v = 1, u = 0.
+pub(super) const BOTTOM: u8 = 0;
+/// See [`BOTTOM`].
+pub(super) const RIGHT: u8 = 1;
+/// See [`BOTTOM`].
+pub(super) const TOP: u8 = 2;
+/// See [`BOTTOM`].
+pub(super) const LEFT: u8 = 3;
+
+/// Weights of a rectangle of texels: products of one along u and one along v.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kernel {
+    pub u: Axis,
+    pub v: Axis,
+    /// Quarter turns, counterclockwise, from the face that was asked for to this one.
+    pub turns: u8,
+}
+
+impl Kernel {
+    /// Around `uv` for a footprint of this width and height, on a face of this resolution. A subface is
+    /// half of what the filter takes for a face.
+    pub fn new(uv: Vec2, width: Vec2, finest: Resolution, is_subface: bool) -> Kernel {
+        let axis = |u, width, log2| match is_subface {
+            false => Axis::new(u, width, log2),
+            true => {
+                let mut axis = Axis::new(0.5 * u, 0.5 * width, log2 + 1);
+                axis.to_half_face();
+                axis
+            }
+        };
+        Kernel {
+            u: axis(uv.x, width.x, finest.u),
+            v: axis(uv.y, width.y, finest.v),
+            turns: 0,
+        }
+    }
+
+    /// Sum of all weights.
+    pub fn weight(&self) -> f32 {
+        self.u.sum() * self.v.sum()
+    }
+
+    /// Are there no texels?
+    pub fn is_empty(&self) -> bool {
+        self.u.weights().is_empty() || self.v.weights().is_empty()
+    }
+
+    /// Is some of it beyond this edge?
+    pub fn crosses(&self, edge: u8) -> bool {
+        match edge & 3 {
+            BOTTOM => self.v.start < 0,
+            RIGHT => self.u.end() > self.u.size(),
+            TOP => self.v.end() > self.v.size(),
+            _ => self.u.start < 0,
+        }
+    }
+
+    /// Takes off what is beyond an edge: see [`Axis::split`].
+    pub fn split(&mut self, edge: u8) -> Kernel {
+        let mut beyond = *self;
+        match edge & 3 {
+            BOTTOM => beyond.v = self.v.split(false),
+            RIGHT => beyond.u = self.u.split(true),
+            TOP => beyond.v = self.v.split(true),
+            _ => beyond.u = self.u.split(false),
+        }
+        beyond
+    }
+
+    /// Puts what is beyond an edge without neighbour back: see [`Axis::merge`].
+    pub fn merge(&mut self, edge: u8, [u, v]: [Border; 2]) {
+        match edge & 3 {
+            BOTTOM => self.v.merge(false, v),
+            RIGHT => self.u.merge(true, u),
+            TOP => self.v.merge(true, v),
+            _ => self.u.merge(false, u),
+        }
+    }
+
+    /// Counts from a face that is turned by so many quarters clockwise, so that the kernel turns
+    /// counterclockwise.
+    pub fn rotate(&mut self, quarters: u8) {
+        match quarters & 3 {
+            1 => {
+                self.u.flip();
+                std::mem::swap(&mut self.u, &mut self.v);
+            }
+            2 => {
+                self.u.flip();
+                self.v.flip();
+            }
+            3 => {
+                self.v.flip();
+                std::mem::swap(&mut self.u, &mut self.v);
+            }
+            _ => {}
+        }
+        self.turns = (self.turns + quarters) & 3;
+    }
+
+    /// After a split from a whole face: counts from the first of the two subfaces beyond `edge`, or from
+    /// the second. `true` where it is the first, as one comes to them counterclockwise around their face.
+    pub fn enter_subface(&mut self, edge: u8) -> bool {
+        self.u.to_half_face();
+        self.v.to_half_face();
+        let (width, height) = (self.u.size(), self.v.size());
+        match edge & 3 {
+            BOTTOM => {
+                let first = self.u.start < width;
+                self.v.start -= height;
+                self.u.start -= if first { 0 } else { width };
+                first
+            }
+            RIGHT => {
+                let first = self.v.start < height;
+                self.v.start -= if first { 0 } else { height };
+                first
+            }
+            TOP => {
+                let first = self.u.start >= width;
+                self.u.start -= if first { width } else { 0 };
+                first
+            }
+            _ => {
+                let first = self.v.start >= height;
+                self.u.start -= width;
+                self.v.start -= if first { height } else { 0 };
+                first
+            }
+        }
+    }
+
+    /// After a split from a subface: counts from the whole face beyond `edge`, of which that edge is the
+    /// half that follows its low corner on the right, and so on around.
+    pub fn leave_subface(&mut self, edge: u8) {
+        let (in_high_u, in_high_v) = match edge & 3 {
+            BOTTOM => (false, true),
+            RIGHT => (false, false),
+            TOP => (true, false),
+            _ => (true, true),
+        };
+        self.u.to_double_face(in_high_u);
+        self.v.to_double_face(in_high_v);
+    }
+
+    /// As coarse as a face is, where it is finer.
+    pub fn coarsen(&mut self, finest: Resolution) {
+        while self.u.log2 > finest.u {
+            self.u.halve();
+        }
+        while self.v.log2 > finest.v {
+            self.v.halve();
+        }
+    }
+
+    /// The resolution whose texels it weighs.
+    pub fn resolution(&self) -> Resolution {
+        Resolution {
+            u: self.u.log2,
+            v: self.v.log2,
+        }
+    }
+}
+
+impl Weighted for Kernel {
+    #[inline]
+    fn of<S: Sample>(&self, texels: &[S], channels: usize) -> Rgb {
+        let row = self.u.size() as usize;
+        let (u, v) = (self.u.start as usize, self.v.start as usize);
+        let mut all = Rgb::ZERO;
+        for (y, weight) in (v..).zip(self.v.weights()) {
+            let mut sum = Rgb::ZERO;
+            for (x, weight) in (u..).zip(self.u.weights()) {
+                sum += *weight * sum::texel(texels, y * row + x, channels);
+            }
+            all += *weight * sum;
+        }
+        all
+    }
+}

@@ -1,0 +1,292 @@
+//! The filter on quadrilaterals: a separable kernel, cut where it crosses edges, its pieces weighed on
+//! the neighbours.
+
+use super::axis::Axis;
+use super::kernel::{BOTTOM, Kernel, LEFT, RIGHT, TOP};
+use super::sum;
+use crate::assets::ptex::{Border, Face, PtexFile};
+use crate::math::{Rgb, Vec2};
+
+/// Most faces around a corner that are gathered.
+const MOST_AROUND: usize = 10;
+
+/// How often a piece that came to a subface may be cut again: one may reach past a subface in both
+/// directions and not farther. Neighbours that make no sense would lead on.
+const MOST_CUTS: u8 = 4;
+
+/// The filtered value at `uv` of a face that exists, of footprint [∂(u,v)/∂x, ∂(u,v)/∂y].
+pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, [x, y]: [Vec2; 2]) -> Rgb {
+    let Some(face) = file.face(number) else {
+        return Rgb::ZERO;
+    };
+    let (Some(u), Some(v)) = (within(uv.x, file.borders[0]), within(uv.y, file.borders[1])) else {
+        return Rgb::ZERO;
+    };
+    // The box around both differentials.
+    let width = x.abs() + y.abs();
+    let kernel = Kernel::new(Vec2::new(u, v), width, face.resolution, face.is_subface());
+    let mut gathering = Gathering {
+        file,
+        sum: Rgb::ZERO,
+        weight: kernel.weight(),
+    };
+    gathering.add_across(kernel, number, face, 0);
+    let value = gathering.sum / (gathering.weight * file.texels().one());
+    match value.is_finite() {
+        true => value,
+        // All of the kernel was beyond corners where faces are missing.
+        false => sum::constant(file, face),
+    }
+}
+
+/// A coordinate where the border's way of going on has a face; `None` where it is all black.
+fn within(u: f32, border: Border) -> Option<f32> {
+    match border {
+        Border::Clamp => Some(u.clamp(0.0, 1.0)),
+        Border::Periodic => Some(u - u.floor()),
+        Border::Black => (u > -1.0 && u < 2.0).then_some(u),
+    }
+}
+
+/// A sum of weighted texels over faces.
+struct Gathering<'a> {
+    file: &'a PtexFile,
+    /// In units of the file's numbers.
+    sum: Rgb,
+    /// Of all texels.
+    weight: f32,
+}
+
+/// Another face, and the edge of it that something is about.
+#[derive(Clone, Copy)]
+struct Beside<'a> {
+    number: u32,
+    face: &'a Face,
+    edge: u8,
+}
+
+impl<'a> Gathering<'a> {
+    /// What lies beyond an edge.
+    fn beyond(&self, face: &Face, edge: u8) -> Option<Beside<'a>> {
+        let neighbour = face.neighbour(edge)?;
+        Some(Beside {
+            number: neighbour.face,
+            face: self.file.face(neighbour.face)?,
+            edge: neighbour.edge,
+        })
+    }
+
+    /// Adds a kernel that may reach beyond the face's edges. First the pieces beyond left and right edges,
+    /// less those beyond corners, which are gathered around these; then the pieces above and below.
+    fn add_across(&mut self, mut kernel: Kernel, number: u32, face: &'a Face, cuts: u8) {
+        let borders = self.file.borders;
+        for side in [RIGHT, LEFT] {
+            if !kernel.crosses(side) {
+                continue;
+            }
+            if cuts == MOST_CUTS || face.neighbour(side).is_none() {
+                kernel.merge(side, borders);
+                continue;
+            }
+            let mut beyond = kernel.split(side);
+            for end in [TOP, BOTTOM] {
+                if !beyond.crosses(end) {
+                    continue;
+                }
+                if face.neighbour(end).is_none() {
+                    beyond.merge(end, borders);
+                    continue;
+                }
+                let corner = beyond.split(end);
+                // The edge that one crosses first, going clockwise around the corner.
+                let first = match (side, end) {
+                    (RIGHT, TOP) => TOP,
+                    (RIGHT, _) => RIGHT,
+                    (_, TOP) => LEFT,
+                    _ => BOTTOM,
+                };
+                self.add_corner(corner, number, face, first, cuts);
+            }
+            self.add_beyond(beyond, number, face, side, cuts);
+        }
+        for end in [TOP, BOTTOM] {
+            if !kernel.crosses(end) {
+                continue;
+            }
+            if cuts == MOST_CUTS || face.neighbour(end).is_none() {
+                kernel.merge(end, borders);
+                continue;
+            }
+            let beyond = kernel.split(end);
+            self.add_beyond(beyond, number, face, end, cuts);
+        }
+        self.add(kernel, face);
+    }
+
+    /// Adds a piece that was split off beyond an edge.
+    fn add_beyond(&mut self, mut kernel: Kernel, number: u32, face: &Face, edge: u8, cuts: u8) {
+        if kernel.is_empty() {
+            return;
+        }
+        let Some(mut beside) = self.beyond(face, edge) else {
+            self.weight -= kernel.weight();
+            return;
+        };
+        let to_subface = beside.face.is_subface();
+        let mut turn = edge + 2 + 4 - beside.edge;
+        if to_subface && !face.is_subface() {
+            if !kernel.enter_subface(edge) {
+                // On to the second subface, clockwise.
+                let across = (beside.edge + 3) & 3;
+                let Some(second) = self.beyond(beside.face, across) else {
+                    self.weight -= kernel.weight();
+                    return;
+                };
+                turn += across + 2 + 4 - second.edge;
+                beside = second;
+            }
+        } else if face.is_subface() && !to_subface {
+            // A whole face refers to the first of two subfaces. From the second it is as from the first
+            // beyond the next edge.
+            let back = beside.face.neighbour(beside.edge);
+            let is_first = back.is_some_and(|back| back.face == number);
+            kernel.leave_subface(edge + 4 - u8::from(is_first));
+        }
+        kernel.rotate(turn & 3);
+        self.add_turned(kernel, beside, to_subface, cuts);
+    }
+
+    /// Adds a kernel that counts from where `beside` is. On a subface it may have to be cut again.
+    fn add_turned(&mut self, kernel: Kernel, beside: Beside<'a>, cut: bool, cuts: u8) {
+        match cut && cuts < MOST_CUTS {
+            true => self.add_across(kernel, beside.number, beside.face, cuts + 1),
+            false => self.add(kernel, beside.face),
+        }
+    }
+
+    /// Adds a piece beyond a corner. The faces around it are found clockwise, across `edge` first.
+    fn add_corner(&mut self, mut kernel: Kernel, number: u32, face: &'a Face, edge: u8, cuts: u8) {
+        if kernel.is_empty() {
+            return;
+        }
+        let mut around: [Option<Beside>; MOST_AROUND] = [None; MOST_AROUND];
+        let mut last = Beside { number, face, edge };
+        let mut closed = None;
+        for (i, place) in around.iter_mut().enumerate() {
+            let next = self.beyond(last.face, last.edge).map(|mut next| {
+                next.edge = (next.edge + 1) & 3;
+                next
+            });
+            // The edge too: on a torus of one face all corners are the same face's.
+            let next = match next {
+                Some(next) if (next.number, next.edge) != (number, edge) => next,
+                _ => {
+                    closed = Some(i);
+                    break;
+                }
+            };
+            let back = next.face.neighbour(next.edge + 3);
+            let from_first = back.is_some_and(|back| back.face == last.number);
+            if last.face.is_subface() && !next.face.is_subface() && from_first {
+                // The corner is in the middle of a whole face's edge: a single face is beyond it.
+                let first = i == 1;
+                kernel.leave_subface(edge + 2 * u8::from(first));
+                kernel.rotate((edge + 4 - next.edge + 3 - u8::from(first)) & 3);
+                self.add_turned(kernel, next, true, cuts);
+                return;
+            }
+            *place = Some(next);
+            last = next;
+        }
+        // Faces besides this one and its neighbours across both edges.
+        let count = closed.map_or(0, |faces| faces.saturating_sub(2));
+        let corners = around.iter().flatten().skip(1).take(count);
+        match count {
+            // Of three faces around a corner, and where it is on the border, none is beyond it.
+            0 => self.weight -= kernel.weight(),
+            1 => corners.for_each(|&beside| self.add_corner_face(kernel, face, edge, beside, cuts)),
+            _ => {
+                // All alike, and for each as much as the one would have got.
+                kernel.rotate((edge + 2) & 3);
+                let before = kernel.weight();
+                let sum = Axis::make_equal(&mut kernel.u, &mut kernel.v);
+                let scale = before / (sum * sum);
+                if !scale.is_finite() {
+                    self.weight -= before;
+                    return;
+                }
+                kernel.u.scale(scale.min(1.0));
+                self.weight += kernel.weight() * count as f32 - before;
+                corners.for_each(|&beside| self.add_corner_face(kernel, face, TOP, beside, cuts));
+            }
+        }
+    }
+
+    /// Adds a piece to a face beyond a corner.
+    fn add_corner_face(
+        &mut self,
+        mut kernel: Kernel,
+        face: &Face,
+        edge: u8,
+        beside: Beside<'a>,
+        cuts: u8,
+    ) {
+        let to_subface = beside.face.is_subface();
+        if face.is_subface() != to_subface {
+            match to_subface {
+                true => {
+                    kernel.enter_subface(edge + 3);
+                }
+                false => kernel.leave_subface(edge + 3),
+            }
+        }
+        kernel.rotate((edge + 4 - beside.edge + 2) & 3);
+        self.add_turned(kernel, beside, to_subface, cuts);
+    }
+
+    /// Adds texels of a face, as coarse as it has them.
+    fn add(&mut self, mut kernel: Kernel, face: &Face) {
+        let before = (
+            kernel.u.start,
+            kernel.u.end(),
+            kernel.v.start,
+            kernel.v.end(),
+        );
+        let inside = before.0 >= 0
+            && before.2 >= 0
+            && before.1 <= kernel.u.size()
+            && before.3 <= kernel.v.size();
+        if !inside {
+            // Only where neighbours do not fit together.
+            let weight = kernel.weight();
+            kernel.u.clip();
+            kernel.v.clip();
+            self.weight -= weight - kernel.weight();
+        }
+        if kernel.is_empty() {
+            return;
+        }
+        let mut sum = match face.is_constant() {
+            true => kernel.weight() * sum::mean(self.file, face),
+            false => {
+                kernel.coarsen(face.resolution);
+                sum::weighted(self.file, face, kernel.resolution(), &kernel)
+            }
+        };
+        if self.file.tangent_vectors && !face.is_constant() {
+            sum = turned(sum, kernel.turns);
+        }
+        self.sum += sum;
+    }
+}
+
+/// A vector whose first two numbers are in a face's own (u, v), as the face that was asked for has it.
+fn turned(sum: Rgb, turns: u8) -> Rgb {
+    let [u, v, other] = sum.to_array();
+    match turns {
+        1 => Rgb::new(-v, u, other),
+        2 => Rgb::new(-u, -v, other),
+        3 => Rgb::new(v, -u, other),
+        _ => sum,
+    }
+}
