@@ -304,7 +304,8 @@ fn sampled_light<const MEDIA: bool>(
     let Some(light) = world.light(id).sample(&from, u) else {
         return Rgb::ZERO;
     };
-    let mut contribution = vertex.scattered(light.wi) * light.radiance;
+    let (scattered, scattered_pdf) = vertex.scattered_and_pdf(light.wi);
+    let mut contribution = scattered * light.radiance;
     if is_black(contribution) {
         return Rgb::ZERO;
     }
@@ -321,7 +322,7 @@ fn sampled_light<const MEDIA: bool>(
     let weight = if light.delta {
         1.0
     } else {
-        power_heuristic(pdf, vertex.pdf(light.wi))
+        power_heuristic(pdf, scattered_pdf)
     };
     contribution * (weight / pdf)
 }

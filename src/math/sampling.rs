@@ -9,13 +9,17 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
     if o == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    if o.x.abs() > o.y.abs() {
-        let (sin, cos) = eighth_turn(o.y / o.x);
-        o.x * Vec2::new(cos, sin)
-    } else {
-        let (sin, cos) = eighth_turn(o.x / o.y);
-        o.y * Vec2::new(sin, cos)
-    }
+    // Which of the two is larger cannot be foreseen: chosen by bits, without a branch.
+    let across = if o.x.abs() > o.y.abs() { u32::MAX } else { 0 };
+    let larger = select(across, o.x, o.y);
+    let (sin, cos) = eighth_turn(select(across, o.y, o.x) / larger);
+    larger * Vec2::new(select(across, cos, sin), select(across, sin, cos))
+}
+
+/// `a` where `mask` is all ones, `b` where it is 0.
+#[inline]
+fn select(mask: u32, a: f32, b: f32) -> f32 {
+    f32::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
 /// Sine and cosine of t π/4, |t| ≤ 1, off by less than 1e-7: Taylor's polynomials, whose first terms left out are
