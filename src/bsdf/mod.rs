@@ -67,12 +67,31 @@ pub struct BsdfSample {
 impl<'a> Bsdf<'a> {
     /// Without lobes: black. `ng` is the unit geometric normal.
     pub fn new(ng: Vec3, shading: &ShadingGeometry) -> Bsdf<'a> {
-        let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
+        let mut bsdf = Bsdf::nowhere();
+        bsdf.place(ng, shading);
+        bsdf
+    }
+
+    /// Black, and on no surface yet: to be filled where it stands, as it is large
+    /// ([`crate::world::World::fill_bsdf`]).
+    #[inline]
+    pub fn nowhere() -> Bsdf<'a> {
         Bsdf {
-            ng,
-            frame,
+            ng: Vec3::ZERO,
+            frame: Frame {
+                s: Vec3::ZERO,
+                t: Vec3::ZERO,
+                n: Vec3::ZERO,
+            },
             lobes: ArrayVec::new(),
         }
+    }
+
+    /// Puts it on a surface with the unit geometric normal `ng`.
+    #[inline]
+    pub fn place(&mut self, ng: Vec3, shading: &ShadingGeometry) {
+        self.ng = ng;
+        self.frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
     }
 
     /// Adds a lobe; more than [`MAX_LOBES`] are left out. Only mixes may have more, and they are
@@ -144,19 +163,39 @@ impl<'a> Bsdf<'a> {
     /// [`Bsdf::f`] and [`Bsdf::pdf`] of one pair of directions together, for less than both.
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         let (local_wo, local_wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
-        if local_wo.z == 0.0 || self.lobes.is_empty() {
+        if local_wo.z == 0.0 {
             return (Rgb::ZERO, 0.0);
         }
         let transmit = self.transmits(wo, wi);
+        match &self.lobes[..] {
+            [lobe] => {
+                let (f, pdf) = lobe.f_and_pdf(local_wo, local_wi);
+                let f = if lobe.scatters(transmit) {
+                    f
+                } else {
+                    Rgb::ZERO
+                };
+                (f, pdf)
+            }
+            _ => {
+                let (f, pdf) = self.sums(usize::MAX, transmit, local_wo, local_wi);
+                (f, self.shared(pdf))
+            }
+        }
+    }
+
+    /// Sums of values and densities over all lobes but the one at position `but`; directions are local.
+    #[inline(never)]
+    fn sums(&self, but: usize, transmit: bool, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         let (mut f, mut pdf) = (Rgb::ZERO, 0.0);
-        for lobe in &self.lobes {
-            let of_lobe = lobe.f_and_pdf(local_wo, local_wi);
+        for (_, lobe) in self.lobes.iter().enumerate().filter(|(i, _)| *i != but) {
+            let of_lobe = lobe.f_and_pdf(wo, wi);
             if lobe.scatters(transmit) {
                 f += of_lobe.0;
             }
             pdf += of_lobe.1;
         }
-        (f, self.shared(pdf))
+        (f, pdf)
     }
 
     /// Are the directions on two sides of the surface?
@@ -170,7 +209,7 @@ impl<'a> Bsdf<'a> {
     fn shared(&self, sum: f32) -> f32 {
         match self.lobes.len() {
             // Most surfaces, and no division.
-            1 => sum,
+            0 | 1 => sum,
             lobes => sum / lobes as f32,
         }
     }
@@ -204,13 +243,9 @@ impl<'a> Bsdf<'a> {
             f = local.f;
         }
         if self.lobes.len() > 1 {
-            for (_, other) in self.lobes.iter().enumerate().filter(|(i, _)| *i != chosen) {
-                let of_other = other.f_and_pdf(local_wo, local.wi);
-                pdf += of_other.1;
-                if other.scatters(transmit) {
-                    f += of_other.0;
-                }
-            }
+            let others = self.sums(chosen, transmit, local_wo, local.wi);
+            f += others.0;
+            pdf += others.1;
         }
         let pdf = self.shared(pdf);
         (pdf > 0.0 && !is_black(f)).then_some(BsdfSample {

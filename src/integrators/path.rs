@@ -229,7 +229,9 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         stream: &mut SampleStream,
     ) -> Option<()> {
         let differentials = self.differentials.take();
-        let bsdf = self.world.bsdf(material, &hit.surface, differentials);
+        let mut bsdf = Bsdf::nowhere();
+        self.world
+            .fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
         let sample = self.scatter_by(hit, &bsdf, stream)?;
         if sample.transmission
             && let Some(exit) = self.enter(hit, (&bsdf, &sample), differentials, stream)?

@@ -23,16 +23,17 @@ fn select(mask: u32, a: f32, b: f32) -> f32 {
 }
 
 /// Sine and cosine of t π/4, |t| ≤ 1, off by less than 1e-7: Taylor's polynomials, whose first terms left out are
-/// below 2e-9 and 3e-8. Without calls they take a fifth of the library's time.
+/// below 2e-9 and 3e-8. Without calls they take a fifth of the library's time; in pairs of terms (Estrin 1960),
+/// which do not wait for each other.
+#[inline]
 fn eighth_turn(t: f32) -> (f32, f32) {
     let x = FRAC_PI_4 * t;
     let x2 = x * x;
-    let sin = x
-        * (1.0
-            + x2 * (-1.0 / 6.0
-                + x2 * (1.0 / 120.0 + x2 * (-1.0 / 5040.0 + x2 * (1.0 / 362_880.0)))));
-    let cos = 1.0 + x2 * (-0.5 + x2 * (1.0 / 24.0 + x2 * (-1.0 / 720.0 + x2 * (1.0 / 40_320.0))));
-    (sin, cos)
+    let x4 = x2 * x2;
+    let sin = (1.0 - x2 * (1.0 / 6.0))
+        + x4 * ((1.0 / 120.0 - x2 * (1.0 / 5040.0)) + x4 * (1.0 / 362_880.0));
+    let cos = (1.0 - x2 * 0.5) + x4 * ((1.0 / 24.0 - x2 * (1.0 / 720.0)) + x4 * (1.0 / 40_320.0));
+    (x * sin, cos)
 }
 
 /// A direction about +z with density cosθ/π.

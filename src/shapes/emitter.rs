@@ -116,14 +116,13 @@ impl Emitter {
     /// the same shape.
     #[inline]
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
-        let sample = match self {
+        match self {
             Emitter::Triangle(triangle) => triangle.sample(from, u),
             Emitter::Parallelogram(piece) => piece.sample(from, u),
             Emitter::Sphere(sphere) => sphere.sample(from, u),
             Emitter::Quadric(quadric) => quadric.sample(from, u),
-            Emitter::Curve(curve) => curve.sample(from, u),
-        }?;
-        (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some(sample)
+            Emitter::Curve(curve) => curve.sample(from, u).filter(|s| is_density(s.pdf)),
+        }
     }
 
     /// Density per solid angle with which [`Emitter::sample`] chooses the point `hit`, where a
@@ -157,6 +156,11 @@ impl Emitter {
     }
 }
 
+/// Positive and finite?
+fn is_density(pdf: f32) -> bool {
+    pdf > 0.0 && pdf.is_finite()
+}
+
 /// The density per solid angle of points spread evenly over `area`.
 fn per_solid_angle(area: f64, distance2: f64, cosine: f64) -> f32 {
     (distance2 / (area * cosine.abs())) as f32
@@ -177,13 +181,17 @@ fn sample_at(
         return None;
     }
     let wi = away * distance2.sqrt().recip();
+    let pdf = per_solid_angle(area, distance2, wi.dot(n));
+    if !is_density(pdf) {
+        return None;
+    }
     let rounded = p.as_vec3();
     Some(EmitterSample {
         p: rounded,
         p_error: error.as_vec3() + rounded.abs() * UNIT_ROUNDOFF,
         n: n.as_vec3(),
         wi: wi.as_vec3(),
-        pdf: per_solid_angle(area, distance2, wi.dot(n)),
+        pdf,
     })
 }
 
@@ -332,7 +340,8 @@ impl SphereEmitter {
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
         if let Some(cone) = self.cone(from) {
-            return Some(self.sample_in(&cone, u));
+            let pdf = cone.density() as f32;
+            return is_density(pdf).then(|| self.sample_in(&cone, pdf, u));
         }
         let z = 1.0 - 2.0 * f64::from(u.x);
         let rho = ((1.0 - z) * (1.0 + z)).sqrt();
@@ -342,13 +351,13 @@ impl SphereEmitter {
         sample_at(p, self.error(), self.normal(outward), self.area(), from)
     }
 
-    /// A point drawn evenly from the directions of `cone`.
+    /// A point drawn evenly, with density `pdf`, from the directions of `cone`.
     ///
     /// An even point of the unit disk, at radius r, gives the direction at an angle θ from the axis with
     /// 1 − cos θ = r² (1 − cos θmax). It meets the sphere where sin β = sin θ / sin θmax is the sine of incidence,
     /// and the centre sees that point at angle α = β − θ (Pharr, Jakob and Humphreys 2023, §6.2.4). All sines are
     /// kept divided by r, so that nothing needs r itself or any angle.
-    fn sample_in(&self, cone: &Cone, u: Vec2) -> EmitterSample {
+    fn sample_in(&self, cone: &Cone, pdf: f32, u: Vec2) -> EmitterSample {
         let mut disk = concentric_disk(u).as_dvec2();
         let mut r2 = disk.length_squared();
         if r2 > 1.0 {
@@ -373,7 +382,7 @@ impl SphereEmitter {
             p_error: self.error().as_vec3() + p.abs() * UNIT_ROUNDOFF,
             n: self.normal(outward).as_vec3(),
             wi: (across * sin_over_r + cone.axis * cos).as_vec3(),
-            pdf: cone.density() as f32,
+            pdf,
         }
     }
 
