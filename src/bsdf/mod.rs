@@ -225,6 +225,7 @@ impl<'a> Bsdf<'a> {
 
     /// Draws a direction from one of the lobes, all equally likely; `uc` and `u` in [0, 1).
     /// `None` where no light would come from the direction.
+    #[inline]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
         let local_wo = self.frame.to_local(wo);
         if local_wo.z == 0.0 {

@@ -8,7 +8,7 @@
 //! `volpath` is the same walk with participating media, see [`volpath`](super::volpath).
 
 use super::MAX_NULL_SURFACES;
-use super::subsurface::{Exit, find_exit};
+use super::subsurface::find_exit;
 use super::vertex::{MediumVertex, SurfaceVertex, Vertex};
 use super::volpath::transmittance;
 use super::witness::{Met, Place, Witness};
@@ -233,11 +233,8 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         self.world
             .fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
         let sample = self.scatter_by(hit, &bsdf, stream)?;
-        if sample.transmission
-            && let Some(exit) = self.enter(hit, (&bsdf, &sample), differentials, stream)?
-        {
-            let sample = self.scatter_by(&exit.hit, &exit.bsdf, stream)?;
-            return self.leave(&exit.hit, &sample);
+        if sample.transmission {
+            return self.enter(hit, (&bsdf, &sample), differentials, stream);
         }
         self.leave(hit, &sample)
     }
@@ -265,8 +262,8 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         goes_on.then_some(sample)
     }
 
-    /// What becomes of light that the surface has let in: `Some(None)` where it goes straight on, else
-    /// the point where it comes out again.
+    /// Goes where light goes that the surface has let in: straight on, or below the surface to another
+    /// point of it and out again.
     #[inline(never)]
     fn enter(
         &mut self,
@@ -274,7 +271,7 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         (bsdf, sample): (&Bsdf, &BsdfSample),
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
-    ) -> Option<Option<Exit>> {
+    ) -> Option<()> {
         let surface = &hit.surface;
         if sample.specular {
             let entering = surface.wo.dot(surface.n) > 0.0;
@@ -286,14 +283,15 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         let beneath = world.beneath(hit.material, surface, scattered, differentials, choice);
         self.throughput *= beneath.share;
         let Some(bssrdf) = beneath.bssrdf else {
-            return Some(None);
+            return self.leave(hit, sample);
         };
         if !sample.specular {
             self.radiance += self.throughput * straight_on(world, self.selector, surface, sample);
         }
         let exit = find_exit(world, &bssrdf, hit, stream)?;
         self.throughput *= exit.weight;
-        Some(Some(exit))
+        let sample = self.scatter_by(&exit.hit, &exit.bsdf, stream)?;
+        self.leave(&exit.hit, &sample)
     }
 
     /// Leaves a surface as `sample` says.
