@@ -8,6 +8,7 @@
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use fstop::accel::GeometryHit;
+use fstop::bsdf::Bsdf;
 use fstop::build::build;
 use fstop::cameras::CameraSample;
 use fstop::lights::{LightSelector, SelectionStrategy};
@@ -169,10 +170,11 @@ fn bsdf_made(bencher: Bencher, name: &str) {
     bencher.counter(ItemsCount::new(hits.len())).bench(|| {
         for (hit, differentials) in &hits {
             let material = shot.world.material(hit.material).expect("all have one");
-            let bsdf = shot
-                .world
-                .bsdf(material, &hit.surface, differentials.as_ref());
-            black_box(bsdf);
+            let mut bsdf = Bsdf::nowhere();
+            shot.world
+                .fill_bsdf(material, &hit.surface, differentials.as_ref(), &mut bsdf);
+            // Moving it would cost more than making it.
+            black_box(&bsdf);
         }
     });
 }
@@ -193,7 +195,9 @@ fn bsdf_sampled(bencher: Bencher, name: &str) {
         for (i, (hit, differentials)) in hits.iter().enumerate() {
             let surface = &hit.surface;
             let material = shot.world.material(hit.material).expect("all have one");
-            let bsdf = shot.world.bsdf(material, surface, differentials.as_ref());
+            let mut bsdf = Bsdf::nowhere();
+            shot.world
+                .fill_bsdf(material, surface, differentials.as_ref(), &mut bsdf);
             let u = numbers_of(i);
             black_box(bsdf.sample(surface.wo, u.y, u));
         }
@@ -208,9 +212,11 @@ fn bsdf_evaluated(bencher: Bencher, name: &str) {
         for (i, (hit, differentials)) in hits.iter().enumerate() {
             let surface = &hit.surface;
             let material = shot.world.material(hit.material).expect("all have one");
-            let bsdf = shot.world.bsdf(material, surface, differentials.as_ref());
+            let mut bsdf = Bsdf::nowhere();
+            shot.world
+                .fill_bsdf(material, surface, differentials.as_ref(), &mut bsdf);
             let wi = fstop::math::sampling::uniform_sphere(numbers_of(i));
-            black_box((bsdf.f(surface.wo, wi), bsdf.pdf(surface.wo, wi)));
+            black_box(bsdf.f_and_pdf(surface.wo, wi));
         }
     });
 }

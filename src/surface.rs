@@ -167,7 +167,8 @@ impl ReferencePoint {
     #[inline]
     pub fn shadow_ray_to(&self, target: Vec3, target_error: Vec3, target_n: Vec3) -> Ray {
         let o = offset_ray_origin(self.p, self.p_error, self.n, target - self.p);
-        let t = offset_ray_origin(target, target_error, target_n, o - target);
+        // Not seen from `o`, which would have to be waited for.
+        let t = offset_ray_origin(target, target_error, target_n, self.p - target);
         let d = t - o;
         let distance = d.length();
         // A ten-thousandth short of the target, as pbrt: the light itself is no obstacle.

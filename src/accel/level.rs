@@ -16,7 +16,7 @@ use crate::params::FloatInput;
 use crate::shapes::CompiledShape;
 use crate::shapes::mesh::TriangleMesh;
 use crate::shapes::quadric::Quadric;
-use crate::shapes::triangle::{DEFAULT_UV, Orientation, Triangle};
+use crate::shapes::triangle::{Orientation, Triangle};
 
 /// What is farther out, infinite or no number is left out: areas of boxes, which the builder
 /// compares, would overflow.
@@ -49,16 +49,12 @@ impl StoredMesh {
         let at = |values: &[Vec3]| {
             (!values.is_empty()).then(|| corners.map(|v| values[v as usize].as_dvec3()))
         };
-        let uv = if self.uv.is_empty() {
-            DEFAULT_UV
-        } else {
-            corners.map(|v| self.uv[v as usize])
-        };
+        let uv = (!self.uv.is_empty()).then(|| corners.map(|v| self.uv[v as usize].as_dvec2()));
         Triangle {
             p: self.corners(i).map(Vec3::as_dvec3),
             normals: at(&self.normals),
             tangents: at(&self.tangents),
-            uv: uv.map(Vec2::as_dvec2),
+            uv,
             orientation: self.orientation,
         }
     }
@@ -346,6 +342,7 @@ impl Level {
     }
 
     /// The mesh that triangle `id` of the level belongs to, and its number there.
+    #[inline]
     pub fn locate(&self, id: usize) -> (&StoredMesh, usize) {
         let after = self
             .meshes

@@ -241,16 +241,16 @@ impl Geometry {
     }
 
     /// Works out the surface that a search found.
+    #[inline]
     fn resolve(&self, ray: &Ray, found: &Found) -> Option<GeometryHit> {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+        if found.path[0] == PrimitiveId::NONE && found.id.is_triangle() {
+            // What most rays meet; nothing is copied on its way to the answer.
+            let (local, attributes, light) = resolve_triangle(&self.top, o, d, found);
+            return Some(hit(&local, attributes, light, ray, found));
+        }
         let (local, attributes, light) = self.resolve_along(&self.top, o, d, found, ray.time)?;
-        Some(GeometryHit {
-            surface: local.hit(ray),
-            material: attributes.material,
-            light,
-            interface: attributes.interface,
-            t: found.t,
-        })
+        Some(hit(&local, attributes, light, ray, found))
     }
 
     /// The same in the space of `level`, from where the path of `found` starts.
@@ -324,24 +324,46 @@ impl Geometry {
 /// A surface, what it carries and the light that shines from it.
 type Resolved<'a> = (LocalSurface, &'a PrimitiveAttributes, Option<LightId>);
 
+/// The hit of `ray` that a resolved surface makes.
+#[inline]
+fn hit(
+    local: &LocalSurface,
+    attributes: &PrimitiveAttributes,
+    light: Option<LightId>,
+    ray: &Ray,
+    found: &Found,
+) -> GeometryHit {
+    GeometryHit {
+        surface: local.hit(ray),
+        material: attributes.material,
+        light,
+        interface: attributes.interface,
+        t: found.t,
+    }
+}
+
+/// The surface in the space of `level` where the line `o + t d` meets the triangle that was found.
+#[inline(always)]
+fn resolve_triangle<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Resolved<'a> {
+    let (mesh, i) = level.locate(found.id.index());
+    let triangle = mesh.triangle(i);
+    // A ray within the plane of the triangle: any point of it is as good.
+    let b = triangle.barycentrics(o, d).unwrap_or([1.0 / 3.0; 3]);
+    let light = mesh
+        .attributes
+        .light
+        .map(|first| LightId(first.0 + (i as u32 >> u32::from(mesh.attributes.paired_lights))));
+    let mut surface = triangle.surface(b);
+    surface.face = level.face_ids.of(mesh.first, i);
+    (surface, &mesh.attributes, light)
+}
+
 /// The surface in the space of `level` where the line `o + t d` meets what was found.
 fn resolve_in<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Option<Resolved<'a>> {
-    let i = found.id.index();
     if found.id.is_triangle() {
-        let (mesh, i) = level.locate(i);
-        let triangle = mesh.triangle(i);
-        // A ray within the plane of the triangle: any point of it is as good.
-        let b = triangle.barycentrics(o, d).unwrap_or([1.0 / 3.0; 3]);
-        let light = mesh
-            .attributes
-            .light
-            .map(|first| LightId(first.0 + (i as u32 >> u32::from(mesh.attributes.paired_lights))));
-        let surface = LocalSurface {
-            face: level.face_ids.of(mesh.first, i),
-            ..triangle.surface(b)
-        };
-        return Some((surface, &mesh.attributes, light));
+        return Some(resolve_triangle(level, o, d, found));
     }
+    let i = found.id.index();
     // The ray as the search had it, so that the same point is found again.
     let (o, d) = (o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3());
     if found.id.kind() == OtherKind::Curve {

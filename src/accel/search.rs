@@ -93,7 +93,7 @@ where
             return true;
         };
         let p = triangle.p[0] * b[0] + triangle.p[1] * b[1] + triangle.p[2] * b[2];
-        let uv = triangle.uv[0] * b[0] + triangle.uv[1] * b[1] + triangle.uv[2] * b[2];
+        let uv = triangle.uv_at(b);
         let p = match &self.render_from_level {
             Some(affine) => affine.transform_point3(p),
             None => p,

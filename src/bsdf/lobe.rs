@@ -133,6 +133,24 @@ impl Lobe<'_> {
         }
     }
 
+    /// [`Lobe::f`] and [`Lobe::pdf`] of one pair of directions together.
+    #[inline]
+    pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        match self {
+            Lobe::LambertianReflection(l) => (l.f(), cosine_pdf(wo.z * wi.z > 0.0, wi)),
+            Lobe::MicrofacetReflection(l) => l.f_and_pdf(wo, wi),
+            _ => (self.f(wo, wi), self.pdf(wo, wi)),
+        }
+    }
+
+    /// Does [`Lobe::sample`] look at `uc`?
+    pub fn chooses(&self) -> bool {
+        matches!(
+            self,
+            Lobe::FresnelSpecular(_) | Lobe::FresnelBlend(_) | Lobe::Hair(_)
+        )
+    }
+
     /// Draws a direction with `uc` and `u` in [0, 1); `None` where the lobe gives none.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         match self {
@@ -159,13 +177,15 @@ impl Lobe<'_> {
     }
 
     /// The sample that goes to `wi`, given above the surface, on `wo`'s side or the other.
+    #[inline]
     fn cosine_sample(&self, wo: Vec3, wi: Vec3, transmission: bool) -> LobeSample {
         let side = if transmission { -wo.z } else { wo.z };
         let wi = wi.with_z(wi.z.copysign(side));
+        let (f, pdf) = self.f_and_pdf(wo, wi);
         LobeSample {
-            f: self.f(wo, wi),
+            f,
             wi,
-            pdf: self.pdf(wo, wi),
+            pdf,
             transmission,
             eta: 1.0,
         }

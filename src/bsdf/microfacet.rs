@@ -45,6 +45,27 @@ impl MicrofacetReflection {
         self.distribution.pdf(wo, h) / (4.0 * wo.dot(h).abs())
     }
 
+    /// Both together, which share the facet, the density of such and what hides it from `wo`.
+    pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        let cosines = wo.z * wi.z;
+        let Some(h) = (wo + wi).try_normalize().filter(|_| cosines != 0.0) else {
+            return (Rgb::ZERO, 0.0);
+        };
+        let fresnel = self
+            .fresnel
+            .evaluate(wi.dot(if h.z < 0.0 { -h } else { h }));
+        let d = self.distribution.d(h);
+        let (g, g1) = self.distribution.g_and_g1(wo, wi);
+        let f = self.reflectance * fresnel * (d * g / (4.0 * cosines.abs()));
+        // The cosine of the density of facets and that of the reflection's Jacobian cancel.
+        let pdf = if cosines > 0.0 {
+            d * g1 / (4.0 * wo.z.abs())
+        } else {
+            0.0
+        };
+        (f, pdf)
+    }
+
     /// Reflects on a facet drawn from those visible; `None` where the light would leave below.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
         let h = self.distribution.sample(wo, u);
@@ -52,10 +73,11 @@ impl MicrofacetReflection {
         if wo.dot(h) <= 0.0 || wo.z * wi.z <= 0.0 {
             return None;
         }
+        let (f, pdf) = self.f_and_pdf(wo, wi);
         Some(LobeSample {
-            f: self.f(wo, wi),
+            f,
             wi,
-            pdf: self.pdf(wo, wi),
+            pdf,
             transmission: false,
             eta: 1.0,
         })

@@ -67,12 +67,31 @@ pub struct BsdfSample {
 impl<'a> Bsdf<'a> {
     /// Without lobes: black. `ng` is the unit geometric normal.
     pub fn new(ng: Vec3, shading: &ShadingGeometry) -> Bsdf<'a> {
-        let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
+        let mut bsdf = Bsdf::nowhere();
+        bsdf.place(ng, shading);
+        bsdf
+    }
+
+    /// Black, and on no surface yet: to be filled where it stands, as it is large
+    /// ([`crate::world::World::fill_bsdf`]).
+    #[inline]
+    pub fn nowhere() -> Bsdf<'a> {
         Bsdf {
-            ng,
-            frame,
+            ng: Vec3::ZERO,
+            frame: Frame {
+                s: Vec3::ZERO,
+                t: Vec3::ZERO,
+                n: Vec3::ZERO,
+            },
             lobes: ArrayVec::new(),
         }
+    }
+
+    /// Puts it on a surface with the unit geometric normal `ng`.
+    #[inline]
+    pub fn place(&mut self, ng: Vec3, shading: &ShadingGeometry) {
+        self.ng = ng;
+        self.frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
     }
 
     /// Adds a lobe; more than [`MAX_LOBES`] are left out. Only mixes may have more, and they are
@@ -126,7 +145,7 @@ impl<'a> Bsdf<'a> {
         if local_wo.z == 0.0 {
             return Rgb::ZERO;
         }
-        let transmit = wi.dot(self.ng) * wo.dot(self.ng) <= 0.0;
+        let transmit = self.transmits(wo, wi);
         let lobes = self.lobes.get(lobes).unwrap_or_default();
         let matching = lobes.iter().filter(|l| l.scatters(transmit));
         matching.map(|l| l.f(local_wo, local_wi)).sum()
@@ -141,45 +160,103 @@ impl<'a> Bsdf<'a> {
         self.lobes.iter().map(|l| l.pdf(wo, wi)).sum::<f32>() / self.lobes.len() as f32
     }
 
+    /// [`Bsdf::f`] and [`Bsdf::pdf`] of one pair of directions together, for less than both.
+    pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        let (local_wo, local_wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
+        if local_wo.z == 0.0 {
+            return (Rgb::ZERO, 0.0);
+        }
+        let transmit = self.transmits(wo, wi);
+        match &self.lobes[..] {
+            [lobe] => {
+                let (f, pdf) = lobe.f_and_pdf(local_wo, local_wi);
+                let f = if lobe.scatters(transmit) {
+                    f
+                } else {
+                    Rgb::ZERO
+                };
+                (f, pdf)
+            }
+            _ => {
+                let (f, pdf) = self.sums(usize::MAX, transmit, local_wo, local_wi);
+                (f, self.shared(pdf))
+            }
+        }
+    }
+
+    /// Sums of values and densities over all lobes but the one at position `but`; directions are local.
+    #[inline(never)]
+    fn sums(&self, but: usize, transmit: bool, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        let (mut f, mut pdf) = (Rgb::ZERO, 0.0);
+        for (_, lobe) in self.lobes.iter().enumerate().filter(|(i, _)| *i != but) {
+            let of_lobe = lobe.f_and_pdf(wo, wi);
+            if lobe.scatters(transmit) {
+                f += of_lobe.0;
+            }
+            pdf += of_lobe.1;
+        }
+        (f, pdf)
+    }
+
+    /// Are the directions on two sides of the surface?
+    #[inline]
+    fn transmits(&self, wo: Vec3, wi: Vec3) -> bool {
+        wi.dot(self.ng) * wo.dot(self.ng) <= 0.0
+    }
+
+    /// A sum over lobes that are equally likely.
+    #[inline]
+    fn shared(&self, sum: f32) -> f32 {
+        match self.lobes.len() {
+            // Most surfaces, and no division.
+            0 | 1 => sum,
+            lobes => sum / lobes as f32,
+        }
+    }
+
+    /// Does [`Bsdf::sample`] look at its first number here?
+    pub fn chooses(&self) -> bool {
+        match &self.lobes[..] {
+            [] => false,
+            [lobe] => lobe.chooses(),
+            _ => true,
+        }
+    }
+
     /// Draws a direction from one of the lobes, all equally likely; `uc` and `u` in [0, 1).
     /// `None` where no light would come from the direction.
+    #[inline]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
         let local_wo = self.frame.to_local(wo);
         if local_wo.z == 0.0 {
             return None;
         }
-        let (lobe, uc) = choose(&self.lobes, uc)?;
+        let (chosen, uc) = choose(self.lobes.len(), uc)?;
+        let lobe = self.lobes.get(chosen)?;
         let local = lobe.sample(local_wo, uc, u)?;
-        let position = self.position(lobe);
         if lobe.is_specular() {
-            return self.specular_sample(&local, 1.0 / self.lobes.len() as f32, position);
+            return self.specular_sample(&local, 1.0 / self.lobes.len() as f32, chosen);
         }
         let wi = self.frame.to_world(local.wi);
-        let transmit = wi.dot(self.ng) * wo.dot(self.ng) <= 0.0;
+        let transmit = self.transmits(wo, wi);
         let (mut f, mut pdf) = (Rgb::ZERO, local.pdf);
         if lobe.scatters(transmit) {
             f = local.f;
         }
         if self.lobes.len() > 1 {
-            for other in self.lobes.iter().filter(|l| !std::ptr::eq(*l, lobe)) {
-                pdf += other.pdf(local_wo, local.wi);
-                if other.scatters(transmit) {
-                    f += other.f(local_wo, local.wi);
-                }
-            }
-            pdf /= self.lobes.len() as f32;
+            let others = self.sums(chosen, transmit, local_wo, local.wi);
+            f += others.0;
+            pdf += others.1;
         }
-        let LobeSample {
-            transmission, eta, ..
-        } = local;
+        let pdf = self.shared(pdf);
         (pdf > 0.0 && !is_black(f)).then_some(BsdfSample {
             f,
             wi,
             pdf,
             specular: false,
-            transmission,
-            eta,
-            lobe: position,
+            transmission: local.transmission,
+            eta: local.eta,
+            lobe: chosen as u8,
         })
     }
 
@@ -190,23 +267,19 @@ impl<'a> Bsdf<'a> {
         if local_wo.z == 0.0 {
             return None;
         }
-        let matching = self
+        let matching: ArrayVec<(usize, &Lobe<'_>), MAX_LOBES> = self
             .lobes
             .iter()
-            .filter(|l| l.is_specular() && l.scatters(transmit));
-        let matching: ArrayVec<&Lobe<'_>, MAX_LOBES> = matching.collect();
-        let (lobe, _) = choose(&matching, uc)?;
+            .enumerate()
+            .filter(|(_, l)| l.is_specular() && l.scatters(transmit))
+            .collect();
+        let (chosen, _) = choose(matching.len(), uc)?;
+        let &(position, lobe) = matching.get(chosen)?;
         let local = lobe.specular_direction(local_wo, transmit)?;
-        self.specular_sample(&local, 1.0 / matching.len() as f32, self.position(lobe))
+        self.specular_sample(&local, 1.0 / matching.len() as f32, position)
     }
 
-    /// Which of the lobes this is.
-    fn position(&self, lobe: &Lobe) -> u8 {
-        let found = self.lobes.iter().position(|l| std::ptr::eq(l, lobe));
-        found.unwrap_or_default() as u8
-    }
-
-    fn specular_sample(&self, local: &LobeSample, chance: f32, lobe: u8) -> Option<BsdfSample> {
+    fn specular_sample(&self, local: &LobeSample, chance: f32, lobe: usize) -> Option<BsdfSample> {
         let LobeSample {
             f,
             wi,
@@ -221,28 +294,28 @@ impl<'a> Bsdf<'a> {
             specular: true,
             transmission,
             eta,
-            lobe,
+            lobe: lobe as u8,
         };
         (sample.pdf > 0.0 && !is_black(f)).then_some(sample)
     }
 }
 
-/// One of `items`, all equally likely, and `u` stretched for reuse.
-fn choose<T>(items: &[T], u: f32) -> Option<(&T, f32)> {
-    let scaled = u * items.len() as f32;
-    let i = (scaled as usize).min(items.len().checked_sub(1)?);
-    Some((
-        &items[i],
-        (scaled - i as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0),
-    ))
+/// One of `count` things, all equally likely, and `u` stretched for reuse.
+#[inline]
+fn choose(count: usize, u: f32) -> Option<(usize, f32)> {
+    let scaled = u * count as f32;
+    let i = (scaled as usize).min(count.checked_sub(1)?);
+    Some((i, (scaled - i as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::fresnel::Fresnel;
     use super::lambertian::LambertianReflection;
+    use super::microfacet::MicrofacetReflection;
     use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission};
     use super::testing::*;
+    use super::trowbridge_reitz::TrowbridgeReitz;
     use super::*;
 
     fn bsdf(lobes: &[Lobe<'static>]) -> Bsdf<'static> {
@@ -352,6 +425,69 @@ mod tests {
             "above the surface, below the shading plane"
         );
         assert_eq!(tilted.f(direction(130.0, 0.0), wo), Rgb::ZERO);
+    }
+
+    #[test]
+    fn value_and_density_together_are_those_apart() {
+        let rough = Lobe::MicrofacetReflection(MicrofacetReflection {
+            reflectance: Rgb::new(0.3, 0.2, 0.1),
+            distribution: TrowbridgeReitz::new(0.2, 0.5),
+            fresnel: Fresnel::Dielectric {
+                eta_i: 1.0,
+                eta_t: 1.5,
+            },
+        });
+        let hit = flat_hit(Vec3::Z);
+        for lobes in [
+            &[][..],
+            &[LAMBERT],
+            &[rough],
+            &[MIRROR],
+            &[LAMBERT, rough, GLASS],
+        ] {
+            let mut bsdf = Bsdf::new(hit.n, &hit.shading);
+            lobes.iter().for_each(|&l| bsdf.add(l));
+            for i in 0..200 {
+                let angles = [5.0f32, 60.0, 85.0, 100.0, 175.0];
+                let wo = direction(angles[i % 5], 40.0);
+                let wi = direction(i as f32 * 0.9, i as f32 * 37.0);
+                let (f, pdf) = bsdf.f_and_pdf(wo, wi);
+                // The same numbers, multiplied in another order.
+                let near = |a: f32, b: f32| (a - b).abs() <= 1e-5 * b.abs();
+                let expected = bsdf.f(wo, wi);
+                assert!(near(pdf, bsdf.pdf(wo, wi)) && near(f.x, expected.x));
+                assert!(near(f.y, expected.y) && near(f.z, expected.z));
+                // What a lobe that is drawn from says of itself is that too.
+                let u = Vec2::new(i as f32 / 200.0, (i as f32 * 0.618).fract());
+                let Some(s) = bsdf.sample(wo, u.y, u).filter(|s| !s.specular) else {
+                    continue;
+                };
+                // Directions are rounded on their way to the world and back, and the lobe's slope magnifies that.
+                let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 * b.abs();
+                let (f, pdf) = bsdf.f_and_pdf(wo, s.wi);
+                assert!(near(s.f.x, f.x) && near(s.pdf, pdf), "{s:?} {f} {pdf}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_not_chosen_by_do_not_matter() {
+        for (lobes, chooses) in [
+            (&[][..], false),
+            (&[LAMBERT], false),
+            (&[MIRROR], false),
+            (&[GLASS], true),
+            (&[LAMBERT, MIRROR], true),
+        ] {
+            let bsdf = bsdf(lobes);
+            assert_eq!(bsdf.chooses(), chooses);
+            let wo = direction(40.0, 10.0);
+            let u = Vec2::new(0.3, 0.6);
+            let drawn: Vec<_> = [0.01, 0.99]
+                .map(|uc| bsdf.sample(wo, uc, u).map(|s| (s.f, s.wi, s.pdf)))
+                .into();
+            assert_eq!(drawn[0] != drawn[1], chooses);
+        }
     }
 
     #[test]

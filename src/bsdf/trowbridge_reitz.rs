@@ -66,6 +66,18 @@ impl TrowbridgeReitz {
         1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
     }
 
+    /// [`TrowbridgeReitz::g`], and [`TrowbridgeReitz::g1`] from `wo`.
+    pub fn g_and_g1(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {
+        let (hidden_o, hidden_i) = (self.lambda(wo), self.lambda(wi));
+        let g1 = 1.0 / (1.0 + hidden_o);
+        let g = if self.separable {
+            g1 / (1.0 + hidden_i)
+        } else {
+            1.0 / (1.0 + hidden_o + hidden_i)
+        };
+        (g, g1)
+    }
+
     /// A facet normal (z ≥ 0 where `wo` is above the surface) drawn from those visible from `wo`
     /// (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4), 2018).
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Vec3 {

@@ -23,13 +23,14 @@ pub fn estimate(
     let from = surface.reference_point();
     let mut sum = Rgb::ZERO;
     if let Some(sample) = light.sample(&from, light_u) {
-        let f = bsdf.f(surface.wo, sample.wi) * sample.wi.dot(bsdf.shading_normal()).abs();
-        let contribution = f * sample.radiance;
+        let (f, pdf) = bsdf.f_and_pdf(surface.wo, sample.wi);
+        let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
+        let contribution = f * sample.radiance * cosine;
         if !is_black(contribution) && !world.occluded(&sample.shadow) {
             let weight = if sample.delta {
                 1.0
             } else {
-                power_heuristic(sample.pdf, bsdf.pdf(surface.wo, sample.wi))
+                power_heuristic(sample.pdf, pdf)
             };
             sum += contribution * (weight / sample.pdf);
         }

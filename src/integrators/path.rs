@@ -13,9 +13,10 @@ use super::vertex::{MediumVertex, SurfaceVertex, Vertex};
 use super::volpath::transmittance;
 use super::witness::{Met, Place, Witness};
 use crate::accel::GeometryHit;
-use crate::bsdf::BsdfSample;
+use crate::bsdf::{Bsdf, BsdfSample};
+use crate::handles::{LightId, MediumId};
 use crate::lights::{LightSelector, SelectionStrategy};
-use crate::materials::beneath::Beneath;
+use crate::materials::Material;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, Vec2, color::is_black};
@@ -89,183 +90,296 @@ impl Path {
         &self,
         world: &World,
         selector: &LightSelector,
-        mut ray: Ray,
+        ray: Ray,
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
         witness: &mut impl Witness,
     ) -> Rgb {
-        let mut radiance = Rgb::ZERO;
-        let mut throughput = Rgb::ONE;
-        // Undoes the radiance scaling inside dielectrics when roulette judges a path's worth.
-        let mut eta_scale = 1.0;
-        let mut differentials = differentials;
-        let mut arrival = Arrival::Direct;
-        let mut depth = 0;
-        let mut max_depth = self.max_depth;
-        let mut apart = self.mirrors_apart;
-        let mut nulls = 0;
-        let mut medium = if MEDIA { world.media.camera } else { None };
-        loop {
-            let hit = world.intersect(&ray);
-            if MEDIA && let Some(id) = medium {
-                let t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
-                let flight = world
-                    .media
-                    .medium(id)
-                    .sample(&ray, t_max, throughput, stream);
-                throughput *= flight.weight;
-                if is_black(throughput) {
-                    return radiance;
-                }
-                if let Some(t) = flight.scattered {
-                    let vertex = MediumVertex::new(world, id, &ray, t);
-                    let met = Met::Medium;
-                    witness.arrive(Place { depth, met }, radiance);
-                    if depth >= max_depth || !vertex.p.is_finite() {
-                        return radiance;
-                    }
-                    let light;
-                    (light, ray, arrival) = scattered_in_medium(world, selector, &vertex, stream);
-                    radiance += throughput * light;
-                    differentials = None;
-                    if !self.survives(depth, eta_scale, &mut throughput, stream) {
-                        return radiance;
-                    }
-                    depth += 1;
-                    continue;
-                }
+        let mut walk = Walk::<MEDIA> {
+            path: self,
+            world,
+            selector,
+            ray,
+            differentials,
+            arrival: Arrival::Direct,
+            medium: if MEDIA { world.media.camera } else { None },
+            throughput: Rgb::ONE,
+            radiance: Rgb::ZERO,
+            eta_scale: 1.0,
+            depth: 0,
+            max_depth: self.max_depth,
+            apart: self.mirrors_apart,
+            nulls: 0,
+        };
+        while walk.step(stream, witness).is_some() {}
+        walk.radiance
+    }
+}
+
+/// A path under way. Methods answer `None` where it ends.
+struct Walk<'a, const MEDIA: bool> {
+    path: &'a Path,
+    world: &'a World,
+    selector: &'a LightSelector,
+    /// To the next vertex.
+    ray: Ray,
+    /// Those of the camera ray.
+    differentials: Option<&'a RayDifferentials>,
+    arrival: Arrival,
+    /// What the ray goes through.
+    medium: Option<MediumId>,
+    throughput: Rgb,
+    /// Gathered so far.
+    radiance: Rgb,
+    /// Undoes the radiance scaling inside dielectrics when roulette judges a path's worth.
+    eta_scale: f32,
+    /// Scattering events so far.
+    depth: u32,
+    max_depth: u32,
+    /// See [`Path::mirrors_apart`].
+    apart: bool,
+    /// Surfaces without material so far.
+    nulls: u32,
+}
+
+impl<const MEDIA: bool> Walk<'_, MEDIA> {
+    /// Follows the ray, and scatters where it ends.
+    #[inline(always)]
+    fn step(&mut self, stream: &mut SampleStream, witness: &mut impl Witness) -> Option<()> {
+        let depth = self.depth;
+        let hit = self.world.intersect(&self.ray);
+        if MEDIA && let Some(id) = self.medium {
+            let t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+            if let Some(t) = self.fly(id, t_max, stream)? {
+                let met = Met::Medium;
+                witness.arrive(Place { depth, met }, self.radiance);
+                self.scatter_in_medium(id, t, stream)?;
+                return self.survive(stream);
             }
-            let Some(mut hit) = hit else {
-                let met = Met::Background;
-                witness.arrive(Place { depth, met }, radiance);
-                return radiance + throughput * escaped(world, selector, &ray, &arrival);
-            };
-            let met = Met::Surface(hit.material);
-            witness.arrive(Place { depth, met }, radiance);
-            radiance += throughput * emitted(world, selector, &ray, &hit, &arrival);
-            if depth >= max_depth {
-                return radiance;
+        }
+        let Some(hit) = &hit else {
+            let met = Met::Background;
+            witness.arrive(Place { depth, met }, self.radiance);
+            let light = escaped(self.world, self.selector, &self.ray, &self.arrival);
+            self.radiance += self.throughput * light;
+            return None;
+        };
+        let met = Met::Surface(hit.material);
+        witness.arrive(Place { depth, met }, self.radiance);
+        if let Some(light) = hit.light {
+            let (world, selector) = (self.world, self.selector);
+            let light = emitted(world, selector, &self.ray, (hit, light), &self.arrival);
+            self.radiance += self.throughput * light;
+        }
+        if depth >= self.max_depth {
+            return None;
+        }
+        match self.world.material(hit.material) {
+            Some(material) => self.scatter(hit, material, stream)?,
+            None => return self.pass(hit),
+        }
+        self.survive(stream)
+    }
+
+    /// Goes through a medium up to `t_max`: answers where it scatters, if it does.
+    fn fly(&mut self, id: MediumId, t_max: f32, stream: &mut SampleStream) -> Option<Option<f32>> {
+        let medium = self.world.media.medium(id);
+        let flight = medium.sample(&self.ray, t_max, self.throughput, stream);
+        self.throughput *= flight.weight;
+        (!is_black(self.throughput)).then_some(flight.scattered)
+    }
+
+    /// Scatters at the distance `t` in a medium.
+    fn scatter_in_medium(&mut self, id: MediumId, t: f32, stream: &mut SampleStream) -> Option<()> {
+        let vertex = MediumVertex::new(self.world, id, &self.ray, t);
+        if self.depth >= self.max_depth || !vertex.p.is_finite() {
+            return None;
+        }
+        self.light(&vertex, stream);
+        let (wi, pdf) = vertex.phase.sample(vertex.wo, stream.next_2d());
+        let from = vertex.reference_point();
+        self.ray = Ray::new(vertex.p, wi, from.time);
+        self.arrival = Arrival::Scattered { from, pdf };
+        self.differentials = None;
+        Some(())
+    }
+
+    /// Goes on through a surface without material.
+    fn pass(&mut self, hit: &GeometryHit) -> Option<()> {
+        self.nulls += 1;
+        if self.nulls > MAX_NULL_SURFACES {
+            return None;
+        }
+        if MEDIA {
+            self.medium = self.world.medium_beyond(hit, self.ray.d, self.medium);
+        } else if let Arrival::Scattered { .. } = self.arrival {
+            self.arrival = Arrival::Veiled;
+        }
+        self.ray = hit.surface.spawn_ray(self.ray.d);
+        self.differentials = None;
+        Some(())
+    }
+
+    /// Scatters at a surface, and below it where it lets light wander there.
+    #[inline(always)]
+    fn scatter(
+        &mut self,
+        hit: &GeometryHit,
+        material: &Material,
+        stream: &mut SampleStream,
+    ) -> Option<()> {
+        let differentials = self.differentials.take();
+        let mut bsdf = Bsdf::nowhere();
+        self.world
+            .fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
+        let sample = self.scatter_by(hit, &bsdf, stream)?;
+        if sample.transmission {
+            return self.enter(hit, (&bsdf, &sample), differentials, stream);
+        }
+        self.leave(hit, &sample)
+    }
+
+    /// Gathers direct light, and draws where the path goes on.
+    #[inline(always)]
+    fn scatter_by(
+        &mut self,
+        hit: &GeometryHit,
+        bsdf: &Bsdf,
+        stream: &mut SampleStream,
+    ) -> Option<BsdfSample> {
+        if bsdf.has_non_specular() {
+            let medium = self.medium;
+            self.light(&SurfaceVertex { hit, bsdf, medium }, stream);
+        } else {
+            stream.skip_1d();
+            stream.skip_2d();
+        }
+        let lobe = stream.next_1d_if(bsdf.chooses());
+        let sample = bsdf.sample(hit.surface.wo, lobe, stream.next_2d())?;
+        let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
+        self.throughput *= sample.f * (cosine / sample.pdf);
+        let goes_on = !is_black(self.throughput) && self.throughput.is_finite();
+        goes_on.then_some(sample)
+    }
+
+    /// Goes where light goes that the surface has let in: straight on, or below the surface to another
+    /// point of it and out again.
+    #[inline(never)]
+    fn enter(
+        &mut self,
+        hit: &GeometryHit,
+        (bsdf, sample): (&Bsdf, &BsdfSample),
+        differentials: Option<&RayDifferentials>,
+        stream: &mut SampleStream,
+    ) -> Option<()> {
+        let surface = &hit.surface;
+        if sample.specular {
+            let entering = surface.wo.dot(surface.n) > 0.0;
+            let eta2 = sample.eta * sample.eta;
+            self.eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
+        }
+        let (scattered, choice) = ((bsdf, sample), || stream.next_1d());
+        let world = self.world;
+        let beneath = world.beneath(hit.material, surface, scattered, differentials, choice);
+        self.throughput *= beneath.share;
+        let Some(bssrdf) = beneath.bssrdf else {
+            return self.leave(hit, sample);
+        };
+        if !sample.specular {
+            self.radiance += self.throughput * straight_on(world, self.selector, surface, sample);
+        }
+        let exit = find_exit(world, &bssrdf, hit, stream)?;
+        self.throughput *= exit.weight;
+        let sample = self.scatter_by(&exit.hit, &exit.bsdf, stream)?;
+        self.leave(&exit.hit, &sample)
+    }
+
+    /// Leaves a surface as `sample` says.
+    #[inline(always)]
+    fn leave(&mut self, hit: &GeometryHit, sample: &BsdfSample) -> Option<()> {
+        self.apart &= sample.specular;
+        if self.apart {
+            if self.depth + 1 >= self.path.max_depth {
+                return None;
             }
-            let surface = &hit.surface;
-            let Some(material) = world.material(hit.material) else {
-                nulls += 1;
-                if nulls > MAX_NULL_SURFACES {
-                    return radiance;
-                }
-                if MEDIA {
-                    medium = world.medium_beyond(&hit, ray.d, medium);
-                } else if let Arrival::Scattered { .. } = arrival {
-                    arrival = Arrival::Veiled;
-                }
-                ray = surface.spawn_ray(ray.d);
-                differentials = None;
-                continue;
-            };
-            let mut bsdf = world.bsdf(material, surface, differentials);
-            let (choice, light_u) = (stream.next_1d(), stream.next_2d());
-            if bsdf.has_non_specular() {
-                let vertex = SurfaceVertex {
-                    hit: &hit,
-                    bsdf: &bsdf,
-                    medium,
-                };
-                let light =
-                    sampled_light::<MEDIA>(world, selector, &vertex, choice, light_u, stream);
-                radiance += throughput * light;
+            self.max_depth += 1;
+        }
+        self.arrival = if sample.specular {
+            Arrival::Direct
+        } else {
+            Arrival::Scattered {
+                from: hit.surface.reference_point(),
+                pdf: sample.pdf,
             }
-            let (lobe, direction_u) = (stream.next_1d(), stream.next_2d());
-            let Some(mut sample) = bsdf.sample(surface.wo, lobe, direction_u) else {
-                return radiance;
-            };
-            throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
-            if is_black(throughput) || !throughput.is_finite() {
-                return radiance;
-            }
-            if sample.specular && sample.transmission {
-                let entering = surface.wo.dot(surface.n) > 0.0;
-                let eta2 = sample.eta * sample.eta;
-                eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
-            }
-            let beneath = if sample.transmission {
-                let (scattered, choice) = ((&bsdf, &sample), || stream.next_1d());
-                world.beneath(hit.material, surface, scattered, differentials, choice)
-            } else {
-                Beneath::STRAIGHT_ON
-            };
-            throughput *= beneath.share;
-            if let Some(bssrdf) = beneath.bssrdf {
-                if !sample.specular {
-                    radiance += throughput * straight_on(world, selector, surface, &sample);
-                }
-                let Some(exit) = find_exit(world, &bssrdf, &hit, stream) else {
-                    return radiance;
-                };
-                throughput *= exit.weight;
-                (hit, bsdf) = (exit.hit, exit.bsdf);
-                let (choice, light_u) = (stream.next_1d(), stream.next_2d());
-                let vertex = SurfaceVertex {
-                    hit: &hit,
-                    bsdf: &bsdf,
-                    medium,
-                };
-                let light =
-                    sampled_light::<MEDIA>(world, selector, &vertex, choice, light_u, stream);
-                radiance += throughput * light;
-                let (lobe, direction_u) = (stream.next_1d(), stream.next_2d());
-                let Some(outside) = bsdf.sample(hit.surface.wo, lobe, direction_u) else {
-                    return radiance;
-                };
-                sample = outside;
-                throughput *= sample.f * (sample.wi.dot(bsdf.shading_normal()).abs() / sample.pdf);
-                if is_black(throughput) || !throughput.is_finite() {
-                    return radiance;
-                }
-            }
-            differentials = None;
-            apart &= sample.specular;
-            if apart {
-                if depth + 1 >= self.max_depth {
-                    return radiance;
-                }
-                max_depth += 1;
-            }
-            arrival = if sample.specular {
-                Arrival::Direct
-            } else {
-                Arrival::Scattered {
-                    from: hit.surface.reference_point(),
-                    pdf: sample.pdf,
-                }
-            };
-            ray = hit.surface.spawn_ray(sample.wi);
-            if MEDIA {
-                medium = world.medium_beyond(&hit, sample.wi, medium);
-            }
-            if !self.survives(depth, eta_scale, &mut throughput, stream) {
-                return radiance;
-            }
-            depth += 1;
+        };
+        self.ray = hit.surface.spawn_ray(sample.wi);
+        if MEDIA {
+            self.medium = self.world.medium_beyond(hit, sample.wi, self.medium);
+        }
+        Some(())
+    }
+
+    /// Counts the scattering event. Russian roulette: ends paths that are worth little, and weighs the
+    /// others up.
+    #[inline(always)]
+    fn survive(&mut self, stream: &mut SampleStream) -> Option<()> {
+        let depth = self.depth;
+        self.depth += 1;
+        if depth <= ROULETTE_AFTER {
+            return Some(());
+        }
+        let worth = (self.throughput * self.eta_scale).max_element();
+        if worth >= self.path.rr_threshold {
+            return Some(());
+        }
+        let stop = (1.0 - worth).max(0.05);
+        self.throughput /= 1.0 - stop;
+        (stream.next_1d() >= stop).then_some(())
+    }
+
+    /// Gathers direct light by sampling one light, weighted against meeting it by the scattered ray.
+    #[inline(always)]
+    fn light(&mut self, vertex: &impl Vertex, stream: &mut SampleStream) {
+        let choice = stream.next_1d_if(self.selector.chooses());
+        let u = stream.next_2d();
+        if let Some(light) = self.sampled_light(vertex, choice, u, stream) {
+            self.radiance += self.throughput * light;
         }
     }
 
-    /// Russian roulette: ends paths that are worth little, and weighs the others up.
-    fn survives(
+    /// What one light sends; `None` for nothing.
+    #[inline]
+    fn sampled_light(
         &self,
-        depth: u32,
-        eta_scale: f32,
-        throughput: &mut Rgb,
+        vertex: &impl Vertex,
+        choice: f32,
+        u: Vec2,
         stream: &mut SampleStream,
-    ) -> bool {
-        if depth <= ROULETTE_AFTER {
-            return true;
+    ) -> Option<Rgb> {
+        let (world, from) = (self.world, vertex.reference_point());
+        let (id, probability) = self.selector.sample(&from, choice)?;
+        let light = world.light(id).sample(&from, u)?;
+        let (scattered, scattered_pdf) = vertex.scattered_and_pdf(light.wi);
+        let mut contribution = scattered * light.radiance;
+        if is_black(contribution) {
+            return None;
         }
-        let worth = (*throughput * eta_scale).max_element();
-        if worth >= self.rr_threshold {
-            return true;
+        if MEDIA {
+            let medium = vertex.medium_toward(world, light.wi);
+            contribution *= transmittance(world, &light.shadow, medium, stream);
+            if is_black(contribution) {
+                return None;
+            }
+        } else if world.occluded(&light.shadow) {
+            return None;
         }
-        let stop = (1.0 - worth).max(0.05);
-        *throughput /= 1.0 - stop;
-        stream.next_1d() >= stop
+        let pdf = probability * light.pdf;
+        let weight = if light.delta {
+            1.0
+        } else {
+            power_heuristic(pdf, scattered_pdf)
+        };
+        Some(contribution * (weight / pdf))
     }
 }
 
@@ -283,75 +397,21 @@ fn straight_on(
     };
     let ray = surface.spawn_ray(sample.wi);
     match world.intersect(&ray) {
-        Some(hit) => emitted(world, selector, &ray, &hit, &arrival),
+        Some(hit) => hit.light.map_or(Rgb::ZERO, |light| {
+            emitted(world, selector, &ray, (&hit, light), &arrival)
+        }),
         None => escaped(world, selector, &ray, &arrival),
     }
 }
 
-/// Direct light by sampling one light, weighted against meeting it by the scattered ray.
-fn sampled_light<const MEDIA: bool>(
-    world: &World,
-    selector: &LightSelector,
-    vertex: &impl Vertex,
-    choice: f32,
-    u: Vec2,
-    stream: &mut SampleStream,
-) -> Rgb {
-    let from = vertex.reference_point();
-    let Some((id, probability)) = selector.sample(&from, choice) else {
-        return Rgb::ZERO;
-    };
-    let Some(light) = world.light(id).sample(&from, u) else {
-        return Rgb::ZERO;
-    };
-    let mut contribution = vertex.scattered(light.wi) * light.radiance;
-    if is_black(contribution) {
-        return Rgb::ZERO;
-    }
-    if MEDIA {
-        let medium = vertex.medium_toward(world, light.wi);
-        contribution *= transmittance(world, &light.shadow, medium, stream);
-        if is_black(contribution) {
-            return Rgb::ZERO;
-        }
-    } else if world.occluded(&light.shadow) {
-        return Rgb::ZERO;
-    }
-    let pdf = probability * light.pdf;
-    let weight = if light.delta {
-        1.0
-    } else {
-        power_heuristic(pdf, vertex.pdf(light.wi))
-    };
-    contribution * (weight / pdf)
-}
-
-/// Direct light at a point of a medium, the ray that goes on from there, and how it does.
-fn scattered_in_medium(
-    world: &World,
-    selector: &LightSelector,
-    vertex: &MediumVertex,
-    stream: &mut SampleStream,
-) -> (Rgb, Ray, Arrival) {
-    let (choice, light_u) = (stream.next_1d(), stream.next_2d());
-    let light = sampled_light::<true>(world, selector, vertex, choice, light_u, stream);
-    let (wi, pdf) = vertex.phase.sample(vertex.wo, stream.next_2d());
-    let from = vertex.reference_point();
-    let ray = Ray::new(vertex.p, wi, from.time);
-    (light, ray, Arrival::Scattered { from, pdf })
-}
-
-/// Emission of the surface hit, weighted by how the path arrived.
+/// Emission of the surface hit, that of light `id`, weighted by how the path arrived.
 fn emitted(
     world: &World,
     selector: &LightSelector,
     ray: &Ray,
-    hit: &GeometryHit,
+    (hit, id): (&GeometryHit, LightId),
     arrival: &Arrival,
 ) -> Rgb {
-    let Some(id) = hit.light else {
-        return Rgb::ZERO;
-    };
     let light = world.light(id);
     let radiance = light.emitted(&hit.surface);
     if is_black(radiance) {

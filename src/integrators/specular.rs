@@ -66,7 +66,9 @@ pub fn trace(
             }
             continue;
         };
-        let bsdf = world.bsdf(material, &hit.surface, branch.differentials.as_ref());
+        let mut bsdf = Bsdf::nowhere();
+        let differentials = branch.differentials.as_ref();
+        world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
         radiance += branch.throughput * (world.emitted_radiance(&hit) + local(&hit, &bsdf, stream));
         if branch.level + 1 >= max_depth {
             continue;

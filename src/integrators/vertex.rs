@@ -14,12 +14,9 @@ pub trait Vertex {
     /// The point that receives light.
     fn reference_point(&self) -> ReferencePoint;
 
-    /// How much of the radiance from `wi` goes on along the path, per steradian: the BSDF times the
-    /// cosine, or the phase function.
-    fn scattered(&self, wi: Vec3) -> Rgb;
-
-    /// Density per steradian with which the path goes on along `wi`.
-    fn pdf(&self, wi: Vec3) -> f32;
+    /// How much of the radiance from `wi` goes on along the path, per steradian (the BSDF times the
+    /// cosine, or the phase function), and the density per steradian with which the path goes on along `wi`.
+    fn scattered_and_pdf(&self, wi: Vec3) -> (Rgb, f32);
 
     /// The medium that a ray along `wi` gets into.
     fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId>;
@@ -40,12 +37,10 @@ impl Vertex for SurfaceVertex<'_> {
         self.hit.surface.reference_point()
     }
 
-    fn scattered(&self, wi: Vec3) -> Rgb {
-        self.bsdf.f(self.hit.surface.wo, wi) * wi.dot(self.bsdf.shading_normal()).abs()
-    }
-
-    fn pdf(&self, wi: Vec3) -> f32 {
-        self.bsdf.pdf(self.hit.surface.wo, wi)
+    #[inline]
+    fn scattered_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
+        let (f, pdf) = self.bsdf.f_and_pdf(self.hit.surface.wo, wi);
+        (f * wi.dot(self.bsdf.shading_normal()).abs(), pdf)
     }
 
     fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId> {
@@ -88,12 +83,9 @@ impl Vertex for MediumVertex<'_> {
         }
     }
 
-    fn scattered(&self, wi: Vec3) -> Rgb {
-        Rgb::splat(self.phase.value(self.wo, wi))
-    }
-
-    fn pdf(&self, wi: Vec3) -> f32 {
-        self.phase.value(self.wo, wi)
+    fn scattered_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
+        let value = self.phase.value(self.wo, wi);
+        (Rgb::splat(value), value)
     }
 
     fn medium_toward(&self, _: &World, _: Vec3) -> Option<MediumId> {

@@ -91,7 +91,7 @@ impl DiffuseAreaLight {
         let chosen = self.emitter.sample(from, u)?;
         let wi = chosen.wi;
         let radiance = self.toward(chosen.n, -wi);
-        if is_black(radiance) || chosen.pdf.is_nan() || chosen.pdf <= 0.0 {
+        if is_black(radiance) {
             return None;
         }
         let shadow = from.shadow_ray_to(chosen.p, chosen.p_error, chosen.n);

@@ -189,6 +189,7 @@ impl Light {
 
     /// Chooses a way for light to come to `from`, by `u` in [0, 1)². `None` where none was found:
     /// it counts as a sample that brings nothing.
+    #[inline]
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
         match self {
             Light::Point(l) => l.sample(from),

@@ -82,6 +82,11 @@ impl LightSelector {
         LightSelector { choice }
     }
 
+    /// Does [`LightSelector::sample`] look at its number?
+    pub fn chooses(&self) -> bool {
+        !matches!(self.choice, Choice::Nothing | Choice::Only)
+    }
+
     /// A light for the point `from` and its probability; `None` where there are no lights.
     pub fn sample(&self, from: &ReferencePoint, u: f32) -> Option<(LightId, f32)> {
         match &self.choice {

@@ -188,21 +188,35 @@ impl Material {
         name.to_lowercase()
     }
 
-    /// The BSDF at a point; `materials` are the scene's, for the handles of mixes.
-    pub fn bsdf<'a>(
+    /// Fills the [empty](Bsdf::nowhere) `bsdf` for a point; `materials` are the scene's, for the handles of
+    /// mixes.
+    pub fn fill_bsdf<'a>(
+        &'a self,
+        hit: &SurfaceHit,
+        footprint: &Footprint,
+        textures: &Textures,
+        materials: &'a [Material],
+        bsdf: &mut Bsdf<'a>,
+    ) {
+        let at = hit.texture_point(footprint);
+        match &self.bump {
+            Some(bump) => bsdf.place(hit.n, &bump.shading_geometry(hit, &at, textures)),
+            None => bsdf.place(hit.n, &hit.shading),
+        }
+        self.add_lobes(&at, textures, materials, bsdf);
+    }
+
+    /// [`Material::fill_bsdf`] as an answer.
+    #[cfg(test)]
+    pub(crate) fn bsdf<'a>(
         &'a self,
         hit: &SurfaceHit,
         footprint: &Footprint,
         textures: &Textures,
         materials: &'a [Material],
     ) -> Bsdf<'a> {
-        let at = hit.texture_point(footprint);
-        let shading = match &self.bump {
-            Some(bump) => bump.shading_geometry(hit, &at, textures),
-            None => hit.shading,
-        };
-        let mut bsdf = Bsdf::new(hit.n, &shading);
-        self.add_lobes(&at, textures, materials, &mut bsdf);
+        let mut bsdf = Bsdf::nowhere();
+        self.fill_bsdf(hit, footprint, textures, materials, &mut bsdf);
         bsdf
     }
 

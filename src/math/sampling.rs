@@ -9,26 +9,31 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
     if o == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    if o.x.abs() > o.y.abs() {
-        let (sin, cos) = eighth_turn(o.y / o.x);
-        o.x * Vec2::new(cos, sin)
-    } else {
-        let (sin, cos) = eighth_turn(o.x / o.y);
-        o.y * Vec2::new(sin, cos)
-    }
+    // Which of the two is larger cannot be foreseen: chosen by bits, without a branch.
+    let across = if o.x.abs() > o.y.abs() { u32::MAX } else { 0 };
+    let larger = select(across, o.x, o.y);
+    let (sin, cos) = eighth_turn(select(across, o.y, o.x) / larger);
+    larger * Vec2::new(select(across, cos, sin), select(across, sin, cos))
+}
+
+/// `a` where `mask` is all ones, `b` where it is 0.
+#[inline]
+fn select(mask: u32, a: f32, b: f32) -> f32 {
+    f32::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
 /// Sine and cosine of t π/4, |t| ≤ 1, off by less than 1e-7: Taylor's polynomials, whose first terms left out are
-/// below 2e-9 and 3e-8. Without calls they take a fifth of the library's time.
+/// below 2e-9 and 3e-8. Without calls they take a fifth of the library's time; in pairs of terms (Estrin 1960),
+/// which do not wait for each other.
+#[inline]
 fn eighth_turn(t: f32) -> (f32, f32) {
     let x = FRAC_PI_4 * t;
     let x2 = x * x;
-    let sin = x
-        * (1.0
-            + x2 * (-1.0 / 6.0
-                + x2 * (1.0 / 120.0 + x2 * (-1.0 / 5040.0 + x2 * (1.0 / 362_880.0)))));
-    let cos = 1.0 + x2 * (-0.5 + x2 * (1.0 / 24.0 + x2 * (-1.0 / 720.0 + x2 * (1.0 / 40_320.0))));
-    (sin, cos)
+    let x4 = x2 * x2;
+    let sin = (1.0 - x2 * (1.0 / 6.0))
+        + x4 * ((1.0 / 120.0 - x2 * (1.0 / 5040.0)) + x4 * (1.0 / 362_880.0));
+    let cos = (1.0 - x2 * 0.5) + x4 * ((1.0 / 24.0 - x2 * (1.0 / 720.0)) + x4 * (1.0 / 40_320.0));
+    (x * sin, cos)
 }
 
 /// A direction about +z with density cosθ/π.

@@ -211,6 +211,36 @@ impl SampleStream {
         }
     }
 
+    /// The next number if it is `needed`, else anything: what is drawn later is the same either way.
+    #[inline]
+    pub fn next_1d_if(&mut self, needed: bool) -> f32 {
+        if needed {
+            return self.next_1d();
+        }
+        self.skip_1d();
+        0.0
+    }
+
+    /// Leaves out a number, for less than drawing it.
+    #[inline]
+    pub fn skip_1d(&mut self) {
+        match self {
+            SampleStream::Stratified(s) => _ = s.next_1d(),
+            SampleStream::Random(s) => _ = s.next_1d(),
+            SampleStream::Sobol(s) => s.skip_1d(),
+        }
+    }
+
+    /// Leaves out a pair, for less than drawing it.
+    #[inline]
+    pub fn skip_2d(&mut self) {
+        match self {
+            SampleStream::Stratified(s) => _ = s.next_2d(),
+            SampleStream::Random(s) => _ = s.next_2d(),
+            SampleStream::Sobol(s) => s.skip_2d(),
+        }
+    }
+
     /// The next pair, well spread as points of the unit square.
     pub fn next_2d(&mut self) -> Vec2 {
         match self {

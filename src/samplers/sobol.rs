@@ -32,51 +32,64 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     SamplerSpec::sobol(power_of_two(reader, "pixelsamples", 16))
 }
 
-/// Four numbers, and how many of them are used up.
+/// A set of four numbers that is being used up. It is worked out when the first of them is asked for: most
+/// surfaces need no number to choose among lobes, nor most scenes one to choose a lamp.
 #[derive(Clone, Copy, Debug)]
 struct Drawn {
     values: [f32; 4],
+    /// Which set.
+    number: u32,
+    /// How many of them are used up, or left out.
     used: usize,
+    /// Have they been worked out?
+    made: bool,
 }
 
 impl Drawn {
     const NOTHING: Drawn = Drawn {
         values: [0.0; 4],
+        number: 0,
         used: 4,
+        made: false,
     };
+
+    /// The place of the next `count` numbers (1 or 2) of this set or of a new one, of which there have been `sets`.
+    #[inline]
+    fn take(&mut self, count: usize, sets: &mut u32) -> usize {
+        if self.used > 4 - count {
+            (self.number, self.used, self.made) = (*sets, 0, false);
+            *sets = sets.wrapping_add(1);
+        }
+        let at = self.used;
+        self.used += count;
+        at
+    }
 }
 
 /// One sample's numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct SobolStream {
-    /// Seed of the pixel.
-    seed: u64,
-    /// Sample index, its bits reversed.
-    index_reversed: u32,
-    /// Sets drawn so far.
+    points: ScrambledPoints,
+    /// Sets begun so far.
     sets: u32,
     pairs: Drawn,
     singles: Drawn,
 }
 
-impl SobolStream {
-    /// Sample `index` of the pixel hashed into `seed`.
-    pub(super) fn new(seed: u64, index: u32) -> SobolStream {
-        SobolStream {
-            seed,
-            index_reversed: index.reverse_bits(),
-            sets: 0,
-            pairs: Drawn::NOTHING,
-            singles: Drawn::NOTHING,
-        }
-    }
+/// The point of one sample in every set of four dimensions.
+#[derive(Clone, Copy, Debug)]
+struct ScrambledPoints {
+    /// Seed of the pixel.
+    seed: u64,
+    /// Sample index, its bits reversed.
+    index_reversed: u32,
+}
 
-    #[inline]
-    fn draw(&mut self) -> [f32; 4] {
+impl ScrambledPoints {
+    fn in_set(&self, number: u32) -> [f32; 4] {
         // Weyl's sequence mixed, as in SplitMix64: the seed is hashed already.
-        let step = u64::from(self.sets).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let step = u64::from(number).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let key = mix(self.seed.wrapping_add(step));
-        self.sets = self.sets.wrapping_add(1);
         let shuffled = owen_scramble_rev(self.index_reversed, key as u32);
         // A key for each dimension: distinct words, hashed again.
         let key = (key >> 32) as u32;
@@ -85,27 +98,54 @@ impl SobolStream {
             .reverse_bits()
             .to_f32_norm()
     }
+}
 
-    pub(super) fn next_1d(&mut self) -> f32 {
-        if self.singles.used > 3 {
-            self.singles = Drawn {
-                values: self.draw(),
-                used: 0,
-            };
+impl SobolStream {
+    /// Sample `index` of the pixel hashed into `seed`.
+    pub(super) fn new(seed: u64, index: u32) -> SobolStream {
+        SobolStream {
+            points: ScrambledPoints {
+                seed,
+                index_reversed: index.reverse_bits(),
+            },
+            sets: 0,
+            pairs: Drawn::NOTHING,
+            singles: Drawn::NOTHING,
         }
-        let at = self.singles.used & 3;
-        self.singles.used += 1;
-        self.singles.values[at]
     }
 
-    pub(super) fn next_2d(&mut self) -> Vec2 {
-        if self.pairs.used > 2 {
-            let values = self.draw();
-            self.pairs = Drawn { values, used: 2 };
-            return Vec2::new(values[0], values[1]);
+    #[inline]
+    pub(super) fn next_1d(&mut self) -> f32 {
+        let at = self.singles.take(1, &mut self.sets);
+        if !self.singles.made {
+            self.singles.values = self.points.in_set(self.singles.number);
+            self.singles.made = true;
         }
-        let [_, _, x, y] = self.pairs.values;
-        self.pairs.used = 4;
-        Vec2::new(x, y)
+        self.singles.values[at & 3]
+    }
+
+    #[inline]
+    pub(super) fn next_2d(&mut self) -> Vec2 {
+        let at = self.pairs.take(2, &mut self.sets);
+        if !self.pairs.made {
+            self.pairs.values = self.points.in_set(self.pairs.number);
+            self.pairs.made = true;
+        }
+        let [x, y, z, w] = self.pairs.values;
+        if at == 0 {
+            Vec2::new(x, y)
+        } else {
+            Vec2::new(z, w)
+        }
+    }
+
+    #[inline]
+    pub(super) fn skip_1d(&mut self) {
+        self.singles.take(1, &mut self.sets);
+    }
+
+    #[inline]
+    pub(super) fn skip_2d(&mut self) {
+        self.pairs.take(2, &mut self.sets);
     }
 }

@@ -230,6 +230,28 @@ fn sobol_goes_on_beyond_what_others_end_at() {
     assert_ne!(stream.next_2d(), last.next_2d());
 }
 
+#[test]
+fn numbers_left_out_change_none_of_the_others() {
+    for spec in kinds(16) {
+        let sampler = Sampler::new(&spec, 3);
+        for mask in 0..64u32 {
+            let mut all = sampler.stream(pixel(4, 5), 6);
+            let mut some = all;
+            for round in 0..6 {
+                let (one, two) = (all.next_1d(), all.next_2d());
+                let needed = mask >> round & 1 == 1;
+                let given = some.next_1d_if(needed);
+                assert!(!needed || given == one, "{spec:?}");
+                if mask >> (5 - round) & 1 == 1 {
+                    assert_eq!(some.next_2d(), two, "{spec:?}");
+                } else {
+                    some.skip_2d();
+                }
+            }
+        }
+    }
+}
+
 /// Pearson's statistic of `counts` against equal expectations.
 fn chi_squared(counts: &[f64]) -> f64 {
     let expected = counts.iter().sum::<f64>() / counts.len() as f64;

@@ -11,7 +11,7 @@ use super::mesh::TriangleMesh;
 use super::quadric::{Form, ObjectSurface, Quadric};
 use super::triangle::Orientation;
 use crate::math::float::{UNIT_ROUNDOFF, offset_ray_origin};
-use crate::math::sampling::uniform_triangle;
+use crate::math::sampling::{concentric_disk, uniform_triangle};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::surface::{ReferencePoint, SurfaceHit};
 use glam::DMat3;
@@ -112,33 +112,34 @@ impl Emitter {
     }
 
     /// Chooses a point as seen from `from`. `None` where nothing can be seen from there or the
-    /// shape has no area. The point may be hidden by other parts of the same shape.
+    /// shape has no area: densities are positive and finite. The point may be hidden by other parts of
+    /// the same shape.
+    #[inline]
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
-        let sample = match self {
+        match self {
             Emitter::Triangle(triangle) => triangle.sample(from, u),
             Emitter::Parallelogram(piece) => piece.sample(from, u),
             Emitter::Sphere(sphere) => sphere.sample(from, u),
             Emitter::Quadric(quadric) => quadric.sample(from, u),
-            Emitter::Curve(curve) => curve.sample(from, u),
-        }?;
-        (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some(sample)
+            Emitter::Curve(curve) => curve.sample(from, u).filter(|s| is_density(s.pdf)),
+        }
     }
 
     /// Density per solid angle with which [`Emitter::sample`] chooses the point `hit`, where a
     /// ray from `from` along the unit direction `wi` met this emitter. 0 where it cannot.
     pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: &SurfaceHit) -> f32 {
-        let density = match self {
-            Emitter::Triangle(triangle) => 1.0 / triangle.area,
-            Emitter::Parallelogram(piece) => 1.0 / piece.area,
+        let area = match self {
+            Emitter::Triangle(triangle) => triangle.area,
+            Emitter::Parallelogram(piece) => piece.area,
             Emitter::Sphere(sphere) => match sphere.cone(from) {
                 Some(cone) => return cone.density() as f32,
-                None => 1.0 / sphere.area(),
+                None => sphere.area(),
             },
-            Emitter::Quadric(quadric) => quadric.density(hit.n.as_dvec3()),
+            Emitter::Quadric(quadric) => quadric.area_around(hit.n.as_dvec3()),
             Emitter::Curve(curve) => return curve.density(from, wi),
         };
         let distance2 = (hit.p.as_dvec3() - from.p.as_dvec3()).length_squared();
-        let pdf = per_solid_angle(density, distance2, hit.n.as_dvec3().dot(wi.as_dvec3()));
+        let pdf = per_solid_angle(area, distance2, hit.n.as_dvec3().dot(wi.as_dvec3()));
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
@@ -155,17 +156,23 @@ impl Emitter {
     }
 }
 
-/// A density per area, per solid angle.
-fn per_solid_angle(density: f64, distance2: f64, cosine: f64) -> f32 {
-    (density * distance2 / cosine.abs()) as f32
+/// Positive and finite?
+fn is_density(pdf: f32) -> bool {
+    pdf > 0.0 && pdf.is_finite()
 }
 
-/// The sample at `p` with unit normal `n`, given the density per area and the error of `p`.
+/// The density per solid angle of points spread evenly over `area`.
+fn per_solid_angle(area: f64, distance2: f64, cosine: f64) -> f32 {
+    (distance2 / (area * cosine.abs())) as f32
+}
+
+/// The sample at `p` with unit normal `n`, given the area that such points are spread over and the error of `p`.
+#[inline]
 fn sample_at(
     p: DVec3,
     error: DVec3,
     n: DVec3,
-    density: f64,
+    area: f64,
     from: &ReferencePoint,
 ) -> Option<EmitterSample> {
     let away = p - from.p.as_dvec3();
@@ -173,14 +180,18 @@ fn sample_at(
     if distance2 == 0.0 {
         return None;
     }
-    let cosine = away.dot(n) / distance2.sqrt();
+    let wi = away * distance2.sqrt().recip();
+    let pdf = per_solid_angle(area, distance2, wi.dot(n));
+    if !is_density(pdf) {
+        return None;
+    }
     let rounded = p.as_vec3();
     Some(EmitterSample {
         p: rounded,
         p_error: error.as_vec3() + rounded.abs() * UNIT_ROUNDOFF,
         n: n.as_vec3(),
-        wi: (rounded - from.p).try_normalize()?,
-        pdf: per_solid_angle(density, distance2, cosine),
+        wi: wi.as_vec3(),
+        pdf,
     })
 }
 
@@ -249,7 +260,7 @@ impl TriangleEmitter {
         let p = corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2];
         let largest = corners.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
         let error = largest * (8.0 * f64::EPSILON);
-        sample_at(p, error, self.normal(b), 1.0 / self.area, from)
+        sample_at(p, error, self.normal(b), self.area, from)
     }
 
     /// The normal at `b` on the side that [`Triangle::geometric_normal`](super::triangle::Triangle::geometric_normal)
@@ -310,12 +321,12 @@ impl SphereEmitter {
     /// `None` from inside the sphere, and from a point on it: rounding decides which side of the
     /// sphere that falls, and only its inside can be seen from there.
     fn cone(&self, from: &ReferencePoint) -> Option<Cone> {
-        let toward_centre = (self.center - from.p.as_dvec3()).as_vec3();
-        let moved_in = offset_ray_origin(from.p, from.p_error, from.n, toward_centre);
-        if (self.center - moved_in.as_dvec3()).length() <= self.radius {
+        let toward = self.center - from.p.as_dvec3();
+        let moved_in = offset_ray_origin(from.p, from.p_error, from.n, toward.as_vec3());
+        let left = (self.center - moved_in.as_dvec3()).length_squared();
+        if left <= self.radius * self.radius {
             return None;
         }
-        let toward = self.center - from.p.as_dvec3();
         let distance = toward.length();
         let sin_max = self.radius / distance;
         // Products instead of 1 − cos and 1 − sin²: nothing cancels for far or near spheres.
@@ -328,38 +339,61 @@ impl SphereEmitter {
     }
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
-        let (u, phi) = (f64::from(u.x), TAU * f64::from(u.y));
-        let cone = self.cone(from);
-        // The direction from the centre to the point chosen.
-        let outward = match &cone {
-            Some(cone) => {
-                // Direction at angle θ from the axis, uniform in solid angle; it meets the sphere
-                // where sin β = sin θ / sin θmax is the sine of incidence, and the centre sees
-                // that point at angle α = β − θ (Pharr, Jakob and Humphreys 2023, §6.2.4).
-                let one_minus_cos = u * cone.one_minus_cos_max;
-                let cos = 1.0 - one_minus_cos;
-                let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
-                let sin_beta = (sin / cone.sin_max).min(1.0);
-                let cos_beta = ((1.0 - sin_beta) * (1.0 + sin_beta)).sqrt();
-                let cos_alpha = cos * cos_beta + sin * sin_beta;
-                let sin_alpha = sin_beta * cos - cos_beta * sin;
-                let (x, y) = cone.axis.any_orthonormal_pair();
-                (x * phi.cos() + y * phi.sin()) * sin_alpha - cone.axis * cos_alpha
-            }
-            None => {
-                let z = 1.0 - 2.0 * u;
-                let rho = ((1.0 - z) * (1.0 + z)).sqrt();
-                DVec3::new(rho * phi.cos(), rho * phi.sin(), z)
-            }
-        };
-        let p = self.center + outward * self.radius;
-        let error = (self.center.abs() + DVec3::splat(self.radius)) * (8.0 * f64::EPSILON);
-        let n = if self.inward { -outward } else { outward };
-        let mut sample = sample_at(p, error, n, 1.0 / self.area(), from)?;
-        if let Some(cone) = cone {
-            sample.pdf = cone.density() as f32;
+        if let Some(cone) = self.cone(from) {
+            let pdf = cone.density() as f32;
+            return is_density(pdf).then(|| self.sample_in(&cone, pdf, u));
         }
-        Some(sample)
+        let z = 1.0 - 2.0 * f64::from(u.x);
+        let rho = ((1.0 - z) * (1.0 + z)).sqrt();
+        let (sin, cos) = (TAU * f64::from(u.y)).sin_cos();
+        let outward = DVec3::new(rho * cos, rho * sin, z);
+        let p = self.center + outward * self.radius;
+        sample_at(p, self.error(), self.normal(outward), self.area(), from)
+    }
+
+    /// A point drawn evenly, with density `pdf`, from the directions of `cone`.
+    ///
+    /// An even point of the unit disk, at radius r, gives the direction at an angle θ from the axis with
+    /// 1 − cos θ = r² (1 − cos θmax). It meets the sphere where sin β = sin θ / sin θmax is the sine of incidence,
+    /// and the centre sees that point at angle α = β − θ (Pharr, Jakob and Humphreys 2023, §6.2.4). All sines are
+    /// kept divided by r, so that nothing needs r itself or any angle.
+    fn sample_in(&self, cone: &Cone, pdf: f32, u: Vec2) -> EmitterSample {
+        let mut disk = concentric_disk(u).as_dvec2();
+        let mut r2 = disk.length_squared();
+        if r2 > 1.0 {
+            // Off the disk's edge by rounding.
+            disk /= r2.sqrt();
+            r2 = 1.0;
+        }
+        let cos = 1.0 - r2 * cone.one_minus_cos_max;
+        let sin_over_r = (cone.one_minus_cos_max * (1.0 + cos)).sqrt();
+        let sin_beta_over_r = sin_over_r / cone.sin_max;
+        let cos_beta = (1.0 - r2 * sin_beta_over_r * sin_beta_over_r)
+            .max(0.0)
+            .sqrt();
+        let cos_alpha = cos * cos_beta + r2 * sin_over_r * sin_beta_over_r;
+        let sin_alpha_over_r = sin_beta_over_r * cos - cos_beta * sin_over_r;
+        let (x, y) = cone.axis.any_orthonormal_pair();
+        let across = x * disk.x + y * disk.y;
+        let outward = across * sin_alpha_over_r - cone.axis * cos_alpha;
+        let p = (self.center + outward * self.radius).as_vec3();
+        EmitterSample {
+            p,
+            p_error: self.error().as_vec3() + p.abs() * UNIT_ROUNDOFF,
+            n: self.normal(outward).as_vec3(),
+            wi: (across * sin_over_r + cone.axis * cos).as_vec3(),
+            pdf,
+        }
+    }
+
+    /// That of a point computed on the sphere.
+    fn error(&self) -> DVec3 {
+        (self.center.abs() + DVec3::splat(self.radius)) * (8.0 * f64::EPSILON)
+    }
+
+    /// The normal of the side that shines, given the one that points away from the centre.
+    fn normal(&self, outward: DVec3) -> DVec3 {
+        if self.inward { -outward } else { outward }
     }
 }
 
@@ -374,13 +408,13 @@ pub struct QuadricEmitter {
 }
 
 impl QuadricEmitter {
-    /// Density per render-space area where the unit normal (render space, either side) is `n`.
-    /// With M the matrix, the object-space normal is Mᵀn/|Mᵀn|, so the piece of surface is
-    /// |det M| / |Mᵀn| times larger than in object space ([`Quadric::area_scale`]).
-    fn density(&self, n: DVec3) -> f64 {
+    /// The render-space area that points are spread over as densely as around one with the unit normal `n`
+    /// (render space, either side). With M the matrix, the object-space normal is Mᵀn/|Mᵀn|, so the piece of
+    /// surface is |det M| / |Mᵀn| times larger than in object space ([`Quadric::area_scale`]).
+    fn area_around(&self, n: DVec3) -> f64 {
         let m = DMat3::from_mat4(self.quadric.level_from_object.m);
         let scale = m.determinant().abs() / (m.transpose() * n).length();
-        1.0 / (self.object_area * scale)
+        self.object_area * scale
     }
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
@@ -389,7 +423,7 @@ impl QuadricEmitter {
             surface.p,
             surface.p_error,
             surface.n,
-            self.density(surface.n),
+            self.area_around(surface.n),
             from,
         )
     }

@@ -12,8 +12,8 @@ pub struct Triangle {
     pub normals: Option<[DVec3; 3]>,
     /// Tangents at the corners, if the mesh has them.
     pub tangents: Option<[DVec3; 3]>,
-    /// Texture coordinates; [`DEFAULT_UV`] where the mesh has none.
-    pub uv: [DVec2; 3],
+    /// Texture coordinates, if the mesh has them; else they are [`DEFAULT_UV`].
+    pub uv: Option<[DVec2; 3]>,
     /// Turns.
     pub orientation: Orientation,
 }
@@ -39,22 +39,32 @@ fn interpolate(v: &[DVec3; 3], b: [f64; 3]) -> DVec3 {
 }
 
 impl Triangle {
+    /// The edges from the first corner, and their cross product.
+    #[inline]
+    fn edges(&self) -> (DVec3, DVec3, DVec3) {
+        let (e1, e2) = (self.p[1] - self.p[0], self.p[2] - self.p[0]);
+        (e1, e2, e1.cross(e2))
+    }
+
     /// Barycentric coordinates of the point where the line `o + t d` meets the plane, moved into
     /// the triangle where rounding left them outside (Möller and Trumbore 1997, in double
-    /// precision). `None` where the line lies in the plane.
+    /// precision, their determinants written with the normal, which the surface needs too).
+    /// `None` where the line lies in the plane.
     #[inline]
     pub fn barycentrics(&self, o: DVec3, d: DVec3) -> Option<[f64; 3]> {
-        let (e1, e2) = (self.p[1] - self.p[0], self.p[2] - self.p[0]);
-        let across = d.cross(e2);
-        let determinant = e1.dot(across);
-        let from = o - self.p[0];
-        let scale = determinant.recip();
-        let b1 = from.dot(across) * scale;
-        let b2 = d.dot(from.cross(e1)) * scale;
+        let (e1, e2, across) = self.edges();
+        let scale = d.dot(across).recip();
+        let q = d.cross(o - self.p[0]);
+        let (b1, b2) = (e2.dot(q) * scale, -e1.dot(q) * scale);
+        let b0 = 1.0 - b1 - b2;
+        if b0 >= 0.0 && b1 >= 0.0 && b2 >= 0.0 {
+            // The rule; their sum is 1 but for a rounding.
+            return Some([b0, b1, b2]);
+        }
         if !(b1.is_finite() && b2.is_finite()) {
             return None;
         }
-        let b = [(1.0 - b1 - b2).max(0.0), b1.max(0.0), b2.max(0.0)];
+        let b = [b0.max(0.0), b1.max(0.0), b2.max(0.0)];
         let scale = (b[0] + b[1] + b[2]).recip();
         Some(b.map(|b| b * scale))
     }
@@ -68,9 +78,7 @@ impl Triangle {
     /// The same, where the interpolated normal is known.
     #[inline]
     fn normal_beside(&self, interpolated: Option<DVec3>) -> DVec3 {
-        let n = (self.p[1] - self.p[0])
-            .cross(self.p[2] - self.p[0])
-            .normalize_or(DVec3::Z);
+        let n = self.edges().2.normalize_or(DVec3::Z);
         let n = if self.orientation.flip_geometric {
             -n
         } else {
@@ -89,6 +97,15 @@ impl Triangle {
         Some(if self.orientation.flip_shading { -n } else { n })
     }
 
+    /// (u, v) at `b`.
+    #[inline]
+    pub fn uv_at(&self, b: [f64; 3]) -> DVec2 {
+        match &self.uv {
+            Some(uv) => uv[0] * b[0] + uv[1] * b[1] + uv[2] * b[2],
+            None => DVec2::new(b[1] + b[2], b[2]),
+        }
+    }
+
     /// The surface at `b`.
     #[inline]
     pub fn surface(&self, b: [f64; 3]) -> LocalSurface {
@@ -101,14 +118,13 @@ impl Triangle {
             (shading_dpdu, shading_dpdv) = self.shading_frame(b, shading_n, dpdu);
         }
         let (dndu, dndv) = self.normal_derivatives();
-        let uv = self.uv[0] * b[0] + self.uv[1] * b[1] + self.uv[2] * b[2];
         let largest = self.p[0].abs().max(self.p[1].abs()).max(self.p[2].abs());
         LocalSurface {
             p: interpolate(&self.p, b),
             // Three products and two sums, and as much again for the coordinates' own rounding.
             p_error: largest * (8.0 * f64::EPSILON),
             n,
-            uv: uv.as_vec2(),
+            uv: self.uv_at(b).as_vec2(),
             dpdu,
             dpdv,
             shading_n,
@@ -124,7 +140,11 @@ impl Triangle {
     /// its differences to the third corner. `None` where (u, v) hardly vary.
     #[inline]
     fn solve(&self, d02: DVec3, d12: DVec3) -> Option<(DVec3, DVec3)> {
-        let (uv02, uv12) = (self.uv[0] - self.uv[2], self.uv[1] - self.uv[2]);
+        let Some(uv) = &self.uv else {
+            // u grows from the first corner to the second, v from there to the third.
+            return Some((d12 - d02, -d12));
+        };
+        let (uv02, uv12) = (uv[0] - uv[2], uv[1] - uv[2]);
         let determinant = uv02.x * uv12.y - uv02.y * uv12.x;
         if determinant.abs() < SMALLEST_UV_DETERMINANT {
             return None;
@@ -188,7 +208,7 @@ mod tests {
             ],
             normals: None,
             tangents: None,
-            uv: DEFAULT_UV.map(Vec2::as_dvec2),
+            uv: None,
             orientation: Orientation::default(),
         }
     }
@@ -198,7 +218,7 @@ mod tests {
         let t = triangle();
         let s = t.surface([0.2, 0.3, 0.5]);
         assert_eq!(s.n, DVec3::Z);
-        for (p, uv) in t.p.iter().zip(t.uv) {
+        for (p, uv) in t.p.iter().zip(DEFAULT_UV.map(Vec2::as_dvec2)) {
             let moved =
                 s.p + s.dpdu * (uv.x - f64::from(s.uv.x)) + s.dpdv * (uv.y - f64::from(s.uv.y));
             assert!((*p - moved).length() < 1e-6); // uv are single precision
@@ -206,9 +226,56 @@ mod tests {
     }
 
     #[test]
+    fn without_parameters_a_triangle_is_as_with_the_default_ones() {
+        let normals = [DVec3::Z, DVec3::X, DVec3::new(0.3, 0.1, 1.0).normalize()];
+        for normals in [None, Some(normals)] {
+            let without = Triangle {
+                normals,
+                p: [
+                    DVec3::new(0.1, 0.2, 0.3),
+                    DVec3::new(2.0, 0.5, -0.3),
+                    DVec3::new(2.2, 3.0, 0.7),
+                ],
+                ..triangle()
+            };
+            let with = Triangle {
+                uv: Some(DEFAULT_UV.map(Vec2::as_dvec2)),
+                ..without
+            };
+            let b = [0.2, 0.3, 0.5];
+            let (s, t) = (without.surface(b), with.surface(b));
+            assert_eq!(s.uv, t.uv);
+            for (x, y) in [
+                (s.dpdu, t.dpdu),
+                (s.dpdv, t.dpdv),
+                (s.dndu, t.dndu),
+                (s.dndv, t.dndv),
+                (s.shading_dpdu, t.shading_dpdu),
+            ] {
+                // A rounding or two of numbers around 1.
+                assert!((x - y).length() < 1e-15, "{x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn points_outside_are_moved_in() {
+        let t = triangle();
+        for o in [
+            DVec3::new(-0.5, -0.1, 2.0),
+            DVec3::new(2.5, 1.0, 2.0),
+            DVec3::new(2.5, 3.5, 2.0),
+        ] {
+            let b = t.barycentrics(o, -DVec3::Z).unwrap();
+            assert!(b.iter().all(|b| (0.0..=1.0).contains(b)), "{b:?}");
+            assert!((b.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
     fn degenerate_parameters_give_some_frame() {
         let t = Triangle {
-            uv: [DVec2::ONE; 3],
+            uv: Some([DVec2::ONE; 3]),
             ..triangle()
         };
         let s = t.surface([0.2, 0.3, 0.5]);

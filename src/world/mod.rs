@@ -112,15 +112,29 @@ impl World {
         self.materials.get(id?.index())
     }
 
-    /// How the surface scatters at a hit. (Not an `Option` for either: a BSDF is a thousand bytes to move.)
+    /// How the surface scatters at a hit: fills the [empty](Bsdf::nowhere) `bsdf`. Not an answer, which
+    /// would be half a thousand bytes to move.
+    pub fn fill_bsdf<'a>(
+        &'a self,
+        material: &'a Material,
+        surface: &SurfaceHit,
+        differentials: Option<&RayDifferentials>,
+        bsdf: &mut Bsdf<'a>,
+    ) {
+        let footprint = surface.footprint(differentials);
+        material.fill_bsdf(surface, &footprint, &self.textures, &self.materials, bsdf);
+    }
+
+    /// The same as an answer, where speed does not matter.
     pub fn bsdf<'a>(
         &'a self,
         material: &'a Material,
         surface: &SurfaceHit,
         differentials: Option<&RayDifferentials>,
     ) -> Bsdf<'a> {
-        let footprint = surface.footprint(differentials);
-        material.bsdf(surface, &footprint, &self.textures, &self.materials)
+        let mut bsdf = Bsdf::nowhere();
+        self.fill_bsdf(material, surface, differentials, &mut bsdf);
+        bsdf
     }
 
     /// Where light goes on that the `bsdf` at a hit has transmitted as `sample` says; `choice` gives

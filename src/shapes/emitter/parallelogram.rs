@@ -64,8 +64,9 @@ impl ParallelogramEmitter {
         })
     }
 
+    #[inline]
     pub(super) fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
         let p = self.corner + self.edges[0] * f64::from(u.x) + self.edges[1] * f64::from(u.y);
-        sample_at(p, self.error, self.n, 1.0 / self.area, from)
+        sample_at(p, self.error, self.n, self.area, from)
     }
 }

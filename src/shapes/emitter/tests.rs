@@ -12,7 +12,7 @@ use crate::shapes::hyperboloid::Hyperboloid;
 use crate::shapes::paraboloid::Paraboloid;
 use crate::shapes::quadric::tests::points;
 use crate::shapes::sphere::Sphere;
-use crate::shapes::triangle::{DEFAULT_UV, Triangle};
+use crate::shapes::triangle::Triangle;
 
 fn reference(p: Vec3) -> ReferencePoint {
     ReferencePoint {
@@ -91,7 +91,7 @@ fn flat(p: [Vec3; 3]) -> Triangle {
         p: p.map(Vec3::as_dvec3),
         normals: None,
         tangents: None,
-        uv: DEFAULT_UV.map(Vec2::as_dvec2),
+        uv: None,
         orientation: Orientation::default(),
     }
 }
