@@ -5,6 +5,7 @@
 use super::aabb::Aabb;
 use super::collapse::{Plan, Root};
 use super::groups::Groups;
+use super::instructions::Best;
 use super::node::{Cell, Child, Node};
 use super::packet::{LANES, Packet, PrimitiveId};
 use super::pages;
@@ -42,6 +43,7 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         return Tree {
             cells: Node::empty().cells().to_vec(),
             nodes: 1,
+            instructions: Best::find(),
         };
     }
     let groups = Groups::of(items);
@@ -72,7 +74,10 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
     if items.len() >= PARALLEL_ITEMS {
         return source.add_parallel(&parts, 0).0.joined();
     }
-    let mut tree = Tree::default();
+    let mut tree = Tree {
+        instructions: Best::find(),
+        ..Tree::default()
+    };
     source.add(&parts, &mut tree);
     tree.cells.shrink_to_fit();
     tree
@@ -257,6 +262,7 @@ impl Pieces {
         let mut tree = Tree {
             cells: Vec::with_capacity(self.cells()),
             nodes: 0,
+            instructions: Best::find(),
         };
         pages::ask_for_large(tree.cells.spare_capacity_mut());
         for piece in self.0 {

@@ -13,6 +13,7 @@
 use super::node::{Cell, StoredNode};
 use super::ray::TraversalRay;
 use super::tree::{Tree, Visitor};
+use crate::math::Vec3;
 
 /// What is done differently with each set of instructions.
 pub(super) trait Instructions: Copy {
@@ -41,18 +42,36 @@ impl Instructions for Baseline {
     }
 }
 
-/// [`Tree::traverse`] with the best instructions of this processor.
-#[inline]
+/// Which instructions to use, found once for a tree.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Best {
+    #[cfg(target_arch = "x86_64")]
+    avx2: Option<x86::Avx2>,
+}
+
+impl Best {
+    /// The best of this processor.
+    pub fn find() -> Best {
+        Best {
+            #[cfg(target_arch = "x86_64")]
+            avx2: x86::Avx2::find(),
+        }
+    }
+}
+
+/// [`Tree::traverse`] along `o + t d` with the best instructions of this processor.
+#[inline(always)]
 pub(super) fn traverse<const ORDERED: bool>(
     tree: &Tree,
-    ray: &TraversalRay,
+    o: Vec3,
+    d: Vec3,
     visitor: &mut impl Visitor,
 ) -> bool {
     #[cfg(target_arch = "x86_64")]
-    if let Some(avx2) = x86::Avx2::find() {
-        return avx2.traverse::<ORDERED>(tree, ray, visitor);
+    if let Some(avx2) = tree.instructions.avx2 {
+        return avx2.traverse::<ORDERED>(tree, o, d, visitor);
     }
-    tree.traverse::<ORDERED>(Baseline, ray, visitor)
+    tree.traverse::<ORDERED>(Baseline, o, d, visitor)
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -83,7 +102,6 @@ mod x86 {
     }
 
     impl Avx2 {
-        #[inline]
         pub fn find() -> Option<Avx2> {
             let found = is_x86_feature_detected!("avx2")
                 && is_x86_feature_detected!("bmi1")
@@ -106,18 +124,19 @@ mod x86 {
         pub fn traverse<const ORDERED: bool>(
             self,
             tree: &Tree,
-            ray: &TraversalRay,
+            o: Vec3,
+            d: Vec3,
             visitor: &mut impl Visitor,
         ) -> bool {
             if self.avx512 {
                 // SAFETY: there is proof of both.
                 #[expect(unsafe_code, reason = "measured: see above")]
-                return unsafe { traverse_avx512::<ORDERED>(self, tree, ray, visitor) };
+                return unsafe { traverse_avx512::<ORDERED>(self, tree, o, d, visitor) };
             }
             // SAFETY: there is proof.
             #[expect(unsafe_code, reason = "measured: see above")]
             unsafe {
-                traverse::<ORDERED>(self, tree, ray, visitor)
+                traverse::<ORDERED>(self, tree, o, d, visitor)
             }
         }
     }
@@ -142,20 +161,22 @@ mod x86 {
     fn traverse<const ORDERED: bool>(
         with: Avx2,
         tree: &Tree,
-        ray: &TraversalRay,
+        o: Vec3,
+        d: Vec3,
         visitor: &mut impl Visitor,
     ) -> bool {
-        tree.traverse::<ORDERED>(with, ray, visitor)
+        tree.traverse::<ORDERED>(with, o, d, visitor)
     }
 
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,avx512f,avx512vl,avx512dq,avx512bw")]
     fn traverse_avx512<const ORDERED: bool>(
         with: Avx2,
         tree: &Tree,
-        ray: &TraversalRay,
+        o: Vec3,
+        d: Vec3,
         visitor: &mut impl Visitor,
     ) -> bool {
-        tree.traverse::<ORDERED>(with, ray, visitor)
+        tree.traverse::<ORDERED>(with, o, d, visitor)
     }
 
     /// [`StoredNode::test`], operation by operation.
@@ -196,7 +217,6 @@ mod tests {
     use super::super::packet::PrimitiveId;
     use super::super::tree::Item;
     use super::*;
-    use crate::math::Vec3;
     use crate::math::hash::{mix2, unit_float};
 
     /// Writes down all that it is shown.
@@ -249,16 +269,16 @@ mod tests {
                 // Along planes of boxes, and with a zero of either sign.
                 d = Vec3::new(if i % 8 == 0 { 0.0 } else { -0.0 }, d.y, d.z).normalize();
             }
-            let ray = TraversalRay::new(point(i, 10), d);
+            let o = point(i, 10);
             let scribes = [0, 1, 2].map(|set| {
                 let mut scribe = Scribe {
                     t_max: 3.0,
                     seen: Vec::new(),
                 };
                 match set {
-                    0 => tree.traverse::<true>(Baseline, &ray, &mut scribe),
-                    1 => best.alone().traverse::<true>(&tree, &ray, &mut scribe),
-                    _ => best.traverse::<true>(&tree, &ray, &mut scribe),
+                    0 => tree.traverse::<true>(Baseline, o, d, &mut scribe),
+                    1 => best.alone().traverse::<true>(&tree, o, d, &mut scribe),
+                    _ => best.traverse::<true>(&tree, o, d, &mut scribe),
                 };
                 scribe.seen
             });

@@ -29,6 +29,7 @@ impl Child {
     pub const MAX_CELLS: usize = 1 << 30;
 
     /// A node.
+    #[inline(always)]
     pub fn node(offset: usize) -> Child {
         Child(offset as u32)
     }

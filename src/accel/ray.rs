@@ -36,50 +36,57 @@ pub(super) struct TraversalRay {
 }
 
 impl TraversalRay {
+    /// Is inlined into the traversal, so that the numbers need not go through memory.
+    #[inline(always)]
     pub fn new(o: Vec3, d: Vec3) -> TraversalRay {
+        let inverse = [1.0 / d.x, 1.0 / d.y, 1.0 / d.z];
+        // Woop, Benthin and Wald 2013, §3.1: permute so that the direction is largest in z. (The
+        // handedness does not matter: the test accepts both turning senses.) Without branches,
+        // which could not be foreseen.
+        let a = d.abs();
+        let x_largest = (a.x > a.y) & (a.x > a.z);
+        let not_x = 2 - usize::from(a.y > a.z);
+        let z = if x_largest { 0 } else { not_x };
+        let [x, y] = AXES_AFTER[z];
+        let at = |v: Vec3, axis: usize| [v.x, v.y, v.z, 0.0][axis & 3];
+        let d_z = at(d, z);
         let mut ray = TraversalRay {
             o,
             d,
             near_origin: o.to_array(),
             far_origin: o.to_array(),
-            inverse: [0.0; 3],
-            far_inverse: [0.0; 3],
-            near_side: [0; 3],
-            axes: [0; 3],
-            sheared_o: [0.0; 3],
-            shear: [0.0; 3],
+            inverse,
+            far_inverse: inverse.map(|inverse| inverse * FAR_MARGIN),
+            near_side: [d.x, d.y, d.z].map(|d| usize::from(d.is_sign_negative())),
+            axes: [x, y, z],
+            sheared_o: [at(o, x), at(o, y), at(o, z)],
+            shear: [-at(d, x) / d_z, -at(d, y) / d_z, 1.0 / d_z],
         };
-        for axis in 0..3 {
-            ray.near_side[axis] = usize::from(d[axis].is_sign_negative());
-            if d[axis].abs() >= SMALLEST_COMPONENT {
-                ray.inverse[axis] = 1.0 / d[axis];
-                ray.far_inverse[axis] = 1.0 / d[axis] * FAR_MARGIN;
-                continue;
-            }
-            // Parallel to the planes. A slab must hold the ray for ever if the origin is inside or
-            // on one of its planes, which 0 × ∞ would not tell: move the origin a little inward
-            // for either plane.
-            let nudge = (o[axis].abs() * (2.0 * f32::EPSILON)).max(1e-20);
-            ray.near_side[axis] = 0;
-            ray.near_origin[axis] = o[axis] + nudge;
-            ray.far_origin[axis] = o[axis] - nudge;
-            ray.inverse[axis] = LARGEST_INVERSE;
-            ray.far_inverse[axis] = LARGEST_INVERSE;
+        if a.min_element() < SMALLEST_COMPONENT {
+            ray.widen_slabs();
         }
-        // Woop, Benthin and Wald 2013, §3.1: permute so that the direction is largest in z. (The
-        // handedness does not matter: the test accepts both turning senses.)
-        let a = d.abs();
-        let z = if a.x > a.y && a.x > a.z {
-            0
-        } else if a.y > a.z {
-            1
-        } else {
-            2
-        };
-        ray.axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let [x, y, z] = ray.axes;
-        ray.sheared_o = [o[x], o[y], o[z]];
-        ray.shear = [-d[x] / d[z], -d[y] / d[z], 1.0 / d[z]];
         ray
     }
+
+    /// Where the ray is parallel to planes: a slab must hold it for ever if the origin is inside or
+    /// on one of its planes, which 0 × ∞ would not tell. So the origin moves a little inward for
+    /// either plane.
+    #[cold]
+    fn widen_slabs(&mut self) {
+        for axis in 0..3 {
+            if self.d[axis].abs() >= SMALLEST_COMPONENT {
+                continue;
+            }
+            let o = self.o[axis];
+            let nudge = (o.abs() * (2.0 * f32::EPSILON)).max(1e-20);
+            self.near_side[axis] = 0;
+            self.near_origin[axis] = o + nudge;
+            self.far_origin[axis] = o - nudge;
+            self.inverse[axis] = LARGEST_INVERSE;
+            self.far_inverse[axis] = LARGEST_INVERSE;
+        }
+    }
 }
+
+/// The two axes that follow each.
+const AXES_AFTER: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];

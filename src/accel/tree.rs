@@ -1,10 +1,11 @@
 //! The 8-wide tree and a ray's way through it.
 
 use super::aabb::Aabb;
-use super::instructions::Instructions;
+use super::instructions::{Best, Instructions};
 use super::node::{Cell, Child, Node, StoredNode};
 use super::packet::{PrimitiveId, StoredPacket};
 use super::ray::TraversalRay;
+use crate::math::Vec3;
 use arrayvec::ArrayVec;
 
 /// Depth up to which the shape of the binary tree is kept. What is deeper (thousands of
@@ -29,6 +30,8 @@ pub(super) struct Tree {
     pub cells: Vec<Cell>,
     /// How many nodes there are.
     pub nodes: usize,
+    /// What rays go through it with.
+    pub instructions: Best,
 }
 
 /// What a traversal looks for.
@@ -53,15 +56,19 @@ impl Tree {
     pub fn traverse<const ORDERED: bool>(
         &self,
         with: impl Instructions,
-        ray: &TraversalRay,
+        o: Vec3,
+        d: Vec3,
         visitor: &mut impl Visitor,
     ) -> bool {
+        let ray = &TraversalRay::new(o, d);
         let cells = &self.cells[..];
         let mut stack = ArrayVec::<Waiting, STACK>::new();
         let mut current = Child::node(0);
         loop {
             let at = current.offset();
-            let here = cells.get(at..).unwrap_or_default();
+            let Some(here) = cells.get(at..) else {
+                return false;
+            };
             if !current.is_leaf() {
                 let Some(node) = StoredNode::first_of(here) else {
                     return false;
