@@ -237,8 +237,8 @@ type Children = ArrayVec<(Child, Aabb), { Node::WIDTH }>;
 
 /// Writes the node to the first cells; gives the box around it.
 fn finish(mut children: Children, cells: &mut [Cell]) -> Aabb {
-    // A search for any hit takes what comes first, and is best served by the largest.
-    children.sort_by(|(_, a), (_, b)| b.half_area().total_cmp(&a.half_area()));
+    // A search for any hit takes what comes last, and is best served by the largest.
+    children.sort_by(|(_, a), (_, b)| a.half_area().total_cmp(&b.half_area()));
     let (mut node, mut all) = (Node::empty(), Aabb::EMPTY);
     for (slot, &(child, bounds)) in children.iter().enumerate() {
         node.set(slot, child, bounds);

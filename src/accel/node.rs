@@ -19,7 +19,8 @@ pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// A reference to a node, to a packet of triangles or to a cell of other primitives: how many cells
 /// after the node that refers to it, or in all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
 pub(super) struct Child(u32);
 
 impl Child {
@@ -127,6 +128,12 @@ impl<'a> StoredNode<'a> {
     #[inline(always)]
     pub fn planes(self, axis: usize, side: usize) -> &'a Cell {
         &self.0[2 * axis + (side & 1)]
+    }
+
+    /// Their bits side by side.
+    #[inline(always)]
+    pub fn children(self) -> &'a Cell {
+        &self.0[6]
     }
 
     /// The child in `slot` (modulo 8), as the node refers to it.

@@ -39,51 +39,46 @@ impl TraversalRay {
     /// Is inlined into the traversal, so that the numbers need not go through memory.
     #[inline(always)]
     pub fn new(o: Vec3, d: Vec3) -> TraversalRay {
-        let inverse = [1.0 / d.x, 1.0 / d.y, 1.0 / d.z];
+        let a = d.abs();
+        // Where the ray is parallel to planes, a slab must hold it for ever if the origin is inside
+        // or on one of its planes, which 0 × ∞ would not tell. So the origin moves a little inward
+        // for either plane. (All of this by selection: kept in memory for the sake of a branch,
+        // the ray takes a tenth of a short search.)
+        let parallel = [a.x, a.y, a.z].map(|a| a < SMALLEST_COMPONENT);
+        let (o_of, d_of) = (o.to_array(), d.to_array());
+        let nudge = |i: usize| {
+            let nudge = (o_of[i].abs() * (2.0 * f32::EPSILON)).max(1e-20);
+            if parallel[i] { nudge } else { 0.0 }
+        };
+        let inverse = |i: usize, margin: f32| {
+            let inverse = 1.0 / d_of[i] * margin;
+            if parallel[i] { LARGEST_INVERSE } else { inverse }
+        };
+        let upper_first = |i: usize| usize::from(d_of[i].is_sign_negative() & !parallel[i]);
         // Woop, Benthin and Wald 2013, §3.1: permute so that the direction is largest in z. (The
         // handedness does not matter: the test accepts both turning senses.) Without branches,
         // which could not be foreseen.
-        let a = d.abs();
         let x_largest = (a.x > a.y) & (a.x > a.z);
         let not_x = 2 - usize::from(a.y > a.z);
         let z = if x_largest { 0 } else { not_x };
         let [x, y] = AXES_AFTER[z];
         let at = |v: Vec3, axis: usize| [v.x, v.y, v.z, 0.0][axis & 3];
         let d_z = at(d, z);
-        let mut ray = TraversalRay {
+        TraversalRay {
             o,
             d,
-            near_origin: o.to_array(),
-            far_origin: o.to_array(),
-            inverse,
-            far_inverse: inverse.map(|inverse| inverse * FAR_MARGIN),
-            near_side: [d.x, d.y, d.z].map(|d| usize::from(d.is_sign_negative())),
+            near_origin: [o.x + nudge(0), o.y + nudge(1), o.z + nudge(2)],
+            far_origin: [o.x - nudge(0), o.y - nudge(1), o.z - nudge(2)],
+            inverse: [inverse(0, 1.0), inverse(1, 1.0), inverse(2, 1.0)],
+            far_inverse: [
+                inverse(0, FAR_MARGIN),
+                inverse(1, FAR_MARGIN),
+                inverse(2, FAR_MARGIN),
+            ],
+            near_side: [upper_first(0), upper_first(1), upper_first(2)],
             axes: [x, y, z],
             sheared_o: [at(o, x), at(o, y), at(o, z)],
             shear: [-at(d, x) / d_z, -at(d, y) / d_z, 1.0 / d_z],
-        };
-        if a.min_element() < SMALLEST_COMPONENT {
-            ray.widen_slabs();
-        }
-        ray
-    }
-
-    /// Where the ray is parallel to planes: a slab must hold it for ever if the origin is inside or
-    /// on one of its planes, which 0 × ∞ would not tell. So the origin moves a little inward for
-    /// either plane.
-    #[cold]
-    fn widen_slabs(&mut self) {
-        for axis in 0..3 {
-            if self.d[axis].abs() >= SMALLEST_COMPONENT {
-                continue;
-            }
-            let o = self.o[axis];
-            let nudge = (o.abs() * (2.0 * f32::EPSILON)).max(1e-20);
-            self.near_side[axis] = 0;
-            self.near_origin[axis] = o + nudge;
-            self.far_origin[axis] = o - nudge;
-            self.inverse[axis] = LARGEST_INVERSE;
-            self.far_inverse[axis] = LARGEST_INVERSE;
         }
     }
 }

@@ -5,6 +5,7 @@ use super::instructions;
 use super::level::Level;
 use super::moving::Inner;
 use super::packet::{OtherKind, PrimitiveId};
+use super::stack::{LastFirst, NearestFirst};
 use super::tree::Visitor;
 use super::{Geometry, PrimitiveAttributes};
 use crate::math::{DVec3, Vec2, Vec3};
@@ -69,9 +70,9 @@ where
             return;
         }
         if SHADOW {
-            instructions::traverse::<false>(tree, o, d, self);
+            instructions::traverse::<LastFirst>(tree, o, d, self);
         } else {
-            instructions::traverse::<true>(tree, o, d, self);
+            instructions::traverse::<NearestFirst>(tree, o, d, self);
         }
     }
 
