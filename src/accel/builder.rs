@@ -27,6 +27,11 @@ const PARALLEL_ITEMS: usize = 1 << 12;
 /// are as fast, and a triangle takes 3 to 5 bytes less.
 const SPARE: f32 = 0.4;
 
+/// Boxes times how often they cover the one around all of them, up to which the binary builder may look
+/// for better places as it likes: a second or two. Ordinary meshes of a million triangles have 10⁷;
+/// 2.5 million triangles as large as the scene, 10¹², would take a minute.
+const AFFORDABLE_VISITS: f64 = 2e10;
+
 /// What binary builder and plan leave, and what is built from.
 struct Source<'a, F> {
     items: &'a [Item],
@@ -47,12 +52,14 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         };
     }
     let groups = Groups::of(items);
+    let usual = BvhBuildParams::very_fast_build();
     let parameters = BvhBuildParams {
         // Leaves are for the plan to make.
         max_prims_per_leaf: 1,
         // The plan evens out what slower presets do better: they take up to three times as long, for
         // rays that are a few per cent faster at most.
-        ..BvhBuildParams::very_fast_build()
+        reinsertion_batch_ratio: usual.reinsertion_batch_ratio * affordable_share(items),
+        ..usual
     };
     let mut binary = build_bvh2(&groups.boxes(items), parameters, &mut Default::default());
     let plan = Plan::new(&binary, &groups, items);
@@ -81,6 +88,32 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
     source.add(&parts, &mut tree);
     tree.cells.shrink_to_fit();
     tree
+}
+
+/// How much of the usual search for better places of nodes can be afforded: all of it, unless boxes
+/// overlap without end. Such a search visits whatever overlaps, about as many nodes as the boxes
+/// together are larger than the one around all, and the number of searches grows with that of boxes.
+fn affordable_share(items: &[Item]) -> f32 {
+    // In parts, so that the sum depends on no number of threads.
+    let parts = items.par_chunks(PARALLEL_ITEMS).map(|items| {
+        items.iter().fold((0.0, Aabb::EMPTY), |(area, all), item| {
+            let half_area = f64::from(item.bounds.half_area());
+            (area + half_area, all.union(item.bounds))
+        })
+    });
+    let parts: Vec<(f64, Aabb)> = parts.collect();
+    let (mut area, mut all) = (0.0, Aabb::EMPTY);
+    for (part, bounds) in parts {
+        area += part;
+        all = all.union(bounds);
+    }
+    let visits = items.len() as f64 * area / f64::from(all.half_area());
+    // NaN (areas that overflow, or none) is no reason to search less.
+    if visits > AFFORDABLE_VISITS {
+        (AFFORDABLE_VISITS / visits) as f32
+    } else {
+        1.0
+    }
 }
 
 /// What is to become a child of a node.
@@ -259,17 +292,22 @@ impl Pieces {
     /// Children count from their node, so pieces need only be put together. (Room for all at once:
     /// a growing vector of cells would be copied every time, for the sake of their alignment.)
     fn joined(self) -> Tree {
-        let mut tree = Tree {
-            cells: Vec::with_capacity(self.cells()),
-            nodes: 0,
-            instructions: Best::find(),
-        };
-        pages::ask_for_large(tree.cells.spare_capacity_mut());
-        for piece in self.0 {
-            tree.cells.extend_from_slice(&piece.cells);
-            tree.nodes += piece.nodes;
+        let mut cells: Vec<Cell> = bytemuck::zeroed_vec(self.cells());
+        pages::ask_for_large(&mut cells);
+        let mut rest = &mut cells[..];
+        let mut places = Vec::new();
+        for piece in &self.0 {
+            let (place, after) = rest.split_at_mut(piece.cells.len());
+            places.push((place, piece));
+            rest = after;
         }
-        tree
+        let copy = |(place, piece): (&mut [Cell], &Tree)| place.copy_from_slice(&piece.cells);
+        places.into_par_iter().for_each(copy);
+        Tree {
+            cells,
+            nodes: self.0.iter().map(|piece| piece.nodes).sum(),
+            instructions: Best::find(),
+        }
     }
 }
 
