@@ -28,9 +28,9 @@ const PARALLEL_ITEMS: usize = 1 << 12;
 const SPARE: f32 = 0.4;
 
 /// Boxes times how often they cover the one around all of them, up to which the binary builder may look
-/// for better places as it likes: a second or two. Ordinary meshes of a million triangles have 10⁷;
+/// for better places as it likes: about a second. Ordinary meshes of a million triangles have 10⁷;
 /// 2.5 million triangles as large as the scene, 10¹², would take a minute.
-const AFFORDABLE_VISITS: f64 = 2e10;
+const AFFORDABLE_VISITS: f64 = 5e9;
 
 /// What binary builder and plan leave, and what is built from.
 struct Source<'a, F> {
