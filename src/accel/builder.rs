@@ -336,3 +336,30 @@ fn join_leaves(parts: &mut Parts) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_boxes_that_overlap_without_end_are_searched_less() {
+        // In a row; and each as large as all together, so many times.
+        let item = |i: u32, min: f32, max: f32| Item {
+            id: PrimitiveId::triangle(i, false),
+            bounds: Aabb {
+                min: Vec3::splat(min),
+                max: Vec3::splat(max),
+            },
+        };
+        let row: Vec<Item> = (0..100_000)
+            .map(|i| item(i, i as f32, i as f32 + 1.0))
+            .collect();
+        assert_eq!(affordable_share(&row), 1.0);
+        let alike = vec![item(0, 0.0, 1.0); 100_000];
+        // 10⁵ boxes that cover everything 10⁵ times.
+        let expected = AFFORDABLE_VISITS / 1e10;
+        assert!((f64::from(affordable_share(&alike)) / expected - 1.0).abs() < 1e-6);
+        // Neither points nor nothing.
+        assert_eq!(affordable_share(&[item(0, 1.0, 1.0); 3]), 1.0);
+    }
+}

@@ -153,3 +153,40 @@ fn bits(item: &Item) -> [u64; 3] {
     let pair = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
     [pair(min.x, max.x), pair(min.y, max.y), pair(min.z, max.z)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::packet::PrimitiveId;
+    use super::*;
+
+    /// Items with boxes of these sizes about the origin.
+    fn items(sizes: &[f32]) -> Vec<Item> {
+        let item = |(&size, i): (&f32, u32)| Item {
+            id: PrimitiveId::triangle(i, false),
+            bounds: Aabb {
+                min: Vec3::splat(-size),
+                max: Vec3::splat(size),
+            },
+        };
+        sizes.iter().zip(0..).map(item).collect()
+    }
+
+    #[test]
+    fn equal_boxes_are_together_in_the_order_of_the_first() {
+        let items = items(&[5.0, 3.0, 3.0, 5.0, 1.0, 3.0, 7.0]);
+        let groups = Groups::of(&items);
+        let members = (0..groups.len() as u32).map(|group| groups.members(group).collect());
+        let members: Vec<Vec<u32>> = members.collect();
+        assert_eq!(members, [vec![0, 3], vec![1, 2, 5], vec![4], vec![6]]);
+        assert_eq!(groups.bounds(1, &items), items[1].bounds);
+    }
+
+    #[test]
+    fn thousands_of_equal_boxes_and_of_different_ones() {
+        let sizes: Vec<f32> = (0..40_000).map(|i| 1.0 + (i % 10_000) as f32).collect();
+        assert_eq!(Groups::of(&items(&sizes)).len(), 10_000);
+        assert_eq!(Groups::of(&items(&[1.0; 40_000])).len(), 1);
+        let different = Groups::of(&items(&sizes[..10_000]));
+        assert!(matches!(different, Groups::Single(10_000)));
+    }
+}

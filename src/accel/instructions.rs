@@ -262,6 +262,7 @@ mod tests {
     use super::super::aabb::Aabb;
     use super::super::builder;
     use super::super::packet::PrimitiveId;
+    use super::super::stack::{LastFirst, NearestFirst};
     use super::super::tree::Item;
     use super::*;
     use crate::math::hash::{mix2, unit_float};
@@ -317,22 +318,28 @@ mod tests {
                 d = Vec3::new(if i % 8 == 0 { 0.0 } else { -0.0 }, d.y, d.z).normalize();
             }
             let o = point(i, 10);
-            let scribes = [0, 1, 2].map(|set| {
-                let mut scribe = Scribe {
-                    t_max: 3.0,
-                    seen: Vec::new(),
-                };
-                match set {
-                    0 => tree.traverse::<NearestFirst>(Baseline, o, d, &mut scribe),
-                    1 => best.alone().traverse::<NearestFirst>(&tree, o, d, &mut scribe),
-                    _ => best.traverse::<NearestFirst>(&tree, o, d, &mut scribe),
-                };
-                scribe.seen
-            });
-            assert_eq!(scribes[0], scribes[1]);
-            assert_eq!(scribes[0], scribes[2]);
-            hits += scribes[0].len();
+            hits += compare::<NearestFirst>(&tree, best, o, d);
+            compare::<LastFirst>(&tree, best, o, d);
         }
         assert!(hits > 1000, "{hits}");
+    }
+
+    /// How many triangles all instructions see.
+    fn compare<O: Order>(tree: &Tree, best: x86::Avx2, o: Vec3, d: Vec3) -> usize {
+        let scribes = [0, 1, 2].map(|set| {
+            let mut scribe = Scribe {
+                t_max: 3.0,
+                seen: Vec::new(),
+            };
+            match set {
+                0 => tree.traverse::<O>(Baseline, o, d, &mut scribe),
+                1 => best.alone().traverse::<O>(tree, o, d, &mut scribe),
+                _ => best.traverse::<O>(tree, o, d, &mut scribe),
+            };
+            scribe.seen
+        });
+        assert_eq!(scribes[0], scribes[1]);
+        assert_eq!(scribes[0], scribes[2]);
+        scribes[0].len()
     }
 }

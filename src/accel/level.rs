@@ -346,9 +346,18 @@ impl Level {
         if self.bounds.is_empty() {
             return None;
         }
+        Some(self.padded(self.bounds))
+    }
+
+    /// The same of the parts that the tree starts with, which together hold everything.
+    pub fn padded_parts(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+        self.tree.parts().map(|bounds| self.padded(bounds))
+    }
+
+    fn padded(&self, bounds: Aabb) -> (DVec3, DVec3) {
         let margin = DVec3::splat(self.radius * 4.0 * f64::from(f32::EPSILON));
-        let [low, high] = [self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3()];
-        Some((low - margin, high + margin))
+        let [low, high] = [bounds.min.as_dvec3(), bounds.max.as_dvec3()];
+        (low - margin, high + margin)
     }
 
     /// The levels of shapes that move in this one.

@@ -6,6 +6,7 @@
 
 use super::aabb::Aabb;
 use super::ray::TraversalRay;
+use crate::math::Vec3;
 use wide::f32x8;
 
 /// 32 bytes of a tree.
@@ -130,7 +131,19 @@ impl<'a> StoredNode<'a> {
         &self.0[2 * axis + (side & 1)]
     }
 
-    /// Their bits side by side.
+    /// The box of the child in `slot` (modulo 8); empty where there is none.
+    pub fn bounds(self, slot: usize) -> Aabb {
+        let corner = |side: usize| {
+            let at = |axis: usize| self.planes(axis, side).to_array()[slot & 7];
+            Vec3::new(at(0), at(1), at(2))
+        };
+        Aabb {
+            min: corner(0),
+            max: corner(1),
+        }
+    }
+
+    /// The children's bits side by side.
     #[inline(always)]
     pub fn children(self) -> &'a Cell {
         &self.0[6]

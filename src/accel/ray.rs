@@ -52,7 +52,11 @@ impl TraversalRay {
         };
         let inverse = |i: usize, margin: f32| {
             let inverse = 1.0 / d_of[i] * margin;
-            if parallel[i] { LARGEST_INVERSE } else { inverse }
+            if parallel[i] {
+                LARGEST_INVERSE
+            } else {
+                inverse
+            }
         };
         let upper_first = |i: usize| usize::from(d_of[i].is_sign_negative() & !parallel[i]);
         // Woop, Benthin and Wald 2013, §3.1: permute so that the direction is largest in z. (The

@@ -47,6 +47,13 @@ impl Tree {
         size_of_val(&self.cells[..])
     }
 
+    /// The boxes of the root's children.
+    pub fn parts(&self) -> impl Iterator<Item = Aabb> + '_ {
+        let root = StoredNode::first_of(&self.cells).into_iter();
+        root.flat_map(|root| (0..Node::WIDTH).map(move |slot| root.bounds(slot)))
+            .filter(|bounds| !bounds.is_empty())
+    }
+
     /// Shows `visitor` what the ray may meet, in the order that `O` says. Returns true where the visitor ended the traversal.
     #[inline(always)]
     pub fn traverse<O: Order>(
