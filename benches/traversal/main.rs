@@ -1,7 +1,7 @@
 //! Rays per second through our 8-wide tree, beside obvhs's own traversal of its binary and of its
 //! compressed 8-wide tree (neither of which is watertight), and beside Embree where it is there.
 //!
-//! `cargo bench --bench traversal [-- --rounds N] [--embree PROGRAM]`; `benches/embree/run.sh` builds
+//! `cargo bench --bench traversal [-- --rounds N] [--alone] [--embree PROGRAM]`; `benches/embree/run.sh` builds
 //! the program and runs both. One thread; all contenders take turns within every round, the clock is
 //! the thread's processor time, and the best round counts.
 
@@ -32,12 +32,15 @@ const EMBREE_NAMES: [&str; 2] = ["Embree", "robust"];
 
 struct Arguments {
     rounds: usize,
+    /// Without the others: for comparing two builds of ours, and for profiles.
+    alone: bool,
     embree: Option<PathBuf>,
 }
 
 fn arguments() -> Arguments {
     let mut found = Arguments {
         rounds: 5,
+        alone: false,
         embree: None,
     };
     let mut words = std::env::args().skip(1);
@@ -49,6 +52,7 @@ fn arguments() -> Arguments {
                     .and_then(|n| n.parse().ok())
                     .expect("--rounds takes a number");
             }
+            "--alone" => found.alone = true,
             "--embree" => found.embree = words.next().map(PathBuf::from),
             // What cargo adds, and filters.
             _ => {}
@@ -63,7 +67,11 @@ fn main() {
     for mesh in [meshes::ball(), meshes::soup()] {
         rows.extend(measure(&mesh, &arguments));
     }
-    print(&rows, arguments.embree.is_some());
+    if arguments.alone {
+        print_alone(&rows);
+    } else {
+        print(&rows, arguments.embree.is_some());
+    }
 }
 
 fn measure(mesh: &Mesh, arguments: &Arguments) -> Vec<Row> {
@@ -76,7 +84,7 @@ fn measure(mesh: &Mesh, arguments: &Arguments) -> Vec<Row> {
         statistics.bytes / statistics.triangles,
         statistics.nodes
     );
-    let (tree2, cw) = (Tree2::new(mesh), CwBvhTree::new(mesh));
+    let others = (!arguments.alone).then(|| (Tree2::new(mesh), CwBvhTree::new(mesh)));
     let sets: Vec<RaySet> = SETS.iter().map(|&kind| RaySet::new(kind, &ours)).collect();
     let mut embree = arguments
         .embree
@@ -91,12 +99,12 @@ fn measure(mesh: &Mesh, arguments: &Arguments) -> Vec<Row> {
                 hits: vec![0; NAMES.len() + EMBREE_NAMES.len()],
             };
             for _ in 0..arguments.rounds {
-                let mut took = vec![
-                    run(&ours, set, query),
-                    run(&OursWithSurfaces(&ours), set, query),
-                    run(&tree2, set, query),
-                    run(&cw, set, query),
-                ];
+                let mut took = vec![run(&ours, set, query)];
+                if let Some((tree2, cw)) = &others {
+                    took.push(run(&OursWithSurfaces(&ours), set, query));
+                    took.push(run(tree2, set, query));
+                    took.push(run(cw, set, query));
+                }
                 if let Some(embree) = &mut embree {
                     for robust in [false, true] {
                         let answer = embree.run(robust, number, query);
@@ -123,6 +131,16 @@ fn run(contender: &impl Contender, set: &RaySet, query: Query) -> (f64, usize) {
         }
         Query::Any => set.rays.iter().filter(|ray| contender.any(ray)).count(),
     })
+}
+
+fn print_alone(rows: &[Row]) {
+    let mut log = 0.0;
+    for row in rows {
+        println!("{:26}{:10.3}{:>12}", row.name, row.best[0], row.hits[0]);
+        log += row.best[0].ln();
+    }
+    let mean = (log / rows.len() as f64).exp();
+    println!("{:26}{mean:10.3}", "geometric mean, Mrays/s");
 }
 
 fn print(rows: &[Row], with_embree: bool) {

@@ -5,6 +5,7 @@
 use super::aabb::Aabb;
 use super::collapse::{Plan, Root};
 use super::groups::Groups;
+use super::instructions::Best;
 use super::node::{Cell, Child, Node};
 use super::packet::{LANES, Packet, PrimitiveId};
 use super::pages;
@@ -26,6 +27,11 @@ const PARALLEL_ITEMS: usize = 1 << 12;
 /// are as fast, and a triangle takes 3 to 5 bytes less.
 const SPARE: f32 = 0.4;
 
+/// Boxes times how often they cover the one around all of them, up to which the binary builder may look
+/// for better places as it likes: about a second. Ordinary meshes of a million triangles have 10⁷;
+/// 2.5 million triangles as large as the scene, 10¹², would take a minute.
+const AFFORDABLE_VISITS: f64 = 5e9;
+
 /// What binary builder and plan leave, and what is built from.
 struct Source<'a, F> {
     items: &'a [Item],
@@ -42,15 +48,18 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         return Tree {
             cells: Node::empty().cells().to_vec(),
             nodes: 1,
+            instructions: Best::find(),
         };
     }
     let groups = Groups::of(items);
+    let usual = BvhBuildParams::very_fast_build();
     let parameters = BvhBuildParams {
         // Leaves are for the plan to make.
         max_prims_per_leaf: 1,
         // The plan evens out what slower presets do better: they take up to three times as long, for
         // rays that are a few per cent faster at most.
-        ..BvhBuildParams::very_fast_build()
+        reinsertion_batch_ratio: usual.reinsertion_batch_ratio * affordable_share(items),
+        ..usual
     };
     let mut binary = build_bvh2(&groups.boxes(items), parameters, &mut Default::default());
     let plan = Plan::new(&binary, &groups, items);
@@ -72,10 +81,39 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
     if items.len() >= PARALLEL_ITEMS {
         return source.add_parallel(&parts, 0).0.joined();
     }
-    let mut tree = Tree::default();
+    let mut tree = Tree {
+        instructions: Best::find(),
+        ..Tree::default()
+    };
     source.add(&parts, &mut tree);
     tree.cells.shrink_to_fit();
     tree
+}
+
+/// How much of the usual search for better places of nodes can be afforded: all of it, unless boxes
+/// overlap without end. Such a search visits whatever overlaps, about as many nodes as the boxes
+/// together are larger than the one around all, and the number of searches grows with that of boxes.
+fn affordable_share(items: &[Item]) -> f32 {
+    // In parts, so that the sum depends on no number of threads.
+    let parts = items.par_chunks(PARALLEL_ITEMS).map(|items| {
+        items.iter().fold((0.0, Aabb::EMPTY), |(area, all), item| {
+            let half_area = f64::from(item.bounds.half_area());
+            (area + half_area, all.union(item.bounds))
+        })
+    });
+    let parts: Vec<(f64, Aabb)> = parts.collect();
+    let (mut area, mut all) = (0.0, Aabb::EMPTY);
+    for (part, bounds) in parts {
+        area += part;
+        all = all.union(bounds);
+    }
+    let visits = items.len() as f64 * area / f64::from(all.half_area());
+    // NaN (areas that overflow, or none) is no reason to search less.
+    if visits > AFFORDABLE_VISITS {
+        (AFFORDABLE_VISITS / visits) as f32
+    } else {
+        1.0
+    }
 }
 
 /// What is to become a child of a node.
@@ -232,8 +270,8 @@ type Children = ArrayVec<(Child, Aabb), { Node::WIDTH }>;
 
 /// Writes the node to the first cells; gives the box around it.
 fn finish(mut children: Children, cells: &mut [Cell]) -> Aabb {
-    // A search for any hit takes what comes first, and is best served by the largest.
-    children.sort_by(|(_, a), (_, b)| b.half_area().total_cmp(&a.half_area()));
+    // A search for any hit takes what comes last, and is best served by the largest.
+    children.sort_by(|(_, a), (_, b)| a.half_area().total_cmp(&b.half_area()));
     let (mut node, mut all) = (Node::empty(), Aabb::EMPTY);
     for (slot, &(child, bounds)) in children.iter().enumerate() {
         node.set(slot, child, bounds);
@@ -254,16 +292,22 @@ impl Pieces {
     /// Children count from their node, so pieces need only be put together. (Room for all at once:
     /// a growing vector of cells would be copied every time, for the sake of their alignment.)
     fn joined(self) -> Tree {
-        let mut tree = Tree {
-            cells: Vec::with_capacity(self.cells()),
-            nodes: 0,
-        };
-        pages::ask_for_large(tree.cells.spare_capacity_mut());
-        for piece in self.0 {
-            tree.cells.extend_from_slice(&piece.cells);
-            tree.nodes += piece.nodes;
+        let mut cells: Vec<Cell> = bytemuck::zeroed_vec(self.cells());
+        pages::ask_for_large(&mut cells);
+        let mut rest = &mut cells[..];
+        let mut places = Vec::new();
+        for piece in &self.0 {
+            let (place, after) = rest.split_at_mut(piece.cells.len());
+            places.push((place, piece));
+            rest = after;
         }
-        tree
+        let copy = |(place, piece): (&mut [Cell], &Tree)| place.copy_from_slice(&piece.cells);
+        places.into_par_iter().for_each(copy);
+        Tree {
+            cells,
+            nodes: self.0.iter().map(|piece| piece.nodes).sum(),
+            instructions: Best::find(),
+        }
     }
 }
 
@@ -290,5 +334,32 @@ fn join_leaves(parts: &mut Parts) {
             to.extend(ids);
             *bounds = bounds.union(others);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_boxes_that_overlap_without_end_are_searched_less() {
+        // In a row; and each as large as all together, so many times.
+        let item = |i: u32, min: f32, max: f32| Item {
+            id: PrimitiveId::triangle(i, false),
+            bounds: Aabb {
+                min: Vec3::splat(min),
+                max: Vec3::splat(max),
+            },
+        };
+        let row: Vec<Item> = (0..100_000)
+            .map(|i| item(i, i as f32, i as f32 + 1.0))
+            .collect();
+        assert_eq!(affordable_share(&row), 1.0);
+        let alike = vec![item(0, 0.0, 1.0); 100_000];
+        // 10⁵ boxes that cover everything 10⁵ times.
+        let expected = AFFORDABLE_VISITS / 1e10;
+        assert!((f64::from(affordable_share(&alike)) / expected - 1.0).abs() < 1e-6);
+        // Neither points nor nothing.
+        assert_eq!(affordable_share(&[item(0, 1.0, 1.0); 3]), 1.0);
     }
 }

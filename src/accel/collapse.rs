@@ -10,7 +10,7 @@
 
 use super::groups::Groups;
 use super::node::Node;
-use super::packet::LANES;
+use super::packet::{LANES, OtherKind};
 use super::tree::Item;
 use arrayvec::ArrayVec;
 use obvhs::bvh2::Bvh2;
@@ -20,9 +20,16 @@ use rayon::prelude::*;
 /// anything from 0.3 to 0.8, and slower above; less means fewer nodes.)
 const PACKET_COST: f32 = 0.3;
 
-/// What a primitive costs that is no triangle, in the same units. (Less than it takes, so that leaves
-/// hold several, as good for curves' memory as it is for their time.)
-const OTHER_COST: f32 = 0.3;
+/// What a primitive costs that is no triangle, in the same units. Of a piece of a curve less than it
+/// takes, so that leaves hold several, as good for curves' memory as it is for their time.
+fn other_cost(kind: OtherKind) -> f32 {
+    match kind {
+        OtherKind::Curve => 0.3,
+        OtherKind::Quadric => 2.0,
+        // The ray is taken there and prepared anew, and meets a tree.
+        OtherKind::Instance | OtherKind::Moving => 6.0,
+    }
+}
 
 /// Roots that a forest may have without being a node's children.
 const ROOTS: usize = Node::WIDTH - 1;
@@ -67,6 +74,8 @@ impl Decision {
 struct Below {
     items: u32,
     others: u32,
+    /// What the others cost.
+    others_cost: f32,
     /// Of the cheapest forest with so many roots, less one.
     cost: [f32; ROOTS],
 }
@@ -85,8 +94,11 @@ impl Plan {
         let (mut entries, levels) = breadth_first(binary);
         let mixed = items.par_iter().any(|item| !item.id.is_triangle());
         let others = |group: u32| {
-            let is_other = |&i: &u32| !items[i as usize].id.is_triangle();
-            groups.members(group).filter(is_other).count() as u32
+            let id = |i: u32| items[i as usize].id;
+            let others = groups.members(group).map(id).filter(|id| !id.is_triangle());
+            others.fold((0, 0.0), |(count, cost), id| {
+                (count + 1, cost + other_cost(id.kind()))
+            })
         };
         let leaf = |entry: &Entry| {
             let first = entry.first as usize;
@@ -96,10 +108,15 @@ impl Plan {
                 items: members.iter().map(count).sum(),
                 // Without others the items, which are anywhere in memory, need not be looked at.
                 others: 0,
+                others_cost: 0.0,
                 cost: [0.0; ROOTS],
             };
             if mixed {
-                below.others = members.iter().map(|&group| others(group)).sum();
+                for &group in members {
+                    let (count, cost) = others(group);
+                    below.others += count;
+                    below.others_cost += cost;
+                }
             }
             below.cost = [leaf_cost(entry, &below); ROOTS];
             below
@@ -227,13 +244,14 @@ fn breadth_first(binary: &Bvh2) -> (Vec<Entry>, Vec<std::ops::Range<usize>>) {
 
 fn leaf_cost(entry: &Entry, below: &Below) -> f32 {
     let packets = (below.items as usize).div_ceil(LANES) as f32;
-    entry.half_area * (packets * PACKET_COST + below.others as f32 * OTHER_COST)
+    entry.half_area * (packets * PACKET_COST + below.others_cost)
 }
 
 fn inner(entry: &mut Entry, left: &Below, right: &Below) -> Below {
     let mut below = Below {
         items: left.items + right.items,
         others: left.others + right.others,
+        others_cost: left.others_cost + right.others_cost,
         cost: [f32::INFINITY; ROOTS],
     };
     // Children of a node, or forests of so many roots, with k of them on the left.

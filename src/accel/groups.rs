@@ -10,14 +10,19 @@ use rayon::prelude::*;
 /// grow faster than this from one to the next run out of single precision after 20,000.
 const UNEVENNESS: f32 = 0.01;
 
+/// Boxes are compared in so many parts, each with those whose hashes end alike: a part's table stays in
+/// the processor's cache.
+const PARTS: usize = 8;
+
 /// Items by box: the binary builder pairs neighbours of least cost, and among thousands of equal
 /// ones finds a single pair a pass, which takes for ever. So it gets every box once.
 pub(super) enum Groups {
     /// No two boxes are equal: every item is a group.
     Single(usize),
-    /// Some are.
+    /// Some are. (The two triangles of a quad often.)
     Shared {
-        /// Items, those with equal boxes together.
+        /// Items, those with equal boxes together: in the order of the first of each group, as
+        /// neighbours in a file are near each other in space and in memory.
         order: Vec<u32>,
         /// Where groups start in `order`, and its length.
         starts: Vec<u32>,
@@ -26,30 +31,34 @@ pub(super) enum Groups {
 
 impl Groups {
     pub fn of(items: &[Item]) -> Groups {
-        let bits = |v: Vec3| {
-            v.to_array()
-                .into_iter()
-                .fold(0, |h, x| mix2(h, u64::from(x.to_bits())))
-        };
-        let hash = |item: &Item| mix(bits(item.bounds.min)) ^ bits(item.bounds.max);
-        let mut hashes: Vec<u64> = items.par_iter().map(hash).collect();
-        hashes.par_sort_unstable();
-        if hashes.par_windows(2).all(|pair| pair[0] != pair[1]) {
-            // The usual case; in the file's order neighbours are near each other in memory.
+        let hash = |item: &Item| bits(item).into_iter().fold(0, mix2);
+        let hashes: Vec<u64> = items.par_iter().map(hash).collect();
+        let parts = (0..PARTS).into_par_iter();
+        let mut later: Vec<Later> = parts
+            .flat_map_iter(|part| later_of_part(items, &hashes, part))
+            .collect();
+        if later.is_empty() {
             return Groups::Single(items.len());
         }
-        drop(hashes);
-        let mut keys: Vec<(u64, u32)> = items
-            .iter()
-            .zip(0..)
-            .map(|(item, i)| (hash(item), i))
-            .collect();
-        keys.par_sort_unstable();
-        let mut starts: Vec<u32> = (0..keys.len() as u32)
-            .filter(|&i| i == 0 || keys[i as usize - 1].0 != keys[i as usize].0)
-            .collect();
-        starts.push(keys.len() as u32);
-        let order = keys.into_iter().map(|(_, i)| i).collect();
+        later.par_sort_unstable();
+        let mut is_later = vec![false; items.len()];
+        for pair in &later {
+            is_later[pair.item as usize] = true;
+        }
+        let mut order = Vec::with_capacity(items.len());
+        let mut starts = Vec::with_capacity(items.len() - later.len() + 1);
+        let mut later = later.iter().peekable();
+        for (i, is_later) in (0..).zip(is_later) {
+            if is_later {
+                continue;
+            }
+            starts.push(order.len() as u32);
+            order.push(i);
+            while let Some(pair) = later.next_if(|pair| pair.first == i) {
+                order.push(pair.item);
+            }
+        }
+        starts.push(order.len() as u32);
         Groups::Shared { order, starts }
     }
 
@@ -76,10 +85,12 @@ impl Groups {
         })
     }
 
-    /// The box around a group. (Around all members: hashes may collide.)
+    /// The box of a group.
     pub fn bounds(&self, group: u32, items: &[Item]) -> Aabb {
-        self.members(group)
-            .fold(Aabb::EMPTY, |b, i| b.union(items[i as usize].bounds))
+        let mut members = self.members(group);
+        members
+            .next()
+            .map_or(Aabb::EMPTY, |i| items[i as usize].bounds)
     }
 
     /// What the binary builder sees: one box a group, each a little larger by a share of its own.
@@ -99,5 +110,83 @@ impl Groups {
                 obvhs::aabb::Aabb::new(bounds.min.into(), max.into())
             })
             .collect()
+    }
+}
+
+/// An item with a box that an earlier one has, the first of them.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Later {
+    first: u32,
+    item: u32,
+}
+
+/// The later ones among the items that belong to a part.
+fn later_of_part(items: &[Item], hashes: &[u64], part: usize) -> Vec<Later> {
+    let parts = PARTS as u64;
+    let belongs = |hash: &u64| hash % parts == part as u64;
+    // Half empty at least: the first empty place is not far.
+    let count = hashes.iter().filter(|hash| belongs(hash)).count();
+    let places = (2 * count).next_power_of_two();
+    // Numbers of items plus one.
+    let mut table = vec![0u32; places];
+    let mut found = Vec::new();
+    for (&hash, i) in hashes.iter().zip(0u32..).filter(|(hash, _)| belongs(hash)) {
+        let mut place = (hash / parts) as usize & (places - 1);
+        loop {
+            let Some(first) = table[place].checked_sub(1) else {
+                table[place] = i + 1;
+                break;
+            };
+            if bits(&items[first as usize]) == bits(&items[i as usize]) {
+                found.push(Later { first, item: i });
+                break;
+            }
+            place = (place + 1) & (places - 1);
+        }
+    }
+    found
+}
+
+/// What makes boxes alike.
+fn bits(item: &Item) -> [u64; 3] {
+    let Aabb { min, max } = item.bounds;
+    let pair = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
+    [pair(min.x, max.x), pair(min.y, max.y), pair(min.z, max.z)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::packet::PrimitiveId;
+    use super::*;
+
+    /// Items with boxes of these sizes about the origin.
+    fn items(sizes: &[f32]) -> Vec<Item> {
+        let item = |(&size, i): (&f32, u32)| Item {
+            id: PrimitiveId::triangle(i, false),
+            bounds: Aabb {
+                min: Vec3::splat(-size),
+                max: Vec3::splat(size),
+            },
+        };
+        sizes.iter().zip(0..).map(item).collect()
+    }
+
+    #[test]
+    fn equal_boxes_are_together_in_the_order_of_the_first() {
+        let items = items(&[5.0, 3.0, 3.0, 5.0, 1.0, 3.0, 7.0]);
+        let groups = Groups::of(&items);
+        let members = (0..groups.len() as u32).map(|group| groups.members(group).collect());
+        let members: Vec<Vec<u32>> = members.collect();
+        assert_eq!(members, [vec![0, 3], vec![1, 2, 5], vec![4], vec![6]]);
+        assert_eq!(groups.bounds(1, &items), items[1].bounds);
+    }
+
+    #[test]
+    fn thousands_of_equal_boxes_and_of_different_ones() {
+        let sizes: Vec<f32> = (0..40_000).map(|i| 1.0 + (i % 10_000) as f32).collect();
+        assert_eq!(Groups::of(&items(&sizes)).len(), 10_000);
+        assert_eq!(Groups::of(&items(&[1.0; 40_000])).len(), 1);
+        let different = Groups::of(&items(&sizes[..10_000]));
+        assert!(matches!(different, Groups::Single(10_000)));
     }
 }

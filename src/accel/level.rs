@@ -17,10 +17,14 @@ use crate::shapes::CompiledShape;
 use crate::shapes::mesh::TriangleMesh;
 use crate::shapes::quadric::Quadric;
 use crate::shapes::triangle::{Orientation, Triangle};
+use rayon::prelude::*;
 
 /// What is farther out, infinite or no number is left out: areas of boxes, which the builder
 /// compares, would overflow.
 const LARGEST_COORDINATE: f32 = 1e18;
+
+/// Fewer vertices or triangles than this are not worth sharing between threads.
+const PARALLEL: usize = 1 << 12;
 
 /// A mesh rounded to single precision.
 pub(super) struct StoredMesh {
@@ -56,6 +60,29 @@ impl StoredMesh {
             tangents: at(&self.tangents),
             uv,
             orientation: self.orientation,
+        }
+    }
+
+    /// Triangle `i` for the builder. The box is empty where the triangle has no area or its corners
+    /// cannot be used.
+    fn item(&self, i: usize) -> Item {
+        let corners = self.corners(i);
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let area = (b - a).cross(c - a).length_squared();
+        let usable = corners
+            .iter()
+            .all(|p| p.abs().max_element() <= LARGEST_COORDINATE);
+        let bounds = if usable && area != 0.0 {
+            corners
+                .iter()
+                .fold(Aabb::EMPTY, |bounds, &p| bounds.with_point(p))
+        } else {
+            Aabb::EMPTY
+        };
+        let cut_out = self.attributes.alpha.is_some() || self.attributes.shadow_alpha.is_some();
+        Item {
+            id: PrimitiveId::triangle(self.first + i as u32, cut_out),
+            bounds,
         }
     }
 
@@ -158,7 +185,8 @@ impl LevelBuilder {
             indices: mesh.indices.into(),
             positions: mesh
                 .positions
-                .iter()
+                .par_iter()
+                .with_min_len(PARALLEL)
                 .map(|&p| (p - anchor).as_vec3())
                 .collect(),
             normals: mesh.normals.into(),
@@ -207,8 +235,10 @@ impl LevelBuilder {
         };
         let items = level.items(&boxes, &moving_boxes);
         level.bounds = items
-            .iter()
-            .fold(Aabb::EMPTY, |b, item| b.union(item.bounds));
+            .par_iter()
+            .with_min_len(PARALLEL)
+            .map(|item| item.bounds)
+            .reduce(|| Aabb::EMPTY, Aabb::union);
         if !level.bounds.is_empty() {
             level.radius = level
                 .bounds
@@ -254,24 +284,18 @@ impl Level {
         let others = self.quadrics.len() + instances.len() + moving.len();
         let mut items = Vec::with_capacity(self.triangles() + others);
         for mesh in &self.meshes {
-            let cut_out = mesh.attributes.alpha.is_some() || mesh.attributes.shadow_alpha.is_some();
-            for i in 0..mesh.indices.len() {
-                let corners = mesh.corners(i);
-                let [a, b, c] = corners.map(Vec3::as_dvec3);
-                let area = (b - a).cross(c - a).length_squared();
-                let usable = corners
-                    .iter()
-                    .all(|p| p.abs().max_element() <= LARGEST_COORDINATE);
-                if !usable || area == 0.0 {
-                    self.skipped += 1;
-                    continue;
-                }
-                items.push(Item {
-                    id: PrimitiveId::triangle(mesh.first + i as u32, cut_out),
-                    bounds: corners
-                        .iter()
-                        .fold(Aabb::EMPTY, |bounds, &p| bounds.with_point(p)),
-                });
+            let start = items.len();
+            let triangles = 0..mesh.indices.len();
+            if triangles.len() < PARALLEL {
+                items.extend(triangles.map(|i| mesh.item(i)));
+            } else {
+                items.par_extend(triangles.into_par_iter().map(|i| mesh.item(i)));
+            }
+            let unusable = |item: &&Item| item.bounds.is_empty();
+            let skipped = items[start..].iter().filter(unusable).count();
+            if skipped > 0 {
+                self.skipped += skipped;
+                items.retain(|item| !item.bounds.is_empty());
             }
         }
         let usable = |b: &Aabb| b.min.abs().max(b.max.abs()).max_element() <= LARGEST_COORDINATE;
@@ -323,9 +347,18 @@ impl Level {
         if self.bounds.is_empty() {
             return None;
         }
+        Some(self.padded(self.bounds))
+    }
+
+    /// The same of the parts that the tree starts with, which together hold everything.
+    pub fn padded_parts(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+        self.tree.parts().map(|bounds| self.padded(bounds))
+    }
+
+    fn padded(&self, bounds: Aabb) -> (DVec3, DVec3) {
         let margin = DVec3::splat(self.radius * 4.0 * f64::from(f32::EPSILON));
-        let [low, high] = [self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3()];
-        Some((low - margin, high + margin))
+        let [low, high] = [bounds.min.as_dvec3(), bounds.max.as_dvec3()];
+        (low - margin, high + margin)
     }
 
     /// The levels of shapes that move in this one.

@@ -21,6 +21,7 @@ mod packet;
 mod pages;
 mod ray;
 mod search;
+mod stack;
 mod tree;
 
 pub use aabb::Aabb;

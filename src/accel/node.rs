@@ -6,6 +6,7 @@
 
 use super::aabb::Aabb;
 use super::ray::TraversalRay;
+use crate::math::Vec3;
 use wide::f32x8;
 
 /// 32 bytes of a tree.
@@ -19,7 +20,8 @@ pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// A reference to a node, to a packet of triangles or to a cell of other primitives: how many cells
 /// after the node that refers to it, or in all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
 pub(super) struct Child(u32);
 
 impl Child {
@@ -29,6 +31,7 @@ impl Child {
     pub const MAX_CELLS: usize = 1 << 30;
 
     /// A node.
+    #[inline(always)]
     pub fn node(offset: usize) -> Child {
         Child(offset as u32)
     }
@@ -126,6 +129,24 @@ impl<'a> StoredNode<'a> {
     #[inline(always)]
     pub fn planes(self, axis: usize, side: usize) -> &'a Cell {
         &self.0[2 * axis + (side & 1)]
+    }
+
+    /// The box of the child in `slot` (modulo 8); empty where there is none.
+    pub fn bounds(self, slot: usize) -> Aabb {
+        let corner = |side: usize| {
+            let at = |axis: usize| self.planes(axis, side).to_array()[slot & 7];
+            Vec3::new(at(0), at(1), at(2))
+        };
+        Aabb {
+            min: corner(0),
+            max: corner(1),
+        }
+    }
+
+    /// The children's bits side by side.
+    #[inline(always)]
+    pub fn children(self) -> &'a Cell {
+        &self.0[6]
     }
 
     /// The child in `slot` (modulo 8), as the node refers to it.

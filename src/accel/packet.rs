@@ -159,6 +159,7 @@ impl<'a> StoredPacket<'a> {
         self.0[3 * corner + (axis & 3)]
     }
 
+    #[inline(always)]
     fn corner(self, corner: usize, lane: usize) -> DVec3 {
         let at = |axis: usize| {
             let row: &[f32; LANES] = bytemuck::cast_ref(&self.0[3 * corner + axis]);
@@ -189,23 +190,27 @@ impl<'a> StoredPacket<'a> {
         let (x0, y0, z0) = sheared(0);
         let (x1, y1, z1) = sheared(1);
         let (x2, y2, z2) = sheared(2);
-        let mut e = [x1 * y2 - y1 * x2, x2 * y0 - y2 * x0, x0 * y1 - y0 * x1];
+        let e = [x1 * y2 - y1 * x2, x2 * y0 - y2 * x0, x0 * y1 - y0 * x1];
         let zero = f32x4::ZERO;
-        if (e[0].simd_eq(zero) | e[1].simd_eq(zero) | e[2].simd_eq(zero)).any() {
-            e = exact_edges([x0, x1, x2], [y0, y1, y2]);
-        }
-        let least = e[0].fast_min(e[1]).fast_min(e[2]);
-        let most = e[0].fast_max(e[1]).fast_max(e[2]);
-        let inside = least.simd_ge(zero) | most.simd_le(zero);
-        // Seen exactly edge-on there is nothing to meet.
-        let area = (e[0] + e[1] + e[2]).simd_ne(zero);
         // z are the distances of the corners, and the meeting point is between them.
         let reached = z0
             .fast_min(z1)
             .fast_min(z2)
             .simd_le(f32x4::splat(t_max * (1.0 + 8.0 * f32::EPSILON)));
         let ahead = z0.fast_max(z1).fast_max(z2).simd_ge(zero);
-        let mut lanes = (inside & area & reached & ahead).to_bitmask();
+        // An edge function that is 0 may have either sign, and what it has is asked only where
+        // that matters.
+        let on_edge = e[0].simd_eq(zero) | e[1].simd_eq(zero) | e[2].simd_eq(zero);
+        let near = reached & ahead;
+        let (inside, area) = within(e);
+        let mut lanes = (inside & (area | on_edge) & near).to_bitmask();
+        if lanes == 0 {
+            return false;
+        }
+        if lanes & on_edge.to_bitmask() != 0 {
+            let (inside, area) = within(exact_edges([x0, x1, x2], [y0, y1, y2]));
+            lanes = (inside & area & near).to_bitmask();
+        }
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
@@ -249,6 +254,17 @@ impl<'a> StoredPacket<'a> {
         let sum: f64 = e.iter().zip(p).map(|(e, p)| e * p[2]).sum();
         sum / (e[0] + e[1] + e[2])
     }
+}
+
+/// Where the ray is inside by the edge functions, and where they are not all 0: seen exactly edge-on
+/// there is nothing to meet.
+#[inline(always)]
+fn within(e: [f32x4; 3]) -> (f32x4, f32x4) {
+    let zero = f32x4::ZERO;
+    let least = e[0].fast_min(e[1]).fast_min(e[2]);
+    let most = e[0].fast_max(e[1]).fast_max(e[2]);
+    let area = (e[0] + e[1] + e[2]).simd_ne(zero);
+    (least.simd_ge(zero) | most.simd_le(zero), area)
 }
 
 /// The edge functions from sheared coordinates with exact signs.

@@ -36,50 +36,56 @@ pub(super) struct TraversalRay {
 }
 
 impl TraversalRay {
+    /// Is inlined into the traversal, so that the numbers need not go through memory.
+    #[inline(always)]
     pub fn new(o: Vec3, d: Vec3) -> TraversalRay {
-        let mut ray = TraversalRay {
+        let a = d.abs();
+        // Where the ray is parallel to planes, a slab must hold it for ever if the origin is inside
+        // or on one of its planes, which 0 × ∞ would not tell. So the origin moves a little inward
+        // for either plane. (All of this by selection: kept in memory for the sake of a branch,
+        // the ray takes a tenth of a short search.)
+        let parallel = [a.x, a.y, a.z].map(|a| a < SMALLEST_COMPONENT);
+        let (o_of, d_of) = (o.to_array(), d.to_array());
+        let nudge = |i: usize| {
+            let nudge = (o_of[i].abs() * (2.0 * f32::EPSILON)).max(1e-20);
+            if parallel[i] { nudge } else { 0.0 }
+        };
+        let inverse = |i: usize, margin: f32| {
+            let inverse = 1.0 / d_of[i] * margin;
+            if parallel[i] {
+                LARGEST_INVERSE
+            } else {
+                inverse
+            }
+        };
+        let upper_first = |i: usize| usize::from(d_of[i].is_sign_negative() & !parallel[i]);
+        // Woop, Benthin and Wald 2013, §3.1: permute so that the direction is largest in z. (The
+        // handedness does not matter: the test accepts both turning senses.) Without branches,
+        // which could not be foreseen.
+        let x_largest = (a.x > a.y) & (a.x > a.z);
+        let not_x = 2 - usize::from(a.y > a.z);
+        let z = if x_largest { 0 } else { not_x };
+        let [x, y] = AXES_AFTER[z];
+        let at = |v: Vec3, axis: usize| [v.x, v.y, v.z, 0.0][axis & 3];
+        let d_z = at(d, z);
+        TraversalRay {
             o,
             d,
-            near_origin: o.to_array(),
-            far_origin: o.to_array(),
-            inverse: [0.0; 3],
-            far_inverse: [0.0; 3],
-            near_side: [0; 3],
-            axes: [0; 3],
-            sheared_o: [0.0; 3],
-            shear: [0.0; 3],
-        };
-        for axis in 0..3 {
-            ray.near_side[axis] = usize::from(d[axis].is_sign_negative());
-            if d[axis].abs() >= SMALLEST_COMPONENT {
-                ray.inverse[axis] = 1.0 / d[axis];
-                ray.far_inverse[axis] = 1.0 / d[axis] * FAR_MARGIN;
-                continue;
-            }
-            // Parallel to the planes. A slab must hold the ray for ever if the origin is inside or
-            // on one of its planes, which 0 × ∞ would not tell: move the origin a little inward
-            // for either plane.
-            let nudge = (o[axis].abs() * (2.0 * f32::EPSILON)).max(1e-20);
-            ray.near_side[axis] = 0;
-            ray.near_origin[axis] = o[axis] + nudge;
-            ray.far_origin[axis] = o[axis] - nudge;
-            ray.inverse[axis] = LARGEST_INVERSE;
-            ray.far_inverse[axis] = LARGEST_INVERSE;
+            near_origin: [o.x + nudge(0), o.y + nudge(1), o.z + nudge(2)],
+            far_origin: [o.x - nudge(0), o.y - nudge(1), o.z - nudge(2)],
+            inverse: [inverse(0, 1.0), inverse(1, 1.0), inverse(2, 1.0)],
+            far_inverse: [
+                inverse(0, FAR_MARGIN),
+                inverse(1, FAR_MARGIN),
+                inverse(2, FAR_MARGIN),
+            ],
+            near_side: [upper_first(0), upper_first(1), upper_first(2)],
+            axes: [x, y, z],
+            sheared_o: [at(o, x), at(o, y), at(o, z)],
+            shear: [-at(d, x) / d_z, -at(d, y) / d_z, 1.0 / d_z],
         }
-        // Woop, Benthin and Wald 2013, §3.1: permute so that the direction is largest in z. (The
-        // handedness does not matter: the test accepts both turning senses.)
-        let a = d.abs();
-        let z = if a.x > a.y && a.x > a.z {
-            0
-        } else if a.y > a.z {
-            1
-        } else {
-            2
-        };
-        ray.axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let [x, y, z] = ray.axes;
-        ray.sheared_o = [o[x], o[y], o[z]];
-        ray.shear = [-d[x] / d[z], -d[y] / d[z], 1.0 / d[z]];
-        ray
     }
 }
+
+/// The two axes that follow each.
+const AXES_AFTER: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];

@@ -5,10 +5,10 @@ use super::instructions;
 use super::level::Level;
 use super::moving::Inner;
 use super::packet::{OtherKind, PrimitiveId};
-use super::ray::TraversalRay;
+use super::stack::{LastFirst, NearestFirst};
 use super::tree::Visitor;
 use super::{Geometry, PrimitiveAttributes};
-use crate::math::{DVec3, Vec2};
+use crate::math::{DVec3, Vec2, Vec3};
 use crate::params::FloatInput;
 use crate::surface::{Footprint, TexturePoint};
 use glam::DAffine3;
@@ -31,8 +31,8 @@ pub(super) struct Search<'a, A, const SHADOW: bool> {
     /// To render space, for all but the top level.
     render_from_level: Option<DAffine3>,
     time: f32,
-    o: DVec3,
-    d: DVec3,
+    o: Vec3,
+    d: Vec3,
     /// In units of this level's ray.
     t_max: f32,
     alpha: &'a A,
@@ -51,27 +51,34 @@ where
             level: &geometry.top,
             render_from_level: None,
             time: ray.time,
-            o: ray.o.as_dvec3(),
-            d: ray.d.as_dvec3(),
+            o: ray.o,
+            d: ray.d,
             t_max: ray.t_max,
             alpha,
             found: None,
         };
-        search.go(&TraversalRay::new(ray.o, ray.d));
+        search.go();
         search.found
     }
 
-    fn go(&mut self, ray: &TraversalRay) {
-        let level = self.level;
-        // Comparisons with NaN would let such rays into unused slots of nodes.
-        if !(ray.o.is_finite() && ray.d.is_finite()) {
+    #[inline(always)]
+    fn go(&mut self) {
+        let (tree, o, d) = (&self.level.tree, self.o, self.d);
+        // Comparisons with NaN would let such rays into unused slots of nodes. (Directions have unit
+        // length, so the sum is finite where both are.)
+        if !(o + d).is_finite() {
             return;
         }
         if SHADOW {
-            instructions::traverse::<false>(&level.tree, ray, self);
+            instructions::traverse::<LastFirst>(tree, o, d, self);
         } else {
-            instructions::traverse::<true>(&level.tree, ray, self);
+            instructions::traverse::<NearestFirst>(tree, o, d, self);
         }
+    }
+
+    /// The ray of this level in double precision, as shapes that are no triangles are met.
+    fn precise(&self) -> (DVec3, DVec3) {
+        (self.o.as_dvec3(), self.d.as_dvec3())
     }
 
     fn accept(&mut self, id: PrimitiveId, t: f32) -> bool {
@@ -89,7 +96,8 @@ where
     fn is_solid(&self, id: PrimitiveId) -> bool {
         let (mesh, i) = self.level.locate(id.index());
         let triangle = mesh.triangle(i);
-        let Some(b) = triangle.barycentrics(self.o, self.d) else {
+        let (o, d) = self.precise();
+        let Some(b) = triangle.barycentrics(o, d) else {
             return true;
         };
         let p = triangle.p[0] * b[0] + triangle.p[1] * b[1] + triangle.p[2] * b[2];
@@ -119,7 +127,8 @@ where
 
     fn quadric(&mut self, id: PrimitiveId) -> bool {
         let stored = &self.level.quadrics[id.index()];
-        match stored.quadric.intersect(self.o, self.d) {
+        let (o, d) = self.precise();
+        match stored.quadric.intersect(o, d) {
             Some((t, _)) if (t as f32) < self.t_max => self.accept(id, t as f32),
             _ => false,
         }
@@ -128,7 +137,8 @@ where
     fn curve(&mut self, id: PrimitiveId) -> bool {
         let t_max = f64::from(self.t_max);
         let curves = &self.level.curves;
-        match curves.intersect(id.index(), self.o, self.d, t_max) {
+        let (o, d) = self.precise();
+        match curves.intersect(id.index(), o, d, t_max) {
             Some(hit) if (hit.t as f32) < self.t_max => self.accept(id, hit.t as f32),
             _ => false,
         }
@@ -153,12 +163,12 @@ where
     /// Searches the level that stands at `place`. Objects hold no instances, and shapes that move hold
     /// nothing that does, so this goes two levels deep.
     fn search_inside(&mut self, id: PrimitiveId, place: &Place, level: &'a Level) -> bool {
-        let inner = place.enter(self.o, self.d, level);
+        let (o, d) = self.precise();
+        let inner = place.enter(o, d, level);
         let t_max = inner.inner(f64::from(self.t_max)) as f32;
         if t_max <= 0.0 {
             return false;
         }
-        let ray = TraversalRay::new(inner.o.as_vec3(), inner.d.as_vec3());
         let outward = place.outer_from_inner;
         let mut search = Search::<A, SHADOW> {
             geometry: self.geometry,
@@ -168,13 +178,13 @@ where
                 None => outward,
             }),
             time: self.time,
-            o: ray.o.as_dvec3(),
-            d: ray.d.as_dvec3(),
+            o: inner.o.as_vec3(),
+            d: inner.d.as_vec3(),
             t_max,
             alpha: self.alpha,
             found: None,
         };
-        search.go(&ray);
+        search.go();
         let Some(found) = search.found else {
             return false;
         };
@@ -201,6 +211,7 @@ where
         false
     }
 
+    #[inline(never)]
     fn other(&mut self, id: PrimitiveId) -> bool {
         match id.kind() {
             OtherKind::Quadric => self.quadric(id),
