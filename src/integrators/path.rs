@@ -9,11 +9,11 @@
 
 use super::MAX_NULL_SURFACES;
 use super::subsurface::find_exit;
-use super::vertex::{MediumVertex, SurfaceVertex, Vertex};
+use super::vertex::{MediumVertex, SurfaceVertex, Vertex, receiver};
 use super::volpath::transmittance;
 use super::witness::{Met, Place, Witness};
 use crate::accel::GeometryHit;
-use crate::bsdf::BsdfSample;
+use crate::bsdf::{Bsdf, BsdfSample};
 use crate::lights::{LightSelector, SelectionStrategy};
 use crate::materials::beneath::Beneath;
 use crate::math::ray::{Ray, RayDifferentials};
@@ -195,7 +195,7 @@ impl Path {
             throughput *= beneath.share;
             if let Some(bssrdf) = beneath.bssrdf {
                 if !sample.specular {
-                    radiance += throughput * straight_on(world, selector, surface, &sample);
+                    radiance += throughput * straight_on(world, selector, surface, &bsdf, &sample);
                 }
                 let Some(exit) = find_exit(world, &bssrdf, &hit, stream) else {
                     return radiance;
@@ -233,7 +233,7 @@ impl Path {
                 Arrival::Direct
             } else {
                 Arrival::Scattered {
-                    from: hit.surface.reference_point(),
+                    from: receiver(&hit.surface, &bsdf),
                     pdf: sample.pdf,
                 }
             };
@@ -275,10 +275,11 @@ fn straight_on(
     world: &World,
     selector: &LightSelector,
     surface: &SurfaceHit,
+    bsdf: &Bsdf,
     sample: &BsdfSample,
 ) -> Rgb {
     let arrival = Arrival::Scattered {
-        from: surface.reference_point(),
+        from: receiver(surface, bsdf),
         pdf: sample.pdf,
     };
     let ray = surface.spawn_ray(sample.wi);

@@ -17,6 +17,7 @@ pub mod projection;
 mod reach;
 mod sample_count;
 pub mod selection;
+pub mod sky_density;
 pub mod spot;
 mod tree;
 

@@ -170,6 +170,7 @@ mod tests {
             p_error: Vec3::ZERO,
             n: Vec3::Y,
             time: 0.0,
+            reception: Default::default(),
         }
     }
 
