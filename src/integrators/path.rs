@@ -13,7 +13,7 @@ use super::vertex::{MediumVertex, SurfaceVertex, Vertex, receiver};
 use super::volpath::transmittance;
 use super::witness::{Met, Place, Witness};
 use crate::accel::GeometryHit;
-use crate::bsdf::{Bsdf, BsdfSample};
+use crate::handles::LightId;
 use crate::lights::{LightSelector, SelectionStrategy};
 use crate::materials::beneath::Beneath;
 use crate::math::ray::{Ray, RayDifferentials};
@@ -22,7 +22,6 @@ use crate::math::{Rgb, Vec2, color::is_black};
 use crate::params::{Dialect, ParamReader};
 use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
-use crate::surface::SurfaceHit;
 use crate::world::World;
 
 /// The number of scattering events after which Russian roulette starts (pbrt-v3: bounce counter > 3).
@@ -58,8 +57,12 @@ impl Default for Path {
 enum Arrival {
     /// From the camera or by a mirror: no light sampling competes.
     Direct,
-    /// Scattered with this density at this point: weigh against light sampling.
-    Scattered { from: ReferencePoint, pdf: f32 },
+    /// Scattered with this density at this point: weigh against light sampling, of every light there or of one.
+    Scattered {
+        from: ReferencePoint,
+        pdf: f32,
+        every: bool,
+    },
     /// Scattered and then passed a surface without material, which blocks shadow rays:
     /// as in pbrt-v3 the light behind it is not seen (scene-language 4.3).
     Veiled,
@@ -163,14 +166,20 @@ impl Path {
             };
             let mut bsdf = world.bsdf(material, surface, differentials);
             let (choice, light_u) = (stream.next_1d(), stream.next_2d());
+            // What the camera sees is lit by every light where there are a few: shadows are most of its noise.
+            let every = if depth == 0 { selector.few() } else { None };
             if bsdf.has_non_specular() {
                 let vertex = SurfaceVertex {
                     hit: &hit,
                     bsdf: &bsdf,
                     medium,
                 };
-                let light =
-                    sampled_light::<MEDIA>(world, selector, &vertex, choice, light_u, stream);
+                let light = match every {
+                    Some(count) => every_light::<MEDIA>(world, count, &vertex, light_u, stream),
+                    None => {
+                        sampled_light::<MEDIA>(world, selector, &vertex, choice, light_u, stream)
+                    }
+                };
                 radiance += throughput * light;
             }
             let (lobe, direction_u) = (stream.next_1d(), stream.next_2d());
@@ -193,10 +202,18 @@ impl Path {
                 Beneath::STRAIGHT_ON
             };
             throughput *= beneath.share;
+            let mut every = every.is_some();
             if let Some(bssrdf) = beneath.bssrdf {
                 if !sample.specular {
-                    radiance += throughput * straight_on(world, selector, surface, &bsdf, &sample);
+                    let arrival = Arrival::Scattered {
+                        from: receiver(surface, &bsdf),
+                        pdf: sample.pdf,
+                        every,
+                    };
+                    let ray = surface.spawn_ray(sample.wi);
+                    radiance += throughput * straight_on(world, selector, &ray, &arrival);
                 }
+                every = false;
                 let Some(exit) = find_exit(world, &bssrdf, &hit, stream) else {
                     return radiance;
                 };
@@ -235,6 +252,7 @@ impl Path {
                 Arrival::Scattered {
                     from: receiver(&hit.surface, &bsdf),
                     pdf: sample.pdf,
+                    every,
                 }
             };
             ray = hit.surface.spawn_ray(sample.wi);
@@ -271,22 +289,29 @@ impl Path {
 
 /// Lights that a sampled direction meets at once, although the path goes on elsewhere: what light
 /// sampling at a rough boundary is weighed against, as in pbrt-v3.
-fn straight_on(
-    world: &World,
-    selector: &LightSelector,
-    surface: &SurfaceHit,
-    bsdf: &Bsdf,
-    sample: &BsdfSample,
-) -> Rgb {
-    let arrival = Arrival::Scattered {
-        from: receiver(surface, bsdf),
-        pdf: sample.pdf,
-    };
-    let ray = surface.spawn_ray(sample.wi);
-    match world.intersect(&ray) {
-        Some(hit) => emitted(world, selector, &ray, &hit, &arrival),
-        None => escaped(world, selector, &ray, &arrival),
+fn straight_on(world: &World, selector: &LightSelector, ray: &Ray, arrival: &Arrival) -> Rgb {
+    match world.intersect(ray) {
+        Some(hit) => emitted(world, selector, ray, &hit, arrival),
+        None => escaped(world, selector, ray, arrival),
     }
+}
+
+/// Direct light by a sample of each of `count` lights, the first one by `u`.
+fn every_light<const MEDIA: bool>(
+    world: &World,
+    count: u32,
+    vertex: &impl Vertex,
+    mut u: Vec2,
+    stream: &mut SampleStream,
+) -> Rgb {
+    let mut sum = Rgb::ZERO;
+    for id in 0..count {
+        if id > 0 {
+            u = stream.next_2d();
+        }
+        sum += light_from::<MEDIA>(world, (LightId(id), 1.0), vertex, u, stream);
+    }
+    sum
 }
 
 /// Direct light by sampling one light, weighted against meeting it by the scattered ray.
@@ -298,10 +323,21 @@ fn sampled_light<const MEDIA: bool>(
     u: Vec2,
     stream: &mut SampleStream,
 ) -> Rgb {
+    match selector.sample(&vertex.reference_point(), choice) {
+        Some(chosen) => light_from::<MEDIA>(world, chosen, vertex, u, stream),
+        None => Rgb::ZERO,
+    }
+}
+
+/// Direct light by sampling the light that was chosen with a probability, weighted against meeting it by the scattered ray.
+fn light_from<const MEDIA: bool>(
+    world: &World,
+    (id, probability): (LightId, f32),
+    vertex: &impl Vertex,
+    u: Vec2,
+    stream: &mut SampleStream,
+) -> Rgb {
     let from = vertex.reference_point();
-    let Some((id, probability)) = selector.sample(&from, choice) else {
-        return Rgb::ZERO;
-    };
     let Some(light) = world.light(id).sample(&from, u) else {
         return Rgb::ZERO;
     };
@@ -339,7 +375,8 @@ fn scattered_in_medium(
     let (wi, pdf) = vertex.phase.sample(vertex.wo, stream.next_2d());
     let from = vertex.reference_point();
     let ray = Ray::new(vertex.p, wi, from.time);
-    (light, ray, Arrival::Scattered { from, pdf })
+    let every = false;
+    (light, ray, Arrival::Scattered { from, pdf, every })
 }
 
 /// Emission of the surface hit, weighted by how the path arrived.
@@ -361,8 +398,9 @@ fn emitted(
     match arrival {
         Arrival::Direct => radiance,
         Arrival::Veiled => Rgb::ZERO,
-        Arrival::Scattered { from, pdf } => {
-            let light_pdf = selector.pmf(from, id) * light.pdf(from, ray.d, Some(&hit.surface));
+        Arrival::Scattered { from, pdf, every } => {
+            let probability = chance(selector, from, id, *every);
+            let light_pdf = probability * light.pdf(from, ray.d, Some(&hit.surface));
             // A light that is never chosen (an instanced emitter) glows but lights nothing, as in pbrt-v3.
             if light_pdf > 0.0 {
                 radiance * power_heuristic(*pdf, light_pdf)
@@ -373,17 +411,27 @@ fn emitted(
     }
 }
 
+/// With which probability light from `id` was sought at `from`, where `every` light was sampled or one was chosen.
+fn chance(selector: &LightSelector, from: &ReferencePoint, id: LightId, every: bool) -> f32 {
+    if !every {
+        return selector.pmf(from, id);
+    }
+    let sampled = selector.few().is_some_and(|count| id.0 < count);
+    f32::from(u8::from(sampled))
+}
+
 /// Light from beyond the scene, weighted by how the path arrived.
 fn escaped(world: &World, selector: &LightSelector, ray: &Ray, arrival: &Arrival) -> Rgb {
     match arrival {
         Arrival::Direct => world.escaped_radiance(ray),
         Arrival::Veiled => Rgb::ZERO,
-        Arrival::Scattered { from, pdf } => world
+        Arrival::Scattered { from, pdf, every } => world
             .infinite_lights
             .iter()
             .map(|&id| {
                 let (radiance, light_pdf) = world.light(id).escaped_and_pdf(from, ray.d);
-                radiance * power_heuristic(*pdf, selector.pmf(from, id) * light_pdf)
+                let probability = chance(selector, from, id, *every);
+                radiance * power_heuristic(*pdf, probability * light_pdf)
             })
             .sum(),
     }

@@ -8,6 +8,7 @@ mod clusters;
 pub mod diffuse;
 pub mod distant;
 pub mod environment_map;
+mod few;
 pub mod goniometric;
 pub mod infinite;
 mod lanes;
