@@ -77,6 +77,7 @@ impl SurfaceHit {
             p_error: self.p_error,
             n: self.n,
             time: self.time,
+            reception: Reception::Alone,
         }
     }
 
@@ -159,6 +160,23 @@ pub struct ReferencePoint {
     pub n: Vec3,
     /// Time of the ray.
     pub time: f32,
+    /// From where light counts.
+    pub reception: Reception,
+}
+
+/// From where light counts at a point, and whether light sampling is all that finds it. It tells where samples are
+/// worth most; all directions may be sampled whatever it says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reception {
+    /// From everywhere, by light sampling only.
+    #[default]
+    Alone,
+    /// From everywhere; scattered rays find it too (multiple importance sampling).
+    BothSides,
+    /// From the side that the normal points to; scattered rays find it too.
+    Front,
+    /// From the other side; scattered rays find it too.
+    Back,
 }
 
 impl ReferencePoint {

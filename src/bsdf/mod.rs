@@ -25,7 +25,7 @@ pub use lobe::Lobe;
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::surface::ShadingGeometry;
+use crate::surface::{Reception, ShadingGeometry};
 use arrayvec::ArrayVec;
 use lobe::LobeSample;
 use std::ops::Range;
@@ -130,6 +130,18 @@ impl<'a> Bsdf<'a> {
     /// Is there a lobe that light sampling can find?
     pub fn has_non_specular(&self) -> bool {
         self.lobes.iter().any(|l| !l.is_specular())
+    }
+
+    /// From where the light comes that reaches `wo` by lobes other than specular ones, if scattered rays find it too.
+    pub fn reception(&self, wo: Vec3) -> Reception {
+        let through = |l: &Lobe| !l.is_specular() && l.scatters(true);
+        if self.lobes.iter().any(through) {
+            Reception::BothSides
+        } else if wo.dot(self.ng) < 0.0 {
+            Reception::Back
+        } else {
+            Reception::Front
+        }
     }
 
     /// Value in 1/sr of all but the specular lobes. The geometric normal decides whether the pair

@@ -1,6 +1,7 @@
 //! Direct light at a surface from one given light: one sample of the light and one of the BSDF,
 //! combined by the power heuristic (Veach 1997, §9.2; Pharr, Jakob and Humphreys 2016, §14.3.1).
 
+use super::vertex::receiver;
 use crate::bsdf::Bsdf;
 use crate::handles::LightId;
 use crate::math::sampling::power_heuristic;
@@ -20,7 +21,7 @@ pub fn estimate(
 ) -> Rgb {
     let (light_u, lobe, direction_u) = (stream.next_2d(), stream.next_1d(), stream.next_2d());
     let light = world.light(id);
-    let from = surface.reference_point();
+    let from = receiver(surface, bsdf);
     let mut sum = Rgb::ZERO;
     if let Some(sample) = light.sample(&from, light_u) {
         let (f, pdf) = bsdf.f_and_pdf(surface.wo, sample.wi);

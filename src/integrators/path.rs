@@ -9,7 +9,7 @@
 
 use super::MAX_NULL_SURFACES;
 use super::subsurface::find_exit;
-use super::vertex::{MediumVertex, SurfaceVertex, Vertex};
+use super::vertex::{MediumVertex, SurfaceVertex, Vertex, receiver};
 use super::volpath::transmittance;
 use super::witness::{Met, Place, Witness};
 use crate::accel::GeometryHit;
@@ -23,7 +23,6 @@ use crate::math::{Rgb, Vec2, color::is_black};
 use crate::params::{Dialect, ParamReader};
 use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
-use crate::surface::SurfaceHit;
 use crate::world::World;
 
 /// The number of scattering events after which Russian roulette starts (pbrt-v3: bounce counter > 3).
@@ -59,8 +58,12 @@ impl Default for Path {
 enum Arrival {
     /// From the camera or by a mirror: no light sampling competes.
     Direct,
-    /// Scattered with this density at this point: weigh against light sampling.
-    Scattered { from: ReferencePoint, pdf: f32 },
+    /// Scattered with this density at this point: weigh against light sampling, of every light there or of one.
+    Scattered {
+        from: ReferencePoint,
+        pdf: f32,
+        every: bool,
+    },
     /// Scattered and then passed a surface without material, which blocks shadow rays:
     /// as in pbrt-v3 the light behind it is not seen (scene-language 4.3).
     Veiled,
@@ -199,7 +202,8 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         let (wi, pdf) = vertex.phase.sample(vertex.wo, stream.next_2d());
         let from = vertex.reference_point();
         self.ray = Ray::new(vertex.p, wi, from.time);
-        self.arrival = Arrival::Scattered { from, pdf };
+        let every = self.every_light().is_some();
+        self.arrival = Arrival::Scattered { from, pdf, every };
         self.differentials = None;
         Some(())
     }
@@ -236,7 +240,7 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         if sample.transmission {
             return self.enter(hit, (&bsdf, &sample), differentials, stream);
         }
-        self.leave(hit, &sample)
+        self.leave(hit, &bsdf, &sample)
     }
 
     /// Gathers direct light, and draws where the path goes on.
@@ -283,20 +287,22 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         let beneath = world.beneath(hit.material, surface, scattered, differentials, choice);
         self.throughput *= beneath.share;
         let Some(bssrdf) = beneath.bssrdf else {
-            return self.leave(hit, sample);
+            return self.leave(hit, bsdf, sample);
         };
         if !sample.specular {
-            self.radiance += self.throughput * straight_on(world, self.selector, surface, sample);
+            let arrival = self.scattered(hit, bsdf, sample);
+            let ray = surface.spawn_ray(sample.wi);
+            self.radiance += self.throughput * straight_on(world, self.selector, &ray, &arrival);
         }
         let exit = find_exit(world, &bssrdf, hit, stream)?;
         self.throughput *= exit.weight;
         let sample = self.scatter_by(&exit.hit, &exit.bsdf, stream)?;
-        self.leave(&exit.hit, &sample)
+        self.leave(&exit.hit, &exit.bsdf, &sample)
     }
 
     /// Leaves a surface as `sample` says.
     #[inline(always)]
-    fn leave(&mut self, hit: &GeometryHit, sample: &BsdfSample) -> Option<()> {
+    fn leave(&mut self, hit: &GeometryHit, bsdf: &Bsdf, sample: &BsdfSample) -> Option<()> {
         self.apart &= sample.specular;
         if self.apart {
             if self.depth + 1 >= self.path.max_depth {
@@ -307,10 +313,7 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         self.arrival = if sample.specular {
             Arrival::Direct
         } else {
-            Arrival::Scattered {
-                from: hit.surface.reference_point(),
-                pdf: sample.pdf,
-            }
+            self.scattered(hit, bsdf, sample)
         };
         self.ray = hit.surface.spawn_ray(sample.wi);
         if MEDIA {
@@ -337,28 +340,70 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         (stream.next_1d() >= stop).then_some(())
     }
 
-    /// Gathers direct light by sampling one light, weighted against meeting it by the scattered ray.
+    /// How a ray sets off that the surface scatters as `sample` says.
+    #[inline]
+    fn scattered(&self, hit: &GeometryHit, bsdf: &Bsdf, sample: &BsdfSample) -> Arrival {
+        Arrival::Scattered {
+            from: receiver(&hit.surface, bsdf),
+            pdf: sample.pdf,
+            every: self.every_light().is_some(),
+        }
+    }
+
+    /// How many lights there are, where light is sampled from each. What the camera sees is lit by every
+    /// light where there are a few: shadows are most of its noise.
+    #[inline]
+    fn every_light(&self) -> Option<u32> {
+        match self.depth {
+            0 => self.selector.few(),
+            _ => None,
+        }
+    }
+
+    /// Gathers direct light by sampling every light or one, weighted against meeting it by the scattered ray.
     #[inline(always)]
     fn light(&mut self, vertex: &impl Vertex, stream: &mut SampleStream) {
+        let from = vertex.reference_point();
+        if let Some(count) = self.every_light() {
+            for id in 0..count {
+                self.light_from((LightId(id), 1.0), vertex, &from, stream);
+            }
+            return;
+        }
         let choice = stream.next_1d_if(self.selector.chooses());
+        match self.selector.sample(&from, choice) {
+            Some(chosen) => self.light_from(chosen, vertex, &from, stream),
+            None => stream.skip_2d(),
+        }
+    }
+
+    /// Gathers what a light sends that was chosen with a probability.
+    #[inline(always)]
+    fn light_from(
+        &mut self,
+        chosen: (LightId, f32),
+        vertex: &impl Vertex,
+        from: &ReferencePoint,
+        stream: &mut SampleStream,
+    ) {
         let u = stream.next_2d();
-        if let Some(light) = self.sampled_light(vertex, choice, u, stream) {
+        if let Some(light) = self.sampled_light(chosen, vertex, from, u, stream) {
             self.radiance += self.throughput * light;
         }
     }
 
-    /// What one light sends; `None` for nothing.
+    /// What a light sends that was chosen with a probability; `None` for nothing.
     #[inline]
     fn sampled_light(
         &self,
+        (id, probability): (LightId, f32),
         vertex: &impl Vertex,
-        choice: f32,
+        from: &ReferencePoint,
         u: Vec2,
         stream: &mut SampleStream,
     ) -> Option<Rgb> {
-        let (world, from) = (self.world, vertex.reference_point());
-        let (id, probability) = self.selector.sample(&from, choice)?;
-        let light = world.light(id).sample(&from, u)?;
+        let world = self.world;
+        let light = world.light(id).sample(from, u)?;
         let (scattered, scattered_pdf) = vertex.scattered_and_pdf(light.wi);
         let mut contribution = scattered * light.radiance;
         if is_black(contribution) {
@@ -385,22 +430,12 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
 
 /// Lights that a sampled direction meets at once, although the path goes on elsewhere: what light
 /// sampling at a rough boundary is weighed against, as in pbrt-v3.
-fn straight_on(
-    world: &World,
-    selector: &LightSelector,
-    surface: &SurfaceHit,
-    sample: &BsdfSample,
-) -> Rgb {
-    let arrival = Arrival::Scattered {
-        from: surface.reference_point(),
-        pdf: sample.pdf,
-    };
-    let ray = surface.spawn_ray(sample.wi);
-    match world.intersect(&ray) {
+fn straight_on(world: &World, selector: &LightSelector, ray: &Ray, arrival: &Arrival) -> Rgb {
+    match world.intersect(ray) {
         Some(hit) => hit.light.map_or(Rgb::ZERO, |light| {
-            emitted(world, selector, &ray, (&hit, light), &arrival)
+            emitted(world, selector, ray, (&hit, light), arrival)
         }),
-        None => escaped(world, selector, &ray, &arrival),
+        None => escaped(world, selector, ray, arrival),
     }
 }
 
@@ -420,8 +455,9 @@ fn emitted(
     match arrival {
         Arrival::Direct => radiance,
         Arrival::Veiled => Rgb::ZERO,
-        Arrival::Scattered { from, pdf } => {
-            let light_pdf = selector.pmf(from, id) * light.pdf(from, ray.d, Some(&hit.surface));
+        Arrival::Scattered { from, pdf, every } => {
+            let probability = chance(selector, from, id, *every);
+            let light_pdf = probability * light.pdf(from, ray.d, Some(&hit.surface));
             // A light that is never chosen (an instanced emitter) glows but lights nothing, as in pbrt-v3.
             if light_pdf > 0.0 {
                 radiance * power_heuristic(*pdf, light_pdf)
@@ -432,17 +468,27 @@ fn emitted(
     }
 }
 
+/// With which probability light from `id` was sought at `from`, where `every` light was sampled or one was chosen.
+fn chance(selector: &LightSelector, from: &ReferencePoint, id: LightId, every: bool) -> f32 {
+    if !every {
+        return selector.pmf(from, id);
+    }
+    let sampled = selector.few().is_some_and(|count| id.0 < count);
+    f32::from(u8::from(sampled))
+}
+
 /// Light from beyond the scene, weighted by how the path arrived.
 fn escaped(world: &World, selector: &LightSelector, ray: &Ray, arrival: &Arrival) -> Rgb {
     match arrival {
         Arrival::Direct => world.escaped_radiance(ray),
         Arrival::Veiled => Rgb::ZERO,
-        Arrival::Scattered { from, pdf } => world
+        Arrival::Scattered { from, pdf, every } => world
             .infinite_lights
             .iter()
             .map(|&id| {
                 let (radiance, light_pdf) = world.light(id).escaped_and_pdf(from, ray.d);
-                radiance * power_heuristic(*pdf, selector.pmf(from, id) * light_pdf)
+                let probability = chance(selector, from, id, *every);
+                radiance * power_heuristic(*pdf, probability * light_pdf)
             })
             .sum(),
     }

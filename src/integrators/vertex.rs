@@ -6,7 +6,7 @@ use crate::handles::MediumId;
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec3};
 use crate::media::HenyeyGreenstein;
-use crate::surface::ReferencePoint;
+use crate::surface::{Reception, ReferencePoint, SurfaceHit};
 use crate::world::World;
 
 /// A point of scattering. Directions are unit vectors away from it.
@@ -22,6 +22,14 @@ pub trait Vertex {
     fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId>;
 }
 
+/// A point that receives light by light sampling and by rays that the BSDF scatters.
+pub fn receiver(surface: &SurfaceHit, bsdf: &Bsdf) -> ReferencePoint {
+    ReferencePoint {
+        reception: bsdf.reception(surface.wo),
+        ..surface.reference_point()
+    }
+}
+
 /// A point on a surface.
 pub struct SurfaceVertex<'a> {
     /// The surface.
@@ -34,7 +42,7 @@ pub struct SurfaceVertex<'a> {
 
 impl Vertex for SurfaceVertex<'_> {
     fn reference_point(&self) -> ReferencePoint {
-        self.hit.surface.reference_point()
+        receiver(&self.hit.surface, self.bsdf)
     }
 
     #[inline]
@@ -80,6 +88,7 @@ impl Vertex for MediumVertex<'_> {
             p_error: Vec3::ZERO,
             n: Vec3::ZERO,
             time: self.time,
+            reception: Reception::BothSides,
         }
     }
 

@@ -22,7 +22,7 @@ const TOP: usize = 4;
 const MOST_PLACELESS: usize = 16;
 
 /// Share of the probability that is spread evenly.
-const EVEN_SHARE: f32 = 0.1;
+pub(super) const EVEN_SHARE: f32 = 0.1;
 
 /// One light, as it is seen here.
 #[derive(Clone, Copy, Debug)]
@@ -239,7 +239,7 @@ impl Chances {
 
 /// The position of the value that `left`, from 0 up to the values' sum, falls on when they lie side by
 /// side, and where in it, in [0, 1). What has no width is never met, whatever is lost to rounding.
-fn pick(values: &[f32], mut left: f32) -> (usize, f32) {
+pub(super) fn pick(values: &[f32], mut left: f32) -> (usize, f32) {
     let mut chosen = 0;
     let mut rest = 0.0;
     for (position, &value) in values.iter().enumerate() {
@@ -255,7 +255,7 @@ fn pick(values: &[f32], mut left: f32) -> (usize, f32) {
 }
 
 /// In an order of its own: the same bits whatever the processor's lanes.
-fn sum(e: &[f32; LANES]) -> f32 {
+pub(super) fn sum(e: &[f32; LANES]) -> f32 {
     ((e[0] + e[1]) + (e[2] + e[3])) + ((e[4] + e[5]) + (e[6] + e[7]))
 }
 

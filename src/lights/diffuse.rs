@@ -169,6 +169,7 @@ impl DiffuseAreaLight {
             p_error: Vec3::ZERO,
             n: Vec3::ZERO,
             time: 0.0,
+            reception: Default::default(),
         };
         // The second number goes round while the first goes through.
         let chosen = self.emitter.sample(&eye, Vec2::new(u, (u * 7.0).fract()))?;
@@ -214,6 +215,7 @@ mod tests {
             p_error: Vec3::ZERO,
             n: Vec3::ZERO,
             time: 0.25,
+            reception: Default::default(),
         }
     }
 

@@ -104,6 +104,7 @@ mod tests {
                 p_error: Vec3::ZERO,
                 n: Vec3::Y,
                 time: 0.0,
+                reception: Default::default(),
             };
             let s = light.sample(&from).unwrap();
             assert_eq!(

@@ -164,6 +164,7 @@ mod tests {
             p_error: Vec3::ZERO,
             n: Vec3::NEG_Y,
             time: 0.0,
+            reception: Default::default(),
         };
         let (near, far) = (l.sample(&at(1.0)).unwrap(), l.sample(&at(4.0)).unwrap());
         assert!((near.radiance / far.radiance - 16.0).abs().max_element() < 1e-3);

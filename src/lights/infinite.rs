@@ -10,15 +10,16 @@ use super::environment_map::EnvironmentMap;
 use super::light_map::LightMap;
 use super::reach::Reach;
 use super::sample_count::sample_count;
+use super::sky_density::Receiver;
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
 use crate::math::sampling::{
-    UNIFORM_SPHERE_PDF, cosine_hemisphere, cosine_hemisphere_pdf, uniform_sphere,
+    UNIFORM_SPHERE_PDF, cosine_hemisphere, cosine_hemisphere_pdf, sin_cos_turns, uniform_sphere,
 };
 use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::{NamedFile, ParamReader};
-use crate::surface::ReferencePoint;
+use crate::surface::{Reception, ReferencePoint};
 use glam::{DMat3, Mat3};
 use std::f32::consts::PI;
 
@@ -82,10 +83,10 @@ impl InfiniteLight {
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
         let (wi, pdf, radiance) = match &self.map {
             Some(map) => map
-                .sample(u)
+                .sample(map.receiver(from), u)
                 .map(|(d, pdf, texel)| (d, pdf, self.radiance * texel))?,
             None => {
-                let (wi, pdf) = sample_constant(from.n, u);
+                let (wi, pdf) = sample_constant(from, u);
                 (wi, pdf, self.radiance)
             }
         };
@@ -104,8 +105,8 @@ impl InfiniteLight {
     /// See [`super::Light::pdf`].
     pub fn pdf(&self, from: &ReferencePoint, wi: Vec3) -> f32 {
         match &self.map {
-            Some(map) => map.pdf(wi),
-            None => constant_pdf(from.n, wi),
+            Some(map) => map.pdf(map.receiver(from), wi),
+            None => constant_pdf(from, wi),
         }
     }
 
@@ -113,10 +114,10 @@ impl InfiniteLight {
     pub fn radiance_and_pdf(&self, from: &ReferencePoint, d: Vec3) -> (Rgb, f32) {
         match &self.map {
             Some(map) => {
-                let (texel, pdf) = map.radiance_and_pdf(d);
+                let (texel, pdf) = map.radiance_and_pdf(map.receiver(from), d);
                 (self.radiance * texel, pdf)
             }
-            None => (self.radiance, constant_pdf(from.n, d)),
+            None => (self.radiance, constant_pdf(from, d)),
         }
     }
 
@@ -149,9 +150,10 @@ impl InfiniteLight {
 /// that of a shading normal.
 const UNIFORM_SHARE: f32 = 0.125;
 
-/// A direction and its density for light that comes equally from everywhere, at a surface with
-/// unit normal `n` (both sides count, as light may come through) or in a medium where it is zero.
-fn sample_constant(n: Vec3, u: Vec2) -> (Vec3, f32) {
+/// A direction and its density for light that comes equally from everywhere: by the cosine at a surface, on the sides that
+/// count; evenly in a medium.
+fn sample_constant(from: &ReferencePoint, u: Vec2) -> (Vec3, f32) {
+    let n = from.n;
     if n == Vec3::ZERO {
         return (uniform_sphere(u), UNIFORM_SPHERE_PDF);
     }
@@ -159,23 +161,29 @@ fn sample_constant(n: Vec3, u: Vec2) -> (Vec3, f32) {
         uniform_sphere(Vec2::new(u.x / UNIFORM_SHARE, u.y))
     } else {
         let x = (u.x - UNIFORM_SHARE) / (1.0 - UNIFORM_SHARE);
-        let (side, y) = if u.y < 0.5 {
-            (1.0, 2.0 * u.y)
-        } else {
-            (-1.0, 2.0 * u.y - 1.0)
+        let (side, y) = match from.reception {
+            Reception::Front => (1.0, u.y),
+            Reception::Back => (-1.0, u.y),
+            Reception::Alone | Reception::BothSides if u.y < 0.5 => (1.0, 2.0 * u.y),
+            Reception::Alone | Reception::BothSides => (-1.0, 2.0 * u.y - 1.0),
         };
         side * Frame::from_normal(n).to_world(cosine_hemisphere(Vec2::new(x, y)))
     };
-    (wi, constant_pdf(n, wi))
+    (wi, constant_pdf(from, wi))
 }
 
 /// Density of [`sample_constant`].
-fn constant_pdf(n: Vec3, wi: Vec3) -> f32 {
-    if n == Vec3::ZERO {
+fn constant_pdf(from: &ReferencePoint, wi: Vec3) -> f32 {
+    if from.n == Vec3::ZERO {
         return UNIFORM_SPHERE_PDF;
     }
-    let cosine = 0.5 * cosine_hemisphere_pdf(n.dot(wi).abs());
-    UNIFORM_SHARE * UNIFORM_SPHERE_PDF + (1.0 - UNIFORM_SHARE) * cosine
+    let cosine = from.n.dot(wi);
+    let by_cosine = match from.reception {
+        Reception::Front => cosine_hemisphere_pdf(cosine),
+        Reception::Back => cosine_hemisphere_pdf(-cosine),
+        Reception::Alone | Reception::BothSides => 0.5 * cosine_hemisphere_pdf(cosine.abs()),
+    };
+    UNIFORM_SHARE * UNIFORM_SPHERE_PDF + (1.0 - UNIFORM_SHARE) * by_cosine
 }
 
 /// A map turned, mirrored or even sheared into place.
@@ -201,6 +209,26 @@ impl PlacedMap {
         }
     }
 
+    /// A point as the map's sampling sees it.
+    fn receiver(&self, from: &ReferencePoint) -> Receiver {
+        // The cosine to n of M w is that to Mᵀ n of w, but for a factor that hardly changes in what is not sheared.
+        match from.reception {
+            Reception::Alone => Receiver::Alone,
+            Reception::Front if from.n != Vec3::ZERO => {
+                Receiver::Facing(self.light_from_render_normal(from.n))
+            }
+            Reception::Back if from.n != Vec3::ZERO => {
+                Receiver::Facing(self.light_from_render_normal(-from.n))
+            }
+            _ => Receiver::BothSides,
+        }
+    }
+
+    fn light_from_render_normal(&self, n: Vec3) -> Vec3 {
+        let m = &self.render_from_light;
+        Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
+    }
+
     /// Map coordinates of the render-space direction `d`, and sin θ there.
     fn coordinates(&self, d: Vec3) -> (Vec2, f32) {
         let w = self.light_from_render * d;
@@ -220,10 +248,10 @@ impl PlacedMap {
     }
 
     /// A direction, its density, and the texels there.
-    fn sample(&self, u: Vec2) -> Option<(Vec3, f32, Rgb)> {
-        let (uv, pdf) = self.map.sample(u);
-        let (sin_theta, cos_theta) = (PI * uv.y).sin_cos();
-        let (sin_phi, cos_phi) = (2.0 * PI * uv.x).sin_cos();
+    fn sample(&self, receiver: Receiver, u: Vec2) -> Option<(Vec3, f32, Rgb)> {
+        let (uv, pdf) = self.map.sample(receiver, u);
+        let (sin_theta, cos_theta) = sin_cos_turns(0.5 * uv.y);
+        let (sin_phi, cos_phi) = sin_cos_turns(uv.x);
         let w = Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
         let d = self.render_from_light * w;
         let length = d.length();
@@ -231,23 +259,23 @@ impl PlacedMap {
         (pdf > 0.0 && pdf.is_finite()).then(|| (d / length, pdf, self.map.lookup(uv)))
     }
 
-    fn pdf(&self, d: Vec3) -> f32 {
+    fn pdf(&self, receiver: Receiver, d: Vec3) -> f32 {
         let (uv, sin_theta) = self.coordinates(d);
-        self.pdf_at(d, uv, sin_theta)
+        self.pdf_at(receiver, d, uv, sin_theta)
     }
 
-    fn radiance_and_pdf(&self, d: Vec3) -> (Rgb, f32) {
+    fn radiance_and_pdf(&self, receiver: Receiver, d: Vec3) -> (Rgb, f32) {
         let (uv, sin_theta) = self.coordinates(d);
-        (self.map.lookup(uv), self.pdf_at(d, uv, sin_theta))
+        (self.map.lookup(uv), self.pdf_at(receiver, d, uv, sin_theta))
     }
 
-    fn pdf_at(&self, d: Vec3, uv: Vec2, sin_theta: f32) -> f32 {
+    fn pdf_at(&self, receiver: Receiver, d: Vec3, uv: Vec2, sin_theta: f32) -> f32 {
         if sin_theta == 0.0 {
             return 0.0;
         }
         // The unit vector w of light space with M w parallel to d has |M w| = 1 / |M⁻¹ d|.
         let length = 1.0 / (self.light_from_render * d).length();
-        self.map.pdf(uv) / (2.0 * PI * PI * sin_theta) * self.density_change(length)
+        self.map.pdf(receiver, uv) / (2.0 * PI * PI * sin_theta) * self.density_change(length)
     }
 
     /// What a density per solid angle is multiplied with when a unit vector of light space becomes
@@ -262,13 +290,29 @@ mod tests {
     use super::*;
     use crate::math::DVec3;
 
-    fn point(n: Vec3) -> ReferencePoint {
+    const RECEPTIONS: [Reception; 4] = [
+        Reception::Alone,
+        Reception::BothSides,
+        Reception::Front,
+        Reception::Back,
+    ];
+
+    fn point(n: Vec3, reception: Reception) -> ReferencePoint {
         ReferencePoint {
             p: Vec3::ONE,
             p_error: Vec3::ZERO,
             n,
             time: 0.0,
+            reception,
         }
+    }
+
+    /// In a medium and on a surface, with light from everywhere it may count from.
+    fn points() -> impl Iterator<Item = ReferencePoint> {
+        let normals = [Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8)];
+        normals
+            .into_iter()
+            .flat_map(|n| RECEPTIONS.map(|reception| point(n, reception)))
     }
 
     fn constant() -> InfiniteLight {
@@ -310,9 +354,14 @@ mod tests {
     #[test]
     fn density_integrates_to_one_and_agrees_with_samples() {
         for (k, light) in placements().into_iter().enumerate() {
-            for n in [Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8)] {
-                let from = point(n);
-                let side = 512;
+            for from in points() {
+                let side = 256;
+                // What the receiver makes of light from there.
+                let received = |d: Vec3| match from.reception {
+                    Reception::Front if from.n != Vec3::ZERO => from.n.dot(d).max(0.0),
+                    Reception::Back if from.n != Vec3::ZERO => from.n.dot(-d).max(0.0),
+                    _ => 1.0,
+                };
                 let (mut total, mut estimate, mut integral) = (0.0, 0.0, 0.0);
                 for i in 0..side * side {
                     let u =
@@ -320,16 +369,17 @@ mod tests {
                     let d = uniform_sphere(u);
                     let pdf = light.pdf(&from, d);
                     total += f64::from(pdf / UNIFORM_SPHERE_PDF);
-                    integral += f64::from(light.radiance(d).x / UNIFORM_SPHERE_PDF);
+                    integral += f64::from(received(d) * light.radiance(d).x / UNIFORM_SPHERE_PDF);
                     if let Some(s) = light.sample(&from, u) {
                         assert!((s.wi.length() - 1.0).abs() < 1e-5);
                         // Rounding may put a direction into the neighbouring cell, so only the
                         // estimate below is held against the density there.
-                        estimate += f64::from(s.radiance.x / s.pdf);
+                        estimate += f64::from(received(s.wi) * s.radiance.x / s.pdf);
                     }
                 }
                 let count = f64::from(side * side);
-                // Grids of 512² points over piecewise functions of some hundred cells.
+                // Grids of 256² points over piecewise functions of some hundred cells, of which one is much
+                // brighter than the others.
                 assert!((total / count - 1.0).abs() < 0.01, "{k}: {}", total / count);
                 assert!(
                     (estimate / integral - 1.0).abs() < 0.01,
@@ -343,9 +393,9 @@ mod tests {
     #[test]
     fn samples_carry_their_density() {
         for light in placements() {
-            let from = point(Vec3::Y);
             let mut agree = 0;
             for i in 0..1000 {
+                let from = point(Vec3::Y, RECEPTIONS[i % 4]);
                 let u = Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 1000.0);
                 let s = light.sample(&from, u).unwrap();
                 let pdf = light.pdf(&from, s.wi);
@@ -386,9 +436,48 @@ mod tests {
 
     #[test]
     fn constant_light_favours_the_receivers_normal() {
-        let n = Vec3::Z;
-        assert!(constant_pdf(n, Vec3::Z) > 1.7 * UNIFORM_SPHERE_PDF);
-        assert_eq!(constant_pdf(n, Vec3::Z), constant_pdf(n, -Vec3::Z));
-        assert_eq!(constant_pdf(n, Vec3::X), UNIFORM_SHARE * UNIFORM_SPHERE_PDF);
+        let pdf = |reception, wi| constant_pdf(&point(Vec3::Z, reception), wi);
+        for reception in [Reception::Alone, Reception::BothSides] {
+            assert!(pdf(reception, Vec3::Z) > 1.7 * UNIFORM_SPHERE_PDF);
+            assert_eq!(pdf(reception, Vec3::Z), pdf(reception, -Vec3::Z));
+        }
+        assert!(pdf(Reception::Front, Vec3::Z) > 3.5 * UNIFORM_SPHERE_PDF);
+        assert_eq!(
+            pdf(Reception::Back, -Vec3::Z),
+            pdf(Reception::Front, Vec3::Z)
+        );
+        for reception in RECEPTIONS {
+            assert_eq!(pdf(reception, Vec3::X), UNIFORM_SHARE * UNIFORM_SPHERE_PDF);
+        }
+    }
+
+    /// Light is sought on the side that counts, however the picture is placed.
+    #[test]
+    fn samples_lie_before_the_receiver() {
+        let spec = InfiniteSpec {
+            light_to_world: Transform::rotate(35.0, DVec3::Y) * Transform::rotate(-90.0, DVec3::X),
+            radiance: Rgb::ONE,
+            map: None,
+            samples: 1,
+        };
+        let even = LightMap::new(64, 32, vec![Rgb::ONE; 2048]);
+        let mapped = InfiniteLight::new(&spec, even, &Transform::IDENTITY);
+        for light in [constant(), mapped] {
+            for n in [Vec3::Y, Vec3::new(0.6, 0.0, -0.8), Vec3::NEG_Z] {
+                for (reception, side) in [(Reception::Front, 1.0), (Reception::Back, -1.0)] {
+                    let from = point(n, reception);
+                    let before = (0..1000)
+                        .filter_map(|i| {
+                            let u = Vec2::new((i as f32 * 0.618_034).fract(), i as f32 / 1000.0);
+                            light.sample(&from, u)
+                        })
+                        .filter(|s| side * s.wi.dot(n) > 0.0)
+                        .count();
+                    // A sixteenth of the samples is spread evenly on the wrong side, or lies in what a class of
+                    // normals has beyond this one's horizon.
+                    assert!(before > 900, "{n} {reception:?}: {before}");
+                }
+            }
+        }
     }
 }

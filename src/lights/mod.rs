@@ -8,6 +8,7 @@ mod clusters;
 pub mod diffuse;
 pub mod distant;
 pub mod environment_map;
+mod few;
 pub mod goniometric;
 pub mod infinite;
 mod lanes;
@@ -17,6 +18,7 @@ pub mod projection;
 mod reach;
 mod sample_count;
 pub mod selection;
+pub mod sky_density;
 pub mod spot;
 mod tree;
 

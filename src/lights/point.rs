@@ -119,6 +119,7 @@ mod tests {
             p_error: Vec3::ZERO,
             n: Vec3::Y,
             time: 0.5,
+            reception: Default::default(),
         };
         let s = light.sample(&from).unwrap();
         assert!((s.radiance - Rgb::new(2.0, 1.0, 0.0)).length() < 1e-6);

@@ -5,7 +5,8 @@
 
 use super::Light;
 use super::clusters::{Candidate, Clusters};
-use super::lanes::Receiver;
+use super::few::Few;
+use super::lanes::{LANES, Receiver};
 use super::reach::magnitude;
 use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
@@ -56,6 +57,7 @@ enum Choice {
     Only,
     Uniform(u32),
     Power(Distribution1D),
+    Few(Few),
     Spatial(Clusters),
 }
 
@@ -76,6 +78,11 @@ impl LightSelector {
                     0.0
                 };
                 let candidates = candidates(lights, scene_radius);
+                if n <= LANES {
+                    return LightSelector {
+                        choice: Choice::Few(Few::new(&candidates, least_distance)),
+                    };
+                }
                 Choice::Spatial(Clusters::new(&candidates, n, least_distance))
             }
         };
@@ -100,21 +107,37 @@ impl LightSelector {
                 let (light, probability, _) = distribution.sample_discrete(u);
                 Some((LightId(light as u32), probability))
             }
+            Choice::Few(few) => few.sample(&Receiver::new(from.p, from.n), u),
             Choice::Spatial(clusters) => clusters.sample(&Receiver::new(from.p, from.n), u),
         }
     }
 
-    /// Probability with which [`LightSelector::sample`] chooses `light` for the point `from`.
+    /// How many lights there are, if so few that what the camera sees had better be lit by a sample of each instead of by one
+    /// of one; lights are then numbered from 0 to this.
+    pub fn few(&self) -> Option<u32> {
+        match &self.choice {
+            Choice::Few(few) if few.len() <= FEW_ENOUGH_FOR_ALL => Some(few.len() as u32),
+            _ => None,
+        }
+    }
+
+    /// Probability with which [`LightSelector::sample`] chooses `light` for the point `from`; 0 for one that it was not given.
     pub fn pmf(&self, from: &ReferencePoint, light: LightId) -> f32 {
         match &self.choice {
-            Choice::Nothing => 0.0,
-            Choice::Only => 1.0,
-            Choice::Uniform(n) => 1.0 / *n as f32,
-            Choice::Power(distribution) => distribution.probability(light.index()),
+            Choice::Only if light.index() == 0 => 1.0,
+            Choice::Uniform(n) if light.0 < *n => 1.0 / *n as f32,
+            Choice::Power(distribution) if light.index() < distribution.len() => {
+                distribution.probability(light.index())
+            }
+            Choice::Nothing | Choice::Only | Choice::Uniform(_) | Choice::Power(_) => 0.0,
+            Choice::Few(few) => few.pmf(&Receiver::new(from.p, from.n), light),
             Choice::Spatial(clusters) => clusters.pmf(&Receiver::new(from.p, from.n), light),
         }
     }
 }
+
+/// Lights so few that the first surface of a path had better sample all of them.
+const FEW_ENOUGH_FOR_ALL: usize = 4;
 
 /// The lights as the choice sees them. Lights without a group stand alone.
 fn candidates(lights: &[Light], scene_radius: f32) -> Vec<Candidate> {
@@ -175,6 +198,7 @@ mod tests {
             p_error: Vec3::ZERO,
             n: Vec3::Y,
             time: 0.0,
+            reception: Default::default(),
         }
     }
 
@@ -254,9 +278,10 @@ mod tests {
             mesh(900, 1),
         ]
         .concat();
+        let few = vec![sky(), lamp(DVec3::ONE, 1.0), spot()];
         let dark = vec![lamp(DVec3::ZERO, 0.0), lamp(DVec3::X, 0.0)];
         let suns = (0..40).map(|_| sun()).collect();
-        vec![mixed, many, dark, suns, mesh(2, 0)]
+        vec![mixed, many, few, dark, suns, mesh(2, 0)]
     }
 
     #[test]

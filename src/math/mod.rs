@@ -14,6 +14,7 @@ pub mod ray;
 pub mod sampling;
 pub mod spectrum;
 pub mod spline;
+pub mod stepped;
 pub mod transform;
 
 pub use glam::{DMat4, DVec2, DVec3, IVec2, UVec2, UVec3, Vec2, Vec3};

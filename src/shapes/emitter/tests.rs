@@ -20,6 +20,7 @@ fn reference(p: Vec3) -> ReferencePoint {
         p_error: Vec3::ZERO,
         n: Vec3::ZERO,
         time: 0.0,
+        reception: Default::default(),
     }
 }
 

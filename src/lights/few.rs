@@ -1,0 +1,69 @@
+//! Choosing one of up to eight lights: as [`super::clusters`] does, with the same estimates and the same even share, but
+//! without a tree.
+
+use super::clusters::{Candidate, EVEN_SHARE, pick, sum};
+use super::lanes::{LANES, Lanes, Receiver};
+use crate::handles::LightId;
+
+/// Up to eight lights, in lanes of the same numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Few {
+    lanes: Lanes,
+    /// What is shared out evenly among groups: sums to 1.
+    even: [f32; LANES],
+    len: usize,
+}
+
+impl Few {
+    /// From the candidates for all lights, of which those beyond the eighth are left out. Distances below `least_distance`
+    /// do not count as nearer.
+    pub(super) fn new(candidates: &[Candidate], least_distance: f32) -> Few {
+        let mut few = Few {
+            lanes: Lanes::empty(),
+            even: [0.0; LANES],
+            len: candidates.len().min(LANES),
+        };
+        for candidate in candidates {
+            let lane = candidate.light.index();
+            if let Some(even) = few.even.get_mut(lane) {
+                *even = candidate.even;
+                few.lanes.set(lane, &candidate.reach, least_distance);
+            }
+        }
+        few
+    }
+
+    /// How many lights there are.
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// A light and its probability.
+    pub(super) fn sample(&self, to: &Receiver, u: f32) -> Option<(LightId, f32)> {
+        let probabilities = self.probabilities(to);
+        let (lane, _) = pick(&probabilities, u * sum(&probabilities));
+        Some((LightId(lane as u32), probabilities[lane]))
+    }
+
+    /// Probability with which [`Few::sample`] chooses `light`.
+    pub(super) fn pmf(&self, to: &Receiver, light: LightId) -> f32 {
+        let probabilities = self.probabilities(to);
+        probabilities.get(light.index()).copied().unwrap_or(0.0)
+    }
+
+    fn probabilities(&self, to: &Receiver) -> [f32; LANES] {
+        let estimates = self.lanes.at(to);
+        let total = sum(&estimates);
+        // Nothing arrives, or the point is not finite.
+        if !(total > 0.0 && total.is_finite()) {
+            return self.even;
+        }
+        let by_estimate = (1.0 - EVEN_SHARE) / total;
+        let mut probabilities = [0.0; LANES];
+        for (p, (even, estimate)) in (probabilities.iter_mut()).zip(self.even.iter().zip(estimates))
+        {
+            *p = EVEN_SHARE * even + by_estimate * estimate;
+        }
+        probabilities
+    }
+}
