@@ -117,15 +117,13 @@ impl PtexFile {
             false => face.first + self.mesh.texels_before(face.resolution, at) * self.channels,
         }
     }
-
-    /// Memory of texels and faces in bytes.
-    pub fn bytes(&self) -> usize {
-        self.texels.bytes() + size_of_val(&self.faces[..])
-    }
 }
 
+/// Faces, and the texels of all.
+type Filled<S> = (Box<[Face]>, Box<[S]>);
+
 /// The faces with their texels.
-fn read<S: Sample>(header: &Header, bytes: &[u8]) -> Result<(Box<[Face]>, Box<[S]>), String> {
+fn read<S: Sample>(header: &Header, bytes: &[u8]) -> Result<Filled<S>, String> {
     let mut faces = face::read(header, bytes)?;
     let order = levels::reduction_order(&faces);
     let mut constants = block::constants::<S>(header, bytes)?;

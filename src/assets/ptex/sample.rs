@@ -47,15 +47,6 @@ pub enum Texels {
 }
 
 impl Texels {
-    pub(super) fn bytes(&self) -> usize {
-        match self {
-            Texels::U8(t) => size_of_val(&t[..]),
-            Texels::U16(t) => size_of_val(&t[..]),
-            Texels::F16(t) => size_of_val(&t[..]),
-            Texels::F32(t) => size_of_val(&t[..]),
-        }
-    }
-
     /// What counts as 1.
     #[inline]
     pub fn one(&self) -> f32 {

@@ -206,7 +206,7 @@ impl Axis {
 
     /// Counted in faces half as large, from the low end of the same face: where that has a single texel
     /// it is cut in two first.
-    pub fn to_half_face(&mut self) {
+    pub fn enter_half_face(&mut self) {
         if self.log2 == 0 {
             self.double();
         }
@@ -214,7 +214,7 @@ impl Axis {
     }
 
     /// Counted in faces twice as large; `in_high_half` tells which half of them this one is.
-    pub fn to_double_face(&mut self, in_high_half: bool) {
+    pub fn leave_half_face(&mut self, in_high_half: bool) {
         if in_high_half {
             self.start += self.size();
         }

@@ -31,7 +31,7 @@ impl Kernel {
             false => Axis::new(u, width, log2),
             true => {
                 let mut axis = Axis::new(0.5 * u, 0.5 * width, log2 + 1);
-                axis.to_half_face();
+                axis.enter_half_face();
                 axis
             }
         };
@@ -108,8 +108,8 @@ impl Kernel {
     /// After a split from a whole face: counts from the first of the two subfaces beyond `edge`, or from
     /// the second. `true` where it is the first, as one comes to them counterclockwise around their face.
     pub fn enter_subface(&mut self, edge: u8) -> bool {
-        self.u.to_half_face();
-        self.v.to_half_face();
+        self.u.enter_half_face();
+        self.v.enter_half_face();
         let (width, height) = (self.u.size(), self.v.size());
         match edge & 3 {
             BOTTOM => {
@@ -146,8 +146,8 @@ impl Kernel {
             TOP => (true, false),
             _ => (true, true),
         };
-        self.u.to_double_face(in_high_u);
-        self.v.to_double_face(in_high_v);
+        self.u.leave_half_face(in_high_u);
+        self.v.leave_half_face(in_high_v);
     }
 
     /// As coarse as a face is, where it is finer.

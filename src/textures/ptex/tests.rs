@@ -251,6 +251,9 @@ fn constant_neighbourhoods_are_looked_up_at_once() {
     assert_eq!(value(&file(&writer), 0, Vec2::ONE, 0.3), 0.75);
 }
 
+/// Logarithms of the resolution, whether it is a subface, and neighbours.
+type WildFace = (u8, u8, bool, [Option<(u32, u8)>; 4]);
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
@@ -267,7 +270,7 @@ proptest! {
         ),
     ) {
         let mesh = if triangles { MeshKind::Triangles } else { MeshKind::Quads };
-        let face = |i: usize, (u, v, sub, neighbours): (u8, u8, bool, [Option<(u32, u8)>; 4])| {
+        let face = |i: usize, (u, v, sub, neighbours): WildFace| {
             let at = if triangles { res(u, u) } else { res(u, v) };
             let face = Face::new(at, neighbours);
             let texel = |k| 0.25 + 0.5 * unit_float(mix2(i as u64, k));
