@@ -292,22 +292,18 @@ impl Pieces {
     /// Children count from their node, so pieces need only be put together. (Room for all at once:
     /// a growing vector of cells would be copied every time, for the sake of their alignment.)
     fn joined(self) -> Tree {
-        let mut cells: Vec<Cell> = bytemuck::zeroed_vec(self.cells());
-        pages::ask_for_large(&mut cells);
-        let mut rest = &mut cells[..];
-        let mut places = Vec::new();
-        for piece in &self.0 {
-            let (place, after) = rest.split_at_mut(piece.cells.len());
-            places.push((place, piece));
-            rest = after;
-        }
-        let copy = |(place, piece): (&mut [Cell], &Tree)| place.copy_from_slice(&piece.cells);
-        places.into_par_iter().for_each(copy);
-        Tree {
-            cells,
-            nodes: self.0.iter().map(|piece| piece.nodes).sum(),
+        let mut tree = Tree {
+            cells: Vec::with_capacity(self.cells()),
+            nodes: 0,
             instructions: Best::find(),
+        };
+        // Before anything touches it: zeros would be written in small pages already.
+        pages::ask_for_large(tree.cells.spare_capacity_mut());
+        for piece in self.0 {
+            tree.cells.extend_from_slice(&piece.cells);
+            tree.nodes += piece.nodes;
         }
+        tree
     }
 }
 

@@ -112,3 +112,41 @@ impl InnerRay {
         t * self.scale - self.start
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::PrimitiveAttributes;
+    use super::super::level::LevelBuilder;
+    use super::*;
+    use crate::assets::mesh::MeshData;
+    use crate::shapes::CompiledShape;
+    use crate::shapes::mesh::TriangleMesh;
+
+    #[test]
+    fn the_box_of_a_turned_copy_is_around_the_object_and_not_around_its_box() {
+        // Sixteen small triangles in a row along a diagonal; turned by 45° they stand in a line.
+        let mut data = MeshData::default();
+        for i in 0..16 {
+            let p = DVec3::new(f64::from(i), f64::from(i), 0.0);
+            let corners = [p, p + DVec3::X * 0.1, p + DVec3::Y * 0.1];
+            data.positions.extend(corners);
+            data.indices.push([3 * i, 3 * i + 1, 3 * i + 2]);
+        }
+        let mesh = TriangleMesh::new(&data, &Transform::IDENTITY, false);
+        let mut builder = LevelBuilder::default();
+        let shape = CompiledShape::Mesh(Box::new(mesh));
+        builder.add(shape, PrimitiveAttributes::default());
+        let level = builder.build(vec![], vec![]).unwrap();
+        let turn = Transform::rotate(45.0, DVec3::Z);
+        let instance = Instance::new(ObjectId(0), &level, &turn).unwrap();
+        let bounds = instance.bounds(&level);
+        for p in &data.positions {
+            let p = turn.m.transform_point3(*p).as_vec3();
+            assert!(bounds.min.cmple(p).all() && bounds.max.cmpge(p).all());
+        }
+        // Around its box it would be 15 √2 wide, as it is long.
+        let size = bounds.max - bounds.min;
+        assert!(size.x < 5.0, "{size}");
+        assert!((20.0..23.0).contains(&size.y), "{size}");
+    }
+}

@@ -8,7 +8,8 @@
 //!
 //! This is the one place of the traversal with `unsafe`, and it is measured to be worth it
 //! (`cargo bench --bench traversal`, AMD EPYC with AVX-512, geometric means over all rays): AVX2 saves
-//! 5 % of the time, fetching ahead 13 %, and AVX-512 another 3 %.
+//! 5 % of the time, fetching ahead 13 %, and AVX-512 another 3 %; its instruction that puts hit children
+//! side by side saves searches for any hit 4 %.
 
 use super::node::{Cell, Child, Node, StoredNode};
 use super::ray::TraversalRay;

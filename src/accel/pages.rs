@@ -5,9 +5,11 @@
 //! rays through such a tree take a fifth less time, others 2 to 5 % (`cargo bench --bench traversal`).
 //! Linux has them where it is asked, as Embree asks too.
 
-/// Asks the system to hold memory, best not yet touched, in large pages. It may well not; nothing else changes.
+use std::mem::MaybeUninit;
+
+/// Asks the system to hold unused memory in large pages. It may well not; nothing else changes.
 #[cfg(target_os = "linux")]
-pub(super) fn ask_for_large<T>(memory: &mut [T]) {
+pub(super) fn ask_for_large<T>(unused: &mut [MaybeUninit<T>]) {
     /// Bytes of a large page.
     const PAGE: usize = 2 << 20;
     /// `MADV_HUGEPAGE` of linux/mman.h.
@@ -18,9 +20,9 @@ pub(super) fn ask_for_large<T>(memory: &mut [T]) {
         fn madvise(start: *mut u8, length: usize, advice: std::ffi::c_int) -> std::ffi::c_int;
     }
 
-    let start = memory.as_mut_ptr().cast::<u8>();
+    let start = unused.as_mut_ptr().cast::<u8>();
     let skipped = start.align_offset(PAGE);
-    let rest = size_of_val(memory).saturating_sub(skipped);
+    let rest = size_of_val(unused).saturating_sub(skipped);
     let whole = rest / PAGE * PAGE;
     if whole > 0 {
         // SAFETY: the bytes are within the slice, and how large their pages are changes none of them.
@@ -33,4 +35,4 @@ pub(super) fn ask_for_large<T>(memory: &mut [T]) {
 
 /// Elsewhere the system decides.
 #[cfg(not(target_os = "linux"))]
-pub(super) fn ask_for_large<T>(_: &mut [T]) {}
+pub(super) fn ask_for_large<T>(_: &mut [MaybeUninit<T>]) {}
