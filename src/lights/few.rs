@@ -58,11 +58,10 @@ impl Few {
         if !(total > 0.0 && total.is_finite()) {
             return self.even;
         }
-        let by_estimate = (1.0 - EVEN_SHARE) / total;
         let mut probabilities = [0.0; LANES];
         for (p, (even, estimate)) in (probabilities.iter_mut()).zip(self.even.iter().zip(estimates))
         {
-            *p = EVEN_SHARE * even + by_estimate * estimate;
+            *p = EVEN_SHARE * even + (1.0 - EVEN_SHARE) * (estimate / total);
         }
         probabilities
     }

@@ -289,6 +289,7 @@ impl PlacedMap {
 mod tests {
     use super::*;
     use crate::math::DVec3;
+    use crate::math::hash::{mix2, unit_float};
 
     const RECEPTIONS: [Reception; 4] = [
         Reception::Alone,
@@ -309,10 +310,9 @@ mod tests {
 
     /// In a medium and on a surface, with light from everywhere it may count from.
     fn points() -> impl Iterator<Item = ReferencePoint> {
-        let normals = [Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8)];
-        normals
-            .into_iter()
-            .flat_map(|n| RECEPTIONS.map(|reception| point(n, reception)))
+        let surface = RECEPTIONS.map(|r| point(Vec3::new(0.6, 0.0, 0.8), r));
+        let medium = [Reception::Alone, Reception::BothSides].map(|r| point(Vec3::ZERO, r));
+        surface.into_iter().chain(medium)
     }
 
     fn constant() -> InfiniteLight {
@@ -355,7 +355,7 @@ mod tests {
     fn density_integrates_to_one_and_agrees_with_samples() {
         for (k, light) in placements().into_iter().enumerate() {
             for from in points() {
-                let side = 256;
+                let side = 512;
                 // What the receiver makes of light from there.
                 let received = |d: Vec3| match from.reception {
                     Reception::Front if from.n != Vec3::ZERO => from.n.dot(d).max(0.0),
@@ -364,8 +364,9 @@ mod tests {
                 };
                 let (mut total, mut estimate, mut integral) = (0.0, 0.0, 0.0);
                 for i in 0..side * side {
-                    let u =
-                        Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5) / side as f32;
+                    let jitter = [1, 2].map(|k| unit_float(mix2(i, k)));
+                    let corner = Vec2::new((i % side) as f32, (i / side) as f32);
+                    let u = (corner + Vec2::from_array(jitter)) / side as f32;
                     let d = uniform_sphere(u);
                     let pdf = light.pdf(&from, d);
                     total += f64::from(pdf / UNIFORM_SPHERE_PDF);
@@ -377,12 +378,16 @@ mod tests {
                         estimate += f64::from(received(s.wi) * s.radiance.x / s.pdf);
                     }
                 }
-                let count = f64::from(side * side);
-                // Grids of 256² points over piecewise functions of some hundred cells, of which one is much
-                // brighter than the others.
-                assert!((total / count - 1.0).abs() < 0.01, "{k}: {}", total / count);
+                let count = (side * side) as f64;
+                // The brightest cells are about 32 by 32 of the points: those at their border, one in eight,
+                // fall inside or outside by chance, which makes 0.3 %. Four times that.
                 assert!(
-                    (estimate / integral - 1.0).abs() < 0.01,
+                    (total / count - 1.0).abs() < 0.013,
+                    "{k}: {}",
+                    total / count
+                );
+                assert!(
+                    (estimate / integral - 1.0).abs() < 0.013,
                     "{k}: {}",
                     estimate / integral
                 );
