@@ -52,7 +52,7 @@ impl InfiniteSpec {
 #[derive(Clone, Debug)]
 pub struct InfiniteLight {
     radiance: Rgb,
-    map: Option<PlacedMap>,
+    map: Option<Box<PlacedMap>>,
     samples: u32,
 }
 
@@ -66,7 +66,8 @@ impl InfiniteLight {
         let render_from_light = *render_from_world * spec.light_to_world;
         InfiniteLight {
             radiance: spec.radiance,
-            map: map.map(|map| PlacedMap::new(EnvironmentMap::new(map), &render_from_light)),
+            map: map
+                .map(|map| Box::new(PlacedMap::new(EnvironmentMap::new(map), &render_from_light))),
             samples: spec.samples,
         }
     }

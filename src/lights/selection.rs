@@ -57,7 +57,7 @@ enum Choice {
     Only,
     Uniform(u32),
     Power(Distribution1D),
-    Few(Few),
+    Few(Box<Few>),
     Spatial(Clusters),
 }
 
@@ -79,11 +79,10 @@ impl LightSelector {
                 };
                 let candidates = candidates(lights, scene_radius);
                 if n <= LANES {
-                    return LightSelector {
-                        choice: Choice::Few(Few::new(&candidates, least_distance)),
-                    };
+                    Choice::Few(Box::new(Few::new(&candidates, least_distance)))
+                } else {
+                    Choice::Spatial(Clusters::new(&candidates, n, least_distance))
                 }
-                Choice::Spatial(Clusters::new(&candidates, n, least_distance))
             }
         };
         LightSelector { choice }

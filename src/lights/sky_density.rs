@@ -293,7 +293,7 @@ mod tests {
     fn values(columns: usize, rows: usize) -> Vec<f32> {
         let value = |i: usize| match i % 11 {
             3 => 0.0,
-            5 if i % 13 == 0 => 70.0,
+            5 if i.is_multiple_of(13) => 70.0,
             k => k as f32 * 0.1 + i as f32 / (columns * rows) as f32,
         };
         (0..columns * rows).map(value).collect()

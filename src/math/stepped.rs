@@ -165,7 +165,7 @@ mod tests {
             0.0, 0.0, 3.0, 1e-12, 0.0, 900.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
             5.0, 0.0, 0.0,
         ];
-        let table = table(values.len(), &[values.clone()]);
+        let table = table(values.len(), std::slice::from_ref(&values));
         let n = 1 << 18;
         let mut counts = vec![0.0; values.len()];
         for k in 0..n {
