@@ -33,6 +33,10 @@ const ROULETTE_AFTER: u32 = 3;
 /// where their bounces cost two fifths of the time and bring no noise (docs/performance.md).
 const EARLY_WORTH: f32 = 4.0;
 
+/// Only directions drawn with at most this density per steradian, three times a diffuse surface's largest: what light
+/// sampling misses is often bright, and mirrors and glossy surfaces that take little light from it would show it seldom.
+const BROAD: f32 = 1.0;
+
 /// Parameters of `Integrator "path"`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
@@ -331,11 +335,13 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
     /// others up.
     #[inline(always)]
     fn survive(&mut self, stream: &mut SampleStream) -> Option<()> {
-        let early = match self.depth <= ROULETTE_AFTER {
-            true => EARLY_WORTH,
-            false => 1.0,
-        };
+        let late = self.depth > ROULETTE_AFTER;
         self.depth += 1;
+        let early = match self.arrival {
+            _ if late => 1.0,
+            Arrival::Scattered { pdf, .. } if pdf <= BROAD => EARLY_WORTH,
+            _ => return Some(()),
+        };
         let worth = early * (self.throughput * self.eta_scale).max_element();
         if worth >= self.path.rr_threshold {
             return Some(());
