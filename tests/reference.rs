@@ -103,6 +103,11 @@ const GLASS_PHOTONS: LeftOut = LeftOut::Within(UVec2::new(38, 55), UVec2::new(53
 /// pixels it moves none by more than 3 %.
 const BLURRED: f64 = 0.03;
 
+/// How far `shape_alpha` may be off: light under a quad with holes for shadow rays only depends on the
+/// weights of multiple importance sampling and on the density of light samples. In its quarter of the
+/// picture that makes 0.3 % (measured for `docs/compatibility.md`).
+const SHADOW_HOLES: f64 = 0.004;
+
 /// The rows of `docs/compatibility.md` for what is left out, one for each of the constants above.
 const REASONS: &[Reason] = &[
     Reason {
@@ -400,7 +405,7 @@ scenes! {
     realistic_tele250_full,
     realistic_wide22_full,
     realistic_wide22_stopped,
-    shape_alpha,
+    shape_alpha { tolerance: SHADOW_HOLES },
     shape_curve,
     shape_heightfield,
     shape_instancing { left_out: SHADOWED_CONES },

@@ -120,10 +120,11 @@ pub fn shadow_holes() -> String {
     let reference = film::read(&root().join("refimages/shape_alpha.exr")).expect("a reference");
     let quarter = Light::within(&ours, ours.bounds);
     let (ratio, error) = quarter.over(&Light::within(&reference.image, ours.bounds));
-    // Darker, and by no more than the weights explain: with pbrt-v3's weights and density in their
-    // place the difference was gone.
+    // By no more than the weights explain: with pbrt-v3's weights and density in their place the
+    // difference was gone. Samples of half the sphere and of both lights make it brighter, as more is left to
+    // shadow rays, which pass the holes; samples of the whole sphere and of one light made it darker by as much.
     assert!(
-        ratio < 1.0 && ratio > 0.996 - SIGMAS * error,
+        (ratio - 1.0).abs() < 0.004 + SIGMAS * error,
         "{ratio} ± {error}"
     );
     format!(
