@@ -126,6 +126,11 @@ impl CurveStore {
         Some((surface, &owner.attributes, light))
     }
 
+    /// What the curve carries that primitive `number` is a piece of.
+    pub fn attributes(&self, number: usize) -> &PrimitiveAttributes {
+        &self.owners[self.segments[number >> PIECE_BITS].owner()].attributes
+    }
+
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         let placed = self.owners.iter().filter(|o| o.placement.is_some()).count();

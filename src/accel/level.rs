@@ -385,6 +385,17 @@ impl Level {
         (mesh, id - mesh.first as usize)
     }
 
+    /// What the shape carries that `id`, a triangle, quadric or curve, is of.
+    pub fn attributes(&self, id: PrimitiveId) -> &PrimitiveAttributes {
+        if id.is_triangle() {
+            return &self.locate(id.index()).0.attributes;
+        }
+        match id.kind() {
+            OtherKind::Curve => self.curves.attributes(id.index()),
+            _ => &self.quadrics[id.index()].attributes,
+        }
+    }
+
     fn corners(&self, id: usize) -> [Vec3; 3] {
         let (mesh, i) = self.locate(id);
         mesh.corners(i)

@@ -74,6 +74,17 @@ pub struct GeometryHit {
     pub t: f32,
 }
 
+/// What a ray meets that looks for light.
+#[derive(Clone, Copy, Debug)]
+pub enum Sight {
+    /// Nothing: it leaves the scene.
+    Open,
+    /// A surface that does not shine.
+    Dark,
+    /// A surface with a light.
+    Shining(GeometryHit),
+}
+
 /// Why geometry cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum GeometryError {
@@ -220,6 +231,31 @@ impl Geometry {
         self.resolve(ray, &found)
     }
 
+    /// The closest hit, for someone who asks for nothing but its light: surfaces without one are not worked out.
+    pub fn look(&self, ray: &Ray, alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32) -> Sight {
+        let Some(found) = Search::<_, false>::run(self, ray, alpha) else {
+            return Sight::Open;
+        };
+        let innermost = found.path.into_iter().filter(|&id| id != PrimitiveId::NONE);
+        let level = innermost.fold(&self.top, |level, id| self.inside(level, id));
+        if level.attributes(found.id).light.is_none() {
+            return Sight::Dark;
+        }
+        self.resolve(ray, &found)
+            .map_or(Sight::Open, Sight::Shining)
+    }
+
+    /// The level that an instance, or something that moves, of `level` holds.
+    fn inside<'a>(&'a self, level: &'a Level, id: PrimitiveId) -> &'a Level {
+        if id.kind() == OtherKind::Instance {
+            return &self.objects[level.instances[id.index()].object.index()];
+        }
+        match &level.moving[id.index()].inner {
+            Inner::Shape(level) => level,
+            Inner::Object(object) => &self.objects[object.index()],
+        }
+    }
+
     /// How far along the ray that hit is, without the surface there.
     pub fn distance(
         &self,
@@ -267,20 +303,11 @@ impl Geometry {
         if next == PrimitiveId::NONE {
             return resolve_in(level, o, d, found);
         }
-        let (place, inside): (Place, &Level) = match next.kind() {
-            OtherKind::Instance => {
-                let instance = &level.instances[next.index()];
-                (instance.place, &self.objects[instance.object.index()])
-            }
-            _ => {
-                let moving = &level.moving[next.index()];
-                let inside = match &moving.inner {
-                    Inner::Shape(level) => level,
-                    Inner::Object(object) => &self.objects[object.index()],
-                };
-                (moving.place(time), inside)
-            }
+        let place: Place = match next.kind() {
+            OtherKind::Instance => level.instances[next.index()].place,
+            _ => level.moving[next.index()].place(time),
         };
+        let inside = self.inside(level, next);
         let inner = place.enter(o, d, inside);
         let found = Found {
             path: [rest, PrimitiveId::NONE],

@@ -132,6 +132,11 @@ impl<'a> Bsdf<'a> {
         self.lobes.iter().any(|l| !l.is_specular())
     }
 
+    /// Is there a lobe of single directions?
+    pub fn has_specular(&self) -> bool {
+        self.lobes.iter().any(Lobe::is_specular)
+    }
+
     /// From where the light comes that reaches `wo` by lobes other than specular ones, if scattered rays find it too.
     pub fn reception(&self, wo: Vec3) -> Reception {
         let through = |l: &Lobe| !l.is_specular() && l.scatters(true);

@@ -2,6 +2,7 @@
 //! combined by the power heuristic (Veach 1997, §9.2; Pharr, Jakob and Humphreys 2016, §14.3.1).
 
 use super::vertex::receiver;
+use crate::accel::Sight;
 use crate::bsdf::Bsdf;
 use crate::handles::LightId;
 use crate::math::sampling::power_heuristic;
@@ -19,7 +20,9 @@ pub fn estimate(
     id: LightId,
     stream: &mut SampleStream,
 ) -> Rgb {
-    let (light_u, lobe, direction_u) = (stream.next_2d(), stream.next_1d(), stream.next_2d());
+    let light_u = stream.next_2d();
+    let lobe = stream.next_1d_if(bsdf.chooses());
+    let direction_u = stream.next_2d();
     let light = world.light(id);
     let from = receiver(surface, bsdf);
     let mut sum = Rgb::ZERO;
@@ -46,12 +49,12 @@ pub fn estimate(
         return sum;
     };
     let ray = surface.spawn_ray(sample.wi);
-    let (radiance, light_pdf) = match world.intersect(&ray) {
-        Some(hit) if hit.light == Some(id) => (
+    let (radiance, light_pdf) = match world.look(&ray) {
+        Sight::Shining(hit) if hit.light == Some(id) => (
             light.emitted(&hit.surface),
             light.pdf(&from, ray.d, Some(&hit.surface)),
         ),
-        None if light.is_infinite() => light.escaped_and_pdf(&from, ray.d),
+        Sight::Open if light.is_infinite() => light.escaped_and_pdf(&from, ray.d),
         _ => return sum,
     };
     if light_pdf > 0.0 {

@@ -70,7 +70,7 @@ pub fn trace(
         let differentials = branch.differentials.as_ref();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
         radiance += branch.throughput * (world.emitted_radiance(&hit) + local(&hit, &bsdf, stream));
-        if branch.level + 1 >= max_depth {
+        if branch.level + 1 >= max_depth || !bsdf.has_specular() {
             continue;
         }
         for transmit in [false, true] {

@@ -88,6 +88,10 @@ impl ObjectSurface for Cylinder {
         }
     }
 
+    fn normal(&self, p: DVec3) -> DVec3 {
+        DVec3::new(p.x, p.y, 0.0) / self.radius
+    }
+
     fn bounds(&self) -> (DVec3, DVec3) {
         let r = self.radius;
         (DVec3::new(-r, -r, self.z_min), DVec3::new(r, r, self.z_max))

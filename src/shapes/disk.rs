@@ -89,6 +89,10 @@ impl ObjectSurface for Disk {
         }
     }
 
+    fn normal(&self, _: DVec3) -> DVec3 {
+        DVec3::Z
+    }
+
     fn bounds(&self) -> (DVec3, DVec3) {
         let (r, h) = (self.radius, self.height);
         (DVec3::new(-r, -r, h), DVec3::new(r, r, h))

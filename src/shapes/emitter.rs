@@ -95,8 +95,9 @@ impl Emitter {
         }
         Emitter::Quadric(Box::new(QuadricEmitter {
             quadric: *quadric,
-            object_area: quadric.form.area(),
+            volume_area: QuadricEmitter::volume_area(quadric),
             area: quadric.area(),
+            error: quadric.largest_position_error(),
         }))
     }
 
@@ -401,31 +402,32 @@ impl SphereEmitter {
 #[derive(Clone, Copy, Debug)]
 pub struct QuadricEmitter {
     quadric: Quadric,
-    /// Area in object space.
-    object_area: f64,
+    /// Area in object space times the change of volumes from there to render space.
+    volume_area: f64,
     /// Area in render space.
     area: f64,
+    /// Half-widths of the boxes that hold the exact points.
+    error: DVec3,
 }
 
 impl QuadricEmitter {
+    fn volume_area(quadric: &Quadric) -> f64 {
+        let m = DMat3::from_mat4(quadric.level_from_object.m);
+        quadric.form.area() * m.determinant().abs()
+    }
+
     /// The render-space area that points are spread over as densely as around one with the unit normal `n`
     /// (render space, either side). With M the matrix, the object-space normal is Mᵀn/|Mᵀn|, so the piece of
     /// surface is |det M| / |Mᵀn| times larger than in object space ([`Quadric::area_scale`]).
     fn area_around(&self, n: DVec3) -> f64 {
         let m = DMat3::from_mat4(self.quadric.level_from_object.m);
-        let scale = m.determinant().abs() / (m.transpose() * n).length();
-        self.object_area * scale
+        self.volume_area / (m.transpose() * n).length()
     }
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
-        let surface = self.quadric.surface(self.quadric.form.sample(u.as_dvec2()));
-        sample_at(
-            surface.p,
-            surface.p_error,
-            surface.n,
-            self.area_around(surface.n),
-            from,
-        )
+        let p = self.quadric.form.sample(u.as_dvec2());
+        let (p, n) = self.quadric.point_and_normal(p);
+        sample_at(p, self.error, n, self.area_around(n), from)
     }
 }
 

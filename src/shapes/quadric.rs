@@ -53,6 +53,11 @@ pub trait ObjectSurface {
     fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)>;
     /// Parameters and derivatives at a point of the surface.
     fn at(&self, p: DVec3) -> ObjectPoint;
+    /// The unit normal there, alone.
+    fn normal(&self, p: DVec3) -> DVec3 {
+        self.at(p).n
+    }
+
     /// Corners of a box around the surface.
     fn bounds(&self) -> (DVec3, DVec3);
     /// A point uniform over the surface's area.
@@ -103,6 +108,10 @@ impl ObjectSurface for Form {
 
     fn at(&self, p: DVec3) -> ObjectPoint {
         each!(self, shape => shape.at(p))
+    }
+
+    fn normal(&self, p: DVec3) -> DVec3 {
+        each!(self, shape => shape.normal(p))
     }
 
     fn bounds(&self) -> (DVec3, DVec3) {
@@ -196,6 +205,29 @@ impl Quadric {
         }
     }
 
+    /// The point and the unit normal of [`Quadric::surface`], alone.
+    pub fn point_and_normal(&self, p: DVec3) -> (DVec3, DVec3) {
+        let normal = self.level_from_object.normal(self.form.normal(p));
+        let side = if self.flip { -1.0 } else { 1.0 };
+        let point = self.level_from_object.m.transform_point3(p);
+        (point, normal / normal.length() * side)
+    }
+
+    /// Corners of the box around the surface in object space.
+    fn corners(&self) -> [DVec3; 8] {
+        let (low, high) = self.form.bounds();
+        std::array::from_fn(|i| {
+            let high_in = [0, 1, 2].map(|axis| i >> axis & 1 == 1);
+            DVec3::select(high_in.into(), high, low)
+        })
+    }
+
+    /// No [`Quadric::position_error`] of its points is larger: that is convex, so it is largest at a corner.
+    pub(super) fn largest_position_error(&self) -> DVec3 {
+        let errors = self.corners().map(|corner| self.position_error(corner));
+        errors.into_iter().fold(DVec3::ZERO, DVec3::max)
+    }
+
     /// Bound on what double precision loses when `p` (object space) is moved to level space and a
     /// ray that starts there is moved back: the largest product's magnitude times the roundings.
     /// The largest over all axes: a rotation's entries and a sum of translations may come out
@@ -211,17 +243,8 @@ impl Quadric {
 
     /// Corners of a box around the surface, level space.
     pub fn bounds(&self) -> (DVec3, DVec3) {
-        let (low, high) = self.form.bounds();
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for i in 0..8 {
-            let pick = |axis: usize| {
-                if i >> axis & 1 == 0 {
-                    low[axis]
-                } else {
-                    high[axis]
-                }
-            };
-            let corner = DVec3::new(pick(0), pick(1), pick(2));
+        for corner in self.corners() {
             let error = self.position_error(corner);
             let corner = self.level_from_object.m.transform_point3(corner);
             min = min.min(corner - error);

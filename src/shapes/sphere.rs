@@ -117,6 +117,10 @@ impl ObjectSurface for Sphere {
         }
     }
 
+    fn normal(&self, p: DVec3) -> DVec3 {
+        p / self.radius
+    }
+
     fn bounds(&self) -> (DVec3, DVec3) {
         let r = self.radius;
         (DVec3::new(-r, -r, self.z_min), DVec3::new(r, r, self.z_max))

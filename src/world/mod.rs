@@ -1,7 +1,7 @@
 //! The frozen world that rays meet: everything a render reads and nothing it writes,
 //! shared by all threads without locks. It holds only what its scene needs.
 
-use crate::accel::{Geometry, GeometryHit};
+use crate::accel::{Geometry, GeometryHit, Sight};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::handles::{LightId, MaterialId, MediumId};
 use crate::lights::Light;
@@ -80,6 +80,12 @@ impl World {
     pub fn intersect(&self, ray: &Ray) -> Option<GeometryHit> {
         self.geometry
             .intersect(ray, &|input, point| self.textures.float(input, point))
+    }
+
+    /// The light of the nearest surface along a ray; see [`Geometry::look`].
+    pub fn look(&self, ray: &Ray) -> Sight {
+        self.geometry
+            .look(ray, &|input, point| self.textures.float(input, point))
     }
 
     /// Is anything in the way before the ray's end?

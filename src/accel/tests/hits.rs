@@ -106,11 +106,20 @@ fn lights_and_materials_come_back() {
         compiled(&data, &Transform::translate(DVec3::Y * 5.0)),
         PrimitiveAttributes::default(),
     );
-    let geometry = builder.build(vec![]).unwrap();
+    let mut object = ObjectBuilder::default();
+    object.add(full_sphere(Transform::IDENTITY), attributes);
+    let beside = Transform::translate(DVec3::X * 2.0);
+    object.add(full_sphere(beside), PrimitiveAttributes::default());
+    builder.add_instance(ObjectId(0), &Transform::translate(DVec3::Y * -5.0));
+    let geometry = builder.build(vec![object]).unwrap();
     let at = |x: f32, y: f32| {
-        let hit = geometry
-            .intersect(&Ray::new(Vec3::new(x, y, 3.0), Vec3::NEG_Z, 0.0), &opaque)
-            .unwrap();
+        let ray = Ray::new(Vec3::new(x, y, 3.0), Vec3::NEG_Z, 0.0);
+        let hit = geometry.intersect(&ray, &opaque).unwrap();
+        match geometry.look(&ray, &opaque) {
+            Sight::Shining(seen) => assert_eq!((seen.light, seen.t), (hit.light, hit.t)),
+            Sight::Dark => assert_eq!(hit.light, None),
+            Sight::Open => panic!("something is there"),
+        }
         (hit.light, hit.material)
     };
     // The triangle without area keeps its number.
@@ -118,6 +127,10 @@ fn lights_and_materials_come_back() {
     assert_eq!(at(0.8, 0.8), (Some(LightId(12)), Some(MaterialId(3))));
     assert_eq!(at(5.0, 0.0), (Some(LightId(20)), None));
     assert_eq!(at(0.2, 5.2), (None, None));
+    assert_eq!(at(0.0, -5.0), (Some(LightId(10)), Some(MaterialId(3))));
+    assert_eq!(at(2.0, -5.0), (None, None));
+    let away = Ray::new(Vec3::new(0.2, 0.2, 3.0), Vec3::Z, 0.0);
+    assert!(matches!(geometry.look(&away, &opaque), Sight::Open));
 }
 
 #[test]

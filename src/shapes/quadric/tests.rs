@@ -26,6 +26,7 @@ pub fn check_derivatives(shape: &impl ObjectSurface) {
         let p = shape.sample(u);
         let at = shape.at(p);
         assert!((at.n.length() - 1.0).abs() < 1e-12);
+        assert_eq!(shape.normal(p), at.n);
         assert!(
             (at.dpdu.cross(at.dpdv).normalize() - at.n).length() < 1e-9,
             "{at:?}"
