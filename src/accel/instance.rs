@@ -4,7 +4,7 @@ use super::aabb::Aabb;
 use super::level::Level;
 use crate::handles::ObjectId;
 use crate::math::DVec3;
-use crate::math::transform::Transform;
+use crate::math::transform::{Transform, box_corners};
 use glam::DAffine3;
 
 /// Where a tree stands in another.
@@ -60,15 +60,7 @@ impl Instance {
     pub fn bounds(&self, level: &Level) -> Aabb {
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for (low, high) in level.padded_parts() {
-            for i in 0..8 {
-                let pick = |axis: usize| {
-                    if i >> axis & 1 == 0 {
-                        low[axis]
-                    } else {
-                        high[axis]
-                    }
-                };
-                let corner = DVec3::new(pick(0), pick(1), pick(2));
+            for corner in box_corners(low, high) {
                 let corner = self.place.outer_from_inner.transform_point3(corner);
                 min = min.min(corner);
                 max = max.max(corner);

@@ -42,7 +42,8 @@ const BROAD: f32 = 1.0;
 pub struct Path {
     /// `maxdepth` (5): largest number of scattering events; 0 shows only what emits.
     pub max_depth: u32,
-    /// `rrthreshold` (1): roulette is played only where the throughput's largest channel is below.
+    /// `rrthreshold` (1): roulette is played only where the throughput's largest channel is below; up to the fourth
+    /// scattering event only below a quarter of it.
     pub rr_threshold: f32,
     /// `lightsamplestrategy` ("spatial"): noise only.
     pub light_strategy: SelectionStrategy,

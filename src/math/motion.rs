@@ -7,7 +7,7 @@
 //! (scene-language 2.2). Mirroring ends, which pbrt-v3 does not handle, keep their mirror in the
 //! stretch.
 
-use super::transform::Transform;
+use super::transform::{Transform, box_corners};
 use super::{DMat4, DVec3};
 use glam::{DAffine3, DMat3, DQuat};
 
@@ -145,15 +145,7 @@ impl Motion {
     pub fn bounds(&self, low: DVec3, high: DVec3) -> (DVec3, DVec3) {
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let steps = if self.angle > 0.0 { TURNING_STEPS } else { 1 };
-        for i in 0..8 {
-            let pick = |axis: usize| {
-                if i >> axis & 1 == 0 {
-                    low[axis]
-                } else {
-                    high[axis]
-                }
-            };
-            let corner = DVec3::new(pick(0), pick(1), pick(2));
+        for corner in box_corners(low, high) {
             let ends = self.stretch.map(|s| s * corner);
             let reach = ends[0].length().max(ends[1].length());
             let bend = self.angle * (self.angle * reach + 2.0 * ends[0].distance(ends[1]));

@@ -149,6 +149,14 @@ impl std::ops::Mul for Transform {
     }
 }
 
+/// The eight corners of the box from `low` to `high`.
+pub fn box_corners(low: DVec3, high: DVec3) -> [DVec3; 8] {
+    std::array::from_fn(|i| {
+        let high_in = [0, 1, 2].map(|axis| i >> axis & 1 == 1);
+        DVec3::select(high_in.into(), high, low)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,7 +12,7 @@ use super::hyperboloid::Hyperboloid;
 use super::local::{LocalSurface, abs_matrix};
 use super::paraboloid::Paraboloid;
 use super::sphere::Sphere;
-use crate::math::transform::Transform;
+use crate::math::transform::{Transform, box_corners};
 use crate::math::{DVec2, DVec3};
 use glam::DMat3;
 
@@ -216,10 +216,7 @@ impl Quadric {
     /// Corners of the box around the surface in object space.
     fn corners(&self) -> [DVec3; 8] {
         let (low, high) = self.form.bounds();
-        std::array::from_fn(|i| {
-            let high_in = [0, 1, 2].map(|axis| i >> axis & 1 == 1);
-            DVec3::select(high_in.into(), high, low)
-        })
+        box_corners(low, high)
     }
 
     /// No [`Quadric::position_error`] of its points is larger: that is convex, so it is largest at a corner.
