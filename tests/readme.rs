@@ -1,5 +1,5 @@
-//! The README's table of features: every scene that it calls a proof exists and uses what it proves,
-//! and no type that is modelled is missing from it. That those scenes are rendered, and how well they
+//! The table of docs/features.md: every scene that it calls a proof exists and uses what it proves,
+//! and no supported type is missing from it. That those scenes are rendered, and how well they
 //! meet pbrt-v3's pictures, is for `tests/reference.rs` and the corpus.
 
 use fstop::cameras::CAMERA_NAMES;
@@ -17,7 +17,7 @@ fn root() -> &'static Path {
 
 /// The cells of the table's rows.
 fn rows() -> Vec<Vec<String>> {
-    let text = std::fs::read_to_string(root().join("README.md")).expect("the README");
+    let text = std::fs::read_to_string(root().join("docs/features.md")).expect("the features");
     let lines = text
         .lines()
         .skip_while(|l| !l.starts_with("| kind | feature |"));
@@ -97,6 +97,6 @@ fn every_type_and_every_reference_is_in_the_table() {
     // pbrt-v2's `metropolis` is a renderer, known as a misspelling only.
     let kinds = scattering.chain(sampling).chain(seeing).chain(scenery);
     for kind in kinds.filter(|kind| **kind != "metropolis") {
-        assert!(named.contains(kind), "`{kind}` is not in the README");
+        assert!(named.contains(kind), "`{kind}` is not in docs/features.md");
     }
 }
