@@ -1,13 +1,13 @@
 //! `fstop compare`: what it says, in which form, with which exit code; and that its page is whole.
 
-mod program;
+mod common;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use common::program::{Run, fstop};
 use fstop::film::{FilmMetadata, Image, PixelBounds, write};
 use fstop::math::hash::mix2;
 use fstop::math::{Rgb, UVec2};
-use program::{Run, fstop};
 use serde_json::Value;
 use std::path::PathBuf;
 

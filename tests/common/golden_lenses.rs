@@ -1,0 +1,69 @@
+//! The lenses of `tests/golden` and their golden data (tests/golden/README.md), for the tests of the optics.
+
+use fstop::optics::{Prescription, Surface};
+use serde_json::Value;
+use std::path::PathBuf;
+
+/// All but `noct_58_f0.95`, which is aspheric and has tests of its own (`tests/optics/asphere_golden.rs`).
+pub const LENSES: [&str; 12] = [
+    "canon_uw_14",
+    "course_dgauss_100",
+    "dgauss_50",
+    "fisheye_10",
+    "nikon_50_f1.2",
+    "petzval_50",
+    "retrofocus_35",
+    "telephoto_250",
+    "tessar_100",
+    "triplet_50",
+    "wide_22",
+    "zoom_80_200_wide",
+];
+
+/// A lens and what others computed for it.
+pub struct Golden {
+    pub name: &'static str,
+    pub prescription: Prescription,
+    pub data: Value,
+}
+
+impl Golden {
+    /// All of [`LENSES`].
+    pub fn all() -> impl Iterator<Item = Golden> {
+        LENSES.into_iter().map(|name| {
+            let (prescription, data) = read(name);
+            Golden {
+                name,
+                prescription,
+                data,
+            }
+        })
+    }
+
+    /// The surfaces with the stop at `scale` of its diameter.
+    pub fn surfaces(&self, scale: f64) -> Vec<Surface> {
+        let mut surfaces = self.prescription.surfaces.clone();
+        for s in surfaces.iter_mut().filter(|s| s.is_stop) {
+            s.aperture *= scale;
+        }
+        surfaces
+    }
+}
+
+/// The prescription and the golden data of the lens `name`.
+pub fn read(name: &str) -> (Prescription, Value) {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+    let file = |ending: &str| folder.join(format!("{name}.{ending}"));
+    let text = std::fs::read_to_string(file("json")).expect("golden data of the project");
+    let prescription = Prescription::read(&file("dat")).expect("a lens of the project");
+    (
+        prescription,
+        serde_json::from_str(&text).expect("golden data are JSON"),
+    )
+}
+
+/// The number at the JSON pointer `path`.
+pub fn number(data: &Value, path: &str) -> f64 {
+    let found = data.pointer(path).and_then(Value::as_f64);
+    found.unwrap_or_else(|| panic!("no {path}"))
+}

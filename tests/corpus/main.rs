@@ -1,8 +1,0 @@
-//! The scenes of `tests/scenes/valid` and `tests/scenes/fuzzed`, each folder with its rule: the
-//! former render, the latter never make the program panic or hang.
-
-mod fuzzed;
-mod mutation;
-#[path = "../program/mod.rs"]
-mod program;
-mod valid;

@@ -1,0 +1,3 @@
+//! What the documentation says, held against the code.
+
+mod features;

@@ -1,0 +1,13 @@
+//! The optics without a scene: golden data computed by others, the exit pupil, stops and planes, and
+//! lenses at the ends of what can be written down.
+
+mod analysis_golden;
+mod asphere_golden;
+#[path = "../common/mod.rs"]
+mod common;
+mod lens_extremes;
+mod optics_fields;
+mod optics_golden;
+mod pupil;
+mod stop_shape;
+mod stops_and_planes;

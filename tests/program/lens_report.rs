@@ -1,0 +1,170 @@
+//! `fstop lens`: JSON says all that the text does, and the page has all that is promised, alone.
+
+use crate::common::program::fstop;
+use serde_json::Value;
+
+const LENS: &str = "tests/golden/triplet_50.dat";
+
+/// All numbers of a JSON value.
+fn numbers(value: &Value, found: &mut Vec<f64>) {
+    match value {
+        Value::Number(n) => found.extend(n.as_f64()),
+        Value::Array(items) => items.iter().for_each(|v| numbers(v, found)),
+        Value::Object(fields) => fields.values().for_each(|v| numbers(v, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn json_has_every_number_of_the_text() {
+    let run = |format: &[&str]| {
+        let run = fstop([&["lens", LENS, "--analysis"], format].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        run.stdout
+    };
+    let json: Value = serde_json::from_str(&run(&["--json"])).expect("JSON");
+    let mut known = Vec::new();
+    numbers(&json, &mut known);
+    let text = run(&[]);
+    let mut checked = 0;
+    for word in text.split([' ', '\n', '/']) {
+        // Row numbers and such have no decimals.
+        let (Ok(value), Some((_, decimals))) = (word.parse::<f64>(), word.split_once('.')) else {
+            continue;
+        };
+        // Half a unit in the last place shown, in the unit shown: mm, m, um, %.
+        let half = 0.5001 * 10f64.powi(-(decimals.len() as i32));
+        let same = |k: &f64| {
+            [1.0, 1e-3, 1e3, 100.0]
+                .iter()
+                .any(|unit| (k * unit - value).abs() <= half)
+        };
+        assert!(known.iter().any(same), "{word} is not in the JSON");
+        checked += 1;
+    }
+    assert!(checked > 200, "{checked}");
+}
+
+/// The names of all elements, and that each ends where it should.
+fn elements(page: &str) -> Vec<String> {
+    let mut open: Vec<String> = Vec::new();
+    let mut all = Vec::new();
+    for tag in page.split('<').skip(1) {
+        let (tag, _) = tag.split_once('>').expect("a tag ends");
+        let name: String = tag
+            .trim_start_matches('/')
+            .chars()
+            .take_while(|c| c.is_alphanumeric())
+            .collect();
+        if tag.starts_with('!') || tag.starts_with('?') || name == "meta" || tag.ends_with('/') {
+            all.push(name);
+        } else if tag.starts_with('/') {
+            assert_eq!(open.pop(), Some(name), "{tag}");
+        } else {
+            all.push(name.clone());
+            open.push(name);
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+    all
+}
+
+#[test]
+fn the_page_is_whole_and_alone() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("page.html");
+    let name = file.to_string_lossy().into_owned();
+    let run = fstop(["lens", "tests/golden/triplet_50.dat", "--report", &name]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let page = std::fs::read_to_string(&file).expect("the page");
+    let all = elements(&page);
+    let count = |name: &str| all.iter().filter(|n| *n == name).count();
+    assert!(
+        count("svg") >= 7 && count("section") == 1 + count("svg"),
+        "{} {}",
+        count("svg"),
+        count("section")
+    );
+    assert!(count("table") >= 7 && count("script") == 0 && count("link") == 0 && count("img") == 0);
+    // Every item of the list, each with what its axes or columns are in.
+    for (section, parts) in [
+        ("cross-section", &["Cross-section", "mm"][..]),
+        ("spots", &["Spot diagrams", "µm"]),
+        ("fans", &["Ray aberrations", "µm"]),
+        ("mtf", &["MTF over the field", "lp/mm", "mm"]),
+        ("distortion", &["Distortion", "%", "mm"]),
+        (
+            "illumination",
+            &["Relative illumination", "cos⁴", "%", "mm"],
+        ),
+        ("sampling", &["Pupil sampling", "%", "mm"]),
+        (
+            "models",
+            &[
+                "Lens models",
+                "exact, f32 lanes",
+                "polynomial 9",
+                "table 3",
+                "thick",
+                "thin",
+                "ns a useful ray",
+            ],
+        ),
+    ] {
+        let (_, rest) = page
+            .split_once(&format!("<section id=\"{section}\""))
+            .unwrap_or_else(|| panic!("no {section}"));
+        let (body, _) = rest.split_once("</section>").expect("its end");
+        for part in parts {
+            assert!(body.contains(part), "{section}: {part}");
+        }
+    }
+    for part in [
+        "view, horizontal",
+        "view, diagonal",
+        "Focus table",
+        "sharp from",
+        "Over the field",
+        "Prescription",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    let links = page.replace("http://www.w3.org/2000/svg", "");
+    for outside in ["http:", "https:", "src=", "@import", "url(", "NaN"] {
+        assert!(!links.contains(outside), "{outside}");
+    }
+}
+
+#[test]
+fn rendering_says_what_auto_took_and_how_far_it_is_off() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("a.exr").to_string_lossy().into_owned();
+    let scene = "tests/scenes/valid/realistic_camera.pbrt";
+    for (tolerance, expected) in [
+        // Nothing cheaper than a handful of surfaces is exact.
+        ("0", "lens model `auto` took exact, "),
+        // Pixels of two millimetres forgive principal planes.
+        ("1000", "lens model `auto` took thick, "),
+    ] {
+        let run = fstop([
+            "render",
+            scene,
+            "-o",
+            &output,
+            "--spp",
+            "1",
+            "--lens-model",
+            "auto",
+            "--tolerance",
+            tolerance,
+        ]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let line = run.stderr.lines().find(|l| l.contains(expected));
+        let line = line.unwrap_or_else(|| panic!("{expected} not in {}", run.stderr));
+        assert!(line.contains("ns a ray"), "{line}");
+        assert!(
+            expected.contains("exact") || line.contains("99 of 100 rays within"),
+            "{line}"
+        );
+    }
+}

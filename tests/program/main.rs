@@ -1,0 +1,10 @@
+//! The program `fstop` as a user runs it: its commands, what they print, and the files they write.
+
+mod cli;
+#[path = "../common/mod.rs"]
+mod common;
+mod diagnostics;
+mod lens_report;
+mod loading;
+mod passes;
+mod tradeoff;

@@ -1,0 +1,90 @@
+//! `tests/scenes/valid`: scenes in every spelling that public scene files have. Each is rendered by
+//! the program, must end well, say exactly what is recorded beside it, and give a finite picture.
+//! `tests/scenes/passable`: scenes with the mistakes that pbrt-v3 reports and renders on after. They
+//! are refused, and rendered with `--keep-going`.
+
+use crate::common::program::{differs_from_recorded, fstop, scenes};
+use std::path::Path;
+
+/// The problems among what `fstop render` printed: paragraphs that begin with their severity. The
+/// rest tells about the camera and how long it took.
+fn problems(stderr: &str) -> String {
+    let mut kept = String::new();
+    let mut inside = false;
+    for line in stderr.lines() {
+        let severities = ["error", "warning", "note"];
+        if severities
+            .iter()
+            .any(|s| line.starts_with(&format!("{s}: ")))
+        {
+            inside = true;
+        }
+        if inside {
+            kept += line.trim_end();
+            kept += "\n";
+        }
+        inside &= !line.is_empty();
+    }
+    kept
+}
+
+/// Renders one scene with the arguments `more`, after which the program must exit with `code`; what
+/// is wrong with it, if anything.
+fn render(scene: &Path, more: &[&str], code: i32) -> Result<(), String> {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("picture.exr");
+    let arguments = ["render", "--spp", "1", "--threads", "1", "-o"];
+    let mut command: Vec<&std::ffi::OsStr> = arguments.map(std::ffi::OsStr::new).to_vec();
+    command.extend([output.as_os_str(), scene.as_os_str()]);
+    command.extend(more.iter().map(std::ffi::OsStr::new));
+    let run = fstop(command);
+    if run.code != code {
+        let (code, stderr) = (run.code, run.stderr);
+        return Err(format!("{}: exit code {code}\n{stderr}", scene.display()));
+    }
+    if let Some(difference) = differs_from_recorded(scene, &problems(&run.stderr)) {
+        return Err(difference);
+    }
+    for entry in std::fs::read_dir(folder.path()).expect("the folder") {
+        let path = entry.expect("an entry").path();
+        let picture = fstop::film::read(&path).map_err(|e| e.to_string())?.image;
+        if !picture
+            .pixels
+            .iter()
+            .all(|p| p.is_finite() && p.min_element() >= 0.0)
+        {
+            return Err(format!("{}: not a finite picture", scene.display()));
+        }
+    }
+    Ok(())
+}
+
+/// Fails where one of the scenes of `kind` is not as it should be.
+fn render_all(kind: &str, least: usize, more: &[&str], code: i32) {
+    let all = scenes(kind);
+    assert!(all.len() >= least, "only {} scenes", all.len());
+    let wrong: Vec<String> = all
+        .iter()
+        .filter_map(|scene| render(scene, more, code).err())
+        .collect();
+    assert!(
+        wrong.is_empty(),
+        "{} scenes:\n{}",
+        wrong.len(),
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn every_valid_scene_renders() {
+    render_all("valid", 50, &[], 0);
+}
+
+#[test]
+fn every_passable_scene_renders_when_asked_to() {
+    for scene in scenes("passable") {
+        let refused = fstop(["render".as_ref(), scene.as_os_str()]);
+        assert_eq!(refused.code, 2, "{}: {}", scene.display(), refused.stderr);
+    }
+    render_all("passable", 3, &["--keep-going"], 1);
+}

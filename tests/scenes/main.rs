@@ -1,0 +1,16 @@
+//! Whole scenes: what is rendered, against pbrt-v3's images, the course's, laws of light, and the
+//! messages recorded beside each scene file.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod compatibility;
+mod corpus;
+mod course;
+mod curve_lights;
+mod fourier;
+mod laws;
+mod mixed_interiors;
+mod ptex;
+mod references;
+mod tables;
+mod watertight;
