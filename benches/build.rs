@@ -5,6 +5,8 @@
 //! time where Linux tells it: on a machine that others use, half the processor time of two threads is
 //! nearer to what an idle one would show.
 
+#![allow(clippy::print_stdout)]
+
 use fstop::accel::{Geometry, GeometryBuilder, PrimitiveAttributes};
 use fstop::assets::mesh::MeshData;
 use fstop::math::DVec3;

@@ -8,6 +8,8 @@
 //!
 //! "Maximum resident set size" is the memory; `docs/performance.md` holds what was measured.
 
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};

@@ -5,6 +5,8 @@
 //! `cargo run --release --example many_lights -- FOLDER` writes the scenes there instead;
 //! `-- build COUNT` measures the making of the choice alone, for so many lights.
 
+#![allow(clippy::print_stdout)]
+
 use fstop::build::{Built, build};
 use fstop::film::Image;
 use fstop::lights::{LightSelector, SelectionStrategy};

@@ -6,6 +6,8 @@
 //! rs_pbrt writes eight-bit PNG only, so fstop's pictures are measured by theirs too. Rounding to eight bits
 //! adds about 1/12 of a step squared, a percent or less of the errors that are compared, and the same to both.
 
+#![allow(clippy::print_stdout)]
+
 use fstop::film;
 use fstop::math::Vec3;
 use fstop::math::color::linear_from_srgb;

@@ -4,6 +4,8 @@
 //! The lenses, their film planes and image circles are those of `tests/golden`. With lens names as
 //! arguments only those are measured, and nothing is written.
 
+#![allow(clippy::print_stdout)]
+
 use fstop::cameras::pbrt_pupil_box::{self, PupilBox, pupil_box};
 use fstop::math::Vec2;
 use fstop::math::sampling::concentric_disk;

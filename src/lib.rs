@@ -23,6 +23,7 @@ pub mod build;
 pub mod cameras;
 pub mod cli;
 pub mod compare;
+pub(crate) mod console;
 pub mod film;
 pub mod filters;
 pub mod handles;

@@ -5,6 +5,8 @@
 //! the program and runs both. One thread; all contenders take turns within every round, the clock is
 //! the thread's processor time, and the best round counts.
 
+#![allow(clippy::print_stdout)]
+
 mod clock;
 mod contenders;
 mod embree;

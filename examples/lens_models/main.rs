@@ -3,6 +3,8 @@
 //!
 //! `cargo run --release --example lens_models`
 
+#![allow(clippy::print_stderr)]
+
 mod figure;
 
 use figure::{Axis, Point};

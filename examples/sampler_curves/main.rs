@@ -7,6 +7,8 @@
 //! Each scene has a long reference of other random numbers, rendered in two halves whose difference tells its
 //! own error, which is taken off. Every point is the mean of [`PICTURES`] pictures.
 
+#![allow(clippy::print_stderr)]
+
 mod figure;
 
 use fstop::build::build;

@@ -2,6 +2,7 @@
 //! pictures they name; nothing is rendered.
 
 use super::{BAD_INPUT, ReadArgs, messages};
+use crate::console;
 use crate::syntax::SourceMap;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -19,18 +20,25 @@ pub struct CheckArgs {
 
 /// Checks every file; exit code 0 where all are fit to render, else 2.
 pub fn run(args: &CheckArgs) -> ExitCode {
-    let mut refused = 0;
+    let mut all_fit = true;
     for scene in &args.scenes {
-        refused += usize::from(!check(scene, &args.read));
+        match check(scene, &args.read) {
+            Ok(fit) => all_fit &= fit,
+            Err(lost) => {
+                messages::error(lost);
+                return ExitCode::from(BAD_INPUT);
+            }
+        }
     }
-    if refused > 0 {
-        ExitCode::from(BAD_INPUT)
-    } else {
+    if all_fit {
         ExitCode::SUCCESS
+    } else {
+        ExitCode::from(BAD_INPUT)
     }
 }
 
-fn check(path: &Path, args: &ReadArgs) -> bool {
+/// Whether it is fit to render.
+fn check(path: &Path, args: &ReadArgs) -> Result<bool, String> {
     let sources = SourceMap::new();
     let (scene, diagnostics) = messages::read(path, &args.settings(), &sources);
     if let Some(scene) = scene {
@@ -41,6 +49,6 @@ fn check(path: &Path, args: &ReadArgs) -> bool {
     let verdict = if fit { "ok" } else { "not fit to render" };
     let summary = diagnostics.summary();
     let found = summary.map_or_else(String::new, |found| format!(" ({found})"));
-    println!("{}: {verdict}{found}", path.display());
-    fit
+    console::answer(format_args!("{}: {verdict}{found}", path.display()))?;
+    Ok(fit)
 }

@@ -1,10 +1,11 @@
 //! Printing what was found in a scene.
 
 use crate::build;
+use crate::console;
 use crate::film;
 use crate::scene::{Frame, ReadSettings, SceneDescription, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap, Style};
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::Path;
 
 /// Reads a scene; `-` is standard input. No scene where the file itself cannot be read.
@@ -51,22 +52,17 @@ pub fn print(diagnostics: &Diagnostics, sources: &SourceMap) {
     } else {
         Style::Plain
     };
-    // Standard error may be closed; there is nobody left to tell.
-    let _ = write!(
-        std::io::stderr().lock(),
-        "{}",
-        diagnostics.render(sources, style)
-    );
+    console::say_text(&diagnostics.render(sources, style).to_string());
 }
 
 /// Prints one line of trouble that has no place in a file.
 pub fn error(message: impl std::fmt::Display) {
-    eprintln!("error: {message}");
+    console::say(format_args!("error: {message}"));
 }
 
 /// Prints one line of advice that has no place in a file.
 pub fn warning(message: impl std::fmt::Display) {
-    eprintln!("warning: {message}");
+    console::say(format_args!("warning: {message}"));
 }
 
 /// What a scene is refused for.

@@ -12,6 +12,7 @@ mod render;
 mod tradeoff;
 
 use crate::cameras::{Compat, DEFAULT_TOLERANCE, DEGREES, ModelChoice};
+use crate::console;
 use crate::optics::models::ModelKind;
 use crate::params::Dialect;
 use crate::scene::ReadSettings;
@@ -19,6 +20,7 @@ use crate::scene::dialect::DialectChoice;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use messages::Rigour;
 use std::ffi::OsString;
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Exit code of a question that was answered with no.
@@ -130,13 +132,12 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match Cli::try_parse_from(with_default_command(args.into_iter().collect())) {
         Ok(cli) => cli,
         Err(error) => {
-            // Printing help can only fail where nobody reads it.
-            let _ = error.print();
-            return if error.use_stderr() {
-                ExitCode::from(BAD_INPUT)
-            } else {
-                ExitCode::SUCCESS
-            };
+            let printed = error.print().and_then(|()| std::io::stdout().flush());
+            if error.use_stderr() {
+                return ExitCode::from(BAD_INPUT);
+            }
+            return console::delivered(printed)
+                .map_or(ExitCode::from(BAD_INPUT), |()| ExitCode::SUCCESS);
         }
     };
     match cli.command {

@@ -5,6 +5,7 @@ use super::messages::Rigour;
 use super::outputs::Outputs;
 use super::{BAD_INPUT, NOT_ALL, ReadArgs, messages};
 use crate::build;
+use crate::console;
 use crate::film::DroppedSample;
 use crate::film::{self, FilmMetadata};
 use crate::integrators::witness::{Met, Place};
@@ -328,7 +329,7 @@ fn apply(args: &RenderArgs, frame: &mut Frame) -> Result<(), String> {
 
 fn report_start(built: &build::Built) {
     for line in &built.description {
-        eprintln!("{line}");
+        console::say(line);
     }
 }
 
@@ -432,11 +433,11 @@ fn report_end(taken: &Taken, shot: &Shot, outputs: &Outputs, started: Instant, r
             }
         ),
     };
-    eprintln!(
+    console::say(format_args!(
         "{}: {quality}, {:.2} s ({:.2} M samples/s), {:.2} s in all",
         written.join(" and "),
         seconds,
         samples / seconds / 1e6,
         started.elapsed().as_secs_f64(),
-    );
+    ));
 }

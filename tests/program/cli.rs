@@ -10,28 +10,28 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// 64×64 pixels under a wide filter, with mirrors, textures and depth.
-const MITCHELL: &str = "tests/scenes/reference/filter_mitchell.pbrt";
+pub const MITCHELL: &str = "tests/scenes/reference/filter_mitchell.pbrt";
 /// A real lens, stratified samples.
-const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
+pub const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
 /// Instances, Sobol' points, an area light.
-const OBJECTS: &str = "tests/scenes/valid/instancing.pbrt";
+pub const OBJECTS: &str = "tests/scenes/valid/instancing.pbrt";
 /// Three frames of 16×12, 8×6 and 4×3 pixels, named in the file.
 const FRAMES: &str = "tests/scenes/valid/several_frames.pbrt";
 
 /// A folder for pictures, gone with the test.
-struct Folder(tempfile::TempDir);
+pub struct Folder(pub tempfile::TempDir);
 
 impl Folder {
-    fn new() -> Folder {
+    pub fn new() -> Folder {
         Folder(tempfile::tempdir().expect("a temporary folder"))
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
     /// Everything in the folder, sorted.
-    fn names(&self) -> Vec<String> {
+    pub fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = std::fs::read_dir(self.0.path())
             .expect("the folder")
             .map(|entry| {
@@ -47,7 +47,7 @@ impl Folder {
     }
 
     /// `fstop render SCENE -o NAME OPTIONS`, which must end well.
-    fn render(&self, scene: &str, name: &str, options: &[&str]) -> Run {
+    pub fn render(&self, scene: &str, name: &str, options: &[&str]) -> Run {
         let run = fstop(command("render", scene, &self.path(name), options));
         assert_eq!(run.code, 0, "{scene} {options:?}\n{}", run.stderr);
         run
@@ -59,14 +59,14 @@ impl Folder {
     }
 }
 
-fn command(word: &str, scene: &str, output: &Path, options: &[&str]) -> Vec<OsString> {
+pub fn command(word: &str, scene: &str, output: &Path, options: &[&str]) -> Vec<OsString> {
     let mut command: Vec<OsString> = [word, scene, "-o"].map(OsString::from).to_vec();
     command.push(output.into());
     command.extend(options.iter().map(OsString::from));
     command
 }
 
-fn load(path: &Path) -> Loaded {
+pub fn load(path: &Path) -> Loaded {
     read(path).unwrap_or_else(|error| panic!("{error}"))
 }
 

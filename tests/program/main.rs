@@ -7,4 +7,6 @@ mod diagnostics;
 mod lens_report;
 mod loading;
 mod passes;
+#[cfg(target_os = "linux")]
+mod streams;
 mod tradeoff;

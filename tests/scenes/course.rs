@@ -30,6 +30,8 @@
 //! **False alarms.** At most [`ALPHA`] for one scene, as in `tests/scenes/references.rs`; none at all where
 //! the true difference is half the tolerance.
 
+#![allow(clippy::print_stdout)]
+
 use crate::common::rendering::{Render, explain};
 use fstop::compare::{Comparison, Estimate, Options, compare};
 use fstop::film::{Image, read};

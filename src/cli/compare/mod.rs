@@ -9,11 +9,11 @@ mod text;
 use super::{ANSWER_IS_NO, BAD_INPUT, messages};
 use crate::compare::flip::{self, ExposureRange, FlipMap, PIXELS_PER_DEGREE};
 use crate::compare::{Comparison, Correction, Estimate, Noise, Options, compare, p_values};
+use crate::console;
 use crate::film::Image;
 use crate::math::Rgb;
 use clap::{Args, ValueEnum};
 use input::Input;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -166,8 +166,7 @@ fn report(args: &CompareArgs) -> Result<bool, String> {
     } else {
         text::text(&report)
     };
-    // Nobody may be listening any more (`| head`); the exit code still counts.
-    let _ = writeln!(std::io::stdout(), "{said}");
+    console::answer(said)?;
     Ok(report.comparison.agrees())
 }
 

@@ -8,6 +8,7 @@ mod pictures;
 mod plots;
 
 use super::{BAD_INPUT, messages};
+use crate::console;
 use crate::optics::analysis::{Colour, Effort, Film, LensAnalysis, ObjectPlane};
 use crate::optics::best_focus;
 use crate::optics::{Lens, LensReport, Prescription};
@@ -157,7 +158,7 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
             }
         }
         let shown = analysis.filter(|_| args.analysis);
-        println!("{}", text(args, path, &report, shown)?);
+        console::answer(text(args, path, &report, shown)?)?;
     }
     match &args.pictures {
         Some(folder) => write(
@@ -197,7 +198,7 @@ fn text(
 fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
     let mut prescription = Prescription::read(path).map_err(|e| e.to_string())?;
     for warning in &prescription.warnings {
-        eprintln!("warning: {}: {warning}", path.display());
+        messages::warning(format_args!("{}: {warning}", path.display()));
     }
     if let Some(scale) = args.scale {
         if !(scale > 0.0 && scale.is_finite()) {
@@ -212,7 +213,7 @@ fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
             ));
         }
         for warning in prescription.set_stops(diameter) {
-            eprintln!("warning: {warning}");
+            messages::warning(warning);
         }
     }
     let lens =

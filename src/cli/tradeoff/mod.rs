@@ -7,6 +7,7 @@ mod text;
 use super::goal::relative;
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::build;
+use crate::console;
 use crate::scene::Frame;
 use crate::syntax::SourceMap;
 use crate::tradeoff::{Estimate, Measured, Settings, Study, study};
@@ -97,24 +98,24 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
     };
     let say = |what: String| {
         if !args.quiet {
-            eprintln!("{what} ...");
+            console::say(format_args!("{what} ..."));
         }
     };
     let result = pool.install(|| study(built, &options, &settings, &say));
     let result = result.map_err(|e| Some(e.to_string()))?;
     let name = args.scene.file_name().unwrap_or_default().to_string_lossy();
     let shrunk = options.film.resolution != full;
-    if args.json {
-        println!("{:#}", json_of(&result, &name));
-    } else {
-        print!("{}", text::report(&result, &name, shrunk));
-    }
     if let Some(path) = &args.html {
         let page = page::html(&result, &name, shrunk).map_err(Some)?;
         std::fs::write(path, page)
             .map_err(|e| Some(format!("{}: cannot write: {e}", path.display())))?;
     }
-    Ok(())
+    let answer = if args.json {
+        format!("{:#}", json_of(&result, &name))
+    } else {
+        text::report(&result, &name, shrunk)
+    };
+    console::answer(answer.trim_end()).map_err(Some)
 }
 
 fn json_of(study: &Study, scene: &str) -> Value {
