@@ -1,4 +1,4 @@
-//! Writes `docs/lens-precision.md`: how far single precision is from the truth, for every lens in
+//! Writes `docs/generated/lens-precision.md`: how far single precision is from the truth, for every lens in
 //! `tests/golden` and for single surfaces.
 //!
 //! `cargo run --release --example lens_precision`
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let [ours, centre] = surface_errors(10f64.powi(exponent));
         writeln!(text, "| 1e{exponent} | {ours:.2e} | {centre:.2e} |")?;
     }
-    std::fs::write(root.join("docs/lens-precision.md"), text)?;
+    std::fs::write(root.join("docs/generated/lens-precision.md"), text)?;
     Ok(())
 }
 

@@ -1,5 +1,5 @@
 //! Measures what part of the sampled rays passes a lens, for four ways of aiming at the exit pupil,
-//! and writes the tables of `docs/pupil.md`: `cargo run --release --example pupil_table`.
+//! and writes `docs/generated/pupil.md`: `cargo run --release --example pupil_table`.
 //!
 //! The lenses, their film planes and image circles are those of `tests/golden`. With lens names as
 //! arguments only those are measured, and nothing is written.
@@ -39,6 +39,12 @@ const FILM: [f64; 2] = [36.0, 24.0];
 /// Rays per film height, and per picture: their pass fractions are good to some 0.1 %.
 const RAYS: u32 = 1 << 16;
 
+const HEAD: &str = "# The exit pupil: measured
+
+Written by `cargo run --release --example pupil_table`, not by hand. [The exit pupil](../pupil.md) says what is measured, and how.
+
+";
+
 fn main() -> Result<(), Box<dyn Error>> {
     let names: Vec<String> = std::env::args().skip(1).collect();
     let chosen = |name: &&&str| names.is_empty() || names.iter().any(|n| n == **name);
@@ -53,7 +59,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         tables += "\n";
     }
     if names.is_empty() {
-        write_into(Path::new("docs/pupil.md"), &tables)?;
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/generated/pupil.md");
+        std::fs::write(page, format!("{HEAD}{}\n", tables.trim_end()))?;
     }
     Ok(())
 }
@@ -64,16 +71,6 @@ fn header(stops: &str) -> String {
          a full-frame picture inside the image circle. (−x): part of the pupil's light that is never sampled, %.\n\n\
          | lens | aimed at | 0 | ¼ | ½ | ¾ | 1 | picture | set-up, ms |\n|---|---|---|---|---|---|---|---|---|"
     )
-}
-
-/// Replaces what stands between the two marks.
-fn write_into(file: &Path, tables: &str) -> Result<(), Box<dyn Error>> {
-    let text = std::fs::read_to_string(file)?;
-    let (open, close) = ("<!-- tables -->\n", "<!-- end of tables -->");
-    let (before, rest) = text.split_once(open).ok_or("no opening mark")?;
-    let (_, after) = rest.split_once(close).ok_or("no closing mark")?;
-    std::fs::write(file, format!("{before}{open}{tables}{close}{after}"))?;
-    Ok(())
 }
 
 /// One lens at one stop.

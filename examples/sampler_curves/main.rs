@@ -1,8 +1,7 @@
-//! Writes the tables and the figure of `docs/samplers.md`: mean squared error against samples a pixel, for
-//! every sampler on five scenes.
+//! Writes `docs/generated/samplers.md` and its figure: mean squared error against samples per pixel, for every
+//! sampler on five scenes.
 //!
-//! `cargo run --release --example sampler_curves` takes about five minutes of a processor, and replaces what
-//! stands between the marks in `docs/samplers.md`, and `docs/samplers.svg`.
+//! `cargo run --release --example sampler_curves` takes about five minutes of a processor.
 //!
 //! Each scene has a long reference of other random numbers, rendered in two halves whose difference tells its
 //! own error, which is taken off. Every point is the mean of [`PICTURES`] pictures.
@@ -44,6 +43,24 @@ const HALF_REFERENCE: u32 = 2048;
 /// The fit of a slope leaves out the first counts, where samples are too few to be spread.
 const FIT_FROM: u32 = 4;
 
+const HEAD: &str = "# Samplers: measured
+
+Written by `cargo run --release --example sampler_curves`, not by hand. [Samplers](../samplers.md) says what is measured, and
+how.
+
+## Names
+
+";
+
+const CURVES: &str = "
+## Error against samples
+
+Relative mean squared error at each number of samples per pixel.
+
+![Relative mean squared error against samples per pixel](samplers.svg)
+
+";
+
 /// What one sampler does on one scene.
 pub struct Curve {
     /// The sampler.
@@ -59,12 +76,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         eprintln!("{name}");
         curves.push((format!("{name}: {what}"), measure(name)?));
     }
-    let path = root.join("docs/samplers.md");
-    let page = std::fs::read_to_string(&path)?;
-    let page = between(&page, "names", &names()?)?;
-    let page = between(&page, "curves", &tables(&curves)?)?;
-    std::fs::write(path, page)?;
-    std::fs::write(root.join("docs/samplers.svg"), figure::draw(&curves)?)?;
+    let folder = root.join("docs/generated");
+    let page = format!("{HEAD}{}{CURVES}{}", names()?, tables(&curves)?);
+    std::fs::write(folder.join("samplers.md"), page)?;
+    std::fs::write(folder.join("samplers.svg"), figure::draw(&curves)?)?;
     Ok(())
 }
 
@@ -213,12 +228,4 @@ fn slope(curve: &Curve) -> Estimate {
     let quantile = StudentsT::new(0.0, 1.0, n - 2.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
     let within = quantile * (rest / (n - 2.0) / spread).sqrt();
     Estimate { value, within }
-}
-
-/// `page` with what stands between the two marks `name` replaced.
-fn between(page: &str, name: &str, text: &str) -> Result<String, Box<dyn Error>> {
-    let [start, end] = ["", "/"].map(|slash| format!("<!-- {slash}{name} -->"));
-    let (before, rest) = page.split_once(&start).ok_or("no mark in the page")?;
-    let (_, after) = rest.split_once(&end).ok_or("no mark in the page")?;
-    Ok(format!("{before}{start}\n\n{text}\n{end}{after}"))
 }

@@ -9,8 +9,7 @@
 //! a renderer of the right expectation fails: 1e-4, so 0.9 % for the 87 scenes. Seeds are fixed, so
 //! this is thrown once for each change of the program's random numbers, not at each run of the tests.
 //!
-//! **Tables.** The tests write `docs/references.md` and the rows of `docs/compatibility.md` that tell what
-//! is left out, and fail where those are out of date (`tests/scenes/references/table.rs` says how).
+//! **Tables.** The tests write `docs/generated/references.md`, with what is left out, and fail where it is out of date (`tests/scenes/references/table.rs` says how).
 //!
 //! **What is found.** With 1 to 2 % noise per pixel on either side, a bias of 0.3 % over a picture,
 //! 0.5 % over a quarter of it, 2 % over a block of 8 × 8 pixels, or 15 % in one pixel.
@@ -106,25 +105,19 @@ const BLURRED: f64 = 0.03;
 /// picture that makes 0.3 % (measured for `docs/compatibility.md`).
 const SHADOW_HOLES: f64 = 0.004;
 
-/// The rows of `docs/compatibility.md` for what is left out, one for each of the constants above.
+/// What is left out, one for each of the constants above; `docs/compatibility.md` explains each under this heading.
 const REASONS: &[Reason] = &[
     Reason {
         name: "SHADOWED_CONES",
-        what: "shadows that cones cast on themselves",
-        pbrt: "the hit of `Shape \"cone\"` keeps its rounding error in single precision and is not moved onto the surface: shadow rays start inside; cones up to 2× too dark near the tip when far or small",
-        fstop: "solved in double precision, on the surface",
+        what: "Shadows that cones cast on themselves",
     },
     Reason {
         name: "MIRRORED_DISKS",
-        what: "light of a mirrored emissive quadric",
-        pbrt: "rays see it on one side, light sampling sends it to the other",
-        fstop: "one side, the one rays see",
+        what: "Light of mirrored quadrics",
     },
     Reason {
         name: "GLASS_PHOTONS",
-        what: "photons of `sppm` at the foot of a glass ball",
-        pbrt: "photons that land on the ball within the gathering radius of 0.08, going in and coming out, count for the floor too: a bright rim around the contact, up to four times what the floor receives",
-        fstop: "rendered by `path`, without that bias",
+        what: "Photons at the foot of a glass ball",
     },
 ];
 
@@ -200,7 +193,7 @@ impl Case {
         table::record(&entries(), REASONS, name, self.row(&comparison, left_out));
     }
 
-    /// The cells of `docs/references.md` after the scene's name.
+    /// The cells of `docs/generated/references.md` after the scene's name.
     fn row(&self, comparison: &Comparison, left_out: Option<Left>) -> [String; 4] {
         let source = std::fs::read_to_string(scene_file(self.name)).expect("read before");
         let channels = &comparison.metrics.channels;

@@ -8,8 +8,7 @@ pub fn writing() -> bool {
     std::env::var_os("FSTOP_WRITE_TABLES").is_some_and(|value| value == "1")
 }
 
-/// Held while a table is read and written: tests run at the same time, and two of them write
-/// `docs/compatibility.md`.
+/// Held while a table is read and written: tests run at the same time, and many write the same page.
 pub fn lock() -> MutexGuard<'static, ()> {
     static ONE: Mutex<()> = Mutex::new(());
     // What another test's panic left behind is a whole file: writes replace it.

@@ -24,7 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Error: `docs/lens-precision.md`. Speed: `cargo bench --bench lens`.
+//! Error: `docs/generated/lens-precision.md`. Speed: `cargo bench --bench lens`.
 
 mod dispatch;
 mod lane;

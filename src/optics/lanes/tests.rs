@@ -280,7 +280,7 @@ fn every_lens_is_right_to_a_fiftieth_of_a_pixel() {
                 worst = worst.max(focal_length * angle2.sqrt() / 0.006);
             }
         }
-        // docs/lens-precision.md has the figures: 0.010 at worst.
+        // docs/generated/lens-precision.md has the figures: 0.010 at worst.
         assert!(
             compared > 500 && worst < 0.02,
             "{name}: {worst} of {compared}"

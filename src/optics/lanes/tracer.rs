@@ -10,7 +10,7 @@ use crate::optics::trace::{LensRay, LensTracer};
 /// at points of one plane (the pupil's). Lens coordinates, mm.
 ///
 /// Error against f64: below 0.02 pixels of a 6000 × 4000 full-frame sensor for every lens in
-/// `tests/golden` (`docs/lens-precision.md`).
+/// `tests/golden` (`docs/generated/lens-precision.md`).
 #[derive(Clone, Debug)]
 pub struct FilmTracer<B = f32> {
     tracer: LensTracer<B>,

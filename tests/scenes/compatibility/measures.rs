@@ -1,4 +1,4 @@
-//! What is measured for the table. Each asserts what its row claims, and returns the figures.
+//! What is measured. Each asserts what its row claims, and returns the figures.
 
 use super::{read, root};
 use crate::common::rendering::Render;
@@ -84,7 +84,7 @@ fn lit(lamp: &str) -> Light {
 
 /// Mean ratios of a reference, as the comparison with it has measured them.
 pub fn mean_ratio(name: &str) -> String {
-    let table = read(root().join("docs/references.md"));
+    let table = read(root().join("docs/generated/references.md"));
     let row = table
         .lines()
         .find(|line| line.starts_with(&format!("| `{name}` |")));
@@ -95,7 +95,7 @@ pub fn mean_ratio(name: &str) -> String {
 
 /// All references with the realistic camera.
 pub fn realistic() -> String {
-    let table = read(root().join("docs/references.md"));
+    let table = read(root().join("docs/generated/references.md"));
     let rows = table.lines().filter(|l| l.starts_with("| `realistic_"));
     let ratios = rows.map(|row| row.split(" | ").nth(2).expect("a cell of ratios"));
     let off = ratios.map(|cell| {

@@ -1,11 +1,13 @@
-//! The table of `docs/compatibility.md`: where fstop's picture is not pbrt-v3's.
+//! The evidence for `docs/compatibility.md`: how far fstop's image is from pbrt-v3's, and what holds it.
 //!
-//! Its rows are in `rows.rs`. Each names the tests and scenes that hold it, which must be there; each
+//! That page is written by hand; each of its differences links to its evidence in
+//! `docs/generated/compatibility.md`, which is written here (`tests/docs/links.rs` checks the links both ways).
+//! The rows are in `rows.rs`. Each names the tests and scenes that hold it, which must be there; each
 //! figure of how much it is comes from a measurement made here (`measures.rs`) or from the comparison
-//! with a reference (`docs/references.md`, which `tests/scenes/references.rs` writes).
+//! with a reference (`docs/generated/references.md`, which `tests/scenes/references.rs` writes).
 //!
-//! `FSTOP_WRITE_TABLES=1 cargo test --release --test scenes compatibility::` writes the table, after the
-//! references' tests where those have changed; without it the test fails where the table is out of date.
+//! `FSTOP_WRITE_TABLES=1 cargo test --release --test scenes compatibility::` writes the page, after the
+//! references' tests where those have changed; without it the test fails where the page is out of date.
 
 mod measures;
 mod rows;
@@ -13,20 +15,21 @@ mod rows;
 use crate::tables::{lock, same, writing};
 use std::path::{Path, PathBuf};
 
-const BEGIN: &str = "<!-- rows: written by tests/scenes/compatibility -->\n";
-const END: &str = "<!-- end of rows -->\n";
-const HEAD: &str = "\n| what | pbrt-v3 | fstop | how much | held by |\n|---|---|---|---|---|\n";
+const HEAD: &str = "# Evidence for the differences from pbrt-v3\n\n\
+    Written by `FSTOP_WRITE_TABLES=1 cargo test --release --test scenes compatibility::`, not by hand; the same tests fail\n\
+    where it is out of date. [Compatibility](../compatibility.md) explains each difference. Here is how large it is, as these\n\
+    tests measured it or as the comparison with pbrt-v3's own image did (fstop's mean over pbrt-v3's in red, green and blue:\n\
+    [references](references.md)), and which tests and scenes hold it (`valid/`: of `tests/scenes/valid`).\n";
 
 /// One difference.
 struct Row {
+    /// Heading of its explanation, and of its evidence.
     what: &'static str,
-    pbrt: &'static str,
-    fstop: &'static str,
     much: &'static [Much],
     held: &'static [Proof],
 }
 
-/// How much it changes the picture.
+/// How much it changes the image.
 enum Much {
     /// In words; figures are measured.
     Words(&'static str),
@@ -49,6 +52,14 @@ enum Proof {
     Measurement,
 }
 
+/// What to do about a page that is out of date.
+const HINT: &str =
+    "write it with FSTOP_WRITE_TABLES=1 cargo test --release --test scenes compatibility::";
+
+fn page() -> PathBuf {
+    root().join("docs/generated/compatibility.md")
+}
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -58,16 +69,14 @@ fn read(path: PathBuf) -> String {
 }
 
 impl Much {
-    fn text(&self) -> String {
+    fn texts(&self) -> Vec<String> {
         match self {
-            Much::Words(words) => (*words).to_owned(),
-            Much::References(names) => {
-                let texts = names
-                    .iter()
-                    .map(|name| format!("`{name}`: {}", measures::mean_ratio(name)));
-                texts.collect::<Vec<_>>().join("; ")
-            }
-            Much::Measured(measure) => measure(),
+            Much::Words(words) => vec![(*words).to_owned()],
+            Much::References(names) => names
+                .iter()
+                .map(|name| format!("`{name}`: {}", measures::mean_ratio(name)))
+                .collect(),
+            Much::Measured(measure) => vec![measure()],
         }
     }
 }
@@ -116,19 +125,16 @@ impl Proof {
 }
 
 impl Row {
-    /// The row without how much it is, and with.
-    fn cells(&self, much: &str) -> String {
+    /// The section of the page.
+    fn section(&self) -> String {
+        let texts = self.much.iter().flat_map(Much::texts);
+        let much: String = texts.map(|text| format!("- {text}\n")).collect();
         let held: Vec<String> = self.held.iter().map(Proof::text).collect();
-        let (what, pbrt, fstop) = (self.what, self.pbrt, self.fstop);
         format!(
-            "| {what} | {pbrt} | {fstop} | {much} | {} |\n",
+            "\n## {}\n\n{much}\nHeld by: {}\n",
+            self.what,
             held.join("; ")
         )
-    }
-
-    fn much(&self) -> String {
-        let texts: Vec<String> = self.much.iter().map(Much::text).collect();
-        texts.join("; ")
     }
 }
 
@@ -136,9 +142,6 @@ impl Row {
 fn every_row_is_held_by_what_is_executed() {
     for row in rows::ROWS {
         assert!(!row.held.is_empty() && !row.much.is_empty(), "{}", row.what);
-        for cell in [row.what, row.pbrt, row.fstop] {
-            assert!(!cell.contains(" | ") && !cell.contains('\n'), "{cell}");
-        }
         row.held.iter().for_each(|proof| proof.check(row));
         for much in row.much {
             if let Much::Words(words) = much {
@@ -149,32 +152,40 @@ fn every_row_is_held_by_what_is_executed() {
     }
 }
 
+/// Each row has its section, in any build.
 #[test]
-fn the_table_is_current() {
+fn every_row_has_its_section() {
+    let text = read(page());
+    let sections = text.lines().filter_map(|line| line.strip_prefix("## "));
+    let rows = rows::ROWS.iter().map(|row| row.what);
+    assert_eq!(
+        sections.collect::<Vec<_>>(),
+        rows.collect::<Vec<_>>(),
+        "{HINT}"
+    );
+}
+
+#[test]
+fn the_page_is_current() {
     // An unoptimised program would take minutes.
     if cfg!(debug_assertions) {
         return;
     }
-    let written: Vec<String> = rows::ROWS.iter().map(|r| r.cells(&r.much())).collect();
-    let written = format!("{HEAD}{}\n", written.concat());
+    let sections: Vec<String> = rows::ROWS.iter().map(Row::section).collect();
+    let written = format!("{HEAD}{}", sections.concat());
     let _one = lock();
-    let path = root().join("docs/compatibility.md");
-    let text = read(path.clone());
-    let (before, rest) = text.split_once(BEGIN).expect("where the table begins");
-    let (committed, after) = rest.split_once(END).expect("where the table ends");
     if writing() {
-        std::fs::write(&path, format!("{before}{BEGIN}{written}{END}{after}"))
-            .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        std::fs::write(page(), written)
+            .unwrap_or_else(|error| panic!("{}: {error}", page().display()));
         return;
     }
-    let hint =
-        "write it with FSTOP_WRITE_TABLES=1 cargo test --release --test scenes compatibility::";
+    let committed = read(page());
     let count = |text: &str| text.lines().count();
-    assert_eq!(count(committed), count(&written), "rows: {hint}");
+    assert_eq!(count(&committed), count(&written), "lines: {HINT}");
     for (old, new) in committed.lines().zip(written.lines()) {
         assert!(
             same(old, new),
-            "out of date:\n{old}\nshould be\n{new}\n{hint}"
+            "out of date:\n{old}\nshould be\n{new}\n{HINT}"
         );
     }
 }

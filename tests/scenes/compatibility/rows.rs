@@ -1,20 +1,19 @@
-//! The rows, in the order of the table.
+//! The evidence, in the order of `docs/generated/compatibility.md`. `what` is the heading in
+//! `docs/compatibility.md` under which the difference is explained.
 
 use super::Much::{Measured, References, Words};
 use super::Proof::{Measurement, Reference, Scene, Test};
 use super::{Row, measures};
 
-/// Where pbrt-v3 makes no picture.
-const NO_PICTURE: &[super::Much] = &[Words("no picture to compare with")];
+/// Where pbrt-v3 makes no image.
+const NO_IMAGE: &[super::Much] = &[Words("no image to compare with")];
 
 /// Where expectations are the same.
 const NOISE: super::Much = Words("noise only");
 
 pub const ROWS: &[Row] = &[
     Row {
-        what: "area lights under scales, even or uneven",
-        pbrt: "their density is that of the shape before it is scaled: biased",
-        fstop: "the area element of the transformed surface",
+        what: "Area lights under scales",
         much: &[Measured(measures::stretched_cylinder)],
         held: &[
             Measurement,
@@ -25,9 +24,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "`projection` under a scale of 1000 or more",
-        pbrt: "dark: a direction is compared with 0.001 before it has unit length",
-        fstop: "size does not matter",
+        what: "Projection lights under large scales",
         much: &[Measured(measures::scaled_projector)],
         held: &[
             Measurement,
@@ -35,9 +32,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "`Shape \"hyperboloid\"`",
-        pbrt: "not the turned segment but a quadric with its waist at z = 0, fitted to p2 and the line beyond it; shaded with the segment's normal",
-        fstop: "the same surface and shading normal; rays leave it by its own normal",
+        what: "Hyperboloids",
         much: &[References(&["shape_quadrics2"])],
         held: &[Test(
             "src/shapes/hyperboloid.rs",
@@ -45,29 +40,23 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "hyperboloids whose line meets the axis at z = 0 (the default)",
-        pbrt: "never returns",
-        fstop: "a cone",
-        much: NO_PICTURE,
+        what: "Hyperboloids that are cones",
+        much: NO_IMAGE,
         held: &[Test(
             "src/shapes/hyperboloid.rs",
             "the_default_is_a_cone_and_level_segments_are_none",
         )],
     },
     Row {
-        what: "cones, paraboloids and hyperboloids as area lights",
-        pbrt: "aborts",
-        fstop: "sampled by area",
-        much: NO_PICTURE,
+        what: "Cones, paraboloids and hyperboloids as area lights",
+        much: NO_IMAGE,
         held: &[Test(
             "src/shapes/emitter/tests.rs",
             "samples_land_where_the_density_says",
         )],
     },
     Row {
-        what: "curves as area lights",
-        pbrt: "aborts",
-        fstop: "they emit: flat and cylinder toward whoever looks, ribbons on the side of their normals",
+        what: "Curves as area lights",
         much: &[Measured(measures::glowing_curve)],
         held: &[
             Measurement,
@@ -82,9 +71,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "a ray that meets one piece of a curve several times",
-        pbrt: "the last one found counts",
-        fstop: "the nearest",
+        what: "Several hits on one curve piece",
         much: &[References(&["shape_curve"])],
         held: &[Test(
             "src/shapes/curve/tests.rs",
@@ -92,9 +79,7 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "ribbons whose ends have the same normal",
-        pbrt: "0 · ∞: the strip has no edges",
-        fstop: "as wide as it says",
+        what: "Ribbons with equal normals at both ends",
         much: &[Words("a strip, or all that lies beside it too")],
         held: &[Test(
             "src/shapes/curve/tests.rs",
@@ -102,9 +87,7 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "`loopsubdiv` of what is no manifold",
-        pbrt: "follows wrong neighbours, or crashes",
-        fstop: "open along such edges, with a warning",
+        what: "Subdivision of non-manifold meshes",
         much: &[Words("the shape along those edges")],
         held: &[Test(
             "src/shapes/loopsubdiv/tests.rs",
@@ -112,10 +95,8 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "`nurbs` and `heightfield` with missing numbers",
-        pbrt: "aborts",
-        fstop: "an error, the shape is left out",
-        much: NO_PICTURE,
+        what: "Incomplete NURBS and height fields",
+        much: NO_IMAGE,
         held: &[
             Test(
                 "src/shapes/nurbs.rs",
@@ -128,9 +109,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "motion under a mirroring transformation",
-        pbrt: "the mirror is lost on the way",
-        fstop: "kept",
+        what: "Motion under mirroring transforms",
         much: &[Words("the shape, or its mirror image")],
         held: &[Test(
             "src/math/motion.rs",
@@ -138,16 +117,12 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "motion that turns by less than 3.6°",
-        pbrt: "quaternions are blended and normalised",
-        fstop: "turned evenly, as for larger angles",
+        what: "Motion with small rotations",
         much: &[Measured(measures::small_turns)],
         held: &[Measurement, Reference("shape_motionblur")],
     },
     Row {
-        what: "emitters inside instanced objects",
-        pbrt: "glow but light nothing",
-        fstop: "the same, with a warning at the shape",
+        what: "Emitters inside instanced objects",
         much: &[Measured(measures::instanced_lamp)],
         held: &[
             Measurement,
@@ -158,9 +133,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "reconstruction filters",
-        pbrt: "samples are splatted over the filter's radius",
-        fstop: "the filter is importance-sampled (Ernst, Stamminger and Greiner 2006): same expectation, pixels stay independent",
+        what: "Reconstruction filters",
         much: &[
             NOISE,
             References(&[
@@ -178,19 +151,15 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "`bdpt`, `mlt`",
-        pbrt: "integrators of their own",
-        fstop: "rendered by `volpath`, with a note",
+        what: "Bidirectional and Metropolis integrators",
         much: &[
-            Words("noise only, and what `mlt` misses the whole picture's brightness by"),
+            Words("noise only, and what `mlt` misses the brightness of the whole image by"),
             References(&["int_bdpt", "int_mlt"]),
         ],
         held: &[Reference("int_bdpt"), Reference("int_mlt")],
     },
     Row {
-        what: "`sppm`",
-        pbrt: "photons gathered from discs around each point: biased",
-        fstop: "rendered by `path`, with a note; mirrors between the camera and the first other surface are counted apart from `maxdepth`, as there",
+        what: "Photon mapping",
         much: &[
             Words("edges and caustics are not blurred"),
             References(&["int_sppm"]),
@@ -198,9 +167,7 @@ pub const ROWS: &[Row] = &[
         held: &[Reference("int_sppm")],
     },
     Row {
-        what: "`halton`, `sobol`, `02sequence`, `lowdiscrepancy`, `maxmindist`",
-        pbrt: "five samplers",
-        fstop: "Owen-scrambled low-discrepancy points serve all, with a note",
+        what: "Low-discrepancy samplers",
         much: &[NOISE, Measured(measures::samplers)],
         held: &[
             Measurement,
@@ -211,19 +178,15 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "`orthographic` with `lensradius`",
-        pbrt: "rays start on the lens alone, the film point is forgotten: a perspective picture",
-        fstop: "a telecentric lens: they start around the film point's own place",
-        much: &[Words("another picture")],
+        what: "Orthographic camera with a lens",
+        much: &[Words("another image")],
         held: &[Test(
             "src/cameras/orthographic.rs",
             "rays_of_one_film_point_meet_in_focus_and_spread_by_the_lens",
         )],
     },
     Row {
-        what: "focus of the realistic camera",
-        pbrt: "two rays traced near the axis, in single precision",
-        fstop: "the paraxial limit, in double precision",
+        what: "Focus of the realistic camera",
         much: &[References(&[
             "realistic_focus_0p7m",
             "realistic_focus_20m",
@@ -236,9 +199,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "exit pupil of the realistic camera",
-        pbrt: "boxes from a grid of rays on the rear element: light at their edges can be lost",
-        fstop: "boundaries traced from both sides, nothing lost",
+        what: "Exit pupil of the realistic camera",
         much: &[Measured(measures::realistic)],
         held: &[
             Reference("realistic_dgauss50_full"),
@@ -247,9 +208,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "`subsurface`, `kdsubsurface` with `bdpt`, `mlt`, `sppm`",
-        pbrt: "a warning, and their boundary alone, as bare glass",
-        fstop: "rendered by `volpath` or `path`, which follow the light inside",
+        what: "Subsurface materials with other integrators",
         much: &[Measured(measures::milk)],
         held: &[
             Measurement,
@@ -257,9 +216,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "`subsurface` finer than positions can be told apart, `mfp` 0",
-        pbrt: "no number (`mfp` 0) or noise",
-        fstop: "scattered over 16 rounding errors of the position",
+        what: "Very dense subsurface materials",
         much: &[Words("below any pixel")],
         held: &[Test(
             "tests/scenes/laws.rs",
@@ -267,9 +224,7 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "light below curved surfaces",
-        pbrt: "a channel's probes end at the distance within which 0.999 of its light comes out, but their density counts beyond it too: light is lost where channels differ",
-        fstop: "counts as far as the probes reach",
+        what: "Subsurface light below curved surfaces",
         much: &[
             Measured(measures::below_a_ball),
             References(&["mat_subsurface", "mat_kdsubsurface"]),
@@ -283,9 +238,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "Fresnel moments of subsurface scattering",
-        pbrt: "polynomial fits (d'Eon and Irving 2011)",
-        fstop: "integrated",
+        what: "Fresnel moments",
         much: &[
             Measured(measures::fresnel_polynomials),
             References(&["mat_subsurface", "mat_kdsubsurface"]),
@@ -296,9 +249,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "running integrals in `.bsdf` files",
-        pbrt: "taken from the file, for sampling",
-        fstop: "made from the coefficients",
+        what: "Running integrals in .bsdf files",
         much: &[Words("none for files whose integrals are theirs")],
         held: &[Test(
             "src/bsdf/fourier/tests.rs",
@@ -306,9 +257,7 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "shape of the stop (`\"string aperture\"`, pbrt-v4)",
-        pbrt: "pbrt-v3 has none; pbrt-v4 brightens what a shape lets through to what a round stop would, and lets light through the corners of the square around the stop",
-        fstop: "names, sizes and directions are pbrt-v4's; the picture darkens by the area that is covered, and the stop's circle stays the limit",
+        what: "Shape of the aperture stop",
         much: &[Words("brightness by the area ratio")],
         held: &[Test(
             "tests/optics/stop_shape.rs",
@@ -316,17 +265,13 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "black channels",
-        pbrt: "sums kept as XYZ in single precision: some of the other channels comes back",
-        fstop: "exactly 0",
+        what: "Black channels",
         much: &[Measured(measures::black_channels)],
         held: &[Measurement, Reference("light_projection")],
     },
     Row {
-        what: "mixes of many lobes",
-        pbrt: "more than 8 lobes at a point, or a `none`: aborts",
-        fstop: "lobes beyond 8 are left out, the share of `none` goes straight on, both with a warning; more than 64 nested are an error",
-        much: NO_PICTURE,
+        what: "Mixes of many lobes",
+        much: NO_IMAGE,
         held: &[
             Test(
                 "src/materials/mix.rs",
@@ -337,9 +282,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "mixes of materials that light wanders below",
-        pbrt: "of the first part's light what goes in looks for surfaces of that part, finds the mix, and is lost; the second part is its boundary alone",
-        fstop: "light wanders below the part that let it in",
+        what: "Mixes of subsurface materials",
         much: &[Measured(measures::chalk_and_milk)],
         held: &[
             Measurement,
@@ -354,9 +297,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "`substrate` with `Ks` above 1",
-        pbrt: "the base takes light away",
-        fstop: "the base gets nothing",
+        what: "Substrate with specular reflectance above 1",
         much: &[Words("negative light, or none")],
         held: &[Test(
             "src/bsdf/fresnel_blend.rs",
@@ -364,9 +305,7 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "rough glass and `disney` of an index within 1e-4 of 1",
-        pbrt: "half-vectors of opposite directions: black or noise",
-        fstop: "light goes straight on, as in the limit",
+        what: "Rough dielectrics with an index near 1",
         much: &[Words("black, or all of the light")],
         held: &[Test(
             "src/materials/wild.rs",
@@ -374,9 +313,7 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "rough reflection and refraction at facets seen from behind",
-        pbrt: "counted in values, never sampled",
-        fstop: "not counted",
+        what: "Microfacets seen from behind",
         much: &[
             Words("at grazing angles only"),
             References(&["mat_glass_rough"]),
@@ -384,29 +321,23 @@ pub const ROWS: &[Row] = &[
         held: &[Reference("mat_glass_rough")],
     },
     Row {
-        what: "numbers out of their range in `disney` and `hair`",
-        pbrt: "negative light, NaN, or aborts",
-        fstop: "the nearer end of the range, with a warning",
-        much: NO_PICTURE,
+        what: "Parameters out of range in disney and hair",
+        much: NO_IMAGE,
         held: &[
             Scene("disney", "`metallic` is 2: 1 is used"),
             Scene("hair", "`eta` is 0.5, below that of air: 1 is used"),
         ],
     },
     Row {
-        what: "values of textures that are no numbers, or no index of refraction",
-        pbrt: "NaN spreads",
-        fstop: "count as 0, an index as 1.5",
-        much: NO_PICTURE,
+        what: "Texture values that are not numbers",
+        much: NO_IMAGE,
         held: &[Test(
             "src/materials/wild.rs",
             "nothing_is_ever_not_a_number",
         )],
     },
     Row {
-        what: "texture `marble`",
-        pbrt: "past the end of the second of its spline's six segments, by a slip of one number: far brighter than the stone",
-        fstop: "the six segments of the book and of pbrt-v2",
+        what: "Marble",
         much: &[Measured(measures::marble)],
         held: &[
             Measurement,
@@ -417,9 +348,7 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "Ptex files of two or four channels, one of them alpha",
-        pbrt: "refused: black",
-        fstop: "the others are read, multiplied by it as in files of three",
+        what: "Ptex files with alpha",
         much: &[Words("the texture")],
         held: &[Test(
             "src/assets/ptex/tests.rs",
@@ -427,19 +356,15 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "texture `ptex` on a face that its file does not have",
-        pbrt: "whatever the stack holds",
-        fstop: "black",
-        much: NO_PICTURE,
+        what: "Ptex faces that the file does not have",
+        much: NO_IMAGE,
         held: &[Test(
             "tests/scenes/ptex.rs",
             "without_numbers_all_is_of_the_first_face_and_beyond_the_last_one_black",
         )],
     },
     Row {
-        what: "texture `ptex` as `alpha` or `shadowalpha`",
-        pbrt: "all triangles are of the first face",
-        fstop: "each is of its own, as for materials",
+        what: "Ptex as cut-outs",
         much: &[Words("the holes")],
         held: &[Test(
             "tests/scenes/ptex.rs",
@@ -447,19 +372,15 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "`face_indices` of quadrilaterals in a PLY file",
-        pbrt: "aborts",
-        fstop: "all triangles of a face have its number, with a warning",
-        much: NO_PICTURE,
+        what: "Face indices of quadrilaterals",
+        much: NO_IMAGE,
         held: &[Scene(
             "ptex",
             "face_indices number faces of more than three corners",
         )],
     },
     Row {
-        what: "channel of a free path in homogeneous media",
-        pbrt: "chosen evenly",
-        fstop: "chosen by the path's throughput (same expectation)",
+        what: "Channel selection in homogeneous media",
         much: &[NOISE, References(&["int_volpath_fog"])],
         held: &[Test(
             "src/media/homogeneous.rs",
@@ -467,23 +388,17 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "emitters without material under `volpath`",
-        pbrt: "rays that the BSDF or the medium scattered fly through them without seeing them, and multiple importance sampling misses their share",
-        fstop: "they are seen",
+        what: "Emitters without a material under volpath",
         much: &[Measured(measures::bare_emitter)],
         held: &[Measurement],
     },
     Row {
-        what: "`shadowalpha` without `alpha`, under lights that scattered rays find too",
-        pbrt: "shadow rays pass the holes and scattered rays do not, so the light through them depends on the weights of multiple importance sampling; these leave out how likely the light was to be chosen",
-        fstop: "the same, with weights that count it, and our own sampling of constant lights",
+        what: "Cut-outs for shadow rays only",
         much: &[Measured(measures::shadow_holes)],
         held: &[Measurement, Reference("shape_alpha")],
     },
     Row {
-        what: "infinite light in endless fog under `volpath`",
-        pbrt: "its light samples cross two radii of the scene, scattered rays never arrive, so the picture depends on the heuristic's weights",
-        fstop: "the same, with the weights of our own sampling of constant lights",
+        what: "Infinite lights in endless fog",
         much: &[
             Words("what is left of the light after two radii"),
             References(&["int_volpath_fog"]),
@@ -491,9 +406,7 @@ pub const ROWS: &[Row] = &[
         held: &[Reference("int_volpath_fog")],
     },
     Row {
-        what: "very dense voxels of heterogeneous media",
-        pbrt: "no end of tiny steps",
-        fstop: "no denser than 100,000 mean free paths across the box, with a warning",
+        what: "Very dense heterogeneous media",
         much: &[Words("invisible")],
         held: &[Test(
             "src/media/heterogeneous.rs",
@@ -501,34 +414,26 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "`g` of ±1 in media",
-        pbrt: "division by zero",
-        fstop: "±0.9999",
-        much: NO_PICTURE,
+        what: "Extreme phase functions",
+        much: NO_IMAGE,
         held: &[Test("src/media/phase.rs", "extreme_lobes_have_a_meaning")],
     },
     Row {
-        what: "frames that name the same picture",
-        pbrt: "the last one overwrites the others",
-        fstop: "numbered, with a warning",
-        much: &[Words("all pictures, or the last")],
+        what: "Frames that name the same file",
+        much: &[Words("all images, or the last")],
         held: &[Test(
             "tests/program/loading.rs",
             "frames_do_not_overwrite_each_other",
         )],
     },
     Row {
-        what: "`.jpg` textures",
-        pbrt: "refused",
-        fstop: "read",
-        much: NO_PICTURE,
+        what: "JPEG textures",
+        much: NO_IMAGE,
         held: &[Scene("jpeg_texture", "")],
     },
     Row {
-        what: "unknown accelerators",
-        pbrt: "an empty scene",
-        fstop: "ignored, with a warning",
-        much: NO_PICTURE,
+        what: "Unknown accelerators",
+        much: NO_IMAGE,
         held: &[Scene("unknown_types", "ccelerator")],
     },
 ];

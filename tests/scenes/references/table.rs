@@ -1,21 +1,20 @@
-//! The tables that the tests of the references write: `docs/references.md`, and in
-//! `docs/compatibility.md` the rows of what is left out.
+//! The page that the tests of the references write, `docs/generated/references.md`: a row for each scene, and
+//! below them what is left out, by its reason.
 //!
 //! Each scene's test knows its own row and fails where the committed one says otherwise.
-//! `FSTOP_WRITE_TABLES=1 cargo test --release --test scenes references::` writes them instead; with a scene's
+//! `FSTOP_WRITE_TABLES=1 cargo test --release --test scenes references::` writes it instead; with a scene's
 //! name behind `--`, that scene's row only.
 
 use crate::tables::{lock, same, writing};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Why pixels are not compared: one row of `docs/compatibility.md`.
+/// Why pixels are not compared.
 pub struct Reason {
     /// Name of the constant that a scene's `left_out` has.
     pub name: &'static str,
+    /// Heading of its explanation in `docs/compatibility.md`, and of its section here.
     pub what: &'static str,
-    pub pbrt: &'static str,
-    pub fstop: &'static str,
 }
 
 /// A scene as the tables see it.
@@ -28,29 +27,20 @@ pub struct Entry {
 const HEAD: &str = "# Every reference, and how it is met\n\n\
     Written by `FSTOP_WRITE_TABLES=1 cargo test --release --test scenes references::`, not by hand; the same tests fail\n\
     where it is out of date. Each scene of `tests/scenes/reference` is rendered and compared with pbrt-v3's\n\
-    picture in `refimages/` (the mean of 16 to 64 of its runs) by t-tests on pixels, on blocks of 8 and 32\n\
-    pixels and on the whole ([`compare.md`](compare.md)). *Mean ratio*: fstop's mean over pbrt-v3's in red,\n\
+    image in `refimages/` (the mean of 16 to 64 of its runs) by t-tests on pixels, on blocks of 8 and 32\n\
+    pixels and on the whole ([`compare.md`](../compare.md)). *Mean ratio*: fstop's mean over pbrt-v3's in red,\n\
     green and blue, ± the largest half-width of their 95 % confidence intervals. *p*: the probability, at\n\
     most, of differences as large as the largest if both programs have the same expectation; a scene fails\n\
-    below 1e-4. *Left out*: pixels where pbrt-v3's picture is an accident\n\
-    ([`compatibility.md`](compatibility.md) says which), and fstop's mean over pbrt-v3's there.\n\n\
+    below 1e-4. *Left out*: pixels where pbrt-v3's image is an accident\n\
+    ([`compatibility.md`](../compatibility.md) says which), and fstop's mean over pbrt-v3's there.\n\n\
     | scene | what it shows | mean ratio | p | left out |\n|---|---|---|---|---|\n";
 
-const BEGIN: &str = "<!-- left out: written by tests/scenes/references.rs -->\n";
-const END: &str = "<!-- end of left out -->\n";
-
-fn docs(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("docs")
-        .join(name)
+fn page() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/generated/references.md")
 }
 
-fn read(name: &str) -> String {
-    std::fs::read_to_string(docs(name)).unwrap_or_default()
-}
-
-fn write(name: &str, text: &str) {
-    std::fs::write(docs(name), text).unwrap_or_else(|error| panic!("docs/{name}: {error}"));
+fn read() -> String {
+    std::fs::read_to_string(page()).unwrap_or_default()
 }
 
 /// Takes over a scene's row, or checks that it is there already. An unoptimised program takes fewer
@@ -61,24 +51,24 @@ pub fn record(entries: &[Entry], reasons: &[Reason], name: &str, cells: [String;
     }
     let row = format!("| `{name}` | {} |\n", cells.join(" | "));
     let _one = lock();
-    let mut rows = rows(&read("references.md"));
+    let mut rows = rows(&read());
     if writing() {
         rows.insert(name.to_owned(), row);
         rows.retain(|name, _| entries.iter().any(|entry| entry.name == name));
-        write("references.md", &references(&rows));
-        write("compatibility.md", &with_reasons(entries, reasons, &rows));
+        std::fs::write(page(), references(entries, reasons, &rows))
+            .unwrap_or_else(|error| panic!("{}: {error}", page().display()));
         return;
     }
     let committed = rows.remove(name).unwrap_or_default();
     assert!(
         same(&committed, &row),
-        "docs/references.md is out of date:\n{committed}should be\n{row}Write it with\n  \
+        "docs/generated/references.md is out of date:\n{committed}should be\n{row}Write it with\n  \
          FSTOP_WRITE_TABLES=1 cargo test --release --test scenes references::{name}"
     );
 }
 
-/// Checks what needs no rendering: that each scene has its row and nothing else has one, and that the
-/// rows of what is left out follow from them.
+/// Checks what needs no rendering: that each scene has its row and nothing else has one, and that what
+/// is left out follows from them.
 pub fn check(entries: &[Entry], reasons: &[Reason]) {
     for name in entries.iter().filter_map(|entry| entry.left_out.as_ref()) {
         let known = reasons.iter().any(|reason| reason.name == name);
@@ -88,23 +78,33 @@ pub fn check(entries: &[Entry], reasons: &[Reason]) {
         return;
     }
     let _one = lock();
-    let text = read("references.md");
+    let text = read();
     let rows = rows(&text);
     let hint = "write it with FSTOP_WRITE_TABLES=1 cargo test --release --test scenes references::";
     let named: Vec<&str> = rows.keys().map(String::as_str).collect();
     let listed: Vec<&str> = entries.iter().map(|entry| entry.name).collect();
-    assert_eq!(named, listed, "docs/references.md: {hint}");
-    assert_eq!(text, references(&rows), "docs/references.md: {hint}");
-    let expected = with_reasons(entries, reasons, &rows);
-    assert_eq!(
-        read("compatibility.md"),
-        expected,
-        "docs/compatibility.md: {hint}"
-    );
+    assert_eq!(named, listed, "{hint}");
+    assert_eq!(text, references(entries, reasons, &rows), "{hint}");
 }
 
-fn references(rows: &BTreeMap<String, String>) -> String {
-    HEAD.to_owned() + &rows.values().map(String::as_str).collect::<String>()
+/// The page. How much is left out comes from the scenes' own rows.
+fn references(entries: &[Entry], reasons: &[Reason], rows: &BTreeMap<String, String>) -> String {
+    let mut text = HEAD.to_owned();
+    text.extend(rows.values().map(String::as_str));
+    for reason in reasons {
+        let (name, what) = (reason.name, reason.what);
+        text += &format!("\n## {what}\n\n");
+        for entry in entries {
+            if entry.left_out.as_deref() == Some(name) {
+                let row = rows.get(entry.name).map(|row| row.trim_end());
+                let much = row.and_then(|row| row.rsplit('|').nth(1));
+                let much = much.unwrap_or("not measured").trim();
+                text += &format!("- `{}`: {much}\n", entry.name);
+            }
+        }
+        text += &format!("\nHeld by: `tests/scenes/references.rs`, `{name}`\n");
+    }
+    text
 }
 
 /// The rows of a table by their first cells' names.
@@ -114,44 +114,6 @@ fn rows(text: &str) -> BTreeMap<String, String> {
     lines
         .filter_map(|line| Some((name(line)?, format!("{line}\n"))))
         .collect()
-}
-
-/// `docs/compatibility.md` with its table of what is left out made anew: how much comes from the
-/// scenes' own rows.
-fn with_reasons(entries: &[Entry], reasons: &[Reason], rows: &BTreeMap<String, String>) -> String {
-    let text = read("compatibility.md");
-    let (before, rest) = text
-        .split_once(BEGIN)
-        .expect("the mark where the table begins");
-    let (_, after) = rest.split_once(END).expect("the mark where the table ends");
-    let mut table =
-        String::from("\n| what | pbrt-v3 | fstop | how much | held by |\n|---|---|---|---|---|\n");
-    for reason in reasons {
-        let scenes = entries
-            .iter()
-            .filter(|entry| entry.left_out.as_deref() == Some(reason.name));
-        let much: Vec<String> = scenes
-            .map(|entry| {
-                let last = rows
-                    .get(entry.name)
-                    .and_then(|row| row.trim_end().rsplit('|').nth(1));
-                format!(
-                    "`{}`: {}",
-                    entry.name,
-                    last.unwrap_or("not measured").trim()
-                )
-            })
-            .collect();
-        table += &format!(
-            "| {} | {} | {} | {} | `tests/scenes/references.rs`, `{}` |\n",
-            reason.what,
-            reason.pbrt,
-            reason.fstop,
-            much.join("; "),
-            reason.name
-        );
-    }
-    format!("{before}{BEGIN}{table}\n{END}{after}")
 }
 
 /// What a scene file says of itself: the first sentence of the comment at its top.
