@@ -14,7 +14,7 @@ pub struct SurfaceHit {
     pub p: Vec3,
     /// Half-widths of the box around `p` that holds the exact point.
     pub p_error: Vec3,
-    /// Unit geometric normal, turned as scene-language 4.4 says (it defines inside and outside).
+    /// Unit geometric normal, turned as docs/scene-language.md §4.4 says (it defines inside and outside).
     pub n: Vec3,
     /// Surface parameters.
     pub uv: Vec2,

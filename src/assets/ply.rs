@@ -3,7 +3,7 @@
 //! Vertices: x y z of any scalar type; nx ny nz; texture coordinates by the first complete pair of
 //! u v, s t, texture_u texture_v, texture_s texture_t. Faces: lists `vertex_indices` or
 //! `vertex_index` of any length, and the number `face_indices` of each, for Ptex. Other elements and
-//! properties are passed over (Turk, "The PLY Polygon File Format", 1994; scene-language 3.7).
+//! properties are passed over (Turk, "The PLY Polygon File Format", 1994; docs/scene-language.md §3.7).
 
 use super::mesh::{MeshData, face_id, triangulate};
 use crate::math::{DVec3, Vec2, Vec3};

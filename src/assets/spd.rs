@@ -1,6 +1,6 @@
 //! `.spd` files: sampled spectra as text, wavelength in nm and value by turns.
 //!
-//! Read as pbrt-v3 reads them (scene-language 1.5): numbers separated by white space, `#` starts a
+//! Read as pbrt-v3 reads them (docs/scene-language.md §1.5): numbers separated by white space, `#` starts a
 //! comment. Its accidents are not copied: a last number without a line break behind it counts, a
 //! comment may follow a number directly, `1E5` is a number. Samples out of order are sorted; two
 //! of the same wavelength are an error, as there is no telling which was meant.

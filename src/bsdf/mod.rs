@@ -1,5 +1,5 @@
 //! How surfaces scatter light: lobes, and the [`Bsdf`] that adds them up at one point
-//! (Pharr, Jakob and Humphreys 2016, chapters 8 and 14; scene-language 3.8).
+//! (Pharr, Jakob and Humphreys 2016, chapters 8 and 14; docs/scene-language.md §3.8).
 
 pub mod clearcoat;
 pub mod disney_diffuse;

@@ -1,6 +1,6 @@
 //! `Camera "environment"`: the whole sphere of directions as a latitude-longitude picture.
 //!
-//! Parameters (scene-language 3.1): `shutteropen` 0, `shutterclose` 1; `lensradius`,
+//! Parameters (docs/scene-language.md §3.1): `shutteropen` 0, `shutterclose` 1; `lensradius`,
 //! `focaldistance`, `frameaspectratio` and `screenwindow` are read by pbrt and change nothing, as
 //! do `hither` and `yon` in pbrt-v2 files.
 //! Source: Pharr, Jakob and Humphreys 2016, §6.3.

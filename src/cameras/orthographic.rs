@@ -1,6 +1,6 @@
 //! `Camera "orthographic"`: parallel projection, optionally with depth of field.
 //!
-//! Parameters (scene-language 3.1): `frameaspectratio`, `screenwindow` xmin xmax ymin ymax in
+//! Parameters (docs/scene-language.md §3.1): `frameaspectratio`, `screenwindow` xmin xmax ymin ymax in
 //! scene units, `lensradius` 0 and `focaldistance` 1e6 (1e30 for pbrt-v2 files), `shutteropen` 0,
 //! `shutterclose` 1; `hither` and `yon` in pbrt-v2 files.
 //! Source: Pharr, Jakob and Humphreys 2016, §6.2.1 and 6.2.3.

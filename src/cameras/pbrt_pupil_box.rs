@@ -1,5 +1,5 @@
 //! The area that `simpleweighting` divides by: pbrt-v3's box around the exit pupil of the film's
-//! middle (scene-language 5.6). pbrt finds it by trial, and adds a margin for what it may have
+//! middle (docs/scene-language.md §5.6). pbrt finds it by trial, and adds a margin for what it may have
 //! missed; pictures inherit both, so both are reproduced.
 
 use crate::optics::Lens;

@@ -1,6 +1,6 @@
 //! `Camera "perspective"`: the pinhole camera and the thin lens.
 //!
-//! Parameters (scene-language 3.1, A.2): `fov` 90 and `halffov` in degrees, `frameaspectratio`,
+//! Parameters (docs/scene-language.md §3.1, §A.2): `fov` 90 and `halffov` in degrees, `frameaspectratio`,
 //! `screenwindow` xmin xmax ymin ymax, `lensradius` 0 and `focaldistance` 1e6 (1e30 for pbrt-v2
 //! files) in camera units, `shutteropen` 0, `shutterclose` 1; `hither` and `yon` in pbrt-v2 files.
 //! Source: Pharr, Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, §6.2.2-6.2.3.

@@ -14,7 +14,7 @@ const DGAUSS: &str = "29.475 3.76 1.67 25.2\n84.83 0.12 1 25.2\n19.275 4.025 1.6
     40.77 3.275 1.699 23\n12.75 5.705 1 18\n0 4.5 0 17.1\n-14.495 1.18 1.603 17\n\
     40.77 6.065 1.658 20\n-20.385 0.19 1 20\n437.065 3.22 1.717 20\n-39.73 0 1 20\n";
 
-/// The sample lens of scene-language 6.6.
+/// The sample lens of docs/scene-language.md §6.6.
 const SAMPLE: &str = "35 6 1.5168 24\n-90 4 1 24\n0 10 0 12\n60 5 1.62 22\n-45 20 1 22\n";
 
 fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form) -> RealisticSpec {
@@ -78,7 +78,7 @@ fn white_pixel(camera: &Realistic, x: u32, y: u32) -> f64 {
 
 #[test]
 fn agrees_with_pbrt_on_a_white_scene() {
-    // scene-language 6.6: means of pbrt-v3 pictures of a white surrounding, whose flat spectrum has
+    // docs/scene-language.md §6.6: means of pbrt-v3 pictures of a white surrounding, whose flat spectrum has
     // Y = 0.99788 there (A.3). Printed to four and three digits.
     const FLAT: f64 = 0.99788;
     let film = film(33, 22, 43.2666);

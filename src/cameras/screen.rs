@@ -4,7 +4,7 @@ use super::FilmGeometry;
 use crate::math::DVec2;
 use crate::params::ParamReader;
 
-/// `frameaspectratio` and `screenwindow` of `perspective` and `orthographic` (scene-language 3.1).
+/// `frameaspectratio` and `screenwindow` of `perspective` and `orthographic` (docs/scene-language.md §3.1).
 /// Source: Pharr, Jakob and Humphreys 2016, §6.2.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Screen {

@@ -3,7 +3,7 @@
 use crate::params::ParamReader;
 
 /// Shutter times (`shutteropen`, `shutterclose`; default 0 and 1), in the units of
-/// `TransformTimes` (scene-language 3.1).
+/// `TransformTimes` (docs/scene-language.md §3.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shutter {
     /// When the shutter opens.

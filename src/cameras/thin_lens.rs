@@ -5,7 +5,7 @@ use crate::math::{DVec2, Vec2};
 use crate::params::{Dialect, ParamReader};
 
 /// `lensradius` 0 and `focaldistance` 1e6 (1e30 for pbrt-v2 files), in camera units, of
-/// `perspective` and `orthographic` (scene-language 3.1). The lens lies in z = 0.
+/// `perspective` and `orthographic` (docs/scene-language.md §3.1). The lens lies in z = 0.
 /// Source: Pharr, Jakob and Humphreys 2016, §6.2.3.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThinLens {

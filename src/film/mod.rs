@@ -140,7 +140,7 @@ impl Film {
     }
 
     /// The picture: mean × film scale of every pixel, negative channels cut to 0 as pbrt-v3's
-    /// film does (scene-language 4.1), with the variance of each mean.
+    /// film does (docs/scene-language.md §4.1), with the variance of each mean.
     ///
     /// The variance is that of the mean before the cut at 0.
     pub fn develop(&self) -> Image {

@@ -1,5 +1,5 @@
 //! Portable float map: `PF`, little-endian, rows from the bottom up, only the crop window
-//! (scene-language 4.8).
+//! (docs/scene-language.md §4.8).
 
 use super::Image;
 

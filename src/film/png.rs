@@ -1,4 +1,4 @@
-//! Eight-bit pictures for looking at: PNG and TGA, sRGB-encoded, no tone mapping (scene-language 4.8).
+//! Eight-bit pictures for looking at: PNG and TGA, sRGB-encoded, no tone mapping (docs/scene-language.md §4.8).
 
 use super::Image;
 use crate::math::color::srgb_from_linear;

@@ -11,7 +11,7 @@ const MAX_SIDE: i64 = 1 << 16;
 /// Most pixels that are taken at once; their statistics are 15 GB then.
 const MAX_PIXELS: usize = 1 << 28;
 
-/// The film as the scene file describes it (scene-language 3.2).
+/// The film as the scene file describes it (docs/scene-language.md §3.2).
 ///
 /// | parameter | type | default | meaning |
 /// |---|---|---|---|

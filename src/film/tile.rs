@@ -4,7 +4,7 @@ use super::{PixelBounds, PixelStatistics};
 use crate::math::color::luminance;
 use crate::math::{Rgb, UVec2};
 
-/// Below this luminance a radiance is an error rather than rounding (scene-language 4.1).
+/// Below this luminance a radiance is an error rather than rounding (docs/scene-language.md §4.1).
 const MOST_NEGATIVE_LUMINANCE: f32 = -1e-5;
 
 /// A sample that was dropped.

@@ -7,7 +7,7 @@
 //! pixels stay independent of each other.
 //!
 //! As in pbrt-v3 a filter is the product of two one-dimensional ones, each replaced by 16 constant
-//! pieces from the centre to its edge (scene-language 3.3). Widths are *half* widths, in pixels.
+//! pieces from the centre to its edge (docs/scene-language.md §3.3). Widths are *half* widths, in pixels.
 
 mod axis;
 mod box_filter;

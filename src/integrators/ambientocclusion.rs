@@ -1,5 +1,5 @@
 //! `Integrator "ambientocclusion"`: how open the surroundings of a point are (Zhukov, Iones and
-//! Kronin 1998; Pharr, Jakob and Humphreys 2016, §14.3, exercise 14.1; scene-language 3.5).
+//! Kronin 1998; Pharr, Jakob and Humphreys 2016, §14.3, exercise 14.1; docs/scene-language.md §3.5).
 //!
 //! `cossample` (bool, true): directions follow the cosine, else they are uniform: noise only.
 //! `nsamples` (integer, 64): directions tried from each point.

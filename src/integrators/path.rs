@@ -1,7 +1,7 @@
 //! `Integrator "path"`: unidirectional path tracing with next-event estimation, multiple
 //! importance sampling (Veach 1997, §9.2) and Russian roulette.
 //!
-//! The expectation is pbrt-v3's (scene-language 4.2). Where pbrt traces one ray for direct light
+//! The expectation is pbrt-v3's (docs/scene-language.md §4.2). Where pbrt traces one ray for direct light
 //! sampled by the BSDF and another to continue the path, one ray serves both here: the emission it
 //! meets is weighted by the power heuristic against the light's own sampling.
 //!
@@ -30,7 +30,7 @@ use crate::world::World;
 const ROULETTE_AFTER: u32 = 3;
 
 /// Before, a path counts for so many times its worth: only those end that dark surfaces have left little of, as in foliage,
-/// where their bounces cost two fifths of the time and bring no noise (docs/performance.md).
+/// where their bounces cost two fifths of the time and bring no noise (docs/notes/performance.md).
 const EARLY_WORTH: f32 = 4.0;
 
 /// Only directions drawn with at most this density per steradian, three times a diffuse surface's largest: what light
@@ -75,12 +75,12 @@ enum Arrival {
         every: bool,
     },
     /// Scattered and then passed a surface without material, which blocks shadow rays:
-    /// as in pbrt-v3 the light behind it is not seen (scene-language 4.3).
+    /// as in pbrt-v3 the light behind it is not seen (docs/scene-language.md §4.3).
     Veiled,
 }
 
 impl Path {
-    /// Reads the parameters; v2 counts one scattering event more (scene-language A.3).
+    /// Reads the parameters; v2 counts one scattering event more (docs/scene-language.md §A.3).
     pub fn from_params(reader: &ParamReader) -> Path {
         let extra = u32::from(reader.dialect() == Dialect::V2);
         Path {

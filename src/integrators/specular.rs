@@ -58,7 +58,7 @@ pub fn trace(
                 let ray = hit.surface.spawn_ray(branch.ray.d);
                 next = Some(Branch {
                     ray,
-                    // As in pbrt-v3 (scene-language 4.3).
+                    // As in pbrt-v3 (docs/scene-language.md §4.3).
                     differentials: None,
                     nulls: branch.nulls + 1,
                     ..branch

@@ -1,5 +1,5 @@
 //! `Integrator "volpath"`: [`path`](super::path) through participating media (Pharr, Jakob and
-//! Humphreys 2016, §15.3; scene-language 4.2 and 4.3).
+//! Humphreys 2016, §15.3; docs/scene-language.md §4.2 and §4.3).
 //!
 //! Parameters are those of `path`. Scattering in a medium counts as a bounce. Unlike under `path`,
 //! light passes surfaces without material, dimmed by the media along the way; as in pbrt-v3 these

@@ -3,7 +3,7 @@
 //!
 //! `L` (spectrum, 1): radiance. `scale` (spectrum, 1): factor. `twosided` (bool, false): both
 //! sides emit. `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
-//! Source: Pharr, Jakob and Humphreys 2016, §12.5; scene-language 3.11 and 4.5.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.5; docs/scene-language.md §3.11 and §4.5.
 
 use super::LightSample;
 use super::reach::Reach;

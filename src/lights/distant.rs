@@ -3,7 +3,7 @@
 //! `L` (spectrum, 1): irradiance on a surface that faces the light. `scale` (spectrum, 1): factor.
 //! `from` (point, origin), `to` (point, (0,0,1)): light travels from the one toward the other; the
 //! transformation turns it, its scale does not count.
-//! Source: Pharr, Jakob and Humphreys 2016, §12.4; scene-language 3.10.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.4; docs/scene-language.md §3.10.
 
 use super::LightSample;
 use super::reach::Reach;

@@ -1,7 +1,7 @@
 //! Latitude-longitude pictures of light coming from all around, and sampling them.
 //!
 //! Coordinates are u = azimuth/2π from +x over +y, v = polar angle/π from +z, both in [0, 1);
-//! picture row 0, its top, is at v = 0 (scene-language 3.10). As [`LightMap`]s do, they wrap around in
+//! picture row 0, its top, is at v = 0 (docs/scene-language.md §3.10). As [`LightMap`]s do, they wrap around in
 //! *both* directions, so that the poles blend with each other.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4.
 

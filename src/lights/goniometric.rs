@@ -4,7 +4,7 @@
 //! `mapname` (string): the picture, latitude by longitude: row 0 toward the light's +y, column 0
 //! toward +x, then +z (pbrt exchanges y and z before it asks for polar angles about z); no gamma.
 //! The light is at the transformation's origin.
-//! Source: Pharr, Jakob and Humphreys 2016, §12.3.3; scene-language 3.10.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.3.3; docs/scene-language.md §3.10.
 
 use super::LightSample;
 use super::light_map::LightMap;

@@ -3,7 +3,7 @@
 //! `L` (spectrum, 1): radiance, or factor of the picture's texels. `scale` (spectrum, 1): factor.
 //! `mapname` (string): the picture, in the layout of [`super::environment_map`]; no gamma.
 //! `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
-//! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4; scene-language 3.10.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4; docs/scene-language.md §3.10.
 
 use super::LightSample;
 use super::environment_map::EnvironmentMap;

@@ -2,7 +2,7 @@
 //!
 //! As in pbrt-v3 they are first enlarged to powers of two, looked up bilinearly, and wrap around in
 //! *both* directions, so that opposite edges blend with each other. Row 0, the picture's top, is at
-//! v = 0; values are taken as they are stored, without gamma (scene-language 3.10).
+//! v = 0; values are taken as they are stored, without gamma (docs/scene-language.md §3.10).
 //! Source: Pharr, Jakob and Humphreys 2016, §10.4.3.
 
 use crate::math::float::floor;

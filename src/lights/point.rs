@@ -2,7 +2,7 @@
 //!
 //! `I` (spectrum, 1): intensity. `scale` (spectrum, 1): factor. `from` (point, origin): position,
 //! which pbrt adds in *world* space to where the transformation takes the origin.
-//! Source: Pharr, Jakob and Humphreys 2016, §12.3; scene-language 3.10.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.3; docs/scene-language.md §3.10.
 
 use super::LightSample;
 use super::reach::Reach;

@@ -4,7 +4,7 @@
 //! (float, 45): degrees that the picture's shorter side subtends, between 0 and 180. `mapname`
 //! (string): the slide, without gamma; its top row lands at the *bottom* (−y). It shines along the
 //! transformed +z from the transformation's origin.
-//! Source: Pharr, Jakob and Humphreys 2016, §12.3.2; scene-language 3.10.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.3.2; docs/scene-language.md §3.10.
 
 use super::LightSample;
 use super::light_map::LightMap;

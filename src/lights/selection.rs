@@ -1,6 +1,6 @@
 //! Choosing one light out of all, with a known probability.
 //!
-//! Strategies change noise only (scene-language 4.2). Every light that can contribute has a
+//! Strategies change noise only (docs/scene-language.md §4.2). Every light that can contribute has a
 //! positive probability everywhere.
 
 use super::Light;

@@ -4,7 +4,7 @@
 //! `to` (point, (0,0,1)): position and where the axis points, both transformed. `coneangle`
 //! (float, 30): degrees from the axis beyond which it is dark. `conedeltaangle` (float, 5): how
 //! many degrees before that it begins to fall, as the fourth power of what is left in cosine.
-//! Source: Pharr, Jakob and Humphreys 2016, §12.3.1; scene-language 3.10.
+//! Source: Pharr, Jakob and Humphreys 2016, §12.3.1; docs/scene-language.md §3.10.
 
 use super::LightSample;
 use super::point::sample_point;

@@ -1,4 +1,4 @@
-//! Bump mapping (Blinn 1978; Pharr, Jakob and Humphreys 2016, §9.3; scene-language 4.6).
+//! Bump mapping (Blinn 1978; Pharr, Jakob and Humphreys 2016, §9.3; docs/scene-language.md §4.6).
 
 use crate::math::{Vec2, Vec3};
 use crate::params::{FloatInput, ParamReader};

@@ -5,7 +5,7 @@ use crate::bsdf::{Bsdf, Lobe};
 use crate::params::{NamedFile, ParamReader};
 use std::sync::Arc;
 
-/// A tabulated BSDF (scene-language 3.8). Parameter: constant string `bsdffile`, a file as
+/// A tabulated BSDF (docs/scene-language.md §3.8). Parameter: constant string `bsdffile`, a file as
 /// [`crate::assets::bsdf_file`] reads it. Without one, or with one that cannot be read, which is an
 /// error, the surface is black.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,7 +11,7 @@ use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
 /// Refractive index of copper as pbrt's 56 samples from 299 to 886 nm come out in RGB
-/// (scene-language 6.2).
+/// (docs/scene-language.md §6.2).
 const COPPER_ETA: Rgb = Rgb::new(0.19999, 0.92209, 1.09988);
 
 /// Its absorption, likewise.
@@ -19,7 +19,7 @@ const COPPER_K: Rgb = Rgb::new(3.90464, 2.44763, 2.13765);
 
 /// A rough conductor. Parameters: spectrum `eta` and `k`, real and imaginary part of the refractive
 /// index (copper's); float `roughness` (0.01), which `uroughness` and `vroughness` override;
-/// constant bool `remaproughness` (true) (scene-language 3.8).
+/// constant bool `remaproughness` (true) (docs/scene-language.md §3.8).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metal {
     /// Real part of the refractive index.

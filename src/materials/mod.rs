@@ -1,4 +1,4 @@
-//! Materials: what a surface's BSDF is at each of its points (scene-language 3.8).
+//! Materials: what a surface's BSDF is at each of its points (docs/scene-language.md §3.8).
 //!
 //! Every parameter may be a constant or a texture unless its doc comment says otherwise;
 //! reflectances below 0 count as 0.

@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn remapping_is_pbrts_table() {
-        // scene-language 6.1, printed to five digits.
+        // docs/scene-language.md §6.1, printed to five digits.
         let table = [
             (0.0, 0.04727),
             (0.001, 0.04727),

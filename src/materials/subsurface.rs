@@ -15,7 +15,7 @@ const USUAL_ABSORPTION: Rgb = Rgb::new(0.0011, 0.0024, 0.014);
 /// Reduced scattering where nothing is said, in 1/mm.
 const USUAL_SCATTERING: Rgb = Rgb::new(2.55, 3.21, 3.77);
 
-/// A medium of given coefficients below a dielectric boundary (scene-language 3.8). Parameters:
+/// A medium of given coefficients below a dielectric boundary (docs/scene-language.md §3.8). Parameters:
 /// spectrum `sigma_a` ((0.0011, 0.0024, 0.014)) and `sigma_s` ((2.55, 3.21, 3.77)), absorption and
 /// scattering, per scene unit once they are multiplied with `scale`; constant string `name` (none)
 /// gives measured ones per mm instead, for which `g` is 0; and those of [`Interior`].

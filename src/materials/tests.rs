@@ -107,7 +107,7 @@ fn bsdf(kind: MaterialKind, wo: crate::math::Vec3) -> Bsdf<'static> {
     )
 }
 
-/// Radiance under a white sky at 0°, 60° and 80°, as measured with pbrt-v3 (scene-language 6.5).
+/// Radiance under a white sky at 0°, 60° and 80°, as measured with pbrt-v3 (docs/scene-language.md §6.5).
 #[test]
 fn materials_reflect_as_much_as_pbrts() {
     let table = [

@@ -1,4 +1,4 @@
-//! Linear RGB (sRGB primaries), XYZ and luminance, with pbrt-v3's rounded matrices (scene-language 4.7).
+//! Linear RGB (sRGB primaries), XYZ and luminance, with pbrt-v3's rounded matrices (docs/scene-language.md §4.7).
 
 use super::Rgb;
 

@@ -4,7 +4,7 @@
 //! decomposition; translation and stretch change linearly, the rotation evenly about one axis, the
 //! shorter way round (Shoemake and Duff, "Matrix Animation and Polar Decomposition", 1992; Pharr, Jakob
 //! and Humphreys 2016, §2.9). Before the first and after the last time the ends hold
-//! (scene-language 2.2). Mirroring ends, which pbrt-v3 does not handle, keep their mirror in the
+//! (docs/scene-language.md §2.2). Mirroring ends, which pbrt-v3 does not handle, keep their mirror in the
 //! stretch.
 
 use super::transform::{Transform, box_corners};

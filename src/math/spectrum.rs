@@ -1,4 +1,4 @@
-//! Sampled spectra to RGB as pbrt-v3's RGB mode does it (scene-language 4.7).
+//! Sampled spectra to RGB as pbrt-v3's RGB mode does it (docs/scene-language.md §4.7).
 //!
 //! Wavelengths are in nm, temperatures in kelvin. There is no adaptation to a white point: the
 //! flat spectrum 1 becomes the reddish (1.20233, 0.94622, 0.90734), and scenes in the wild were
@@ -65,7 +65,7 @@ pub fn rgb_from_blackbody(kelvin: f64) -> Rgb {
 /// Planck's curve at `kelvin` divided by its value at 555 nm, as linear RGB with Y = 1 for the
 /// flat spectrum; zero at or below 0 K.
 ///
-/// pbrt-v2's `blackbody` (scene-language A.3).
+/// pbrt-v2's `blackbody` (docs/scene-language.md §A.3).
 pub fn rgb_from_blackbody_v2(kelvin: f64) -> Rgb {
     if kelvin > 0.0 {
         // v2 divides by ∑ȳ alone.
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn blackbodies_match_the_reference_table() {
-        // scene-language 6.3, printed by pbrt-v3.
+        // docs/scene-language.md §6.3, printed by pbrt-v3.
         for (kelvin, rgb) in [
             (2000.0, [0.12191, 0.03130, 0.00099]),
             (2700.0, [0.53349, 0.22157, 0.05290]),

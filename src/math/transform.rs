@@ -1,4 +1,4 @@
-//! Transformations, composed in double precision (scene-language 2.2).
+//! Transformations, composed in double precision (docs/scene-language.md §2.2).
 
 use super::{DMat4, DVec3};
 use glam::DVec4;

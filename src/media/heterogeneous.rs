@@ -8,7 +8,7 @@
 //!
 //! Free paths by delta tracking (Woodcock et al. 1965), transmittance by ratio tracking (Novák,
 //! Selle and Jarosz 2014), both with majorants for parts of the box.
-//! Source: Pharr, Jakob and Humphreys 2016, §11.3.2 and §15.2.2; scene-language 3.12.
+//! Source: Pharr, Jakob and Humphreys 2016, §11.3.2 and §15.2.2; docs/scene-language.md §3.12.
 
 use super::density_grid::DensityGrid;
 use super::majorants::Cells;

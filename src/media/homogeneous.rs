@@ -4,7 +4,7 @@
 //! (.0011, .0024, .014)) and `sigma_s` (spectrum, (2.55, 3.21, 3.77)): absorption and scattering
 //! per scene unit, instead of the preset's. `scale` (float, 1): factor on both. `g` (float, 0):
 //! mean cosine of the [phase function](super::phase).
-//! Source: Pharr, Jakob and Humphreys 2016, §11.3.1 and §15.2.1; scene-language 3.12.
+//! Source: Pharr, Jakob and Humphreys 2016, §11.3.1 and §15.2.1; docs/scene-language.md §3.12.
 
 use super::phase::HenyeyGreenstein;
 use super::presets::Coefficients;

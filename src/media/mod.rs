@@ -3,7 +3,7 @@
 //!
 //! A *spec* holds a directive's parameters in world space; a *medium* is the compiled form in
 //! render space. Coefficients are per scene unit, linear RGB. Media absorb and scatter, and do not
-//! emit, as in pbrt-v3 (scene-language 3.12 and 4.3).
+//! emit, as in pbrt-v3 (docs/scene-language.md §3.12 and §4.3).
 
 mod common;
 mod density_grid;
@@ -136,7 +136,7 @@ pub struct MediumInterface {
 
 impl MediumInterface {
     /// Is the surface a border? Where both sides are the same, rays keep the medium they are in
-    /// (scene-language 2.4).
+    /// (docs/scene-language.md §2.4).
     pub fn is_transition(&self) -> bool {
         self.inside != self.outside
     }

@@ -1,5 +1,5 @@
 //! Measured coefficients of materials by name: `preset` of a medium, `name` of a subsurface
-//! material. Names are those of pbrt-v3, case included (scene-language 6.4).
+//! material. Names are those of pbrt-v3, case included (docs/scene-language.md §6.4).
 //!
 //! Apple to Wholemilk without a blank in their names: Jensen, Marschner, Levoy and Hanrahan,
 //! "A Practical Model for Subsurface Light Transport" (SIGGRAPH 2001), figure 5. The rest:

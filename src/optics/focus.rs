@@ -163,7 +163,7 @@ mod tests {
         assert_eq!(film_distance_for_focus(Some(c), f64::INFINITY), Ok(150.0));
     }
 
-    /// The sample lens of scene-language 6.6, whose values were measured on pbrt-v3.
+    /// The sample lens of docs/scene-language.md §6.6, whose values were measured on pbrt-v3.
     const SAMPLE: &str = "35 6 1.5168 24\n-90 4 1 24\n0 10 0 12\n60 5 1.62 22\n-45 20 1 22\n";
 
     fn sample() -> Option<Cardinals> {

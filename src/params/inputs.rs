@@ -91,7 +91,7 @@ impl<'a> ParamReader<'a> {
     }
 
     /// The exception from "ignored as a whole": inputs that may be textures take the first of
-    /// several values (scene-language 1.3).
+    /// several values (docs/scene-language.md §1.3).
     fn takes_first(&self, param: &Param, values: usize) {
         match values {
             0 => drop(self.is_single(param, 0)),

@@ -1,7 +1,7 @@
 //! Types nobody knows, and types that are known but not modelled yet.
 //!
-//! What is done about them follows pbrt-v3 where that makes a picture (scene-language 2.3, 3.8,
-//! 3.9): a warning says what was put in their place. Where pbrt-v3 makes none, it is an error.
+//! What is done about them follows pbrt-v3 where that makes a picture (docs/scene-language.md §2.3, §3.8,
+//! §3.9): a warning says what was put in their place. Where pbrt-v3 makes none, it is an error.
 //! Either way the parameters are left in peace: nobody can say which of them the type would use.
 
 use super::ParamReader;

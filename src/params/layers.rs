@@ -4,7 +4,7 @@ use crate::syntax::{Param, ParamGroup, ParamList, ParamValue};
 
 /// May these parameters of a shape change its material? If not, the shape can share the current
 /// one; if so, a material is made from both lists with [`super::ParamReader::layered`]. pbrt-v3's
-/// rule (scene-language 2.4): no material takes arrays, so only single values count, and of those
+/// rule (docs/scene-language.md §2.4): no material takes arrays, so only single values count, and of those
 /// the usual parameters of shapes do not.
 pub fn may_change_material(shape: &ParamList) -> bool {
     shape

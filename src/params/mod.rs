@@ -2,7 +2,7 @@
 //!
 //! A type's `from_params` gets a [`ParamReader`] and asks it for what it knows, by name and type.
 //! What nobody asked for is reported by [`ParamReader::finish`], with what was probably meant.
-//! The rules are pbrt-v3's (scene-language 1.3 and 1.4): of several parameters with the same name
+//! The rules are pbrt-v3's (docs/scene-language.md §1.3 and §1.4): of several parameters with the same name
 //! and group of types the last one counts; nothing is converted between groups; a parameter that
 //! should have one value and has several is ignored as a whole.
 //!
@@ -74,7 +74,7 @@ pub enum SpectrumInput {
     Texture(SpectrumTextureId),
 }
 
-/// Whose defaults and meanings a file gets (scene-language appendix A).
+/// Whose defaults and meanings a file gets (docs/scene-language.md §A).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dialect {
     /// pbrt-v2, and the course kit built on it.

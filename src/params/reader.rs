@@ -79,7 +79,7 @@ impl<'a> ParamReader<'a> {
     }
 
     /// These parameters first, then those of `below`: a material of type `kind` as overridden by
-    /// the parameters of a shape (scene-language 2.4). Look-ups count for `self`.
+    /// the parameters of a shape (docs/scene-language.md §2.4). Look-ups count for `self`.
     pub fn layered(&self, kind: &'a str, below: &'a ParamList) -> Self {
         Self {
             kind,

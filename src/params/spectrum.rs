@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 /// What pbrt-v2 makes of a sampled spectrum, over what pbrt-v3 makes of it: v2 divides the sum over
 /// 471 wavelengths by that of the luminosity function, v3 multiplies besides with the 470 nm
-/// between the first and the last of them and divides by their number (scene-language A.3).
+/// between the first and the last of them and divides by their number (docs/scene-language.md §A.3).
 const V2_OVER_V3: f32 = 471.0 / 470.0;
 
 /// A sampled spectrum's colour in the reader's dialect, from that in pbrt-v3's.

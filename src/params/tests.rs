@@ -1,4 +1,4 @@
-//! Look-ups as pbrt-v3 makes them (scene-language 1.3 and 1.4).
+//! Look-ups as pbrt-v3 makes them (docs/scene-language.md §1.3 and §1.4).
 
 use super::testing::{Surroundings, read, read_in};
 use super::*;

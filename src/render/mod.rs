@@ -40,7 +40,7 @@ pub struct Shot {
     /// Numbers for every sample.
     pub sampler: Sampler,
     /// Samples a pixel that textures are filtered for: the scene's own, however many are taken. With more
-    /// samples each stands for a smaller part of the pixel (scene-language 3.1), so that what a picture
+    /// samples each stands for a smaller part of the pixel (docs/scene-language.md §3.1), so that what a picture
     /// converges to depends on it.
     pub footprint_spp: u32,
     /// Where in and around a pixel its samples fall.

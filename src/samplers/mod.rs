@@ -6,7 +6,7 @@
 //! A camera sample draws its numbers in this order: film (2-D), time (1-D), lens (2-D, where the camera has
 //! one), then whatever the integrator asks for.
 //!
-//! Samplers change the noise of a picture, never what it converges to (scene-language 3.4), so
+//! Samplers change the noise of a picture, never what it converges to (docs/scene-language.md §3.4), so
 //! three kinds of points serve all the scene language's types: stratified ones, random ones, and
 //! Owen-scrambled ones for everything of low discrepancy (`sobol`). `docs/samplers.md` compares them.
 

@@ -1,4 +1,4 @@
-//! Which block of a scene file a directive belongs in (scene-language 2).
+//! Which block of a scene file a directive belongs in (docs/scene-language.md §2).
 
 use crate::syntax::DirectiveKind;
 

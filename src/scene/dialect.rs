@@ -1,4 +1,4 @@
-//! Which pbrt a file was written for (scene-language appendix A).
+//! Which pbrt a file was written for (docs/scene-language.md §A).
 
 use crate::params::Dialect;
 use crate::syntax::DirectiveKind;

@@ -1,4 +1,4 @@
-//! What `AttributeBegin` saves (scene-language 2.1). The tables of names are not saved but changed
+//! What `AttributeBegin` saves (docs/scene-language.md §2.1). The tables of names are not saved but changed
 //! back: saving and defining cost the same however many textures and materials a scene has.
 
 use crate::handles::{FloatTextureId, MaterialId, SpectrumTextureId};

@@ -430,7 +430,7 @@ impl<'a> Interpreter<'a> {
         let media = self.current.state.medium_interface.take();
         self.current = Current::new();
         // The one part of the graphics state that the options block can set, and it stays
-        // (scene-language 2.3).
+        // (docs/scene-language.md §2.3).
         self.current.state.medium_interface = media;
         self.coordinate_systems
             .insert("world".to_string(), Ctm::IDENTITY);
@@ -467,7 +467,7 @@ impl<'a> Interpreter<'a> {
         if let Some(options) = &options {
             self.check_media(&media, options);
         }
-        // pbrt-v2 keeps the options for the next frame, v3 forgets them (scene-language A.1).
+        // pbrt-v2 keeps the options for the next frame, v3 forgets them (docs/scene-language.md §A.1).
         if self.dialect == Dialect::V3 {
             self.options = StoredOptions::default();
             self.evidence = Evidence::default();

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 impl Interpreter<'_> {
-    /// `Material "type"`. pbrt-v2 makes the material at each shape (scene-language A.1), so there
+    /// `Material "type"`. pbrt-v2 makes the material at each shape (docs/scene-language.md §A.1), so there
     /// it may name textures that are defined later: then the shapes report what is wrong with it.
     pub(super) fn use_material(&mut self, span: Span, typed: Typed) {
         let wait = self.dialect() == Dialect::V2
@@ -110,8 +110,8 @@ impl Interpreter<'_> {
 
     /// `NamedMaterial "name"`. A name that nobody has defined is warned of and leaves the material as it
     /// is: scenes of pbrt's own collection have such names. pbrt-v2 looks names up when a shape is
-    /// made, and takes the last unnamed material for one that it does not find then (scene-language
-    /// A.1).
+    /// made, and takes the last unnamed material for one that it does not find then (docs/scene-language.md
+    /// §A.1).
     pub(super) fn use_named_material(&mut self, name: &Name) {
         let v2 = self.dialect() == Dialect::V2;
         let state = &mut self.current.state;

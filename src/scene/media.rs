@@ -120,7 +120,7 @@ impl Interpreter<'_> {
     }
 
     /// The frame's media, at its end. The camera is in what is outside then, wherever its own
-    /// directive stood (scene-language 2.3).
+    /// directive stood (docs/scene-language.md §2.3).
     pub(super) fn take_media(&mut self) -> MediaSpec {
         let directive = self.current.state.medium_interface.clone();
         let outside = directive.and_then(|directive| self.resolve(&directive).outside);

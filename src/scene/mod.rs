@@ -1,4 +1,4 @@
-//! Directives run through the graphics-state machine (scene-language §2): every name resolved,
+//! Directives run through the graphics-state machine (docs/scene-language.md §2): every name resolved,
 //! every parameter read and checked, nothing loaded that only a render needs. All problems of a
 //! file are reported in one go.
 

@@ -1,5 +1,5 @@
 //! The options block: directives that are stored and only understood at `WorldEnd`, when it is
-//! known which dialect the file speaks (scene-language 2.3).
+//! known which dialect the file speaks (docs/scene-language.md §2.3).
 
 use super::reading::Reading;
 use super::transforms::{Ctm, Placement};

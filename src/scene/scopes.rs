@@ -2,7 +2,7 @@
 //!
 //! As in pbrt, attributes and transforms share one stack of transformations while only the former
 //! also save the graphics state. Crossed nesting therefore restores the wrong transformation
-//! (scene-language 2.1); it is followed, with a warning where it happens.
+//! (docs/scene-language.md §2.1); it is followed, with a warning where it happens.
 
 use super::graphics_state::{GraphicsState, SavedGraphicsState};
 use super::transforms::Ctm;

@@ -44,7 +44,7 @@ impl Interpreter<'_> {
     }
 
     /// The shape, and the material it gets: the current one, or a fresh one where the shape's own
-    /// parameters override the material's (scene-language 2.4).
+    /// parameters override the material's (docs/scene-language.md §2.4).
     fn read_shape(&mut self, span: Span, typed: &Typed) -> (Option<MaterialId>, Option<ShapeSpec>) {
         let current = self.current.state.material.clone();
         let names = Rc::clone(&self.current.state.textures);

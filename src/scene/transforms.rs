@@ -1,4 +1,4 @@
-//! The current transformation matrices (scene-language 2 and 2.2): one for the start and one for
+//! The current transformation matrices (docs/scene-language.md §2 and §2.2): one for the start and one for
 //! the end of the shutter interval, with `ActiveTransform` saying which of them changes.
 
 use crate::math::motion::Motion;

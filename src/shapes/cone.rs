@@ -7,7 +7,7 @@
 //! | `float phimax` | 360 | degrees swept from +x toward +y, clamped to 0…360 |
 //!
 //! u = φ/φmax; v = z/height; the normal points outward and up
-//! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.5).
+//! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.5).
 
 use super::positive;
 use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};

@@ -13,7 +13,7 @@
 //!
 //! A Bézier spline takes degree + 1 points, and degree more for each further segment; a B-spline
 //! takes at least degree + 1, and has a segment for each one more. u runs from 0 to 1 along each
-//! segment, v from 0 to 1 across it (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.7).
+//! segment, v from 0 to 1 across it (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.7).
 //!
 //! pbrt-v3 aborts where curves are area lights. Here they emit: "flat" and "cylinder" toward whoever
 //! looks, as they have no back, and "ribbon" on the side of its normals ([`CurveEmitter`]).

@@ -7,7 +7,7 @@
 //! | `float phimax` | 360 | degrees swept from +x toward +y, clamped to 0…360 |
 //!
 //! u = φ/φmax; v = (z − zmin)/(zmax − zmin); the normal points outward
-//! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.3).
+//! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.3).
 
 use super::positive;
 use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};

@@ -8,7 +8,7 @@
 //! | `float phimax` | 360 | degrees swept from +x toward +y, clamped to 0…360 |
 //!
 //! u = φ/φmax; v = 0 at the rim, 1 at the inner edge; the normal is +z
-//! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.4).
+//! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.4).
 
 use super::positive;
 use super::quadric::{ObjectPoint, ObjectSurface, azimuth, sweep};

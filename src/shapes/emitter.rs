@@ -3,8 +3,8 @@
 //! Full spheres under rotations and uniform scales are sampled by the cone of directions they
 //! fill, curves by boxes of directions around them; everything else uniformly over the object-space
 //! area, with the density converted by the world area of the piece sampled, so that any affine
-//! transformation gives the right light. (The reference ignores scale and cuts here: scene-language
-//! 4.5. We do not.)
+//! transformation gives the right light. (The reference ignores scale and cuts here: docs/scene-language.md
+//! §4.5. We do not.)
 
 use super::curve::{CurveEmitter, Curves};
 use super::mesh::TriangleMesh;

@@ -5,7 +5,7 @@
 //! | `integer nu`, `nv` | required | points in x and in y, at least 2 |
 //! | `float Pz` | required | nu · nv heights, x fastest |
 //!
-//! (u, v) = (x, y) from 0 to 1; the normal points up (scene-language 3.7; Pharr and Humphreys 2004,
+//! (u, v) = (x, y) from 0 to 1; the normal points up (docs/scene-language.md §3.7; Pharr and Humphreys 2004,
 //! §3, exercise 1). pbrt-v3 aborts where numbers are missing; here that is an error.
 
 use super::grid;

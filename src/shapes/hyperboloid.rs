@@ -6,7 +6,7 @@
 //! | `float phimax` | 360 | degrees turned from +x toward +y, clamped to 0…360 |
 //!
 //! u = φ/φmax with φ counted from the segment; v = (z − z₁)/(z₂ − z₁); the normal points away from
-//! the axis where the segment rises from p1 to p2 and toward it where it falls (scene-language 3.7;
+//! the axis where the segment rises from p1 to p2 and toward it where it falls (docs/scene-language.md §3.7;
 //! Pharr, Jakob and Humphreys 2016, §3.6). The ends are exchanged where p2 is at z = 0.
 //!
 //! **The surface is pbrt-v3's.** A line turned about the axis sweeps the quadric ρ² = α + β z + γ z²;

@@ -48,7 +48,7 @@ pub(crate) fn abs_matrix(m: &DMat4) -> DMat3 {
 impl LocalSurface {
     /// The surface of an instance: moved by `outer_from_inner`, whose inverse is also given.
     /// Mirrored instances are not turned; the shading normal is, to the side of the geometric one
-    /// (scene-language 4.4).
+    /// (docs/scene-language.md §4.4).
     pub fn transformed(
         &self,
         outer_from_inner: &DAffine3,

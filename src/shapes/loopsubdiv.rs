@@ -10,7 +10,7 @@
 //! After the last level vertices are moved onto the limit surface and get its normals, as in
 //! pbrt-v3: the rules of Loop ("Smooth Subdivision Surfaces Based on Triangles", 1987) inside, those
 //! of Hoppe et al. ("Piecewise Smooth Surface Reconstruction", 1994) along boundaries; Pharr, Jakob
-//! and Humphreys 2016, §3.8 (scene-language 3.7). There are no texture coordinates. Two of pbrt-v3's
+//! and Humphreys 2016, §3.8 (docs/scene-language.md §3.7). There are no texture coordinates. Two of pbrt-v3's
 //! choices show: boundaries end in 3/5 of a vertex and 1/5 of its neighbours (the limit of the rule
 //! that got there is 2/3 and 1/6), and normals point to the side from which the triangles' corners
 //! turn clockwise, the other side than that of a `trianglemesh` without normals.

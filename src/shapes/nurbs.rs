@@ -9,7 +9,7 @@
 //! | `float u0`, `u1`, `v0`, `v1` | knots order − 1 and n | the part that is made |
 //!
 //! As in pbrt-v3 always 30 × 30 points with exact normals; (u, v) are the knots' own parameters; the
-//! normal is along ∂p/∂u × ∂p/∂v (scene-language 3.7; Piegl and Tiller, "The NURBS Book", 1997, §4;
+//! normal is along ∂p/∂u × ∂p/∂v (docs/scene-language.md §3.7; Piegl and Tiller, "The NURBS Book", 1997, §4;
 //! Rogers, "An Introduction to NURBS", 2001).
 
 use super::grid;

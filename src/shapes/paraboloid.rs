@@ -7,7 +7,7 @@
 //! | `float phimax` | 360 | degrees swept from +x toward +y, clamped to 0…360 |
 //!
 //! u = φ/φmax; v = (z − zmin)/(zmax − zmin); the normal points away from the axis
-//! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.6). Where zmax is negative the bowl
+//! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.6). Where zmax is negative the bowl
 //! opens downward and `radius` is that of the upper, narrower end.
 
 use super::positive;

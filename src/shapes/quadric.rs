@@ -138,7 +138,7 @@ pub struct Quadric {
     pub form: Form,
     /// Object space to the space of the tree it is in (render space for the top level).
     pub level_from_object: Transform,
-    /// Normals are turned: ReverseOrientation XOR a mirroring transformation (scene-language 4.4).
+    /// Normals are turned: ReverseOrientation XOR a mirroring transformation (docs/scene-language.md §4.4).
     pub flip: bool,
 }
 

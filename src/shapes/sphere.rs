@@ -8,7 +8,7 @@
 //! | `float phimax` | 360 | degrees swept from +x toward +y, clamped to 0…360 |
 //!
 //! u = φ/φmax; v runs with the polar angle from the zmin end (0) to the zmax end (1)
-//! (scene-language 3.7; Pharr, Jakob and Humphreys 2016, §3.2).
+//! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.2).
 
 use super::positive;
 use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};

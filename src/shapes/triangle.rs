@@ -18,7 +18,7 @@ pub struct Triangle {
     pub orientation: Orientation,
 }
 
-/// Which way a mesh's normals point (scene-language 4.4).
+/// Which way a mesh's normals point (docs/scene-language.md §4.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Orientation {
     /// Negate the normal of the corners' order: ReverseOrientation XOR a mirroring transformation.

@@ -11,7 +11,7 @@
 //! | `bool discarddegenerateUVs` | false | pbrt-v2 only: no uv where those of a triangle coincide |
 //! | `integer faceIndices` | none: all 0 | for each triangle its face in `ptex` textures |
 //!
-//! Arrays of the wrong length are reported and left out (scene-language 3.7).
+//! Arrays of the wrong length are reported and left out (docs/scene-language.md §3.7).
 
 use crate::assets::mesh::{MeshData, face_id};
 use crate::math::{DVec3, Vec2, Vec3};

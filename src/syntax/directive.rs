@@ -111,7 +111,7 @@ pub enum DirectiveKind {
     ObjectInstance(Name),
 }
 
-/// Every word that starts a statement, in the order of scene-language section 2. `Include` is
+/// Every word that starts a statement, in the order of docs/scene-language.md §2. `Include` is
 /// dealt with by the parser and never comes out as a directive.
 pub const WORDS: [&str; 41] = [
     "Identity",

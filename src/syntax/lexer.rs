@@ -1,6 +1,6 @@
 //! Bytes to tokens: bare words, quoted strings, brackets; blanks and comments between them.
 //!
-//! The rules are pbrt-v3's (scene-language 1.1): a comment starts with `#` at the start of a
+//! The rules are pbrt-v3's (docs/scene-language.md §1.1): a comment starts with `#` at the start of a
 //! token and ends with the line (`40#deg` is one word); a bare word ends at white space, a
 //! quotation mark or a bracket; strings do not span lines.
 

@@ -16,7 +16,7 @@ const MOST_SHIFT: f32 = 0.5 - RADIUS;
 /// Round dots in about half of the unit cells in (s, t), each at a random place of its cell.
 /// Parameters: `inside` (1), `outside` (0), of the texture's own kind; a 2-D mapping. As in pbrt
 /// the names are exchanged: `inside` is the value *around* the dots, `outside` that *of* the dots
-/// (Pharr, Jakob and Humphreys 2016, §10.6.2; scene-language 3.9).
+/// (Pharr, Jakob and Humphreys 2016, §10.6.2; docs/scene-language.md §3.9).
 #[derive(Clone, Copy, Debug)]
 pub struct Dots<V: TextureValue, M> {
     /// From points to (s, t).

@@ -1,5 +1,5 @@
 //! Two-dimensional texture mappings (Pharr, Jakob and Humphreys 2016, §10.2; quirks as
-//! scene-language 3.9 lists them).
+//! docs/scene-language.md §3.9 lists them).
 
 use crate::math::transform::Transform;
 use crate::math::{DMat4, DVec3, Vec2, Vec3};

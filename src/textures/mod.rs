@@ -1,4 +1,4 @@
-//! Textures: values that vary over a surface (scene-language 3.9).
+//! Textures: values that vary over a surface (docs/scene-language.md §3.9).
 //!
 //! A [`TextureSpec`] is what the scene file says. [`Textures::compile`] loads the pictures, moves
 //! mappings to render space and freezes all textures of a scene into one [`Textures`], which

@@ -2,7 +2,7 @@
 //!
 //! Sources: Perlin, "Improving noise" (SIGGRAPH 2002), with his reference permutation; Pharr,
 //! Jakob and Humphreys 2016, §10.6. The choice of gradients is pbrt-v3's, which differs from
-//! Perlin's for two of the sixteen hash values (scene-language 3.9).
+//! Perlin's for two of the sixteen hash values (docs/scene-language.md §3.9).
 
 use super::solid::SolidPoint;
 use crate::math::Vec3;

@@ -24,7 +24,7 @@ pub struct World {
     /// Lights by [`LightId`], area lights included.
     pub lights: Vec<Light>,
     /// How many of `lights`, from the front, light is sampled from; the rest are emitters inside
-    /// objects, which glow and light nothing, as in pbrt-v3 (scene-language 2.4).
+    /// objects, which glow and light nothing, as in pbrt-v3 (docs/scene-language.md §2.4).
     sampled_lights: usize,
     /// Those of `lights` that surround the scene.
     pub infinite_lights: Vec<LightId>,

@@ -85,7 +85,7 @@ enum LeftOut {
 const SHADOWED_CONES: LeftOut = LeftOut::Showing("Shape \"cone\"");
 
 /// A quadric under a mirroring transformation: in pbrt-v3 rays see its light on one side and
-/// light sampling sends it to the other (scene-language 4.5). Two of the four disks light the floor
+/// light sampling sends it to the other (docs/scene-language.md §4.5). Two of the four disks light the floor
 /// before the right half of the picture wrongly.
 const MIRRORED_DISKS: LeftOut = LeftOut::From(UVec2::new(16, 26));
 

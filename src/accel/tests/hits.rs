@@ -36,7 +36,7 @@ fn normals(
 
 #[test]
 fn orientation_follows_the_table() {
-    // scene-language 4.4.
+    // docs/scene-language.md §4.4.
     let mirror = Transform::scale(DVec3::new(-1.0, 1.0, 1.0));
     let same = Transform::IDENTITY;
     let (up, down) = (Vec3::Z, Vec3::NEG_Z);

@@ -141,7 +141,7 @@ fn forms() -> [Form; 9] {
 
 #[test]
 fn orientation_follows_the_table() {
-    // scene-language 4.4: outward in object space, negated by ReverseOrientation XOR a mirror.
+    // docs/scene-language.md §4.4: outward in object space, negated by ReverseOrientation XOR a mirror.
     let sphere = Form::Sphere(Sphere::new(1.0, -1.0, 1.0, 360.0));
     let mirror = Transform::scale(DVec3::new(1.0, 1.0, -1.0));
     for (transform, reverse, outward) in [
