@@ -13,8 +13,6 @@
 //! `cli → tradeoff → render → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
 //! `cameras → optics → math`, `scene → params → syntax`.
 
-#![forbid(unsafe_op_in_unsafe_fn)]
-
 pub mod accel;
 pub mod assets;
 pub mod bsdf;
@@ -34,6 +32,8 @@ pub mod math;
 pub mod media;
 pub mod optics;
 pub mod params;
+#[cfg(target_arch = "x86_64")]
+mod processor;
 pub mod render;
 pub mod samplers;
 pub mod scene;

@@ -16,6 +16,8 @@ use super::ray::TraversalRay;
 use super::stack::{Hits, Order};
 use super::tree::{Tree, Visitor};
 use crate::math::Vec3;
+#[cfg(target_arch = "x86_64")]
+use crate::processor::{Avx2, Avx512};
 
 /// What is done differently with each set of instructions.
 pub(super) trait Instructions: Copy {
@@ -58,17 +60,39 @@ impl Instructions for Baseline {
 
 /// Which instructions to use, found once for a tree.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Best {
+pub(super) enum Best {
+    /// [`Baseline`].
+    #[default]
+    Baseline,
     #[cfg(target_arch = "x86_64")]
-    avx2: Option<x86::Avx2>,
+    Avx2(Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512),
 }
 
 impl Best {
     /// The best of this processor.
     pub fn find() -> Best {
-        Best {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx512 = Avx512::find().map(Best::Avx512);
+            avx512
+                .or_else(|| Avx2::find().map(Best::Avx2))
+                .unwrap_or_default()
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        Best::Baseline
+    }
+
+    /// [`Tree::traverse`] along `o + t d` with these instructions.
+    #[inline(always)]
+    fn traverse<O: Order>(self, tree: &Tree, o: Vec3, d: Vec3, visitor: &mut impl Visitor) -> bool {
+        match self {
+            Best::Baseline => tree.traverse::<O>(Baseline, o, d, visitor),
             #[cfg(target_arch = "x86_64")]
-            avx2: x86::Avx2::find(),
+            Best::Avx2(proof) => x86::traverse::<O>(proof, tree, o, d, visitor),
+            #[cfg(target_arch = "x86_64")]
+            Best::Avx512(proof) => x86::traverse_512::<O>(proof, tree, o, d, visitor),
         }
     }
 }
@@ -81,11 +105,7 @@ pub(super) fn traverse<O: Order>(
     d: Vec3,
     visitor: &mut impl Visitor,
 ) -> bool {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(avx2) = tree.instructions.avx2 {
-        return avx2.traverse::<O>(tree, o, d, visitor);
-    }
-    tree.traverse::<O>(Baseline, o, d, visitor)
+    tree.instructions.traverse::<O>(tree, o, d, visitor)
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -108,58 +128,42 @@ mod x86 {
         }
     }
 
-    /// Proof that the processor has AVX2.
-    #[derive(Clone, Copy)]
-    pub struct Avx2 {
-        /// It has AVX-512 too.
-        avx512: bool,
+    /// [`Tree::traverse`] with AVX2.
+    #[inline]
+    pub fn traverse<O: Order>(
+        proof: Avx2,
+        tree: &Tree,
+        o: Vec3,
+        d: Vec3,
+        visitor: &mut impl Visitor,
+    ) -> bool {
+        // SAFETY: the proof is of all that the function is compiled for.
+        #[expect(unsafe_code, reason = "measured: see above")]
+        unsafe {
+            traverse_avx2::<O>(proof, tree, o, d, visitor)
+        }
     }
 
-    impl Avx2 {
-        pub fn find() -> Option<Avx2> {
-            let found = is_x86_feature_detected!("avx2")
-                && is_x86_feature_detected!("bmi1")
-                && is_x86_feature_detected!("bmi2")
-                && is_x86_feature_detected!("lzcnt")
-                && is_x86_feature_detected!("popcnt");
-            let avx512 = is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512bw");
-            found.then_some(Avx2 { avx512 })
-        }
-
-        /// The same without using AVX-512.
-        #[cfg(test)]
-        pub fn alone(self) -> Avx2 {
-            Avx2 { avx512: false }
-        }
-
-        #[inline]
-        pub fn traverse<O: Order>(
-            self,
-            tree: &Tree,
-            o: Vec3,
-            d: Vec3,
-            visitor: &mut impl Visitor,
-        ) -> bool {
-            if self.avx512 {
-                // SAFETY: there is proof of both.
-                #[expect(unsafe_code, reason = "measured: see above")]
-                return unsafe { traverse_avx512::<O>(self, tree, o, d, visitor) };
-            }
-            // SAFETY: there is proof.
-            #[expect(unsafe_code, reason = "measured: see above")]
-            unsafe {
-                traverse::<O>(self, tree, o, d, visitor)
-            }
+    /// [`Tree::traverse`] with AVX-512.
+    #[inline]
+    pub fn traverse_512<O: Order>(
+        proof: Avx512,
+        tree: &Tree,
+        o: Vec3,
+        d: Vec3,
+        visitor: &mut impl Visitor,
+    ) -> bool {
+        // SAFETY: the proof is of all that the function is compiled for.
+        #[expect(unsafe_code, reason = "measured: see above")]
+        unsafe {
+            traverse_avx512::<O>(proof, tree, o, d, visitor)
         }
     }
 
     impl Instructions for Avx2 {
         #[inline(always)]
         fn boxes(self, node: StoredNode, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
-            // SAFETY: there is proof.
+            // SAFETY: `self` is proof of all that the function is compiled for.
             #[expect(unsafe_code, reason = "measured: see above")]
             unsafe {
                 boxes(node, ray, t_max)
@@ -172,12 +176,10 @@ mod x86 {
         }
     }
 
-    #[derive(Clone, Copy)]
-    struct Avx512(Avx2);
     impl Instructions for Avx512 {
         #[inline(always)]
         fn boxes(self, node: StoredNode, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
-            self.0.boxes(node, ray, t_max)
+            self.avx2().boxes(node, ray, t_max)
         }
 
         #[inline(always)]
@@ -187,7 +189,7 @@ mod x86 {
 
         #[inline(always)]
         fn compress(self, hits: &Hits, slots: u32) -> [Child; Node::WIDTH] {
-            // SAFETY: there is proof.
+            // SAFETY: `self` is proof of all that the function is compiled for.
             #[expect(unsafe_code, reason = "measured: see above")]
             unsafe {
                 compress(hits, slots)
@@ -206,7 +208,7 @@ mod x86 {
     }
 
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn traverse<O: Order>(
+    fn traverse_avx2<O: Order>(
         with: Avx2,
         tree: &Tree,
         o: Vec3,
@@ -218,13 +220,13 @@ mod x86 {
 
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
     fn traverse_avx512<O: Order>(
-        with: Avx2,
+        with: Avx512,
         tree: &Tree,
         o: Vec3,
         d: Vec3,
         visitor: &mut impl Visitor,
     ) -> bool {
-        tree.traverse::<O>(Avx512(with), o, d, visitor)
+        tree.traverse::<O>(with, o, d, visitor)
     }
 
     /// [`StoredNode::test`], operation by operation.
@@ -292,9 +294,13 @@ mod tests {
 
     #[test]
     fn all_instructions_see_the_same_in_the_same_order() {
-        let Some(best) = x86::Avx2::find() else {
-            return;
-        };
+        let sets: Vec<Best> = [
+            Avx2::find().map(Best::Avx2),
+            Avx512::find().map(Best::Avx512),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
         let point = |i: u64, k: u64| {
             let at = |axis| 2.0 * unit_float(mix2(i, 3 * k + axis)) - 1.0;
             Vec3::new(at(0), at(1), at(2))
@@ -319,28 +325,26 @@ mod tests {
                 d = Vec3::new(if i % 8 == 0 { 0.0 } else { -0.0 }, d.y, d.z).normalize();
             }
             let o = point(i, 10);
-            hits += compare::<NearestFirst>(&tree, best, o, d);
-            compare::<LastFirst>(&tree, best, o, d);
+            hits += compare::<NearestFirst>(&tree, &sets, o, d);
+            compare::<LastFirst>(&tree, &sets, o, d);
         }
         assert!(hits > 1000, "{hits}");
     }
 
     /// How many triangles all instructions see.
-    fn compare<O: Order>(tree: &Tree, best: x86::Avx2, o: Vec3, d: Vec3) -> usize {
-        let scribes = [0, 1, 2].map(|set| {
+    fn compare<O: Order>(tree: &Tree, sets: &[Best], o: Vec3, d: Vec3) -> usize {
+        let seen_with = |set: Best| {
             let mut scribe = Scribe {
                 t_max: 3.0,
                 seen: Vec::new(),
             };
-            match set {
-                0 => tree.traverse::<O>(Baseline, o, d, &mut scribe),
-                1 => best.alone().traverse::<O>(tree, o, d, &mut scribe),
-                _ => best.traverse::<O>(tree, o, d, &mut scribe),
-            };
+            set.traverse::<O>(tree, o, d, &mut scribe);
             scribe.seen
-        });
-        assert_eq!(scribes[0], scribes[1]);
-        assert_eq!(scribes[0], scribes[2]);
-        scribes[0].len()
+        };
+        let expected = seen_with(Best::Baseline);
+        for &set in sets {
+            assert_eq!(seen_with(set), expected);
+        }
+        expected.len()
     }
 }

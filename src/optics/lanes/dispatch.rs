@@ -11,6 +11,9 @@
 //! (`cargo bench --bench lens`, AMD EPYC with AVX-512). The `pulp` crate does the same behind a safe interface, at the same
 //! speed.
 
+#[cfg(target_arch = "x86_64")]
+use crate::processor::{Avx2, Avx512};
+
 /// A calculation to be compiled for several sets of vector instructions. `run` and all it calls
 /// must be `#[inline(always)]`.
 pub trait Kernel {
@@ -28,9 +31,9 @@ pub struct Instructions(Set);
 enum Set {
     Baseline,
     #[cfg(target_arch = "x86_64")]
-    Avx2,
+    Avx2(Avx2),
     #[cfg(target_arch = "x86_64")]
-    Avx512,
+    Avx512(Avx512),
 }
 
 impl Instructions {
@@ -39,12 +42,8 @@ impl Instructions {
         let mut sets = vec![Instructions(Set::Baseline)];
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx2") {
-                sets.push(Instructions(Set::Avx2));
-            }
-            if has_avx512() {
-                sets.push(Instructions(Set::Avx512));
-            }
+            let found = [Avx2::find().map(Set::Avx2), Avx512::find().map(Set::Avx512)];
+            sets.extend(found.into_iter().flatten().map(Instructions));
         }
         sets
     }
@@ -57,11 +56,13 @@ impl Instructions {
     pub fn best(lanes: usize) -> Instructions {
         #[cfg(target_arch = "x86_64")]
         {
-            if lanes >= 32 && has_avx512() {
-                return Instructions(Set::Avx512);
+            if lanes >= 32
+                && let Some(proof) = Avx512::find()
+            {
+                return Instructions(Set::Avx512(proof));
             }
-            if is_x86_feature_detected!("avx2") {
-                return Instructions(Set::Avx2);
+            if let Some(proof) = Avx2::find() {
+                return Instructions(Set::Avx2(proof));
             }
         }
         let _ = lanes;
@@ -75,9 +76,9 @@ impl Instructions {
             Set::Baseline if cfg!(target_arch = "aarch64") => "NEON",
             Set::Baseline => "baseline",
             #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => "AVX2",
+            Set::Avx2(_) => "AVX2",
             #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => "AVX-512",
+            Set::Avx512(_) => "AVX-512",
         }
     }
 
@@ -86,15 +87,14 @@ impl Instructions {
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
             Set::Baseline => kernel.run(),
-            // SAFETY: a set other than the baseline is only made where the processor was found to
-            // have it, just above; the functions ask for nothing else.
+            // SAFETY: the proof is of all that the function is compiled for.
             #[cfg(target_arch = "x86_64")]
             #[expect(unsafe_code, reason = "measured: a third less time, see above")]
-            Set::Avx2 => unsafe { avx2(kernel) },
-            // SAFETY: as above.
+            Set::Avx2(_) => unsafe { avx2(kernel) },
+            // SAFETY: the proof is of all that the function is compiled for.
             #[cfg(target_arch = "x86_64")]
             #[expect(unsafe_code, reason = "measured: a third less time, see above")]
-            Set::Avx512 => unsafe { avx512(kernel) },
+            Set::Avx512(_) => unsafe { avx512(kernel) },
         }
     }
 }
@@ -103,15 +103,6 @@ impl Instructions {
 #[inline(always)]
 pub fn vectorize<K: Kernel>(lanes: usize, kernel: K) -> K::Output {
     Instructions::best(lanes).run(kernel)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[inline]
-fn has_avx512() -> bool {
-    is_x86_feature_detected!("avx512f")
-        && is_x86_feature_detected!("avx512vl")
-        && is_x86_feature_detected!("avx512dq")
-        && is_x86_feature_detected!("avx512bw")
 }
 
 #[cfg(target_arch = "x86_64")]
