@@ -8,6 +8,8 @@ mod corpus;
 mod course;
 mod curve_lights;
 mod fourier;
+#[path = "../fuzzing/mod.rs"]
+mod fuzzing;
 mod laws;
 mod mixed_interiors;
 mod ptex;

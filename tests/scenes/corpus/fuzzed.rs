@@ -3,97 +3,24 @@
 //! stored ones, valid scenes are spoilt in thousands of ways, and large ones are made on the spot.
 
 use super::mutation::{Dice, spoil};
+use super::watch::{trouble, under_watch};
 use crate::common::program::{fstop, scenes};
-use fstop::build::build;
-use fstop::film::FilmSpec;
-use fstop::render::{Progress, render};
-use fstop::scene::{Frame, ReadSettings, read_scene};
-use fstop::syntax::{Diagnostics, SourceMap, Style};
+use crate::fuzzing::survive;
 use std::fmt::Write as _;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
-use std::time::Duration;
 
 /// Spoilt versions of each valid scene.
 const VERSIONS: u64 = 60;
 
-/// A scene that takes longer hangs: the slowest valid one takes a fiftieth of it in a debug build.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// Most pixels of a picture that is rendered here; larger ones are cropped.
-const PIXELS: u32 = 64;
-
-/// Is there something to render, be it with `--keep-going`?
-fn can_be_rendered(diagnostics: &Diagnostics) -> bool {
-    diagnostics.errors() == diagnostics.passable_errors()
-}
-
-/// Reads a text as if it stood in the file `name`, and renders a few pixels of what it describes.
-fn survive(name: &Path, text: &[u8]) {
-    let sources = SourceMap::new();
-    let file = sources.add_text(&name.display().to_string(), text);
-    let (scene, diagnostics) = read_scene(&sources, file, &ReadSettings::default());
-    diagnostics.render(&sources, Style::Plain);
-    if !can_be_rendered(&diagnostics) {
-        return;
-    }
-    for frame in scene.frames.into_iter().take(2) {
-        render_a_little(frame, &sources);
-    }
-}
-
-fn render_a_little(mut frame: Frame, sources: &SourceMap) {
-    let options = &mut frame.options;
-    options.sampler = options.sampler.clone().with_spp(1);
-    if options.film.resolution.element_product() > PIXELS {
-        options.film = FilmSpec {
-            resolution: fstop::math::UVec2::new(8, 6),
-            crop_window: [0.0, 1.0, 0.0, 1.0],
-            ..options.film.clone()
-        };
-    }
-    let (built, diagnostics) = build(frame, 0);
-    diagnostics.render(sources, Style::Plain);
-    let Some(built) = built.filter(|_| can_be_rendered(&diagnostics)) else {
-        return;
-    };
-    let picture = render(&built.shot, 16, &Progress::hidden()).develop();
-    let finite = |p: &fstop::math::Rgb| p.is_finite();
-    assert!(picture.pixels.iter().all(finite), "a pixel is not finite");
-}
-
-/// Tries one text; what it is where it made trouble.
-fn trouble(name: &Path, what: &str, text: &[u8]) -> Option<String> {
-    let survived = catch_unwind(AssertUnwindSafe(|| survive(name, text)));
-    survived.err().map(|_| {
-        let text = String::from_utf8_lossy(text);
-        format!("{} {what}\n{text}\n", name.display())
-    })
-}
-
-/// Runs `work` beside a watch: it reports what it is about to try, and must do so often enough.
-fn under_watch(work: impl FnOnce(&dyn Fn(&str)) -> Vec<String> + Send + 'static) {
-    let (report, reports) = mpsc::channel();
-    let worker = std::thread::spawn(move || {
-        let work = AssertUnwindSafe(work);
-        work.0(&|what| drop(report.send(what.to_owned())))
+/// Tries one text as if it stood in the file `name`; what it is where it made trouble.
+fn spoilt_trouble(name: &Path, what: &str, text: &[u8]) -> Option<String> {
+    let found = trouble(|| {
+        survive(name, text);
     });
-    let mut last = String::from("the start");
-    loop {
-        match reports.recv_timeout(PATIENCE) {
-            Ok(what) => last = what,
-            Err(mpsc::RecvTimeoutError::Disconnected) => break,
-            Err(mpsc::RecvTimeoutError::Timeout) => panic!("hangs at {last}"),
-        }
-    }
-    let troubles = worker.join().expect("troubles are caught one by one");
-    assert!(
-        troubles.is_empty(),
-        "{} troubles:\n{}",
-        troubles.len(),
-        troubles.join("\n")
-    );
+    found.map(|message| {
+        let text = String::from_utf8_lossy(text);
+        format!("{} {what}: {message}\n{text}\n", name.display())
+    })
 }
 
 fn bytes(scene: &Path) -> Vec<u8> {
@@ -117,7 +44,7 @@ fn spoilt_scenes_are_survived() {
                     name.display(),
                     String::from_utf8_lossy(&spoilt)
                 ));
-                troubles.extend(trouble(name, &what, &spoilt));
+                troubles.extend(spoilt_trouble(name, &what, &spoilt));
             }
         }
         troubles
@@ -133,7 +60,7 @@ fn truncated_scenes_are_survived() {
         let mut troubles = Vec::new();
         for end in 0..text.len() {
             report(&format!("{end} bytes"));
-            troubles.extend(trouble(name, &format!("{end} bytes"), &text[..end]));
+            troubles.extend(spoilt_trouble(name, &format!("{end} bytes"), &text[..end]));
         }
         troubles
     });
@@ -146,7 +73,7 @@ fn stored_scenes_are_survived() {
         let mut troubles = Vec::new();
         for name in [scenes("fuzzed"), scenes("invalid")].concat() {
             report(&name.display().to_string());
-            troubles.extend(trouble(&name, "as stored", &bytes(&name)));
+            troubles.extend(spoilt_trouble(&name, "as stored", &bytes(&name)));
         }
         troubles
     });

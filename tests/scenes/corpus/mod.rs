@@ -3,4 +3,6 @@
 
 mod fuzzed;
 mod mutation;
+mod replay;
 mod valid;
+mod watch;
