@@ -85,6 +85,7 @@ pub fn program(text: &[u8]) {
 }
 
 /// The scene that the grammar makes of the bytes, rendered.
+#[allow(clippy::print_stdout, reason = "a person asked for it, in a fuzzer")]
 pub fn grammar(bytes: &[u8]) {
     let text = grammar::scene_text(bytes);
     if std::env::var_os("FSTOP_FUZZ_SHOW").is_some() {
