@@ -164,7 +164,7 @@ fn lens_row(path: &Path) -> Result<(String, f64), Box<dyn Error>> {
     Ok((row, largest))
 }
 
-/// Largest error, µm, of where a ray meets one surface of this radius: our form, and the centre form.
+/// Largest error, µm, of where a ray meets one surface of this radius: our form, and the center form.
 fn surface_errors(radius: f64) -> [f64; 2] {
     let surface = Surface {
         radius,
@@ -226,17 +226,17 @@ Written by `cargo run --release --example lens_precision`. Rays from the film at
 the bits of f32 alone). Truth: the rays of `tests/golden`, computed with 50 digits, whose start is rounded to f32
 here; and 100 000 rays over the whole image circle and pupil in f64, which agrees with the former to 1e-11 mm, from
 the same rounded start. `Where` is the distance between the rays at the first surface; `in the
-picture` is the angle between them times the focal length. Each rms / largest. Pixels of 6 µm.
+image` is the angle between them times the focal length. Each rms / largest. Pixels of 6 µm.
 
-| lens | rows | f mm | golden: where, µm | golden: in the picture, px | where, µm | in the picture, µm | in the picture, px |
+| lens | rows | f mm | golden: where, µm | golden: in the image, px | where, µm | in the image, µm | in the image, px |
 |---|---|---|---|---|---|---|---|
 ";
 
 const SURFACES: &str = "## One surface
 
 Largest error of where one of 200 000 rays from 50 mm away meets it, µm, up to 20 mm from the axis. Ours is the vertex
-form of `src/optics/trace.rs`; the centre form is a renderer's usual sphere, whose error grows with the radius.
+form of `src/optics/trace.rs`; the center form is a renderer's usual sphere, whose error grows with the radius.
 
-| radius mm | vertex form | centre form |
+| radius mm | vertex form | center form |
 |---|---|---|
 ";

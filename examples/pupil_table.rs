@@ -68,8 +68,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn header(stops: &str) -> String {
     format!(
         "**Passing rays at {stops}, %**, at five film heights (parts of the image circle's radius) and averaged over \
-         a full-frame picture inside the image circle. (−x): part of the pupil's light that is never sampled, %.\n\n\
-         | lens | aimed at | 0 | ¼ | ½ | ¾ | 1 | picture | set-up, ms |\n|---|---|---|---|---|---|---|---|---|"
+         a full-frame image inside the image circle. (−x): part of the pupil's light that is never sampled, %.\n\n\
+         | lens | aimed at | 0 | ¼ | ½ | ¾ | 1 | image | set-up, ms |\n|---|---|---|---|---|---|---|---|---|"
     )
 }
 

@@ -255,7 +255,7 @@ pub fn instanced_lamp() -> String {
         Shape \"sphere\"\nObjectEnd\nObjectInstance \"lamp\"";
     let floor = lit(lamp).mean;
     assert_eq!(floor, 0.0);
-    format!("a floor receives {floor} from such a lamp")
+    format!("a floor receives {floor} from such a light")
 }
 
 /// What pbrt-v3 loses below a ball whose radius is 50 times the longest length.
@@ -410,5 +410,5 @@ pub fn bare_emitter() -> String {
     };
     let black = lamp("\"matte\" \"rgb Kd\" [0 0 0]");
     let ratio = lamp("\"none\"").equal_to(&black, 0.0);
-    format!("light over that of a lamp with a black material: {ratio}")
+    format!("its light over that with a black material: {ratio}")
 }
