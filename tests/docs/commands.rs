@@ -19,6 +19,24 @@ fn the_readme_is_short_and_starts_with_two_commands() {
     assert!(checks.contains(second));
 }
 
+/// The README says how many scenes are compared with pbrt-v3's images.
+#[test]
+fn the_readme_counts_the_references() {
+    let images = std::fs::read_dir(root().join("refimages")).expect("the references");
+    let exr = |entry: std::io::Result<std::fs::DirEntry>| {
+        let path = entry.expect("an entry").path();
+        path.extension().is_some_and(|ending| ending == "exr")
+    };
+    let count = images.filter_map(|entry| exr(entry).then_some(())).count();
+    let readme = Page::read("README.md");
+    assert!(
+        readme
+            .text
+            .contains(&format!("and {count} scenes compared"))
+    );
+    assert!(readme.text.contains(&format!("images of {count} scenes")));
+}
+
 /// Each command line of the README has arguments that the program knows, and inputs that exist or that an
 /// earlier one has written.
 #[test]
