@@ -61,7 +61,7 @@ pub struct RenderArgs {
     /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B)
     #[arg(long)]
     variance: bool,
-    /// A quick look: a quarter of the width and height, one sample a pixel
+    /// A quick look: a quarter of the width and height, one sample a pixel, a quarter of the lights' samples
     #[arg(long)]
     quick: bool,
     /// Print only errors
@@ -82,19 +82,13 @@ pub struct RenderArgs {
 /// Renders every frame of the scene.
 pub fn run(args: &RenderArgs) -> ExitCode {
     match render_scene(args) {
-        Ok(flaws) => {
-            let passed = flaws.passed;
-            if passed > 0 {
-                let errors = if passed == 1 { "error" } else { "errors" };
-                messages::warning(format!(
-                    "rendered in spite of {passed} {errors}: the picture is not that of the whole scene"
-                ));
-            }
-            match flaws {
-                Flaws { unwritten, .. } if unwritten > 0 => ExitCode::from(BAD_INPUT),
-                Flaws { passed: 0, .. } => ExitCode::SUCCESS,
-                _ => ExitCode::from(NOT_ALL),
-            }
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(passed) => {
+            let errors = if passed == 1 { "error" } else { "errors" };
+            messages::warning(format!(
+                "rendered in spite of {passed} {errors}: the picture is not that of the whole scene"
+            ));
+            ExitCode::from(NOT_ALL)
         }
         Err(message) => {
             if let Some(message) = message {
@@ -126,15 +120,8 @@ impl RenderArgs {
 /// `Err(None)` where the trouble has been printed already.
 type Outcome<T = ()> = Result<T, Option<String>>;
 
-/// What is wrong with the pictures of a scene that was rendered.
-struct Flaws {
-    /// Errors that it was rendered in spite of.
-    passed: usize,
-    /// Files that are not where they should be.
-    unwritten: usize,
-}
-
-fn render_scene(args: &RenderArgs) -> Outcome<Flaws> {
+/// How many errors it was rendered in spite of.
+fn render_scene(args: &RenderArgs) -> Outcome<usize> {
     let sources = SourceMap::new();
     let threads = threads(args);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -148,10 +135,7 @@ fn render_scene(args: &RenderArgs) -> Outcome<Flaws> {
         messages::examine(&scene.frames, &diagnostics);
     }
     args.print(&diagnostics, &sources);
-    let mut flaws = Flaws {
-        passed: diagnostics.passable_errors(),
-        unwritten: 0,
-    };
+    let mut passed = diagnostics.passable_errors();
     let scene = scene.filter(|_| !refused).ok_or(None)?;
     let outputs = outputs(args, &scene.frames, &sources)?;
     // All of them before the first is rendered: nobody wants to learn of a misspelt folder after a
@@ -163,11 +147,9 @@ fn render_scene(args: &RenderArgs) -> Outcome<Flaws> {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
     for (frame, outputs) in scene.frames.into_iter().zip(&outputs) {
-        let of_frame = render_frame(args, frame, outputs, &sources, &pool)?;
-        flaws.passed += of_frame.passed;
-        flaws.unwritten += of_frame.unwritten;
+        passed += render_frame(args, frame, outputs, &sources, &pool)?;
     }
-    Ok(flaws)
+    Ok(passed)
 }
 
 /// The files of all frames. Two frames that name the same picture get one each, which pbrt-v3 does
@@ -275,13 +257,14 @@ fn positive(text: &str) -> Result<u32, String> {
     }
 }
 
+/// How many errors it was rendered in spite of.
 fn render_frame(
     args: &RenderArgs,
     mut frame: Frame,
     outputs: &Outputs,
     sources: &SourceMap,
     pool: &rayon::ThreadPool,
-) -> Outcome<Flaws> {
+) -> Outcome<usize> {
     apply(args, &mut frame).map_err(Some)?;
     let started = Instant::now();
     let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
@@ -310,30 +293,21 @@ fn render_frame(
             .into_owned(),
         ..built.metadata
     };
-    let mut written = Vec::new();
     for path in outputs.paths() {
-        match film::write_somewhere(path, &picture, &metadata) {
-            Ok(()) => written.push(path.display().to_string()),
-            Err(error) => messages::error(error),
-        }
+        film::write(path, &picture, &metadata).map_err(|e| Some(e.to_string()))?;
     }
-    let unwritten = outputs.paths().count() - written.len();
     if !args.quiet {
-        report_end(&taken, shot, &written, started, rendering);
+        report_end(&taken, shot, outputs, started, rendering);
     }
-    Ok(Flaws {
-        passed: diagnostics.passable_errors(),
-        unwritten,
-    })
+    Ok(diagnostics.passable_errors())
 }
 
 /// What the command line says about the frame's options.
 fn apply(args: &RenderArgs, frame: &mut Frame) -> Result<(), String> {
-    let options = &mut frame.options;
     if args.quick {
-        options.film.make_quick();
-        options.sampler = options.sampler.clone().quick();
+        frame.make_quick();
     }
+    let options = &mut frame.options;
     // Where it is only the most, the scene's own number still says how textures are filtered.
     if let Some(spp) = args.spp.filter(|_| args.goal.goal(None).is_none()) {
         options.sampler = options.sampler.clone().with_spp(spp);
@@ -428,13 +402,7 @@ fn take(args: &RenderArgs, shot: &Shot) -> Taken {
     }
 }
 
-fn report_end(
-    taken: &Taken,
-    shot: &Shot,
-    written: &[String],
-    started: Instant,
-    rendering: Instant,
-) {
+fn report_end(taken: &Taken, shot: &Shot, outputs: &Outputs, started: Instant, rendering: Instant) {
     let film = &taken.film;
     let samples = film.bounds().area() as f64 * taken.spp;
     let seconds = rendering.elapsed().as_secs_f64();
@@ -449,10 +417,7 @@ fn report_end(
             place(shot, at)
         ));
     }
-    let written = match written {
-        [] => "not written".to_string(),
-        written => written.join(" and "),
-    };
+    let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();
     let quality = match &taken.progressive {
         None => format!("{} samples a pixel", taken.spp),
         Some(reached) => format!(
@@ -468,7 +433,8 @@ fn report_end(
         ),
     };
     console::say(format_args!(
-        "{written}: {quality}, {:.2} s ({:.2} M samples/s), {:.2} s in all",
+        "{}: {quality}, {:.2} s ({:.2} M samples/s), {:.2} s in all",
+        written.join(" and "),
         seconds,
         samples / seconds / 1e6,
         started.elapsed().as_secs_f64(),

@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::math::DMat4;
-use crate::output::OutputError;
 use glam::DVec3;
 use std::path::Path;
 
@@ -191,7 +190,7 @@ fn impossible_outputs_are_refused_beforehand() {
     std::fs::create_dir(in_folder("folder.exr")).unwrap();
     assert!(matches!(
         check_output(&in_folder("folder.exr")),
-        Err(WriteError::Output(OutputError::IsFolder(_)))
+        Err(WriteError::IsFolder(_))
     ));
     check_output(&in_folder("picture.exr")).unwrap();
     assert!(check_output(Path::new("")).is_err());

@@ -67,6 +67,14 @@ impl AmbientOcclusion {
         }
     }
 
+    /// Fewer samples, as pbrt-v2 (a quarter) and v3 (one) take under `--quick`.
+    pub fn make_quick(&mut self) {
+        self.samples = match self.directions {
+            Directions::UniformFraction => (self.samples / 4).max(1),
+            Directions::Cosine | Directions::Uniform => 1,
+        };
+    }
+
     /// What is seen along a camera ray.
     pub fn radiance(&self, world: &World, mut ray: Ray, stream: &mut SampleStream) -> Rgb {
         for _ in 0..=MAX_NULL_SURFACES {

@@ -1,25 +1,26 @@
-//! Direct light at a surface from one given light: one sample of the light and one of the BSDF,
+//! Direct light at a surface from one given light, whole or in pieces: one sample of the light and one of the BSDF,
 //! combined by the power heuristic (Veach 1997, §9.2; Pharr, Jakob and Humphreys 2016, §14.3.1).
 
 use super::vertex::receiver;
 use crate::accel::Sight;
 use crate::bsdf::Bsdf;
-use crate::handles::LightId;
+use crate::lights::LightGroup;
 use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
 use crate::surface::SurfaceHit;
 use crate::world::World;
 
-/// One estimate of the light that `id` sends to `surface` and on toward its `wo`.
+/// One estimate of the light that `group` sends to `surface` and on toward its `wo`.
 /// Perfectly specular lobes take no part.
 pub fn estimate(
     world: &World,
     surface: &SurfaceHit,
     bsdf: &Bsdf,
-    id: LightId,
+    group: &LightGroup,
     stream: &mut SampleStream,
 ) -> Rgb {
+    let (id, probability) = group.piece(stream.next_1d_if(group.chooses()));
     let light_u = stream.next_2d();
     let lobe = stream.next_1d_if(bsdf.chooses());
     let direction_u = stream.next_2d();
@@ -34,9 +35,9 @@ pub fn estimate(
             let weight = if sample.delta {
                 1.0
             } else {
-                power_heuristic(sample.pdf, pdf)
+                power_heuristic(probability * sample.pdf, pdf)
             };
-            sum += contribution * (weight / sample.pdf);
+            sum += contribution * (weight / (probability * sample.pdf));
         }
     }
     if light.is_delta() {
@@ -50,10 +51,13 @@ pub fn estimate(
     };
     let ray = surface.spawn_ray(sample.wi);
     let (radiance, light_pdf) = match world.look(&ray) {
-        Sight::Shining(hit) if hit.light == Some(id) => (
-            light.emitted(&hit.surface),
-            light.pdf(&from, ray.d, Some(&hit.surface)),
-        ),
+        Sight::Shining(hit) => match hit.light.map(|met| (world.light(met), group.pmf(met))) {
+            Some((met, probability)) if probability > 0.0 => (
+                met.emitted(&hit.surface),
+                probability * met.pdf(&from, ray.d, Some(&hit.surface)),
+            ),
+            _ => return sum,
+        },
         Sight::Open if light.is_infinite() => light.escaped_and_pdf(&from, ray.d),
         _ => return sum,
     };

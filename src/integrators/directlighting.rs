@@ -3,8 +3,7 @@
 
 use super::witness::Witness;
 use super::{direct, specular};
-use crate::handles::LightId;
-use crate::lights::LightSelector;
+use crate::lights::LightGroups;
 use crate::math::Rgb;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::params::ParamReader;
@@ -54,7 +53,7 @@ impl DirectLighting {
     pub fn radiance(
         &self,
         world: &World,
-        selector: &LightSelector,
+        lights: &LightGroups,
         ray: Ray,
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
@@ -71,30 +70,24 @@ impl DirectLighting {
                 if !bsdf.has_non_specular() {
                     return Rgb::ZERO;
                 }
+                let choice = match self.strategy {
+                    Strategy::One => stream.next_1d(),
+                    Strategy::All => 0.0,
+                };
+                let mut estimate =
+                    |group| direct::estimate(world, &hit.surface, bsdf, group, stream);
                 match self.strategy {
                     Strategy::One => {
-                        let choice = stream.next_1d();
-                        let Some((id, probability)) =
-                            selector.sample(&hit.surface.reference_point(), choice)
-                        else {
+                        let Some((group, probability)) = lights.choose(choice) else {
                             return Rgb::ZERO;
                         };
-                        direct::estimate(world, &hit.surface, bsdf, id, stream) / probability
+                        estimate(group) / probability
                     }
-                    Strategy::All => (0..world.sampled_lights().len())
-                        .map(|i| {
-                            let samples = world.lights[i].sample_count();
-                            let sum: Rgb = (0..samples)
-                                .map(|_| {
-                                    direct::estimate(
-                                        world,
-                                        &hit.surface,
-                                        bsdf,
-                                        LightId(i as u32),
-                                        stream,
-                                    )
-                                })
-                                .sum();
+                    Strategy::All => lights
+                        .iter()
+                        .map(|group| {
+                            let samples = group.sample_count();
+                            let sum: Rgb = (0..samples).map(|_| estimate(group)).sum();
                             sum / samples as f32
                         })
                         .sum(),

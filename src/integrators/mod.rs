@@ -15,7 +15,7 @@ pub mod volpath;
 pub mod whitted;
 pub mod witness;
 
-use crate::lights::{LightSelector, SelectionStrategy};
+use crate::lights::{LightGroups, LightSelector};
 use crate::math::Rgb;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::params::{Dialect, ParamReader};
@@ -25,7 +25,7 @@ use witness::{Unwatched, Witness};
 
 pub use ambientocclusion::AmbientOcclusion;
 pub use directlighting::DirectLighting;
-pub use path::Path;
+pub use path::{MediaSeen, Path};
 pub use volpath::VolPath;
 pub use whitted::Whitted;
 
@@ -52,6 +52,28 @@ impl IntegratorSpec {
     /// Does it model participating media?
     pub fn sees_media(&self) -> bool {
         matches!(self, IntegratorSpec::VolPath(_))
+    }
+
+    /// The integrator that renders the same through pbrt-v2's volumes, of which `seen` is seen. `volpath` sees all of them
+    /// as it is, `ambientocclusion` none.
+    pub fn through_volumes(self, seen: MediaSeen) -> IntegratorSpec {
+        let direct = |max_depth| Path {
+            max_depth,
+            direct_only: true,
+            ..Path::default()
+        };
+        let path = match self {
+            IntegratorSpec::Path(path) => path,
+            IntegratorSpec::DirectLighting(integrator) => direct(integrator.max_depth),
+            IntegratorSpec::Whitted(integrator) => direct(integrator.max_depth),
+            other => return other,
+        };
+        IntegratorSpec::VolPath(VolPath {
+            path: Path {
+                media: seen,
+                ..path
+            },
+        })
     }
 
     /// Does it follow light that wanders inside materials?
@@ -234,22 +256,30 @@ pub(crate) fn max_depth(reader: &ParamReader) -> u32 {
 #[derive(Debug)]
 pub struct Integrator {
     spec: IntegratorSpec,
+    /// For integrators of paths, which choose a light by what it brings.
     selector: LightSelector,
+    /// For `directlighting` and `whitted`, which sample every light or any.
+    groups: LightGroups,
 }
 
 impl Integrator {
     /// Prepares the choice among the world's lights.
     pub fn new(spec: &IntegratorSpec, world: &World) -> Integrator {
         let strategy = match spec {
-            IntegratorSpec::Path(path) => path.light_strategy,
-            IntegratorSpec::VolPath(volpath) => volpath.path.light_strategy,
-            // One light at random, as pbrt: `directlighting` and `whitted` choose uniformly or take all.
-            _ => SelectionStrategy::Uniform,
+            IntegratorSpec::Path(path) => Some(path.light_strategy),
+            IntegratorSpec::VolPath(volpath) => Some(volpath.path.light_strategy),
+            _ => None,
         };
         let (_, radius) = world.geometry.bounds().bounding_sphere();
+        let lights = world.sampled_lights();
+        let (selected, grouped) = match strategy {
+            Some(_) => (lights, &[][..]),
+            None => (&[][..], lights),
+        };
         Integrator {
             spec: spec.clone(),
-            selector: LightSelector::new(world.sampled_lights(), strategy, radius),
+            selector: LightSelector::new(selected, strategy.unwrap_or_default(), radius),
+            groups: LightGroups::new(grouped),
         }
     }
 
@@ -273,7 +303,7 @@ impl Integrator {
         stream: &mut SampleStream,
         witness: &mut impl Witness,
     ) -> Rgb {
-        let selector = &self.selector;
+        let (selector, lights) = (&self.selector, &self.groups);
         match &self.spec {
             IntegratorSpec::Path(path) => {
                 path.radiance::<false>(world, selector, ray, differentials, stream, witness)
@@ -282,10 +312,10 @@ impl Integrator {
                 volpath.radiance(world, selector, ray, differentials, stream, witness)
             }
             IntegratorSpec::DirectLighting(direct) => {
-                direct.radiance(world, selector, ray, differentials, stream, witness)
+                direct.radiance(world, lights, ray, differentials, stream, witness)
             }
             IntegratorSpec::Whitted(whitted) => {
-                whitted.radiance(world, ray, differentials, stream, witness)
+                whitted.radiance(world, lights, ray, differentials, stream, witness)
             }
             // Fractions of directions are always finite.
             IntegratorSpec::AmbientOcclusion(ambient) => ambient.radiance(world, ray, stream),

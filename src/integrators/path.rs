@@ -20,6 +20,7 @@ use crate::materials::Material;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, Vec2, color::is_black};
+use crate::media::HenyeyGreenstein;
 use crate::params::{Dialect, ParamReader};
 use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
@@ -50,6 +51,39 @@ pub struct Path {
     /// For `sppm`: mirrors and glass between the camera and the first other surface are counted
     /// apart, as many as `max_depth` − 1 of them, because its photons end at that surface.
     pub mirrors_apart: bool,
+    /// For pbrt-v2's `directlighting` and `whitted` through volumes: paths end after the first scattering by other surfaces
+    /// than mirrors and glass.
+    pub direct_only: bool,
+    /// What is seen of media.
+    pub media: MediaSeen,
+}
+
+/// How much of what light does in media is followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MediaSeen {
+    /// All of it.
+    #[default]
+    All,
+    /// pbrt-v2's `VolumeIntegrator "single"`: what the camera sees, directly or by mirrors and glass, of light that is
+    /// emitted or is scattered once; beyond other surfaces media dim.
+    Single,
+    /// pbrt-v2's `VolumeIntegrator "emission"`: the same without scattering.
+    Emission,
+}
+
+impl MediaSeen {
+    /// Reads a `VolumeIntegrator`. `stepsize` (1): noise only here, where nothing marches.
+    pub fn from_params(reader: &ParamReader) -> MediaSeen {
+        reader.accept("stepsize");
+        match reader.kind() {
+            "single" => MediaSeen::Single,
+            "emission" => MediaSeen::Emission,
+            _ => {
+                reader.unknown_kind(&["emission", "single"]);
+                MediaSeen::Emission
+            }
+        }
+    }
 }
 
 impl Default for Path {
@@ -59,6 +93,8 @@ impl Default for Path {
             rr_threshold: 1.0,
             light_strategy: SelectionStrategy::Spatial,
             mirrors_apart: false,
+            direct_only: false,
+            media: MediaSeen::All,
         }
     }
 }
@@ -93,7 +129,7 @@ impl Path {
                 "uniform" => SelectionStrategy::Uniform,
                 _ => SelectionStrategy::Spatial,
             },
-            mirrors_apart: false,
+            ..Path::default()
         }
     }
 
@@ -122,6 +158,7 @@ impl Path {
             depth: 0,
             max_depth: self.max_depth,
             apart: self.mirrors_apart,
+            straight: true,
             nulls: 0,
         };
         while walk.step(stream, witness).is_some() {}
@@ -151,6 +188,8 @@ struct Walk<'a, const MEDIA: bool> {
     max_depth: u32,
     /// See [`Path::mirrors_apart`].
     apart: bool,
+    /// Has the path met nothing but mirrors and glass so far?
+    straight: bool,
     /// Surfaces without material so far.
     nulls: u32,
 }
@@ -163,10 +202,10 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         let hit = self.world.intersect(&self.ray);
         if MEDIA && let Some(id) = self.medium {
             let t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
-            if let Some(t) = self.fly(id, t_max, stream)? {
+            if let Some((t, phase)) = self.fly(id, t_max, stream)? {
                 let met = Met::Medium;
                 witness.arrive(Place { depth, met }, self.radiance);
-                self.scatter_in_medium(id, t, stream)?;
+                self.scatter_in_medium((id, phase), t, stream)?;
                 return self.survive(stream);
             }
         }
@@ -194,17 +233,40 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         self.survive(stream)
     }
 
-    /// Goes through a medium up to `t_max`: answers where it scatters, if it does.
-    fn fly(&mut self, id: MediumId, t_max: f32, stream: &mut SampleStream) -> Option<Option<f32>> {
+    /// Goes through a medium up to `t_max`: answers where and how it scatters, if it does.
+    fn fly(
+        &mut self,
+        id: MediumId,
+        t_max: f32,
+        stream: &mut SampleStream,
+    ) -> Option<Option<(f32, HenyeyGreenstein)>> {
         let medium = self.world.media.medium(id);
-        let flight = medium.sample(&self.ray, t_max, self.throughput, stream);
-        self.throughput *= flight.weight;
-        (!is_black(self.throughput)).then_some(flight.scattered)
+        let (emits, scatters) = match self.path.media {
+            MediaSeen::All => (true, true),
+            MediaSeen::Single => (self.straight, self.straight),
+            MediaSeen::Emission => (self.straight, false),
+        };
+        if emits {
+            self.radiance += self.throughput * medium.emission(&self.ray, t_max, stream);
+        }
+        let (weight, scattered) = if scatters {
+            let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, stream);
+            (flight.weight, flight.scattered.map(|t| (t, phase)))
+        } else {
+            (medium.transmittance(&self.ray, t_max, stream), None)
+        };
+        self.throughput *= weight;
+        (!is_black(self.throughput)).then_some(scattered)
     }
 
     /// Scatters at the distance `t` in a medium.
-    fn scatter_in_medium(&mut self, id: MediumId, t: f32, stream: &mut SampleStream) -> Option<()> {
-        let vertex = MediumVertex::new(self.world, id, &self.ray, t);
+    fn scatter_in_medium(
+        &mut self,
+        (id, phase): (MediumId, HenyeyGreenstein),
+        t: f32,
+        stream: &mut SampleStream,
+    ) -> Option<()> {
+        let vertex = MediumVertex::new(id, phase, &self.ray, t);
         if self.depth >= self.max_depth || !vertex.p.is_finite() {
             return None;
         }
@@ -215,6 +277,10 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         let every = self.every_light().is_some();
         self.arrival = Arrival::Scattered { from, pdf, every };
         self.differentials = None;
+        self.straight = false;
+        if self.path.media == MediaSeen::Single {
+            self.max_depth = self.depth + 1;
+        }
         Some(())
     }
 
@@ -314,6 +380,10 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
     #[inline(always)]
     fn leave(&mut self, hit: &GeometryHit, bsdf: &Bsdf, sample: &BsdfSample) -> Option<()> {
         self.apart &= sample.specular;
+        self.straight &= sample.specular;
+        if self.path.direct_only && !sample.specular {
+            self.max_depth = self.max_depth.min(self.depth + 1);
+        }
         if self.apart {
             if self.depth + 1 >= self.path.max_depth {
                 return None;

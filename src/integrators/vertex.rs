@@ -57,31 +57,31 @@ impl Vertex for SurfaceVertex<'_> {
 }
 
 /// A point in a medium.
-pub struct MediumVertex<'a> {
+pub struct MediumVertex {
     /// Position; computed without an error that would matter: nothing is there to be missed.
     pub p: Vec3,
     /// Back along the path.
     pub wo: Vec3,
     /// How light turns.
-    pub phase: &'a HenyeyGreenstein,
+    pub phase: HenyeyGreenstein,
     medium: MediumId,
     time: f32,
 }
 
-impl<'a> MediumVertex<'a> {
-    /// At the distance `t` along `ray`, in `medium`.
-    pub fn new(world: &'a World, medium: MediumId, ray: &Ray, t: f32) -> MediumVertex<'a> {
+impl MediumVertex {
+    /// At the distance `t` along `ray`, in `medium`, where light turns by `phase`.
+    pub fn new(medium: MediumId, phase: HenyeyGreenstein, ray: &Ray, t: f32) -> MediumVertex {
         MediumVertex {
             p: ray.at(t),
             wo: -ray.d,
-            phase: world.media.medium(medium).phase(),
+            phase,
             medium,
             time: ray.time,
         }
     }
 }
 
-impl Vertex for MediumVertex<'_> {
+impl Vertex for MediumVertex {
     fn reference_point(&self) -> ReferencePoint {
         ReferencePoint {
             p: self.p,

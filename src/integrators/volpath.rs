@@ -53,7 +53,7 @@ impl VolPath {
 /// behind anything with a material, dimmed by media and borders of media.
 ///
 /// Lights that are infinitely far away stand, for the media between, two radii of the scene's
-/// bounding sphere away, as in pbrt-v3: in fog without end the sun would be black.
+/// bounding sphere away, as in pbrt-v3: in fog without end the sun would be black. pbrt-v2's volumes end by themselves.
 pub(super) fn transmittance(
     world: &World,
     shadow: &Ray,
@@ -61,7 +61,8 @@ pub(super) fn transmittance(
     stream: &mut SampleStream,
 ) -> Rgb {
     let mut ray = *shadow;
-    if ray.t_max == f32::INFINITY {
+    let whole = medium.is_some_and(|id| world.media.medium(id).is_crossed_whole());
+    if ray.t_max == f32::INFINITY && !whole {
         let (_, radius) = world.geometry.bounds().bounding_sphere();
         ray.t_max = 2.0 * radius * SHORT_OF_THE_LIGHT;
     }
@@ -86,8 +87,11 @@ pub(super) fn transmittance(
             return Rgb::ZERO;
         }
         medium = world.medium_beyond(&hit, ray.d, medium);
+        let finite = ray.t_max.is_finite();
         ray = hit.surface.spawn_ray(ray.d);
-        ray.t_max = (end - ray.o).dot(ray.d);
+        if finite {
+            ray.t_max = (end - ray.o).dot(ray.d);
+        }
         // The surface stands where the light is.
         let ahead = ray.t_max > 0.0;
         if !ahead {

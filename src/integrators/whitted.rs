@@ -3,6 +3,7 @@
 
 use super::specular;
 use super::witness::Witness;
+use crate::lights::LightGroups;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
@@ -28,6 +29,7 @@ impl Whitted {
     pub fn radiance(
         &self,
         world: &World,
+        lights: &LightGroups,
         ray: Ray,
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
@@ -46,17 +48,17 @@ impl Whitted {
                 }
                 let surface = &hit.surface;
                 let from = surface.reference_point();
-                world
-                    .sampled_lights()
+                lights
                     .iter()
-                    .map(|light| {
+                    .map(|group| {
+                        let (id, probability) = group.piece(stream.next_1d_if(group.chooses()));
                         let u = stream.next_2d();
-                        let Some(sample) = light.sample(&from, u) else {
+                        let Some(sample) = world.light(id).sample(&from, u) else {
                             return Rgb::ZERO;
                         };
                         let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
-                        let contribution =
-                            bsdf.f(surface.wo, sample.wi) * sample.radiance * (cosine / sample.pdf);
+                        let weight = cosine / (probability * sample.pdf);
+                        let contribution = bsdf.f(surface.wo, sample.wi) * sample.radiance * weight;
                         if is_black(contribution) || world.occluded(&sample.shadow) {
                             Rgb::ZERO
                         } else {

@@ -7,10 +7,10 @@
 
 use super::LightSample;
 use super::reach::Reach;
-use super::sample_count::sample_count;
+use super::sample_count::{quick, sample_count};
 use crate::math::color::is_black;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::params::ParamReader;
+use crate::params::{Dialect, ParamReader};
 use crate::shapes::emitter::Emitter;
 use crate::surface::{ReferencePoint, SurfaceHit};
 use std::f32::consts::PI;
@@ -24,6 +24,8 @@ pub struct DiffuseAreaSpec {
     pub two_sided: bool,
     /// Samples at each point in `directlighting`.
     pub samples: u32,
+    /// In pbrt-v2 all pieces of a shape are one light.
+    pub one_light: bool,
 }
 
 impl DiffuseAreaSpec {
@@ -35,6 +37,7 @@ impl DiffuseAreaSpec {
                 radiance: reader.spectrum("L", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
                 two_sided: reader.boolean("twosided", false),
                 samples: sample_count(reader),
+                one_light: reader.dialect() == Dialect::V2,
             }),
             "" => None,
             _ => {
@@ -42,6 +45,11 @@ impl DiffuseAreaSpec {
                 None
             }
         }
+    }
+
+    /// A quarter of the samples at each point, for a quick look (`--quick`).
+    pub fn make_quick(&mut self) {
+        self.samples = quick(self.samples);
     }
 }
 
@@ -52,6 +60,7 @@ pub struct DiffuseAreaLight {
     radiance: Rgb,
     two_sided: bool,
     samples: u32,
+    one_light: bool,
     group: u32,
 }
 
@@ -62,12 +71,14 @@ impl DiffuseAreaLight {
             radiance,
             two_sided,
             samples,
+            one_light,
         } = spec;
         DiffuseAreaLight {
             emitter,
             radiance,
             two_sided,
             samples,
+            one_light,
             group,
         }
     }
@@ -119,6 +130,16 @@ impl DiffuseAreaLight {
     /// Samples at each point in `directlighting`.
     pub fn sample_count(&self) -> u32 {
         self.samples
+    }
+
+    /// Does it count as a part of its group's one light?
+    pub fn is_part(&self) -> bool {
+        self.one_light
+    }
+
+    /// Area of the emitter, render space.
+    pub fn area(&self) -> f64 {
+        self.emitter.area()
     }
 
     /// The mesh this emitter is a piece of.
@@ -199,6 +220,7 @@ mod tests {
             radiance: Rgb::new(3.0, 2.0, 1.0),
             two_sided,
             samples: 1,
+            one_light: false,
         };
         DiffuseAreaLight::new(&spec, triangle_emitter(CORNERS), 0)
     }

@@ -10,6 +10,7 @@ pub mod distant;
 pub mod environment_map;
 mod few;
 pub mod goniometric;
+pub mod groups;
 pub mod infinite;
 mod lanes;
 pub mod light_map;
@@ -26,6 +27,7 @@ pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
 pub use distant::{DistantLight, DistantSpec};
 pub use environment_map::EnvironmentMap;
 pub use goniometric::{GoniometricLight, GoniometricSpec};
+pub use groups::{LightGroup, LightGroups};
 pub use infinite::{InfiniteLight, InfiniteSpec};
 pub use light_map::LightMap;
 pub use point::{PointLight, PointSpec};
@@ -113,6 +115,13 @@ impl LightSpec {
                 reader.unknown_kind_replaced(&LIGHT_NAMES, LEFT_OUT);
                 None
             }
+        }
+    }
+
+    /// A quarter of the samples at each point, for a quick look (`--quick`).
+    pub fn make_quick(&mut self) {
+        if let LightSpec::Infinite(infinite) = self {
+            infinite.samples = sample_count::quick(infinite.samples);
         }
     }
 

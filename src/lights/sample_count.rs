@@ -16,6 +16,11 @@ pub(super) fn sample_count(reader: &ParamReader) -> u32 {
     given.unwrap_or(1) as u32
 }
 
+/// As many as pbrt takes under `--quick`.
+pub(super) fn quick(samples: u32) -> u32 {
+    (samples / 4).max(1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::sample_count;

@@ -245,6 +245,7 @@ mod tests {
             radiance: Rgb::splat(0.5),
             two_sided: false,
             samples: 1,
+            one_light: false,
         };
         (0..triangles)
             .map(|i| {

@@ -33,6 +33,17 @@ impl DensityGrid {
         &self.majorants
     }
 
+    /// The largest value.
+    pub fn largest(&self) -> f32 {
+        self.values.iter().fold(0.0, |a, &b| a.max(b))
+    }
+
+    /// As [`DensityGrid::density`], but constant beyond the centers of the outermost voxels, as in pbrt-v2.
+    pub fn extended_density(&self, p: Vec3) -> f32 {
+        let half = 0.5 / self.resolution.as_vec3();
+        self.density(p.clamp(half, Vec3::ONE - half))
+    }
+
     /// The density at a point of the unit cube.
     pub fn density(&self, p: Vec3) -> f32 {
         // Voxel centres have whole coordinates.

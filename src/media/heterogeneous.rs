@@ -83,7 +83,7 @@ impl HeterogeneousSpec {
 }
 
 /// `nx`, `ny` and `nz`.
-fn resolution(reader: &ParamReader) -> UVec3 {
+pub(super) fn resolution(reader: &ParamReader) -> UVec3 {
     let along = |name| reader.integer_within(name, 1, 1..=i64::from(i32::MAX)) as u32;
     UVec3::new(along("nx"), along("ny"), along("nz"))
 }
@@ -105,11 +105,15 @@ fn uniform_extinction(reader: &ParamReader, coefficients: Coefficients) -> f32 {
 }
 
 /// The values of `density`, made finite, not negative and not denser than can be told.
-fn densities(reader: &ParamReader, sigma_t: f32, world_from_grid: &Transform) -> Option<Vec<f32>> {
+pub(super) fn densities(
+    reader: &ParamReader,
+    sigma_t: f32,
+    world_from_grid: &Transform,
+) -> Option<Vec<f32>> {
     let Some(given) = reader.floats("density") else {
         reader.error(
             "density",
-            "a heterogeneous medium needs `float density` values",
+            format!("`{}` needs `float density` values", reader.kind()),
         );
         return None;
     };

@@ -2,8 +2,8 @@
 //! surface.
 //!
 //! A *spec* holds a directive's parameters in world space; a *medium* is the compiled form in
-//! render space. Coefficients are per scene unit, linear RGB. Media absorb and scatter, and do not
-//! emit, as in pbrt-v3 (docs/scene-language.md §3.12 and §4.3).
+//! render space. Coefficients are per scene unit, linear RGB. Media absorb and scatter; only pbrt-v2's
+//! [volumes](volume) emit (docs/scene-language.md §3.12, §4.3 and §A.1).
 
 mod common;
 mod density_grid;
@@ -13,10 +13,14 @@ mod majorants;
 mod numbers;
 pub mod phase;
 pub mod presets;
+pub mod volume;
+pub mod volumes;
 
 pub use heterogeneous::{Heterogeneous, HeterogeneousSpec};
 pub use homogeneous::Homogeneous;
 pub use phase::HenyeyGreenstein;
+pub use volume::{Volume, VolumeSpec};
+pub use volumes::Volumes;
 
 use crate::handles::{InterfaceId, MediumId};
 use crate::math::ray::Ray;
@@ -35,6 +39,8 @@ pub enum MediumSpec {
     Homogeneous(Homogeneous),
     /// Of varying density in a box.
     Heterogeneous(Box<HeterogeneousSpec>),
+    /// The sum of pbrt-v2's volumes.
+    Volumes(Vec<VolumeSpec>),
 }
 
 impl MediumSpec {
@@ -62,6 +68,8 @@ pub enum Medium {
     Homogeneous(Homogeneous),
     /// Of varying density in a box.
     Heterogeneous(Box<Heterogeneous>),
+    /// The sum of pbrt-v2's volumes.
+    Volumes(Volumes),
 }
 
 /// How far light got.
@@ -89,22 +97,43 @@ impl Medium {
             MediumSpec::Heterogeneous(spec) => {
                 Medium::Heterogeneous(Box::new(Heterogeneous::new(*spec, render_from_world)))
             }
+            MediumSpec::Volumes(specs) => {
+                let place = |spec| Volume::new(spec, render_from_world);
+                Medium::Volumes(Volumes::new(specs.into_iter().map(place).collect()))
+            }
         }
     }
 
     /// Draws how far light gets along `ray` before the distance `t_max`, at which something else
-    /// happens. `throughput`, the path's so far, decides which channel matters most.
+    /// happens, and how it turns if it scatters. `throughput`, the path's so far, decides which channel matters most.
     pub fn sample(
         &self,
         ray: &Ray,
         t_max: f32,
         throughput: Rgb,
         stream: &mut SampleStream,
-    ) -> Flight {
+    ) -> (Flight, HenyeyGreenstein) {
         match self {
-            Medium::Homogeneous(m) => m.sample(t_max, throughput, stream),
-            Medium::Heterogeneous(m) => m.sample(ray, t_max, stream),
+            Medium::Homogeneous(m) => (m.sample(t_max, throughput, stream), *m.phase()),
+            Medium::Heterogeneous(m) => (m.sample(ray, t_max, stream), *m.phase()),
+            Medium::Volumes(m) => {
+                let (flight, volume) = m.sample(ray, t_max, throughput, stream);
+                (flight, m.phase(volume).copied().unwrap_or_default())
+            }
         }
+    }
+
+    /// An unbiased estimate of the radiance that the medium itself sends back along the first `t_max` of `ray`.
+    pub fn emission(&self, ray: &Ray, t_max: f32, stream: &mut SampleStream) -> Rgb {
+        match self {
+            Medium::Homogeneous(_) | Medium::Heterogeneous(_) => Rgb::ZERO,
+            Medium::Volumes(m) => m.emission(ray, t_max, stream),
+        }
+    }
+
+    /// Is light from infinitely far away dimmed on its whole way? In other media on the last two scene radii, as in pbrt-v3.
+    pub fn is_crossed_whole(&self) -> bool {
+        matches!(self, Medium::Volumes(_))
     }
 
     /// The part of the light that is left at the distance `t_max` along `ray`; an unbiased
@@ -113,14 +142,7 @@ impl Medium {
         match self {
             Medium::Homogeneous(m) => m.transmittance(t_max),
             Medium::Heterogeneous(m) => Rgb::splat(m.transmittance(ray, t_max, stream)),
-        }
-    }
-
-    /// How light turns.
-    pub fn phase(&self) -> &HenyeyGreenstein {
-        match self {
-            Medium::Homogeneous(m) => m.phase(),
-            Medium::Heterogeneous(m) => m.phase(),
+            Medium::Volumes(m) => m.transmittance(ray, t_max, stream),
         }
     }
 }
@@ -161,6 +183,13 @@ pub struct MediaSpec {
     pub interfaces: Vec<MediumInterface>,
     /// What the camera is in.
     pub camera: Option<MediumId>,
+}
+
+impl MediaSpec {
+    /// Are pbrt-v2's volumes among them?
+    pub fn has_volumes(&self) -> bool {
+        (self.media.iter()).any(|medium| matches!(medium, MediumSpec::Volumes(_)))
+    }
 }
 
 /// A scene's media, ready for rays.

@@ -18,6 +18,13 @@ pub struct HenyeyGreenstein {
     side: f32,
 }
 
+impl Default for HenyeyGreenstein {
+    /// The same in all directions.
+    fn default() -> Self {
+        HenyeyGreenstein::new(0.0)
+    }
+}
+
 impl HenyeyGreenstein {
     /// `g` from −1 (back) over 0 (evenly) to 1 (forward); what is beyond ±0.9999 counts as that,
     /// and no number as 0.

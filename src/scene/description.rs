@@ -3,6 +3,7 @@
 use super::options::Options;
 use super::transforms::Placement;
 use crate::handles::{InterfaceId, MaterialId, ObjectId};
+use crate::integrators::IntegratorSpec;
 use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
 use crate::media::MediaSpec;
@@ -43,6 +44,23 @@ pub struct Frame {
     pub area_lights: Vec<DiffuseAreaSpec>,
     /// Participating media.
     pub media: MediaSpec,
+}
+
+impl Frame {
+    /// For a quick look (`--quick`), as pbrt: a quarter of the width and height, one sample a pixel, and fewer of lights and
+    /// of ambient occlusion.
+    pub fn make_quick(&mut self) {
+        let options = &mut self.options;
+        options.film.make_quick();
+        options.sampler = options.sampler.clone().quick();
+        if let IntegratorSpec::AmbientOcclusion(ambient) = &mut options.integrator.spec {
+            ambient.make_quick();
+        }
+        self.lights.iter_mut().for_each(LightSpec::make_quick);
+        self.area_lights
+            .iter_mut()
+            .for_each(DiffuseAreaSpec::make_quick);
+    }
 }
 
 /// A shape with all that the graphics state says of it.

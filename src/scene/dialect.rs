@@ -13,6 +13,10 @@ pub enum DialectChoice {
     Fixed(Dialect),
 }
 
+/// A reason to read a file as v2.
+pub const INCLUDE_IN_LIST: &str =
+    "it has an `Include` among parameters, which only pbrt-v2 follows";
+
 /// The evidence met so far.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
@@ -22,6 +26,8 @@ pub struct Evidence {
     pub course_camera: bool,
     /// An `Integrator` directive, which only v3 has, was given.
     pub v3_integrator: bool,
+    /// An `Include` stood among parameters that go on in its file, which only v2 follows.
+    pub include_in_list: bool,
 }
 
 impl Evidence {
@@ -44,6 +50,9 @@ impl Evidence {
         if self.course_camera && !self.v3_integrator {
             let reason = "it has a course-form realistic camera and no `Integrator`";
             return (Dialect::V2, Some(reason.to_string()));
+        }
+        if self.include_in_list && !self.v3_integrator {
+            return (Dialect::V2, Some(INCLUDE_IN_LIST.to_string()));
         }
         (Dialect::V3, None)
     }
@@ -75,6 +84,17 @@ mod tests {
             ..Evidence::default()
         };
         assert_eq!(evidence.verdict().0, Dialect::V2);
+        let evidence = Evidence {
+            include_in_list: true,
+            ..Evidence::default()
+        };
+        assert_eq!(evidence.verdict().0, Dialect::V2);
+        let evidence = Evidence {
+            include_in_list: true,
+            v3_integrator: true,
+            ..Evidence::default()
+        };
+        assert_eq!(evidence.verdict().0, Dialect::V3);
         let evidence = Evidence {
             v2_directive: Some("Renderer"),
             v3_integrator: true,

@@ -2,7 +2,7 @@
 
 use super::blocks::{Block, block_of};
 use super::description::{Frame, SceneDescription};
-use super::dialect::{DialectChoice, Evidence, is_v2_only};
+use super::dialect::{DialectChoice, Evidence, INCLUDE_IN_LIST, is_v2_only};
 use super::media::NamedMedia;
 use super::options::{Options, StoredDirective, StoredOptions};
 use super::reading::Reading;
@@ -10,6 +10,7 @@ use super::scopes::{Current, Scope, Scopes};
 use super::transforms::{Ctm, Placement};
 use super::world_block::WorldBlock;
 use crate::cameras::{Compat, ModelChoice};
+use crate::integrators::IntegratorSettings;
 use crate::math::DVec3;
 use crate::math::transform::Transform;
 use crate::params::{Dialect, SpectrumFiles, TextureNames};
@@ -39,10 +40,10 @@ pub fn read_scene(
 ) -> (SceneDescription, Diagnostics) {
     let diagnostics = Diagnostics::new();
     let mut interpreter = Interpreter::new(sources, main, settings, &diagnostics);
-    if interpreter.run(main).is_ok() {
+    let Err(MustRestart { reason }) = interpreter.run(main) else {
         let scene = interpreter.finish();
         return (scene, diagnostics);
-    }
+    };
     // A directive that only pbrt-v2 has turned up inside the world, after parameters had been
     // read with v3's meanings: read everything again as v2.
     let diagnostics = Diagnostics::new();
@@ -51,7 +52,7 @@ pub fn read_scene(
         ..*settings
     };
     let mut interpreter = Interpreter::new(sources, main, &settings, &diagnostics);
-    interpreter.announce("it uses `Volume`, which only pbrt-v2 has");
+    interpreter.announce(&reason);
     // With the dialect fixed there is nothing left to restart for.
     let _ = interpreter.run(main);
     let scene = interpreter.finish();
@@ -59,7 +60,10 @@ pub fn read_scene(
 }
 
 /// The file turned out to speak v2 after all.
-pub(super) struct MustRestart;
+pub(super) struct MustRestart {
+    /// Why it does.
+    reason: String,
+}
 
 /// The machine: state, and what has come of it so far.
 pub(super) struct Interpreter<'a> {
@@ -185,11 +189,18 @@ impl<'a> Interpreter<'a> {
     }
 
     fn directive(&mut self, directive: Directive) -> Result<(), MustRestart> {
-        let Directive { span, kind } = directive;
+        let Directive {
+            span,
+            kind,
+            include_in_list,
+        } = directive;
         if !self.allowed_here(&kind, span) {
             return Ok(());
         }
         self.learn_dialect(&kind, span)?;
+        if let Some(include) = include_in_list {
+            self.learn_from_include(include)?;
+        }
         let word = kind.word();
         let stored = |typed| Some(StoredDirective { word, span, typed });
         use DirectiveKind as D;
@@ -232,10 +243,8 @@ impl<'a> Interpreter<'a> {
                 self.options.camera = stored(typed);
                 self.options.camera_ctm = self.current.ctm.clone();
             }
-            D::VolumeIntegrator(_) => {}
-            D::Volume(typed) => {
-                self.warn(typed.kind.span, "volumes are not modelled yet; left out");
-            }
+            D::VolumeIntegrator(typed) => self.options.volume_integrator = stored(typed),
+            D::Volume(typed) => self.volume(span, &typed),
             D::MakeNamedMedium(typed) => self.make_named_medium(span, typed),
             D::MediumInterface { inside, outside } => self.use_media(inside, outside),
             D::WorldBegin => self.begin_world(span),
@@ -346,12 +355,37 @@ impl<'a> Interpreter<'a> {
         } else if self.world.is_none() {
             self.evidence.note(kind);
         } else if auto && self.dialect == Dialect::V3 && is_v2_only(kind) {
-            return Err(MustRestart);
+            let reason = format!("it uses `{}`, which only pbrt-v2 has", kind.word());
+            return Err(MustRestart { reason });
         }
         if is_v2_only(kind) && self.settings.dialect == DialectChoice::Fixed(Dialect::V3) {
             let word = kind.word();
             let message = format!("`{word}` is pbrt-v2's; the file is read as pbrt-v3 as asked");
             self.warn(span, message);
+        }
+        Ok(())
+    }
+
+    /// An `Include` among parameters tells the dialect too, unless what came before has told v3.
+    fn learn_from_include(&mut self, include: Span) -> Result<(), MustRestart> {
+        self.evidence.include_in_list = true;
+        let may_be_v2 =
+            self.settings.dialect == DialectChoice::Auto && !self.evidence.v3_integrator;
+        match self.dialect {
+            Dialect::V2 => {}
+            Dialect::V3 if may_be_v2 && self.world.is_none() => {}
+            Dialect::V3 if may_be_v2 => {
+                let reason = INCLUDE_IN_LIST.to_string();
+                return Err(MustRestart { reason });
+            }
+            Dialect::V3 => {
+                let message =
+                    "`Include` among parameters: pbrt-v3 stops here, only pbrt-v2 follows it";
+                self.diagnostics
+                    .push(Diagnostic::error(message).at(include).with_help(
+                    "let the file hold whole directives, or read this scene with `--dialect v2`",
+                ));
+            }
         }
         Ok(())
     }
@@ -446,7 +480,12 @@ impl<'a> Interpreter<'a> {
                     .related(world.opened, "taken for the beginning of the world"),
             );
         }
-        if self.world.as_ref().is_some_and(|world| !world.has_lights()) {
+        let lit = self.media.shines();
+        if self
+            .world
+            .as_ref()
+            .is_some_and(|world| !lit && !world.has_lights())
+        {
             self.warn(span, "the scene has no lights: the picture will be black");
         }
         let frame = self.close_world();
@@ -463,8 +502,12 @@ impl<'a> Interpreter<'a> {
             self.error(opened, message);
         }
         let media = self.take_media();
-        let options = self.read_options();
-        if let Some(options) = &options {
+        let mut options = self.read_options();
+        if let Some(options) = &mut options {
+            if media.has_volumes() {
+                let IntegratorSettings { spec, .. } = &mut options.integrator;
+                *spec = spec.clone().through_volumes(options.media_seen);
+            }
             self.check_media(&media, options);
         }
         // pbrt-v2 keeps the options for the next frame, v3 forgets them (docs/scene-language.md §A.1).

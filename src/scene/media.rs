@@ -1,4 +1,4 @@
-//! `MakeNamedMedium` and `MediumInterface`.
+//! `MakeNamedMedium`, `MediumInterface` and pbrt-v2's `Volume`.
 //!
 //! The medium that a light stands in does not matter: paths begin at the camera, and know which
 //! medium they are in from there.
@@ -8,8 +8,8 @@ use super::interpreter::Interpreter;
 use super::materials::named_type;
 use super::options::Options;
 use crate::handles::{InterfaceId, MediumId};
-use crate::media::{MediaSpec, MediumInterface, MediumSpec};
-use crate::params::TextureNames;
+use crate::media::{MediaSpec, MediumInterface, MediumSpec, VolumeSpec};
+use crate::params::{Dialect, TextureNames};
 use crate::syntax::{Diagnostic, Name, Span, Typed};
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -21,6 +21,14 @@ pub(super) struct NamedMedia {
     spec: MediaSpec,
     names: HashMap<String, MediumId>,
     interfaces: HashMap<MediumInterface, InterfaceId>,
+    volumes: Vec<VolumeSpec>,
+}
+
+impl NamedMedia {
+    /// Does any of pbrt-v2's volumes emit?
+    pub(super) fn shines(&self) -> bool {
+        self.volumes.iter().any(VolumeSpec::shines)
+    }
 }
 
 impl Interpreter<'_> {
@@ -63,6 +71,19 @@ impl Interpreter<'_> {
             );
             self.warn(name.span, message);
         }
+    }
+
+    /// `Volume "type"`, under the transformation at the start time. Where the file is read as pbrt-v3 against its will it is
+    /// left out, as has been said.
+    pub(super) fn volume(&mut self, span: Span, typed: &Typed) {
+        if self.dialect() == Dialect::V3 {
+            return;
+        }
+        let (names, ctm) = (TextureNames::default(), self.current.ctm.start);
+        let volume = self.reading(&names).read("Volume", span, typed, |reader| {
+            VolumeSpec::from_params(reader, &ctm)
+        });
+        self.media.volumes.extend(volume);
     }
 
     /// `MediumInterface "inside" "outside"`.
@@ -124,11 +145,16 @@ impl Interpreter<'_> {
     pub(super) fn take_media(&mut self) -> MediaSpec {
         let directive = self.current.state.medium_interface.clone();
         let outside = directive.and_then(|directive| self.resolve(&directive).outside);
-        let NamedMedia { spec, .. } = std::mem::take(&mut self.media);
-        MediaSpec {
-            camera: outside,
-            ..spec
+        let NamedMedia {
+            mut spec, volumes, ..
+        } = std::mem::take(&mut self.media);
+        spec.camera = outside;
+        // pbrt-v2 knows no other media.
+        if !volumes.is_empty() {
+            spec.camera = Some(MediumId(spec.media.len() as u32));
+            spec.media.push(MediumSpec::Volumes(volumes));
         }
+        spec
     }
 
     /// Warns where there are media and the integrator does not see them.
@@ -149,6 +175,8 @@ impl Interpreter<'_> {
 #[cfg(test)]
 mod tests {
     use crate::handles::MediumId;
+    use crate::integrators::IntegratorSpec;
+    use crate::lights::LightSpec;
     use crate::media::MediumInterface;
     use crate::scene::description::Frame;
     use crate::scene::{ReadSettings, read_scene};
@@ -234,6 +262,27 @@ mod tests {
             borders(&frame),
             [Some((Some(2), None)), Some((Some(3), None))]
         );
+    }
+
+    /// pbrt's `--quick`: a quarter of the lights' samples, at least one.
+    #[test]
+    fn a_quick_frame_takes_fewer_samples_of_lights() {
+        let world = "LightSource \"infinite\" \"integer samples\" 16
+            AreaLightSource \"diffuse\" \"integer samples\" 3 Shape \"sphere\"";
+        let (mut frame, ..) = frame(
+            "Integrator \"ambientocclusion\" \"integer nsamples\" 64",
+            world,
+        );
+        frame.make_quick();
+        let infinite = frame.lights.iter().find_map(|light| match light {
+            LightSpec::Infinite(infinite) => Some(infinite.samples),
+            _ => None,
+        });
+        assert_eq!((infinite, frame.area_lights[0].samples), (Some(4), 1));
+        assert!(matches!(
+            &frame.options.integrator.spec,
+            IntegratorSpec::AmbientOcclusion(ambient) if ambient.samples == 1
+        ));
     }
 
     #[test]

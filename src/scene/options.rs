@@ -6,7 +6,7 @@ use super::transforms::{Ctm, Placement};
 use crate::cameras::CameraSpec;
 use crate::film::FilmSpec;
 use crate::filters::Filter;
-use crate::integrators::IntegratorSettings;
+use crate::integrators::{IntegratorSettings, MediaSeen};
 use crate::params::ParamReader;
 use crate::samplers::SamplerSpec;
 use crate::syntax::{Diagnostic, Span, Typed};
@@ -26,6 +26,8 @@ pub struct Options {
     pub sampler: SamplerSpec,
     /// The integrator, and the pixels it is confined to.
     pub integrator: IntegratorSettings,
+    /// What it shows of pbrt-v2's volumes.
+    pub media_seen: MediaSeen,
 }
 
 /// A directive as it stands in the file.
@@ -56,6 +58,8 @@ pub struct StoredOptions {
     pub sampler: Option<StoredDirective>,
     /// `Integrator` or `SurfaceIntegrator`.
     pub integrator: Option<StoredDirective>,
+    /// `VolumeIntegrator`, pbrt-v2 only.
+    pub volume_integrator: Option<StoredDirective>,
     /// `Accelerator`: read for its parameters' sake, without effect on the picture.
     pub accelerator: Option<StoredDirective>,
     /// `Renderer`, pbrt-v2 only.
@@ -72,6 +76,7 @@ impl Default for StoredOptions {
             filter: None,
             sampler: None,
             integrator: None,
+            volume_integrator: None,
             accelerator: None,
             renderer: None,
         }
@@ -107,6 +112,13 @@ impl StoredOptions {
             Some(given) => reading.read_stored(given, IntegratorSettings::from_params),
             None => IntegratorSettings::default_for(dialect),
         };
+        let volume_integrator = self.volume_integrator.as_ref();
+        let media_seen = reading.read_or(
+            "VolumeIntegrator",
+            volume_integrator,
+            "emission",
+            |reader| MediaSeen::from_params(reader),
+        );
         let camera = self.camera.as_ref();
         self.check_camera_place(reading);
         let camera = reading.read_or("Camera", camera, "perspective", CameraSpec::from_params)?;
@@ -118,6 +130,7 @@ impl StoredOptions {
             filter,
             sampler,
             integrator,
+            media_seen,
         })
     }
 

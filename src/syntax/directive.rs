@@ -12,6 +12,8 @@ pub struct Directive {
     pub span: Span,
     /// What it says.
     pub kind: DirectiveKind,
+    /// An `Include` among its parameters whose file goes on with them: pbrt-v2 follows it there, pbrt-v3 stops.
+    pub include_in_list: Option<Span>,
 }
 
 /// A quoted string and where it stands. Bytes that are not UTF-8 were replaced (U+FFFD).

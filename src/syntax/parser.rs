@@ -24,6 +24,7 @@
 //! | include cycle | runs until memory ends | error naming the cycle |
 //! | include found beside the including file only | error | accepted, warning |
 //! | directives of pbrt-v2 | fatal | passed on |
+//! | `Include` among parameters, as in pbrt-v2 | fatal | followed, and said in the directive |
 
 use super::diagnostic::{Diagnostic, Diagnostics};
 use super::directive::{Directive, WORDS};
@@ -73,6 +74,8 @@ pub struct Parser<'a> {
     peeked: Option<Token>,
     /// The word of the statement being read.
     pub(super) statement: Span,
+    /// See [`Directive::include_in_list`], of the statement being read.
+    pub(super) include_in_list: Option<Span>,
 }
 
 impl<'a> Parser<'a> {
@@ -92,6 +95,7 @@ impl<'a> Parser<'a> {
                 start: 0,
                 end: 0,
             },
+            include_in_list: None,
         };
         let canonical = path.canonicalize().unwrap_or(path);
         parser.enter(main, canonical);
@@ -142,7 +146,7 @@ impl<'a> Parser<'a> {
         });
     }
 
-    fn leave(&mut self) {
+    pub(super) fn leave(&mut self) {
         if let Some(done) = self.open.pop() {
             self.open_paths.remove(&done.canonical);
             self.sources.release(done.file);
@@ -261,7 +265,8 @@ impl<'a> Parser<'a> {
         });
     }
 
-    fn include(&mut self, word: Span) -> Parsed<()> {
+    /// Goes on with the file that is named next. False where it is not there, which is reported.
+    pub(super) fn include(&mut self, word: Span) -> Parsed<bool> {
         let name = self.name("Include", "the name of a file")?;
         let path = match files::resolve(&self.directory, &name.text) {
             Some(path) => path,
@@ -277,7 +282,7 @@ impl<'a> Parser<'a> {
                 .at(name.span)
                 .label("this file is being read already"),
             );
-            return Ok(());
+            return Ok(true);
         }
         self.includes += 1;
         if self.includes > MOST_INCLUDES {
@@ -287,10 +292,13 @@ impl<'a> Parser<'a> {
                 ))
                 .at(word),
             );
-            return Ok(());
+            return Ok(true);
         }
         match self.sources.include(&path, word) {
-            Ok(file) => self.enter(file, canonical),
+            Ok(file) => {
+                self.enter(file, canonical);
+                Ok(true)
+            }
             Err(error) => {
                 self.report(
                     Diagnostic::error(format!("cannot include this file: {error}"))
@@ -298,11 +306,30 @@ impl<'a> Parser<'a> {
                         .passable()
                         .with_note("the directory of the main scene file is where `Include` looks"),
                 );
-                // A list that would have gone on after the file belongs to nothing now.
-                drop(self.parameters()?);
+                Ok(false)
             }
         }
+    }
+
+    /// Follows an `Include` between directives.
+    fn include_directives(&mut self, word: Span) -> Parsed<()> {
+        if !self.include(word)? {
+            // A list that would have gone on after the file belongs to nothing now.
+            drop(self.parameters()?);
+        }
         Ok(())
+    }
+
+    /// Follows every `Include` that comes next among parameters, as pbrt-v2's lexer does; whether what they lead to still
+    /// is one is for the caller to see. The last one.
+    pub(super) fn follow_includes(&mut self) -> Parsed<Option<Span>> {
+        let mut last = None;
+        while self.peek().is_word("Include") {
+            let word = self.bump().span;
+            self.include(word)?;
+            last = Some(word);
+        }
+        Ok(last)
     }
 
     /// Where a file is not found from the main file's directory, but from that of the file with
@@ -369,8 +396,9 @@ impl Iterator for Parser<'_> {
                 _ => None,
             };
             self.statement = token.span;
+            self.include_in_list = None;
             let read = match word {
-                Some("Include") => self.include(token.span).map(|()| None),
+                Some("Include") => self.include_directives(token.span).map(|()| None),
                 Some(word) => self.statement(word).map(Some),
                 None => {
                     self.not_a_directive(&token);
@@ -382,6 +410,7 @@ impl Iterator for Parser<'_> {
                     return Some(Directive {
                         span: token.span,
                         kind,
+                        include_in_list: self.include_in_list,
                     });
                 }
                 Ok(None) => {}

@@ -45,6 +45,11 @@ impl Token {
             .unwrap_or_default()
     }
 
+    /// Is it this word?
+    pub fn is_word(&self, word: &str) -> bool {
+        self.kind == TokenKind::Bare && self.text() == word.as_bytes()
+    }
+
     /// The contents of a string, escapes resolved, and whether there was a stray backslash.
     pub fn string(&self) -> (String, bool) {
         let text = self.text();

@@ -28,7 +28,12 @@ impl Parser<'_> {
     pub(super) fn parameters(&mut self) -> Parsed<ParamList> {
         let mut params = Vec::new();
         loop {
-            match self.peek().kind {
+            let include = self.follow_includes()?;
+            let next = self.peek().kind;
+            if matches!(next, TokenKind::Quoted | TokenKind::Unterminated) {
+                self.include_in_list = self.include_in_list.or(include);
+            }
+            match next {
                 TokenKind::Quoted => {
                     let declaration = self.bump();
                     if let Some(param) = self.parameter(&declaration)? {
@@ -51,6 +56,8 @@ impl Parser<'_> {
 
     fn parameter(&mut self, declaration: &Token) -> Parsed<Option<Param>> {
         let declared = self.declaration(declaration);
+        let include = self.follow_includes()?;
+        self.include_in_list = self.include_in_list.or(include);
         if declared.is_none() && self.statement_ends() {
             // What was no declaration has been reported; there is no value to pass over.
             return Ok(None);
@@ -175,8 +182,9 @@ impl Parser<'_> {
 
     /// Everything up to the closing bracket, whose place is returned.
     fn list(&mut self, opening: &Token, items: &mut Items) -> Parsed<Span> {
+        let files = self.open.len();
         loop {
-            // A list begins and ends in one file, so nothing has been looked at ahead of it.
+            // A list ends in the file it begins in or in one that it includes, so nothing has been looked at ahead of it.
             if let Some(open) = self.open.last_mut() {
                 let rest = plain_numbers(
                     open.bytes.get(open.at..).unwrap_or_default(),
@@ -186,7 +194,16 @@ impl Parser<'_> {
             }
             let before = self.open.last().map_or(0, |open| open.at);
             let token = self.token_of_file();
+            if token.is_word("Include") {
+                self.include(token.span)?;
+                self.include_in_list = self.include_in_list.or(Some(token.span));
+                continue;
+            }
             let ends_here = match token.kind {
+                TokenKind::End if self.open.len() > files => {
+                    self.leave();
+                    continue;
+                }
                 TokenKind::Close => return Ok(token.span),
                 TokenKind::End => true,
                 TokenKind::Bare => directive_word(token.text()).is_some(),

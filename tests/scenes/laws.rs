@@ -486,3 +486,35 @@ fn what_only_absorbs_dims_by_beers_law() {
         check(name, far, path, &format!("{sun}{medium}{slab}{floor}"), 0.0);
     }
 }
+
+/// pbrt-v2: a mesh that emits is one light, so that the strategy "one" finds the sun behind a mesh of many triangles half of
+/// the time. The mesh stands behind what is seen.
+#[test]
+fn a_mesh_is_one_light_in_pbrt_v2() {
+    let corners: String = (0..200).map(|i| format!("{i} 0 9 {i} 1 9 ")).collect();
+    let triangles: String = (0..199)
+        .map(|i| 2 * i)
+        .map(|i| format!("{} {} {} {} {} {} ", i, i + 1, i + 2, i + 3, i + 2, i + 1))
+        .collect();
+    let text = format!(
+        "{OUTSIDE}\nCamera \"perspective\" \"float fov\" [40]\n\
+         Film \"image\" \"integer xresolution\" [24] \"integer yresolution\" [24]\n\
+         Sampler \"random\" \"integer pixelsamples\" [64]\n\
+         SurfaceIntegrator \"directlighting\" \"string strategy\" \"one\"\nWorldBegin\n\
+         LightSource \"distant\" \"point from\" [0 0 -1] \"point to\" [0 0 0]\n\
+         Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"disk\" \"float radius\" [9]\n\
+         AreaLightSource \"area\"\n\
+         Shape \"trianglemesh\" \"integer indices\" [{triangles}] \"point P\" [{corners}]\nWorldEnd\n"
+    );
+    let render = Render::of_text(&text, 1);
+    let (image, pixels) = (&render.image, 24.0 * 24.0);
+    let mean = image.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / pixels;
+    let variances = image.variance.as_ref().expect("--variance was given");
+    let variance = variances.iter().map(|v| f64::from(v.x)).sum::<f64>() / pixels;
+    // A sample is 0 or 2/π. Of 24² · 64 of them the mean has a standard error of 0.5 %.
+    let expected = 1.0 / PI;
+    assert!((mean / expected - 1.0).abs() < SIGMAS * 0.005_3, "{mean}");
+    // The variance of a mean of 64 such is its square over 64; of 398 triangles and the sun it is 398 times as much.
+    let ratio = variance * 64.0 / (expected * expected);
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+}

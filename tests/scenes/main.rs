@@ -15,4 +15,5 @@ mod mixed_interiors;
 mod ptex;
 mod references;
 mod tables;
+mod volumes;
 mod watertight;

@@ -2,7 +2,7 @@
 
 use crate::{Folder, read_file};
 use fstop::math::DVec3;
-use fstop::syntax::DirectiveKind;
+use fstop::syntax::{DirectiveKind, ParamValue};
 
 #[test]
 fn include_looks_beside_the_main_file() {
@@ -49,6 +49,59 @@ fn a_parameter_list_goes_on_after_an_included_file() {
     let read = read_file(&folder.path("main.pbrt"));
     assert!(read.messages.is_empty(), "{}", read.text);
     assert!(matches!(&read.kinds[0], DirectiveKind::Shape(s) if s.params.params.len() == 2));
+}
+
+/// As in pbrt-v2, whose lexer follows `Include` wherever it stands; the scene's reader says whether that is allowed.
+#[test]
+fn an_include_may_stand_among_parameters() {
+    let folder = Folder::new(&[
+        (
+            "main.pbrt",
+            "Shape \"sphere\" \"float radius\" 2 Include \"more.pbrt\" \"float phimax\" [90 Include \"none.pbrt\" ]
+             Shape \"cone\" \"float height\" Include \"list.pbrt\" Include \"whole.pbrt\"",
+        ),
+        ("more.pbrt", "\"float zmin\" [-1 Include \"none.pbrt\"] Include \"none.pbrt\" \"float zmax\""),
+        ("none.pbrt", "# nothing"),
+        ("list.pbrt", "[ 3 ]"),
+        ("whole.pbrt", "Identity"),
+    ]);
+    let main = std::fs::read_to_string(folder.path("main.pbrt")).expect("the scene");
+    // A declaration at the end of a file has its value in the one around.
+    std::fs::write(
+        folder.path("main.pbrt"),
+        main.replace("\"float phimax\"", "1 \"float phimax\""),
+    )
+    .expect("room for a scene");
+    let read = read_file(&folder.path("main.pbrt"));
+    assert!(read.messages.is_empty(), "{}", read.text);
+    let values = |kind: &DirectiveKind| match kind {
+        DirectiveKind::Shape(s) => s.params.params.iter().map(|p| p.value.clone()).collect(),
+        _ => Vec::new(),
+    };
+    let numbers = |values: &[f64]| -> Vec<ParamValue> {
+        values
+            .iter()
+            .map(|&v| ParamValue::Numbers(vec![v]))
+            .collect()
+    };
+    assert_eq!(values(&read.kinds[0]), numbers(&[2.0, -1.0, 1.0, 90.0]));
+    assert_eq!(values(&read.kinds[1]), numbers(&[3.0]));
+    assert_eq!(read.kinds[2..], [DirectiveKind::Identity]);
+}
+
+/// A list whose bracket is missing before an `Include` of directives is still found.
+#[test]
+fn an_unclosed_list_before_an_include_is_reported() {
+    let folder = Folder::new(&[
+        (
+            "main.pbrt",
+            "Shape \"sphere\" \"float radius\" [ 2\nInclude \"whole.pbrt\"\nIdentity",
+        ),
+        ("whole.pbrt", "Identity"),
+    ]);
+    let read = read_file(&folder.path("main.pbrt"));
+    assert_eq!(read.messages, ["a list is not closed, found `Identity`"]);
+    assert_eq!(read.kinds.len(), 3);
 }
 
 #[test]

@@ -1,0 +1,316 @@
+//! `Volume "homogeneous" | "exponential" | "volumegrid"`: pbrt-v2's boxes of absorbing, scattering and shining matter.
+//!
+//! `sigma_a`, `sigma_s` (spectra, 0): absorption and scattering per world unit, for density 1. `Le` (spectrum, 0): radiance
+//! emitted per world unit, for density 1. `g` (float, 0): mean cosine of the [phase function](super::phase). `p0` (point,
+//! (0,0,0)), `p1` (point, (1,1,1)): corners of the box, under the transformation in force. `homogeneous`: density 1.
+//! `exponential`: a·exp(−b h), `a`, `b` (floats, 1), h the height above `p0` along `updir` (vector, (0,1,0)).
+//! `volumegrid`: `nx`, `ny`, `nz` (integer, 1) and nx·ny·nz values of `density` (floats, required), x fastest, trilinear
+//! between the centers of its voxels and constant beyond the outermost ones.
+//! Source: Pharr and Humphreys 2010, §11.3; docs/scene-language.md §A.1.
+
+use super::common;
+use super::density_grid::DensityGrid;
+use super::heterogeneous::{densities, resolution};
+use super::numbers::Numbers;
+use super::phase::HenyeyGreenstein;
+use crate::math::ray::Ray;
+use crate::math::transform::Transform;
+use crate::math::{DVec3, Rgb};
+use crate::params::ParamReader;
+use glam::DAffine3;
+
+/// The types that `Volume` may name.
+pub const KINDS: [&str; 3] = ["exponential", "homogeneous", "volumegrid"];
+
+/// Below this transmittance ratio tracking plays Russian roulette.
+const ROULETTE_BELOW: f32 = 0.1;
+
+/// More than this of a coefficient or a density is taken as this: products stay finite in single precision.
+const LARGEST: f64 = 1e15;
+
+/// How the density varies over the unit cube that stands for the box.
+#[derive(Clone, Debug, PartialEq)]
+enum Density {
+    Constant,
+    /// `scale` · exp(−`falloff` · p).
+    Exponential {
+        scale: f64,
+        falloff: DVec3,
+    },
+    Grid(DensityGrid),
+}
+
+/// What a `Volume` asks for, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeSpec {
+    sigma_a: Rgb,
+    sigma_s: Rgb,
+    emission: Rgb,
+    phase: HenyeyGreenstein,
+    density: Density,
+    /// The unit cube to world space.
+    world_from_box: Transform,
+}
+
+impl VolumeSpec {
+    /// Reads the parameters under the transformation `world_from_volume`. `None`, after a report, where no volume can be
+    /// made of them.
+    pub fn from_params(reader: &ParamReader, world_from_volume: &Transform) -> Option<VolumeSpec> {
+        if !KINDS.contains(&reader.kind()) {
+            reader.unknown_kind_replaced(&KINDS, "the volume is left out");
+            return None;
+        }
+        let [sigma_a, sigma_s, emission] = ["sigma_a", "sigma_s", "Le"].map(|name| {
+            let used = usable(
+                reader,
+                name,
+                reader.spectrum(name, Rgb::ZERO).to_array().map(f64::from),
+            );
+            Rgb::from_array(used.map(|v| v as f32))
+        });
+        let phase = common::phase(reader);
+        let [p0, p1] = [("p0", DVec3::ZERO), ("p1", DVec3::ONE)].map(|(n, p)| reader.point3(n, p));
+        let (low, size) = (p0.min(p1), (p1 - p0).abs());
+        let world_from_box =
+            *world_from_volume * Transform::translate(low) * Transform::scale(size);
+        let density = match reader.kind() {
+            "exponential" => exponential(reader, size),
+            "volumegrid" => {
+                let sigma_t = (sigma_a + sigma_s).max_element();
+                grid(reader, sigma_t, &world_from_box)?
+            }
+            _ => Density::Constant,
+        };
+        if !world_from_box.is_invertible() {
+            reader.warn(
+                "p1",
+                "the volume's box has no volume: there is nothing in it",
+            );
+            return None;
+        }
+        Some(VolumeSpec {
+            sigma_a,
+            sigma_s,
+            emission,
+            phase,
+            density,
+            world_from_box,
+        })
+    }
+}
+
+impl VolumeSpec {
+    /// Does it emit, given that its density is somewhere above 0?
+    pub fn shines(&self) -> bool {
+        self.emission.max_element() > 0.0
+    }
+}
+
+/// Values from 0 to [`LARGEST`], with a warning where another was given.
+fn usable<const N: usize>(reader: &ParamReader, name: &str, given: [f64; N]) -> [f64; N] {
+    let used = given.map(|v| {
+        if v.is_nan() {
+            0.0
+        } else {
+            v.clamp(0.0, LARGEST)
+        }
+    });
+    if used != given {
+        let message = format!("`{name}` is {given:?}, outside 0 to {LARGEST:e}: {used:?} is used");
+        reader.warn(name, message);
+    }
+    used
+}
+
+/// The density of a box of this size.
+fn exponential(reader: &ParamReader, size: DVec3) -> Density {
+    let [scale] = usable(reader, "a", [reader.float("a", 1.0)]);
+    let up = reader.vector3("updir", DVec3::Y);
+    let up = up.try_normalize().unwrap_or_else(|| {
+        reader.warn("updir", "`updir` has no direction: (0, 1, 0) is used");
+        DVec3::Y
+    });
+    let falloff = reader.float("b", 1.0) * size * up;
+    // The densest corner.
+    let largest = scale * (-falloff.min(DVec3::ZERO).element_sum()).exp();
+    if largest <= LARGEST {
+        return Density::Exponential { scale, falloff };
+    }
+    reader.warn(
+        "b",
+        format!(
+            "the density rises above {LARGEST:e} in the box: it is the same everywhere instead"
+        ),
+    );
+    Density::Constant
+}
+
+/// The density that a grid gives.
+fn grid(reader: &ParamReader, sigma_t: f32, world_from_box: &Transform) -> Option<Density> {
+    let resolution = resolution(reader);
+    let values = densities(reader, sigma_t, world_from_box)?;
+    let count = values.len();
+    let grid = DensityGrid::new(resolution, values);
+    if grid.is_none() {
+        let [x, y, z] = resolution.to_array();
+        reader.error(
+            "density",
+            format!("`density` has {count} values, but `nx` × `ny` × `nz` is {x} × {y} × {z}"),
+        );
+    }
+    grid.map(Density::Grid)
+}
+
+/// A box of matter in render space.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    sigma_s: Rgb,
+    sigma_t: Rgb,
+    emission: Rgb,
+    phase: HenyeyGreenstein,
+    density: Density,
+    largest_density: f64,
+    box_from_render: DAffine3,
+}
+
+/// A ray's way through a box.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chord {
+    /// At distance 0 of the ray, in the unit cube's space.
+    o: DVec3,
+    d: DVec3,
+    /// Distances at which the ray enters and leaves.
+    pub start: f64,
+    pub end: f64,
+}
+
+impl Volume {
+    /// Places the volume.
+    pub fn new(spec: VolumeSpec, render_from_world: &Transform) -> Volume {
+        let placed = (*render_from_world * spec.world_from_box).with_translations_matched();
+        let largest_density = match &spec.density {
+            Density::Constant => 1.0,
+            Density::Exponential { scale, falloff } => {
+                scale * (-falloff.min(DVec3::ZERO).element_sum()).exp()
+            }
+            Density::Grid(grid) => f64::from(grid.largest()),
+        };
+        Volume {
+            sigma_s: spec.sigma_s,
+            sigma_t: spec.sigma_a + spec.sigma_s,
+            emission: spec.emission,
+            phase: spec.phase,
+            density: spec.density,
+            largest_density,
+            box_from_render: DAffine3::from_mat4(placed.inverse),
+        }
+    }
+
+    /// How light turns.
+    pub fn phase(&self) -> &HenyeyGreenstein {
+        &self.phase
+    }
+
+    /// Does anything in it shine?
+    pub fn shines(&self) -> bool {
+        self.emission.max_element() > 0.0 && self.largest_density > 0.0
+    }
+
+    /// Upper bound of the extinction of every channel.
+    pub(super) fn majorant(&self) -> f64 {
+        f64::from(self.sigma_t.max_element()) * self.largest_density
+    }
+
+    /// Where the ray is inside the box, before `t_max`.
+    pub(super) fn chord(&self, ray: &Ray, t_max: f64) -> Option<Chord> {
+        let o = self.box_from_render.transform_point3(ray.o.as_dvec3());
+        let d = self.box_from_render.transform_vector3(ray.d.as_dvec3());
+        let (mut start, mut end) = (0.0f64, t_max);
+        for axis in 0..3 {
+            if d[axis] == 0.0 {
+                if !(0.0..=1.0).contains(&o[axis]) {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (-o[axis] / d[axis], (1.0 - o[axis]) / d[axis]);
+            start = start.max(a.min(b));
+            end = end.min(a.max(b));
+        }
+        // Also nothing where a distance is not finite.
+        (start < end && end.is_finite()).then_some(Chord { o, d, start, end })
+    }
+
+    /// The density at distance `t` of a ray that is in the box there.
+    fn density(&self, chord: &Chord, t: f64) -> f64 {
+        let p = chord.o + chord.d * t;
+        match &self.density {
+            Density::Constant => 1.0,
+            Density::Exponential { scale, falloff } => {
+                // Rounding may lead out of the box.
+                (scale * (-falloff.dot(p)).exp()).min(self.largest_density)
+            }
+            Density::Grid(grid) => f64::from(grid.extended_density(p.as_vec3())),
+        }
+    }
+
+    /// Extinction and scattering at the distance `t` in the box.
+    pub(super) fn coefficients(&self, chord: &Chord, t: f64) -> (Rgb, Rgb) {
+        let density = self.density(chord, t) as f32;
+        (self.sigma_t * density, self.sigma_s * density)
+    }
+
+    /// Radiance emitted per unit length at the distance `t` in the box.
+    pub(super) fn emission(&self, chord: &Chord, t: f64) -> Rgb {
+        self.emission * self.density(chord, t) as f32
+    }
+
+    /// The integral of the density from the start of the chord to `t`, where it has a closed form.
+    fn column(&self, chord: &Chord, t: f64) -> Option<f64> {
+        let length = t - chord.start;
+        match &self.density {
+            Density::Constant => Some(length),
+            Density::Exponential { scale, falloff } => {
+                let first = scale * (-falloff.dot(chord.o + chord.d * chord.start)).exp();
+                let rate = falloff.dot(chord.d);
+                let x = rate * length;
+                // (1 − exp(−x)) / x is 1 at 0.
+                let mean = if x == 0.0 { 1.0 } else { -(-x).exp_m1() / x };
+                Some(first * length * mean)
+            }
+            Density::Grid(_) => None,
+        }
+    }
+
+    /// The part of the light that is left at the distance `t_max`; an unbiased estimate in grids, by ratio tracking (Novák,
+    /// Selle and Jarosz 2014) along the densest channel.
+    pub(super) fn transmittance(&self, ray: &Ray, t_max: f64, numbers: &mut Numbers) -> Rgb {
+        let majorant = self.majorant();
+        let Some(chord) = self.chord(ray, t_max).filter(|_| majorant > 0.0) else {
+            return Rgb::ONE;
+        };
+        if let Some(column) = self.column(&chord, chord.end) {
+            return (-self.sigma_t * column as f32).exp();
+        }
+        let mut left = Rgb::ONE;
+        let mut t = chord.start;
+        loop {
+            t += f64::from(numbers.step()) / majorant;
+            // Also where it is not a number.
+            let inside = t < chord.end;
+            if !inside {
+                return left;
+            }
+            let (sigma_t, _) = self.coefficients(&chord, t);
+            left *= (Rgb::ONE - sigma_t / majorant as f32).max(Rgb::ZERO);
+            let most = left.max_element();
+            if most < ROULETTE_BELOW {
+                // Survives with probability `most` / 0.1, and then stands for 0.1.
+                if numbers.next() * ROULETTE_BELOW >= most {
+                    return Rgb::ZERO;
+                }
+                left *= ROULETTE_BELOW / most;
+            }
+        }
+    }
+}
