@@ -31,6 +31,7 @@ pub mod materials;
 pub mod math;
 pub mod media;
 pub mod optics;
+pub mod output;
 pub mod params;
 #[cfg(target_arch = "x86_64")]
 mod processor;

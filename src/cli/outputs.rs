@@ -1,6 +1,7 @@
 //! What files a frame's picture goes to.
 
 use crate::film;
+use crate::output::numbered;
 use crate::scene::Frame;
 use std::path::{Path, PathBuf};
 
@@ -76,14 +77,4 @@ fn same_file(a: &Path, b: &Path) -> bool {
         Some(folder.join(path.file_name()?))
     };
     a == b || (resolved(a).is_some() && resolved(a) == resolved(b))
-}
-
-/// `a.exr` for the first frame, `a.2.exr` for the second.
-fn numbered(path: &Path, number: usize) -> PathBuf {
-    if number == 1 {
-        return path.to_path_buf();
-    }
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let ending = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}.{number}.{ending}"))
 }

@@ -82,13 +82,19 @@ pub struct RenderArgs {
 /// Renders every frame of the scene.
 pub fn run(args: &RenderArgs) -> ExitCode {
     match render_scene(args) {
-        Ok(0) => ExitCode::SUCCESS,
-        Ok(passed) => {
-            let errors = if passed == 1 { "error" } else { "errors" };
-            messages::warning(format!(
-                "rendered in spite of {passed} {errors}: the picture is not that of the whole scene"
-            ));
-            ExitCode::from(NOT_ALL)
+        Ok(flaws) => {
+            let passed = flaws.passed;
+            if passed > 0 {
+                let errors = if passed == 1 { "error" } else { "errors" };
+                messages::warning(format!(
+                    "rendered in spite of {passed} {errors}: the picture is not that of the whole scene"
+                ));
+            }
+            match flaws {
+                Flaws { unwritten, .. } if unwritten > 0 => ExitCode::from(BAD_INPUT),
+                Flaws { passed: 0, .. } => ExitCode::SUCCESS,
+                _ => ExitCode::from(NOT_ALL),
+            }
         }
         Err(message) => {
             if let Some(message) = message {
@@ -120,8 +126,15 @@ impl RenderArgs {
 /// `Err(None)` where the trouble has been printed already.
 type Outcome<T = ()> = Result<T, Option<String>>;
 
-/// How many errors it was rendered in spite of.
-fn render_scene(args: &RenderArgs) -> Outcome<usize> {
+/// What is wrong with the pictures of a scene that was rendered.
+struct Flaws {
+    /// Errors that it was rendered in spite of.
+    passed: usize,
+    /// Files that are not where they should be.
+    unwritten: usize,
+}
+
+fn render_scene(args: &RenderArgs) -> Outcome<Flaws> {
     let sources = SourceMap::new();
     let threads = threads(args);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -135,7 +148,10 @@ fn render_scene(args: &RenderArgs) -> Outcome<usize> {
         messages::examine(&scene.frames, &diagnostics);
     }
     args.print(&diagnostics, &sources);
-    let mut passed = diagnostics.passable_errors();
+    let mut flaws = Flaws {
+        passed: diagnostics.passable_errors(),
+        unwritten: 0,
+    };
     let scene = scene.filter(|_| !refused).ok_or(None)?;
     let outputs = outputs(args, &scene.frames, &sources)?;
     // All of them before the first is rendered: nobody wants to learn of a misspelt folder after a
@@ -147,9 +163,11 @@ fn render_scene(args: &RenderArgs) -> Outcome<usize> {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
     for (frame, outputs) in scene.frames.into_iter().zip(&outputs) {
-        passed += render_frame(args, frame, outputs, &sources, &pool)?;
+        let of_frame = render_frame(args, frame, outputs, &sources, &pool)?;
+        flaws.passed += of_frame.passed;
+        flaws.unwritten += of_frame.unwritten;
     }
-    Ok(passed)
+    Ok(flaws)
 }
 
 /// The files of all frames. Two frames that name the same picture get one each, which pbrt-v3 does
@@ -257,14 +275,13 @@ fn positive(text: &str) -> Result<u32, String> {
     }
 }
 
-/// How many errors it was rendered in spite of.
 fn render_frame(
     args: &RenderArgs,
     mut frame: Frame,
     outputs: &Outputs,
     sources: &SourceMap,
     pool: &rayon::ThreadPool,
-) -> Outcome<usize> {
+) -> Outcome<Flaws> {
     apply(args, &mut frame).map_err(Some)?;
     let started = Instant::now();
     let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
@@ -293,13 +310,21 @@ fn render_frame(
             .into_owned(),
         ..built.metadata
     };
+    let mut written = Vec::new();
     for path in outputs.paths() {
-        film::write(path, &picture, &metadata).map_err(|e| Some(e.to_string()))?;
+        match film::write_somewhere(path, &picture, &metadata) {
+            Ok(()) => written.push(path.display().to_string()),
+            Err(error) => messages::error(error),
+        }
     }
+    let unwritten = outputs.paths().count() - written.len();
     if !args.quiet {
-        report_end(&taken, shot, outputs, started, rendering);
+        report_end(&taken, shot, &written, started, rendering);
     }
-    Ok(diagnostics.passable_errors())
+    Ok(Flaws {
+        passed: diagnostics.passable_errors(),
+        unwritten,
+    })
 }
 
 /// What the command line says about the frame's options.
@@ -402,7 +427,13 @@ fn take(args: &RenderArgs, shot: &Shot) -> Taken {
     }
 }
 
-fn report_end(taken: &Taken, shot: &Shot, outputs: &Outputs, started: Instant, rendering: Instant) {
+fn report_end(
+    taken: &Taken,
+    shot: &Shot,
+    written: &[String],
+    started: Instant,
+    rendering: Instant,
+) {
     let film = &taken.film;
     let samples = film.bounds().area() as f64 * taken.spp;
     let seconds = rendering.elapsed().as_secs_f64();
@@ -417,7 +448,10 @@ fn report_end(taken: &Taken, shot: &Shot, outputs: &Outputs, started: Instant, r
             place(shot, at)
         ));
     }
-    let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();
+    let written = match written {
+        [] => "not written".to_string(),
+        written => written.join(" and "),
+    };
     let quality = match &taken.progressive {
         None => format!("{} samples a pixel", taken.spp),
         Some(reached) => format!(
@@ -433,8 +467,7 @@ fn report_end(taken: &Taken, shot: &Shot, outputs: &Outputs, started: Instant, r
         ),
     };
     console::say(format_args!(
-        "{}: {quality}, {:.2} s ({:.2} M samples/s), {:.2} s in all",
-        written.join(" and "),
+        "{written}: {quality}, {:.2} s ({:.2} M samples/s), {:.2} s in all",
         seconds,
         samples / seconds / 1e6,
         started.elapsed().as_secs_f64(),

@@ -46,7 +46,7 @@ pub use pixels::PixelStatistics;
 pub use read::{Loaded, ReadError, read};
 pub use spec::{FilmError, FilmSpec};
 pub use tile::{DroppedSample, Tile};
-pub use write::{WriteError, check_name, check_output, keeps_variances, write};
+pub use write::{WriteError, check_name, check_output, keeps_variances, write, write_somewhere};
 
 use crate::math::{Rgb, UVec2};
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::math::DMat4;
+use crate::output::OutputError;
 use glam::DVec3;
 use std::path::Path;
 
@@ -190,7 +191,7 @@ fn impossible_outputs_are_refused_beforehand() {
     std::fs::create_dir(in_folder("folder.exr")).unwrap();
     assert!(matches!(
         check_output(&in_folder("folder.exr")),
-        Err(WriteError::IsFolder(_))
+        Err(WriteError::Output(OutputError::IsFolder(_)))
     ));
     check_output(&in_folder("picture.exr")).unwrap();
     assert!(check_output(Path::new("")).is_err());

@@ -1,10 +1,9 @@
-//! A picture into a file: whole or not at all.
+//! A picture into a file.
 
 use super::{FilmMetadata, Image, exr, pfm, png};
+use crate::output::{self, OutputError};
 use image::ImageFormat;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
 
 /// Why a picture could not be written; always names the file.
 #[derive(Debug, thiserror::Error)]
@@ -12,24 +11,16 @@ pub enum WriteError {
     /// The name does not end in a format's extension.
     #[error("{}: a picture's name must end in .exr, .pfm, .png or .tga", .0.display())]
     UnknownFormat(PathBuf),
-    /// There is a folder of that name.
-    #[error("{}: is a folder", .0.display())]
-    IsFolder(PathBuf),
-    /// The folder it would be in is not there.
-    #[error("{}: cannot write: there is no folder `{}`", .path.display(), .folder.display())]
-    NoFolder {
-        /// The picture's file.
-        path: PathBuf,
-        /// What is missing.
-        folder: PathBuf,
-    },
-    /// The folder is read-only or full.
-    #[error("{}: cannot write: {source}", .path.display())]
-    Io {
-        /// The picture's file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: std::io::Error,
+    /// The file cannot be made.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The file cannot be made, but another in its stead.
+    #[error("{source}; the image is in `{}` instead", .place.display())]
+    Elsewhere {
+        /// What is wrong with the file that was asked for.
+        source: OutputError,
+        /// The file that was made.
+        place: PathBuf,
     },
     /// The format cannot hold this picture.
     #[error("{}: cannot encode: {reason}", .path.display())]
@@ -82,35 +73,40 @@ pub fn check_name(path: &Path) -> Result<(), WriteError> {
 /// Will [`write()`] to this path work, as far as can be known before rendering? Leaves no trace.
 ///
 /// # Errors
-/// An extension that no format has, a folder of that name, a folder that is missing or cannot be
-/// written to.
+/// An extension that no format has; what [`output::check`] finds.
 pub fn check_output(path: &Path) -> Result<(), WriteError> {
     Format::of(path)?;
-    if path.is_dir() {
-        return Err(WriteError::IsFolder(path.to_owned()));
-    }
-    temporary(path).map(drop)
+    Ok(output::check(path)?)
 }
 
 /// Writes `image` to `path`, in the format that the name's extension says: `.exr` (linear, with
 /// variances and metadata), `.pfm` (linear), `.png`, `.tga` (8-bit sRGB).
 ///
-/// The file appears under its name only when it is complete: it is written beside it under a
-/// temporary name and renamed. A file that was there before is replaced.
+/// The file appears under its name only when it is complete ([`output::write`]). A file that was there
+/// before is replaced.
 ///
 /// # Errors
 /// See [`check_output`]; a full disk; a picture the format cannot hold.
 pub fn write(path: &Path, image: &Image, metadata: &FilmMetadata) -> Result<(), WriteError> {
     let bytes = encode(path, image, metadata)?;
-    let io = |source| WriteError::Io {
-        path: path.to_owned(),
-        source,
-    };
-    let mut file = temporary(path)?;
-    file.write_all(&bytes).map_err(io)?;
-    file.as_file().sync_all().map_err(io)?;
-    file.persist(path).map_err(|e| io(e.error))?;
-    Ok(())
+    Ok(output::write(path, &bytes)?)
+}
+
+/// As [`write()`], for pictures that took long to render: where the file cannot be made, it goes to the
+/// current folder or to that for temporary files ([`output::rescue`]).
+///
+/// # Errors
+/// See [`write()`]; [`WriteError::Elsewhere`] where the picture is safe, but not where it was wanted.
+pub fn write_somewhere(
+    path: &Path,
+    image: &Image,
+    metadata: &FilmMetadata,
+) -> Result<(), WriteError> {
+    let bytes = encode(path, image, metadata)?;
+    output::write(path, &bytes).map_err(|source| match output::rescue(path, &bytes) {
+        Some(place) => WriteError::Elsewhere { source, place },
+        None => WriteError::Output(source),
+    })
 }
 
 fn encode(path: &Path, image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, WriteError> {
@@ -124,28 +120,4 @@ fn encode(path: &Path, image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>
         Format::Png => png::encode(image, ImageFormat::Png).map_err(|e| refused(e.to_string())),
         Format::Tga => png::encode(image, ImageFormat::Tga).map_err(|e| refused(e.to_string())),
     }
-}
-
-/// A new file in the folder of `path`, removed again unless it is renamed.
-fn temporary(path: &Path) -> Result<NamedTempFile, WriteError> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        return Err(WriteError::NoFolder {
-            path: path.to_owned(),
-            folder: folder.to_owned(),
-        });
-    }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".fstop-");
-    // Temporary files are private by default; a picture is a file like any other, subject to umask.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(|error| WriteError::Io {
-        path: path.to_owned(),
-        // Of the hidden file's name, which `tempfile` adds, nobody has heard.
-        source: error.kind().into(),
-    })
 }

@@ -12,9 +12,10 @@ use crate::compare::{Comparison, Correction, Estimate, Noise, Options, compare, 
 use crate::console;
 use crate::film::Image;
 use crate::math::Rgb;
+use crate::output;
 use clap::{Args, ValueEnum};
 use input::Input;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Arguments of `fstop compare`.
@@ -146,6 +147,9 @@ pub fn run(args: &CompareArgs) -> ExitCode {
 
 /// Whether they agree.
 fn report(args: &CompareArgs) -> Result<bool, String> {
+    if let Some(file) = &args.html {
+        output::check(file).map_err(|e| e.to_string())?;
+    }
     let inputs = input::read_pair(&args.a, &args.b)?;
     let options = args.options();
     let [a, b] = inputs.each_ref().map(|input| Estimate::of(&input.loaded));
@@ -159,7 +163,7 @@ fn report(args: &CompareArgs) -> Result<bool, String> {
         flip,
     };
     if let (Some(file), Some(p)) = (&args.html, p) {
-        write(file, &page::html(&report, &p))?;
+        output::write(file, page::html(&report, &p).as_bytes()).map_err(|e| e.to_string())?;
     }
     let said = if args.json {
         json::text(&report)?
@@ -202,10 +206,6 @@ fn see(inputs: &[Input; 2]) -> Flip {
             (exposures, flip::hdr(a, b, &exposures, PIXELS_PER_DEGREE))
         }),
     }
-}
-
-fn write(file: &Path, text: &str) -> Result<(), String> {
-    std::fs::write(file, text).map_err(|e| format!("cannot write {}: {e}", file.display()))
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::console;
 use crate::optics::analysis::{Colour, Effort, Film, LensAnalysis, ObjectPlane};
 use crate::optics::best_focus;
 use crate::optics::{Lens, LensReport, Prescription};
+use crate::output;
 use clap::Args;
 use models::ModelTable;
 use std::path::{Path, PathBuf};
@@ -132,6 +133,9 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
             "--film-diagonal {}: expected a positive length in mm",
             args.film_diagonal
         ));
+    }
+    for file in args.svg.iter().chain(&args.report) {
+        output::check(file).map_err(|e| e.to_string())?;
     }
     let mut overview = Vec::new();
     for path in &args.lenses {
@@ -262,7 +266,7 @@ fn command() -> String {
 }
 
 fn write(file: &Path, text: &str) -> Result<(), String> {
-    std::fs::write(file, text).map_err(|e| format!("cannot write {}: {e}", file.display()))
+    output::write(file, text.as_bytes()).map_err(|e| e.to_string())
 }
 
 #[cfg(test)]

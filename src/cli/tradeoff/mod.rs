@@ -8,6 +8,7 @@ use super::goal::relative;
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::build;
 use crate::console;
+use crate::output;
 use crate::scene::Frame;
 use crate::syntax::SourceMap;
 use crate::tradeoff::{Estimate, Measured, Settings, Study, study};
@@ -68,6 +69,9 @@ const PIXELS: u32 = 40_000;
 
 /// `Err(None)` where the trouble has been printed already.
 fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
+    if let Some(path) = &args.html {
+        output::check(path).map_err(|e| Some(e.to_string()))?;
+    }
     let sources = SourceMap::new();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads)
@@ -107,8 +111,7 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
     let shrunk = options.film.resolution != full;
     if let Some(path) = &args.html {
         let page = page::html(&result, &name, shrunk).map_err(Some)?;
-        std::fs::write(path, page)
-            .map_err(|e| Some(format!("{}: cannot write: {e}", path.display())))?;
+        output::write(path, page.as_bytes()).map_err(|e| Some(e.to_string()))?;
     }
     let answer = if args.json {
         format!("{:#}", json_of(&result, &name))

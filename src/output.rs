@@ -1,0 +1,365 @@
+//! Files that are written: whole or not at all.
+//!
+//! A file appears under its name only when it is complete. On Linux it has no name until then, so that
+//! nothing stays behind however the program ends; elsewhere, and on file systems that cannot do that, it is
+//! written under a temporary name beside its own and renamed.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// Why a file cannot be written; always names it.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// There is a folder of that name.
+    #[error("{}: is a folder", .0.display())]
+    IsFolder(PathBuf),
+    /// The name ends as a folder's does, such as `image.exr/`.
+    #[error("{}: cannot write: this is the name of a folder", .0.display())]
+    NamesFolder(PathBuf),
+    /// There is a file of that name that must not be changed.
+    #[error("{}: cannot write: the file there is read-only", .0.display())]
+    ReadOnly(PathBuf),
+    /// The folder it would be in is not there.
+    #[error("{}: cannot write: there is no folder `{}`", .path.display(), .folder.display())]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+        /// What is missing.
+        folder: PathBuf,
+    },
+    /// The folder is read-only or full.
+    #[error("{}: cannot write: {source}", .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+}
+
+/// Returns `Ok` if [`write()`] to this path will work, as far as can be known before. Leaves no trace.
+///
+/// # Errors
+/// A folder of that name, a name that no file can have, a read-only file, a folder that is missing or
+/// cannot be written to.
+pub fn check(path: &Path) -> Result<(), OutputError> {
+    match Target::of(path)? {
+        Target::Stream => Ok(()),
+        Target::File(target) => {
+            let folder = folder_of(&target, path)?;
+            if unnamed(folder).is_none() {
+                named(folder).map_err(|source| io_error(path, source))?;
+            }
+            Ok(())
+        }
+    }
+}
+
+/// Writes a file. One that was there before is replaced and keeps its permissions; what a symbolic link
+/// leads to is replaced, not the link. Pipes and devices are written to as they are.
+///
+/// # Errors
+/// See [`check`]; a full disk.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let written = match Target::of(path)? {
+        Target::Stream => {
+            let stream = OpenOptions::new().write(true).open(path);
+            stream.and_then(|mut stream| stream.write_all(bytes))
+        }
+        Target::File(target) => replace(&target, folder_of(&target, path)?, bytes),
+    };
+    written.map_err(|source| io_error(path, source))
+}
+
+/// Writes what could not be written to `path` to the current folder instead, else to the folder for
+/// temporary files; where a file of its name is there, with a number added. Returns where it is now.
+pub fn rescue(path: &Path, bytes: &[u8]) -> Option<PathBuf> {
+    const MAX_NAMES: usize = 1000;
+    let name = Path::new(path.file_name()?);
+    let folders = [std::env::current_dir().ok(), Some(std::env::temp_dir())];
+    folders.into_iter().flatten().find_map(|folder| {
+        let places = (1..=MAX_NAMES).map(|number| folder.join(numbered(name, number)));
+        let free = { places }.find(|place| place.symlink_metadata().is_err())?;
+        write(&free, bytes).ok().map(|()| free)
+    })
+}
+
+/// `a.exr` for the first, `a.2.exr` for the second of several files.
+pub fn numbered(path: &Path, number: usize) -> PathBuf {
+    if number == 1 {
+        return path.to_path_buf();
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}.{number}.{ending}"))
+}
+
+fn io_error(path: &Path, source: io::Error) -> OutputError {
+    OutputError::Io {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// What is really written to.
+enum Target {
+    /// A regular file, there or not yet, with symbolic links followed.
+    File(PathBuf),
+    /// A pipe or a device: nothing that could be replaced.
+    Stream,
+}
+
+impl Target {
+    fn of(path: &Path) -> Result<Target, OutputError> {
+        let found = path.metadata();
+        // `a.exr/` and `a.exr/.` have a file's name to the standard library.
+        let name = path.file_name().map(|name| name.as_encoded_bytes());
+        let is_file_name =
+            name.is_some_and(|name| path.as_os_str().as_encoded_bytes().ends_with(name));
+        match found {
+            Ok(found) if found.is_dir() => Err(OutputError::IsFolder(path.to_owned())),
+            _ if !is_file_name => Err(OutputError::NamesFolder(path.to_owned())),
+            Ok(found) if !found.is_file() => Ok(Target::Stream),
+            Ok(found) => {
+                let writable = OpenOptions::new().append(true).open(path);
+                if found.permissions().readonly() || writable.is_err() {
+                    return Err(OutputError::ReadOnly(path.to_owned()));
+                }
+                let target = path.canonicalize().map_err(|e| io_error(path, e))?;
+                Ok(Target::File(target))
+            }
+            Err(error) if is_missing(&error) => Ok(Target::File(followed(path))),
+            Err(error) => Err(io_error(path, error)),
+        }
+    }
+}
+
+fn is_missing(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
+}
+
+/// Where a symbolic link leads that leads to no file yet.
+fn followed(path: &Path) -> PathBuf {
+    // The operating system has found no file, but no circle either.
+    match path.read_link() {
+        Ok(next) => followed(&path.parent().unwrap_or(Path::new("")).join(next)),
+        Err(_) => path.to_owned(),
+    }
+}
+
+/// The folder of `target`, which must be there; `path` is what it was asked for by.
+fn folder_of<'a>(target: &'a Path, path: &Path) -> Result<&'a Path, OutputError> {
+    let folder = target.parent().filter(|f| !f.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    if folder.is_dir() {
+        Ok(folder)
+    } else {
+        Err(OutputError::NoFolder {
+            path: path.to_owned(),
+            folder: folder.to_owned(),
+        })
+    }
+}
+
+fn replace(target: &Path, folder: &Path, bytes: &[u8]) -> io::Result<()> {
+    let permissions = target.metadata().ok().map(|found| found.permissions());
+    let fill = |mut file: &File| {
+        if let Some(permissions) = &permissions {
+            file.set_permissions(permissions.clone())?;
+        }
+        file.write_all(bytes)?;
+        file.sync_all()
+    };
+    if let Some(file) = unnamed(folder) {
+        fill(&file)?;
+        if link(&file, target, folder).is_ok() {
+            return Ok(());
+        }
+    }
+    let file = named(folder)?;
+    fill(file.as_file())?;
+    file.persist(target).map_err(|e| e.error)?;
+    Ok(())
+}
+
+/// How temporary names begin.
+const PREFIX: &str = ".fstop-";
+
+/// A new file under a temporary name, removed again unless it is renamed.
+fn named(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX);
+    // Temporary files are private by default; an image is a file like any other, subject to umask.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    // Of the hidden file's name, which `tempfile` adds, nobody has heard.
+    builder
+        .tempfile_in(folder)
+        .map_err(|error| error.kind().into())
+}
+
+/// A new file without a name, where the file system knows such.
+#[cfg(target_os = "linux")]
+fn unnamed(folder: &Path) -> Option<File> {
+    use rustix::fs::{Mode, OFlags, open};
+    let flags = OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC;
+    open(folder, flags, Mode::from_raw_mode(0o666))
+        .ok()
+        .map(File::from)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn unnamed(_folder: &Path) -> Option<File> {
+    None
+}
+
+/// Gives a file without a name that of `target`.
+#[cfg(target_os = "linux")]
+fn link(file: &File, target: &Path, folder: &Path) -> io::Result<()> {
+    use rustix::fs::{AtFlags, CWD, linkat};
+    use std::os::fd::AsRawFd;
+    let from = format!("/proc/self/fd/{}", file.as_raw_fd());
+    let link = |name: &Path| {
+        linkat(CWD, from.as_str(), CWD, name, AtFlags::SYMLINK_FOLLOW).map_err(io::Error::from)
+    };
+    match link(target) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+            // No system call links over a file: for an instant it has a name of its own.
+            let mut builder = tempfile::Builder::new();
+            let beside = builder.prefix(PREFIX).make_in(folder, link)?;
+            let renamed = beside.into_temp_path().persist(target);
+            renamed.map_err(|e| e.error)
+        }
+        linked => linked,
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn link(_file: &File, _target: &Path, _folder: &Path) -> io::Result<()> {
+    Err(ErrorKind::Unsupported.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).expect("a folder");
+        let name = |entry: io::Result<std::fs::DirEntry>| entry.expect("an entry").file_name();
+        let mut names: Vec<String> = entries
+            .map(|entry| name(entry).to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn files_are_made_and_replaced() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.html");
+        for text in ["first", "second"] {
+            check(&path).expect("a good name");
+            write(&path, text.as_bytes()).expect("a writable folder");
+            assert_eq!(std::fs::read_to_string(&path).expect("the file"), text);
+            assert_eq!(names(folder.path()), ["a.html"]);
+        }
+    }
+
+    /// Where the file system has files without names: nothing is there to stay behind.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn nothing_is_seen_of_a_file_until_it_is_whole() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for before in [vec![], vec!["a"]] {
+            let Some(mut file) = unnamed(folder.path()) else {
+                println!("skipped: this file system has no files without names");
+                return;
+            };
+            file.write_all(b"half").expect("a writable folder");
+            assert_eq!(names(folder.path()), before);
+            link(&file, &folder.path().join("a"), folder.path()).expect("a link");
+            assert_eq!(names(folder.path()), ["a"]);
+        }
+    }
+
+    #[test]
+    fn file_systems_without_nameless_files_do_as_well() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut file = named(folder.path()).expect("a writable folder");
+        file.write_all(b"whole").expect("a writable folder");
+        let path = folder.path().join("a");
+        file.persist(&path).expect("a writable folder");
+        assert_eq!(names(folder.path()), ["a"]);
+        drop(named(folder.path()).expect("a writable folder"));
+        assert_eq!(names(folder.path()), ["a"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_links_and_permissions_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name);
+        std::fs::create_dir(path("there")).expect("a folder");
+        std::fs::write(path("there/old"), "old").expect("a file");
+        let mode = PermissionsExt::from_mode(0o600);
+        std::fs::set_permissions(path("there/old"), mode).expect("permissions");
+        symlink("there/old", path("to_old")).expect("a link");
+        symlink("there/new", path("to_new")).expect("a link");
+        symlink("to_new", path("to_to_new")).expect("a link");
+        symlink("round", path("round")).expect("a link");
+        symlink("nowhere/new", path("astray")).expect("a link");
+        for (link, target) in [("to_old", "there/old"), ("to_to_new", "there/new")] {
+            check(&path(link)).expect("a link to a good name");
+            write(&path(link), link.as_bytes()).expect("a writable folder");
+            assert!(path(link).is_symlink(), "{link}");
+            assert!(!path(target).is_symlink(), "{target}");
+            let text = std::fs::read_to_string(path(target)).expect("the file");
+            assert_eq!(text, link);
+        }
+        let found = path("there/old").metadata().expect("the file");
+        assert_eq!(found.permissions().mode() & 0o777, 0o600);
+        assert!(check(&path("round")).is_err());
+        let message = check(&path("astray")).expect_err("no folder").to_string();
+        assert!(message.contains("there is no folder"), "{message}");
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_known_before() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("kept"), "kept").expect("a file");
+        let mut permissions = path("kept").metadata().expect("the file").permissions();
+        permissions.set_readonly(true);
+        std::fs::set_permissions(path("kept"), permissions).expect("permissions");
+        for (name, why) in [
+            ("kept", "read-only"),
+            ("", "is a folder"),
+            ("kept/a", "there is no folder"),
+            ("new/", "the name of a folder"),
+            ("new/.", "the name of a folder"),
+            ("none/new", "there is no folder"),
+            (&"x".repeat(256), "cannot write"),
+            ("a\0b", "cannot write"),
+        ] {
+            for done in [check(&path(name)), write(&path(name), b"new")] {
+                let message = done.expect_err(name).to_string();
+                assert!(message.contains(why), "{name}: {message}");
+            }
+        }
+        assert_eq!(names(folder.path()), ["kept"]);
+        assert!(check(Path::new("")).is_err());
+    }
+
+    /// Replacing `/dev/null` by a file would break the machine.
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_written_to_as_they_are() {
+        check(Path::new("/dev/null")).expect("a device");
+        write(Path::new("/dev/null"), b"text").expect("a device");
+        let found = Path::new("/dev/null").metadata().expect("the device");
+        assert!(!found.is_file());
+    }
+}

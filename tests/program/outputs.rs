@@ -1,0 +1,225 @@
+//! Where results go: links, names that no file can have, folders that are gone or full when the image
+//! is done. No image is lost, and no half of one is left.
+
+use super::cli::{Folder, MITCHELL, OBJECTS, command, load};
+use crate::common::program::fstop;
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// Commands that write a file of each kind to `output`.
+fn writers(folder: &Folder, output: &Path, ending: &str) -> Vec<Vec<OsString>> {
+    let words = |line: &str| line.split(' ').map(OsString::from).collect::<Vec<_>>();
+    let image = folder.path("image.exr");
+    if !image.exists() {
+        folder.render(OBJECTS, "image.exr", &["--spp", "1"]);
+    }
+    let mut compare = words("compare --no-flip");
+    compare.extend([image.clone().into(), image.into(), "--html".into()]);
+    let commands = match ending {
+        "exr" => vec![words(&format!("render {OBJECTS} --spp 1 -o"))],
+        _ => vec![
+            words("lens lenses/wide.22mm.dat --svg"),
+            words("lens lenses/wide.22mm.dat --report"),
+            words(&format!("tradeoff {OBJECTS} --time 0.1 --html")),
+            compare,
+        ],
+    };
+    commands
+        .into_iter()
+        .map(|mut command| {
+            command.push(output.into());
+            command
+        })
+        .collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn what_a_link_leads_to_is_replaced() {
+    let folder = Folder::new();
+    let (link, target) = (folder.path("link.exr"), folder.path("there/target"));
+    std::fs::create_dir(folder.path("there")).expect("a folder");
+    std::os::unix::fs::symlink("there/target", &link).expect("a link");
+    for ending in ["exr", "html"] {
+        for arguments in writers(&folder, &link, ending) {
+            std::fs::write(&target, "old").expect("a file");
+            let run = fstop(&arguments);
+            assert_eq!(run.code, 0, "{arguments:?}\n{}", run.stderr);
+            assert!(link.is_symlink(), "{arguments:?} replaced the link");
+            let size = target.metadata().expect("the file").len();
+            assert!(size > 500, "{arguments:?} left {size} bytes");
+            assert_eq!(folder.names(), ["image.exr", "link.exr", "there"]);
+        }
+    }
+}
+
+/// Before anything is rendered, measured or compared, and nothing is left lying about.
+#[test]
+fn what_cannot_be_written_is_refused_first() {
+    let folder = Folder::new();
+    let kept = folder.path("kept.exr");
+    std::fs::write(&kept, "kept").expect("a file");
+    let mut permissions = kept.metadata().expect("the file").permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(&kept, permissions).expect("permissions");
+    let long = "x".repeat(252) + ".exr";
+    for (name, why) in [
+        ("kept.exr", "read-only"),
+        ("new.exr/", "the name of a folder"),
+        (long.as_str(), "cannot write"),
+        ("none/new.exr", "there is no folder"),
+    ] {
+        let output = folder.path(name);
+        // At a million samples a pixel, rendering first would not end within the test's patience.
+        let options = ["--spp", "1000000"];
+        let mut commands = writers(&folder, &output, "html");
+        commands.push(command("render", MITCHELL, &output, &options));
+        for arguments in commands {
+            let run = fstop(&arguments);
+            assert_eq!(run.code, 2, "{arguments:?}\n{}", run.stderr);
+            assert!(run.stderr.contains(why), "{arguments:?}\n{}", run.stderr);
+            assert!(!run.stderr.contains("settings"), "{arguments:?}: late");
+            assert_eq!(folder.names(), ["image.exr", "kept.exr"]);
+        }
+    }
+    assert_eq!(std::fs::read(&kept).expect("the file"), b"kept");
+}
+
+/// Starts a render of `options`, and waits until all outputs were found to be good.
+fn started(folder: &Folder, output: &str, options: &[&str]) -> (Child, BufReader<impl Read>) {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(MITCHELL);
+    let mut arguments = command("render", "", Path::new(output), options);
+    arguments[1] = scene.into();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_fstop"))
+        .args(arguments)
+        .current_dir(folder.path("here"))
+        .env("TMPDIR", folder.path("spare"))
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut messages = BufReader::new(child.stderr.take().expect("a pipe"));
+    let mut line = String::new();
+    while !line.contains("field of view") {
+        line.clear();
+        assert!(
+            messages.read_line(&mut line).expect("text") > 0,
+            "no render"
+        );
+    }
+    (child, messages)
+}
+
+fn folders(folder: &Folder) {
+    for name in ["here", "there", "spare"] {
+        std::fs::create_dir(folder.path(name)).expect("a folder");
+    }
+}
+
+/// The folder has gone while the image was rendered.
+#[test]
+fn an_image_without_its_folder_is_rescued() {
+    let folder = Folder::new();
+    folders(&folder);
+    std::fs::write(folder.path("here/a.exr"), "another's").expect("a file");
+    let (mut child, mut messages) = started(&folder, "../there/a.exr", &["--spp", "256"]);
+    std::fs::remove_dir(folder.path("there")).expect("an empty folder");
+    let mut said = String::new();
+    messages.read_to_string(&mut said).expect("text");
+    assert_eq!(child.wait().expect("an end").code(), Some(2), "{said}");
+    assert!(
+        said.contains("a.exr: cannot write: there is no folder `../there`"),
+        "{said}"
+    );
+    assert!(said.contains("here/a.2.exr` instead"), "{said}");
+    assert_eq!(load(&folder.path("here/a.2.exr")).spp, Some(256));
+    let other = std::fs::read(folder.path("here/a.exr")).expect("the file");
+    assert_eq!(other, b"another's");
+}
+
+/// As little space as a file system can have.
+#[cfg(target_os = "linux")]
+struct Small<'a>(&'a Path);
+
+#[cfg(target_os = "linux")]
+impl Small<'_> {
+    fn mount(path: &Path) -> Option<Small<'_>> {
+        let mount = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", "size=16k", "none"])
+            .arg(path)
+            .stderr(Stdio::null())
+            .status();
+        mount
+            .is_ok_and(|status| status.success())
+            .then_some(Small(path))
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Drop for Small<'_> {
+    fn drop(&mut self) {
+        let done = Command::new("umount").arg(self.0).status();
+        assert!(done.is_ok_and(|status| status.success()), "still mounted");
+    }
+}
+
+/// The disk is full, and the current folder too: the folder for temporary files is the last refuge.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_image_on_a_full_disk_is_rescued() {
+    let folder = Folder::new();
+    folders(&folder);
+    let here = folder.path("here");
+    let Some(_small) = Small::mount(&here) else {
+        println!("skipped: this user may not mount a small disk");
+        return;
+    };
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(MITCHELL);
+    let run = Command::new(env!("CARGO_BIN_EXE_fstop"))
+        .args(["render", "--spp", "1", "-o", "a.pfm"])
+        .arg(scene)
+        .current_dir(&here)
+        .env("TMPDIR", folder.path("spare"))
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(2), "{said}");
+    assert!(said.contains("a.pfm: cannot write: "), "{said}");
+    assert!(said.contains("spare/a.pfm` instead"), "{said}");
+    let size = folder
+        .path("spare/a.pfm")
+        .metadata()
+        .expect("the image")
+        .len();
+    assert!(size > 64 * 64 * 12);
+    let left: Vec<_> = std::fs::read_dir(&here).expect("a folder").collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+/// Whenever a signal comes, there is a whole image or none, and nothing else.
+#[cfg(unix)]
+#[test]
+fn nothing_stays_behind_after_a_signal() {
+    for signal in ["-INT", "-TERM", "-KILL"] {
+        for milliseconds in [0, 60, 120] {
+            let folder = Folder::new();
+            folders(&folder);
+            let (mut child, _messages) = started(&folder, "a.exr", &["--spp", "40"]);
+            std::thread::sleep(std::time::Duration::from_millis(milliseconds));
+            let id = child.id().to_string();
+            let sent = Command::new("kill")
+                .args([signal, &id])
+                .stderr(Stdio::null())
+                .status();
+            sent.expect("the command kill");
+            child.wait().expect("an end");
+            let mut left = std::fs::read_dir(folder.path("here")).expect("a folder");
+            if let Some(file) = left.next() {
+                assert_eq!(file.expect("an entry").file_name(), "a.exr");
+                load(&folder.path("here/a.exr"));
+            }
+            assert!(left.next().is_none());
+        }
+    }
+}
