@@ -436,4 +436,33 @@ pub const ROWS: &[Row] = &[
         much: NO_IMAGE,
         held: &[Scene("unknown_types", "ccelerator")],
     },
+    Row {
+        what: "Volumes",
+        much: &[Words(
+            "noise and the error of marching, where volumes do not overlap",
+        )],
+        held: &[
+            Test(
+                "tests/scenes/volumes.rs",
+                "single_means_light_scattered_once",
+            ),
+            Test(
+                "tests/scenes/volumes.rs",
+                "a_point_light_in_fog_is_the_integral_over_the_ray",
+            ),
+            Test(
+                "tests/scenes/volumes.rs",
+                "volpath_follows_light_through_volumes_without_end",
+            ),
+            Scene("v2_volumes", ""),
+        ],
+    },
+    Row {
+        what: "Emissive meshes",
+        much: &[NOISE],
+        held: &[Test(
+            "tests/scenes/laws.rs",
+            "a_mesh_is_one_light_in_pbrt_v2",
+        )],
+    },
 ];
