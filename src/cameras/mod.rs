@@ -19,6 +19,8 @@ mod perspective;
 mod realistic;
 mod realistic_bands;
 mod realistic_lanes;
+#[cfg(test)]
+mod realistic_medium_tests;
 mod realistic_params;
 mod realistic_report;
 #[cfg(test)]

@@ -75,10 +75,10 @@ pub enum Compat {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weighting {
     /// The pixel is the irradiance on the film (times the shutter's opening time, where that is
-    /// not 0): A·cos⁴θ/Z².
+    /// not 0): n'²·A·cos⁴θ/Z², as radiance in a medium of index n' is n'² times that in air.
     Physical,
     /// pbrt-v3's `simpleweighting`: cos⁴θ times the pupil's area relative to pbrt's box around
-    /// the pupil of the film's middle, so that a white scene gives at most 1.
+    /// the pupil of the film's middle, so that a white scene gives at most 1. A relative weight, that knows no n'².
     Simple,
 }
 
@@ -163,6 +163,8 @@ pub(super) struct Optics {
     gate: Option<Box<Lens>>,
     /// See [`CameraRay::tint`].
     pub(super) tint: Rgb,
+    /// Weight over projected solid angle at the film.
+    pub(super) weight_scale: f64,
 }
 
 /// A realistic camera ready to make rays.
@@ -179,8 +181,6 @@ pub struct Realistic {
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
     corner: [f64; 2],
     pub(super) per_pixel: [f64; 2],
-    /// Weight over projected solid angle.
-    pub(super) weight_scale: f64,
 }
 
 /// The exit pupil is known for film points this many pixels outside the picture: the widest reconstruction
@@ -201,17 +201,26 @@ impl Realistic {
         let [width, height] = film.size_mm(diagonal);
         let pitch = width / f64::from(film.resolution.x);
         let lens = &spec.lens;
-        let optics = |lens: &Lens, tint: Rgb| Optics::new(spec, lens, tint, 0.5 * diagonal, pitch);
+        let in_air = match spec.weighting {
+            Weighting::Physical => spec.shutter.exposure(),
+            // Relative to the middle of the picture at the d line, whatever the medium.
+            Weighting::Simple => {
+                let relative = lens.film_distance() / lens.rear().index;
+                relative.powi(2) / innermost_box_area(lens, diagonal)
+            }
+        };
+        let optics = |lens: &Lens, tint: Rgb| {
+            let mut optics = Optics::new(spec, lens, tint, 0.5 * diagonal, pitch)?;
+            // Radiance over the squared index is what stays the same along a ray.
+            optics.weight_scale = in_air * lens.rear().index.powi(2);
+            Ok(optics)
+        };
         let bands = spec.bands.iter().map(|band| optics(&band.lens, band.tint));
         let mount = Mount::new(render_from_camera, spec.clip);
         let main = optics(lens, Rgb::ONE)?;
         let one_by_one = spec.compat != Compat::None
             || spec.precision == Precision::Double
             || main.gate.is_some();
-        let weight_scale = match spec.weighting {
-            Weighting::Physical => spec.shutter.exposure(),
-            Weighting::Simple => lens.film_distance().powi(2) / innermost_box_area(lens, diagonal),
-        };
         Ok(Realistic {
             placing: if one_by_one {
                 None
@@ -225,7 +234,6 @@ impl Realistic {
             // seen from behind.
             corner: [0.5 * width, -0.5 * height],
             per_pixel: [-pitch, height / f64::from(film.resolution.y)],
-            weight_scale,
             spec: spec.clone(),
         })
     }
@@ -289,7 +297,8 @@ impl Realistic {
         let film = [film[0], film[1], self.spec.lens.film_z()];
         Some(CameraRay {
             ray: self.mount.ray(&self.camera_ray(&ray), time),
-            weight: (self.weight_scale * transmission * projected_solid_angle(film, &pupil)) as f32,
+            weight: (optics.weight_scale * transmission * projected_solid_angle(film, &pupil))
+                as f32,
             tint: optics.tint,
             differentials,
         })
@@ -397,6 +406,7 @@ impl Optics {
             choice,
             gate,
             tint,
+            weight_scale: 1.0,
         })
     }
 

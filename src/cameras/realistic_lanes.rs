@@ -132,7 +132,7 @@ impl Maker<'_> {
                     t_max: made.t_max.0[lane],
                     time: self.camera.spec.shutter.time(self.samples[*i].time),
                 },
-                weight: self.camera.weight_scale as f32 * made.projected_solid_angle.0[lane],
+                weight: optics.weight_scale as f32 * made.projected_solid_angle.0[lane],
                 tint: optics.tint,
                 differentials: differentials(lane),
             });

@@ -10,14 +10,14 @@ use crate::optics::{Lens, Prescription};
 use arrayvec::ArrayVec;
 
 /// The double Gauss of the course, its stop open.
-const DGAUSS: &str = "29.475 3.76 1.67 25.2\n84.83 0.12 1 25.2\n19.275 4.025 1.67 23\n\
+pub(super) const DGAUSS: &str = "29.475 3.76 1.67 25.2\n84.83 0.12 1 25.2\n19.275 4.025 1.67 23\n\
     40.77 3.275 1.699 23\n12.75 5.705 1 18\n0 4.5 0 17.1\n-14.495 1.18 1.603 17\n\
     40.77 6.065 1.658 20\n-20.385 0.19 1 20\n437.065 3.22 1.717 20\n-39.73 0 1 20\n";
 
 /// The sample lens of docs/scene-language.md §6.6.
 const SAMPLE: &str = "35 6 1.5168 24\n-90 4 1 24\n0 10 0 12\n60 5 1.62 22\n-45 20 1 22\n";
 
-fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form) -> RealisticSpec {
+pub(super) fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form) -> RealisticSpec {
     let mut prescription = Prescription::parse(text).unwrap();
     prescription.set_stops(stop);
     let distance = film_distance.unwrap_or_else(|| Lens::focused(&prescription, 1000.0).unwrap());
@@ -38,19 +38,19 @@ fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form) -> Realis
     }
 }
 
-fn film(x: u32, y: u32, diagonal_mm: f64) -> FilmGeometry {
+pub(super) fn film(x: u32, y: u32, diagonal_mm: f64) -> FilmGeometry {
     FilmGeometry {
         resolution: UVec2::new(x, y),
         diagonal_mm,
     }
 }
 
-fn camera(spec: &RealisticSpec, film: &FilmGeometry) -> Realistic {
+pub(super) fn camera(spec: &RealisticSpec, film: &FilmGeometry) -> Realistic {
     Realistic::new(spec, film, &Transform::IDENTITY).unwrap()
 }
 
 /// Well-spread samples of the pixels from `low` to `high` and of the lens.
-fn samples(count: u32, low: Vec2, high: Vec2) -> impl Iterator<Item = CameraSample> {
+pub(super) fn samples(count: u32, low: Vec2, high: Vec2) -> impl Iterator<Item = CameraSample> {
     (0..count).map(move |i| {
         // The four-dimensional R sequence (Roberts 2018).
         let r = |k: i32| (0.5 + f64::from(i) / 1.167_303_978_261_418_7f64.powi(k)).fract() as f32;

@@ -59,11 +59,12 @@ impl RayMatrix {
     }
 }
 
-/// The cardinal points of a lens in air. A lens without focal length (an afocal attachment) has
+/// The cardinal points of a lens with air in front. A lens without focal length (an afocal attachment) has
 /// none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cardinals {
-    /// Effective focal length, mm; negative for a diverging lens.
+    /// Effective focal length, mm, the one in front: behind the lens it is `index_behind` times as long. Negative for a
+    /// diverging lens.
     pub focal_length: f64,
     /// z of the front focal point: where a point source gives parallel light behind the lens.
     /// This is also the front focal distance, negative in front of the first vertex.

@@ -57,7 +57,7 @@ pub fn row(lens: &Lens, film: Film, distance: f64) -> Option<FocusRow> {
         distance,
         film_distance,
         extension,
-        magnification: extension / cardinals.focal_length,
+        magnification: extension / (cardinals.index_behind * cardinals.focal_length),
         near: ends.and_then(|(behind, _)| behind.map(conjugate)),
         far: ends.map(|(_, towards)| conjugate(-towards)),
     })

@@ -16,7 +16,7 @@ pub(super) fn spread(count: u32) -> impl Iterator<Item = Vec2> {
 }
 
 /// ∫cos θ dω over the pupil that the film point at `height` mm sees light through, in steradians: irradiance
-/// over radiance. Exact to about 10/`samples`.
+/// over the radiance at the film. Exact to about 10/`samples`.
 pub fn projected_solid_angle(lens: &Lens, pupil: &ExitPupil, height: f64, samples: u32) -> f64 {
     let film = [0.0, height];
     let sum: f64 = spread(samples)
@@ -27,7 +27,7 @@ pub fn projected_solid_angle(lens: &Lens, pupil: &ExitPupil, height: f64, sample
     sum / f64::from(samples.max(1))
 }
 
-/// 1/(2 sin u') of a cone of projected solid angle `omega` = π sin² u'; `None` for no light.
-pub fn effective_f_number(omega: f64) -> Option<f64> {
-    (omega > 0.0).then(|| 0.5 / (omega / std::f64::consts::PI).sqrt())
+/// 1/(2 n' sin u') of a cone of projected solid angle `omega` = π sin² u' in a medium of index n'; `None` for no light.
+pub fn effective_f_number(omega: f64, index: f64) -> Option<f64> {
+    (omega > 0.0).then(|| 0.5 / (index * (omega / std::f64::consts::PI).sqrt()))
 }

@@ -1,7 +1,7 @@
 //! The lens near its axis: two principal planes, and pupils apart from them.
 //!
 //! A ray from the film meets the rear principal plane, goes on from the front principal plane at the same
-//! height, and turns by height over focal length. All rays through a point of the exit pupil's
+//! height, and turns by height over focal length; in a medium behind the lens its slope counts n' times. All rays through a point of the exit pupil's
 //! plane then come from one point of the entrance pupil's plane, wherever that lies, so perspective and the blur
 //! of near things are the real lens'. Aberrations and distortion are missing. The measured shape of the pupil
 //! cuts off what the real rims would.
@@ -18,6 +18,8 @@ use crate::optics::trace::LensRay;
 pub struct Thick<B> {
     /// One over the distance from the plane aimed at to the film.
     per_distance: B,
+    /// The same times the index behind the lens: what makes slopes there reduced angles.
+    index_per_distance: B,
     /// From the rear principal plane to the film.
     film_distance: B,
     /// One over the focal length.
@@ -30,8 +32,10 @@ impl Thick<f64> {
     /// Of `lens`, for rays aimed at the plane at `plane_z`; `None` for an afocal lens.
     pub fn new(lens: &Lens, plane_z: f64) -> Option<Thick<f64>> {
         let cardinals = lens.paraxial().cardinals?;
+        let per_distance = 1.0 / (lens.film_z() - plane_z);
         Some(Thick {
-            per_distance: 1.0 / (lens.film_z() - plane_z),
+            per_distance,
+            index_per_distance: cardinals.index_behind * per_distance,
             film_distance: lens.film_z() - cardinals.rear_principal_plane,
             power: 1.0 / cardinals.focal_length,
             front: cardinals.front_principal_plane,
@@ -42,6 +46,7 @@ impl Thick<f64> {
     pub fn rounded<B: Plain>(&self) -> Thick<B> {
         Thick {
             per_distance: B::round_from(self.per_distance),
+            index_per_distance: B::round_from(self.index_per_distance),
             film_distance: B::round_from(self.film_distance),
             power: B::round_from(self.power),
             front: B::round_from(self.front),
@@ -62,9 +67,10 @@ impl<B: Plain> Thick<B> {
     #[inline(always)]
     pub fn ray<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> LensRay<T> {
         let height = self.height(film, pupil);
-        // dx/dz in front of the lens.
-        let slope =
-            |i: usize| (film[i] - pupil[i]).times(self.per_distance) + height[i].times(self.power);
+        // dx/dz in front of the lens: n' times that behind it, and what the lens adds.
+        let slope = |i: usize| {
+            (film[i] - pupil[i]).times(self.index_per_distance) + height[i].times(self.power)
+        };
         let (u, v) = (slope(0), slope(1));
         let o = [
             height[0] - u.times(self.front),
