@@ -122,7 +122,7 @@ impl Lens {
         let stops = self.surfaces.iter().enumerate().filter(|(_, s)| s.is_stop);
         let through = stops.map(|(i, s)| {
             let radius = 0.5 * s.aperture;
-            let point = self.tracer.point_from_film(&ray, i);
+            let point = self.tracer.point_from_film(&ray, i, true);
             match (point, shape) {
                 (None, _) => 0.0,
                 // The tracer has seen to it.

@@ -190,12 +190,12 @@ impl<B: Plain> LensTracer<B> {
         self
     }
 
-    /// Where a ray from the film meets surface `target`, (x, y) mm; `None` where it ends before or there.
-    pub fn point_from_film(&self, ray: &LensRay<B>, target: usize) -> Option<[B; 2]> {
+    /// Where a ray from the film meets surface `target`, (x, y) mm; `None` where it ends before or there. Do apertures block it?
+    pub fn point_from_film(&self, ray: &LensRay<B>, target: usize, clip: bool) -> Option<[B; 2]> {
         let pass = Pass {
             sign: -B::ONE,
             to_film: false,
-            clip: true,
+            clip,
         };
         let mut r = *ray;
         r.o[2] = r.o[2].plus(-self.length);
@@ -245,7 +245,7 @@ impl<B: Plain> LensTracer<B> {
     }
 
     /// Traces a ray from the scene through the lens: where it leaves the last surface, and where
-    /// it goes. The direction's z must be positive.
+    /// it goes. A direction whose z is not positive comes from behind the front vertex, as a fisheye's may.
     pub fn to_film<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
         let pass = Pass {
             sign: B::ONE,
@@ -254,8 +254,12 @@ impl<B: Plain> LensTracer<B> {
         };
         let mut r = *ray;
         let last = self.elements.len().saturating_sub(1);
-        for i in 0..self.elements.len() {
-            self.cross(i, &mut r, &pass)?;
+        for (i, element) in self.elements.iter().enumerate() {
+            if i == 0 && r.d[2].value() <= B::ZERO {
+                r = element.enter_from_behind(&r)?;
+            } else {
+                self.cross(i, &mut r, &pass)?;
+            }
             if i < last {
                 r.o[2] = r.o[2].plus(-self.elements[i].thickness);
             }
@@ -424,6 +428,46 @@ impl<B: Plain> Element<B> {
             n.times(mu) + g + g * axial,
         ];
         crossing
+    }
+
+    /// Takes a ray into the front surface that runs away from the film, as light from behind a fisheye does: its first
+    /// meeting with the sphere, on the half in front of the center. Concave, plane and aspheric fronts are missed.
+    fn enter_from_behind<T: Real<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+    ) -> Result<LensRay<T>, Blocked> {
+        let blocked = |cause| Blocked { surface: 0, cause };
+        let (c, [x, y, z], d) = (self.curvature, ray.o, ray.d);
+        if c <= B::ZERO || self.asphere.is_some() {
+            return Err(blocked(Cause::Missed));
+        }
+        // Lengths in radii: (o − center)/R, whose product with the direction and square make the quadratic equation.
+        let to = [x.times(c), y.times(c), z.times(c).plus(-B::ONE)];
+        let along = to[0] * d[0] + to[1] * d[1] + to[2] * d[2];
+        let outside = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
+        let discriminant = along * along - outside.plus(-B::ONE);
+        // The first meeting: the cosine of incidence is the root itself.
+        let q = discriminant.sqrt();
+        let p: [T; 3] = std::array::from_fn(|i| to[i] - (along + q) * d[i]);
+        if !(discriminant.value() >= B::ZERO && p[2].value() < B::ZERO) {
+            return Err(blocked(Cause::Missed));
+        }
+        let o = [
+            p[0] / T::constant(c),
+            p[1] / T::constant(c),
+            p[2].plus(B::ONE) / T::constant(c),
+        ];
+        if !((o[0] * o[0] + o[1] * o[1]).value() <= self.radius2) {
+            return Err(blocked(Cause::Vignetted));
+        }
+        let k = self.to_film.cosine2(discriminant);
+        if !(k.value() >= B::ZERO) {
+            return Err(blocked(Cause::TotalReflection));
+        }
+        let g = k.sqrt() - q.times(self.to_film.ratio);
+        // The normal points to the center.
+        let d = std::array::from_fn(|i| d[i].times(self.to_film.ratio) - g * p[i]);
+        Ok(LensRay { o, d })
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Chief rays: from a film point through the middle of the stop.
 
 use crate::optics::lens::Lens;
-use crate::optics::trace::{LensRay, LensTracer};
+use crate::optics::trace::LensRay;
 
 /// The chief ray of one film point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +24,12 @@ impl ChiefRay {
         d[0].hypot(d[1]).atan2(-d[2])
     }
 
+    /// The field angle with a sign: positive where the object lies on the other side of the axis than its image.
+    pub fn signed_angle(&self) -> f64 {
+        let d = self.ray.d;
+        f64::atan2(-d[1] * self.height.signum(), -d[2])
+    }
+
     /// Signed tangent of the field angle: positive where the object lies on the other side of the axis than its
     /// image, as it does for a normal lens.
     pub fn tangent(&self) -> f64 {
@@ -35,8 +41,6 @@ impl ChiefRay {
 #[derive(Clone, Debug)]
 pub struct ChiefFinder<'a> {
     lens: &'a Lens,
-    /// The lens up to its stop, all apertures wide open.
-    to_stop: LensTracer<f64>,
 }
 
 /// Directions tried over the rear element. A finer net finds the chief ray of no lens known that a coarser one
@@ -46,18 +50,11 @@ const SCAN: i32 = 128;
 impl<'a> ChiefFinder<'a> {
     /// For `lens`.
     pub fn new(lens: &'a Lens) -> ChiefFinder<'a> {
-        let mut front = lens.surfaces()[..=lens.paraxial().stop].to_vec();
-        for s in &mut front {
-            s.aperture = f64::INFINITY;
-        }
-        ChiefFinder {
-            lens,
-            to_stop: LensTracer::new(&front),
-        }
+        ChiefFinder { lens }
     }
 
     /// The chief ray of the film point (0, `height`); `None` where no ray from there goes through the glass to the
-    /// middle of the stop, and where it comes from behind the first surface's vertex plane.
+    /// middle of the stop.
     pub fn find(&self, height: f64) -> Option<ChiefRay> {
         let aim = if height == 0.0 {
             0.0
@@ -145,13 +142,11 @@ impl<'a> ChiefFinder<'a> {
     /// How far from the middle of the stop the ray from (0, `height`) toward (0, `aim`) crosses it.
     fn stop_height(&self, height: f64, aim: f64) -> Option<f64> {
         let film = self.lens.film_ray([0.0, height], self.aimed(aim));
-        let out = self.lens.tracer().to_scene_unclipped(&film).ok()?;
-        // Back the way it came, as far as the stop.
-        let back = LensRay {
-            o: out.o,
-            d: out.d.map(|x| -x),
-        };
-        Some(self.to_stop.to_film(&back).ok()?.o[1])
+        let tracer = self.lens.tracer();
+        // Only rays that come from the scene count.
+        tracer.to_scene_unclipped(&film).ok()?;
+        let at = tracer.point_from_film(&film, self.lens.paraxial().stop, false)?;
+        Some(at[1])
     }
 
     fn bisect(&self, height: f64, mut a: f64, mut b: f64) -> f64 {

@@ -52,11 +52,11 @@ impl Colour {
         let lateral = (0..HEIGHTS)
             .map(|i| edge * f64::from(i) / f64::from(HEIGHTS - 1))
             .filter_map(|height| {
-                let tangent = yellow.find(height)?.tangent();
+                let angle = yellow.find(height)?.signed_angle();
                 Some(LateralColour {
                     height,
-                    red: height_of(&red_lens, tangent, height)? - height,
-                    blue: height_of(&blue_lens, tangent, height)? - height,
+                    red: height_of(&red_lens, angle, height)? - height,
+                    blue: height_of(&blue_lens, angle, height)? - height,
                 })
             })
             .collect();
@@ -67,13 +67,13 @@ impl Colour {
     }
 }
 
-/// The film height whose chief ray comes in at `tangent` of the field angle, near `guess`: the secant method, as
+/// The film height whose chief ray comes in at this signed field angle, near `guess`: the secant method, as
 /// colours land within a fraction of a millimetre of each other.
-fn height_of(chief: &ChiefFinder, tangent: f64, guess: f64) -> Option<f64> {
+fn height_of(chief: &ChiefFinder, angle: f64, guess: f64) -> Option<f64> {
     if guess == 0.0 {
         return Some(0.0);
     }
-    let error = |h: f64| Some(chief.find(h)?.tangent() - tangent);
+    let error = |h: f64| Some(chief.find(h)?.signed_angle() - angle);
     let (mut a, mut b) = (guess, guess * 1.0001);
     let mut at_a = error(a)?;
     for _ in 0..8 {

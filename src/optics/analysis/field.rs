@@ -26,7 +26,7 @@ pub struct FieldPoint {
     pub f_theta_distortion: Option<f64>,
     /// Irradiance relative to the middle of the film.
     pub relative_illumination: f64,
-    /// Fourth power of the cosine of the field angle.
+    /// Fourth power of the cosine of the field angle; 0 beyond 90°.
     pub cos4_field: f64,
     /// Fourth power of the cosine of the angle at the film.
     pub cos4_film: f64,
@@ -115,7 +115,7 @@ impl Context<'_> {
             distortion: self.scale.distortion(&chief),
             f_theta_distortion: self.scale.f_theta_distortion(&chief),
             relative_illumination: omega / self.at_axis,
-            cos4_field: chief.field_angle().cos().powi(4),
+            cos4_field: chief.field_angle().cos().max(0.0).powi(4),
             cos4_film: film_angle.cos().powi(4),
             spot_rms: spot.as_ref().map(Spot::rms_radius),
             mtf: spot.map(|s| MTF_FREQUENCIES.map(|f| s.mtf(f))),

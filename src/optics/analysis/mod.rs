@@ -28,6 +28,8 @@ pub mod path;
 pub mod sampling;
 pub mod spot;
 pub mod text;
+#[cfg(test)]
+mod wide_tests;
 
 pub use beam::Beam;
 pub use chief::{ChiefFinder, ChiefRay};
@@ -83,7 +85,7 @@ pub struct LensAnalysis {
     pub chief_limit: Option<[f64; 2]>,
     /// Half the film diagonal, or the radius of the image circle where that is smaller, mm.
     pub image_radius: f64,
-    /// f-number of the beam that really reaches the middle of the film: 1/(2 sin u').
+    /// f-number of the beam that really reaches the middle of the film: 1/(2 n' sin u').
     pub effective_f_number: Option<f64>,
     /// From the middle of the film to the image radius.
     pub fields: Vec<FieldPoint>,
@@ -142,7 +144,7 @@ impl LensAnalysis {
             field_of_view: FieldOfView::new(&chief, film),
             chief_limit,
             image_radius: corner,
-            effective_f_number: illumination::effective_f_number(at_axis),
+            effective_f_number: illumination::effective_f_number(at_axis, lens.rear().index),
             fields,
             mtf_frequencies: MTF_FREQUENCIES,
             spots: beams
