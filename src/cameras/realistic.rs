@@ -21,7 +21,7 @@
 //! the cheapest of them that is within `"float tolerance"` pixels (0.1) for 99 of 100 rays; see
 //! [`crate::optics::models`]. Rays of a picture are made side by side in single precision
 //! ([`Realistic::rays`]), which is below 0.02 pixels of a 6000 × 4000 full-frame sensor for every lens in `tests/golden`;
-//! `"string precision" "double"` makes them one at a time.
+//! `"string precision" "double"` makes them one at a time, and so does a stop of less than some 0.0002 mm.
 //!
 //! `"string aperture"`, what the stop is shaped like: `circular` (default), pbrt-v4's `gaussian`, `square`, `pentagon` and
 //! `star`, or the name of a picture; `"integer blades"`: that many straight blades, corners on the circle of the stop's diameter,
@@ -220,6 +220,7 @@ impl Realistic {
         let main = optics(lens, Rgb::ONE)?;
         let one_by_one = spec.compat != Compat::None
             || spec.precision == Precision::Double
+            || is_too_fine(lens)
             || main.gate.is_some();
         Ok(Realistic {
             placing: if one_by_one {
@@ -429,6 +430,16 @@ impl Optics {
             }
         }
     }
+}
+
+/// An aperture narrower than this part of the way to the film is met in double precision: in single precision a ray is
+/// off by some millionths of its coordinates there, and light would be lost.
+const FINEST_APERTURE: f64 = 1.0 / 262_144.0;
+
+/// Has the lens an aperture too small for rays in single precision?
+fn is_too_fine(lens: &Lens) -> bool {
+    let narrowest = lens.surfaces().iter().map(|s| s.aperture);
+    narrowest.fold(f64::INFINITY, f64::min) < FINEST_APERTURE * lens.film_z()
 }
 
 /// `model` with a stop of this shape, and the lens that weighs its rays where the model cannot.

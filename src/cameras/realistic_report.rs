@@ -3,7 +3,10 @@
 use super::FilmGeometry;
 use super::realistic::{Compat, Realistic, Weighting};
 use super::realistic_bands::Band;
+use crate::optics::analysis::illumination::{effective_f_number, spread};
 use crate::optics::models::ModelKind;
+use crate::optics::pupil::projected_solid_angle;
+use crate::optics::report::length_text;
 
 impl Realistic {
     /// See [`super::Camera::describe`].
@@ -68,9 +71,9 @@ impl Realistic {
             Some(c) => format!("focal length {:.3} mm", c.focal_length),
             None => "afocal".to_string(),
         };
-        let number = match paraxial.f_number {
+        let number = match self.effective_f_number() {
             Some(n) => format!("f/{n:.2}"),
-            None => "no f-number".to_string(),
+            None => "no light".to_string(),
         };
         format!(
             "lens of {} surfaces, {focal}, {number} ({} {} mm)",
@@ -80,8 +83,24 @@ impl Realistic {
             } else {
                 "no stop; narrowest rim"
             },
-            stop.aperture
+            length_text(stop.aperture)
         )
+    }
+
+    /// f-number of the light that reaches the middle of the film, which rims in front of the stop may narrow and a near focus
+    /// does; `None` where none does.
+    fn effective_f_number(&self) -> Option<f64> {
+        // To a percent of the area where rims cut the pupil, and a half of that of the f-number.
+        const SAMPLES: u32 = 4096;
+        let film = [0.0, 0.0];
+        let at = [0.0, 0.0, self.spec.lens.film_z()];
+        let light = spread(SAMPLES).filter_map(|u| {
+            let aim = self.main.aim(film, u)?;
+            self.main.model.trace_from_film(film, aim.point).ok()?;
+            Some(projected_solid_angle(at, &aim))
+        });
+        let mean = light.sum::<f64>() / f64::from(SAMPLES);
+        effective_f_number(mean, self.spec.lens.rear().index)
     }
 
     fn focus_line(&self) -> String {
@@ -104,11 +123,11 @@ impl Realistic {
             Some(z) if z >= 0.0 => warnings.push(format!(
                 "the lens is focused inside itself, {} behind its front vertex: is the film distance of {} mm right?",
                 length(z),
-                lens.film_distance()
+                length_text(lens.film_distance())
             )),
             None => warnings.push(format!(
                 "no object in front of the lens is in focus: the film, {} mm behind the last surface, is nearer than the focal point",
-                lens.film_distance()
+                length_text(lens.film_distance())
             )),
             Some(_) => {}
         }
@@ -121,6 +140,15 @@ impl Realistic {
         }
         if rear.index != 1.0 {
             warnings.push(format!("the film lies in a medium of index {}", rear.index));
+        }
+        // Double precision has sixteen digits, of which the outline of a pupil wants six.
+        let narrowest = lens.surfaces().iter().map(|s| s.aperture);
+        let narrowest = narrowest.fold(f64::INFINITY, f64::min);
+        if narrowest < 1e-8 * lens.film_z() {
+            warnings.push(format!(
+                "an aperture of {} mm is too fine to trace rays through: light may be lost",
+                length_text(narrowest)
+            ));
         }
         if self.field_angle(0.0).is_none() {
             warnings.push("no light reaches the middle of the film".to_string());

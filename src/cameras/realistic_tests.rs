@@ -290,7 +290,10 @@ fn the_report_says_what_was_set() {
     let film = film(300, 300, 70.0);
     let mut s = spec(DGAUSS, 17.1, Some(36.77), Form::Course);
     let text = camera(&s, &film).describe(&film).join("\n");
-    assert!(text.contains("focal length 50.358 mm, f/2.03"), "{text}");
+    assert!(
+        text.contains("focal length 50.358 mm, f/2.04 (stop 17.1 mm)"),
+        "{text}"
+    );
     assert!(
         text.contains("36.7700 mm behind the last surface"),
         "{text}"
@@ -306,6 +309,64 @@ fn the_report_says_what_was_set() {
     let text = "0 60 0 40\n50 5 1.5 30\n-50 0 1 30\n";
     let inside = spec(text, 20.0, Some(500.0), Form::Course);
     assert!(camera(&inside, &film).warnings()[0].contains("inside itself"));
+}
+
+/// Two rims of 10 and 8 mm in front of a wider stop: the stop alone would give f/5, the light is that of the narrower rim.
+#[test]
+fn the_f_number_is_that_of_the_light() {
+    let text = "0 1e-9 0 20\n50 1e-9 1.5 8\ninf 0 1 26\n";
+    let mut s = spec(text, 20.0, Some(100.0), Form::Course);
+    let film = film(30, 20, 20.0);
+    let said = |s: &RealisticSpec| camera(s, &film).describe(&film).join("\n");
+    // 100 mm over 8 mm; the sine of the small angle is 1e-3 less than its tangent.
+    assert!(said(&s).contains("f/12.5"), "{}", said(&s));
+    s.compat = Compat::PbrtV2;
+    assert!(said(&s).contains("f/12."), "{}", said(&s));
+    // Through a scale a stop of 26.1 mm becomes 26.099999999999998 mm, and is said to be 26.1 mm.
+    s.lens = Lens::new(
+        &Prescription::parse("0 0 0 26.099999999999998\n").unwrap(),
+        50.0,
+    )
+    .unwrap();
+    assert!(said(&s).contains("(stop 26.1 mm)"), "{}", said(&s));
+}
+
+/// A pinhole of a nanometre lets through as much light for its area as one of a millimetre.
+#[test]
+fn the_smallest_stops_lose_no_light() {
+    for stop in [1.0, 1e-2, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6] {
+        let s = spec(DGAUSS, stop, Some(36.77), Form::Course);
+        let film = film(8, 8, 4.0);
+        let c = camera(&s, &film);
+        let all: Vec<CameraSample> = samples(1 << 12, Vec2::ZERO, Vec2::splat(8.0)).collect();
+        let mut rays = ArrayVec::new();
+        let mut sum = 0.0;
+        for bundle in all.chunks(BUNDLE) {
+            c.rays(bundle, false, &mut rays);
+            sum += rays
+                .iter()
+                .flatten()
+                .map(|r| f64::from(r.weight))
+                .sum::<f64>();
+        }
+        let pupil = s.lens.paraxial().exit_pupil.unwrap();
+        let away = s.lens.film_z() - pupil.z;
+        let expected = std::f64::consts::PI * (0.5 * pupil.diameter / away).powi(2);
+        let found = sum / all.len() as f64;
+        // The corner's cos⁴ is 0.4 % less, and so much light again is off the paraxial value.
+        assert!(
+            (found / expected - 1.0).abs() < 1e-2,
+            "{stop}: {found} {expected}"
+        );
+        assert!(c.warnings().is_empty());
+    }
+    let film = film(8, 8, 4.0);
+    let too_fine = camera(&spec(DGAUSS, 1e-7, Some(36.77), Form::Course), &film);
+    assert!(
+        too_fine.warnings()[0].contains("too fine"),
+        "{:?}",
+        too_fine.warnings()
+    );
 }
 
 /// Bundles of any composition: the rays made one at a time but for rounding, and the same bits whatever the

@@ -5,6 +5,7 @@
 //! front and s' from the rear principal plane to the film, 1/s + n'/s' = 1/f.
 
 use super::paraxial::Cardinals;
+use super::report::length_text;
 
 /// Why a lens cannot be focused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -20,14 +21,16 @@ pub enum FocusError {
         minimum: f64,
     },
     /// The lens makes no real image.
-    #[error("cannot focus: the lens has {}, so it makes no image on a film", match .focal_length { Some(f) => format!("a focal length of {f} mm"), None => "no focal length".to_string() })]
+    #[error("cannot focus: the lens has {}, so it makes no image on a film", match .focal_length { Some(f) => format!("a focal length of {} mm", length_text(*f)), None => "no focal length".to_string() })]
     NoImage {
         /// Focal length in mm, `None` for an afocal lens.
         focal_length: Option<f64>,
     },
     /// The image lies inside or in front of the lens.
     #[error(
-        "cannot focus at {asked} mm: the image would lie {inside} mm in front of the last lens surface"
+        "cannot focus at {} mm: the image would lie {} mm in front of the last lens surface",
+        length_text(*.asked),
+        length_text(*.inside)
     )]
     InsideLens {
         /// The distance asked for, mm.

@@ -36,6 +36,8 @@ pub struct LensReport {
     pub entrance_pupil: Option<PupilReport>,
     /// The stop as the film sees it.
     pub exit_pupil: Option<PupilReport>,
+    /// Is the plane of focus infinitely far?
+    pub focused_at_infinity: bool,
     /// z of the plane of focus; `None` at infinity and where there is none.
     pub plane_of_focus: Option<f64>,
 }
@@ -138,6 +140,7 @@ impl LensReport {
             f_number: paraxial.f_number,
             entrance_pupil: paraxial.entrance_pupil.map(PupilReport::from),
             exit_pupil: paraxial.exit_pupil.map(PupilReport::from),
+            focused_at_infinity: lens.plane_of_focus() == Some(f64::NEG_INFINITY),
             plane_of_focus: lens.plane_of_focus().filter(|z| z.is_finite()),
         }
     }
@@ -185,7 +188,24 @@ impl fmt::Display for LensReport {
         line("exit pupil diameter", self.exit_pupil.map(|p| p.diameter))?;
         line("length", Some(self.length))?;
         line("film distance", Some(self.film_distance))?;
+        if self.focused_at_infinity {
+            return writeln!(f, "{:24}{:>12}", "plane of focus z", "infinity");
+        }
         line("plane of focus z", self.plane_of_focus)
+    }
+}
+
+/// A length as a message says it: six digits, without zeros at the end.
+pub fn length_text(mm: f64) -> String {
+    let whole_digits = mm.abs().max(1.0).log10().floor() as usize + 1;
+    let text = format!("{mm:.*}", 6usize.saturating_sub(whole_digits));
+    // What small lengths have no decimals for is said as it is.
+    if mm != 0.0 && mm.abs() < 1e-2 {
+        return format!("{mm}");
+    }
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+        false => text,
     }
 }
 
@@ -213,6 +233,41 @@ mod tests {
         assert!(json["entrance_pupil"]["diameter"].as_f64().unwrap() > 5.0);
         assert_eq!(json["surfaces"][0]["abbe"], 60.0);
         assert_eq!(json["surfaces"][2]["stop"], true);
+    }
+
+    #[test]
+    fn a_lens_at_infinity_is_focused_there() {
+        let p = Prescription::parse("50 5 1.5 20\n-50 0 1 20\n").unwrap();
+        let text = |film| LensReport::new(&Lens::new(&p, film).unwrap()).to_string();
+        let far = Lens::focused(&p, f64::INFINITY).unwrap();
+        assert!(
+            text(far).contains("plane of focus z            infinity"),
+            "{}",
+            text(far)
+        );
+        assert!(text(far - 1.0).contains("plane of focus z                none"));
+        // Newton: f² = 2586 mm² over 1 mm in front of the front focal point.
+        assert!(
+            text(far + 1.0).contains("plane of focus z          -2634"),
+            "{}",
+            text(far + 1.0)
+        );
+    }
+
+    #[test]
+    fn lengths_are_said_in_six_digits() {
+        for (mm, text) in [
+            (13.05 * 2.0 - 4e-15, "26.1"),
+            (26.099999999999998, "26.1"),
+            (40.0, "40"),
+            (0.0, "0"),
+            (-1.25, "-1.25"),
+            (1234567.8, "1234568"),
+            (12.345678, "12.3457"),
+            (5e-6, "0.000005"),
+        ] {
+            assert_eq!(length_text(mm), text);
+        }
     }
 
     #[test]

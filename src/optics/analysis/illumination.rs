@@ -6,7 +6,7 @@ use crate::optics::pupil::ExitPupil;
 
 /// Well-spread points of the unit square: the R2 sequence (Roberts, "The unreasonable effectiveness of quasirandom
 /// sequences", 2018).
-pub(super) fn spread(count: u32) -> impl Iterator<Item = Vec2> {
+pub fn spread(count: u32) -> impl Iterator<Item = Vec2> {
     // 1/p and 1/p², p the plastic number.
     const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
     (0..count).map(|i| {

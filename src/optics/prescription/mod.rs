@@ -11,6 +11,7 @@ pub mod glass;
 mod tests;
 pub mod zmx;
 
+use super::report::length_text;
 use super::surface::Surface;
 use std::fmt;
 use std::path::Path;
@@ -117,8 +118,9 @@ impl Prescription {
         {
             if diameter > s.aperture {
                 notes.push(format!(
-                    "aperture diameter {diameter} mm is larger than the {} mm of the stop in row {}, which is kept",
-                    s.aperture,
+                    "aperture diameter {} mm is larger than the {} mm of the stop in row {}, which is kept",
+                    length_text(diameter),
+                    length_text(s.aperture),
                     i + 1
                 ));
             } else {
