@@ -5,12 +5,13 @@
 use super::aabb::Aabb;
 use super::collapse::{Plan, Root};
 use super::groups::Groups;
-use super::instructions::Best;
-use super::node::{Cell, Child, Node};
-use super::packet::{LANES, Packet, PrimitiveId};
+use super::node::{Cell, Child, MAX_DEPTH, Node};
+use super::packet::{LANES, Packet};
 use super::pages;
-use super::tree::{Item, MAX_DEPTH, Tree};
+use super::primitive::{Item, PrimitiveId};
+use super::tree::Tree;
 use crate::math::Vec3;
+use crate::math::instruction_set::InstructionSet;
 use arrayvec::ArrayVec;
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2;
@@ -48,7 +49,7 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         return Tree {
             cells: Node::empty().cells().to_vec(),
             nodes: 1,
-            instructions: Best::find(),
+            instructions: InstructionSet::best(),
         };
     }
     let groups = Groups::of(items);
@@ -82,7 +83,7 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         return source.add_parallel(&parts, 0).0.joined();
     }
     let mut tree = Tree {
-        instructions: Best::find(),
+        instructions: InstructionSet::best(),
         ..Tree::default()
     };
     source.add(&parts, &mut tree);
@@ -295,7 +296,7 @@ impl Pieces {
         let mut tree = Tree {
             cells: Vec::with_capacity(self.cells()),
             nodes: 0,
-            instructions: Best::find(),
+            instructions: InstructionSet::best(),
         };
         // Before anything touches it: zeros would be written in small pages already.
         pages::ask_for_large(tree.cells.spare_capacity_mut());

@@ -10,8 +10,8 @@
 
 use super::groups::Groups;
 use super::node::Node;
-use super::packet::{LANES, OtherKind};
-use super::tree::Item;
+use super::packet::LANES;
+use super::primitive::{Item, OtherKind};
 use arrayvec::ArrayVec;
 use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! What the binary builder is given: every box once, and no two quite alike.
 
 use super::aabb::Aabb;
-use super::tree::Item;
+use super::primitive::Item;
 use crate::math::Vec3;
 use crate::math::hash::{mix, mix2, unit_float};
 use rayon::prelude::*;
@@ -156,7 +156,7 @@ fn bits(item: &Item) -> [u64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::packet::PrimitiveId;
+    use super::super::primitive::PrimitiveId;
     use super::*;
 
     /// Items with boxes of these sizes about the origin.

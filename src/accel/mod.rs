@@ -7,18 +7,19 @@
 //! moves is a kind of its own beside instances, and may also be in an object.
 
 mod aabb;
+mod box_test;
 mod builder;
 mod collapse;
 mod curves;
 mod face_ids;
 mod groups;
 mod instance;
-mod instructions;
 mod level;
 mod moving;
 mod node;
 mod packet;
 mod pages;
+mod primitive;
 mod ray;
 mod search;
 mod stack;
@@ -38,8 +39,8 @@ use crate::surface::{SurfaceHit, TexturePoint};
 use instance::{Instance, Place};
 use level::{Level, LevelBuilder};
 use moving::{Inner, Moving};
-use packet::{OtherKind, PrimitiveId};
-use search::{Found, Search};
+use primitive::{OtherKind, PrimitiveId};
+use search::{ClosestHit, Search};
 
 /// What a shape carries besides its geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -279,7 +280,7 @@ impl Geometry {
 
     /// Works out the surface that a search found.
     #[inline]
-    fn resolve(&self, ray: &Ray, found: &Found) -> Option<GeometryHit> {
+    fn resolve(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         if found.path[0] == PrimitiveId::NONE && found.id.is_triangle() {
             // What most rays meet; nothing is copied on its way to the answer.
@@ -296,7 +297,7 @@ impl Geometry {
         level: &'a Level,
         o: DVec3,
         d: DVec3,
-        found: &Found,
+        found: &ClosestHit,
         time: f32,
     ) -> Option<Resolved<'a>> {
         let [next, rest] = found.path;
@@ -309,7 +310,7 @@ impl Geometry {
         };
         let inside = self.inside(level, next);
         let inner = place.enter(o, d, inside);
-        let found = Found {
+        let found = ClosestHit {
             path: [rest, PrimitiveId::NONE],
             ..*found
         };
@@ -359,7 +360,7 @@ fn hit(
     attributes: &PrimitiveAttributes,
     light: Option<LightId>,
     ray: &Ray,
-    found: &Found,
+    found: &ClosestHit,
 ) -> GeometryHit {
     GeometryHit {
         surface: local.hit(ray),
@@ -372,7 +373,7 @@ fn hit(
 
 /// The surface in the space of `level` where the line `o + t d` meets the triangle that was found.
 #[inline(always)]
-fn resolve_triangle<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Resolved<'a> {
+fn resolve_triangle<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &ClosestHit) -> Resolved<'a> {
     let (mesh, i) = level.locate(found.id.index());
     let triangle = mesh.triangle(i);
     // A ray within the plane of the triangle: any point of it is as good.
@@ -387,7 +388,12 @@ fn resolve_triangle<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> 
 }
 
 /// The surface in the space of `level` where the line `o + t d` meets what was found.
-fn resolve_in<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &Found) -> Option<Resolved<'a>> {
+fn resolve_in<'a>(
+    level: &'a Level,
+    o: DVec3,
+    d: DVec3,
+    found: &ClosestHit,
+) -> Option<Resolved<'a>> {
     if found.id.is_triangle() {
         return Some(resolve_triangle(level, o, d, found));
     }

@@ -18,6 +18,11 @@ pub(super) type Cell = f32x8;
 /// the triangle test would accept (compare Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
 pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
+/// Depth up to which the shape of the binary tree is kept. What is deeper (thousands of
+/// primitives in one place) is split evenly, which takes at most 11 levels for 2³² primitives, and
+/// one more where leaves would mix triangles and others.
+pub(super) const MAX_DEPTH: usize = 32;
+
 /// A reference to a node, to a packet of triangles or to a cell of other primitives: how many cells
 /// after the node that refers to it, or in all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -173,5 +178,37 @@ impl<'a> StoredNode<'a> {
         let far = leaving(0).fast_min(leaving(1)).fast_min(leaving(2));
         let hit = near.simd_le(far.fast_min(f32x8::splat(t_max)));
         (hit.to_bitmask(), near.to_array())
+    }
+}
+
+/// The children of a node that a ray may meet.
+pub(super) struct NodeHits<'a> {
+    pub node: StoredNode<'a>,
+    /// The node's cell.
+    pub at: usize,
+    /// A bit for each of them, at least one.
+    pub mask: u32,
+    /// Where the ray enters the boxes.
+    pub near: [f32; 8],
+}
+
+impl NodeHits<'_> {
+    /// The child in `slot` (modulo 8).
+    #[inline(always)]
+    pub fn child(&self, slot: u32) -> Child {
+        self.node.child(slot as usize).seen_from(self.at)
+    }
+
+    /// The children in these slots, side by side from the first; anything after them.
+    #[inline(always)]
+    pub fn compress(&self, mut slots: u32) -> [Child; Node::WIDTH] {
+        let mut children = [Child::node(0); Node::WIDTH];
+        let mut count = 0;
+        while slots != 0 {
+            children[count & 7] = self.child(slots.trailing_zeros());
+            count += 1;
+            slots &= slots - 1;
+        }
+        children
     }
 }

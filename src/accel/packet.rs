@@ -12,6 +12,7 @@
 //! would swallow small things lying on it.
 
 use super::node::Cell;
+use super::primitive::PrimitiveId;
 use super::ray::TraversalRay;
 use crate::math::{DVec3, Vec3};
 use wide::f32x4;
@@ -23,84 +24,6 @@ pub(super) const LANES: usize = 4;
 /// edge functions: what the sheared coordinates' rounding leaves open is then more than what the
 /// meeting with the plane could tell.
 const GRAZING_SINE: f64 = 1e-6;
-
-/// What a lane may refer to besides triangles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum OtherKind {
-    Quadric,
-    Instance,
-    /// A piece of a curve.
-    Curve,
-    /// An object that moves.
-    Moving,
-}
-
-/// What a lane refers to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct PrimitiveId(u32);
-
-impl PrimitiveId {
-    const CUT_OUT: u32 = 1 << 31;
-    const OTHER: u32 = 1 << 30;
-    /// Where the kind of what is no triangle stands.
-    const KIND_SHIFT: u32 = 28;
-    /// How many triangles, and how many of each other kind, a tree can hold.
-    pub const LIMIT: usize = 1 << Self::KIND_SHIFT;
-    /// An unused lane.
-    pub const NONE: PrimitiveId = PrimitiveId(u32::MAX);
-
-    pub fn triangle(index: u32, cut_out: bool) -> PrimitiveId {
-        PrimitiveId(index | if cut_out { Self::CUT_OUT } else { 0 })
-    }
-
-    pub fn other(kind: OtherKind, index: usize) -> PrimitiveId {
-        PrimitiveId(index as u32 | Self::OTHER | (kind as u32) << Self::KIND_SHIFT)
-    }
-
-    #[inline(always)]
-    pub fn is_triangle(self) -> bool {
-        self.0 & Self::OTHER == 0
-    }
-
-    #[inline(always)]
-    pub fn from_bits(bits: u32) -> PrimitiveId {
-        PrimitiveId(bits)
-    }
-
-    #[inline(always)]
-    pub fn bits(self) -> u32 {
-        self.0
-    }
-
-    /// No triangle, and not an unused lane.
-    #[inline(always)]
-    pub fn is_other(self) -> bool {
-        self.0 & (Self::OTHER | Self::CUT_OUT) == Self::OTHER
-    }
-
-    /// Of what is no triangle.
-    #[inline(always)]
-    pub fn kind(self) -> OtherKind {
-        match self.0 >> Self::KIND_SHIFT & 3 {
-            0 => OtherKind::Quadric,
-            1 => OtherKind::Instance,
-            2 => OtherKind::Curve,
-            _ => OtherKind::Moving,
-        }
-    }
-
-    /// A triangle with an alpha texture.
-    #[inline(always)]
-    pub fn is_cut_out(self) -> bool {
-        self.0 & Self::CUT_OUT != 0
-    }
-
-    /// Among its kind.
-    #[inline(always)]
-    pub fn index(self) -> usize {
-        (self.0 & (Self::LIMIT as u32 - 1)) as usize
-    }
-}
 
 /// Up to four triangles, being made. Lanes without one hold NaN, which no test accepts.
 pub(super) struct Packet {
@@ -116,12 +39,12 @@ impl Packet {
 
     pub fn empty() -> Packet {
         let mut rows = [[f32::NAN; LANES]; Packet::ROWS];
-        rows[Self::IDS] = bytemuck::cast([PrimitiveId::NONE.0; LANES]);
+        rows[Self::IDS] = bytemuck::cast([PrimitiveId::NONE.bits(); LANES]);
         Packet { rows }
     }
 
     pub fn set_triangle(&mut self, lane: usize, id: PrimitiveId, corners: [Vec3; 3]) {
-        self.rows[Self::IDS][lane] = f32::from_bits(id.0);
+        self.rows[Self::IDS][lane] = f32::from_bits(id.bits());
         for (rows, p) in self.rows.chunks_exact_mut(3).zip(corners) {
             for (row, x) in rows.iter_mut().zip(p.to_array()) {
                 row[lane] = x;
@@ -150,7 +73,7 @@ impl<'a> StoredPacket<'a> {
     #[inline(always)]
     pub fn id(self, lane: usize) -> PrimitiveId {
         let ids: &[u32; LANES] = bytemuck::cast_ref(&self.0[Packet::IDS]);
-        PrimitiveId(ids[lane & 3])
+        PrimitiveId::from_bits(ids[lane & 3])
     }
 
     /// Coordinates of a corner in an axis (modulo 4; the fourth is no axis).

@@ -1,10 +1,9 @@
 //! What a traversal looks for: the closest hit, or any.
 
 use super::instance::Place;
-use super::instructions;
 use super::level::Level;
 use super::moving::Inner;
-use super::packet::{OtherKind, PrimitiveId};
+use super::primitive::{OtherKind, PrimitiveId};
 use super::stack::{LastFirst, NearestFirst};
 use super::tree::Visitor;
 use super::{Geometry, PrimitiveAttributes};
@@ -15,7 +14,7 @@ use glam::DAffine3;
 
 /// The closest hit so far.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
+pub(super) struct ClosestHit {
     pub id: PrimitiveId,
     /// What leads there from the level searched, outermost first: an instance or something that
     /// moves, and in an object a shape that moves. [`PrimitiveId::NONE`] where there is no more.
@@ -37,7 +36,7 @@ pub(super) struct Search<'a, A, const SHADOW: bool> {
     t_max: f32,
     alpha: &'a A,
     /// `t` in units of this level's ray.
-    pub found: Option<Found>,
+    pub found: Option<ClosestHit>,
 }
 
 impl<'a, A, const SHADOW: bool> Search<'a, A, SHADOW>
@@ -45,7 +44,11 @@ where
     A: Fn(&FloatInput, &TexturePoint) -> f32,
 {
     /// Searches the top level along `ray`.
-    pub fn run(geometry: &'a Geometry, ray: &crate::math::ray::Ray, alpha: &'a A) -> Option<Found> {
+    pub fn run(
+        geometry: &'a Geometry,
+        ray: &crate::math::ray::Ray,
+        alpha: &'a A,
+    ) -> Option<ClosestHit> {
         let mut search = Search::<A, SHADOW> {
             geometry,
             level: &geometry.top,
@@ -70,9 +73,9 @@ where
             return;
         }
         if SHADOW {
-            instructions::traverse::<LastFirst>(tree, o, d, self);
+            tree.traverse::<LastFirst>(o, d, self);
         } else {
-            instructions::traverse::<NearestFirst>(tree, o, d, self);
+            tree.traverse::<NearestFirst>(o, d, self);
         }
     }
 
@@ -87,7 +90,7 @@ where
 
     fn accept_inner(&mut self, id: PrimitiveId, path: [PrimitiveId; 2], t: f32) -> bool {
         self.t_max = t;
-        self.found = Some(Found { id, path, t });
+        self.found = Some(ClosestHit { id, path, t });
         SHADOW
     }
 

@@ -1,9 +1,9 @@
 //! What waits for a ray: children of nodes that it has still to visit, and which of a node's children
 //! comes first.
 
-use super::instructions::Instructions;
-use super::node::{Cell, Child, Node, StoredNode};
-use super::tree::MAX_DEPTH;
+use super::box_test::{compress, prefetch};
+use super::node::{Cell, Child, MAX_DEPTH, Node, NodeHits};
+use crate::math::instruction_set::Instructions;
 use arrayvec::ArrayVec;
 
 /// Every level leaves at most seven siblings waiting, and the last one eight; what is deeper than
@@ -11,44 +11,25 @@ use arrayvec::ArrayVec;
 /// leaves would mix triangles and others.
 const DEPTH: usize = (MAX_DEPTH + 12) * (Node::WIDTH - 1) + Node::WIDTH;
 
-/// The children of a node that a ray may meet.
-pub(super) struct Hits<'a> {
-    pub node: StoredNode<'a>,
-    /// The node's cell.
-    pub at: usize,
-    /// A bit for each of them, at least one.
-    pub mask: u32,
-    /// Where the ray enters the boxes.
-    pub near: [f32; 8],
-}
-
-impl Hits<'_> {
-    /// The child in `slot` (modulo 8).
-    #[inline(always)]
-    pub fn child(&self, slot: u32) -> Child {
-        self.node.child(slot as usize).seen_from(self.at)
-    }
-
-    /// Takes the first away.
-    #[inline(always)]
-    fn take(&mut self) -> Waiting {
-        let slot = self.mask.trailing_zeros();
-        self.mask &= self.mask.wrapping_sub(1);
-        Waiting::new(self.child(slot), self.near[slot as usize & 7])
-    }
+/// Takes the first away.
+#[inline(always)]
+fn take(hits: &mut NodeHits) -> StackEntry {
+    let slot = hits.mask.trailing_zeros();
+    hits.mask &= hits.mask.wrapping_sub(1);
+    StackEntry::new(hits.child(slot), hits.near[slot as usize & 7])
 }
 
 /// The order in which a ray visits what it may meet.
 pub(super) trait Order {
     fn new() -> Self;
     /// The child to go on with. The others wait.
-    fn choose(&mut self, with: impl Instructions, hits: Hits, cells: &[Cell]) -> Child;
+    fn choose(&mut self, with: impl Instructions, hits: NodeHits, cells: &[Cell]) -> Child;
     /// The next one that waits and is not beyond `t_max`.
     fn pop(&mut self, t_max: f32) -> Option<Child>;
 }
 
 /// Nearer children first: for the closest hit.
-pub(super) struct NearestFirst(ArrayVec<Waiting, DEPTH>);
+pub(super) struct NearestFirst(ArrayVec<StackEntry, DEPTH>);
 
 impl Order for NearestFirst {
     #[inline(always)]
@@ -57,21 +38,21 @@ impl Order for NearestFirst {
     }
 
     #[inline(always)]
-    fn choose(&mut self, with: impl Instructions, mut hits: Hits, cells: &[Cell]) -> Child {
-        let mut nearest = hits.take();
+    fn choose(&mut self, _: impl Instructions, mut hits: NodeHits, cells: &[Cell]) -> Child {
+        let mut nearest = take(&mut hits);
         if hits.mask == 0 {
             return nearest.child();
         }
-        with.prefetch(cells, nearest.child().offset());
-        let other = hits.take();
-        with.prefetch(cells, other.child().offset());
+        prefetch(cells, nearest.child().offset());
+        let other = take(&mut hits);
+        prefetch(cells, other.child().offset());
         let base = self.0.len();
         // There is room here and below: see above.
         let _ = self.0.try_push(nearest.max(other));
         nearest = nearest.min(other);
         while hits.mask != 0 {
-            let other = hits.take();
-            with.prefetch(cells, other.child().offset());
+            let other = take(&mut hits);
+            prefetch(cells, other.child().offset());
             let farther = nearest.max(other);
             nearest = nearest.min(other);
             // Insertion sort: there are seldom more than four. (Sorting all eight in a register of
@@ -119,13 +100,13 @@ impl Order for LastFirst {
     }
 
     #[inline(always)]
-    fn choose(&mut self, with: impl Instructions, hits: Hits, cells: &[Cell]) -> Child {
+    fn choose(&mut self, with: impl Instructions, hits: NodeHits, cells: &[Cell]) -> Child {
         let last = (hits.mask.leading_zeros() ^ 31) & 7;
         let rest = hits.mask & !(1 << last);
-        self.push_some(with.compress(&hits, rest), rest.count_ones());
+        self.push_some(compress(with, &hits, rest), rest.count_ones());
         // The next to come. (Where there is none, no harm is done.)
         let next = hits.child(rest.leading_zeros() ^ 31);
-        with.prefetch(cells, next.offset());
+        prefetch(cells, next.offset());
         hits.child(last)
     }
 
@@ -138,12 +119,12 @@ impl Order for LastFirst {
 /// A child that waits, with where the ray enters its box: the number's upper half, so that numbers
 /// compare as distances do.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Waiting(u64);
+struct StackEntry(u64);
 
-impl Waiting {
+impl StackEntry {
     #[inline(always)]
-    fn new(child: Child, near: f32) -> Waiting {
-        Waiting(u64::from(near.to_bits()) << 32 | u64::from(child.bits()))
+    fn new(child: Child, near: f32) -> StackEntry {
+        StackEntry(u64::from(near.to_bits()) << 32 | u64::from(child.bits()))
     }
 
     #[inline(always)]

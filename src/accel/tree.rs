@@ -1,24 +1,15 @@
 //! The 8-wide tree and a ray's way through it.
 
 use super::aabb::Aabb;
-use super::instructions::{Best, Instructions};
-use super::node::{Cell, Child, Node, StoredNode};
-use super::packet::{PrimitiveId, StoredPacket};
+use super::box_test::test_boxes;
+use super::node::{Cell, Child, Node, NodeHits, StoredNode};
+use super::packet::StoredPacket;
+use super::primitive::PrimitiveId;
 use super::ray::TraversalRay;
-use super::stack::{Hits, Order};
+use super::stack::Order;
 use crate::math::Vec3;
-
-/// Depth up to which the shape of the binary tree is kept. What is deeper (thousands of
-/// primitives in one place) is split evenly, which takes at most 11 levels for 2³² primitives, and
-/// one more where leaves would mix triangles and others.
-pub(super) const MAX_DEPTH: usize = 32;
-
-/// One primitive for the builder.
-#[derive(Clone, Copy)]
-pub(super) struct Item {
-    pub id: PrimitiveId,
-    pub bounds: Aabb,
-}
+use crate::math::instruction_set::{InstructionSet, Instructions, Kernel};
+use std::marker::PhantomData;
 
 /// An 8-wide bounding volume hierarchy.
 #[derive(Default)]
@@ -28,7 +19,7 @@ pub(super) struct Tree {
     /// How many nodes there are.
     pub nodes: usize,
     /// What rays go through it with.
-    pub instructions: Best,
+    pub instructions: InstructionSet,
 }
 
 /// What a traversal looks for.
@@ -54,18 +45,37 @@ impl Tree {
             .filter(|bounds| !bounds.is_empty())
     }
 
-    /// Shows `visitor` what the ray may meet, in the order that `O` says. Returns true where the visitor ended the traversal.
+    /// Shows `visitor` what the ray `o + t d` may meet, in the order that `O` says. Returns `true` where the visitor ended the
+    /// traversal.
     #[inline(always)]
-    pub fn traverse<O: Order>(
-        &self,
-        with: impl Instructions,
-        o: Vec3,
-        d: Vec3,
-        visitor: &mut impl Visitor,
-    ) -> bool {
-        let ray = &TraversalRay::new(o, d);
-        let cells = &self.cells[..];
-        let mut waiting = O::new();
+    pub fn traverse<O: Order>(&self, o: Vec3, d: Vec3, visitor: &mut impl Visitor) -> bool {
+        self.instructions.run(Traversal {
+            cells: &self.cells,
+            o,
+            d,
+            visitor,
+            order: PhantomData::<O>,
+        })
+    }
+}
+
+/// A ray's way through a tree.
+struct Traversal<'a, O, V> {
+    cells: &'a [Cell],
+    o: Vec3,
+    d: Vec3,
+    visitor: &'a mut V,
+    order: PhantomData<O>,
+}
+
+impl<O: Order, V: Visitor> Kernel for Traversal<'_, O, V> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self, with: impl Instructions) -> bool {
+        let Traversal { cells, visitor, .. } = self;
+        let ray = &TraversalRay::new(self.o, self.d);
+        let mut stack = O::new();
         let mut current = Child::node(0);
         loop {
             let at = current.offset();
@@ -76,21 +86,21 @@ impl Tree {
                 let Some(node) = StoredNode::first_of(here) else {
                     return false;
                 };
-                let (mask, near) = with.boxes(node, ray, visitor.t_max());
-                let hits = Hits {
+                let (mask, near) = test_boxes(with, node, ray, visitor.t_max());
+                let hits = NodeHits {
                     node,
                     at,
                     mask,
                     near,
                 };
                 if mask != 0 {
-                    current = waiting.choose(with, hits, cells);
+                    current = stack.choose(with, hits, cells);
                     continue;
                 }
             } else if visit_leaf(current, here, ray, visitor) {
                 return true;
             }
-            let Some(next) = waiting.pop(visitor.t_max()) else {
+            let Some(next) = stack.pop(visitor.t_max()) else {
                 return false;
             };
             current = next;

@@ -9,6 +9,7 @@ pub mod distribution;
 pub mod float;
 pub mod frame;
 pub mod hash;
+pub mod instruction_set;
 pub mod motion;
 pub mod ray;
 pub mod sampling;

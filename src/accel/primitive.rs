@@ -1,0 +1,88 @@
+//! What the leaves of a tree refer to.
+
+use super::aabb::Aabb;
+
+/// Primitives other than triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OtherKind {
+    Quadric,
+    Instance,
+    /// A piece of a curve.
+    Curve,
+    /// An object that moves.
+    Moving,
+}
+
+/// A primitive of one level: its kind, and its place among its kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct PrimitiveId(u32);
+
+impl PrimitiveId {
+    const CUT_OUT: u32 = 1 << 31;
+    const OTHER: u32 = 1 << 30;
+    /// Where the kind of what is no triangle stands.
+    const KIND_SHIFT: u32 = 28;
+    /// How many triangles, and how many of each other kind, a tree can hold.
+    pub const LIMIT: usize = 1 << Self::KIND_SHIFT;
+    /// An unused lane.
+    pub const NONE: PrimitiveId = PrimitiveId(u32::MAX);
+
+    pub fn triangle(index: u32, cut_out: bool) -> PrimitiveId {
+        PrimitiveId(index | if cut_out { Self::CUT_OUT } else { 0 })
+    }
+
+    pub fn other(kind: OtherKind, index: usize) -> PrimitiveId {
+        PrimitiveId(index as u32 | Self::OTHER | (kind as u32) << Self::KIND_SHIFT)
+    }
+
+    #[inline(always)]
+    pub fn is_triangle(self) -> bool {
+        self.0 & Self::OTHER == 0
+    }
+
+    #[inline(always)]
+    pub fn from_bits(bits: u32) -> PrimitiveId {
+        PrimitiveId(bits)
+    }
+
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// No triangle, and not an unused lane.
+    #[inline(always)]
+    pub fn is_other(self) -> bool {
+        self.0 & (Self::OTHER | Self::CUT_OUT) == Self::OTHER
+    }
+
+    /// Of what is no triangle.
+    #[inline(always)]
+    pub fn kind(self) -> OtherKind {
+        match self.0 >> Self::KIND_SHIFT & 3 {
+            0 => OtherKind::Quadric,
+            1 => OtherKind::Instance,
+            2 => OtherKind::Curve,
+            _ => OtherKind::Moving,
+        }
+    }
+
+    /// A triangle with an alpha texture.
+    #[inline(always)]
+    pub fn is_cut_out(self) -> bool {
+        self.0 & Self::CUT_OUT != 0
+    }
+
+    /// Among its kind.
+    #[inline(always)]
+    pub fn index(self) -> usize {
+        (self.0 & (Self::LIMIT as u32 - 1)) as usize
+    }
+}
+
+/// One primitive for the builder.
+#[derive(Clone, Copy)]
+pub(super) struct Item {
+    pub id: PrimitiveId,
+    pub bounds: Aabb,
+}
