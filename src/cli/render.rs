@@ -368,10 +368,7 @@ fn place(shot: &Shot, place: Option<Place>) -> String {
         Met::Surface(None) => "at a surface without material".to_string(),
         Met::Surface(Some(id)) => {
             let material = shot.world.materials.get(id.index());
-            format!(
-                "at a `{}`",
-                material.map_or("?".to_string(), Material::name)
-            )
+            format!("at a `{}`", material.map_or("?", Material::name))
         }
     };
     format!("{met} at depth {depth}")

@@ -2,7 +2,7 @@
 
 use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
 use super::roughness::add_rough_refraction;
-use super::{MAX_REFLECTANCE, reflectance};
+use super::{MAX_REFLECTANCE, Scattering, reflectance};
 use crate::bsdf::clearcoat::Clearcoat;
 use crate::bsdf::disney_diffuse::DisneyDiffuse;
 use crate::bsdf::fresnel::Fresnel;
@@ -129,29 +129,6 @@ impl Disney {
         }
     }
 
-    /// May light wander inside?
-    pub(super) fn has_interior(&self) -> bool {
-        !self.thin && super::may_scatter(&self.scatter_distance)
-    }
-
-    /// How it wanders at a point: Burley's normalised diffusion, of a fifth of `scatterdistance` as in
-    /// pbrt-v3 (Christensen and Burley 2015). `None` where the diffuse reflection stays at the surface.
-    pub(super) fn bssrdf(
-        &self,
-        hit: &SurfaceHit,
-        bsdf: &Bsdf,
-        at: &TexturePoint,
-        textures: &Textures,
-    ) -> Option<Bssrdf<'static>> {
-        let distance = self.scatter_distance(at, textures)?;
-        let point = self.at(at, textures);
-        let weight = point.diffuse_weight();
-        (weight > 0.0).then(|| {
-            let albedo = weight * point.color;
-            Bssrdf::normalised(hit, *bsdf.frame(), albedo, 0.2 * distance, point.eta)
-        })
-    }
-
     /// The distance, where it is not black and there is an inside.
     fn scatter_distance(&self, at: &TexturePoint, textures: &Textures) -> Option<Rgb> {
         if !self.has_interior() {
@@ -159,36 +136,6 @@ impl Disney {
         }
         let distance = reflectance(&self.scatter_distance, at, textures);
         (!is_black(distance)).then_some(distance)
-    }
-
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let point = self.at(at, textures);
-        let unit = |input| unit_at(input, at, textures);
-        let diffuse_weight = point.diffuse_weight();
-        if diffuse_weight > 0.0 {
-            self.add_diffuse(&point, diffuse_weight, at, textures, bsdf);
-        }
-        let distribution = point.distribution(point.roughness).separable();
-        let glass = ((point.eta - 1.0) / (point.eta + 1.0)).powi(2);
-        let glass = glass * Rgb::ONE.lerp(point.tint, unit(&self.specular_tint));
-        bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
-            reflectance: Rgb::ONE,
-            distribution,
-            fresnel: Fresnel::Disney {
-                r0: glass.lerp(point.color, point.metallic),
-                metallic: point.metallic,
-                eta: point.eta,
-            },
-        }));
-        let clearcoat = strength_at(&self.clearcoat, at, textures);
-        if clearcoat > 0.0 {
-            let [dull, glossy] = CLEARCOAT_ALPHA;
-            bsdf.add(Lobe::Clearcoat(Clearcoat {
-                weight: Rgb::splat(clearcoat),
-                alpha: dull + unit(&self.clearcoat_gloss) * (glossy - dull),
-            }));
-        }
-        self.add_transmission(&point, distribution, bsdf);
     }
 
     fn at(&self, at: &TexturePoint, textures: &Textures) -> Point {
@@ -274,6 +221,64 @@ impl Disney {
                 transmittance,
             }));
         }
+    }
+}
+
+impl Scattering for Disney {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+        let point = self.at(at, textures);
+        let unit = |input| unit_at(input, at, textures);
+        let diffuse_weight = point.diffuse_weight();
+        if diffuse_weight > 0.0 {
+            self.add_diffuse(&point, diffuse_weight, at, textures, bsdf);
+        }
+        let distribution = point.distribution(point.roughness).separable();
+        let glass = ((point.eta - 1.0) / (point.eta + 1.0)).powi(2);
+        let glass = glass * Rgb::ONE.lerp(point.tint, unit(&self.specular_tint));
+        bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
+            reflectance: Rgb::ONE,
+            distribution,
+            fresnel: Fresnel::Disney {
+                r0: glass.lerp(point.color, point.metallic),
+                metallic: point.metallic,
+                eta: point.eta,
+            },
+        }));
+        let clearcoat = strength_at(&self.clearcoat, at, textures);
+        if clearcoat > 0.0 {
+            let [dull, glossy] = CLEARCOAT_ALPHA;
+            bsdf.add(Lobe::Clearcoat(Clearcoat {
+                weight: Rgb::splat(clearcoat),
+                alpha: dull + unit(&self.clearcoat_gloss) * (glossy - dull),
+            }));
+        }
+        self.add_transmission(&point, distribution, bsdf);
+    }
+
+    fn has_interior(&self) -> bool {
+        !self.thin && super::may_scatter(&self.scatter_distance)
+    }
+
+    /// How it wanders at a point: Burley's normalised diffusion, of a fifth of `scatterdistance` as in
+    /// pbrt-v3 (Christensen and Burley 2015). `None` where the diffuse reflection stays at the surface.
+    fn bssrdf(
+        &self,
+        hit: &SurfaceHit,
+        bsdf: &Bsdf,
+        at: &TexturePoint,
+        textures: &Textures,
+    ) -> Option<Bssrdf<'static>> {
+        let distance = self.scatter_distance(at, textures)?;
+        let point = self.at(at, textures);
+        let weight = point.diffuse_weight();
+        (weight > 0.0).then(|| {
+            let albedo = weight * point.color;
+            Bssrdf::normalised(hit, *bsdf.frame(), albedo, 0.2 * distance, point.eta)
+        })
+    }
+
+    fn max_lobes(&self) -> usize {
+        MOST_LOBES
     }
 }
 

@@ -1,8 +1,12 @@
 //! `fourier`.
 
+use super::Scattering;
+use super::prepare::Tables;
 use crate::bsdf::fourier::{FourierLobe, FourierTable};
 use crate::bsdf::{Bsdf, Lobe};
 use crate::params::{NamedFile, ParamReader};
+use crate::surface::TexturePoint;
+use crate::textures::Textures;
 use std::sync::Arc;
 
 /// A tabulated BSDF (docs/scene-language.md §3.8). Parameter: constant string `bsdffile`, a file as
@@ -25,16 +29,21 @@ impl Fourier {
         }
         Fourier { file, table: None }
     }
+}
 
-    /// Takes the table that `read` makes of the file.
-    pub fn prepare(&mut self, read: &mut impl FnMut(&NamedFile) -> Option<Arc<FourierTable>>) {
-        self.table = self.file.as_ref().and_then(read);
-    }
-
-    pub(super) fn add_lobes<'a>(&'a self, bsdf: &mut Bsdf<'a>) {
+impl Scattering for Fourier {
+    fn add_lobes<'a>(&'a self, _: &TexturePoint, _: &Textures, bsdf: &mut Bsdf<'a>) {
         if let Some(table) = self.table.as_deref().filter(|table| !table.is_black()) {
             bsdf.add(Lobe::Fourier(FourierLobe::new(table)));
         }
+    }
+
+    fn file(&self) -> Option<&NamedFile> {
+        self.file.as_ref()
+    }
+
+    fn prepare(&mut self, tables: &mut Tables) {
+        self.table = self.file.as_ref().and_then(|file| tables.bsdf(file));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::inputs::{refractive_index, refractive_index_at};
 use super::roughness::{add_rough_refraction, find_roughness};
-use super::{RoughnessMeaning, reflectance};
+use super::{RoughnessMeaning, Scattering, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::specular::FresnelSpecular;
@@ -11,7 +11,7 @@ use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
 use crate::surface::TexturePoint;
-use crate::textures::{TextureUsage, Textures};
+use crate::textures::Textures;
 
 /// A dielectric boundary; the geometric normal points to the outside, whose index is 1.
 /// Parameters: spectrum `Kr` (1), `Kt` (1); float `eta`, else `index` (1.5); float `uroughness`,
@@ -48,20 +48,10 @@ impl Glass {
             meaning: RoughnessMeaning::from_params(reader),
         }
     }
+}
 
-    pub(super) fn add_usage(&self, usage: &mut TextureUsage) {
-        let Glass {
-            kr,
-            kt,
-            eta,
-            roughness: [u, v],
-            meaning: _,
-        } = self;
-        [kr, kt].iter().for_each(|input| usage.spectrum(**input));
-        [eta, u, v].iter().for_each(|input| usage.float(**input));
-    }
-
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for Glass {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let reflectance_of = |input| reflectance(input, at, textures);
         let (reflectance, transmittance) = (reflectance_of(&self.kr), reflectance_of(&self.kt));
         let eta_b = refractive_index_at(&self.eta, at, textures);
@@ -93,5 +83,9 @@ impl Glass {
         if !is_black(transmittance) {
             add_rough_refraction(bsdf, transmittance, distribution, eta_b);
         }
+    }
+
+    fn max_lobes(&self) -> usize {
+        2
     }
 }

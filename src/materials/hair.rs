@@ -1,13 +1,13 @@
 //! `hair`.
 
 use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
-use super::reflectance;
+use super::{Scattering, reflectance};
 use crate::bsdf::{self, Bsdf, Lobe};
 use crate::math::Rgb;
 use crate::math::float::within;
 use crate::params::{FloatInput, ParamReader, SpectrumInput};
 use crate::surface::TexturePoint;
-use crate::textures::{TextureUsage, Textures};
+use crate::textures::Textures;
 
 /// Absorption per unit of eumelanin, brown and black (d'Eon et al. 2011).
 const EUMELANIN: Rgb = Rgb::new(0.419, 0.697, 1.37);
@@ -65,8 +65,12 @@ impl Hair {
             alpha: float_within(reader, "alpha", 2.0, -90.0..=90.0),
         }
     }
+}
 
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for Hair {
+    const BUMPS: bool = false;
+
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let beta = self.beta.map(|beta| textures.float(&beta, at));
         let alpha = textures.float(&self.alpha, at);
         bsdf.add(Lobe::Hair(bsdf::hair::Hair::new(
@@ -114,20 +118,6 @@ impl Pigment {
                     eumelanin,
                     pheomelanin,
                 }
-            }
-        }
-    }
-
-    /// Adds the textures looked up.
-    pub(super) fn add_usage(&self, usage: &mut TextureUsage) {
-        match *self {
-            Pigment::Absorption(input) | Pigment::Color(input) => usage.spectrum(input),
-            Pigment::Melanin {
-                eumelanin,
-                pheomelanin,
-            } => {
-                usage.float(eumelanin);
-                usage.float(pheomelanin);
             }
         }
     }
@@ -215,8 +205,8 @@ mod tests {
         let shown = |v: f32| {
             let mut hit = flat_hit(Vec3::Z);
             hit.uv = Vec2::new(0.3, v);
-            let (kind, bump) = (MaterialKind::Hair(hair), None);
-            let material = crate::materials::Material { kind, bump };
+            let kind = MaterialKind::Hair(hair);
+            let material = crate::materials::Material::without_textures(kind);
             let bsdf = material.bsdf(&hit, &Footprint::default(), &Textures::default(), &[]);
             sky_by_sampling(&bsdf, Vec3::Z, 16).x
         };

@@ -1,5 +1,6 @@
 //! What `subsurface` and `kdsubsurface` have in common.
 
+use super::prepare::Tables;
 use super::roughness::find_roughness;
 use super::{Glass, RoughnessMeaning};
 use crate::bsdf::Bsdf;
@@ -74,9 +75,9 @@ impl Interior {
         }
     }
 
-    /// Makes the table of profiles; `make` may give one that was made before.
-    pub fn prepare(&mut self, make: &mut impl FnMut(f32, f32) -> Arc<ProfileTable>) {
-        self.table = Some(make(self.g, self.eta));
+    /// Takes its table of profiles.
+    pub(super) fn prepare(&mut self, tables: &mut Tables) {
+        self.table = Some(tables.profiles(self.g, self.eta));
     }
 
     /// The profiles, where they are made.

@@ -1,10 +1,13 @@
 //! `kdsubsurface`.
 
 use super::interior::{Extinction, Interior};
-use super::reflectance;
+use super::prepare::Tables;
+use super::{Scattering, reflectance};
+use crate::bsdf::Bsdf;
+use crate::bssrdf::Bssrdf;
 use crate::math::Rgb;
 use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
-use crate::surface::TexturePoint;
+use crate::surface::{SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 
 /// A medium below a dielectric boundary, told by what it looks like (docs/scene-language.md §3.8).
@@ -45,7 +48,7 @@ impl KdSubsurface {
     }
 
     /// The medium at a point; negative values count as 0. `None` before the profiles are made.
-    pub(super) fn medium(&self, at: &TexturePoint, textures: &Textures) -> Option<Extinction> {
+    fn medium(&self, at: &TexturePoint, textures: &Textures) -> Option<Extinction> {
         let table = self.interior.table()?;
         let kd = reflectance(&self.kd, at, textures);
         let mean_free_path = match &self.mean_free_path {
@@ -56,6 +59,35 @@ impl KdSubsurface {
             albedo: kd.map(|kd| table.invert(kd)),
             mean_free_path: self.interior.scale * mean_free_path,
         })
+    }
+}
+
+impl Scattering for KdSubsurface {
+    fn add_lobes<'a>(&'a self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf<'a>) {
+        self.interior.boundary.add_lobes(at, textures, bsdf);
+    }
+
+    fn max_lobes(&self) -> usize {
+        self.interior.boundary.max_lobes()
+    }
+
+    fn has_interior(&self) -> bool {
+        true
+    }
+
+    fn bssrdf(
+        &self,
+        hit: &SurfaceHit,
+        bsdf: &Bsdf,
+        at: &TexturePoint,
+        textures: &Textures,
+    ) -> Option<Bssrdf<'_>> {
+        let medium = self.medium(at, textures)?;
+        self.interior.bssrdf(&medium, hit, bsdf)
+    }
+
+    fn prepare(&mut self, tables: &mut Tables) {
+        self.interior.prepare(tables);
     }
 }
 

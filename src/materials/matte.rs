@@ -1,6 +1,6 @@
 //! `matte`.
 
-use super::reflectance;
+use super::{Scattering, reflectance};
 use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::oren_nayar::OrenNayar;
 use crate::bsdf::{Bsdf, Lobe};
@@ -36,8 +36,10 @@ impl Matte {
         }
         Matte { kd, sigma }
     }
+}
 
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for Matte {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let reflectance = reflectance(&self.kd, at, textures);
         if is_black(reflectance) {
             return;

@@ -1,7 +1,7 @@
 //! `metal`.
 
-use super::RoughnessMeaning;
 use super::roughness::find_roughness;
+use super::{RoughnessMeaning, Scattering};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::{Bsdf, Lobe};
@@ -44,8 +44,10 @@ impl Metal {
             meaning: RoughnessMeaning::from_params(reader),
         }
     }
+}
 
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for Metal {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         // Only the squares count; beyond the bound everything is reflected anyway.
         let index = |input| textures.spectrum(input, at).map(|x| x.abs().min(1e4));
         let [u, v] = self.roughness.map(|r| textures.float(&r, at));

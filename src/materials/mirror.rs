@@ -1,6 +1,6 @@
 //! `mirror`.
 
-use super::reflectance;
+use super::{Scattering, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::specular::SpecularReflection;
 use crate::bsdf::{Bsdf, Lobe};
@@ -24,8 +24,10 @@ impl Mirror {
             kr: reader.spectrum_input("Kr", Rgb::splat(0.9)),
         }
     }
+}
 
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for Mirror {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let reflectance = reflectance(&self.kr, at, textures);
         if !is_black(reflectance) {
             bsdf.add(Lobe::SpecularReflection(SpecularReflection {

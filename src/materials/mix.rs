@@ -34,7 +34,7 @@ pub struct Named {
     /// Its bumps.
     pub bump: Option<Bump>,
     /// Most lobes that it can have at a point, at least 1.
-    pub most_lobes: usize,
+    pub max_lobes: usize,
     /// May light wander inside?
     pub has_interior: bool,
 }
@@ -45,8 +45,8 @@ impl Named {
         Named {
             id,
             bump: material.bump,
-            most_lobes: material.most_lobes(),
-            has_interior: material.has_interior(),
+            max_lobes: material.kind.max_lobes(),
+            has_interior: material.kind.has_interior(),
         }
     }
 }
@@ -65,7 +65,7 @@ pub struct Mix {
     /// Weight of the first.
     pub amount: SpectrumInput,
     /// Most lobes that the two can have at a point.
-    pub most_lobes: usize,
+    pub max_lobes: usize,
     /// May light wander inside one of them?
     pub has_interior: bool,
 }
@@ -81,11 +81,11 @@ impl Mix {
         let second = find(reader, named, "namedmaterial2");
         let amount = reader.spectrum_input("amount", Rgb::splat(0.5));
         let parts = [first?, second?];
-        let lobes = |part: Option<Named>| part.map_or(1, |part| part.most_lobes);
+        let lobes = |part: Option<Named>| part.map_or(1, |part| part.max_lobes);
         let mix = Mix {
             parts: parts.map(|part| Some(part?.id)),
             amount,
-            most_lobes: parts.map(lobes).iter().sum(),
+            max_lobes: parts.map(lobes).iter().sum(),
             has_interior: parts.iter().flatten().any(|part| part.has_interior),
         };
         let bump = parts[0].and_then(|first| first.bump);
@@ -93,7 +93,7 @@ impl Mix {
     }
 
     fn check_size(&self, reader: &ParamReader) -> bool {
-        let lobes = self.most_lobes;
+        let lobes = self.max_lobes;
         if lobes > MOST_NESTED {
             let message = format!("the materials mixed have more than {MOST_NESTED} lobes");
             reader.error("namedmaterial1", message);

@@ -12,6 +12,7 @@ mod hair;
 mod inputs;
 mod interior;
 mod kdsubsurface;
+mod kinds;
 mod matte;
 mod metal;
 mod mirror;
@@ -19,6 +20,7 @@ mod mix;
 mod plastic;
 mod prepare;
 mod roughness;
+mod scattering;
 mod shinymetal;
 mod substrate;
 mod subsurface;
@@ -34,6 +36,7 @@ pub use glass::Glass;
 pub use hair::{Hair, Pigment};
 pub use interior::Interior;
 pub use kdsubsurface::{KdSubsurface, MeanFreePath};
+pub use kinds::MaterialKind;
 pub use matte::Matte;
 pub use metal::Metal;
 pub use mirror::Mirror;
@@ -41,6 +44,7 @@ pub use mix::{Mix, Named, NamedMaterials};
 pub use plastic::Plastic;
 pub use prepare::{BsdfFiles, prepare};
 pub use roughness::RoughnessMeaning;
+use scattering::Scattering;
 pub use shinymetal::ShinyMetal;
 pub use substrate::Substrate;
 pub use subsurface::Subsurface;
@@ -52,7 +56,7 @@ use crate::bssrdf::Bssrdf;
 use crate::math::color::is_black;
 use crate::math::float::within;
 use crate::math::{Rgb, Vec3};
-use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
+use crate::params::{Dialect, ParamReader, SpectrumInput, TexturesRead};
 use crate::surface::{Footprint, ShadingGeometry, SurfaceHit, TexturePoint};
 use crate::textures::{TextureUsage, Textures};
 
@@ -64,41 +68,8 @@ pub struct Material {
     pub kind: MaterialKind,
     /// `bumpmap`.
     pub bump: Option<Bump>,
-}
-
-/// The kinds of materials.
-#[derive(Clone, Debug, PartialEq)]
-pub enum MaterialKind {
-    /// `matte`
-    Matte(Matte),
-    /// `mirror`
-    Mirror(Mirror),
-    /// `glass`
-    Glass(Glass),
-    /// `plastic`
-    Plastic(Plastic),
-    /// `metal`
-    Metal(Metal),
-    /// `uber`
-    Uber(Uber),
-    /// `substrate`
-    Substrate(Substrate),
-    /// `translucent`
-    Translucent(Translucent),
-    /// `mix`
-    Mix(Mix),
-    /// `disney`
-    Disney(Disney),
-    /// `hair`
-    Hair(Hair),
-    /// `shinymetal`, of pbrt-v2
-    ShinyMetal(ShinyMetal),
-    /// `subsurface`
-    Subsurface(Subsurface),
-    /// `kdsubsurface`
-    KdSubsurface(KdSubsurface),
-    /// `fourier`
-    Fourier(Fourier),
+    /// The textures that its parameters name.
+    pub(crate) textures: TexturesRead,
 }
 
 /// Does this type string mean a boundary that does not scatter at all?
@@ -107,85 +78,50 @@ pub fn is_none(kind: &str) -> bool {
 }
 
 impl Material {
-    /// The types that are modelled.
-    pub const KINDS: [&'static str; 14] = [
-        "matte",
-        "mirror",
-        "glass",
-        "plastic",
-        "metal",
-        "uber",
-        "substrate",
-        "translucent",
-        "mix",
-        "disney",
-        "hair",
-        "subsurface",
-        "kdsubsurface",
-        "fourier",
-    ];
-
-    /// Is this a type that is modelled? Some exist in pbrt-v2 only.
-    pub fn is_modelled(kind: &str, dialect: Dialect) -> bool {
-        Material::KINDS.contains(&kind) || (dialect == Dialect::V2 && kind == "shinymetal")
-    }
-
     /// The material that `Material "type"` describes, or `MakeNamedMaterial` with that
     /// `"string type"` as the reader's kind; `None` for [no material](is_none). Types that are
     /// unknown, or not supported yet, give a warning and `matte` from the same parameters. `named`
     /// are those that a mix can name.
     pub fn from_params(reader: &ParamReader, named: &dyn NamedMaterials) -> Option<Material> {
-        let kind = match reader.kind() {
-            kind if is_none(kind) => return None,
-            "matte" => MaterialKind::Matte(Matte::from_params(reader)),
-            "mirror" => MaterialKind::Mirror(Mirror::from_params(reader)),
-            "glass" => MaterialKind::Glass(Glass::from_params(reader)),
-            "plastic" => MaterialKind::Plastic(Plastic::from_params(reader)),
-            "metal" => MaterialKind::Metal(Metal::from_params(reader)),
-            "uber" => MaterialKind::Uber(Uber::from_params(reader)),
-            "substrate" => MaterialKind::Substrate(Substrate::from_params(reader)),
-            "translucent" => MaterialKind::Translucent(Translucent::from_params(reader)),
-            "mix" => match Mix::from_params(reader, named) {
-                Some((mix, bump)) => {
-                    let kind = MaterialKind::Mix(mix);
-                    return Some(Material { kind, bump });
-                }
-                None => MaterialKind::Matte(Matte::from_params(reader)),
-            },
-            "disney" => MaterialKind::Disney(Disney::from_params(reader)),
-            "hair" => {
-                // Without bumps, as in pbrt.
-                let kind = MaterialKind::Hair(Hair::from_params(reader));
-                return Some(Material { kind, bump: None });
-            }
-            "shinymetal" if reader.dialect() == Dialect::V2 => {
-                MaterialKind::ShinyMetal(ShinyMetal::from_params(reader))
-            }
-            "subsurface" => MaterialKind::Subsurface(Subsurface::from_params(reader)),
-            "kdsubsurface" => MaterialKind::KdSubsurface(KdSubsurface::from_params(reader)),
-            "fourier" => MaterialKind::Fourier(Fourier::from_params(reader)),
-            kind => {
-                const DONE: &str = "a matte of the same parameters is used";
-                const TABLES: &str = "tables of measured reflectance are not read, \
-                    and a matte of the same parameters is used";
-                match kind {
-                    "measured" => reader.unsupported_kind(TABLES),
-                    _ => reader.unknown_kind_replaced(&Material::KINDS, DONE),
-                }
-                MaterialKind::Matte(Matte::from_params(reader))
-            }
+        if is_none(reader.kind()) {
+            return None;
+        }
+        let first_texture = reader.textures_read();
+        let (kind, bump) = match reader.kind() {
+            "mix" => Mix::from_params(reader, named)
+                .map(|(mix, bump)| (MaterialKind::Mix(mix), bump))
+                .unwrap_or_else(|| Material::stand_in(reader)),
+            _ => MaterialKind::from_params(reader).unwrap_or_else(|| {
+                Material::report_kind(reader);
+                Material::stand_in(reader)
+            }),
         };
         Some(Material {
             kind,
-            bump: Bump::from_params(reader),
+            bump,
+            textures: reader.textures_since(first_texture),
         })
     }
 
-    /// The type's name, for messages: that of the variant, which is the scene file's.
-    pub fn name(&self) -> String {
-        let text = format!("{:?}", self.kind);
-        let name = text.split(['(', ' ', '{']).next().unwrap_or_default();
-        name.to_lowercase()
+    /// What a material that cannot be made is replaced with.
+    fn stand_in(reader: &ParamReader) -> (MaterialKind, Option<Bump>) {
+        let matte = MaterialKind::Matte(Matte::from_params(reader));
+        (matte, Bump::from_params(reader))
+    }
+
+    /// Warns of a type that is unknown or not modeled.
+    fn report_kind(reader: &ParamReader) {
+        const DONE: &str = "a matte of the same parameters is used";
+        const TABLES: &str = "tables of measured reflectance are not read, and a matte of the same parameters is used";
+        match reader.kind() {
+            "measured" => reader.unsupported_kind(TABLES),
+            _ => reader.unknown_kind_replaced(Material::KINDS, DONE),
+        }
+    }
+
+    /// The name of its type in scene files.
+    pub fn name(&self) -> &'static str {
+        self.kind.name()
     }
 
     /// Fills the [empty](Bsdf::nowhere) `bsdf` for a point; `materials` are the scene's, for the handles of
@@ -204,6 +140,16 @@ impl Material {
             None => bsdf.place(hit.n, &hit.shading),
         }
         self.add_lobes(&at, textures, materials, bsdf);
+    }
+
+    /// Of constants alone, without bumps.
+    #[cfg(test)]
+    pub(crate) fn without_textures(kind: MaterialKind) -> Material {
+        Material {
+            kind,
+            bump: None,
+            textures: Vec::new(),
+        }
     }
 
     /// [`Material::fill_bsdf`] as an answer.
@@ -227,23 +173,7 @@ impl Material {
         materials: &'a [Material],
         bsdf: &mut Bsdf<'a>,
     ) {
-        match &self.kind {
-            MaterialKind::Matte(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Mirror(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Glass(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Plastic(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Metal(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Uber(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Substrate(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Translucent(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Mix(m) => m.add_lobes(at, textures, materials, bsdf),
-            MaterialKind::Disney(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Hair(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::ShinyMetal(m) => m.add_lobes(at, textures, bsdf),
-            MaterialKind::Subsurface(m) => m.interior.boundary.add_lobes(at, textures, bsdf),
-            MaterialKind::KdSubsurface(m) => m.interior.boundary.add_lobes(at, textures, bsdf),
-            MaterialKind::Fourier(m) => m.add_lobes(bsdf),
-        }
+        self.kind.add_lobes(at, textures, materials, bsdf);
     }
 
     /// How many lobes the material adds at a point.
@@ -263,26 +193,8 @@ impl Material {
         bsdf.lobe_count()
     }
 
-    /// Most lobes that the material can have at a point, at least 1.
-    fn most_lobes(&self) -> usize {
-        match &self.kind {
-            MaterialKind::Matte(_)
-            | MaterialKind::Mirror(_)
-            | MaterialKind::Metal(_)
-            | MaterialKind::Substrate(_)
-            | MaterialKind::Hair(_)
-            | MaterialKind::Fourier(_) => 1,
-            MaterialKind::Glass(_) | MaterialKind::Plastic(_) | MaterialKind::ShinyMetal(_) => 2,
-            MaterialKind::Uber(m) => m.most_lobes(),
-            MaterialKind::Translucent(m) => m.most_lobes(),
-            MaterialKind::Mix(m) => m.most_lobes,
-            MaterialKind::Disney(_) => disney::MOST_LOBES,
-            MaterialKind::Subsurface(_) | MaterialKind::KdSubsurface(_) => 2,
-        }
-    }
-
-    /// How light that its `bsdf` transmits at a point wanders below the surface; `None` where it
-    /// goes straight on. Of mixes [`Material::beneath`] knows.
+    /// How light that its `bsdf` transmits at a point scatters below the surface; `None` where it goes straight on. Of mixes
+    /// [`Material::beneath`] knows.
     fn bssrdf(
         &self,
         hit: &SurfaceHit,
@@ -291,160 +203,23 @@ impl Material {
         textures: &Textures,
     ) -> Option<Bssrdf<'_>> {
         let at = hit.texture_point(footprint);
-        let (interior, medium) = match &self.kind {
-            MaterialKind::Disney(m) => return m.bssrdf(hit, bsdf, &at, textures),
-            MaterialKind::Subsurface(m) => (&m.interior, m.medium(&at, textures)),
-            MaterialKind::KdSubsurface(m) => (&m.interior, m.medium(&at, textures)?),
-            _ => return None,
-        };
-        interior.bssrdf(&medium, hit, bsdf)
+        self.kind.bssrdf(hit, bsdf, &at, textures)
     }
 
-    /// Adds the textures this material looks up, those of the `materials` it mixes included. Every
-    /// field is named, so that one added to a material cannot be forgotten here.
+    /// Adds the textures this material looks up, those of the `materials` it mixes included.
     pub fn add_usage(&self, materials: &[Material], usage: &mut TextureUsage) {
-        if let Some(Bump { displacement }) = self.bump {
-            usage.float(displacement);
+        usage.add(&self.textures);
+        if let MaterialKind::Mix(mix) = &self.kind {
+            let parts = mix.parts.iter().flatten();
+            parts
+                .filter_map(|part| materials.get(part.index()))
+                .for_each(|material| material.add_usage(materials, usage));
         }
-        let (spectra, floats): (&[SpectrumInput], &[FloatInput]) = match &self.kind {
-            MaterialKind::Matte(Matte { kd, sigma }) => (&[*kd], &[*sigma]),
-            MaterialKind::Mirror(Mirror { kr }) => (&[*kr], &[]),
-            MaterialKind::Glass(glass) => {
-                glass.add_usage(usage);
-                (&[], &[])
-            }
-            MaterialKind::Plastic(Plastic {
-                kd,
-                ks,
-                roughness,
-                meaning: _,
-            }) => (&[*kd, *ks], &[*roughness]),
-            MaterialKind::Metal(Metal {
-                eta,
-                k,
-                roughness: [u, v],
-                meaning: _,
-            }) => (&[*eta, *k], &[*u, *v]),
-            MaterialKind::Uber(Uber {
-                kd,
-                ks,
-                kr,
-                kt,
-                opacity,
-                roughness: [u, v],
-                meaning: _,
-                eta,
-                swapped: _,
-            }) => (&[*kd, *ks, *kr, *kt, *opacity], &[*u, *v, *eta]),
-            MaterialKind::Substrate(Substrate {
-                kd,
-                ks,
-                roughness: [u, v],
-                meaning: _,
-            }) => (&[*kd, *ks], &[*u, *v]),
-            MaterialKind::Translucent(Translucent {
-                kd,
-                ks,
-                reflect,
-                transmit,
-                roughness,
-                meaning: _,
-                mirrored: _,
-            }) => (&[*kd, *ks, *reflect, *transmit], &[*roughness]),
-            MaterialKind::Mix(Mix {
-                parts,
-                amount,
-                most_lobes: _,
-                has_interior: _,
-            }) => {
-                for part in parts.iter().flatten() {
-                    if let Some(material) = materials.get(part.index()) {
-                        material.add_usage(materials, usage);
-                    }
-                }
-                (&[*amount], &[])
-            }
-            MaterialKind::Disney(Disney {
-                color,
-                metallic,
-                eta,
-                roughness,
-                specular_tint,
-                anisotropic,
-                sheen,
-                sheen_tint,
-                clearcoat,
-                clearcoat_gloss,
-                spec_trans,
-                thin: _,
-                flatness,
-                diff_trans,
-                scatter_distance,
-            }) => (
-                &[*color, *scatter_distance],
-                &[
-                    *metallic,
-                    *eta,
-                    *roughness,
-                    *specular_tint,
-                    *anisotropic,
-                    *sheen,
-                    *sheen_tint,
-                    *clearcoat,
-                    *clearcoat_gloss,
-                    *spec_trans,
-                    *flatness,
-                    *diff_trans,
-                ],
-            ),
-            MaterialKind::Hair(Hair {
-                pigment,
-                eta,
-                beta: [m, n],
-                alpha,
-            }) => {
-                pigment.add_usage(usage);
-                (&[], &[*eta, *m, *n, *alpha])
-            }
-            MaterialKind::ShinyMetal(ShinyMetal {
-                ks,
-                kr,
-                roughness,
-                meaning: _,
-            }) => (&[*ks, *kr], &[*roughness]),
-            MaterialKind::Subsurface(Subsurface {
-                sigma_a,
-                sigma_s,
-                interior,
-            }) => {
-                interior.boundary.add_usage(usage);
-                (&[*sigma_a, *sigma_s], &[])
-            }
-            MaterialKind::KdSubsurface(KdSubsurface {
-                kd,
-                mean_free_path,
-                interior,
-            }) => {
-                interior.boundary.add_usage(usage);
-                match mean_free_path {
-                    MeanFreePath::Spectrum(mfp) => (&[*kd, *mfp], &[]),
-                    MeanFreePath::Float(mfp) => (&[*kd], &[*mfp]),
-                }
-            }
-            MaterialKind::Fourier(_) => (&[], &[]),
-        };
-        spectra.iter().for_each(|&input| usage.spectrum(input));
-        floats.iter().for_each(|&input| usage.float(input));
     }
 
-    /// Is there a medium inside that light wanders through?
+    /// Returns `true` if there is a medium inside that transmitted light may scatter in.
     pub fn has_interior(&self) -> bool {
-        match &self.kind {
-            MaterialKind::Subsurface(_) | MaterialKind::KdSubsurface(_) => true,
-            MaterialKind::Disney(m) => m.has_interior(),
-            MaterialKind::Mix(m) => m.has_interior,
-            _ => false,
-        }
+        self.kind.has_interior()
     }
 
     /// Does the material itself use the footprint, apart from its textures?

@@ -1,7 +1,7 @@
 //! `plastic`.
 
 use super::roughness::find_roughness;
-use super::{RoughnessMeaning, reflectance};
+use super::{RoughnessMeaning, Scattering, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::microfacet::MicrofacetReflection;
@@ -39,8 +39,10 @@ impl Plastic {
             meaning: RoughnessMeaning::from_params(reader),
         }
     }
+}
 
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for Plastic {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let kd = reflectance(&self.kd, at, textures);
         if !is_black(kd) {
             bsdf.add(Lobe::LambertianReflection(LambertianReflection {
@@ -59,5 +61,9 @@ impl Plastic {
                 },
             }));
         }
+    }
+
+    fn max_lobes(&self) -> usize {
+        2
     }
 }

@@ -1,7 +1,7 @@
 //! What materials need before rays meet them, beyond textures: tables, each made once for all
 //! materials alike.
 
-use super::{Material, MaterialKind};
+use super::Material;
 use crate::assets::bsdf_file::BsdfFile;
 use crate::bsdf::fourier::FourierTable;
 use crate::bssrdf::ProfileTable;
@@ -18,12 +18,7 @@ impl BsdfFiles {
     /// Reads the files that materials name. Those that are broken are errors, at the first name.
     pub fn load(materials: &[Material], diagnostics: &Diagnostics) -> BsdfFiles {
         let mut files = BTreeMap::new();
-        let named = materials
-            .iter()
-            .filter_map(|material| match &material.kind {
-                MaterialKind::Fourier(fourier) => fourier.file.as_ref(),
-                _ => None,
-            });
+        let named = materials.iter().filter_map(|material| material.kind.file());
         for NamedFile { path, span } in named {
             files.entry(path.clone()).or_insert_with(|| {
                 let read = BsdfFile::read(path).map(|file| Arc::new(FourierTable::new(file)));
@@ -38,21 +33,33 @@ impl BsdfFiles {
     }
 }
 
-/// Makes the scattering profiles of all materials (those alike in `g` and `eta` share a table), and
-/// gives them their files.
-pub fn prepare(materials: &mut [Material], files: &BsdfFiles) {
-    let mut tables: BTreeMap<[u32; 2], Arc<ProfileTable>> = BTreeMap::new();
-    let mut make = |g: f32, eta: f32| {
-        let table = tables.entry([g, eta].map(f32::to_bits));
+/// Tables that materials take.
+pub(super) struct Tables<'a> {
+    /// By the bits of `g` and `eta`.
+    profiles: BTreeMap<[u32; 2], Arc<ProfileTable>>,
+    files: &'a BsdfFiles,
+}
+
+impl Tables<'_> {
+    /// Scattering profiles; materials alike in `g` and `eta` share them.
+    pub fn profiles(&mut self, g: f32, eta: f32) -> Arc<ProfileTable> {
+        let table = self.profiles.entry([g, eta].map(f32::to_bits));
         Arc::clone(table.or_insert_with(|| Arc::new(ProfileTable::new(g, eta))))
+    }
+
+    /// The BSDF of a file; `None` where it cannot be read.
+    pub fn bsdf(&self, file: &NamedFile) -> Option<Arc<FourierTable>> {
+        self.files.0.get(&file.path).cloned().flatten()
+    }
+}
+
+/// Gives all materials the tables that they need.
+pub fn prepare(materials: &mut [Material], files: &BsdfFiles) {
+    let mut tables = Tables {
+        profiles: BTreeMap::new(),
+        files,
     };
-    let mut read = |file: &NamedFile| files.0.get(&file.path).cloned().flatten();
     for material in materials {
-        match &mut material.kind {
-            MaterialKind::Subsurface(m) => m.interior.prepare(&mut make),
-            MaterialKind::KdSubsurface(m) => m.interior.prepare(&mut make),
-            MaterialKind::Fourier(m) => m.prepare(&mut read),
-            _ => {}
-        }
+        material.kind.prepare(&mut tables);
     }
 }

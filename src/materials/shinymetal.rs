@@ -1,7 +1,7 @@
 //! `shinymetal`.
 
 use super::roughness::find_roughness;
-use super::{RoughnessMeaning, reflectance};
+use super::{RoughnessMeaning, Scattering, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::specular::SpecularReflection;
@@ -36,8 +36,10 @@ impl ShinyMetal {
             meaning: RoughnessMeaning::from_params(reader),
         }
     }
+}
 
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for ShinyMetal {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let [glossy, mirror] = [&self.ks, &self.kr].map(|k| Fresnel::Conductor {
             eta: index_of(reflectance(k, at, textures)),
             k: Rgb::ZERO,
@@ -52,6 +54,10 @@ impl ShinyMetal {
             reflectance: Rgb::ONE,
             fresnel: mirror,
         }));
+    }
+
+    fn max_lobes(&self) -> usize {
+        2
     }
 }
 

@@ -1,7 +1,7 @@
 //! `substrate`.
 
 use super::roughness::find_roughness;
-use super::{RoughnessMeaning, reflectance};
+use super::{RoughnessMeaning, Scattering, reflectance};
 use crate::bsdf::fresnel_blend::FresnelBlend;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::math::Rgb;
@@ -36,8 +36,10 @@ impl Substrate {
             meaning: RoughnessMeaning::from_params(reader),
         }
     }
+}
 
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for Substrate {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let [diffuse, specular] = [&self.kd, &self.ks].map(|k| reflectance(k, at, textures));
         if is_black(diffuse) && is_black(specular) {
             return;

@@ -1,11 +1,14 @@
 //! `subsurface`.
 
 use super::interior::{Extinction, Interior};
-use super::reflectance;
+use super::prepare::Tables;
+use super::{Scattering, reflectance};
+use crate::bsdf::Bsdf;
+use crate::bssrdf::Bssrdf;
 use crate::math::Rgb;
 use crate::media::presets::{self, Coefficients};
 use crate::params::{Dialect, ParamReader, SpectrumInput};
-use crate::surface::TexturePoint;
+use crate::surface::{SurfaceHit, TexturePoint};
 use crate::syntax::suggest::nearest;
 use crate::textures::Textures;
 
@@ -55,7 +58,7 @@ impl Subsurface {
     }
 
     /// The medium at a point; coefficients below 0 count as 0.
-    pub(super) fn medium(&self, at: &TexturePoint, textures: &Textures) -> Extinction {
+    fn medium(&self, at: &TexturePoint, textures: &Textures) -> Extinction {
         let [absorption, scattering] = [&self.sigma_a, &self.sigma_s]
             .map(|sigma| self.interior.scale * reflectance(sigma, at, textures));
         let extinction = absorption + scattering;
@@ -63,6 +66,35 @@ impl Subsurface {
             albedo: scattering / extinction.max(Rgb::splat(f32::MIN_POSITIVE)),
             mean_free_path: extinction.recip(),
         }
+    }
+}
+
+impl Scattering for Subsurface {
+    fn add_lobes<'a>(&'a self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf<'a>) {
+        self.interior.boundary.add_lobes(at, textures, bsdf);
+    }
+
+    fn max_lobes(&self) -> usize {
+        self.interior.boundary.max_lobes()
+    }
+
+    fn has_interior(&self) -> bool {
+        true
+    }
+
+    fn bssrdf(
+        &self,
+        hit: &SurfaceHit,
+        bsdf: &Bsdf,
+        at: &TexturePoint,
+        textures: &Textures,
+    ) -> Option<Bssrdf<'_>> {
+        let medium = self.medium(at, textures);
+        self.interior.bssrdf(&medium, hit, bsdf)
+    }
+
+    fn prepare(&mut self, tables: &mut Tables) {
+        self.interior.prepare(tables);
     }
 }
 

@@ -3,6 +3,7 @@
 use super::inputs::refractive_index;
 use super::*;
 use crate::bsdf::testing::{direction, flat_hit, sky_by_sampling, sky_by_value};
+use crate::params::FloatInput;
 use crate::params::testing::read;
 
 /// No named materials.
@@ -98,7 +99,7 @@ fn glass(roughness: f32) -> MaterialKind {
 
 // The few materials of these tests are never freed, so that their BSDFs stand alone.
 fn bsdf(kind: MaterialKind, wo: crate::math::Vec3) -> Bsdf<'static> {
-    let material = Box::leak(Box::new(Material { kind, bump: None }));
+    let material = Box::leak(Box::new(Material::without_textures(kind)));
     material.bsdf(
         &flat_hit(wo),
         &Footprint::default(),

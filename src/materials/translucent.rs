@@ -1,7 +1,7 @@
 //! `translucent`.
 
 use super::roughness::find_roughness;
-use super::{RoughnessMeaning, may_scatter, reflectance};
+use super::{RoughnessMeaning, Scattering, may_scatter, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::lambertian::{LambertianReflection, LambertianTransmission};
 use crate::bsdf::microfacet::{MicrofacetReflection, MicrofacetTransmission, MirroredReflection};
@@ -55,14 +55,22 @@ impl Translucent {
         }
     }
 
-    /// Most lobes at a point.
-    pub(super) fn most_lobes(&self) -> usize {
-        let count =
-            |inputs: [&SpectrumInput; 2]| inputs.into_iter().filter(|i| may_scatter(i)).count();
-        (count([&self.kd, &self.ks]) * count([&self.reflect, &self.transmit])).max(1)
+    fn glossy(&self, reflectance: Rgb, distribution: TrowbridgeReitz) -> MicrofacetReflection {
+        let (eta_i, eta_t) = if self.mirrored {
+            (ETA, 1.0)
+        } else {
+            (1.0, ETA)
+        };
+        MicrofacetReflection {
+            reflectance,
+            distribution,
+            fresnel: Fresnel::Dielectric { eta_i, eta_t },
+        }
     }
+}
 
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for Translucent {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let [kd, ks, reflect, transmit] = [&self.kd, &self.ks, &self.reflect, &self.transmit]
             .map(|input| reflectance(input, at, textures));
         let (reflectance, transmittance) = (reflect * kd, transmit * kd);
@@ -101,16 +109,9 @@ impl Translucent {
         }
     }
 
-    fn glossy(&self, reflectance: Rgb, distribution: TrowbridgeReitz) -> MicrofacetReflection {
-        let (eta_i, eta_t) = if self.mirrored {
-            (ETA, 1.0)
-        } else {
-            (1.0, ETA)
-        };
-        MicrofacetReflection {
-            reflectance,
-            distribution,
-            fresnel: Fresnel::Dielectric { eta_i, eta_t },
-        }
+    fn max_lobes(&self) -> usize {
+        let count =
+            |inputs: [&SpectrumInput; 2]| inputs.into_iter().filter(|i| may_scatter(i)).count();
+        (count([&self.kd, &self.ks]) * count([&self.reflect, &self.transmit])).max(1)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::inputs::{refractive_index, refractive_index_at};
 use super::roughness::find_roughness;
-use super::{RoughnessMeaning, may_scatter, reflectance};
+use super::{RoughnessMeaning, Scattering, may_scatter, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::microfacet::MicrofacetReflection;
@@ -68,16 +68,10 @@ impl Uber {
             swapped,
         }
     }
+}
 
-    /// Most lobes at a point.
-    pub(super) fn most_lobes(&self) -> usize {
-        let holes = self.opacity != SpectrumInput::Constant(Rgb::ONE);
-        let lobes = [&self.kd, &self.ks, &self.kr, &self.kt].map(may_scatter);
-        let lobes = lobes.iter().filter(|&&may| may).count() + usize::from(holes);
-        lobes.max(1)
-    }
-
-    pub(super) fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+impl Scattering for Uber {
+    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
         let factor = |input| reflectance(input, at, textures);
         let opacity = factor(&self.opacity);
         let holes = (Rgb::ONE - opacity).max(Rgb::ZERO);
@@ -124,5 +118,12 @@ impl Uber {
                 eta_b,
             }));
         }
+    }
+
+    fn max_lobes(&self) -> usize {
+        let holes = self.opacity != SpectrumInput::Constant(Rgb::ONE);
+        let lobes = [&self.kd, &self.ks, &self.kr, &self.kt].map(may_scatter);
+        let lobes = lobes.iter().filter(|&&may| may).count() + usize::from(holes);
+        lobes.max(1)
     }
 }

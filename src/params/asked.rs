@@ -1,5 +1,6 @@
 //! What has been asked for: the names and types a scene type really has.
 
+use crate::handles::{FloatTextureId, SpectrumTextureId};
 use crate::syntax::ParamGroup;
 use std::cell::RefCell;
 use std::ops::Range;
@@ -15,19 +16,47 @@ pub(super) struct Asked {
 struct Log {
     names: String,
     entries: Vec<(Range<usize>, ParamGroup)>,
+    textures: Vec<TextureRead>,
 }
+
+/// A texture that a parameter names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureRead {
+    /// One of the float textures.
+    Float(FloatTextureId),
+    /// One of the spectrum textures.
+    Spectrum(SpectrumTextureId),
+}
+
+/// The textures that the parameters of one thing name, in the order in which they were read.
+pub type TexturesRead = Vec<TextureRead>;
 
 impl Asked {
     pub fn record(&self, name: &str, group: ParamGroup) {
-        let Log { names, entries } = &mut *self.log.borrow_mut();
+        let Log { names, entries, .. } = &mut *self.log.borrow_mut();
         let start = names.len();
         names.push_str(name);
         entries.push((start..names.len(), group));
     }
 
+    pub fn record_texture(&self, texture: TextureRead) {
+        self.log.borrow_mut().textures.push(texture);
+    }
+
+    /// How many textures have been read.
+    pub fn textures(&self) -> usize {
+        self.log.borrow().textures.len()
+    }
+
+    /// The textures read after the first `count`.
+    pub fn textures_since(&self, count: usize) -> TexturesRead {
+        let log = self.log.borrow();
+        log.textures.get(count..).unwrap_or_default().to_vec()
+    }
+
     /// The groups a name was asked for with, in the order of the table of types.
     pub fn groups(&self, name: &str) -> Vec<ParamGroup> {
-        let Log { names, entries } = &*self.log.borrow();
+        let Log { names, entries, .. } = &*self.log.borrow();
         let asked = |group| {
             entries
                 .iter()
@@ -41,7 +70,7 @@ impl Asked {
 
     /// Every name asked for, possibly several times.
     pub fn names(&self) -> Vec<String> {
-        let Log { names, entries } = &*self.log.borrow();
+        let Log { names, entries, .. } = &*self.log.borrow();
         entries
             .iter()
             .filter_map(|(at, _)| names.get(at.clone()).map(str::to_owned))

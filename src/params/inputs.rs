@@ -1,5 +1,6 @@
 //! Inputs that may be textures: `"float roughness" .1` or `"texture roughness" "scratches"`.
 
+use super::asked::{TextureRead, TexturesRead};
 use super::{FloatInput, ParamReader, SpectrumInput, spectrum};
 use crate::math::Rgb;
 use crate::syntax::{Diagnostic, Name, Param, ParamGroup, ParamValue};
@@ -40,7 +41,9 @@ impl<'a> ParamReader<'a> {
                     let other = textures.spectrum.contains_key(&names.first()?.text);
                     self.no_such_texture(names.first()?, "float", other, textures.float.keys());
                 }
-                id.copied().map(FloatInput::Texture)
+                let id = *id?;
+                self.asked.record_texture(TextureRead::Float(id));
+                Some(FloatInput::Texture(id))
             }
             ParamValue::Bools(_) => None,
         }
@@ -71,7 +74,9 @@ impl<'a> ParamReader<'a> {
                         textures.spectrum.keys(),
                     );
                 }
-                id.copied().map(SpectrumInput::Texture)
+                let id = *id?;
+                self.asked.record_texture(TextureRead::Spectrum(id));
+                Some(SpectrumInput::Texture(id))
             }
             _ => {
                 let (rgb, values) = spectrum::first_value(self, param).or_else(|| {
@@ -88,6 +93,16 @@ impl<'a> ParamReader<'a> {
     pub fn spectrum_input(&self, name: &str, default: Rgb) -> SpectrumInput {
         self.find_spectrum_input(name)
             .unwrap_or(SpectrumInput::Constant(default))
+    }
+
+    /// How many textures its parameters have named so far.
+    pub fn textures_read(&self) -> usize {
+        self.asked.textures()
+    }
+
+    /// The textures that its parameters named after the first `count`.
+    pub fn textures_since(&self, count: usize) -> TexturesRead {
+        self.asked.textures_since(count)
     }
 
     /// The exception from "ignored as a whole": inputs that may be textures take the first of

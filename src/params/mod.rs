@@ -47,6 +47,7 @@ mod tests;
 mod unused;
 mod v4;
 
+pub use asked::{TextureRead, TexturesRead};
 pub use layers::may_change_material;
 pub use named_file::NamedFile;
 pub use reader::{ParamContext, ParamReader};

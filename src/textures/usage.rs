@@ -2,7 +2,7 @@
 
 use super::{FloatTextureSpec, SpectrumTextureSpec, TextureSpec, TextureValue};
 use crate::math::Rgb;
-use crate::params::{FloatInput, SpectrumInput};
+use crate::params::{FloatInput, SpectrumInput, TextureRead};
 
 /// Which textures of a scene are looked up by anything: a broken picture in a texture that nothing
 /// uses does not spoil the rendering.
@@ -34,6 +34,16 @@ impl TextureUsage {
     /// Somebody looks this up.
     pub fn spectrum(&mut self, input: SpectrumInput) {
         mark::<Rgb>(&mut self.spectrum, input);
+    }
+
+    /// These are looked up.
+    pub fn add(&mut self, textures: &[TextureRead]) {
+        for &texture in textures {
+            match texture {
+                TextureRead::Float(id) => self.float(FloatInput::Texture(id)),
+                TextureRead::Spectrum(id) => self.spectrum(SpectrumInput::Texture(id)),
+            }
+        }
     }
 
     /// Adds the textures that used textures use. They all come before their users (others are

@@ -1,0 +1,150 @@
+//! The types of materials: one table for names, the reader and the dispatch.
+
+use super::prepare::Tables;
+use super::*;
+use crate::params::NamedFile;
+
+macro_rules! material_types {
+    (
+        all { $($name:literal => $Type:ident,)* }
+        v2 { $($v2_name:literal => $V2Type:ident,)* }
+        of_materials { $($mix_name:literal => $Mix:ident,)* }
+    ) => {
+        /// The types of materials.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum MaterialKind {
+            $(#[doc = concat!("`", $name, "`")] $Type($Type),)*
+            $(#[doc = concat!("`", $v2_name, "`, of pbrt-v2")] $V2Type($V2Type),)*
+            $(#[doc = concat!("`", $mix_name, "`")] $Mix($Mix),)*
+        }
+
+        impl Material {
+            /// The types of pbrt-v3's language.
+            pub const KINDS: &'static [&'static str] = &[$($name,)* $($mix_name,)*];
+
+            /// Returns `true` if the type is modeled. Some exist in pbrt-v2 only.
+            pub fn is_modelled(kind: &str, dialect: Dialect) -> bool {
+                Material::KINDS.contains(&kind)
+                    || (dialect == Dialect::V2 && [$($v2_name,)*].contains(&kind))
+            }
+        }
+
+        impl MaterialKind {
+            /// A material made of parameters alone, and its bumps; `None` for other types.
+            pub(super) fn from_params(reader: &ParamReader) -> Option<(MaterialKind, Option<Bump>)> {
+                let bump = |has_one: bool| has_one.then(|| Bump::from_params(reader)).flatten();
+                match reader.kind() {
+                    $($name => {
+                        let kind = MaterialKind::$Type($Type::from_params(reader));
+                        Some((kind, bump(<$Type as Scattering>::BUMPS)))
+                    })*
+                    $($v2_name if reader.dialect() == Dialect::V2 => {
+                        let kind = MaterialKind::$V2Type($V2Type::from_params(reader));
+                        Some((kind, bump(<$V2Type as Scattering>::BUMPS)))
+                    })*
+                    _ => None,
+                }
+            }
+
+            /// The name of its type in scene files.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(MaterialKind::$Type(_) => $name,)*
+                    $(MaterialKind::$V2Type(_) => $v2_name,)*
+                    $(MaterialKind::$Mix(_) => $mix_name,)*
+                }
+            }
+
+            /// Adds the lobes at a point; `materials` are the scene's, for the handles of mixes.
+            pub(super) fn add_lobes<'a>(
+                &'a self,
+                at: &TexturePoint,
+                textures: &Textures,
+                materials: &'a [Material],
+                bsdf: &mut Bsdf<'a>,
+            ) {
+                match self {
+                    $(MaterialKind::$Type(m) => m.add_lobes(at, textures, bsdf),)*
+                    $(MaterialKind::$V2Type(m) => m.add_lobes(at, textures, bsdf),)*
+                    $(MaterialKind::$Mix(m) => m.add_lobes(at, textures, materials, bsdf),)*
+                }
+            }
+
+            /// Most lobes that the material can have at a point, at least 1.
+            pub(super) fn max_lobes(&self) -> usize {
+                match self {
+                    $(MaterialKind::$Type(m) => m.max_lobes(),)*
+                    $(MaterialKind::$V2Type(m) => m.max_lobes(),)*
+                    $(MaterialKind::$Mix(m) => m.max_lobes,)*
+                }
+            }
+
+            /// Returns `true` if there is a medium inside that transmitted light may scatter in.
+            pub(super) fn has_interior(&self) -> bool {
+                match self {
+                    $(MaterialKind::$Type(m) => m.has_interior(),)*
+                    $(MaterialKind::$V2Type(m) => m.has_interior(),)*
+                    $(MaterialKind::$Mix(m) => m.has_interior,)*
+                }
+            }
+
+            /// How light that `bsdf` transmits scatters below the surface. Of mixes [`Material::beneath`] knows.
+            pub(super) fn bssrdf(
+                &self,
+                hit: &SurfaceHit,
+                bsdf: &Bsdf,
+                at: &TexturePoint,
+                textures: &Textures,
+            ) -> Option<Bssrdf<'_>> {
+                match self {
+                    $(MaterialKind::$Type(m) => m.bssrdf(hit, bsdf, at, textures),)*
+                    $(MaterialKind::$V2Type(m) => m.bssrdf(hit, bsdf, at, textures),)*
+                    $(MaterialKind::$Mix(_) => None,)*
+                }
+            }
+
+            /// The file that it is tabulated in.
+            pub(super) fn file(&self) -> Option<&NamedFile> {
+                match self {
+                    $(MaterialKind::$Type(m) => m.file(),)*
+                    $(MaterialKind::$V2Type(m) => m.file(),)*
+                    $(MaterialKind::$Mix(_) => None,)*
+                }
+            }
+
+            /// Takes its tables.
+            pub(super) fn prepare(&mut self, tables: &mut Tables) {
+                match self {
+                    $(MaterialKind::$Type(m) => m.prepare(tables),)*
+                    $(MaterialKind::$V2Type(m) => m.prepare(tables),)*
+                    $(MaterialKind::$Mix(_) => {})*
+                }
+            }
+        }
+    };
+}
+
+// A new type: its file, which implements `from_params` and `Scattering`, and a line here.
+material_types! {
+    all {
+        "matte" => Matte,
+        "mirror" => Mirror,
+        "glass" => Glass,
+        "plastic" => Plastic,
+        "metal" => Metal,
+        "uber" => Uber,
+        "substrate" => Substrate,
+        "translucent" => Translucent,
+        "disney" => Disney,
+        "hair" => Hair,
+        "subsurface" => Subsurface,
+        "kdsubsurface" => KdSubsurface,
+        "fourier" => Fourier,
+    }
+    v2 {
+        "shinymetal" => ShinyMetal,
+    }
+    of_materials {
+        "mix" => Mix,
+    }
+}
