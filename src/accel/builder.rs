@@ -79,15 +79,18 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         Part::Leaf(..) => Parts::from_iter([root]),
         _ => source.divided(&root),
     };
-    if items.len() >= PARALLEL_ITEMS {
-        return source.add_parallel(&parts, 0).0.joined();
-    }
-    let mut tree = Tree {
-        instructions: InstructionSet::best(),
-        ..Tree::default()
+    let tree = if items.len() >= PARALLEL_ITEMS {
+        source.add_parallel(&parts, 0).0.joined()
+    } else {
+        let mut tree = Tree {
+            instructions: InstructionSet::best(),
+            ..Tree::default()
+        };
+        source.add(&parts, &mut tree);
+        tree.cells.shrink_to_fit();
+        tree
     };
-    source.add(&parts, &mut tree);
-    tree.cells.shrink_to_fit();
+    debug_assert_eq!(tree.validate(items), Ok(()));
     tree
 }
 

@@ -24,6 +24,7 @@ mod ray;
 mod search;
 mod stack;
 mod tree;
+mod validate;
 
 pub use aabb::Aabb;
 
