@@ -23,23 +23,17 @@ impl Avx2 {
 
 /// Proof that the processor has AVX-512 with the extensions VL, DQ and BW, and all that [`Avx2`] proves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Avx512(Avx2);
+pub(crate) struct Avx512(());
 
 impl Avx512 {
     /// Asks the processor; the answer is kept by the standard library.
     #[inline]
     pub fn find() -> Option<Avx512> {
-        let avx2 = Avx2::find()?;
-        let found = is_x86_feature_detected!("avx512f")
+        let found = Avx2::find().is_some()
+            && is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512vl")
             && is_x86_feature_detected!("avx512dq")
             && is_x86_feature_detected!("avx512bw");
-        found.then_some(Avx512(avx2))
-    }
-
-    /// What it proves besides.
-    #[inline]
-    pub fn avx2(self) -> Avx2 {
-        self.0
+        found.then_some(Avx512(()))
     }
 }
