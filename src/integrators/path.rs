@@ -10,7 +10,7 @@
 use super::MAX_NULL_SURFACES;
 use super::subsurface::find_exit;
 use super::vertex::{MediumVertex, SurfaceVertex, Vertex, receiver};
-use super::volpath::transmittance;
+use super::volpath::{dimmed, transmittance};
 use super::witness::{Met, Place, Witness};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Bsdf, BsdfSample};
@@ -223,13 +223,13 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
             let light = emitted(world, selector, &self.ray, (hit, light), &self.arrival);
             self.radiance += self.throughput * light;
         }
+        let Some(material) = self.world.material(hit.material) else {
+            return self.pass(hit);
+        };
         if depth >= self.max_depth {
             return None;
         }
-        match self.world.material(hit.material) {
-            Some(material) => self.scatter(hit, material, stream)?,
-            None => return self.pass(hit),
-        }
+        self.scatter(hit, material, stream)?;
         self.survive(stream)
     }
 
@@ -284,10 +284,15 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         Some(())
     }
 
-    /// Goes on through a surface without material.
+    /// Continues through a surface without material, which is not a scattering event.
+    ///
+    /// At the last depth only a scattered path of `volpath` does: it is the half of its last vertex's direct
+    /// light that the scattered direction finds, and light sampling's half passes these surfaces too.
+    /// A path from the camera or a mirror has found all that it may, and ends as in pbrt-v3.
     fn pass(&mut self, hit: &GeometryHit) -> Option<()> {
+        let seeks_light = MEDIA && matches!(self.arrival, Arrival::Scattered { .. });
         self.nulls += 1;
-        if self.nulls > MAX_NULL_SURFACES {
+        if self.nulls > MAX_NULL_SURFACES || (self.depth >= self.max_depth && !seeks_light) {
             return None;
         }
         if MEDIA {
@@ -366,14 +371,48 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
             return self.leave(hit, bsdf, sample);
         };
         if !sample.specular {
-            let arrival = self.scattered(hit, bsdf, sample);
-            let ray = surface.spawn_ray(sample.wi);
-            self.radiance += self.throughput * straight_on(world, self.selector, &ray, &arrival);
+            self.radiance += self.emission_along(hit, bsdf, sample, stream);
         }
         let exit = find_exit(world, &bssrdf, hit, stream)?;
         self.throughput *= exit.weight;
         let sample = self.scatter_by(&exit.hit, &exit.bsdf, stream)?;
         self.leave(&exit.hit, &exit.bsdf, &sample)
+    }
+
+    /// Light that the direction of `sample` meets, although the path continues elsewhere: what light
+    /// sampling at a rough boundary is weighed against, as in pbrt-v3.
+    fn emission_along(
+        &self,
+        hit: &GeometryHit,
+        bsdf: &Bsdf,
+        sample: &BsdfSample,
+        stream: &mut SampleStream,
+    ) -> Rgb {
+        let (world, selector) = (self.world, self.selector);
+        let arrival = self.scattered(hit, bsdf, sample);
+        let mut ray = hit.surface.spawn_ray(sample.wi);
+        let mut medium = match MEDIA {
+            true => world.medium_beyond(hit, sample.wi, self.medium),
+            false => None,
+        };
+        let (mut light, mut throughput) = (Rgb::ZERO, self.throughput);
+        for _ in 0..MAX_NULL_SURFACES {
+            let next = world.intersect(&ray);
+            let t_max = next.as_ref().map_or(f32::INFINITY, |next| next.t);
+            throughput *= dimmed(world, medium, &ray, t_max, stream);
+            let Some(next) = next else {
+                return light + throughput * escaped(world, selector, &ray, &arrival);
+            };
+            if let Some(id) = next.light {
+                light += throughput * emitted(world, selector, &ray, (&next, id), &arrival);
+            }
+            if !MEDIA || next.material.is_some() || is_black(throughput) {
+                break;
+            }
+            medium = world.medium_beyond(&next, ray.d, medium);
+            ray = next.surface.spawn_ray(ray.d);
+        }
+        light
     }
 
     /// Leaves a surface as `sample` says.
@@ -507,17 +546,6 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
             power_heuristic(pdf, scattered_pdf)
         };
         Some(contribution * (weight / pdf))
-    }
-}
-
-/// Lights that a sampled direction meets at once, although the path goes on elsewhere: what light
-/// sampling at a rough boundary is weighed against, as in pbrt-v3.
-fn straight_on(world: &World, selector: &LightSelector, ray: &Ray, arrival: &Arrival) -> Rgb {
-    match world.intersect(ray) {
-        Some(hit) => hit.light.map_or(Rgb::ZERO, |light| {
-            emitted(world, selector, ray, (&hit, light), arrival)
-        }),
-        None => escaped(world, selector, ray, arrival),
     }
 }
 

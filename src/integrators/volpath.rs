@@ -102,7 +102,7 @@ pub(super) fn transmittance(
 }
 
 /// What a medium leaves of light over the first `t_max` of a ray.
-fn dimmed(
+pub(super) fn dimmed(
     world: &World,
     medium: Option<MediumId>,
     ray: &Ray,

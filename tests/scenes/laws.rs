@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 /// Standard errors a picture's mean may be off: one false alarm in 15,000 means.
-const SIGMAS: f64 = 4.0;
+pub const SIGMAS: f64 = 4.0;
 
 /// Renders the world with a camera that `look` places, and checks that the mean of each channel is
 /// `expected`, but for noise and single precision.

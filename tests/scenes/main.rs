@@ -12,6 +12,7 @@ mod fourier;
 mod fuzzing;
 mod laws;
 mod mixed_interiors;
+mod null_boundaries;
 mod ptex;
 mod references;
 mod tables;
