@@ -8,6 +8,7 @@
 use super::LightSample;
 use super::reach::Reach;
 use super::sample_count::{quick, sample_count};
+use super::strength::strength;
 use crate::math::color::is_black;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::{Dialect, ParamReader};
@@ -34,7 +35,7 @@ impl DiffuseAreaSpec {
     pub fn from_params(reader: &ParamReader) -> Option<DiffuseAreaSpec> {
         match reader.kind() {
             "diffuse" | "area" => Some(DiffuseAreaSpec {
-                radiance: reader.spectrum("L", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+                radiance: strength(reader, "L"),
                 two_sided: reader.boolean("twosided", false),
                 samples: sample_count(reader),
                 one_light: reader.dialect() == Dialect::V2,

@@ -7,6 +7,7 @@
 
 use super::LightSample;
 use super::reach::Reach;
+use super::strength::strength;
 use crate::math::color::is_black;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec3};
@@ -37,7 +38,7 @@ impl DistantSpec {
         });
         DistantSpec {
             toward: light_to_world.vector(back).normalize_or(-DVec3::Z),
-            irradiance: reader.spectrum("L", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+            irradiance: strength(reader, "L"),
         }
     }
 }

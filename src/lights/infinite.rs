@@ -11,6 +11,7 @@ use super::light_map::LightMap;
 use super::reach::Reach;
 use super::sample_count::sample_count;
 use super::sky_density::Receiver;
+use super::strength::strength;
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
 use crate::math::sampling::{
@@ -41,7 +42,7 @@ impl InfiniteSpec {
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> InfiniteSpec {
         InfiniteSpec {
             light_to_world: *light_to_world,
-            radiance: reader.spectrum("L", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+            radiance: strength(reader, "L"),
             map: reader.optional_file("mapname"),
             samples: sample_count(reader),
         }

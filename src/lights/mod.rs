@@ -21,6 +21,7 @@ mod sample_count;
 pub mod selection;
 pub mod sky_density;
 pub mod spot;
+mod strength;
 mod tree;
 
 pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
@@ -35,6 +36,7 @@ pub use projection::{ProjectionLight, ProjectionSpec};
 pub use selection::{LightSelector, SelectionStrategy};
 pub use spot::{SpotLight, SpotSpec};
 
+use crate::math::color::is_black;
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
@@ -123,6 +125,19 @@ impl LightSpec {
         if let LightSpec::Infinite(infinite) = self {
             infinite.samples = sample_count::quick(infinite.samples);
         }
+    }
+
+    /// The type's name, where no ray can meet the light by chance and it shines at all.
+    pub fn delta_name(&self) -> Option<&'static str> {
+        let (name, strength) = match self {
+            LightSpec::Point(s) => ("point", s.intensity),
+            LightSpec::Spot(s) => ("spot", s.intensity),
+            LightSpec::Distant(s) => ("distant", s.irradiance),
+            LightSpec::Goniometric(s) => ("goniometric", s.intensity),
+            LightSpec::Projection(s) => ("projection", s.intensity),
+            LightSpec::Infinite(_) => return None,
+        };
+        (!is_black(strength)).then_some(name)
     }
 
     /// The picture that shapes the light.

@@ -6,6 +6,7 @@
 
 use super::LightSample;
 use super::reach::Reach;
+use super::strength::strength;
 use crate::math::color::is_black;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec3};
@@ -27,7 +28,7 @@ impl PointSpec {
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> PointSpec {
         PointSpec {
             position: position(reader.point3("from", DVec3::ZERO), light_to_world),
-            intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+            intensity: strength(reader, "I"),
         }
     }
 }

@@ -10,6 +10,7 @@ use super::LightSample;
 use super::light_map::LightMap;
 use super::point::sample_point;
 use super::reach::Reach;
+use super::strength::strength;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::{NamedFile, ParamReader};
@@ -34,7 +35,7 @@ impl ProjectionSpec {
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> ProjectionSpec {
         ProjectionSpec {
             light_to_world: *light_to_world,
-            intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+            intensity: strength(reader, "I"),
             fov: fov(reader),
             map: reader.optional_file("mapname"),
         }

@@ -9,6 +9,7 @@
 use super::LightSample;
 use super::point::sample_point;
 use super::reach::Reach;
+use super::strength::strength;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec3};
 use crate::params::ParamReader;
@@ -50,7 +51,7 @@ impl SpotSpec {
             light_to_world: *light_to_world,
             from,
             to,
-            intensity: reader.spectrum("I", Rgb::ONE) * reader.spectrum("scale", Rgb::ONE),
+            intensity: strength(reader, "I"),
             cone_angle,
             cone_delta_angle: cone_delta_angle(reader, cone_angle),
         }

@@ -8,6 +8,7 @@ use super::options::{Options, StoredDirective, StoredOptions};
 use super::reading::Reading;
 use super::scopes::{Current, Scope, Scopes};
 use super::transforms::{Ctm, Placement};
+use super::unused_transforms::UnusedTransform;
 use super::world_block::WorldBlock;
 use crate::cameras::{Compat, ModelChoice};
 use crate::integrators::IntegratorSettings;
@@ -79,7 +80,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) current: Current,
     pub(super) scopes: Scopes,
     coordinate_systems: HashMap<String, Ctm>,
-    options: StoredOptions,
+    pub(super) options: StoredOptions,
+    pub(super) unused_transform: UnusedTransform,
     pub(super) media: NamedMedia,
     pub(super) world: Option<WorldBlock>,
     /// A world block has been closed, whatever became of it.
@@ -110,6 +112,7 @@ impl<'a> Interpreter<'a> {
             scopes: Scopes::default(),
             coordinate_systems: HashMap::new(),
             options: StoredOptions::default(),
+            unused_transform: UnusedTransform::default(),
             media: NamedMedia::default(),
             world: None,
             had_world: false,
@@ -200,6 +203,9 @@ impl<'a> Interpreter<'a> {
         self.learn_dialect(&kind, span)?;
         if let Some(include) = include_in_list {
             self.learn_from_include(include)?;
+        }
+        if self.world.is_none() {
+            self.unused_transform.note(&kind, span);
         }
         let word = kind.word();
         let stored = |typed| Some(StoredDirective { word, span, typed });
@@ -458,6 +464,7 @@ impl<'a> Interpreter<'a> {
     }
 
     fn begin_world(&mut self, span: Span) {
+        self.check_transforms();
         // Nothing is left of a world that was only assumed: its scopes have been complained about,
         // and the materials and lights of its state are gone with it.
         self.scopes = Scopes::default();

@@ -15,6 +15,7 @@ pub mod reading;
 pub mod scopes;
 mod shapes;
 pub mod transforms;
+mod unused_transforms;
 mod world_block;
 
 pub use description::{Frame, SceneDescription};
