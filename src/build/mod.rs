@@ -5,6 +5,7 @@
 //! film for everything in the picture, however far from the world's origin the scene was modelled.
 
 mod geometry;
+mod light_paths;
 mod lights;
 mod textures;
 
@@ -47,6 +48,7 @@ pub fn build(frame: Frame, seed: u64) -> (Option<Built>, Diagnostics) {
 /// Finds every problem that building a frame would, without building trees: loads all pictures and
 /// meshes and lets them go again.
 pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
+    light_paths::note(frame, diagnostics);
     Loaded::new(frame, diagnostics);
     geometry::check(frame, diagnostics);
 }
@@ -84,6 +86,7 @@ impl Loaded {
                  their boundary alone is seen",
             ));
         }
+        light_paths::warn(frame, diagnostics);
         for warning in camera.iter().flat_map(Camera::warnings) {
             diagnostics.push(Diagnostic::warning(warning));
         }

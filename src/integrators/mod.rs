@@ -20,6 +20,7 @@ use crate::math::Rgb;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::params::{Dialect, ParamReader};
 use crate::samplers::SampleStream;
+use crate::syntax::Span;
 use crate::world::World;
 use witness::{Unwatched, Witness};
 
@@ -76,6 +77,17 @@ impl IntegratorSpec {
         })
     }
 
+    /// The most scattering events of a path; `None` for what does not show light.
+    pub fn max_depth(&self) -> Option<u32> {
+        match self {
+            IntegratorSpec::Path(path) => Some(path.max_depth),
+            IntegratorSpec::VolPath(volpath) => Some(volpath.path.max_depth),
+            IntegratorSpec::DirectLighting(direct) => Some(direct.max_depth),
+            IntegratorSpec::Whitted(whitted) => Some(whitted.max_depth),
+            IntegratorSpec::AmbientOcclusion(_) => None,
+        }
+    }
+
     /// Does it follow light that wanders inside materials?
     pub fn looks_inside(&self) -> bool {
         match self {
@@ -94,6 +106,44 @@ pub struct IntegratorSettings {
     pub spec: IntegratorSpec,
     /// `pixelbounds`: x0, x1, y0, y1; pixels outside are left black.
     pub pixel_bounds: Option<[i32; 4]>,
+    /// Where the scene names it; `None` where it names none.
+    pub place: Option<Span>,
+    /// What the scene asks for, where that follows light from its sources and `spec` does not.
+    pub light_tracer: Option<LightTracer>,
+}
+
+/// An integrator that finds light along paths from its sources, in whose place another renders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightTracer {
+    /// Its name in the scene file.
+    pub name: &'static str,
+    /// The name of the one that renders.
+    pub stand_in: &'static str,
+    /// How its image differs, where no light is missing.
+    pub difference: &'static str,
+}
+
+impl LightTracer {
+    /// What is said of each; pbrt-v2's have names of their own.
+    fn named(name: &str, dialect: Dialect) -> Option<LightTracer> {
+        let (name, stand_in) = match (name, dialect) {
+            // These two see media and let light through surfaces without material; `sppm` does not.
+            ("bdpt", _) => ("bdpt", "volpath"),
+            ("mlt", _) => ("mlt", "volpath"),
+            ("sppm", _) => ("sppm", "path"),
+            ("photonmap", Dialect::V2) => ("photonmap", "path"),
+            ("exphotonmap", Dialect::V2) => ("exphotonmap", "path"),
+            _ => return None,
+        };
+        Some(LightTracer {
+            name,
+            stand_in,
+            difference: match stand_in {
+                "volpath" => ": the same picture, other noise",
+                _ => ", which has none of its bias",
+            },
+        })
+    }
 }
 
 /// Every integrator name a scene may use, for "did you mean".
@@ -126,28 +176,24 @@ impl IntegratorSettings {
         IntegratorSettings {
             spec,
             pixel_bounds: None,
+            place: None,
+            light_tracer: None,
         }
     }
 
-    /// Reads an `Integrator` or `SurfaceIntegrator` directive. Integrators that differ from
-    /// `path` only in noise are rendered by `path`, with a note.
+    /// Reads an `Integrator` or `SurfaceIntegrator` directive. Those that are not modelled are rendered by
+    /// `path` or `volpath`; what is to be said of a [`LightTracer`] depends on the world.
     pub fn from_params(reader: &ParamReader) -> IntegratorSettings {
         let spec = match reader.kind() {
             "path" => IntegratorSpec::Path(Path::from_params(reader)),
             "directlighting" => IntegratorSpec::DirectLighting(DirectLighting::from_params(reader)),
             "whitted" => IntegratorSpec::Whitted(Whitted::from_params(reader)),
             "volpath" => IntegratorSpec::VolPath(VolPath::from_params(reader)),
-            // These two see media and let light through surfaces without material; `sppm` does not.
             "bdpt" | "mlt" => {
-                reader.note(format!(
-                    "`{}` is rendered by `volpath`: the same picture, other noise",
-                    reader.kind()
-                ));
                 read_and_ignore(reader);
                 IntegratorSpec::VolPath(VolPath::from_params(reader))
             }
             "sppm" => {
-                reader.note("`sppm` is rendered by `path`, which has none of its bias");
                 read_and_ignore(reader);
                 IntegratorSpec::Path(Path {
                     mirrors_apart: true,
@@ -157,9 +203,11 @@ impl IntegratorSettings {
             "ambientocclusion" => {
                 IntegratorSpec::AmbientOcclusion(AmbientOcclusion::from_params(reader))
             }
-            "photonmap" | "exphotonmap" | "igi" | "irradiancecache" | "dipolesubsurface"
-                if reader.dialect() == Dialect::V2 =>
-            {
+            "photonmap" | "exphotonmap" if reader.dialect() == Dialect::V2 => {
+                read_and_ignore(reader);
+                IntegratorSpec::Path(Path::from_params(reader))
+            }
+            "igi" | "irradiancecache" | "dipolesubsurface" if reader.dialect() == Dialect::V2 => {
                 reader.note(format!(
                     "`{}` is rendered by `path`, which has none of its bias",
                     reader.kind()
@@ -186,6 +234,8 @@ impl IntegratorSettings {
         IntegratorSettings {
             spec,
             pixel_bounds: pixel_bounds(reader),
+            place: Some(reader.kind_span()),
+            light_tracer: LightTracer::named(reader.kind(), reader.dialect()),
         }
     }
 }

@@ -22,6 +22,7 @@ mod prepare;
 mod roughness;
 mod scattering;
 mod shinymetal;
+mod smooth;
 mod substrate;
 mod subsurface;
 mod translucent;

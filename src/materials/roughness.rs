@@ -23,15 +23,17 @@ pub(super) fn find_roughness(reader: &ParamReader, name: &str) -> Option<FloatIn
     })
 }
 
-/// Adds refraction through a rough boundary into the refractive index `eta`. Indices this near to 1
-/// bend light by less than the facets' normals can be told from its direction: it goes straight on.
+/// Refractive indices this near to 1 bend light by less than the facets' normals can be told from its
+/// direction: it goes straight on.
+pub(super) const UNBENT: f32 = 1e-4;
+
+/// Adds refraction through a rough boundary into the refractive index `eta`.
 pub(super) fn add_rough_refraction(
     bsdf: &mut Bsdf,
     transmittance: Rgb,
     distribution: TrowbridgeReitz,
     eta: f32,
 ) {
-    const UNBENT: f32 = 1e-4;
     bsdf.add(if (eta - 1.0).abs() < UNBENT {
         Lobe::SpecularTransmission(SpecularTransmission {
             transmittance,

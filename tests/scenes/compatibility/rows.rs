@@ -159,6 +159,17 @@ pub const ROWS: &[Row] = &[
         held: &[Reference("int_bdpt"), Reference("int_mlt")],
     },
     Row {
+        what: "Light through smooth glass and off mirrors",
+        much: &[Words("all light of lights without area that gets there so")],
+        held: &[
+            Scene("laser", "the image lacks it"),
+            Test(
+                "src/build/light_paths.rs",
+                "light_tracers_warn_where_light_is_lost_and_only_there",
+            ),
+        ],
+    },
+    Row {
         what: "Photon mapping",
         much: &[
             Words("edges and caustics are not blurred"),
