@@ -10,7 +10,8 @@ pub struct GoalArgs {
     /// Render until the picture's estimated relative error is this: 0.01 or 1%
     #[arg(long, value_parser = relative, allow_hyphen_values = true, value_name = "REL")]
     error: Option<f64>,
-    /// Render until this many seconds have passed, and at least 8 samples a pixel
+    /// Render until this many seconds have passed; an image without the time for a sample in each pixel is
+    /// coarse
     #[arg(long, value_parser = seconds, allow_hyphen_values = true, value_name = "SECONDS")]
     time: Option<Duration>,
 }

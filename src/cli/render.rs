@@ -301,7 +301,7 @@ fn render_frame(
     let metadata = FilmMetadata {
         seed: args.seed,
         spp: taken.spp.round().clamp(1.0, f64::from(u32::MAX)) as u32,
-        relative_error: taken.progressive.as_ref().map(|p| p.error),
+        relative_error: taken.progressive.as_ref().and_then(|p| p.error),
         scene: args
             .scene
             .file_name()
@@ -387,7 +387,8 @@ struct Taken {
 
 /// How a render in passes ended.
 struct Reached {
-    error: f64,
+    /// `None` where it is not known.
+    error: Option<f64>,
     passes: u32,
     ended: Ended,
 }
@@ -451,17 +452,7 @@ fn report_end(
     };
     let quality = match &taken.progressive {
         None => format!("{} samples a pixel", taken.spp),
-        Some(reached) => format!(
-            "relative error {:.3} % after {:.1} samples a pixel on average in {} passes ({})",
-            100.0 * reached.error,
-            taken.spp,
-            reached.passes,
-            match reached.ended {
-                Ended::Error => "good enough",
-                Ended::Time => "time is up",
-                Ended::Samples => "no more samples allowed",
-            }
-        ),
+        Some(reached) => quality(reached, film, taken.spp),
     };
     console::say(format_args!(
         "{written}: {quality}, {:.2} s ({:.2} M samples/s), {:.2} s in all",
@@ -469,4 +460,23 @@ fn report_end(
         samples / seconds / 1e6,
         started.elapsed().as_secs_f64(),
     ));
+}
+
+/// How good a picture rendered in passes is.
+fn quality(reached: &Reached, film: &film::Film, spp: f64) -> String {
+    let black = film.pixels().iter().all(|p| p.mean() == glam::DVec3::ZERO);
+    let error = match reached.error {
+        Some(error) => format!("relative error {:.3} %", 100.0 * error),
+        None if black => "no light was found".to_string(),
+        None => "unknown error (no noise was found)".to_string(),
+    };
+    format!(
+        "{error} after {spp:.1} samples a pixel on average in {} passes ({})",
+        reached.passes,
+        match reached.ended {
+            Ended::Error => "good enough",
+            Ended::Time => "time is up",
+            Ended::Samples => "no more samples allowed",
+        }
+    )
 }

@@ -134,6 +134,15 @@ impl Film {
         }
     }
 
+    /// Gives every pixel of `bounds` the statistics of another one.
+    pub fn fill(&mut self, bounds: PixelBounds, statistics: &PixelStatistics) {
+        for pixel in bounds.pixels() {
+            if let Some(index) = self.bounds.index(pixel) {
+                self.pixels[index] = *statistics;
+            }
+        }
+    }
+
     /// Every pixel's statistics, row by row.
     pub fn pixels(&self) -> &[PixelStatistics] {
         &self.pixels

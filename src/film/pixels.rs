@@ -45,10 +45,13 @@ impl PixelStatistics {
         self.count += other.count;
     }
 
-    /// The plain mean of two independent estimates of one pixel, whatever their numbers of samples;
-    /// its variance is a quarter of the sum of theirs. A weight that knew the counts would bias the
+    /// The plain mean of two independent estimates of one pixel, whatever their numbers of samples, or the one
+    /// of them that has any; its variance is a quarter of the sum of theirs. A weight that knew the counts would bias the
     /// mean where the counts were chosen by looking at samples.
     pub fn mean_of(a: &PixelStatistics, b: &PixelStatistics) -> PixelStatistics {
+        if a.count == 0 || b.count == 0 {
+            return if a.count == 0 { *b } else { *a };
+        }
         let count = a.count + b.count;
         let variance = (a.variance_of_mean() + b.variance_of_mean()) * 0.25;
         PixelStatistics {

@@ -57,10 +57,20 @@ pub(super) fn for_samples(tiles: &[Share], samples: f64, most: u32) -> Vec<u32> 
     counts(tiles, &wishes, low.exp2(), most)
 }
 
-/// √(noise / area) of every tile, the noise being at least [`LEAST_NOISE`] of the average.
+/// Counts twice as large, no larger than `most`: where nothing is known of the noise.
+pub(super) fn doubled(tiles: &[Share], most: u32) -> Vec<u32> {
+    let double = |t: &Share| t.count.saturating_mul(GROWTH).min(most.max(t.count));
+    tiles.iter().map(double).collect()
+}
+
+/// √(noise / area) of every tile, the noise being at least [`LEAST_NOISE`] of the average; the same for all
+/// where there is no noise anywhere.
 fn wishes(tiles: &[Share]) -> Vec<f64> {
     let area: f64 = tiles.iter().map(|t| t.area).sum();
     let average = tiles.iter().map(|t| t.noise).sum::<f64>() / area;
+    if average <= 0.0 {
+        return vec![1.0; tiles.len()];
+    }
     let wish = |t: &Share| (t.noise / t.area).max(LEAST_NOISE * average).sqrt();
     tiles.iter().map(wish).collect()
 }
@@ -121,7 +131,7 @@ mod tests {
         assert_eq!(for_error(&tiles, 1e9, 1 << 20), [10, 10]);
         assert_eq!(for_error(&tiles, 1e9, 8), [8, 8]);
         // Nothing known of the noise, or nothing there.
-        assert_eq!(for_error(&[share(0.0, 8)], 1.0, 64), [10]);
+        assert_eq!(for_error(&[share(0.0, 8)], 1.0, 64), [16]);
         assert_eq!(for_error(&[share(f64::NAN, 8)], 1.0, 64), [10]);
     }
 
@@ -141,6 +151,11 @@ mod tests {
                 "{s} of {samples}"
             );
         }
+        // Where no noise has been met, by all alike.
+        let blank = [share(0.0, 8), share(0.0, 8)];
+        assert_eq!(for_samples(&blank, 2000.0, 1 << 20), [11, 11]);
+        assert_eq!(doubled(&blank, 1 << 20), [16, 16]);
+        assert_eq!(doubled(&blank, 12), [12, 12]);
         // All double: no more can be spent.
         assert_eq!(spent(1e9), 3.0 * 64.0 * 256.0);
         assert_eq!(spent(0.0), 0.0);

@@ -7,14 +7,14 @@ use std::time::Duration;
 pub struct Goal {
     /// The picture's relative error: see [`super::Progressive::error`].
     pub error: Option<f64>,
-    /// Time since the first sample.
+    /// Time since the first sample: no tile is begun later.
     pub time: Option<Duration>,
     /// The most samples a pixel, at least [`Goal::PILOT`].
     pub max_spp: u32,
 }
 
 impl Goal {
-    /// Samples a pixel in the first pass: enough that a tile of 16 × 16 pixels knows its noise to
+    /// Samples a pixel in the first pass, where the time allows it: enough that a tile of 16 × 16 pixels knows its noise to
     /// about a tenth.
     pub const PILOT: u32 = 8;
     /// The most samples a pixel where nobody names a number. A picture that is not good by then has

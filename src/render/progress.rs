@@ -54,11 +54,11 @@ impl Progress {
         self.bar.inc(samples);
     }
 
-    /// A pass is done: the picture has so many samples a pixel on average, and this relative error.
-    pub fn pass_done(&self, pass: u32, spp: f64, error: f64) {
-        let percent = 100.0 * error;
+    /// A pass is done: the picture has so many samples a pixel on average, and this relative error, if it is known.
+    pub fn pass_done(&self, pass: u32, spp: f64, error: Option<f64>) {
+        let error = error.map_or("unknown".into(), |e| format!("{:.3} %", 100.0 * e));
         self.bar.set_message(format!(
-            "pass {pass}: {spp:.1} samples a pixel, error {percent:.3} %"
+            "pass {pass}: {spp:.1} samples a pixel, error {error}"
         ));
         self.bar.tick();
     }

@@ -10,11 +10,17 @@
 //! their numbers of samples: a tile that happened to look smooth does not weigh more for it. (One choice sees
 //! both: when to stop, and so by how much all counts are scaled; it looks at the whole picture.)
 //!
-//! Without a time limit the picture is a pure function of scene, settings and seed.
+//! An error is known where the halves differ somewhere. While it is not, because no light or only one value
+//! has been found, it is not 0: all samples are doubled.
+//!
+//! Without a time limit the picture is a pure function of scene, settings and seed. A time limit holds from
+//! the first sample on: the first pass then grows from one sample a pixel in one half, no tile is begun
+//! when the time is up, and where a tile has no sample by then, that of its central pixel fills it.
 
-use super::allocation::{Share, for_error, for_samples};
+use super::allocation::{Share, doubled, for_error, for_samples};
 use super::{Ended, Goal, Progress, Shot, sample_tile};
 use crate::film::{DroppedSample, Film, PixelBounds, PixelStatistics, Tile};
+use crate::math::UVec2;
 use crate::samplers::Sampler;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -30,7 +36,8 @@ pub struct Progressive {
     /// decide alone. The square is what `fstop compare` calls the relative mean squared error. It is an
     /// estimate: where n pixels have most of the error, it scatters by some 1/√(2n) of itself, and who stops at the first
     /// that is small enough stops early for it. Of 64 × 64 pixels that is 1 %, of the edge of one lamp much more.
-    pub error: f64,
+    /// `None` where nothing is known of it: the halves are equal, or not both have every pixel.
+    pub error: Option<f64>,
     /// Samples a pixel on average.
     pub spp: f64,
     /// Passes.
@@ -45,28 +52,45 @@ pub struct Progressive {
 pub fn render_until(shot: &Shot, tile_size: u32, goal: &Goal, progress: &Progress) -> Progressive {
     let mut passes = Passes::new(shot, tile_size);
     let started = Instant::now();
+    let deadline = goal.time.and_then(|time| started.checked_add(time));
     let most = (goal.max_spp.max(Goal::PILOT) / 2).max(1);
-    let mut next = [0, 1].map(|_| vec![Goal::PILOT / 2; passes.tiles.len()]);
     let mut number = 0;
+    if deadline.is_some() {
+        passes.preview();
+    }
+    for counts in first_pass(deadline.is_some()) {
+        let next = counts.map(|count| vec![count; passes.tiles.len()]);
+        if !passes.run(&next, deadline) {
+            return passes.finish(1, Ended::Time);
+        }
+    }
     loop {
-        passes.run(&next);
         number += 1;
         let error = passes.error();
         progress.pass_done(number, passes.spp(), error);
-        let time_left = goal.time.map(|t| t.saturating_sub(started.elapsed()));
-        let ended = if goal.error.is_some_and(|wanted| error <= wanted) {
-            Some(Ended::Error)
-        } else if passes.all_have(most) {
-            Some(Ended::Samples)
-        } else {
-            next = passes.plan(goal, error, time_left, started.elapsed(), most);
-            // Nothing more fits into the time.
-            (next == passes.counts()).then_some(Ended::Time)
-        };
-        if let Some(ended) = ended {
-            return passes.finish(error, number, ended);
+        let time_left = deadline.map(|end| end.saturating_duration_since(Instant::now()));
+        let good = |wanted: f64| error.is_some_and(|error| error <= wanted);
+        if goal.error.is_some_and(good) {
+            return passes.finish(number, Ended::Error);
+        }
+        if passes.all_have(most) {
+            return passes.finish(number, Ended::Samples);
+        }
+        let next = passes.plan(goal, error, time_left, started.elapsed(), most);
+        // Nothing more fits into the time.
+        if next == passes.counts() || !passes.run(&next, deadline) {
+            return passes.finish(number, Ended::Time);
         }
     }
+}
+
+/// Samples in each pixel of the two halves, one after the other, up to the first pass's. Against the clock in
+/// steps, so that there is a picture of every pixel as early as can be.
+fn first_pass(against_the_clock: bool) -> Vec<[u32; 2]> {
+    let all = Goal::PILOT / 2;
+    let steps = [[1, 0], [1, 1], [2, 2]];
+    let steps = steps.into_iter().filter(|_| against_the_clock);
+    steps.chain([[all; 2]]).collect()
 }
 
 /// Of the time left, how much a pass may be planned to take: tiles differ, and to be late is worse
@@ -89,6 +113,8 @@ struct Passes<'a> {
     shot: &'a Shot,
     tiles: Vec<PixelBounds>,
     halves: [Half; 2],
+    /// The first sample of each tile's central pixel, where it may have to fill the tile.
+    preview: Vec<PixelStatistics>,
 }
 
 impl<'a> Passes<'a> {
@@ -105,7 +131,21 @@ impl<'a> Passes<'a> {
             shot,
             halves: [half(0), half(1)],
             tiles,
+            preview: Vec::new(),
         }
+    }
+
+    /// Takes one sample in each tile, the same that the first pass takes there.
+    fn preview(&mut self) {
+        let half = &self.halves[0];
+        let sample = |bounds: &PixelBounds| {
+            let center = (bounds.min + bounds.max) / 2;
+            let pixel = PixelBounds::new(center, center + UVec2::ONE);
+            let mut tile = half.film.tile(pixel);
+            sample_tile(self.shot, &half.sampler, 0..1, &mut tile, pixel);
+            tile.statistics(center).copied().unwrap_or_default()
+        };
+        self.preview = self.tiles.par_iter().map(sample).collect();
     }
 
     fn counts(&self) -> [Vec<u32>; 2] {
@@ -119,21 +159,32 @@ impl<'a> Passes<'a> {
             .all(|&n| n >= most)
     }
 
-    /// Brings every tile of both halves to these numbers of samples.
-    fn run(&mut self, counts: &[Vec<u32>; 2]) {
+    /// Brings every tile of both halves to these numbers of samples. Begins no tile after the deadline: returns
+    /// `false` if some are left as they were for that.
+    fn run(&mut self, counts: &[Vec<u32>; 2], deadline: Option<Instant>) -> bool {
+        let in_time = || deadline.is_none_or(|end| Instant::now() < end);
+        let mut complete = true;
         for (half, counts) in self.halves.iter_mut().zip(counts) {
             let jobs = self.tiles.par_iter().zip(&half.counts).zip(counts);
-            let rendered: Vec<Tile> = jobs
-                .filter(|((_, have), want)| want > have)
+            let rendered: Vec<Option<Tile>> = jobs
                 .map(|((bounds, &have), &want)| {
+                    if want <= have || !in_time() {
+                        return None;
+                    }
                     let mut tile = half.film.tile(*bounds).after(have.into());
                     sample_tile(self.shot, &half.sampler, have..want, &mut tile, *bounds);
-                    tile
+                    Some(tile)
                 })
                 .collect();
-            rendered.iter().for_each(|tile| half.film.merge(tile));
-            half.counts.clone_from(counts);
+            for (tile, (have, &want)) in rendered.iter().zip(half.counts.iter_mut().zip(counts)) {
+                if let Some(tile) = tile {
+                    half.film.merge(tile);
+                    *have = want;
+                }
+                complete &= *have >= want;
+            }
         }
+        complete
     }
 
     /// Camera samples taken so far.
@@ -155,7 +206,10 @@ impl<'a> Passes<'a> {
     }
 
     /// See [`Progressive::error`].
-    fn error(&self) -> f64 {
+    fn error(&self) -> Option<f64> {
+        if self.halves.iter().flat_map(|h| &h.counts).any(|&n| n == 0) {
+            return None;
+        }
         let [a, b] = [0, 1].map(|i| self.halves[i].film.pixels());
         let pairs = || a.iter().zip(b).filter(|(p, _)| p.count() > 0);
         let count = pairs().count() as f64;
@@ -166,8 +220,8 @@ impl<'a> Passes<'a> {
             (error * error / (mean * mean + floor)).element_sum()
         });
         let error = (squares.sum::<f64>() / (3.0 * count)).sqrt();
-        // No pixel at all, or nothing but black.
-        if error.is_finite() { error } else { 0.0 }
+        // No pixel at all, or no noise: what has not been met yet may be anything.
+        (error.is_finite() && error > 0.0).then_some(error)
     }
 
     /// The tiles of `of` as seen by the other half.
@@ -200,14 +254,14 @@ impl<'a> Passes<'a> {
     fn plan(
         &self,
         goal: &Goal,
-        error: f64,
+        error: Option<f64>,
         time_left: Option<Duration>,
         spent: Duration,
         most: u32,
     ) -> [Vec<u32>; 2] {
         let shares = [0, 1].map(|half| self.shares(half));
-        let mut plan = self.counts();
-        if let Some(wanted) = goal.error {
+        let mut plan = [0, 1].map(|half| doubled(&shares[half], most));
+        if let Some((wanted, error)) = goal.error.zip(error) {
             // What the shares promise for the mean of the halves, against what their difference shows:
             // well-spread samples do better than independent ones.
             let promised: f64 = shares
@@ -235,16 +289,30 @@ impl<'a> Passes<'a> {
         [0, 1].map(|i| for_samples(&shares[i], 0.5 * affordable, most))
     }
 
-    fn finish(self, error: f64, passes: u32, ended: Ended) -> Progressive {
-        let spp = self.spp();
+    /// Fills tiles without a sample of their own.
+    fn fill(&self, film: &mut Film) {
+        let [a, b] = &self.halves;
+        let counts = a.counts.iter().zip(&b.counts);
+        let tiles = self.tiles.iter().zip(&self.preview).zip(counts);
+        for ((&bounds, preview), counts) in tiles {
+            if counts == (&0, &0) {
+                film.fill(bounds, preview);
+            }
+        }
+    }
+
+    fn finish(self, passes: u32, ended: Ended) -> Progressive {
+        let (spp, error) = (self.spp(), self.error());
         let [a, b] = &self.halves;
         let of = |half: &Half| {
             let dropped = half.film.first_dropped()?;
             Some((dropped, half.sampler.clone()))
         };
+        let mut film = Film::mean_of(&a.film, &b.film);
+        self.fill(&mut film);
         Progressive {
             first_dropped: of(a).or_else(|| of(b)),
-            film: Film::mean_of(&a.film, &b.film),
+            film,
             error,
             spp,
             passes,

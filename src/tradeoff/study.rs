@@ -80,7 +80,9 @@ pub fn study(
     let waited = started.elapsed().as_secs_f64().max(1e-9);
     let spp_per_second = done.spp / waited;
     let processors = ((processor_time() - worked).as_secs_f64() / waited).max(0.01);
-    let reference = Reference::new(done.film.develop(), done.error);
+    // Without any noise there is none to be subtracted.
+    let reference_error = done.error.unwrap_or(0.0);
+    let reference = Reference::new(done.film.develop(), reference_error);
 
     // The sample ladder ends at four times the other settings' count, and all of it costs twice its end.
     let spp_in = |seconds: f64| seconds * spp_per_second / PICTURES as f64;
@@ -145,7 +147,7 @@ pub fn study(
     let size = shot.film.pixel_bounds().size();
     Ok(Study {
         resolution: [size.x, size.y],
-        reference_error: done.error,
+        reference_error,
         reference_spp: done.spp,
         processors,
         slope: super::recommendation::slope(&measured),

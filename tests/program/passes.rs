@@ -145,11 +145,95 @@ fn the_time_ends_a_render() {
     let output = folder.path().join("a.exr");
     let run = render(BOX, &output, &["--time", "0.3"]);
     assert!(run.stderr.contains("time is up"), "{}", run.stderr);
-    // The first pass is rendered whatever the time.
-    let loaded = read(&output).unwrap_or_else(|error| panic!("{error}"));
-    assert!(loaded.spp.is_some_and(|spp| spp >= 8));
     let both = render(BOX, &output, &["--time", "3600", "--error", "60%"]);
     assert!(both.stderr.contains("good enough"), "{}", both.stderr);
+}
+
+/// A scene of `width` pixels in a row of tiles, or in a square of them, with this world.
+fn written(folder: &Path, width: u32, world: &str) -> String {
+    let scene = folder.join("scene.pbrt");
+    let text = format!(
+        "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]\n\
+         Film \"image\" \"integer xresolution\" [{width}] \"integer yresolution\" [{width}]\n\
+         Sampler \"random\" Integrator \"path\"\nWorldBegin\n{world}\nWorldEnd\n"
+    );
+    std::fs::write(&scene, text).expect("room for a scene");
+    scene.display().to_string()
+}
+
+const FLOOR: &str = "Material \"matte\" Shape \"disk\" \"float height\" [2] \"float radius\" [9]";
+/// All of its light goes through glass, which no path from the camera finds.
+const LAMP_IN_GLASS: &str =
+    "LightSource \"point\" Material \"glass\" Shape \"sphere\" \"float radius\" [.5]";
+const SKY: &str = "LightSource \"infinite\" \"rgb L\" [.5 .5 .5]";
+
+/// Samples are doubled until there is an error to speak of, or no more are allowed.
+#[test]
+fn no_noise_is_not_no_error() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("a.exr");
+    for (world, words) in [
+        (format!("{LAMP_IN_GLASS} {FLOOR}"), "no light was found"),
+        (SKY.to_string(), "unknown error (no noise was found)"),
+    ] {
+        let scene = written(folder.path(), 16, &world);
+        let run = render(&scene, &output, &["--error", "1%", "--spp", "100"]);
+        assert!(run.stderr.contains(words), "{}", run.stderr);
+        // 8, 16, 32, 64, 100.
+        let passes = "100.0 samples a pixel on average in 5 passes (no more samples allowed)";
+        assert!(run.stderr.contains(passes), "{}", run.stderr);
+        // Nothing is claimed in the file either: it is the one of 100 samples.
+        let claimed = read(&output).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(claimed.spp, Some(100));
+    }
+}
+
+/// A lamp so small that the first pass misses it: its light makes the error known, and that is reached then.
+#[test]
+fn light_that_is_found_late_still_counts() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("a.exr");
+    let lamp = "AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" [.003] \
+                AttributeEnd Material \"matte\" \"rgb Kd\" [0 0 0] Shape \"disk\" \"float height\" [2]";
+    let scene = written(folder.path(), 8, lamp);
+    let run = render(&scene, &output, &["--error", "1000%", "--spp", "65536"]);
+    assert!(run.stderr.contains("good enough"), "{}", run.stderr);
+    assert!(
+        number_before(&run.stderr, " samples a pixel") > 8.0,
+        "{}",
+        run.stderr
+    );
+}
+
+/// Time is spent although no noise shows where to spend it.
+#[test]
+fn time_without_noise_is_used() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("a.exr");
+    let scene = written(folder.path(), 16, &format!("{LAMP_IN_GLASS} {FLOOR}"));
+    let run = render(&scene, &output, &["--time", "1"]);
+    assert!(run.stderr.contains("no light was found"), "{}", run.stderr);
+    assert!(run.stderr.contains("time is up"), "{}", run.stderr);
+    assert!(number_before(&run.stderr, " s (") > 0.5, "{}", run.stderr);
+}
+
+/// The time limit holds from the first sample on, and still there is a picture everywhere.
+#[test]
+fn the_first_pass_ends_with_the_time() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("a.exr");
+    let scene = written(folder.path(), 1024, SKY);
+    let run = render(&scene, &output, &["--time", "0.001"]);
+    assert!(run.stderr.contains("time is up"), "{}", run.stderr);
+    // One tile a thread, of 4096, and what a slow machine does in between.
+    assert!(
+        number_before(&run.stderr, " samples a pixel") < 0.5,
+        "{}",
+        run.stderr
+    );
+    let picture = read(&output).unwrap_or_else(|error| panic!("{error}"));
+    let sky = fstop::math::Rgb::splat(0.5);
+    assert!(picture.image.pixels.iter().all(|&pixel| pixel == sky));
 }
 
 #[test]
