@@ -11,3 +11,5 @@ mod passes;
 #[cfg(target_os = "linux")]
 mod streams;
 mod tradeoff;
+#[cfg(unix)]
+mod unreadable;
