@@ -22,6 +22,7 @@ pub mod cameras;
 pub mod cli;
 pub mod compare;
 pub(crate) mod console;
+pub mod files;
 pub mod film;
 pub mod filters;
 pub mod handles;

@@ -8,6 +8,7 @@
 //! length of each pair's series with μo the slower one, and the coefficients, where the channels'
 //! series follow one another. What comes after them is only a description.
 
+use crate::files::{self, FileProblem};
 use std::path::Path;
 
 /// Bytes before the cosines.
@@ -20,7 +21,8 @@ pub struct BsdfFile {
     pub eta: f32,
     /// 1: luminance; 3: luminance, red and blue.
     pub channels: usize,
-    /// Cosines, ascending strictly, in -1…1; at least two.
+    /// Cosines, ascending, in -1…1; at least two. The first two differ, and so do the last two;
+    /// others may be equal, as layerlab writes 0 once for each side of the surface.
     pub cosines: Vec<f32>,
     /// For each pair, μo the slower one: where its series starts among the coefficients, and how
     /// many terms it has in each channel. Always within.
@@ -42,8 +44,8 @@ pub struct Series {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BsdfFileError {
     /// Reading failed.
-    #[error("cannot be read: {0}")]
-    Unreadable(String),
+    #[error("{0}")]
+    Unreadable(#[from] FileProblem),
     /// No such file.
     #[error("it does not start with SCATFUN")]
     NotBsdf,
@@ -87,8 +89,7 @@ pub enum BsdfFileError {
 impl BsdfFile {
     /// Reads a file.
     pub fn read(path: &Path) -> Result<BsdfFile, BsdfFileError> {
-        let bytes = std::fs::read(path).map_err(|e| BsdfFileError::Unreadable(e.to_string()))?;
-        BsdfFile::parse(&bytes)
+        BsdfFile::parse(&files::read(path, u64::MAX)?)
     }
 
     /// Decodes a whole file.
@@ -169,7 +170,9 @@ fn checked_cosines(words: &[u32]) -> Result<Vec<f32>, BsdfFileError> {
     let cosines: Vec<f32> = words.iter().map(|&w| f32::from_bits(w)).collect();
     let mut before = f32::NEG_INFINITY;
     for (i, &mu) in cosines.iter().enumerate() {
-        if !((-1.0..=1.0).contains(&mu) && mu > before) {
+        let at_an_end = i <= 1 || i + 1 == cosines.len();
+        let ascends = mu > before || (mu == before && !at_an_end);
+        if !((-1.0..=1.0).contains(&mu) && ascends) {
             return Err(BsdfFileError::Cosine(i, mu));
         }
         before = mu;
@@ -258,6 +261,14 @@ mod tests {
         assert_eq!(BsdfFile::parse(&described), BsdfFile::parse(&lambert(1)));
     }
 
+    /// As in every file of layerlab: one 0 for each side of the surface.
+    #[test]
+    fn the_cosine_0_may_stand_twice() {
+        let file = BsdfFile::parse(&lambert(3)).unwrap();
+        assert_eq!(file.cosines[3..5], [0.0, 0.0]);
+        assert!(file.cosines[2] < 0.0 && file.cosines[5] > 0.0);
+    }
+
     #[test]
     fn what_is_wrong_is_named() {
         let says = |bytes: &[u8]| BsdfFile::parse(bytes).unwrap_err().to_string();
@@ -290,6 +301,15 @@ mod tests {
             (
                 with_word(good.clone(), 15, f32::to_bits(2.0)),
                 "its cosines do not ascend from -1 to 1: 2 is number 1",
+            ),
+            // No interval of width 0 at either end.
+            (
+                with_word(good.clone(), 15, f32::to_bits(-1.0)),
+                "its cosines do not ascend from -1 to 1: -1 is number 1",
+            ),
+            (
+                with_word(good.clone(), 14 + 6, f32::to_bits(1.0)),
+                "its cosines do not ascend from -1 to 1: 1 is number 7",
             ),
             (
                 with_word(good.clone(), 14 + 8 + 64, u32::MAX),

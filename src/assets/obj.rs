@@ -2,6 +2,7 @@
 //! become one mesh; materials are not read.
 
 use super::mesh::{MeshData, triangulate};
+use crate::files;
 use crate::math::{DVec3, Vec2, Vec3};
 use std::path::{Path, PathBuf};
 
@@ -17,7 +18,7 @@ pub struct ObjError {
 
 /// Loads the mesh in `path`.
 pub fn load(path: &Path) -> Result<MeshData, ObjError> {
-    let parsed = std::fs::read(path)
+    let parsed = files::read(path, u64::MAX)
         .map_err(|e| format!("cannot read: {e}"))
         .and_then(|bytes| parse(&bytes));
     parsed.map_err(|message| ObjError {

@@ -1,10 +1,10 @@
 //! Pictures on disk: textures and light maps.
 
 use super::{openexr, pfm};
+use crate::files::{self, FileProblem};
 use crate::math::Rgb;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
-use std::fs::File;
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// Memory every picture may take, whatever its file's size: 22 million texels.
@@ -44,12 +44,12 @@ pub struct Picture {
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The file cannot be read at all.
-    #[error("cannot read '{}': {source}", path.display())]
+    #[error("cannot read '{}': {problem}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
+        /// Why.
+        problem: FileProblem,
     },
     /// Neither the content nor the extension is of a format known here.
     #[error("'{}' is not a picture format fstop reads (.exr, .png, .jpg, .tga, .hdr, .pfm)", path.display())]
@@ -65,6 +65,16 @@ pub enum PictureError {
         /// What is wrong.
         message: String,
     },
+}
+
+impl PictureError {
+    /// The bytes of a file that holds pictures.
+    pub(super) fn read(path: &Path) -> Result<Vec<u8>, PictureError> {
+        files::read(path, u64::MAX).map_err(|problem| PictureError::Unreadable {
+            path: path.into(),
+            problem,
+        })
+    }
 }
 
 /// Picture sizes a decoder may trust: checked before anything of that size is allocated.
@@ -102,10 +112,7 @@ impl Picture {
     /// Reads `path`; the content's signature decides the format, where there is one, else the
     /// extension. Corrupted files are errors and never allocate more than their size justifies.
     pub fn load(path: &Path) -> Result<Picture, PictureError> {
-        let bytes = read_file(path).map_err(|source| PictureError::Unreadable {
-            path: path.into(),
-            source,
-        })?;
+        let bytes = PictureError::read(path)?;
         let format = Format::of(path, &bytes)
             .ok_or_else(|| PictureError::UnknownFormat { path: path.into() })?;
         Picture::decode(&bytes, format).map_err(|message| PictureError::Malformed {
@@ -181,18 +188,6 @@ impl Format {
             _ => None,
         }
     }
-}
-
-/// The whole file; devices and pipes are refused because they may never end.
-pub(super) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    let metadata = file.metadata()?;
-    if !metadata.is_file() {
-        return Err(std::io::Error::other("it is not a file"));
-    }
-    let mut bytes = Vec::new();
-    file.take(metadata.len()).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }
 
 fn read_with_image_crate(

@@ -6,6 +6,7 @@
 //! properties are passed over (Turk, "The PLY Polygon File Format", 1994; docs/scene-language.md §3.7).
 
 use super::mesh::{MeshData, face_id, triangulate};
+use crate::files;
 use crate::math::{DVec3, Vec2, Vec3};
 use arrayvec::ArrayVec;
 use flate2::read::MultiGzDecoder;
@@ -29,7 +30,7 @@ pub struct PlyError {
 
 /// Loads the mesh in `path`.
 pub fn load(path: &Path) -> Result<MeshData, PlyError> {
-    let parsed = std::fs::read(path)
+    let parsed = files::read(path, u64::MAX)
         .map_err(|e| format!("cannot read: {e}"))
         .and_then(|bytes| parse(&bytes));
     parsed.map_err(|message| PlyError {

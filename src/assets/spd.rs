@@ -5,6 +5,7 @@
 //! comment may follow a number directly, `1E5` is a number. Samples out of order are sorted; two
 //! of the same wavelength are an error, as there is no telling which was meant.
 
+use crate::files::{self, FileProblem};
 use std::path::Path;
 
 /// Why a spectrum could not be had.
@@ -12,10 +13,7 @@ use std::path::Path;
 pub enum SpdError {
     /// The file could not be read.
     #[error("{0}")]
-    Unreadable(#[from] std::io::Error),
-    /// Too large for a spectrum.
-    #[error("the file is larger than {} MiB", LARGEST >> 20)]
-    TooLarge,
+    Unreadable(#[from] FileProblem),
     /// Neither a number nor a comment.
     #[error("line {line}: expected a number, found `{found}`")]
     NotANumber {
@@ -47,15 +45,7 @@ const LARGEST: u64 = 16 << 20;
 
 /// Reads a file into (wavelength in nm, value) pairs, ascending.
 pub fn read(path: &Path) -> Result<Vec<(f64, f64)>, SpdError> {
-    let metadata = std::fs::metadata(path)?;
-    // A device or a pipe may have no end.
-    if !metadata.is_file() {
-        return Err(std::io::Error::other("it is not a regular file").into());
-    }
-    if metadata.len() > LARGEST {
-        return Err(SpdError::TooLarge);
-    }
-    parse(&String::from_utf8_lossy(&std::fs::read(path)?))
+    parse(&String::from_utf8_lossy(&files::read(path, LARGEST)?))
 }
 
 /// The text of a file.

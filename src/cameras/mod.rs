@@ -140,27 +140,22 @@ pub enum CameraSpec {
 
 impl CameraSpec {
     /// Reads a `Camera` directive. Every problem is reported to the diagnostics under the
-    /// parameter that has it; `None` where no camera can be made of the rest.
-    pub fn from_params(params: &ParamReader) -> Option<CameraSpec> {
-        let spec = match params.kind() {
-            "perspective" => PerspectiveSpec::from_params(params).map(CameraSpec::Perspective),
-            "realistic" => realistic(params),
-            "orthographic" => Some(CameraSpec::Orthographic(OrthographicSpec::from_params(
-                params,
-            ))),
-            "environment" => Some(CameraSpec::Environment(EnvironmentSpec::from_params(
-                params,
-            ))),
+    /// parameter that has it. Where no camera can be made of the rest, an ordinary one stands in, so
+    /// that what else is wrong with the scene is found out as well.
+    pub fn from_params(params: &ParamReader) -> CameraSpec {
+        match params.kind() {
+            "perspective" => CameraSpec::Perspective(PerspectiveSpec::from_params(params)),
+            "realistic" => match RealisticSpec::from_params(params) {
+                Some(spec) => CameraSpec::Realistic(Box::new(spec)),
+                None => stand_in(params),
+            },
+            "orthographic" => CameraSpec::Orthographic(OrthographicSpec::from_params(params)),
+            "environment" => CameraSpec::Environment(EnvironmentSpec::from_params(params)),
             _ => {
                 params.unknown_kind(&CAMERA_NAMES);
-                None
+                stand_in(params)
             }
-        };
-        if spec.is_none() {
-            // Parameters that were not come to are not superfluous.
-            params.accept_all();
         }
-        spec
     }
 
     /// Chooses whose habits to copy (`--compat`); only `realistic` has any.
@@ -178,23 +173,18 @@ impl CameraSpec {
     }
 }
 
-/// A realistic camera; where its lens file is missing (which is an error), the pinhole that shows
-/// what a 50 mm lens would on 35 mm film, for those who keep going.
-fn realistic(params: &ParamReader) -> Option<CameraSpec> {
+/// The pinhole that shows what a 50 mm lens would on 35 mm film. It is what those get who keep going
+/// where a lens file is missing; any other error is not to be passed over.
+fn stand_in(params: &ParamReader) -> CameraSpec {
     /// Degrees that the shorter side of 24 × 36 mm subtends at 50 mm.
     const NORMAL_FOV: f64 = 27.0;
-    match RealisticSpec::from_params(params) {
-        Some(spec) => Some(CameraSpec::Realistic(Box::new(spec))),
-        None if realistic_params::lens_is_missing(params) => {
-            params.accept_all();
-            Some(CameraSpec::Perspective(PerspectiveSpec {
-                fov: NORMAL_FOV,
-                shutter: Shutter::from_params(params),
-                ..PerspectiveSpec::default()
-            }))
-        }
-        None => None,
-    }
+    // Parameters that were not come to are not superfluous.
+    params.accept_all();
+    CameraSpec::Perspective(PerspectiveSpec {
+        fov: NORMAL_FOV,
+        shutter: Shutter::from_params(params),
+        ..PerspectiveSpec::default()
+    })
 }
 
 /// A camera ready to make rays.

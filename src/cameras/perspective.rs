@@ -41,7 +41,7 @@ impl Default for PerspectiveSpec {
 
 impl PerspectiveSpec {
     /// Reads the parameters; out-of-range values are errors and leave the default.
-    pub fn from_params(params: &ParamReader) -> Option<PerspectiveSpec> {
+    pub fn from_params(params: &ParamReader) -> PerspectiveSpec {
         let default = PerspectiveSpec::default();
         let mut fov = params.float("fov", default.fov);
         let mut fov_name = "fov";
@@ -56,13 +56,13 @@ impl PerspectiveSpec {
             );
             fov = default.fov;
         }
-        Some(PerspectiveSpec {
+        PerspectiveSpec {
             fov,
             screen: Screen::from_params(params),
             lens: ThinLens::from_params(params),
             shutter: Shutter::from_params(params),
             clip: Clip::of_dialect(params),
-        })
+        }
     }
 
     /// See [`super::Camera::describe`].

@@ -140,16 +140,6 @@ fn given<'n>(params: &ParamReader, names: [&'n str; 2]) -> &'n str {
     }
 }
 
-/// Is there no lens file of the name that is given? (Which has been reported.)
-pub(super) fn lens_is_missing(params: &ParamReader) -> bool {
-    let names = match form(params) {
-        Form::Course => ["specfile", "lensfile"],
-        Form::Pbrt3 => ["lensfile", "specfile"],
-    };
-    let name = given(params, names);
-    params.has(name) && params.file(name).is_none()
-}
-
 /// The surfaces, scaled and their stop set.
 fn prescription(params: &ParamReader, form: Form) -> Option<Prescription> {
     let (file_names, aperture_names) = match form {

@@ -3,17 +3,27 @@
 
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::console;
+use crate::scene::ReadSettings;
 use crate::syntax::SourceMap;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+/// Two lines of use, for the long help.
+const EXAMPLES: &str = "Examples:
+  fstop check scenes/*.pbrt
+  fstop check --strict --verbose scene.pbrt";
+
 /// Arguments of `fstop check`.
 #[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
 pub struct CheckArgs {
     /// Scene files; `-` is standard input
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
+    /// Say also what changes nothing but the noise: which sampler stands for the scene's
+    #[arg(short, long, help_heading = "How the scene is read")]
+    verbose: bool,
     #[command(flatten)]
     read: ReadArgs,
 }
@@ -22,7 +32,7 @@ pub struct CheckArgs {
 pub fn run(args: &CheckArgs) -> ExitCode {
     let mut all_fit = true;
     for scene in &args.scenes {
-        match check(scene, &args.read) {
+        match check(scene, args) {
             Ok(fit) => all_fit &= fit,
             Err(lost) => {
                 messages::error(lost);
@@ -38,14 +48,18 @@ pub fn run(args: &CheckArgs) -> ExitCode {
 }
 
 /// Whether it is fit to render.
-fn check(path: &Path, args: &ReadArgs) -> Result<bool, String> {
+fn check(path: &Path, args: &CheckArgs) -> Result<bool, String> {
     let sources = SourceMap::new();
-    let (scene, diagnostics) = messages::read(path, &args.settings(), &sources);
+    let settings = ReadSettings {
+        details: args.verbose,
+        ..args.read.settings()
+    };
+    let (scene, diagnostics) = messages::read(path, &settings, &sources);
     if let Some(scene) = scene {
         messages::examine(&scene.frames, &diagnostics);
     }
     messages::print(&diagnostics, &sources);
-    let fit = !messages::refused(&diagnostics, args.rigour());
+    let fit = !messages::refused(&diagnostics, args.read.rigour());
     let verdict = if fit { "ok" } else { "not fit to render" };
     let summary = diagnostics.summary();
     let found = summary.map_or_else(String::new, |found| format!(" ({found})"));

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 /// Arguments that end a render by the picture's quality or by the clock.
 #[derive(Args, Clone, Copy, Debug)]
+#[command(next_help_heading = "When it is done")]
 pub struct GoalArgs {
     /// Render until the picture's estimated relative error is this: 0.01 or 1%
     #[arg(long, value_parser = relative, allow_hyphen_values = true, value_name = "REL")]
@@ -35,6 +36,13 @@ pub(super) fn relative(text: &str) -> Result<f64, String> {
         None => (text, 1.0),
     };
     let share = number.parse::<f64>().map_err(|_| expected())? * unit;
+    if unit == 1.0 && (1.0..).contains(&share) {
+        // 1 is more likely meant for 1 % than for an error as large as the picture.
+        return Err(format!(
+            "{text} without % is {}%: for {text} % write {text}%",
+            100.0 * share
+        ));
+    }
     (share > 0.0 && share.is_finite())
         .then_some(share)
         .ok_or_else(expected)
@@ -61,6 +69,10 @@ mod tests {
             assert!(relative(bad).is_err(), "{bad}");
             assert!(seconds(bad).is_err(), "{bad}");
         }
+        let bare = relative("5").expect_err("500 %");
+        assert_eq!(bare, "5 without % is 500%: for 5 % write 5%");
+        assert_eq!((relative("5%"), relative("150%")), (Ok(0.05), Ok(1.5)));
+        assert!(relative("1").is_err() && relative("1e9").is_err());
         assert_eq!(seconds("1.5"), Ok(Duration::from_millis(1500)));
         assert!(seconds("1e300").is_err());
     }

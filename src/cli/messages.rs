@@ -5,7 +5,6 @@ use crate::console;
 use crate::film;
 use crate::scene::{Frame, ReadSettings, SceneDescription, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap, Style};
-use std::io::IsTerminal;
 use std::path::Path;
 
 /// Reads a scene; `-` is standard input. No scene where the file itself cannot be read.
@@ -45,14 +44,9 @@ pub fn examine(frames: &[Frame], diagnostics: &Diagnostics) {
     }
 }
 
-/// Prints all messages to standard error, in colour on a terminal.
+/// Prints all messages to standard error.
 pub fn print(diagnostics: &Diagnostics, sources: &SourceMap) {
-    let style = if std::io::stderr().is_terminal() {
-        Style::Colored
-    } else {
-        Style::Plain
-    };
-    console::say_text(&diagnostics.render(sources, style).to_string());
+    console::say_text(&diagnostics.render(sources, Style::of_stderr()));
 }
 
 /// Prints one line of trouble that has no place in a file.

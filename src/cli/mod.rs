@@ -17,10 +17,12 @@ use crate::optics::models::ModelKind;
 use crate::params::Dialect;
 use crate::scene::ReadSettings;
 use crate::scene::dialect::DialectChoice;
+use crate::syntax::suggest::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use messages::Rigour;
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Exit code of a question that was answered with no.
@@ -56,6 +58,7 @@ enum Command {
 
 /// How scene files are read; shared by `render` and `check`.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "How the scene is read")]
 pub(crate) struct ReadArgs {
     /// Treat warnings as errors
     #[arg(long)]
@@ -115,6 +118,7 @@ impl ReadArgs {
                 Some(DialectArg::V3) => DialectChoice::Fixed(Dialect::V3),
             },
             compat: self.compat.map(|CompatArg::PbrtV2| Compat::PbrtV2),
+            details: false,
             lens_model: self.lens_model.map(|model| match model {
                 LensModelArg::Exact => ModelChoice::Exact,
                 LensModelArg::Polynomial => ModelChoice::Only(ModelKind::Polynomial(DEGREES[0])),
@@ -129,7 +133,14 @@ impl ReadArgs {
 
 /// Runs the command line and says with what code to exit.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(with_default_command(args.into_iter().collect())) {
+    let args = match with_default_command(args.into_iter().collect()) {
+        Ok(args) => args,
+        Err(message) => {
+            messages::error(message);
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) => {
             let printed = error.print().and_then(|()| std::io::stdout().flush());
@@ -150,27 +161,23 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 /// `fstop SCENE` means `fstop render SCENE`: where the first argument is no command and asks for
-/// no help, `render` is put before it.
-fn with_default_command(mut args: Vec<OsString>) -> Vec<OsString> {
-    const COMMANDS: [&str; 10] = [
-        "render",
-        "check",
-        "lens",
-        "compare",
-        "tradeoff",
-        "help",
-        "-h",
-        "--help",
-        "-V",
-        "--version",
-    ];
-    let first = args.get(1).map(|a| a.to_string_lossy().into_owned());
-    if let Some(first) = first
-        && !COMMANDS.contains(&first.as_str())
-    {
-        args.insert(1, "render".into());
+/// no help, `render` is put before it. What is no file either but nearly a command is an error.
+fn with_default_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, String> {
+    const COMMANDS: [&str; 6] = ["render", "check", "lens", "compare", "tradeoff", "help"];
+    const HELP: [&str; 4] = ["-h", "--help", "-V", "--version"];
+    let Some(first) = args.get(1).map(|a| a.to_string_lossy().into_owned()) else {
+        return Ok(args);
+    };
+    if COMMANDS.contains(&first.as_str()) || HELP.contains(&first.as_str()) {
+        return Ok(args);
     }
-    args
+    if let Some(meant) = nearest(&first, COMMANDS).filter(|_| !Path::new(&first).exists()) {
+        return Err(format!(
+            "there is no command `{first}`, nor a scene of this name; did you mean `{meant}`?"
+        ));
+    }
+    args.insert(1, "render".into());
+    Ok(args)
 }
 
 #[cfg(test)]
@@ -183,15 +190,62 @@ mod tests {
         Cli::command().debug_assert();
     }
 
+    fn completed(line: &str) -> Result<Vec<OsString>, String> {
+        with_default_command(line.split(' ').map(OsString::from).collect())
+    }
+
     #[test]
     fn a_scene_alone_is_rendered() {
-        let args = with_default_command(
-            ["fstop", "a.pbrt", "--spp", "4"]
-                .map(OsString::from)
-                .to_vec(),
-        );
+        let args = completed("fstop a.pbrt --spp 4").expect("a scene");
         assert_eq!(args[1], "render");
-        let args = with_default_command(["fstop", "check", "a.pbrt"].map(OsString::from).to_vec());
+        let args = completed("fstop check a.pbrt").expect("a command");
         assert_eq!(args.len(), 3);
+    }
+
+    #[test]
+    fn a_mistyped_command_is_answered_with_the_right_one() {
+        for (line, meant) in [
+            ("fstop compar a b", "compare"),
+            ("fstop rendr a.pbrt", "render"),
+            ("fstop Check a.pbrt", "check"),
+            ("fstop tradeof a.pbrt", "tradeoff"),
+        ] {
+            let message = completed(line).expect_err(line);
+            assert!(
+                message.ends_with(&format!("did you mean `{meant}`?")),
+                "{message}"
+            );
+        }
+        // Options and names far from any command are for `render` to answer.
+        for line in ["fstop --spp 4 a.pbrt", "fstop ball.pbrt", "fstop -"] {
+            assert!(completed(line).is_ok(), "{line}");
+        }
+    }
+
+    /// Every long help ends with two examples, and its options stand under headings.
+    #[test]
+    fn help_has_examples_and_headings() {
+        for command in Cli::command().get_subcommands_mut() {
+            let help = command.render_long_help().to_string();
+            let (_, examples) = help.split_once("Examples:\n").expect("examples");
+            let count = examples
+                .lines()
+                .filter(|l| l.starts_with("  fstop "))
+                .count();
+            assert_eq!(count, 2, "{help}");
+            for long in ["threads", "film-diagonal"] {
+                let option = command.get_arguments().find(|a| a.get_long() == Some(long));
+                assert!(
+                    option.is_none_or(|o| o.is_hide_default_value_set()),
+                    "{long}"
+                );
+            }
+            let headed = command
+                .get_arguments()
+                .filter(|a| a.get_help_heading().is_some());
+            let options = command.get_arguments();
+            let options = options.filter(|a| !a.is_positional() && a.get_id() != "help");
+            assert_eq!(headed.count(), options.count(), "{help}");
+        }
     }
 }

@@ -18,33 +18,52 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
+/// Two lines of use, for the long help.
+const EXAMPLES: &str = "Examples:
+  fstop render scene.pbrt --error 1% -o picture.exr --png picture.png
+  fstop render scene.pbrt --quick --lens-model auto";
+
 /// Arguments of `fstop render`.
 #[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
 pub struct RenderArgs {
     /// Scene file; `-` is standard input
     scene: PathBuf,
     /// Picture to write (.exr, .png, .pfm, .tga); by default what the scene's Film names
-    #[arg(short, long = "output", visible_alias = "outfile")]
+    #[arg(
+        help_heading = "Output",
+        short,
+        long = "output",
+        visible_alias = "outfile"
+    )]
     output: Option<PathBuf>,
     /// Also write a PNG of the picture here
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     png: Option<PathBuf>,
     /// Samples a pixel, instead of the scene's; with --error or --time the most
-    #[arg(long, value_parser = positive, allow_negative_numbers = true)]
+    #[arg(help_heading = "When it is done", long, value_parser = positive, allow_negative_numbers = true)]
     spp: Option<u32>,
     /// Threads; by default one for each processor, at most eight times as many
     #[arg(
+        help_heading = "How it runs",
         long,
         visible_alias = "nthreads",
         default_value_t = 0,
+        hide_default_value = true,
         allow_negative_numbers = true
     )]
     threads: usize,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    #[arg(
+        help_heading = "When it is done",
+        long,
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
     seed: u64,
     /// Part of the picture, as fractions: x0,x1,y0,y1
     #[arg(
+        help_heading = "What is rendered",
         long,
         value_delimiter = ',',
         num_args = 1,
@@ -53,25 +72,29 @@ pub struct RenderArgs {
     )]
     crop: Option<Vec<f64>>,
     /// The same as four arguments, as pbrt; used only where the scene gives no crop window
-    #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["x0", "x1", "y0", "y1"])]
+    #[arg(help_heading = "What is rendered", long, num_args = 4, allow_negative_numbers = true, value_names = ["x0", "x1", "y0", "y1"])]
     cropwindow: Option<Vec<f64>>,
     /// Side of the square tiles that threads work on, in pixels; changes no bit of the picture
-    #[arg(long, default_value_t = render::TILE_SIZE, hide = true)]
+    #[arg(help_heading = "How it runs", long, default_value_t = render::TILE_SIZE, hide = true)]
     tile_size: u32,
     /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B)
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     variance: bool,
     /// A quick look: a quarter of the width and height, one sample a pixel, a quarter of the lights' samples
-    #[arg(long)]
+    #[arg(help_heading = "What is rendered", long)]
     quick: bool,
     /// Print only errors
-    #[arg(long)]
+    #[arg(help_heading = "How it runs", long)]
     quiet: bool,
     /// Render although files are missing or names are not defined (whatever pbrt-v3 goes on after), and
     /// exit with 1: textures' pictures become a grey of 0.5, lights shine without their maps, spectra
     /// are black, meshes and includes are left out, a lens becomes a pinhole of 27 degrees; a parameter
     /// that names nothing has its default, a directive that does is left out
-    #[arg(long, conflicts_with = "strict")]
+    #[arg(
+        help_heading = "How the scene is read",
+        long,
+        conflicts_with = "strict"
+    )]
     keep_going: bool,
     #[command(flatten)]
     goal: GoalArgs,
@@ -253,7 +276,7 @@ fn check_later_frames(
 /// Threads for each processor beyond which more of them only cost memory and time.
 const THREADS_PER_PROCESSOR: usize = 8;
 
-/// The number of threads to start, 0 for one for each processor: as asked for, up to
+/// The number of threads to start: as asked for, 0 for one for each processor, and no more than
 /// [`THREADS_PER_PROCESSOR`]. The picture does not depend on it.
 fn threads(args: &RenderArgs) -> usize {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
@@ -264,7 +287,10 @@ fn threads(args: &RenderArgs) -> usize {
             args.threads
         ));
     }
-    args.threads.min(most)
+    match args.threads {
+        0 => processors,
+        asked => asked.min(most),
+    }
 }
 
 /// A count from the command line.

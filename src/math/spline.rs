@@ -2,7 +2,10 @@
 //! §13.3 and §14.1.4): cubic pieces through the given values, whose slope at a node is that of the
 //! chord between its two neighbours; at either end it is the slope of the last chord.
 //!
-//! Nodes ascend strictly. Positions outside them, and NaN, have no value.
+//! Nodes ascend. Two may be at one place, where two sides meet that have nothing to do with each
+//! other: each ends there as at an end of the nodes, so that neither overshoots for the other's sake.
+//! There is no piece between them; nothing is drawn from it and nothing divided by its width. At
+//! their place the later one's value holds. Positions outside the nodes, and NaN, have no value.
 
 /// Steps of Newton's method, or of bisection where it fails: each bisection gains a bit, so this is
 /// more than a double has.
@@ -25,23 +28,24 @@ impl Weights {
         if !(x >= first && x <= last) || nodes.len() < 2 {
             return None;
         }
-        let i = interval(nodes.len(), |i| nodes[i] <= x);
+        let i = wide(nodes, interval(nodes.len(), |i| nodes[i] <= x))?;
         let width = nodes[i + 1] - nodes[i];
         let t = (x - nodes[i]) / width;
         let (t2, t3) = (t * t, t * t * t);
         // Hermite's basis: values at both ends, then slopes at both ends.
         let mut weights = [0.0, 2.0 * t3 - 3.0 * t2 + 1.0, -2.0 * t3 + 3.0 * t2, 0.0];
         let (slope0, slope1) = (t3 - 2.0 * t2 + t, t3 - t2);
-        if i > 0 {
-            let chord = slope0 * width / (nodes[i + 1] - nodes[i - 1]);
+        let [before, after] = neighbors(nodes, i);
+        if before < i {
+            let chord = slope0 * width / (nodes[i + 1] - nodes[before]);
             weights[0] -= chord;
             weights[2] += chord;
         } else {
             weights[1] -= slope0;
             weights[2] += slope0;
         }
-        if i + 2 < nodes.len() {
-            let chord = slope1 * width / (nodes[i + 2] - nodes[i]);
+        if after > i + 1 {
+            let chord = slope1 * width / (nodes[after] - nodes[i]);
             weights[1] -= chord;
             weights[3] += chord;
         } else {
@@ -85,6 +89,32 @@ fn interval(count: usize, before: impl Fn(usize) -> bool) -> usize {
     low
 }
 
+/// The nodes from which and to which the chords at both ends of interval `i` go: its own where the
+/// spline ends there, at either end or where two nodes coincide.
+fn neighbors(nodes: &[f32], i: usize) -> [usize; 2] {
+    let (first, last) = (i, i + 1);
+    let before = first.saturating_sub(1);
+    let after = (last + 1).min(nodes.len() - 1);
+    [
+        if nodes[before] < nodes[first] {
+            before
+        } else {
+            first
+        },
+        if nodes[last] < nodes[after] {
+            after
+        } else {
+            last
+        },
+    ]
+}
+
+/// The last interval up to number `i` that has a width: `i` itself but where nodes at an end
+/// coincide.
+fn wide(nodes: &[f32], i: usize) -> Option<usize> {
+    (0..=i).rev().find(|&i| nodes[i] < nodes[i + 1])
+}
+
 /// One cubic piece over t in 0…1: values and slopes (per unit of t) at its ends.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
@@ -99,10 +129,8 @@ impl Piece {
         let f = [y(i), y(i + 1)];
         let width = x(i + 1) - x(i);
         let chord = |from: usize, to: usize| width * (y(to) - y(from)) / (x(to) - x(from));
-        let slope = [
-            chord(i.saturating_sub(1), i + 1),
-            chord(i, (i + 2).min(nodes.len() - 1)),
-        ];
+        let [before, after] = neighbors(nodes, i);
+        let slope = [chord(before, i + 1), chord(i, after)];
         Piece { f, slope }
     }
 
@@ -167,7 +195,9 @@ pub fn integrals(nodes: &[f32], value: impl Fn(usize) -> f32) -> Vec<f32> {
     let mut sum = 0.0;
     let pieces = (0..nodes.len().saturating_sub(1)).map(|i| {
         let width = f64::from(nodes[i + 1]) - f64::from(nodes[i]);
-        sum += width * Piece::new(nodes, &value, i).integral(1.0);
+        if width > 0.0 {
+            sum += width * Piece::new(nodes, &value, i).integral(1.0);
+        }
         sum as f32
     });
     std::iter::once(0.0)
@@ -177,7 +207,7 @@ pub fn integrals(nodes: &[f32], value: impl Fn(usize) -> f32) -> Vec<f32> {
 }
 
 /// The position at which the spline through the ascending `values` is `wanted`; the end that is
-/// nearer where it never is. `None` without nodes.
+/// nearer where it never is. `None` without nodes, which here all are at places of their own.
 pub fn invert(nodes: &[f32], values: &[f32], wanted: f32) -> Option<f32> {
     let (&first, &last) = (nodes.first()?, nodes.last()?);
     if nodes.len() < 2 || wanted.is_nan() || wanted <= *values.first()? {
@@ -222,7 +252,8 @@ pub fn sample(
         return None;
     }
     let wanted = u * whole;
-    let i = interval(count, |i| integral(i) <= wanted);
+    // Integrals on both sides of a piece without width are equal, so that it is never the last.
+    let i = wide(nodes, interval(count, |i| integral(i) <= wanted))?;
     let piece = Piece::new(nodes, &value, i);
     let width = f64::from(nodes[i + 1]) - f64::from(nodes[i]);
     let rest = f64::from(wanted - integral(i)) / width;
@@ -338,6 +369,52 @@ mod tests {
             let t = f64::from(s.x - NODES[i]) / width;
             let before = f64::from(sums[i]) + width * piece.integral(t);
             assert!((before as f32 / whole - u).abs() < 1e-5, "{u}: {before}");
+        }
+    }
+
+    /// Nodes may stand twice: a spline with a kink or step there. Nothing is divided by their
+    /// distance, and nothing drawn from it.
+    #[test]
+    fn nodes_that_stand_twice_have_no_piece_between_them() {
+        const TWICE: [f32; 8] = [-1.0, -0.6, -0.1, 0.0, 0.0, 0.1, 0.7, 1.0];
+        const THRICE: [f32; 8] = [-1.0, -0.6, 0.0, 0.0, 0.0, 0.1, 1.0, 1.0];
+        const ENDS: [f32; 8] = [-1.0, -1.0, 0.0, 0.0, 0.0, 0.1, 1.0, 1.0];
+        let values = [0.4, 1.0, 0.9, 0.5, 2.0, 2.7, 0.3, 0.2];
+        for nodes in [TWICE, THRICE, ENDS] {
+            let sums = integrals(&nodes, |i| values[i]);
+            assert!(sums.iter().all(|sum| sum.is_finite()), "{sums:?}");
+            let whole = sums[7];
+            let value = |x: f32| Weights::new(&nodes, x).unwrap().sum(|i| values[i]);
+            for x in [-1.0, -0.5, -1e-20, -0.0, 0.0, 1e-20, 0.05, 1.0] {
+                let weights = Weights::new(&nodes, x).unwrap();
+                let sum: f32 = weights.sum(|_| 1.0);
+                // Rounding of weights that are at most 1.
+                assert!((sum - 1.0).abs() < 2e-6, "{weights:?} at {x} of {nodes:?}");
+                assert!(value(x).is_finite());
+            }
+            // At the node itself the value is that of the later one.
+            let at_zero = nodes.iter().rposition(|&x| x == 0.0).unwrap();
+            assert_eq!(value(0.0), values[at_zero]);
+            // Neither side knows of the other.
+            let other_side = |i: usize| values[i] + if i >= at_zero { 7.0 } else { 0.0 };
+            let beside = Weights::new(&nodes, -1e-3).unwrap().sum(other_side);
+            assert_eq!(beside, value(-1e-3));
+            for k in 0..2000 {
+                let u = k as f32 / 2000.0;
+                let s = sample(&nodes, |i| values[i], |i| sums[i], u).unwrap();
+                assert!(
+                    s.x.is_finite() && s.pdf >= 0.0 && s.pdf.is_finite(),
+                    "{s:?}"
+                );
+                assert!((s.pdf * whole - s.value).abs() < 1e-6);
+                let i = nodes.iter().rposition(|&x| x <= s.x).unwrap();
+                let i = (0..=i.min(6)).rfind(|&i| nodes[i + 1] > nodes[i]).unwrap();
+                let piece = Piece::new(&nodes, &|i| values[i], i);
+                let width = f64::from(nodes[i + 1]) - f64::from(nodes[i]);
+                let t = (f64::from(s.x) - f64::from(nodes[i])) / width;
+                let before = f64::from(sums[i]) + width * piece.integral(t);
+                assert!((before as f32 / whole - u).abs() < 1e-5, "{u}: {before}");
+            }
         }
     }
 

@@ -5,7 +5,7 @@
 //! Either way the parameters are left in peace: nobody can say which of them the type would use.
 
 use super::ParamReader;
-use super::v4;
+use super::{iset3d, v4};
 use crate::syntax::{Diagnostic, ParamType, suggest};
 
 impl ParamReader<'_> {
@@ -39,6 +39,9 @@ impl ParamReader<'_> {
                 "`{kind}` looks like a parameter: is the type of this `{word}` missing before it?"
             ))
             } else if let Some(note) = v4::note(self.word(), self.kind()) {
+                self.context.diagnostics.looks_like_v4();
+                diagnostic.with_note(note)
+            } else if let Some(note) = iset3d::note(self.word(), self.kind()) {
                 diagnostic.with_note(note)
             } else if suggestion.is_none() && !known.is_empty() {
                 diagnostic.with_note(format!("known types: {}", known.join(", ")))

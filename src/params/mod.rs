@@ -34,6 +34,7 @@
 mod accept;
 mod asked;
 mod inputs;
+mod iset3d;
 mod kinds;
 mod layers;
 mod named_file;

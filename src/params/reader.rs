@@ -2,8 +2,9 @@
 
 use super::asked::Asked;
 use super::{Dialect, SpectrumFiles, TextureNames, spectrum};
+use crate::files::FileProblem;
 use crate::math::{DVec3, Rgb};
-use crate::syntax::files::{self, FileProblem};
+use crate::syntax::files;
 use crate::syntax::{
     Diagnostic, Diagnostics, Name, Param, ParamGroup, ParamList, ParamValue, Span, suggest,
 };
@@ -414,11 +415,14 @@ impl<'a> ParamReader<'a> {
         let what = format!("{} needs `{}`, and {problem}", self.described(), given.text);
         let diagnostic = Diagnostic::error(what).at(given.span).passable();
         self.context.diagnostics.push(match problem {
-            FileProblem::Missing => diagnostic.label(format!("not found in {place}")),
+            FileProblem::Missing => diagnostic
+                .label(format!("not found in {place}"))
+                .missing(&given.text),
             FileProblem::Folder => diagnostic.label("the name of a file is needed"),
             FileProblem::NotRegular => {
                 diagnostic.label("pipes and devices are not read: they may never end")
             }
+            _ => diagnostic,
         });
     }
 

@@ -2,6 +2,7 @@
 
 use super::{Dialect, ParamReader};
 use crate::assets::spd;
+use crate::files::FileProblem;
 use crate::math::spectrum::{rgb_from_blackbody, rgb_from_blackbody_v2, rgb_from_samples};
 use crate::math::{Rgb, color};
 use crate::syntax::files;
@@ -99,20 +100,25 @@ fn inline(reader: &ParamReader<'_>, param: &Param, numbers: &[f64]) -> Rgb {
 }
 
 fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
-    let read = files::regular(reader.context.directory, &name.text)
+    let path = files::regular(reader.context.directory, &name.text);
+    let is_missing = path == Err(FileProblem::Missing);
+    let read = path
         .map_err(|problem| problem.to_string())
         .and_then(|path| reader.context.spectra.rgb(path))
         .map(|v3| in_dialect(reader, v3));
     read.unwrap_or_else(|error| {
-        reader.context.diagnostics.push(
-            Diagnostic::error(format!(
-                "cannot use the spectrum file `{}`: {error}",
-                name.text
-            ))
-            .at(name.span)
-            .passable()
-            .label("black is used to read on"),
-        );
+        let diagnostic = Diagnostic::error(format!(
+            "cannot use the spectrum file `{}`: {error}",
+            name.text
+        ))
+        .at(name.span)
+        .passable()
+        .label("black is used to read on");
+        reader.context.diagnostics.push(if is_missing {
+            diagnostic.missing(&name.text)
+        } else {
+            diagnostic
+        });
         Rgb::ZERO
     })
 }

@@ -30,6 +30,8 @@ pub struct ReadSettings {
     pub compat: Option<Compat>,
     /// `--lens-model` with `--tolerance`.
     pub lens_model: Option<ModelChoice>,
+    /// `check --verbose`: say also what changes nothing but the noise.
+    pub details: bool,
 }
 
 /// Reads a whole scene file with its includes. The scene holds what could be understood, and is
@@ -150,6 +152,7 @@ impl<'a> Interpreter<'a> {
                         .label("the block begins here")
                         .with_help("add `WorldEnd` at the end (pbrt-v4's scenes have none)"),
                 );
+                self.diagnostics.looks_like_v4();
             }
             drop(self.close_world());
         } else if !self.had_world {
@@ -228,9 +231,9 @@ impl<'a> Interpreter<'a> {
             D::ActiveTransform(which) => self.current.active = which,
             D::TransformTimes(start, end) => self.options.transform_times = [start, end],
             D::TransformBegin => self.scopes.open(Scope::Transform, span, &mut self.current),
-            D::TransformEnd => self.close_scope(Scope::Transform, span),
+            D::TransformEnd => self.end_scope(Scope::Transform, span),
             D::AttributeBegin => self.scopes.open(Scope::Attribute, span, &mut self.current),
-            D::AttributeEnd => self.close_scope(Scope::Attribute, span),
+            D::AttributeEnd => self.end_scope(Scope::Attribute, span),
             D::PixelFilter(typed) => self.options.filter = stored(typed),
             D::Film(typed) => self.options.film = stored(typed),
             D::Sampler(typed) => self.options.sampler = stored(typed),
@@ -340,17 +343,28 @@ impl<'a> Interpreter<'a> {
         self.world = Some(world);
     }
 
-    /// Closes a scope. In a world that was only assumed its transformations stay: pbrt-v3 ignores
-    /// scopes there, and the camera may stand in one.
-    fn close_scope(&mut self, scope: Scope, span: Span) {
+    /// `AttributeEnd` or `TransformEnd`.
+    fn end_scope(&mut self, scope: Scope, span: Span) {
+        if !self.close_scope(scope, span) {
+            let word = scope.word();
+            let message = format!("`{word}End` without a matching `{word}Begin`; ignored");
+            self.error(span, message);
+        }
+    }
+
+    /// Closes a scope; false where none is open. In a world that was only assumed its
+    /// transformations stay: pbrt-v3 ignores scopes there, and the camera may stand in one.
+    pub(super) fn close_scope(&mut self, scope: Scope, span: Span) -> bool {
         let assumed = self.world.as_ref().is_some_and(|world| world.assumed);
         let before = assumed.then(|| (self.current.ctm.clone(), self.current.active));
-        self.scopes
+        let closed = self
+            .scopes
             .close(scope, span, &mut self.current, self.diagnostics);
         if let Some((ctm, active)) = before {
             self.current.ctm = ctm;
             self.current.active = active;
         }
+        closed
     }
 
     /// Collects what tells the dialect. Once the world has begun, what was read has been read.
@@ -503,20 +517,19 @@ impl<'a> Interpreter<'a> {
     fn close_world(&mut self) -> Option<Frame> {
         let mut world = self.world.take()?;
         self.had_world = true;
-        self.scopes.close_all(self.diagnostics);
-        if let Some((_, opened)) = world.open_object.take() {
+        let open_object = world.open_object.take().map(|(_, opened)| opened);
+        self.scopes.close_all(open_object, self.diagnostics);
+        if let Some(opened) = open_object {
             let message = "`ObjectBegin` without `ObjectEnd`: the object is dropped";
             self.error(opened, message);
         }
         let media = self.take_media();
         let mut options = self.read_options();
-        if let Some(options) = &mut options {
-            if media.has_volumes() {
-                let IntegratorSettings { spec, .. } = &mut options.integrator;
-                *spec = spec.clone().through_volumes(options.media_seen);
-            }
-            self.check_media(&media, options);
+        if media.has_volumes() {
+            let IntegratorSettings { spec, .. } = &mut options.integrator;
+            *spec = spec.clone().through_volumes(options.media_seen);
         }
+        self.check_media(&media, &options);
         // pbrt-v2 keeps the options for the next frame, v3 forgets them (docs/scene-language.md §A.1).
         if self.dialect == Dialect::V3 {
             self.options = StoredOptions::default();
@@ -524,7 +537,7 @@ impl<'a> Interpreter<'a> {
         }
         self.current = Current::new();
         self.coordinate_systems.clear();
-        Some(world.into_frame(options?, media))
+        Some(world.into_frame(options, media))
     }
 
     /// Where the integrator's type stands.
@@ -533,15 +546,16 @@ impl<'a> Interpreter<'a> {
         integrator.map(|stored| stored.typed.kind.span)
     }
 
-    fn read_options(&self) -> Option<Options> {
+    fn read_options(&self) -> Options {
         let names = TextureNames::default();
-        let mut options = self.options.read(&self.reading(&names))?;
+        let reading = self.reading(&names);
+        let mut options = self.options.read(&reading, self.settings.details);
         if let Some(compat) = self.settings.compat {
             options.camera.set_compat(compat);
         }
         if let Some(model) = self.settings.lens_model {
             options.camera.set_model(model);
         }
-        Some(options)
+        options
     }
 }

@@ -3,26 +3,24 @@
 use super::description::{InstanceEntity, ObjectDefinition};
 use super::interpreter::Interpreter;
 use super::scopes::Scope;
-use crate::handles::ObjectId;
+use super::world_block::WorldBlock;
 use crate::syntax::{Diagnostic, Name, Span};
 
 impl Interpreter<'_> {
-    /// `ObjectBegin "name"`.
+    /// `ObjectBegin "name"`. Inside another object it ends that one, as in pbrt-v3, and leaves its
+    /// scope open.
     pub(super) fn begin_object(&mut self, span: Span, name: Name) {
-        let Some(world) = self.world.as_ref() else {
-            return;
-        };
-        if let Some((open, opened)) = &world.open_object {
-            self.diagnostics.push(
-                Diagnostic::error(format!(
-                    "`ObjectBegin` inside the object `{}`; ignored",
-                    open.name
-                ))
-                .at(span)
-                .passable()
-                .related(*opened, "which begins here"),
+        if let Some((open, opened)) = self.world.as_ref().and_then(|w| w.open_object.as_ref()) {
+            let message = format!(
+                "`ObjectBegin` inside the object `{}`, which ends here",
+                open.name
             );
-            return;
+            self.diagnostics.push(
+                Diagnostic::error(message)
+                    .at(span)
+                    .passable()
+                    .related(*opened, "which begins here"),
+            );
         }
         self.scopes.open(Scope::Object, span, &mut self.current);
         let object = ObjectDefinition {
@@ -30,25 +28,29 @@ impl Interpreter<'_> {
             shapes: Vec::new(),
         };
         if let Some(world) = self.world.as_mut() {
+            world.finish_object();
             world.open_object = Some((object, span));
         }
     }
 
-    /// `ObjectEnd`.
+    /// `ObjectEnd`: ends the object, and closes the scope opened last, whatever opened it.
     pub(super) fn end_object(&mut self, span: Span) {
-        let object = self.world.as_mut().and_then(|w| w.open_object.take());
-        let Some((object, _)) = object else {
-            self.error(span, "`ObjectEnd` without `ObjectBegin`; ignored");
-            return;
-        };
-        self.scopes
-            .close_object(&mut self.current, self.diagnostics);
-        let Some(world) = self.world.as_mut() else {
-            return;
-        };
-        let id = ObjectId(world.objects.len() as u32);
-        world.object_names.insert(object.name.clone(), id);
-        world.objects.push(object);
+        let opened = self.world.as_mut().and_then(WorldBlock::finish_object);
+        let closed = self.close_scope(Scope::Object, span);
+        match (opened, closed) {
+            (Some(_), true) => {}
+            (Some(opened), false) => self.diagnostics.push(
+                Diagnostic::error("`ObjectEnd` finds no open scope to close")
+                    .at(span)
+                    .passable()
+                    .related(opened, "an end since then has closed this one's"),
+            ),
+            (None, true) => self.error(
+                span,
+                "`ObjectEnd` without `ObjectBegin`: it only closes a scope, as in pbrt-v3",
+            ),
+            (None, false) => self.error(span, "`ObjectEnd` without `ObjectBegin`; ignored"),
+        }
     }
 
     /// `ObjectInstance "name"`.

@@ -94,8 +94,9 @@ impl StoredOptions {
         })
     }
 
-    /// Reads everything; every problem is reported. `None` where there is no camera to render with.
-    pub fn read(&self, reading: &Reading) -> Option<Options> {
+    /// Reads everything; every problem is reported, and something stands in for what cannot be read.
+    /// With `details`, what changes nothing but the noise is noted too.
+    pub fn read(&self, reading: &Reading, details: bool) -> Options {
         let dialect = reading.dialect();
         self.read_accelerator(reading);
         self.read_renderer(reading);
@@ -107,7 +108,7 @@ impl StoredOptions {
         });
         let filter = self.filter.as_ref();
         let filter = reading.read_or("PixelFilter", filter, "box", Filter::from_params);
-        let sampler = self.read_sampler(reading);
+        let sampler = self.read_sampler(reading, details);
         let integrator = match &self.integrator {
             Some(given) => reading.read_stored(given, IntegratorSettings::from_params),
             None => IntegratorSettings::default_for(dialect),
@@ -121,9 +122,9 @@ impl StoredOptions {
         );
         let camera = self.camera.as_ref();
         self.check_camera_place(reading);
-        let camera = reading.read_or("Camera", camera, "perspective", CameraSpec::from_params)?;
+        let camera = reading.read_or("Camera", camera, "perspective", CameraSpec::from_params);
         let camera_from_world = self.camera_ctm.placement(self.transform_times);
-        Some(Options {
+        Options {
             camera,
             camera_from_world,
             film,
@@ -131,16 +132,16 @@ impl StoredOptions {
             sampler,
             integrator,
             media_seen,
-        })
+        }
     }
 
-    fn read_sampler(&self, reading: &Reading) -> SamplerSpec {
+    fn read_sampler(&self, reading: &Reading, details: bool) -> SamplerSpec {
         let Some(given) = &self.sampler else {
             return SamplerSpec::default_for(reading.dialect());
         };
         reading.read_stored(given, |reader| {
             let sampler = SamplerSpec::from_params(reader);
-            if let Some(note) = sampler.note {
+            if let Some(note) = sampler.note.filter(|_| details) {
                 reader.note(note);
             }
             sampler

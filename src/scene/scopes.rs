@@ -1,8 +1,8 @@
 //! Scopes: what `AttributeBegin`, `TransformBegin` and `ObjectBegin` save and their ends restore.
 //!
-//! As in pbrt, attributes and transforms share one stack of transformations while only the former
-//! also save the graphics state. Crossed nesting therefore restores the wrong transformation
-//! (docs/scene-language.md §2.1); it is followed, with a warning where it happens.
+//! As in pbrt, attributes, objects and transforms share one stack of transformations while only the
+//! former two also save the graphics state. A transform crossed with one of these therefore restores
+//! the wrong transformation (docs/scene-language.md §2.1); it is followed, with a warning where it happens.
 
 use super::graphics_state::{GraphicsState, SavedGraphicsState};
 use super::transforms::Ctm;
@@ -15,12 +15,13 @@ pub enum Scope {
     Attribute,
     /// `TransformBegin`.
     Transform,
-    /// `ObjectBegin`, which implies an attribute scope.
+    /// `ObjectBegin`, which opens an attribute scope.
     Object,
 }
 
 impl Scope {
-    fn word(self) -> &'static str {
+    /// What its directives begin with.
+    pub fn word(self) -> &'static str {
         match self {
             Scope::Attribute => "Attribute",
             Scope::Transform => "Transform",
@@ -65,17 +66,11 @@ struct SavedTransform {
     opened: Span,
 }
 
-#[derive(Debug)]
-struct SavedState {
-    state: SavedGraphicsState,
-    scope: Scope,
-}
-
 /// The open scopes: attributes and objects are on both stacks, transforms on one.
 #[derive(Debug, Default)]
 pub struct Scopes {
     transforms: Vec<SavedTransform>,
-    states: Vec<SavedState>,
+    states: Vec<SavedGraphicsState>,
 }
 
 impl Scopes {
@@ -88,36 +83,27 @@ impl Scopes {
             opened,
         });
         if scope != Scope::Transform {
-            let state = current.state.save();
-            self.states.push(SavedState { state, scope });
+            self.states.push(current.state.save());
         }
     }
 
-    /// Closes a scope: `AttributeEnd` or `TransformEnd`. An object's own scope stays closed to
-    /// both, and `AttributeEnd` needs an `AttributeBegin` somewhere.
+    /// Closes a scope at an end of this kind, as pbrt-v3 does: whichever was opened last, on the
+    /// stacks that this kind is on. Attributes and objects are all one there, and public scenes
+    /// close either with the other's end; only a crossing with a transform is warned of, which
+    /// restores something else than it seems. False, and nothing done, where none is open.
     pub fn close(
         &mut self,
         scope: Scope,
         span: Span,
         current: &mut Current,
         diagnostics: &Diagnostics,
-    ) {
-        let state_is_there = || {
-            self.states
-                .last()
-                .is_some_and(|top| top.scope == Scope::Attribute)
+    ) -> bool {
+        let with_state = scope != Scope::Transform;
+        let open = !with_state || !self.states.is_empty();
+        let Some(top) = self.transforms.pop_if(|_| open) else {
+            return false;
         };
-        let matched = scope == Scope::Transform || state_is_there();
-        let top = self
-            .transforms
-            .pop_if(|top| matched && top.scope != Scope::Object);
-        let Some(top) = top else {
-            let word = scope.word();
-            let message = format!("`{word}End` without a matching `{word}Begin`; ignored");
-            diagnostics.push(Diagnostic::error(message).at(span).passable());
-            return;
-        };
-        if top.scope != scope {
+        if with_state != (top.scope != Scope::Transform) {
             let (ended, begun) = (scope.word(), top.scope.word());
             diagnostics.push(
                 Diagnostic::warning(format!("`{ended}End` closes the scope of `{begun}Begin`"))
@@ -128,43 +114,21 @@ impl Scopes {
         }
         current.ctm = top.ctm;
         current.active = top.active;
-        if scope == Scope::Attribute
-            && let Some(saved) = self.states.pop()
-        {
-            current.state.restore(saved.state);
+        if let Some(state) = self.states.pop_if(|_| with_state) {
+            current.state.restore(state);
         }
+        true
     }
 
-    /// Closes an object's scope and whatever was left open inside it.
-    pub fn close_object(&mut self, current: &mut Current, diagnostics: &Diagnostics) {
-        while let Some(top) = self.transforms.pop() {
-            current.ctm = top.ctm.clone();
-            current.active = top.active;
-            if top.scope == Scope::Object {
-                break;
-            }
-            never_closed(&top, diagnostics);
-        }
-        while let Some(top) = self.states.pop() {
-            current.state.restore(top.state);
-            if top.scope == Scope::Object {
-                break;
-            }
-        }
-    }
-
-    /// Closes everything at the end of the world; an object left open is the caller's to report.
-    pub fn close_all(&mut self, diagnostics: &Diagnostics) {
+    /// Closes everything at the end of the world; an object left open, whose `ObjectBegin` is at
+    /// `open_object`, is the caller's to report.
+    pub fn close_all(&mut self, open_object: Option<Span>, diagnostics: &Diagnostics) {
         for left in self.transforms.drain(..) {
-            if left.scope != Scope::Object {
-                never_closed(&left, diagnostics);
+            if left.scope != Scope::Object || Some(left.opened) != open_object {
+                let message = format!("the scope of `{}Begin` is never closed", left.scope.word());
+                diagnostics.push(Diagnostic::warning(message).at(left.opened));
             }
         }
         self.states.clear();
     }
-}
-
-fn never_closed(scope: &SavedTransform, diagnostics: &Diagnostics) {
-    let message = format!("`{}Begin` is never closed", scope.scope.word());
-    diagnostics.push(Diagnostic::warning(message).at(scope.opened));
 }

@@ -70,6 +70,15 @@ impl WorldBlock {
         }
     }
 
+    /// Ends the open object, if there is one, and says where it began.
+    pub(super) fn finish_object(&mut self) -> Option<Span> {
+        let (object, opened) = self.open_object.take()?;
+        let id = ObjectId(self.objects.len() as u32);
+        self.object_names.insert(object.name.clone(), id);
+        self.objects.push(object);
+        Some(opened)
+    }
+
     /// Does anything give light?
     pub(super) fn has_lights(&self) -> bool {
         let objects = self.objects.iter().flat_map(|object| &object.shapes);

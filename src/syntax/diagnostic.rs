@@ -6,6 +6,7 @@
 //! comes from many places only the first few are kept and the rest counted, so that a million
 //! shapes with the same misspelt parameter make neither a million lines nor fill the memory.
 
+use super::groups::Groups;
 use super::source::{SourceMap, Span};
 use super::suggest::nearest;
 use std::cell::RefCell;
@@ -58,6 +59,9 @@ pub struct Diagnostic {
     /// a name that nobody has defined? Something stands in its place, so the rest can be rendered
     /// (`--keep-going`).
     pub passable: bool,
+    /// The name of the file that is not there, as the scene gives it: those of one folder are told
+    /// together.
+    pub missing: Option<String>,
     /// What stands beside the caret.
     pub label: Option<String>,
     /// Other places that matter, with what to say about them.
@@ -76,6 +80,7 @@ impl Diagnostic {
             span: None,
             item: None,
             passable: false,
+            missing: None,
             label: None,
             related: Vec::new(),
             notes: Vec::new(),
@@ -114,6 +119,12 @@ impl Diagnostic {
     /// Something stands in the place of what is wrong: see [`passable`](field@Diagnostic::passable).
     pub fn passable(mut self) -> Self {
         self.passable = true;
+        self
+    }
+
+    /// There is no file of this name: see [`missing`](field@Diagnostic::missing).
+    pub fn missing(mut self, name: &str) -> Self {
+        self.missing = Some(name.to_owned());
         self
     }
 
@@ -185,6 +196,9 @@ struct State {
     passable_errors: usize,
     warnings: usize,
     dropped: usize,
+    groups: Groups,
+    /// Things met that only pbrt-v4 has.
+    v4_signs: usize,
 }
 
 /// Takes problems as they are met, through a shared reference.
@@ -218,6 +232,9 @@ impl Diagnostics {
             }
             Severity::Warning => state.warnings += 1,
             Severity::Note => {}
+        }
+        if !state.groups.admit(&diagnostic) {
+            return;
         }
         match seen {
             Some(seen) if seen.places >= PLACES_KEPT => {
@@ -269,7 +286,15 @@ impl Diagnostics {
         let severe = diagnostic.severity == Severity::Error;
         let same = |kept: &&Kept| (kept.diagnostic.severity == Severity::Error) == severe;
         // Those before it, and no more of them than are needed for the answer.
-        !repeated && state.kept.iter().filter(same).nth(PRINTED - 1).is_none()
+        !repeated
+            && !state.groups.is_full(diagnostic)
+            && state.kept.iter().filter(same).nth(PRINTED - 1).is_none()
+    }
+
+    /// Something was met that only pbrt-v4 has. One such thing may be a slip; of more, the text
+    /// begins with what the scene is.
+    pub fn looks_like_v4(&self) {
+        self.state.borrow_mut().v4_signs += 1;
     }
 
     /// Errors met, those at places not kept included.
@@ -324,19 +349,31 @@ impl Diagnostics {
     }
 
     /// All of it as text: each problem with its excerpt, the first hundred errors and the first
-    /// hundred warnings and notes in the order they were met, then how many there were besides.
+    /// hundred warnings and notes in the order they were met, then how many there were besides. Many
+    /// warnings of one kind are a few and a count, and so are missing files of one folder.
     pub fn render(&self, sources: &SourceMap, style: Style) -> String {
         let state = self.state.borrow();
         let mut text = String::new();
+        if state.v4_signs > 1 {
+            let said =
+                Diagnostic::note("this is a pbrt-v4 scene, and fstop reads those of pbrt-v3");
+            text = said.render(sources, style) + "\n\n";
+        }
         let (mut errors, mut others) = (0, 0);
+        let mut kinds = HashMap::new();
         for kept in &state.kept {
+            let number = kinds.entry(Groups::key(&kept.diagnostic)).or_insert(0);
+            *number += 1;
+            let Some(complete) = state.groups.shown(kept.complete(), *number) else {
+                continue;
+            };
             let printed = match kept.diagnostic.severity {
                 Severity::Error => &mut errors,
                 Severity::Warning | Severity::Note => &mut others,
             };
             *printed += 1;
             if *printed <= PRINTED {
-                text += &kept.complete().render(sources, style);
+                text += &complete.render(sources, style);
                 text += "\n\n";
             }
         }
@@ -411,8 +448,8 @@ mod tests {
         );
         let text = diagnostics.render(&SourceMap::new(), Style::Plain);
         assert_eq!(text.matches("error: error").count(), PRINTED);
-        assert_eq!(text.matches("warning: warning").count(), PRINTED);
-        assert!(text.ends_with("… and 39800 more problems\n\n"), "{text}");
+        assert_eq!(text.matches("… and 19,997 more like it").count(), 1);
+        assert!(text.ends_with("… and 19900 more problems\n\n"), "{text}");
     }
 
     #[test]

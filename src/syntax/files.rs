@@ -1,20 +1,7 @@
 //! File names in a scene: where they lead.
 
+use crate::files::FileProblem;
 use std::path::{Path, PathBuf};
-
-/// Why a name leads to no file that can be read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FileProblem {
-    /// Nothing is there.
-    #[error("there is no such file")]
-    Missing,
-    /// A folder is there.
-    #[error("this is a folder")]
-    Folder,
-    /// A pipe, a device or a socket is there: reading it might never end.
-    #[error("this is not a regular file")]
-    NotRegular,
-}
 
 /// The regular file that `name` stands for, by the rules of [`resolve`].
 pub fn regular(directory: &Path, name: &str) -> Result<PathBuf, FileProblem> {

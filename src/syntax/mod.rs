@@ -33,6 +33,7 @@ pub mod directive;
 mod excerpt;
 pub mod files;
 mod grammar;
+mod groups;
 pub mod lexer;
 pub mod number;
 pub mod parameter;

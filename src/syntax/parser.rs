@@ -34,13 +34,15 @@ use super::number::number;
 use super::source::{FileId, SourceMap, Span};
 use super::suggest::nearest;
 use super::token::{Token, TokenKind};
-use std::collections::HashSet;
+use crate::files::FileProblem;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// More inclusions than any scene has; a few files that include each other's successors twice
-/// would otherwise keep the parser busy for years without any cycle.
-const MOST_INCLUDES: usize = 1_000_000;
+/// More inclusions than any scene has (the largest public ones have some thousand); a few files that
+/// include each other's successors twice would otherwise keep the parser busy for years without any
+/// cycle.
+const MOST_INCLUDES: usize = 50_000;
 
 /// How many files of a cycle are named before the middle is left out.
 const CYCLE_NAMED: usize = 10;
@@ -71,6 +73,8 @@ pub struct Parser<'a> {
     pub(super) open: Vec<OpenFile>,
     open_paths: HashSet<PathBuf>,
     includes: usize,
+    /// How often each file was included.
+    included: HashMap<PathBuf, usize>,
     peeked: Option<Token>,
     /// The word of the statement being read.
     pub(super) statement: Span,
@@ -89,6 +93,7 @@ impl<'a> Parser<'a> {
             open: Vec::new(),
             open_paths: HashSet::new(),
             includes: 0,
+            included: HashMap::new(),
             peeked: None,
             statement: Span {
                 file: main,
@@ -236,6 +241,7 @@ impl<'a> Parser<'a> {
             Diagnostic::error(format!("expected a directive, found {found}")).at(token.span);
         self.report(match (token.kind, text.as_str()) {
             (TokenKind::Bare, "Option" | "Attribute" | "ColorSpace" | "Import") => {
+                self.diagnostics.looks_like_v4();
                 diagnostic.with_note("this word belongs to pbrt-v4; pbrt-v3 scenes are read here")
             }
             (
@@ -284,28 +290,26 @@ impl<'a> Parser<'a> {
             );
             return Ok(true);
         }
-        self.includes += 1;
-        if self.includes > MOST_INCLUDES {
-            self.report(
-                Diagnostic::error(format!(
-                    "more than {MOST_INCLUDES} inclusions: no more are followed"
-                ))
-                .at(word),
-            );
+        if self.includes >= MOST_INCLUDES {
+            self.too_many_includes(word);
             return Ok(true);
         }
+        self.includes += 1;
+        *self.included.entry(canonical.clone()).or_default() += 1;
         match self.sources.include(&path, word) {
             Ok(file) => {
                 self.enter(file, canonical);
                 Ok(true)
             }
             Err(error) => {
-                self.report(
-                    Diagnostic::error(format!("cannot include this file: {error}"))
-                        .at(name.span)
-                        .passable()
-                        .with_note("the directory of the main scene file is where `Include` looks"),
-                );
+                let diagnostic = Diagnostic::error(format!("cannot include this file: {error}"))
+                    .at(name.span)
+                    .passable()
+                    .with_note("the directory of the main scene file is where `Include` looks");
+                self.report(match error.problem {
+                    FileProblem::Missing => diagnostic.missing(&name.text),
+                    _ => diagnostic,
+                });
                 Ok(false)
             }
         }
@@ -330,6 +334,19 @@ impl<'a> Parser<'a> {
             last = Some(word);
         }
         Ok(last)
+    }
+
+    /// Reports an `Include` beyond the limit, and which file was included most.
+    fn too_many_includes(&self, word: Span) {
+        let most = self.included.iter().max_by_key(|&(path, n)| (n, path));
+        let message = format!("more than {MOST_INCLUDES} inclusions: no more are followed");
+        let diagnostic = Diagnostic::error(message).at(word);
+        self.report(match most {
+            Some((path, n)) => {
+                diagnostic.with_note(format!("`{}` alone was included {n} times", path.display()))
+            }
+            None => diagnostic,
+        });
     }
 
     /// Where a file is not found from the main file's directory, but from that of the file with

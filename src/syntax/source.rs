@@ -4,9 +4,9 @@
 //! has been parsed to its end its bytes are given back, and read again from disk should a message
 //! need an excerpt. Lines and columns are counted only when a message is printed.
 
+use crate::files::{self, FileProblem};
 use std::cell::{Cell, RefCell};
 use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -51,39 +51,26 @@ pub struct Location {
 
 /// Why a file could not be taken in.
 #[derive(Debug, thiserror::Error)]
-pub enum SourceError {
-    /// It could not be opened or read.
-    #[error("cannot read `{}`: {}", path.display(), reason(cause))]
-    Unreadable {
-        /// As it was asked for.
-        path: PathBuf,
-        /// What the operating system said.
-        cause: std::io::Error,
-    },
-    /// A folder, a device, a pipe.
-    #[error("`{}` is not a regular file", path.display())]
-    NotAFile {
-        /// As it was asked for.
-        path: PathBuf,
-    },
-    /// Places in a file are 32-bit numbers.
-    #[error("`{}` is larger than 4 GiB; split it and `Include` the parts", path.display())]
-    TooLarge {
-        /// As it was asked for.
-        path: PathBuf,
-    },
+#[error("cannot read `{}`: {problem}{}", path.display(), advice(problem))]
+pub struct SourceError {
+    /// As it was asked for.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub problem: FileProblem,
 }
 
-/// What the operating system said; the commonest in words of our own, the same on every system.
-fn reason(cause: &std::io::Error) -> String {
-    match cause.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        _ => cause.to_string(),
+fn advice(problem: &FileProblem) -> &'static str {
+    match problem {
+        FileProblem::TooLarge(_) => "; split it and `Include` the parts",
+        _ => "",
     }
 }
 
 /// The largest file in bytes: offsets are `u32`.
 const LARGEST: u64 = u32::MAX as u64;
+
+/// The largest scene that a pipe may give, in bytes. Whether it ends shows only when it has.
+const LARGEST_STREAM: u64 = 1 << 30;
 
 #[derive(Debug)]
 struct SourceFile {
@@ -111,31 +98,27 @@ impl SourceMap {
         Self::default()
     }
 
-    /// Takes in the main scene file. Pipes are read to their end.
+    /// Takes in the main scene file. A pipe is read to its end where it came with the program, as
+    /// `<(command)` does.
     pub fn open(&self, path: &Path) -> Result<FileId, SourceError> {
-        let bytes = read(path)?;
-        Ok(self.add(path.to_owned(), bytes, path.is_file(), None))
+        if is_inherited_pipe(path) {
+            let file = File::open(path).map_err(FileProblem::from);
+            let bytes = file.and_then(|file| files::read_stream(file, LARGEST_STREAM));
+            return Ok(self.add(path.to_owned(), at(path, bytes)?, false, None));
+        }
+        Ok(self.add(path.to_owned(), read(path)?, true, None))
     }
 
-    /// Takes in the file named by an `Include` at `included_at`. Only regular files: a pipe or a
-    /// device might never end.
+    /// Takes in the file named by an `Include` at `included_at`.
     pub fn include(&self, path: &Path, included_at: Span) -> Result<FileId, SourceError> {
-        let unreadable = |cause| SourceError::Unreadable {
-            path: path.to_owned(),
-            cause,
-        };
-        if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
-            return Err(SourceError::NotAFile {
-                path: path.to_owned(),
-            });
-        }
         Ok(self.add(path.to_owned(), read(path)?, true, Some(included_at)))
     }
 
     /// Takes in everything standard input has to give; messages call it `<stdin>`.
     pub fn open_stdin(&self) -> Result<FileId, SourceError> {
         let path = PathBuf::from("<stdin>");
-        let bytes = read_all(std::io::stdin().lock(), &path)?;
+        let bytes = files::read_stream(std::io::stdin().lock(), LARGEST_STREAM);
+        let bytes = at(&path, bytes)?;
         Ok(self.add(path, bytes, false, None))
     }
 
@@ -253,43 +236,29 @@ impl SourceMap {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
-    let unreadable = |cause| SourceError::Unreadable {
-        path: path.to_owned(),
-        cause,
-    };
-    let file = File::open(path).map_err(unreadable)?;
-    let metadata = file.metadata().map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(SourceError::NotAFile {
-            path: path.to_owned(),
-        });
-    }
-    if metadata.len() > LARGEST {
-        return Err(SourceError::TooLarge {
-            path: path.to_owned(),
-        });
-    }
-    read_all(file, path)
+    at(path, files::read(path, LARGEST))
 }
 
-/// Reads to the end, but not beyond the limit: a device may have no end. Reading straight from
-/// the `File` keeps its size hint, so that the buffer is allocated once.
-fn read_all(mut from: impl Read, path: &Path) -> Result<Vec<u8>, SourceError> {
-    let mut bytes = Vec::new();
-    let unreadable = |cause| SourceError::Unreadable {
+fn at<T>(path: &Path, read: Result<T, FileProblem>) -> Result<T, SourceError> {
+    read.map_err(|problem| SourceError {
         path: path.to_owned(),
-        cause,
-    };
-    from.by_ref()
-        .take(LARGEST + 1)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
-    if bytes.len() as u64 > LARGEST {
-        return Err(SourceError::TooLarge {
-            path: path.to_owned(),
-        });
-    }
-    Ok(bytes)
+        problem,
+    })
+}
+
+/// Is this a pipe among the files that the program was started with? Somebody writes to it.
+#[cfg(unix)]
+fn is_inherited_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    let inherited = ["/dev/fd", "/proc/self/fd", "/dev/stdin"];
+    inherited.iter().any(|folder| path.starts_with(folder))
+        && std::fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_fifo())
+}
+
+/// There are no such files elsewhere.
+#[cfg(not(unix))]
+fn is_inherited_pipe(_: &Path) -> bool {
+    false
 }
 
 #[cfg(test)]
@@ -357,22 +326,14 @@ mod tests {
             .and_then(|file| file.set_len(LARGEST + 1))
             .expect("a sparse file");
         let sources = SourceMap::new();
-        assert!(matches!(
-            sources.open(&path),
-            Err(SourceError::TooLarge { .. })
-        ));
+        let problem =
+            |taken: Result<FileId, SourceError>| taken.expect_err("none of these").problem;
+        let too_large = FileProblem::TooLarge(LARGEST);
+        assert_eq!(problem(sources.open(&path)), too_large);
         let at = span(FileId(0), 0);
-        assert!(matches!(
-            sources.include(&path, at),
-            Err(SourceError::TooLarge { .. })
-        ));
-        assert!(matches!(
-            sources.open(folder.path()),
-            Err(SourceError::NotAFile { .. })
-        ));
-        assert!(matches!(
-            sources.open(Path::new("/none")),
-            Err(SourceError::Unreadable { .. })
-        ));
+        assert_eq!(problem(sources.include(&path, at)), too_large);
+        assert_eq!(problem(sources.open(folder.path())), FileProblem::Folder);
+        let missing = problem(sources.open(Path::new("/none")));
+        assert_eq!(missing, FileProblem::Missing);
     }
 }

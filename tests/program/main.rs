@@ -12,3 +12,5 @@ mod passes;
 #[cfg(target_os = "linux")]
 mod streams;
 mod tradeoff;
+#[cfg(unix)]
+mod unreadable;

@@ -151,3 +151,27 @@ fn ten_thousand_nested_includes() {
         read.text
     );
 }
+
+/// Eighteen files that each include the next one twice: no circle, and 524,286 inclusions.
+#[test]
+fn exponential_includes_end_and_name_the_file() {
+    let folder = Folder::new(&[]);
+    for i in 0..18 {
+        let next = format!("Include \"{0}.pbrt\" Include \"{0}.pbrt\"", i + 1);
+        std::fs::write(folder.path(&format!("{i}.pbrt")), next).expect("a file");
+    }
+    std::fs::write(folder.path("18.pbrt"), "Identity").expect("a file");
+    let read = read_file(&folder.path("0.pbrt"));
+    assert_eq!(
+        read.messages[0],
+        "more than 50000 inclusions: no more are followed"
+    );
+    // Half of them are of the innermost file.
+    assert!(
+        (24_900..25_100).contains(&read.kinds.len()),
+        "{}",
+        read.kinds.len()
+    );
+    let named = format!("18.pbrt` alone was included {} times", read.kinds.len());
+    assert!(read.text.contains(&named), "{}", read.text);
+}

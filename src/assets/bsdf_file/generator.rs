@@ -9,7 +9,7 @@ pub struct Analytic<'a> {
     pub eta: f32,
     /// 1 or 3.
     pub channels: usize,
-    /// Number of cosines, even: none is 0.
+    /// Number of cosines, even: 0 is there twice, as layerlab writes it, once for either side.
     pub cosines: usize,
     /// Terms of the longest series.
     pub terms: usize,
@@ -41,7 +41,7 @@ pub fn encode(analytic: &Analytic) -> Vec<u8> {
     bytes.extend(analytic.eta.to_le_bytes());
     bytes.extend([0; 16]);
     let mut floats = |values: &[f32]| values.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
-    floats(&mu.iter().map(|&mu| mu as f32).collect::<Vec<_>>());
+    floats(&mu.iter().map(|&mu| written(mu)).collect::<Vec<_>>());
     // The running integrals are not used.
     floats(&vec![0.0; mu.len() * mu.len()]);
     series
@@ -53,12 +53,20 @@ pub fn encode(analytic: &Analytic) -> Vec<u8> {
     bytes
 }
 
+/// Stands for the cosine 0 of either side, so that a formula sees which side it is.
+const GRAZING: f64 = 1e-9;
+
+/// A cosine as the file has it.
+fn written(mu: f64) -> f32 {
+    if mu.abs() > GRAZING { mu as f32 } else { 0.0 }
+}
+
 /// Cosines from -1 to 1, dense around 0 and at the ends of both halves.
 fn cosines(count: usize) -> Vec<f64> {
     let half = count / 2;
     let inner = |i: usize| {
         let t = i as f64 / (half - 1) as f64;
-        1e-4 + (1.0 - 1e-4) * 0.5 * (1.0 - (PI * t).cos())
+        (0.5 * (1.0 - (PI * t).cos())).max(GRAZING)
     };
     let upper: Vec<f64> = (0..half).map(inner).collect();
     upper

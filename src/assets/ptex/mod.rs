@@ -38,7 +38,7 @@ pub use face::{Face, Neighbour, Resolution};
 pub use header::{Border, MeshKind};
 pub use sample::{Sample, Texels};
 
-use super::picture::{PictureError, read_file};
+use super::picture::PictureError;
 use half::f16;
 use header::Header;
 use sample::SampleKind;
@@ -62,10 +62,7 @@ pub struct PtexFile {
 impl PtexFile {
     /// Reads `path`. Damaged files are errors and never take more memory than their size justifies.
     pub fn load(path: &Path) -> Result<PtexFile, PictureError> {
-        let bytes = read_file(path).map_err(|source| PictureError::Unreadable {
-            path: path.into(),
-            source,
-        })?;
+        let bytes = PictureError::read(path)?;
         PtexFile::parse(&bytes).map_err(|message| PictureError::Malformed {
             path: path.into(),
             message,

@@ -131,6 +131,24 @@ fn samples_follow_the_density() {
     );
 }
 
+/// Seen along the surface, where the tables hold the cosine 0 twice: directions are drawn from
+/// either side of it and never from between.
+#[test]
+fn samples_at_grazing_angles_follow_the_density() {
+    for through in [false, true] {
+        let value = glossy(through);
+        let table = tabulated(3, 24, 16, 1.3, &value);
+        let zeros = |t: &FourierTable| t.file.cosines.iter().filter(|&&mu| mu == 0.0).count();
+        assert_eq!(zeros(&table), 2);
+        // Within the first interval on either side. (Seen along the surface itself it is black.)
+        for z in [1e-2, 1e-4, 1e-7, -1e-7, -1e-4, -1e-2] {
+            let wo = Vec3::new(1.0, 0.0, z).normalize();
+            check_sampling(&format!("through {through}, cosine {z}"), &bsdf(&table), wo);
+        }
+        do_no_harm(&table);
+    }
+}
+
 #[test]
 fn sampling_and_value_agree_on_a_white_sky() {
     for through in [false, true] {

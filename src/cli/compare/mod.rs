@@ -18,8 +18,14 @@ use input::Input;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// Two lines of use, for the long help.
+const EXAMPLES: &str = "Examples:
+  fstop compare picture.exr reference.exr
+  fstop compare a.exr b.exr --json --html page.html";
+
 /// Arguments of `fstop compare`.
 #[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
 pub struct CompareArgs {
     /// Picture (.exr, .pfm, .hdr; .png, .tga, .jpg are taken for sRGB)
     #[arg(value_name = "A")]
@@ -28,35 +34,35 @@ pub struct CompareArgs {
     #[arg(value_name = "B")]
     b: PathBuf,
     /// Print JSON instead of text
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     json: bool,
     /// Write one page with both pictures, their differences and all numbers, readable without network
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
     html: Option<PathBuf>,
     /// Probability, at most, that pictures of the same expectation are said to differ
-    #[arg(long, value_name = "P", default_value_t = Options::default().alpha, value_parser = probability, allow_negative_numbers = true)]
+    #[arg(help_heading = "How they are compared", long, value_name = "P", default_value_t = Options::default().alpha, value_parser = probability, allow_negative_numbers = true)]
     alpha: f64,
     /// Sides of the blocks of pixels that are tested, besides single pixels and the whole
-    #[arg(long, value_name = "PX", value_delimiter = ',', default_values_t = [8, 32], value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(help_heading = "How they are compared", long, value_name = "PX", value_delimiter = ',', default_values_t = [8, 32], value_parser = clap::value_parser!(u32).range(2..))]
     tile: Vec<u32>,
     /// How the probability is shared among the tests
-    #[arg(long, value_enum, default_value_t = CorrectionArg::Holm)]
+    #[arg(help_heading = "How they are compared", long, value_enum, default_value_t = CorrectionArg::Holm)]
     correction: CorrectionArg,
     /// Relative difference that does not count
-    #[arg(long, value_name = "REL", default_value_t = Options::default().relative_tolerance, value_parser = tolerance, allow_negative_numbers = true)]
+    #[arg(help_heading = "How they are compared", long, value_name = "REL", default_value_t = Options::default().relative_tolerance, value_parser = tolerance, allow_negative_numbers = true)]
     tolerance: f64,
     /// Where the noise is known from
-    #[arg(long, value_enum, default_value_t = NoiseArg::Auto)]
+    #[arg(help_heading = "How they are compared", long, value_enum, default_value_t = NoiseArg::Auto)]
     noise: NoiseArg,
     /// Noise from the difference: side of the squares of pixels that are independent of each other,
     /// the filter's width where samples are splatted
-    #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = "How they are compared", long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     cell: u32,
     /// Welch's test as it is, without the common variance that guards against rare bright samples
-    #[arg(long)]
+    #[arg(help_heading = "How they are compared", long)]
     plain_welch: bool,
     /// Leave FLIP out, which takes the longest
-    #[arg(long)]
+    #[arg(help_heading = "How they are compared", long)]
     no_flip: bool,
 }
 

@@ -18,18 +18,30 @@ use models::ModelTable;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+/// Two lines of use, for the long help.
+const EXAMPLES: &str = "Examples:
+  fstop lens dgauss.dat --focus 2 --aperture 10
+  fstop lens zoom.zmx --report page.html --svg section.svg";
+
 /// Arguments of `fstop lens`.
 #[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
 pub struct LensArgs {
     /// Lens prescriptions (.dat tables, Zemax .zmx)
     #[arg(required = true, value_name = "LENS")]
     lenses: Vec<PathBuf>,
     /// Diameter of the aperture stop in mm, instead of the file's
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(
+        help_heading = "How it is mounted",
+        long,
+        value_name = "MM",
+        allow_negative_numbers = true
+    )]
     aperture: Option<f64>,
     /// Focus at this distance from the film, in metres (`inf` for infinity); `best` or `best:M` for the film of the
     /// smallest spot of real rays instead of Gaussian focus
     #[arg(
+        help_heading = "How it is mounted",
         long,
         value_name = "M",
         allow_negative_numbers = true,
@@ -37,28 +49,38 @@ pub struct LensArgs {
     )]
     focus: Option<Focus>,
     /// Distance from the last surface to the film in mm
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(
+        help_heading = "How it is mounted",
+        long,
+        value_name = "MM",
+        allow_negative_numbers = true
+    )]
     film_distance: Option<f64>,
-    /// Diagonal of the film in mm, of proportions 3:2
-    #[arg(long, value_name = "MM", default_value_t = Film::FULL_FRAME.diagonal())]
+    /// Diagonal of the film in mm, of proportions 3:2; by default that of 24 x 36 mm, 43.27
+    #[arg(help_heading = "How it is mounted", long, value_name = "MM", default_value_t = Film::FULL_FRAME.diagonal(), hide_default_value = true)]
     film_diagonal: f64,
     /// Multiply every length of the prescription
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(
+        help_heading = "How it is mounted",
+        long,
+        value_name = "S",
+        allow_negative_numbers = true
+    )]
     scale: Option<f64>,
     /// Print JSON instead of text; lengths in mm
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     json: bool,
     /// Trace rays over the field as well: distortion, illumination, sharpness, focus table
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     analysis: bool,
     /// Draw the cross-section with rays to this SVG file
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Write one page with all plots, readable without network, to this HTML file
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Write each picture of the page to this folder, in one subfolder per lens, with an overview README.md
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(help_heading = "Output", long, value_name = "FOLDER")]
     pictures: Option<PathBuf>,
 }
 
@@ -200,6 +222,15 @@ fn text(
 
 /// Reads a lens and puts it before its film as the arguments say.
 fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("pbrt"))
+    {
+        return Err(
+            "this is a scene; give the lens file that its `Camera` names as \"lensfile\""
+                .to_string(),
+        );
+    }
     let mut prescription = Prescription::read(path).map_err(|e| e.to_string())?;
     for warning in &prescription.warnings {
         messages::warning(format_args!("{}: {warning}", path.display()));

@@ -18,34 +18,45 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
+/// Two lines of use, for the long help.
+const EXAMPLES: &str = "Examples:
+  fstop tradeoff scene.pbrt --error 1%
+  fstop tradeoff scene.pbrt --time 300 --html page.html";
+
 /// Arguments of `fstop tradeoff`.
 #[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
 pub struct TradeoffArgs {
     /// Scene file; of several frames the first
     scene: PathBuf,
     /// The relative error to recommend a setting for
-    #[arg(long, value_parser = relative, default_value = "1%", allow_hyphen_values = true, value_name = "REL")]
+    #[arg(help_heading = "How it is measured", long, value_parser = relative, default_value = "1%", allow_hyphen_values = true, value_name = "REL")]
     error: f64,
     /// Seconds the study may take; twice the time makes its numbers 1.4 times as sharp
-    #[arg(long, value_parser = super::goal::seconds, default_value = "60", allow_hyphen_values = true, value_name = "SECONDS")]
+    #[arg(help_heading = "How it is measured", long, value_parser = super::goal::seconds, default_value = "60", allow_hyphen_values = true, value_name = "SECONDS")]
     time: Duration,
     /// Render the picture at its full size; else it is made smaller where it has more than 40000 pixels
-    #[arg(long)]
+    #[arg(help_heading = "How it is measured", long)]
     full_size: bool,
     /// Print the result as JSON
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     json: bool,
     /// Also write a page with charts here
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
     html: Option<PathBuf>,
     /// Threads; by default one for each processor
-    #[arg(long, default_value_t = 0)]
+    #[arg(
+        help_heading = "How it is measured",
+        long,
+        default_value_t = 0,
+        hide_default_value = true
+    )]
     threads: usize,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 0)]
+    #[arg(help_heading = "How it is measured", long, default_value_t = 0)]
     seed: u64,
     /// Print only the result
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     quiet: bool,
     #[command(flatten)]
     read: ReadArgs,

@@ -35,32 +35,33 @@ pub(super) fn split(line: &str) -> (Vec<Cell<'_>>, Vec<Cell<'_>>) {
     let Some(first) = words().find(|w| w.contains('=')) else {
         return (cells(line), Vec::new());
     };
-    let offset = first.as_ptr() as usize - line.as_ptr() as usize;
-    let extras = words()
-        .filter(|w| w.as_ptr() as usize - line.as_ptr() as usize >= offset)
-        .map(|w| cell(line, w));
-    (cells(&line[..offset]), extras.collect())
+    let offset = offset_in(line, first);
+    let extras = words().filter(|w| offset_in(line, w) >= offset);
+    (cells(&line[..offset]), placed(line, extras))
 }
 
-/// The part of a line as a cell.
-fn cell<'a>(line: &str, part: &'a str) -> Cell<'a> {
-    let offset = part.as_ptr() as usize - line.as_ptr() as usize;
-    Cell {
-        text: part,
-        column: line[..offset].chars().count() + 1,
-    }
+/// Where a part of a line begins, in bytes.
+fn offset_in(line: &str, part: &str) -> usize {
+    part.as_ptr() as usize - line.as_ptr() as usize
+}
+
+/// Parts of a line, in their order, as cells. Characters are counted on from one to the next, so
+/// that a line of megabytes takes no time squared.
+fn placed<'a>(line: &'a str, parts: impl Iterator<Item = &'a str>) -> Vec<Cell<'a>> {
+    let (mut counted, mut column) = (0, 1);
+    let place = |text: &'a str| {
+        let offset = offset_in(line, text);
+        column += line[counted..offset].chars().count();
+        counted = offset;
+        Cell { text, column }
+    };
+    parts.map(place).collect()
 }
 
 /// Cuts a line into cells. Blank cells count only where the line is four or five cells separated
 /// by single tabs; otherwise any run of blanks is one separator.
 fn cells(line: &str) -> Vec<Cell<'_>> {
-    let cut = |part| cell(line, part);
-    let tabbed: Vec<Cell> = line
-        .trim_end()
-        .split('\t')
-        .map(str::trim)
-        .map(cut)
-        .collect();
+    let tabbed = placed(line, line.trim_end().split('\t').map(str::trim));
     let blank = tabbed.iter().any(|c| c.text.is_empty());
     let single = tabbed.iter().all(|c| !c.text.contains(char::is_whitespace));
     if blank
@@ -70,5 +71,5 @@ fn cells(line: &str) -> Vec<Cell<'_>> {
     {
         return tabbed;
     }
-    line.split_whitespace().map(cut).collect()
+    placed(line, line.split_whitespace())
 }

@@ -13,8 +13,16 @@ pub mod zmx;
 
 use super::report::length_text;
 use super::surface::Surface;
+use crate::files::{self, FileProblem};
 use std::fmt;
 use std::path::Path;
+
+/// The largest file taken for a lens, in bytes; those of zooms with all their notes have 100 kB.
+const LARGEST: u64 = 16 << 20;
+
+/// Messages about rows that are shown where they make one line; who mends a file sees the pattern
+/// by then.
+const ROWS_SHOWN: usize = 5;
 
 /// A lens: its surfaces from the scene to the film.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,19 +64,28 @@ impl fmt::Display for RowNote {
 pub enum PrescriptionError {
     /// The file itself.
     #[error("{0}")]
-    Io(#[from] std::io::Error),
+    Unreadable(#[from] FileProblem),
     /// No rows.
     #[error("the lens file has no surfaces")]
     Empty,
     /// Every row that cannot be read.
-    #[error("{}", .0.iter().map(RowNote::to_string).collect::<Vec<_>>().join("; "))]
+    #[error("{}", in_one_line(.0))]
     Rows(Vec<RowNote>),
+}
+
+fn in_one_line(notes: &[RowNote]) -> String {
+    let shown = notes.iter().take(ROWS_SHOWN);
+    let text = shown.map(RowNote::to_string).collect::<Vec<_>>().join("; ");
+    match notes.len().saturating_sub(ROWS_SHOWN) {
+        0 => text,
+        more => format!("{text}; … and {more} more"),
+    }
 }
 
 impl Prescription {
     /// Reads the file at `path`: Zemax' format where its name ends in `.zmx`, else the table.
     pub fn read(path: &Path) -> Result<Prescription, PrescriptionError> {
-        let bytes = std::fs::read(path)?;
+        let bytes = files::read(path, LARGEST)?;
         let is_zemax = path
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("zmx"));

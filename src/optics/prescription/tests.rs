@@ -181,3 +181,24 @@ fn scaling_keeps_the_shape() {
     assert_eq!(double.surfaces[1].aperture, 16.0);
     assert!((double.surfaces[0].sag(16.0) - 2.0 * p.surfaces[0].sag(8.0)).abs() < 1e-14);
 }
+
+/// Lines of megabytes, which took minutes when each word's column was counted from the start.
+#[test]
+fn long_lines_are_read_in_proportion_to_their_length() {
+    let words = 400_000;
+    let extras = format!("50 5 1.5 20 {}\n-50 0 1 20\n", "A4=1e-6 ".repeat(words));
+    assert!(Prescription::parse(&extras).is_ok());
+    let cells = format!("50 5 1.5 20\n{}", "é ".repeat(words));
+    assert_eq!(errors(&cells)[0].line, 2);
+    let bad = "50 5 1.5 20 ".to_string() + &"B=1 ".repeat(words);
+    let message = Prescription::parse(&bad).unwrap_err().to_string();
+    assert!(
+        message.len() < 1000 && message.ends_with("; … and 399995 more"),
+        "{message}"
+    );
+    // Each stands where it stands.
+    assert!(
+        message.contains("column 13 ") && message.contains("column 29 "),
+        "{message}"
+    );
+}

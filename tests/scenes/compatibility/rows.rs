@@ -182,9 +182,9 @@ pub const ROWS: &[Row] = &[
         much: &[NOISE, Measured(measures::samplers)],
         held: &[
             Measurement,
-            Scene(
-                "samplers",
-                "rendered with Owen-scrambled low-discrepancy points",
+            Test(
+                "tests/program/unreadable.rs",
+                "the_sampler_is_noted_on_demand",
             ),
         ],
     },
@@ -265,6 +265,16 @@ pub const ROWS: &[Row] = &[
         held: &[Test(
             "src/bsdf/fourier/tests.rs",
             "samples_follow_the_density",
+        )],
+    },
+    Row {
+        what: "Grazing angles in .bsdf files",
+        much: &[Words(
+            "none where the table is 0 at these two cosines; else between them and the next ones only",
+        )],
+        held: &[Test(
+            "src/bsdf/fourier/tests.rs",
+            "samples_at_grazing_angles_follow_the_density",
         )],
     },
     Row {

@@ -88,3 +88,35 @@ fn every_passable_scene_renders_when_asked_to() {
     }
     render_all("passable", 3, &["--keep-going"], 1);
 }
+
+/// Mean of all channels of the picture of one scene, with all its samples.
+fn mean(scene: &str) -> f64 {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("picture.exr");
+    let scene = format!("tests/scenes/valid/{scene}.pbrt");
+    let arguments = ["render", "--strict", "--quiet", scene.as_str(), "-o"];
+    let run = fstop((arguments.map(std::ffi::OsStr::new).into_iter()).chain([output.as_os_str()]));
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{scene}");
+    let picture = fstop::film::read(&output).expect("a picture").image;
+    let sum: f64 = picture
+        .pixels
+        .iter()
+        .map(|p| f64::from(p.element_sum()))
+        .sum();
+    sum / (3 * picture.pixels.len()) as f64
+}
+
+/// Where an object begins inside a scope of attributes that ends before it does, the outer
+/// transformation is restored by `ObjectEnd`: means as pbrt-v3 has them.
+#[test]
+fn scopes_that_end_crosswise_show_what_pbrt_v3_shows() {
+    for (scene, expected) in [
+        ("scopes_end_crosswise", 0.9355),
+        ("scopes_end_crosswise_moved", 0.9292),
+    ] {
+        let mean = mean(scene);
+        // 131,072 samples that differ by 0.2 at most: 0.06 % of noise here and as much there. The
+        // transformation that leaked made 1.5 %.
+        assert!((mean / expected - 1.0).abs() < 0.01, "{scene}: {mean}");
+    }
+}
