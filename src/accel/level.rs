@@ -23,6 +23,12 @@ use rayon::prelude::*;
 /// compares, would overflow.
 const LARGEST_COORDINATE: f32 = 1e18;
 
+/// Every coordinate is a number within [`LARGEST_COORDINATE`]. A maximum of coordinates would not do: it
+/// passes over those that are no numbers.
+fn is_place(p: Vec3) -> bool {
+    p.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all()
+}
+
 /// Fewer vertices or triangles than this are not worth sharing between threads.
 const PARALLEL: usize = 1 << 12;
 
@@ -69,9 +75,7 @@ impl StoredMesh {
         let corners = self.corners(i);
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let area = (b - a).cross(c - a).length_squared();
-        let usable = corners
-            .iter()
-            .all(|p| p.abs().max_element() <= LARGEST_COORDINATE);
+        let usable = corners.iter().all(|&p| is_place(p));
         let bounds = if usable && area != 0.0 {
             corners
                 .iter()
@@ -298,7 +302,7 @@ impl Level {
                 items.retain(|item| !item.bounds.is_empty());
             }
         }
-        let usable = |b: &Aabb| b.min.abs().max(b.max.abs()).max_element() <= LARGEST_COORDINATE;
+        let usable = |b: &Aabb| is_place(b.min) && is_place(b.max);
         for (i, stored) in self.quadrics.iter().enumerate() {
             let (min, max) = stored.quadric.bounds();
             let bounds = Aabb::around(min, max);

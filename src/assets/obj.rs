@@ -39,6 +39,7 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
     };
     // Names and comments may be in any encoding, but the reader wants UTF-8.
     let text = String::from_utf8_lossy(bytes);
+    check_references(&text)?;
     let no_materials = |_: &Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
         .map_err(|e| e.to_string())?;
@@ -89,6 +90,37 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
     Ok(mesh)
 }
 
+/// An error where a face refers back to before the first vertex, or further on than a file can go: the
+/// reader computes with such numbers before it looks whether they lead anywhere.
+fn check_references(text: &str) -> Result<(), String> {
+    const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+    // How many of each there are so far.
+    let mut counts = [0_i64; 3];
+    for (index, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => counts[0] += 1,
+            Some("vt") => counts[1] += 1,
+            Some("vn") => counts[2] += 1,
+            Some("f" | "l" | "p") => {
+                let parts = words.flat_map(|word| word.split('/').zip(counts).zip(KINDS));
+                for ((part, count), kind) in parts {
+                    // What is no number the reader refuses.
+                    let number: i64 = part.parse().unwrap_or(0);
+                    if number < -count || number > i64::from(u32::MAX) {
+                        return Err(format!(
+                            "line {}: a face refers to {kind} {number}, but there are {count} so far",
+                            index + 1
+                        ));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// Per-vertex data that some vertices lack is not used.
 fn drop_incomplete(mesh: &mut MeshData, with_normals: bool, with_uv: bool) {
     if !with_normals && !mesh.normals.is_empty() {
@@ -124,6 +156,34 @@ mod tests {
         );
         assert_eq!(mesh.positions[6], DVec3::Y);
         assert!(mesh.warnings.is_empty());
+    }
+
+    #[test]
+    fn references_to_nowhere_are_errors() {
+        for (face, said) in [
+            (
+                "-5/1/1",
+                "line 11: a face refers to vertex -5, but there are 4 so far",
+            ),
+            ("1/-4/1", "texture coordinate -4, but there are 3 so far"),
+            ("1/1/-2", "normal -2, but there are 1 so far"),
+            (
+                "1/9223372036854775807/1",
+                "texture coordinate 9223372036854775807",
+            ),
+        ] {
+            let file = FILE.replace(
+                "f 1/1/1 2/2/1 3/3/1 4/1/1",
+                &format!("f {face} 2/2/1 3/3/1"),
+            );
+            let error = parse(file.as_bytes()).unwrap_err();
+            assert!(error.contains(said), "{error}");
+        }
+        let back = FILE.replace(
+            "f 1/1/1 2/2/1 3/3/1 4/1/1",
+            "f -4/-3/-1 -3/-2/-1 -2/-1/-1 -1/-3/-1",
+        );
+        assert_eq!(parse(back.as_bytes()), parse(FILE.as_bytes()));
     }
 
     #[test]

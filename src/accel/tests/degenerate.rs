@@ -81,6 +81,23 @@ fn triangles_without_area_or_with_wild_corners_are_left_out_and_counted() {
     );
 }
 
+/// Each coordinate alone may be no number, whatever the others are.
+#[test]
+fn corners_and_boxes_that_are_no_place_are_left_out() {
+    for axis in 0..3 {
+        let mut corner = DVec3::ONE;
+        corner[axis] = f64::NAN;
+        let data = mesh(vec![DVec3::ZERO, DVec3::X, corner], vec![[0, 1, 2]]);
+        let geometry = scene(vec![compiled(&data, &Transform::IDENTITY)]);
+        assert_eq!(geometry.statistics().skipped, 1);
+        let mut away = DVec3::new(3.0, 2.0, 1.0);
+        away[axis] = 1e300;
+        let ball = |place| full_sphere(Transform::translate(place));
+        let geometry = scene(vec![ball(away), ball(DVec3::ZERO), ball(away * f64::NAN)]);
+        assert!(geometry.intersect(&down(0.0, 0.0), &opaque).is_some());
+    }
+}
+
 #[test]
 fn a_hundred_thousand_triangles_in_one_place_are_found() {
     // A tree over these has no shape to follow.
