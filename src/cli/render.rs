@@ -253,10 +253,10 @@ fn check_later_frames(
 /// Threads for each processor beyond which more of them only cost memory and time.
 const THREADS_PER_PROCESSOR: usize = 8;
 
-/// The number of threads to start, 0 for one for each processor: as asked for, up to
+/// The number of threads to start: one for each processor, or as many as asked for, up to
 /// [`THREADS_PER_PROCESSOR`]. The picture does not depend on it.
 fn threads(args: &RenderArgs) -> usize {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let processors = super::processors();
     let most = THREADS_PER_PROCESSOR * processors;
     if args.threads > most && !args.quiet {
         messages::warning(format!(
@@ -264,7 +264,11 @@ fn threads(args: &RenderArgs) -> usize {
             args.threads
         ));
     }
-    args.threads.min(most)
+    match args.threads {
+        // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
+        0 => processors,
+        threads => threads.min(most),
+    }
 }
 
 /// A count from the command line.

@@ -28,6 +28,8 @@ pub struct ReadSettings {
     pub compat: Option<Compat>,
     /// `--lens-model` with `--tolerance`.
     pub lens_model: Option<ModelChoice>,
+    /// `--max-memory`, in bytes.
+    pub max_memory: Option<u64>,
 }
 
 /// Reads a whole scene file with its includes. The scene holds what could be understood, and is
@@ -492,6 +494,7 @@ impl<'a> Interpreter<'a> {
         if let Some(model) = self.settings.lens_model {
             options.camera.set_model(model);
         }
+        options.max_memory = self.settings.max_memory;
         Some(options)
     }
 }

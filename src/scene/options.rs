@@ -26,6 +26,8 @@ pub struct Options {
     pub sampler: SamplerSpec,
     /// The integrator, and the pixels it is confined to.
     pub integrator: IntegratorSettings,
+    /// Bytes that the frame may take (`--max-memory`); `None` for what the machine has.
+    pub max_memory: Option<u64>,
 }
 
 /// A directive as it stands in the file.
@@ -118,6 +120,7 @@ impl StoredOptions {
             filter,
             sampler,
             integrator,
+            max_memory: None,
         })
     }
 

@@ -6,6 +6,7 @@ mod common;
 mod diagnostics;
 mod lens_report;
 mod loading;
+mod memory_limit;
 mod outputs;
 mod passes;
 #[cfg(target_os = "linux")]
