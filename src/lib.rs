@@ -17,6 +17,7 @@ pub mod accel;
 pub mod assets;
 pub mod bsdf;
 pub mod bssrdf;
+pub mod budget;
 pub mod build;
 pub mod cameras;
 pub mod cli;

@@ -4,6 +4,7 @@
 
 use fstop::accel::{Geometry, GeometryBuilder, PrimitiveAttributes};
 use fstop::assets::ply;
+use fstop::budget::Budget;
 use fstop::math::transform::Transform;
 use fstop::shapes::CompiledShape;
 use fstop::shapes::mesh::TriangleMesh;
@@ -70,7 +71,7 @@ fn write_ply(mut file: impl Write) -> std::io::Result<()> {
 }
 
 fn load_and_build(path: &std::path::Path) -> Geometry {
-    let data = ply::load(path).expect("the file just written");
+    let data = ply::load(path, &Budget::unlimited()).expect("the file just written");
     let mesh = TriangleMesh::placed(data, &Transform::IDENTITY, false);
     let mut builder = GeometryBuilder::default();
     builder.add(

@@ -3,7 +3,7 @@
 pub mod bsdf_file;
 pub mod mesh;
 pub mod obj;
-mod openexr;
+pub(crate) mod openexr;
 mod pfm;
 pub mod picture;
 pub mod ply;

@@ -2,6 +2,7 @@
 //! become one mesh; materials are not read.
 
 use super::mesh::{MeshData, triangulate};
+use crate::budget::Budget;
 use crate::files;
 use crate::math::{DVec3, Vec2, Vec3};
 use std::path::{Path, PathBuf};
@@ -16,11 +17,19 @@ pub struct ObjError {
     pub message: String,
 }
 
-/// Loads the mesh in `path`.
-pub fn load(path: &Path) -> Result<MeshData, ObjError> {
+/// Vertices and faces beside the text they are read from take at most so many times its bytes.
+const GROWTH: u64 = 4;
+
+/// Loads the mesh in `path`, unless that takes more memory than `budget` has.
+pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, ObjError> {
+    let parse_within = |bytes: Vec<u8>| {
+        let needed = (bytes.len() as u64).saturating_mul(1 + GROWTH);
+        let _held = budget.hold(needed).map_err(|e| format!("the mesh {e}"))?;
+        parse(&bytes)
+    };
     let parsed = files::read(path, u64::MAX)
         .map_err(|e| format!("cannot read: {e}"))
-        .and_then(|bytes| parse(&bytes));
+        .and_then(parse_within);
     parsed.map_err(|message| ObjError {
         path: path.to_owned(),
         message,

@@ -9,18 +9,7 @@ use std::io::Cursor;
 
 /// Decodes a whole file.
 pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<Picture, String> {
-    // Sizes are looked at first, because the decoder allocates what the header asks for.
-    let meta =
-        MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
-    for header in &meta.headers {
-        let channel_count = header.channels.list.len();
-        limit.check(header.layer_size.width(), header.layer_size.height())?;
-        // Three channels of 32 bits are what `check` reckons with.
-        limit.check(
-            header.layer_size.width(),
-            header.layer_size.height() * channel_count.div_ceil(3),
-        )?;
-    }
+    check_sizes(bytes, limit)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -50,6 +39,21 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<Picture, String> {
         .collect();
     Picture::from_texels(width, height, Encoding::Linear, texels)
         .ok_or_else(|| "it has no pixels".into())
+}
+
+/// Looks at sizes first, because the decoder allocates what the header asks for.
+pub(crate) fn check_sizes(bytes: &[u8], limit: SizeLimit) -> Result<(), String> {
+    let meta =
+        MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    for header in &meta.headers {
+        let size = header.layer_size;
+        limit.check_channels(
+            size.width(),
+            size.height(),
+            header.channels.list.len().max(3),
+        )?;
+    }
+    Ok(())
 }
 
 /// The channels that hold red, green and blue (a missing one is 0): those called R, G and B; else

@@ -1,6 +1,7 @@
 //! Pictures on disk: textures and light maps.
 
 use super::{openexr, pfm};
+use crate::budget::{Budget, OverBudget};
 use crate::files::{self, FileProblem};
 use crate::math::Rgb;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
@@ -57,6 +58,14 @@ pub enum PictureError {
         /// The file.
         path: PathBuf,
     },
+    /// There is not enough memory for it.
+    #[error("'{}' {source}", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// What it would take.
+        source: OverBudget,
+    },
     /// The content breaks its format's rules, or uses a part of it that is not supported.
     #[error("cannot decode '{}': {message}", path.display())]
     Malformed {
@@ -79,28 +88,59 @@ impl PictureError {
 
 /// Picture sizes a decoder may trust: checked before anything of that size is allocated.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SizeLimit {
+pub(crate) struct SizeLimit {
+    /// That the file's size justifies.
     max_bytes: u64,
+    /// That there are.
+    memory: u64,
 }
+
+/// Copies of an image that exist while it is decoded: what the decoder makes, that as floats, and
+/// texels of these.
+const COPIES: u64 = 3;
 
 impl SizeLimit {
     /// For a file of `file_bytes` bytes.
-    pub(super) fn for_file(file_bytes: usize) -> SizeLimit {
+    pub(crate) fn for_file(file_bytes: usize) -> SizeLimit {
         SizeLimit {
             max_bytes: FREE_BYTES.max((file_bytes as u64).saturating_mul(MAX_EXPANSION)),
+            memory: u64::MAX,
+        }
+    }
+
+    /// The same, for no more than what is left of the budget.
+    pub(crate) fn within(self, budget: &Budget) -> SizeLimit {
+        SizeLimit {
+            memory: budget.left(),
+            ..self
         }
     }
 
     /// An error unless `width` × `height` texels may be allocated.
-    pub(super) fn check(self, width: usize, height: usize) -> Result<(), String> {
+    pub(crate) fn check(self, width: usize, height: usize) -> Result<(), String> {
+        self.check_channels(width, height, 3)
+    }
+
+    /// As [`SizeLimit::check`], for pixels of any number of channels.
+    pub(crate) fn check_channels(
+        self,
+        width: usize,
+        height: usize,
+        channels: usize,
+    ) -> Result<(), String> {
         let bytes = (width as u64)
             .saturating_mul(height as u64)
+            .saturating_mul(channels.div_ceil(3) as u64)
             .saturating_mul(size_of::<Rgb>() as u64);
         if width == 0 || height == 0 {
             Err("it has no pixels".into())
         } else if width > MAX_SIDE || height > MAX_SIDE || bytes > self.max_bytes {
             Err(format!(
                 "its header claims {width} × {height} pixels, too many for a file of this size"
+            ))
+        } else if bytes.saturating_mul(COPIES) > self.memory {
+            Err(format!(
+                "its {width} × {height} pixels need more memory than is left (see --max-memory)"
             ))
         } else {
             Ok(())
@@ -110,15 +150,27 @@ impl SizeLimit {
 
 impl Picture {
     /// Reads `path`; the content's signature decides the format, where there is one, else the
-    /// extension. Corrupted files are errors and never allocate more than their size justifies.
-    pub fn load(path: &Path) -> Result<Picture, PictureError> {
+    /// extension. Corrupted files are errors and never allocate more than their size justifies, nor
+    /// more than `budget` has.
+    pub fn load(path: &Path, budget: &Budget) -> Result<Picture, PictureError> {
         let bytes = PictureError::read(path)?;
+        let too_large = |source| PictureError::TooLarge {
+            path: path.into(),
+            source,
+        };
+        let _file = budget.hold(bytes.len() as u64).map_err(too_large)?;
         let format = Format::of(path, &bytes)
             .ok_or_else(|| PictureError::UnknownFormat { path: path.into() })?;
-        Picture::decode(&bytes, format).map_err(|message| PictureError::Malformed {
-            path: path.into(),
-            message,
-        })
+        let limit = SizeLimit::for_file(bytes.len()).within(budget);
+        let picture =
+            Picture::decode(&bytes, format, limit).map_err(|message| PictureError::Malformed {
+                path: path.into(),
+                message,
+            })?;
+        // What becomes of it: a pyramid of maps, each a quarter of the last.
+        let bytes = size_of_val(picture.texels()) as u64;
+        budget.take(bytes / 3 * 4).map_err(too_large)?;
+        Ok(picture)
     }
 
     /// From `height` rows of `width` texels, top row first; `None` where the counts disagree or
@@ -148,8 +200,7 @@ impl Picture {
         &self.texels
     }
 
-    fn decode(bytes: &[u8], format: Format) -> Result<Picture, String> {
-        let limit = SizeLimit::for_file(bytes.len());
+    fn decode(bytes: &[u8], format: Format, limit: SizeLimit) -> Result<Picture, String> {
         match format {
             Format::OpenExr => openexr::read(bytes, limit),
             Format::Pfm => pfm::read(bytes, limit),
@@ -223,6 +274,14 @@ mod tests {
     use image::{ImageBuffer, Luma};
     use proptest::prelude::*;
 
+    fn decode(bytes: &[u8], format: Format) -> std::result::Result<Picture, String> {
+        Picture::decode(bytes, format, SizeLimit::for_file(bytes.len()))
+    }
+
+    fn load(path: &Path) -> std::result::Result<Picture, PictureError> {
+        Picture::load(path, &Budget::unlimited())
+    }
+
     /// Red grows to the right, green downwards; every value is a multiple of 1/256.
     fn gradient(x: usize, y: usize) -> Rgb {
         Rgb::new(x as f32 * 16.0 / 256.0, y as f32 * 32.0 / 256.0, 0.25)
@@ -283,7 +342,7 @@ mod tests {
     }
 
     fn is_gradient(path: &Path) -> Picture {
-        let picture = Picture::load(path).unwrap();
+        let picture = load(path).unwrap();
         assert_eq!((picture.width, picture.height), (WIDTH, HEIGHT));
         picture
     }
@@ -314,7 +373,7 @@ mod tests {
             let misnamed = path.with_extension("png");
             std::fs::copy(&path, &misnamed).unwrap();
             for path in [path, misnamed] {
-                let texel = Picture::load(&path).unwrap().pixel(15, 7) * 255.0;
+                let texel = load(&path).unwrap().pixel(15, 7) * 255.0;
                 // Lossy, and its colour transform rounds: within two steps of a flat colour.
                 assert!((texel - Rgb::new(200.0, 100.0, 50.0)).abs().max_element() <= 2.0);
             }
@@ -328,7 +387,7 @@ mod tests {
             Luma([[1, 12345, 65535][x as usize]])
         });
         let path = write(directory.path(), "deep.png", |p| grey.save(p).unwrap());
-        let picture = Picture::load(&path).unwrap();
+        let picture = load(&path).unwrap();
         for (x, stored) in [1.0f32, 12345.0, 65535.0].into_iter().enumerate() {
             assert!((picture.pixel(x, 0) * 65535.0 - stored).abs().max_element() < 1e-2);
         }
@@ -339,7 +398,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let image = image::Rgb32FImage::from_pixel(8, 4, image::Rgb([100.0, 1.0, 0.5]));
         let path = write(directory.path(), "a.hdr", |p| image.save(p).unwrap());
-        let picture = Picture::load(&path).unwrap();
+        let picture = load(&path).unwrap();
         assert_eq!(picture.encoding, super::Encoding::Linear);
         // A common exponent for three 8-bit mantissas: steps of 128/256.
         assert!(
@@ -381,7 +440,7 @@ mod tests {
             std::fs::write(p, depth).unwrap()
         });
         assert!(
-            Picture::load(&path)
+            load(&path)
                 .unwrap_err()
                 .to_string()
                 .contains("is R, G, B or Y")
@@ -399,7 +458,7 @@ mod tests {
             std::fs::write(p, "text").unwrap()
         });
         for path in [missing, nothing, broken, directory.path().to_path_buf()] {
-            let message = Picture::load(&path).unwrap_err().to_string();
+            let message = load(&path).unwrap_err().to_string();
             assert!(message.contains(path.to_str().unwrap()), "{message}");
         }
     }
@@ -410,8 +469,8 @@ mod tests {
         bytes8().write_to(&mut png, ImageFormat::Png).unwrap();
         let mut png = png.into_inner();
         png[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
-        assert!(Picture::decode(&png, Format::Other(ImageFormat::Png)).is_err());
-        assert!(Picture::decode(b"PF\n60000 60000\n-1\nabcd", Format::Pfm).is_err());
+        assert!(decode(&png, Format::Other(ImageFormat::Png)).is_err());
+        assert!(decode(b"PF\n60000 60000\n-1\nabcd", Format::Pfm).is_err());
         let limit = SizeLimit::for_file(1000);
         assert!(
             limit.check(60_000, 60_000).is_err()
@@ -444,9 +503,9 @@ mod tests {
     #[test]
     fn truncated_files_are_errors_or_pictures_but_never_panics() {
         for (format, bytes) in samples() {
-            assert!(Picture::decode(&bytes, format).is_ok(), "{format:?}");
+            assert!(decode(&bytes, format).is_ok(), "{format:?}");
             for end in 0..bytes.len() {
-                let _ = Picture::decode(&bytes[..end], format);
+                let _ = decode(&bytes[..end], format);
             }
         }
     }
@@ -463,7 +522,7 @@ mod tests {
                 let at = at.index(bytes.len());
                 bytes[at] = value;
             }
-            if let Ok(picture) = Picture::decode(&bytes, format) {
+            if let Ok(picture) = decode(&bytes, format) {
                 prop_assert_eq!(picture.texels().len(), picture.width * picture.height);
             }
         }

@@ -6,6 +6,7 @@
 //! properties are passed over (Turk, "The PLY Polygon File Format", 1994; docs/scene-language.md §3.7).
 
 use super::mesh::{MeshData, face_id, triangulate};
+use crate::budget::{Budget, OverBudget};
 use crate::files;
 use crate::math::{DVec3, Vec2, Vec3};
 use arrayvec::ArrayVec;
@@ -28,11 +29,11 @@ pub struct PlyError {
     pub message: String,
 }
 
-/// Loads the mesh in `path`.
-pub fn load(path: &Path) -> Result<MeshData, PlyError> {
+/// Loads the mesh in `path`, unless that takes more memory than `budget` has.
+pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, PlyError> {
     let parsed = files::read(path, u64::MAX)
         .map_err(|e| format!("cannot read: {e}"))
-        .and_then(|bytes| parse(&bytes));
+        .and_then(|bytes| parse_within(&bytes, budget));
     parsed.map_err(|message| PlyError {
         path: path.to_owned(),
         message,
@@ -41,13 +42,30 @@ pub fn load(path: &Path) -> Result<MeshData, PlyError> {
 
 /// Reads a PLY file from memory; the error is a sentence without the file's name.
 pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
+    parse_within(bytes, &Budget::unlimited())
+}
+
+/// Vertices and faces beside the file they are read from take at most so many times its bytes.
+const GROWTH: u64 = 2;
+
+fn parse_within(bytes: &[u8], budget: &Budget) -> Result<MeshData, String> {
+    let over = |e: OverBudget| format!("the mesh {e}");
     if bytes.starts_with(&[0x1f, 0x8b]) {
+        // The file does not say how much it holds; a byte may stand for a thousand.
+        let most = budget.left() / (1 + GROWTH);
         let mut plain = Vec::new();
-        MultiGzDecoder::new(bytes)
+        let mut decoder = MultiGzDecoder::new(bytes).take(most.saturating_add(1));
+        decoder
             .read_to_end(&mut plain)
             .map_err(|e| format!("damaged gzip data: {e}"))?;
+        let _held = budget
+            .hold((plain.len() as u64).saturating_mul(1 + GROWTH))
+            .map_err(|e| format!("the mesh, when decompressed, {e}"))?;
         return parse_plain(&plain);
     }
+    let _held = budget
+        .hold((bytes.len() as u64).saturating_mul(1 + GROWTH))
+        .map_err(over)?;
     parse_plain(bytes)
 }
 

@@ -1,6 +1,7 @@
 //! Shapes placed, emitters made, trees built.
 
 use crate::accel::{Geometry, GeometryBuilder, ObjectBuilder, PrimitiveAttributes};
+use crate::budget::Budget;
 use crate::handles::LightId;
 use crate::lights::{DiffuseAreaLight, DiffuseAreaSpec, Light};
 use crate::math::DVec3;
@@ -44,8 +45,10 @@ pub fn build(
     lights: Vec<Light>,
     render_from_world: &Transform,
     diagnostics: &Diagnostics,
+    budget: &Budget,
 ) -> Option<Placed> {
     let mut adder = Adder {
+        budget,
         area_lights: &shapes.area_lights,
         need_faces: shapes.need_faces,
         lights,
@@ -116,14 +119,14 @@ pub fn build(
 }
 
 /// Loads all shapes and lets them go again, for the problems alone.
-pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
+pub fn check(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) {
     let objects = frame.objects.iter().flat_map(|object| &object.shapes);
     let shapes: Vec<&ShapeEntity> = frame.shapes.iter().chain(objects).collect();
     let problems: Vec<Vec<Diagnostic>> = shapes
         .into_par_iter()
         .map(|shape| {
             // Where the camera stands does not change what is wrong with a shape.
-            problems(shape, &compile(shape, &Transform::IDENTITY))
+            problems(shape, &compile(shape, &Transform::IDENTITY, budget))
         })
         .collect();
     for problem in problems.into_iter().flatten() {
@@ -138,6 +141,7 @@ fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> 
         Err(error @ ShapeError::Singular) => {
             vec![Diagnostic::warning(format!("{error}; left out"))]
         }
+        Err(error @ ShapeError::TooLarge(_)) => vec![Diagnostic::error(error.to_string())],
         Err(error @ ShapeError::File { .. }) => {
             vec![Diagnostic::error(error.to_string()).passable()]
         }
@@ -151,7 +155,11 @@ fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> 
 }
 
 /// Places a shape in a level, or makes it for its own space where it moves there.
-fn compile(shape: &ShapeEntity, level_from_world: &Transform) -> Result<CompiledShape, ShapeError> {
+fn compile(
+    shape: &ShapeEntity,
+    level_from_world: &Transform,
+    budget: &Budget,
+) -> Result<CompiledShape, ShapeError> {
     let place = &shape.world_from_shape;
     let level_from_shape = match place.end {
         None => *level_from_world * place.start,
@@ -160,7 +168,7 @@ fn compile(shape: &ShapeEntity, level_from_world: &Transform) -> Result<Compiled
     };
     shape
         .spec
-        .compile(&level_from_shape, shape.reverse_orientation)
+        .compile(&level_from_shape, shape.reverse_orientation, budget)
 }
 
 /// A shape with all that a tree needs of it.
@@ -178,6 +186,7 @@ struct Adder<'a> {
     lights: Vec<Light>,
     groups: u32,
     diagnostics: &'a Diagnostics,
+    budget: &'a Budget,
 }
 
 impl Adder<'_> {
@@ -185,7 +194,7 @@ impl Adder<'_> {
         let compiled: Vec<(ShapeEntity, Result<CompiledShape, ShapeError>)> = shapes
             .into_par_iter()
             .map(|shape| {
-                let result = compile(&shape, level_from_world);
+                let result = compile(&shape, level_from_world, self.budget);
                 (shape, result)
             })
             .collect();

@@ -1,6 +1,7 @@
 //! Lights placed, their maps loaded.
 
 use crate::assets::picture::Picture;
+use crate::budget::Budget;
 use crate::lights::{Light, LightMap, LightSpec};
 use crate::math::transform::Transform;
 use crate::params::NamedFile;
@@ -12,18 +13,19 @@ pub fn place(
     specs: &[LightSpec],
     render_from_world: &Transform,
     diagnostics: &Diagnostics,
+    budget: &Budget,
 ) -> Vec<Light> {
     specs
         .iter()
         .map(|spec| {
-            let map = spec.map().and_then(|file| load(file, diagnostics));
+            let map = spec.map().and_then(|file| load(file, diagnostics, budget));
             Light::new(spec, map, render_from_world)
         })
         .collect()
 }
 
-fn load(file: &NamedFile, diagnostics: &Diagnostics) -> Option<LightMap> {
-    match Picture::load(&file.path) {
+fn load(file: &NamedFile, diagnostics: &Diagnostics, budget: &Budget) -> Option<LightMap> {
+    match Picture::load(&file.path, budget) {
         Ok(picture) => {
             let (width, height) = (picture.width, picture.height);
             let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));

@@ -9,6 +9,7 @@ mod light_paths;
 mod lights;
 mod textures;
 
+use crate::budget::Budget;
 use crate::cameras::{Camera, CameraError, FilmGeometry};
 use crate::film::{FilmMetadata, PixelBounds};
 use crate::filters::Filter;
@@ -49,9 +50,13 @@ pub fn build(frame: Frame, seed: u64) -> (Option<Built>, Diagnostics) {
 /// meshes and lets them go again.
 pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
     light_paths::note(frame, diagnostics);
-    Loaded::new(frame, diagnostics);
-    geometry::check(frame, diagnostics);
+    let budget = Budget::new(frame.options.max_memory);
+    Loaded::new(frame, diagnostics, &budget);
+    geometry::check(frame, diagnostics, &budget);
 }
+
+/// Memory of a pixel: its sums, the image, and that as a file.
+const PIXEL_BYTES: u64 = 128;
 
 /// All of a frame that is made before its shapes.
 struct Loaded {
@@ -64,8 +69,12 @@ struct Loaded {
 }
 
 impl Loaded {
-    fn new(frame: &Frame, diagnostics: &Diagnostics) -> Loaded {
+    fn new(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) -> Loaded {
         let options = &frame.options;
+        let pixels = options.film.pixel_bounds().area() as u64;
+        if let Err(error) = budget.take(pixels.saturating_mul(PIXEL_BYTES)) {
+            diagnostics.push(Diagnostic::error(format!("the film {error}")));
+        }
         let camera_from_world = &options.camera_from_world;
         let render_from_world = render_from_world(&camera_from_world.start);
         let film = film_geometry(options);
@@ -94,14 +103,15 @@ impl Loaded {
             render_from_world,
             film,
             camera,
-            textures: textures::load(frame, &render_from_world, diagnostics),
+            textures: textures::load(frame, &render_from_world, diagnostics, budget),
             bsdf_files: BsdfFiles::load(&frame.materials, diagnostics),
-            lights: lights::place(&frame.lights, &render_from_world, diagnostics),
+            lights: lights::place(&frame.lights, &render_from_world, diagnostics, budget),
         }
     }
 }
 
 fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built> {
+    let budget = Budget::new(frame.options.max_memory);
     let Loaded {
         render_from_world,
         film,
@@ -109,9 +119,9 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         textures,
         bsdf_files,
         lights,
-    } = Loaded::new(&frame, diagnostics);
+    } = Loaded::new(&frame, diagnostics, &budget);
     let Some(camera) = camera else {
-        geometry::check(&frame, diagnostics);
+        geometry::check(&frame, diagnostics, &budget);
         return None;
     };
     let (options, mut materials) = (frame.options, frame.materials);
@@ -123,7 +133,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         area_lights: frame.area_lights,
         need_faces: textures.need_faces(),
     };
-    let placed = geometry::build(shapes, lights, &render_from_world, diagnostics)?;
+    let placed = geometry::build(shapes, lights, &render_from_world, diagnostics, &budget)?;
     let world = World::new(
         placed.geometry,
         materials,

@@ -1,5 +1,6 @@
 //! Textures compiled, their pictures loaded.
 
+use crate::budget::Budget;
 use crate::math::transform::Transform;
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics};
@@ -7,12 +8,18 @@ use crate::textures::{TextureProblem, TextureUsage, Textures};
 
 /// Makes all textures of a frame. A picture that cannot be read is an error at its name; where
 /// nothing in the picture uses it, only a warning.
-pub fn load(frame: &Frame, render_from_world: &Transform, diagnostics: &Diagnostics) -> Textures {
+pub fn load(
+    frame: &Frame,
+    render_from_world: &Transform,
+    diagnostics: &Diagnostics,
+    budget: &Budget,
+) -> Textures {
     let (textures, problems) = Textures::compile(
         &frame.float_textures,
         &frame.spectrum_textures,
         &usage(frame),
         render_from_world,
+        budget,
     );
     for problem in problems {
         diagnostics.push(match problem {

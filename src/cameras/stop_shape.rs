@@ -1,6 +1,7 @@
 //! Reading the stop's shape: `"string aperture"`, `"integer blades"` and `"float bladerotation"` of `Camera "realistic"`.
 
 use crate::assets::picture::{Encoding, Picture};
+use crate::budget::Budget;
 use crate::math::color::linear_from_srgb;
 use crate::optics::StopShape;
 use crate::optics::stop_shape::{MOST_BLADES, StopPicture, StopPolygon};
@@ -72,7 +73,7 @@ fn blades(params: &ParamReader, rotation: f64) -> Option<StopShape> {
 fn picture(params: &ParamReader) -> Option<StopShape> {
     // A file that does not exist has been reported.
     let path = params.file("aperture")?;
-    let picture = match Picture::load(&path) {
+    let picture = match Picture::load(&path, &Budget::new(None)) {
         Ok(picture) => picture,
         Err(e) => {
             params.error("aperture", e.to_string());

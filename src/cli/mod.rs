@@ -11,6 +11,7 @@ mod outputs;
 mod render;
 mod tradeoff;
 
+use crate::budget::parse_size;
 use crate::cameras::{Compat, DEFAULT_TOLERANCE, DEGREES, ModelChoice};
 use crate::console;
 use crate::optics::models::ModelKind;
@@ -76,6 +77,10 @@ pub(crate) struct ReadArgs {
     /// Pixels that 99 of 100 rays of `--lens-model auto` may be off at most
     #[arg(long, value_name = "PX", default_value_t = DEFAULT_TOLERANCE, requires = "lens_model")]
     tolerance: f64,
+    /// Memory that images, meshes and the film may take, such as 8G; what needs more is an error at its line.
+    /// By default what the machine, or this process's control group, has to give
+    #[arg(long, value_name = "SIZE", value_parser = parse_size)]
+    max_memory: Option<u64>,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug)]
@@ -117,6 +122,7 @@ impl ReadArgs {
                 Some(DialectArg::V2) => DialectChoice::Fixed(Dialect::V2),
                 Some(DialectArg::V3) => DialectChoice::Fixed(Dialect::V3),
             },
+            max_memory: self.max_memory,
             compat: self.compat.map(|CompatArg::PbrtV2| Compat::PbrtV2),
             details: false,
             lens_model: self.lens_model.map(|model| match model {
@@ -151,6 +157,13 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
                 .map_or(ExitCode::from(BAD_INPUT), |()| ExitCode::SUCCESS);
         }
     };
+    let own_pool = matches!(cli.command, Command::Render(_) | Command::Tradeoff(_));
+    if !own_pool {
+        // Rayon's own choice would take any number from RAYON_NUM_THREADS. It fails only where the pool has
+        // been started already.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(processors());
+        let _ = pool.build_global();
+    }
     match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Check(args) => check::run(&args),
@@ -158,6 +171,11 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
     }
+}
+
+/// Processors that this process may use.
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// `fstop SCENE` means `fstop render SCENE`: where the first argument is no command and asks for

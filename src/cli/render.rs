@@ -279,7 +279,7 @@ const THREADS_PER_PROCESSOR: usize = 8;
 /// The number of threads to start: as asked for, 0 for one for each processor, and no more than
 /// [`THREADS_PER_PROCESSOR`]. The picture does not depend on it.
 fn threads(args: &RenderArgs) -> usize {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let processors = super::processors();
     let most = THREADS_PER_PROCESSOR * processors;
     if args.threads > most && !args.quiet {
         messages::warning(format!(
@@ -288,8 +288,9 @@ fn threads(args: &RenderArgs) -> usize {
         ));
     }
     match args.threads {
+        // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
         0 => processors,
-        asked => asked.min(most),
+        threads => threads.min(most),
     }
 }
 

@@ -43,7 +43,7 @@ pub use bounds::PixelBounds;
 pub use image::Image;
 pub use metadata::FilmMetadata;
 pub use pixels::PixelStatistics;
-pub use read::{Loaded, ReadError, read};
+pub use read::{Loaded, ReadError, read, read_within};
 pub use spec::{FilmError, FilmSpec};
 pub use tile::{DroppedSample, Tile};
 pub use write::{WriteError, check_name, check_output, keeps_variances, write, write_somewhere};

@@ -1,10 +1,15 @@
 //! Reading back what [`write()`](super::write()) wrote, and other programs' EXR files.
 
 use super::{Image, PixelBounds};
+use crate::assets::openexr::check_sizes;
+use crate::assets::picture::SizeLimit;
+use crate::budget::Budget;
+use crate::files;
 use crate::math::{Rgb, UVec2};
 use ::exr::meta::attribute::AttributeValue;
 use ::exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers, Text};
 use std::collections::HashMap;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// A picture from a file, with what its header says about the number of samples behind it.
@@ -43,17 +48,29 @@ pub enum ReadError {
 /// # Errors
 /// See [`ReadError`].
 pub fn read(path: &Path) -> Result<Loaded, ReadError> {
+    read_within(path, &Budget::unlimited())
+}
+
+/// As [`read`], with no more memory than is left of `budget`; the picture is not charged.
+///
+/// # Errors
+/// See [`ReadError`].
+pub fn read_within(path: &Path, budget: &Budget) -> Result<Loaded, ReadError> {
+    let unreadable = |reason: String| ReadError::Exr {
+        path: path.to_owned(),
+        reason,
+    };
+    let bytes = files::read(path, u64::MAX).map_err(|e| unreadable(e.to_string()))?;
+    let limit = SizeLimit::for_file(bytes.len()).within(budget);
+    check_sizes(&bytes, limit).map_err(unreadable)?;
     let file = ::exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        .from_file(path)
-        .map_err(|e| ReadError::Exr {
-            path: path.to_owned(),
-            reason: e.to_string(),
-        })?;
+        .from_buffered(Cursor::new(&bytes))
+        .map_err(|e| unreadable(e.to_string()))?;
     let layer = &file.layer_data;
     let display = file.attributes.display_window;
     let (resolution, bounds) =
@@ -100,7 +117,7 @@ fn window(
 
 /// Three channels as colours, `None` where one is missing or subsampled.
 fn colours(layer: &FlatLayer, names: [&str; 3]) -> Option<Vec<Rgb>> {
-    let mut pixels = vec![Rgb::ZERO; layer.size.0 * layer.size.1];
+    let mut pixels = vec![Rgb::ZERO; layer.size.0.checked_mul(layer.size.1)?];
     for (i, name) in names.iter().enumerate() {
         let channel = layer
             .channel_data

@@ -93,6 +93,7 @@ mod tests {
             &[],
             &TextureUsage::new(1, 0),
             &Transform::IDENTITY,
+            &crate::budget::Budget::unlimited(),
         );
         (
             Bump {

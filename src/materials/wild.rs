@@ -133,7 +133,13 @@ fn textures() -> (Textures, TextureNames) {
         usage.float(crate::params::FloatInput::Texture(float));
         usage.spectrum(crate::params::SpectrumInput::Texture(spectrum));
     }
-    let (textures, problems) = Textures::compile(&floats, &spectra, &usage, &Transform::IDENTITY);
+    let (textures, problems) = Textures::compile(
+        &floats,
+        &spectra,
+        &usage,
+        &Transform::IDENTITY,
+        &crate::budget::Budget::unlimited(),
+    );
     assert!(problems.is_empty());
     (textures, names)
 }

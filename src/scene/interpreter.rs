@@ -32,6 +32,8 @@ pub struct ReadSettings {
     pub lens_model: Option<ModelChoice>,
     /// `check --verbose`: say also what changes nothing but the noise.
     pub details: bool,
+    /// `--max-memory`, in bytes.
+    pub max_memory: Option<u64>,
 }
 
 /// Reads a whole scene file with its includes. The scene holds what could be understood, and is
@@ -556,6 +558,7 @@ impl<'a> Interpreter<'a> {
         if let Some(model) = self.settings.lens_model {
             options.camera.set_model(model);
         }
+        options.max_memory = self.settings.max_memory;
         options
     }
 }

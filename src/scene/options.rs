@@ -28,6 +28,8 @@ pub struct Options {
     pub integrator: IntegratorSettings,
     /// What it shows of pbrt-v2's volumes.
     pub media_seen: MediaSeen,
+    /// Bytes that the frame may take (`--max-memory`); `None` for what the machine has.
+    pub max_memory: Option<u64>,
 }
 
 /// A directive as it stands in the file.
@@ -132,6 +134,7 @@ impl StoredOptions {
             sampler,
             integrator,
             media_seen,
+            max_memory: None,
         }
     }
 

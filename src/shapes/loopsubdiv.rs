@@ -30,7 +30,7 @@ use limit::{limit_normals, limit_positions};
 use topology::ControlMesh;
 
 /// Most triangles of the finished mesh. With its tree a triangle takes about 150 bytes, so that
-/// these are 5 GB. Whoever asks for more gets fewer levels, with a warning.
+/// these are 5 GB.
 const MOST_TRIANGLES: usize = 1 << 25;
 
 /// See the module.
@@ -45,7 +45,8 @@ pub struct LoopSubdivSpec {
 }
 
 impl LoopSubdivSpec {
-    /// Reads the parameters; `None` where vertices or indices are missing or wrong (reported).
+    /// Reads the parameters; `None` where vertices or indices are missing or wrong, or where there are
+    /// too many levels (reported).
     pub fn from_params(reader: &ParamReader) -> Option<LoopSubdivSpec> {
         reader.string("scheme", "loop");
         let name = if reader.has("levels") {
@@ -58,19 +59,26 @@ impl LoopSubdivSpec {
         let (positions, triangles) = vertices_and_triangles(reader)?;
         let levels = affordable(asked, triangles.len());
         if levels < asked {
-            reader.warn(
+            reader.error(
                 name,
                 format!(
                     "`{name}` is {asked}, which would make more than {MOST_TRIANGLES} triangles \
-                     (5 GB with their tree): {levels} is used"
+                     (5 GB with their tree): {levels} is the most for this mesh"
                 ),
             );
+            return None;
         }
         Some(LoopSubdivSpec {
             levels,
             triangles,
             positions,
         })
+    }
+
+    /// How many triangles [`LoopSubdivSpec::subdivide`] makes, at most.
+    pub fn triangles_made(&self) -> usize {
+        let each = 4usize.saturating_pow(self.levels);
+        each.saturating_mul(self.triangles.len())
     }
 
     /// Subdivides. Time and memory are proportional to the triangles made.

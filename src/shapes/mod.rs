@@ -24,6 +24,8 @@ pub mod sphere;
 pub mod triangle;
 pub mod trianglemesh;
 
+use crate::assets::mesh::MeshData;
+use crate::budget::{Budget, OverBudget};
 use crate::math::transform::Transform;
 use crate::params::{FloatInput, ParamReader};
 use cone::Cone;
@@ -50,6 +52,9 @@ pub enum ShapeError {
     /// The object-to-world matrix has no inverse.
     #[error("the transformation of this shape is singular")]
     Singular,
+    /// There is not enough memory for it.
+    #[error("this shape {0}")]
+    TooLarge(#[from] OverBudget),
     /// A mesh file cannot be used.
     #[error("{}: {message}", path.display())]
     File {
@@ -59,6 +64,10 @@ pub enum ShapeError {
         message: String,
     },
 }
+
+/// Memory of a triangle with its vertices, its tree, and what building that takes
+/// (`tests/memory.rs` counts them).
+const TRIANGLE_BYTES: u64 = 150;
 
 /// A shape as the scene file describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,12 +152,16 @@ impl ShapeSpec {
     }
 
     /// Loads and places the shape. `level_from_object` is object-to-render for the top level,
-    /// object-to-world for shapes of a named object.
+    /// object-to-world for shapes of a named object. Meshes are charged to `budget` with their trees.
     pub fn compile(
         &self,
         level_from_object: &Transform,
         reverse_orientation: bool,
+        budget: &Budget,
     ) -> Result<CompiledShape, ShapeError> {
+        let charge =
+            |triangles: usize| budget.take((triangles as u64).saturating_mul(TRIANGLE_BYTES));
+        let loaded = |data: MeshData| charge(data.indices.len()).map(|()| data);
         let invertible = || {
             let good = level_from_object.is_invertible();
             good.then_some(()).ok_or(ShapeError::Singular)
@@ -166,12 +179,21 @@ impl ShapeSpec {
                 invertible()?;
                 CompiledShape::Quadric(Box::new(quadric))
             }
-            ShapeSpec::TriangleMesh(spec) => mesh(spec.data.clone()),
-            ShapeSpec::PlyMesh(spec) => mesh(spec.load()?),
-            ShapeSpec::ObjMesh(spec) => mesh(spec.load()?),
-            ShapeSpec::LoopSubdiv(spec) => mesh(spec.subdivide()),
-            ShapeSpec::Heightfield(spec) => mesh(spec.mesh()),
-            ShapeSpec::Nurbs(spec) => mesh(spec.mesh()),
+            ShapeSpec::TriangleMesh(spec) => {
+                charge(spec.data.indices.len())?;
+                mesh(spec.data.clone())
+            }
+            ShapeSpec::PlyMesh(spec) => mesh(loaded(spec.load(budget)?)?),
+            ShapeSpec::ObjMesh(spec) => mesh(loaded(spec.load(budget)?)?),
+            ShapeSpec::LoopSubdiv(spec) => {
+                charge(spec.triangles_made())?;
+                mesh(spec.subdivide())
+            }
+            ShapeSpec::Heightfield(spec) => {
+                charge(2 * spec.heights.len())?;
+                mesh(spec.mesh())
+            }
+            ShapeSpec::Nurbs(spec) => mesh(loaded(spec.mesh())?),
             ShapeSpec::Curve(spec) => {
                 invertible()?;
                 let curves = spec.place(level_from_object, reverse_orientation);

@@ -10,6 +10,7 @@
 use super::ShapeError;
 use crate::assets::mesh::MeshData;
 use crate::assets::obj;
+use crate::budget::Budget;
 use crate::params::{FloatInput, ParamReader};
 use std::path::PathBuf;
 
@@ -41,8 +42,8 @@ impl ObjMeshSpec {
     }
 
     /// Loads the file.
-    pub fn load(&self) -> Result<MeshData, ShapeError> {
-        obj::load(&self.path).map_err(|e| ShapeError::File {
+    pub fn load(&self, budget: &Budget) -> Result<MeshData, ShapeError> {
+        obj::load(&self.path, budget).map_err(|e| ShapeError::File {
             path: e.path,
             message: e.message,
         })

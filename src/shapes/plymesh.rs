@@ -11,6 +11,7 @@
 use super::ShapeError;
 use crate::assets::mesh::MeshData;
 use crate::assets::ply;
+use crate::budget::Budget;
 use crate::params::{FloatInput, ParamReader};
 use std::path::PathBuf;
 
@@ -42,8 +43,8 @@ impl PlyMeshSpec {
     }
 
     /// Loads the file.
-    pub fn load(&self) -> Result<MeshData, ShapeError> {
-        ply::load(&self.path).map_err(|e| ShapeError::File {
+    pub fn load(&self, budget: &Budget) -> Result<MeshData, ShapeError> {
+        ply::load(&self.path, budget).map_err(|e| ShapeError::File {
             path: e.path,
             message: e.message,
         })

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::assets::picture::{Picture, PictureError};
 use crate::assets::ptex::PtexFile;
+use crate::budget::Budget;
 use crate::math::Rgb;
 use crate::math::transform::Transform;
 use crate::params::NamedFile;
@@ -75,6 +76,7 @@ pub enum TextureProblem {
 impl Textures {
     /// Loads every picture once (in parallel) and moves all mappings to render space.
     /// `float[i]` is the texture of `FloatTextureId(i)`, `spectrum[i]` of `SpectrumTextureId(i)`.
+    /// Pictures that `budget` has no memory for are problems.
     /// `usage` only tells problems that matter from those that do not.
     /// Problems come in the order of the textures that have them: first those of nesting, then of pictures,
     /// then of Ptex files.
@@ -83,6 +85,7 @@ impl Textures {
         spectrum: &[SpectrumTextureSpec],
         usage: &TextureUsage,
         render_from_world: &Transform,
+        budget: &Budget,
     ) -> (Textures, Vec<TextureProblem>) {
         let mut problems = Vec::new();
         let mut wanted = Wanted::default();
@@ -107,8 +110,8 @@ impl Textures {
             ),
             ..Textures::default()
         };
-        (textures.float_maps, textures.spectrum_maps) = wanted.load_maps(&mut problems);
-        textures.ptex = wanted.load_ptex(&mut problems);
+        (textures.float_maps, textures.spectrum_maps) = wanted.load_maps(&mut problems, budget);
+        textures.ptex = wanted.load_ptex(&mut problems, budget);
         (textures, problems)
     }
 
@@ -260,9 +263,15 @@ impl Files {
 
 impl Wanted {
     /// All Ptex files.
-    fn load_ptex(&self, problems: &mut Vec<TextureProblem>) -> Vec<Option<PtexFile>> {
+    fn load_ptex(
+        &self,
+        problems: &mut Vec<TextureProblem>,
+        budget: &Budget,
+    ) -> Vec<Option<PtexFile>> {
         let files = self.ptex.list.par_iter();
-        let loaded: Vec<_> = files.map(|file| PtexFile::load(&file.name.path)).collect();
+        let loaded: Vec<_> = files
+            .map(|file| PtexFile::load(&file.name.path, budget))
+            .collect();
         let mut usable = |(file, result): (&WantedFile, Result<PtexFile, PictureError>)| {
             let problem = |error| TextureProblem::Ptex {
                 error,
@@ -279,9 +288,10 @@ impl Wanted {
     fn load_maps(
         &self,
         problems: &mut Vec<TextureProblem>,
+        budget: &Budget,
     ) -> (Vec<Mipmap<f32>>, Vec<Mipmap<Rgb>>) {
         let files = self.pictures.list.par_iter().enumerate().map(|(i, file)| {
-            let picture = Picture::load(&file.name.path);
+            let picture = Picture::load(&file.name.path, budget);
             let usable = picture.as_ref().ok();
             (
                 self.maps(Some(i), &self.float, usable),

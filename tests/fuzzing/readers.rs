@@ -53,7 +53,7 @@ fn with_file(ending: &str, bytes: &[u8], read: impl FnOnce(&Path)) {
 /// Textures. The content decides on the format; only TGA has no signature and goes by its name.
 pub fn picture(bytes: &[u8]) {
     with_file(".tga", bytes, |path| {
-        if let Ok(picture) = Picture::load(path) {
+        if let Ok(picture) = Picture::load(path, &fstop::budget::Budget::unlimited()) {
             assert!(!picture.texels().is_empty());
         }
     });

@@ -7,6 +7,7 @@ mod diagnostics;
 mod lens_report;
 mod loading;
 mod lost_light;
+mod memory_limit;
 mod outputs;
 mod passes;
 #[cfg(target_os = "linux")]

@@ -156,3 +156,31 @@ fn files_are_written_although_standard_output_is_lost() {
     assert_eq!(code(&arguments, Fate::Full, Fate::Read), Some(2));
     assert!(page.exists());
 }
+
+/// Rayon's variable is no way to a hundred thousand threads.
+#[test]
+fn a_variable_does_not_choose_the_threads() {
+    let folder = Folder::new();
+    let image = folder.path("a.exr");
+    let mut compare = words("compare --no-flip");
+    let render = command("render", OBJECTS, &image, &["--spp", "1"]);
+    compare.extend([image.clone().into(), image.into()]);
+    for arguments in [
+        render,
+        compare,
+        words(&format!("check {OBJECTS}")),
+        words("lens lenses/wide.22mm.dat --analysis"),
+        words(&format!("tradeoff {OBJECTS} --time 0.1")),
+    ] {
+        let started = std::time::Instant::now();
+        let run = Command::new(env!("CARGO_BIN_EXE_fstop"))
+            .args(&arguments)
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .env("RAYON_NUM_THREADS", "100000")
+            .output()
+            .expect("the program starts");
+        let said = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(0), "{arguments:?}\n{said}");
+        assert!(started.elapsed().as_secs() < 60, "{arguments:?}");
+    }
+}

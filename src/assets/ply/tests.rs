@@ -131,7 +131,7 @@ fn errors_say_what_is_wrong() {
     assert!(error(&format!("{vertex}{face}3 0\n")).contains("element face"));
     let empty = "ply\nformat ascii 1.0\nelement thing 99999999999999\nend_header\n";
     assert!(error(empty).contains("no properties"));
-    let file = load(Path::new("/nowhere/at all.ply"))
+    let file = load(Path::new("/nowhere/at all.ply"), &Budget::unlimited())
         .unwrap_err()
         .to_string();
     assert!(file.contains("/nowhere/at all.ply") && file.contains("cannot read"));

@@ -8,6 +8,7 @@ use super::header::{Header, MeshKind};
 use super::reduce;
 use super::sample::Sample;
 use crate::assets::picture::{FREE_BYTES, MAX_EXPANSION};
+use crate::budget::Budget;
 use rayon::prelude::*;
 use std::cmp::Reverse;
 
@@ -85,6 +86,7 @@ pub(super) fn fill<S: Sample>(
     faces: &mut [Face],
     constants: &[S],
     stored: &Stored,
+    budget: &Budget,
 ) -> Result<Box<[S]>, String> {
     let kept = header.channels.kept().len();
     let mut total = 0usize;
@@ -102,6 +104,8 @@ pub(super) fn fill<S: Sample>(
     if (total as u64).saturating_mul(size_of::<S>() as u64) > most {
         return Err("its faces claim too many texels for a file of this size".into());
     }
+    let bytes = (total as u64).saturating_mul(size_of::<S>() as u64);
+    budget.take(bytes).map_err(|e| format!("it {e}"))?;
     let mut texels = vec![S::default(); total].into_boxed_slice();
     let mut places = Vec::with_capacity(faces.len());
     let mut rest = &mut texels[..];

@@ -39,6 +39,7 @@ pub use header::{Border, MeshKind};
 pub use sample::{Sample, Texels};
 
 use super::picture::PictureError;
+use crate::budget::Budget;
 use half::f16;
 use header::Header;
 use sample::SampleKind;
@@ -60,10 +61,16 @@ pub struct PtexFile {
 }
 
 impl PtexFile {
-    /// Reads `path`. Damaged files are errors and never take more memory than their size justifies.
-    pub fn load(path: &Path) -> Result<PtexFile, PictureError> {
+    /// Reads `path`. Damaged files are errors and never take more memory than their size justifies, nor
+    /// more than `budget` has.
+    pub fn load(path: &Path, budget: &Budget) -> Result<PtexFile, PictureError> {
         let bytes = PictureError::read(path)?;
-        PtexFile::parse(&bytes).map_err(|message| PictureError::Malformed {
+        let held = budget.hold(bytes.len() as u64);
+        let _file = held.map_err(|source| PictureError::TooLarge {
+            path: path.into(),
+            source,
+        })?;
+        PtexFile::parse_within(&bytes, budget).map_err(|message| PictureError::Malformed {
             path: path.into(),
             message,
         })
@@ -71,12 +78,22 @@ impl PtexFile {
 
     /// Reads a file from memory; the error is a sentence without the file's name.
     pub fn parse(bytes: &[u8]) -> Result<PtexFile, String> {
+        PtexFile::parse_within(bytes, &Budget::unlimited())
+    }
+
+    fn parse_within(bytes: &[u8], budget: &Budget) -> Result<PtexFile, String> {
         let header = Header::parse(bytes)?;
         let (faces, texels) = match header.samples {
-            SampleKind::U8 => read::<u8>(&header, bytes).map(|(f, t)| (f, Texels::U8(t))),
-            SampleKind::U16 => read::<u16>(&header, bytes).map(|(f, t)| (f, Texels::U16(t))),
-            SampleKind::F16 => read::<f16>(&header, bytes).map(|(f, t)| (f, Texels::F16(t))),
-            SampleKind::F32 => read::<f32>(&header, bytes).map(|(f, t)| (f, Texels::F32(t))),
+            SampleKind::U8 => read::<u8>(&header, bytes, budget).map(|(f, t)| (f, Texels::U8(t))),
+            SampleKind::U16 => {
+                read::<u16>(&header, bytes, budget).map(|(f, t)| (f, Texels::U16(t)))
+            }
+            SampleKind::F16 => {
+                read::<f16>(&header, bytes, budget).map(|(f, t)| (f, Texels::F16(t)))
+            }
+            SampleKind::F32 => {
+                read::<f32>(&header, bytes, budget).map(|(f, t)| (f, Texels::F32(t)))
+            }
         }?;
         Ok(PtexFile {
             mesh: header.mesh,
@@ -120,13 +137,13 @@ impl PtexFile {
 type Filled<S> = (Box<[Face]>, Box<[S]>);
 
 /// The faces with their texels.
-fn read<S: Sample>(header: &Header, bytes: &[u8]) -> Result<Filled<S>, String> {
+fn read<S: Sample>(header: &Header, bytes: &[u8], budget: &Budget) -> Result<Filled<S>, String> {
     let mut faces = face::read(header, bytes)?;
     let order = levels::reduction_order(&faces);
     let mut constants = block::constants::<S>(header, bytes)?;
     let edits = edits::read(header, bytes)?;
     edits::apply(&edits, header, &mut faces, &mut constants);
     let stored = levels::Stored::find(header, bytes, &order, &edits)?;
-    let texels = levels::fill(header, &mut faces, &constants, &stored)?;
+    let texels = levels::fill(header, &mut faces, &constants, &stored, budget)?;
     Ok((faces.into(), texels))
 }

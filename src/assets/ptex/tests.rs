@@ -400,7 +400,9 @@ fn what_is_wrong_is_said() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("faces.ptx");
     std::fs::write(&path, &good[..200]).unwrap();
-    let message = PtexFile::load(&path).unwrap_err().to_string();
+    let message = PtexFile::load(&path, &Budget::unlimited())
+        .unwrap_err()
+        .to_string();
     assert!(message.contains("faces.ptx"), "{message}");
 }
 

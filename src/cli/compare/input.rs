@@ -1,6 +1,7 @@
 //! Pictures to compare, from files of any kind.
 
 use crate::assets::picture::{Encoding, Picture};
+use crate::budget::Budget;
 use crate::film::{self, Image, Loaded, PixelBounds, ReadError};
 use crate::math::color::linear_from_srgb;
 use crate::math::{Rgb, UVec2};
@@ -59,7 +60,8 @@ fn take_window(input: &mut Input, other: &Input) {
 }
 
 fn read(path: &Path) -> Result<Input, String> {
-    match film::read(path) {
+    let budget = Budget::new(None);
+    match film::read_within(path, &budget) {
         Ok(loaded) => {
             return Ok(Input {
                 path: path.to_owned(),
@@ -72,7 +74,7 @@ fn read(path: &Path) -> Result<Input, String> {
         // Grey, or with channels of other names, or another format altogether.
         Err(_) => {}
     }
-    let picture = Picture::load(path).map_err(|e| e.to_string())?;
+    let picture = Picture::load(path, &budget).map_err(|e| e.to_string())?;
     let size = [picture.width, picture.height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     let resolution = UVec2::from(size);
     let srgb = picture.encoding == Encoding::Srgb;

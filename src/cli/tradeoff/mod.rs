@@ -84,10 +84,15 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
         output::check(path).map_err(|e| Some(e.to_string()))?;
     }
     let sources = SourceMap::new();
+    // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
+    let threads = match args.threads {
+        0 => super::processors(),
+        threads => threads,
+    };
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads)
+        .num_threads(threads)
         .build()
-        .map_err(|e| Some(format!("cannot start {} threads: {e}", args.threads)))?;
+        .map_err(|e| Some(format!("cannot start {threads} threads: {e}")))?;
     let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
     let refused = messages::refused(&diagnostics, args.read.rigour());
     if !args.quiet || refused {

@@ -1,6 +1,7 @@
 //! Textures read and compiled, looked up.
 
 use super::*;
+use crate::budget::Budget;
 use crate::handles::{FloatTextureId, SpectrumTextureId};
 use crate::math::color::linear_from_srgb;
 use crate::math::{Vec2, Vec3};
@@ -35,7 +36,7 @@ fn spectrum(i: u32) -> SpectrumInput {
 
 fn compile(f: &[FloatTextureSpec], s: &[SpectrumTextureSpec]) -> (Textures, Vec<TextureProblem>) {
     let usage = TextureUsage::new(f.len(), s.len());
-    Textures::compile(f, s, &usage, &Transform::IDENTITY)
+    Textures::compile(f, s, &usage, &Transform::IDENTITY, &Budget::unlimited())
 }
 
 fn imagemap(path: &Path, decoding: Decoding, top_first: bool) -> ImagemapSpec {
@@ -268,7 +269,13 @@ fn a_broken_picture_is_reported_where_it_is_used() {
         for &user in users {
             usage.spectrum(spectrum(user));
         }
-        let (_, problems) = Textures::compile(&[], &specs, &usage, &Transform::IDENTITY);
+        let (_, problems) = Textures::compile(
+            &[],
+            &specs,
+            &usage,
+            &Transform::IDENTITY,
+            &Budget::unlimited(),
+        );
         let [TextureProblem::Picture { span, used, .. }] = &problems[..] else {
             panic!("{problems:?}");
         };
