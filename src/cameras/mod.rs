@@ -34,9 +34,8 @@ pub use clip::Clip;
 pub use environment::{Environment, EnvironmentSpec};
 pub use orthographic::{Orthographic, OrthographicSpec};
 pub use perspective::{Perspective, PerspectiveSpec};
-pub use realistic::{Compat, Form, ModelChoice, Precision, Realistic, RealisticSpec, Weighting};
+pub use realistic::{Compat, Form, Precision, Realistic, RealisticSpec, Weighting};
 pub use realistic_bands::Band;
-pub use realistic_params::{DEFAULT_TOLERANCE, DEGREES};
 pub use screen::Screen;
 pub use shutter::Shutter;
 pub use thin_lens::ThinLens;
@@ -116,7 +115,7 @@ pub enum CameraError {
     FilmDiagonal(f64),
     /// The lens has no model of the kind that is asked for.
     #[error("{0}")]
-    LensModel(crate::optics::models::Unavailable),
+    LensModel(crate::optics::models::NoFocalLength),
     /// The camera's transformation cannot be inverted.
     #[error("the camera's transformation cannot be inverted (a Scale by 0?)")]
     SingularTransform,
@@ -166,7 +165,7 @@ impl CameraSpec {
     }
 
     /// Chooses what rays are made with (`--lens-model`); only `realistic` has a choice.
-    pub fn set_model(&mut self, model: ModelChoice) {
+    pub fn set_model(&mut self, model: crate::optics::models::ModelKind) {
         if let CameraSpec::Realistic(spec) = self {
             spec.model = model;
         }

@@ -17,8 +17,7 @@
 //!
 //! `"string focus"`: `paraxial` (default) or `best`, the film where the axial spot of real rays is smallest
 //! ([`crate::optics::best_focus`]); `"float scale"`, by which all lengths of the lens file are multiplied; and
-//! `"string model"`: what rays are made with, `exact` (default), `polynomial`, `table`, `thick`, `thin`, or `auto`,
-//! the cheapest of them that is within `"float tolerance"` pixels (0.1) for 99 of 100 rays; see
+//! `"string model"`: what rays are made with, `exact` (default), or `thick` and `thin` as in textbooks; see
 //! [`crate::optics::models`]. Rays of a picture are made side by side in single precision
 //! ([`Realistic::rays`]), which is below 0.02 pixels of a 6000 × 4000 full-frame sensor for every lens in `tests/golden`;
 //! `"string precision" "double"` makes them one at a time, and so does a stop of less than some 0.0002 mm.
@@ -44,7 +43,7 @@ use crate::math::motion::Motion;
 use crate::math::sampling::concentric_disk;
 use crate::math::transform::Transform;
 use crate::math::{DMat4, DVec3, Rgb, Vec2};
-use crate::optics::models::{LensModel, ModelKind, Models};
+use crate::optics::models::{LensModel, ModelKind};
 use crate::optics::pupil::{ExitPupil, PupilSample, PupilSampling, RINGS, projected_solid_angle};
 use crate::optics::real::Dual;
 use crate::optics::{Lens, LensRay, StopShape};
@@ -82,18 +81,6 @@ pub enum Weighting {
     Simple,
 }
 
-/// What a camera's rays are made with (`"string model"`, `--lens-model`).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum ModelChoice {
-    /// This model.
-    Only(ModelKind),
-    /// The cheapest whose 99th percentile error is within this many pixels.
-    Automatic(f64),
-    /// The traced prescription.
-    #[default]
-    Exact,
-}
-
 /// The number type that a picture's rays are traced in (`"string precision"`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
@@ -120,7 +107,7 @@ pub struct RealisticSpec {
     /// How lens samples are spread over the exit pupil.
     pub pupil_sampling: PupilSampling,
     /// What rays are made with.
-    pub model: ModelChoice,
+    pub model: ModelKind,
     /// In which precision.
     pub precision: Precision,
     /// What the stop is shaped like, if not round.
@@ -157,8 +144,6 @@ pub(super) struct Optics {
     lens: Lens,
     pub(super) aim: Aim,
     pub(super) model: LensModel,
-    /// What `auto` took, how far it is off, and why.
-    pub(super) choice: Option<String>,
     /// The lens with its shaped stop, where rays need to be weighed by it: by a picture, or because the model traces none.
     gate: Option<Box<Lens>>,
     /// See [`CameraRay::tint`].
@@ -395,16 +380,16 @@ impl Optics {
             }
             Compat::PbrtV2 => Aim::RearDisk(0.5 * lens.rear().aperture),
         };
-        let (model, choice) = match &aim {
-            Aim::Pupil(pupil) => model(spec.model, lens, pupil, film_radius, pitch)?,
-            Aim::RearDisk(_) => (LensModel::exact(lens, lens.length()), None),
+        let model = match &aim {
+            Aim::Pupil(pupil) => LensModel::new(spec.model, lens, pupil, film_radius)
+                .map_err(CameraError::LensModel)?,
+            Aim::RearDisk(_) => LensModel::exact(lens, lens.length()),
         };
         let (model, gate) = shaped(model, lens, spec.stop_shape.as_ref());
         Ok(Optics {
             lens: lens.clone(),
             aim,
             model,
-            choice,
             gate,
             tint,
             weight_scale: 1.0,
@@ -469,33 +454,6 @@ fn camera_from_lens(spec: &RealisticSpec) -> DMat4 {
         Form::Pbrt3 => {
             let film = DVec3::new(0.0, 0.0, spec.lens.film_z());
             DMat4::from_scale(DVec3::splat(1e-3)) * DMat4::from_translation(film) * turned
-        }
-    }
-}
-
-/// The model that is asked for, and where it was chosen, why.
-fn model(
-    choice: ModelChoice,
-    lens: &Lens,
-    pupil: &ExitPupil,
-    film_radius: f64,
-    pitch: f64,
-) -> Result<(LensModel, Option<String>), CameraError> {
-    let models = || Models::new(lens, pupil, film_radius);
-    match choice {
-        ModelChoice::Exact | ModelChoice::Only(ModelKind::Exact) => {
-            Ok((LensModel::exact(lens, pupil.plane_z()), None))
-        }
-        ModelChoice::Only(kind) => {
-            let model = models().model(kind).map_err(CameraError::LensModel)?;
-            Ok((model, None))
-        }
-        ModelChoice::Automatic(tolerance) => {
-            let choice = models()
-                .choose(tolerance, pitch)
-                .map_err(CameraError::LensModel)?;
-            let reason = choice.reason();
-            Ok((choice.model, Some(reason)))
         }
     }
 }

@@ -3,7 +3,7 @@
 //! Radiance over the squared index stays the same along a ray, so that a white sky puts n'²·∫cosθ dω on a film in a medium
 //! of index n' (Boyd, *Radiometry and the Detection of Optical Radiation*, 1983, §5.1).
 
-use super::realistic::{Form, ModelChoice, Realistic, RealisticSpec, Weighting};
+use super::realistic::{Form, Realistic, RealisticSpec, Weighting};
 use super::realistic_tests::{DGAUSS, camera, film, samples, spec};
 use super::{BUNDLE, CameraSample};
 use crate::math::Vec2;
@@ -151,7 +151,7 @@ fn the_models_have_the_light_of_the_lens() {
             let beam = paraxial.entrance_pupil.unwrap().diameter / focal_length;
             let expected = 0.25 * std::f64::consts::PI * beam * beam;
             for kind in [ModelKind::Exact, ModelKind::Thick, ModelKind::Thin] {
-                s.model = ModelChoice::Only(kind);
+                s.model = kind;
                 for found in white(&camera(&s, &film), 8) {
                     assert!(
                         (found / expected - 1.0).abs() < TOLERANCE,
@@ -171,7 +171,7 @@ fn the_models_look_where_the_lens_looks() {
         let film = film(64, 64, 0.5);
         let exact = camera(&s, &film);
         for kind in [ModelKind::Thick, ModelKind::Thin] {
-            s.model = ModelChoice::Only(kind);
+            s.model = kind;
             let model = camera(&s, &film);
             let mut compared = 0;
             for sample in samples(500, Vec2::ZERO, Vec2::splat(64.0)) {

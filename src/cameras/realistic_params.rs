@@ -1,6 +1,6 @@
 //! Reading `Camera "realistic"`: both spellings, and every problem of the lens file.
 
-use super::realistic::{Compat, Form, ModelChoice, Precision, RealisticSpec, Weighting};
+use super::realistic::{Compat, Form, Precision, RealisticSpec, Weighting};
 use super::realistic_bands::Band;
 use super::{Clip, Shutter, stop_shape};
 use crate::optics::models::ModelKind;
@@ -87,26 +87,22 @@ impl RealisticSpec {
     }
 }
 
-/// Degrees of `polynomial` and `table` where none is given: right to about 0.05 and 0.3 pixels for most lenses.
-pub const DEGREES: [usize; 2] = [9, 5];
-
-/// Pixels that `auto` may be off where nothing is said.
-pub const DEFAULT_TOLERANCE: f64 = 0.1;
-
-/// What rays are to be made with.
-fn model(params: &ParamReader) -> ModelChoice {
-    let kinds = ["exact", "polynomial", "table", "thick", "thin", "auto"];
-    let degree = |default: usize| {
-        let given = params.integer("degree", default as i64);
-        usize::try_from(given).unwrap_or(usize::MAX)
-    };
-    match params.choice("model", &kinds) {
-        "polynomial" => ModelChoice::Only(ModelKind::Polynomial(degree(DEGREES[0]))),
-        "table" => ModelChoice::Only(ModelKind::Table(degree(DEGREES[1]))),
-        "thick" => ModelChoice::Only(ModelKind::Thick),
-        "thin" => ModelChoice::Only(ModelKind::Thin),
-        "auto" => ModelChoice::Automatic(params.float("tolerance", DEFAULT_TOLERANCE)),
-        _ => ModelChoice::Exact,
+/// What rays are to be made with. Scenes written for earlier versions may name approximations that are gone.
+fn model(params: &ParamReader) -> ModelKind {
+    match params.string("model", "exact") {
+        gone @ ("polynomial" | "table" | "auto") => {
+            params.accept("degree");
+            params.accept("tolerance");
+            params.note(format!(
+                "there is no lens model `{gone}` any more: rays are traced exactly, which costs no more"
+            ));
+            ModelKind::Exact
+        }
+        _ => match params.choice("model", &["exact", "thick", "thin"]) {
+            "thick" => ModelKind::Thick,
+            "thin" => ModelKind::Thin,
+            _ => ModelKind::Exact,
+        },
     }
 }
 

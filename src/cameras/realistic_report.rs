@@ -38,9 +38,7 @@ impl Realistic {
             "about {:.1} % of the rays are vignetted",
             100.0 * self.vignetted_fraction(film)
         ));
-        if let Some(choice) = &self.main.choice {
-            lines.push(format!("lens model `auto` took {choice}"));
-        } else if self.main.model.kind() != ModelKind::Exact {
+        if self.main.model.kind() != ModelKind::Exact {
             lines.push(format!(
                 "rays by the lens model `{}`",
                 self.main.model.kind()

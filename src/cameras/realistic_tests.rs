@@ -1,6 +1,6 @@
 //! Laws of the realistic camera, on lenses small enough to reason about and on measured pictures.
 
-use super::realistic::{Compat, Form, ModelChoice, Realistic, RealisticSpec, Weighting};
+use super::realistic::{Compat, Form, Realistic, RealisticSpec, Weighting};
 use super::{BUNDLE, Band, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec2, Vec2, Vec3};
@@ -300,7 +300,7 @@ fn the_report_says_what_was_set() {
     );
     assert!(!text.contains("model"), "{text}");
     assert!(camera(&s, &film).warnings().is_empty());
-    s.model = ModelChoice::Only(ModelKind::Thick);
+    s.model = ModelKind::Thick;
     let text = camera(&s, &film).describe(&film).join("\n");
     assert!(text.contains("the lens model `thick`"), "{text}");
     let near = spec(DGAUSS, 17.1, Some(30.0), Form::Course);
@@ -392,7 +392,7 @@ fn rays_side_by_side_are_the_rays_alone() {
         (
             Form::Course,
             (f64::NEG_INFINITY, 1e4),
-            ModelKind::Polynomial(5),
+            ModelKind::Thick,
             PupilSampling::Rejection,
             0,
         ),
@@ -406,7 +406,7 @@ fn rays_side_by_side_are_the_rays_alone() {
     ] {
         let mut s = spec(DGAUSS, 8.0, Some(37.0), form);
         (s.clip.hither, s.clip.yon) = clip;
-        s.model = ModelChoice::Only(model);
+        s.model = model;
         s.pupil_sampling = sampling;
         s.bands = Band::all(&coloured(), 37.0).unwrap();
         s.bands.truncate(bands);

@@ -12,7 +12,7 @@ mod render;
 mod tradeoff;
 
 use crate::budget::parse_size;
-use crate::cameras::{Compat, DEFAULT_TOLERANCE, DEGREES, ModelChoice};
+use crate::cameras::Compat;
 use crate::console;
 use crate::optics::models::ModelKind;
 use crate::params::Dialect;
@@ -70,13 +70,9 @@ pub(crate) struct ReadArgs {
     /// Copy a habit of another renderer that changes the picture
     #[arg(long, value_enum)]
     compat: Option<CompatArg>,
-    /// Realistic camera: what rays are made with, instead of the scene's choice; `auto` takes the
-    /// cheapest within --tolerance
+    /// Realistic camera: what rays are made with, instead of the scene's choice
     #[arg(long, value_enum)]
     lens_model: Option<LensModelArg>,
-    /// Pixels that 99 of 100 rays of `--lens-model auto` may be off at most
-    #[arg(long, value_name = "PX", default_value_t = DEFAULT_TOLERANCE, requires = "lens_model")]
-    tolerance: f64,
     /// Memory that images, meshes and the film may take, such as 8G; what needs more is an error at its line.
     /// By default what the machine, or this process's control group, has to give
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
@@ -86,11 +82,8 @@ pub(crate) struct ReadArgs {
 #[derive(ValueEnum, Clone, Copy, Debug)]
 enum LensModelArg {
     Exact,
-    Polynomial,
-    Table,
     Thick,
     Thin,
-    Auto,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug)]
@@ -126,12 +119,9 @@ impl ReadArgs {
             compat: self.compat.map(|CompatArg::PbrtV2| Compat::PbrtV2),
             details: false,
             lens_model: self.lens_model.map(|model| match model {
-                LensModelArg::Exact => ModelChoice::Exact,
-                LensModelArg::Polynomial => ModelChoice::Only(ModelKind::Polynomial(DEGREES[0])),
-                LensModelArg::Table => ModelChoice::Only(ModelKind::Table(DEGREES[1])),
-                LensModelArg::Thick => ModelChoice::Only(ModelKind::Thick),
-                LensModelArg::Thin => ModelChoice::Only(ModelKind::Thin),
-                LensModelArg::Auto => ModelChoice::Automatic(self.tolerance),
+                LensModelArg::Exact => ModelKind::Exact,
+                LensModelArg::Thick => ModelKind::Thick,
+                LensModelArg::Thin => ModelKind::Thin,
             }),
         }
     }

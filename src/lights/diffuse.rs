@@ -1,5 +1,5 @@
 //! `diffuse` (also `area`): a shape that emits the same radiance everywhere and in all directions
-//! on the side of its normal; a curve that turns to whoever looks, toward everyone.
+//! on the side of its normal.
 //!
 //! `L` (spectrum, 1): radiance. `scale` (spectrum, 1): factor. `twosided` (bool, false): both
 //! sides emit. `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
@@ -86,7 +86,7 @@ impl DiffuseAreaLight {
 
     /// Radiance that leaves in unit direction `w` where the normal is `n`.
     fn toward(&self, n: Vec3, w: Vec3) -> Rgb {
-        if self.two_sided || self.emitter.faces_everyone() || n.dot(w) > 0.0 {
+        if self.two_sided || n.dot(w) > 0.0 {
             self.radiance
         } else {
             Rgb::ZERO
@@ -123,8 +123,7 @@ impl DiffuseAreaLight {
 
     /// Flux.
     pub fn power(&self) -> Rgb {
-        let both = self.two_sided && !self.emitter.faces_everyone();
-        let sides = if both { 2.0 } else { 1.0 };
+        let sides = if self.two_sided { 2.0 } else { 1.0 };
         sides * PI * self.emitter.area() as f32 * self.radiance
     }
 
@@ -148,14 +147,8 @@ impl DiffuseAreaLight {
         self.group
     }
 
-    /// Looks at the emitter from six sides to see roughly where it lies and whether it is flat; what
-    /// a curve fills is known, and is not.
+    /// Looks at the emitter from six sides to see roughly where it lies and whether it is flat.
     pub(super) fn reach(&self) -> Reach {
-        if let Emitter::Curve(curve) = &self.emitter {
-            let (low, high) = curve.bounds();
-            let intensity = 0.25 * curve.area() as f32 * self.radiance;
-            return Reach::area(low.as_vec3(), high.as_vec3(), intensity);
-        }
         // From one point of a sphere, this far away is outside it; a piece of a plane cannot be
         // seen edge-on from all of these at once.
         let size = 2.0 * (self.emitter.area() as f32).sqrt();

@@ -12,7 +12,7 @@
 //! 5. [`stops`] finds which aperture limits the light, [`stop_shape`] gives it another than a round shape; [`pupil`] says where rays from a film point should be
 //!    aimed so that few are lost and no light is.
 //! 6. [`lanes`] trace bundles of rays side by side in single precision: the fast path.
-//! 7. [`models`] are cheaper lenses whose error is measured: polynomials, tables, the thick and the thin lens.
+//! 7. [`models`] are the three of textbooks: the exact, the thick and the thin lens.
 //! 8. [`report`] prints it all.
 //!
 //! Coordinates throughout: millimetres, origin at the vertex of the first (scene-side) surface, **z toward the

@@ -10,10 +10,11 @@ use super::scopes::{Current, Scope, Scopes};
 use super::transforms::{Ctm, Placement};
 use super::unused_transforms::UnusedTransform;
 use super::world_block::WorldBlock;
-use crate::cameras::{Compat, ModelChoice};
+use crate::cameras::Compat;
 use crate::integrators::IntegratorSettings;
 use crate::math::DVec3;
 use crate::math::transform::Transform;
+use crate::optics::models::ModelKind;
 use crate::params::{Dialect, SpectrumFiles, TextureNames};
 use crate::syntax::{
     Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser, SourceMap, Span, Typed,
@@ -28,8 +29,8 @@ pub struct ReadSettings {
     pub dialect: DialectChoice,
     /// `--compat`.
     pub compat: Option<Compat>,
-    /// `--lens-model` with `--tolerance`.
-    pub lens_model: Option<ModelChoice>,
+    /// `--lens-model`.
+    pub lens_model: Option<ModelKind>,
     /// `check --verbose`: say also what changes nothing but the noise.
     pub details: bool,
     /// `--max-memory`, in bytes.

@@ -29,12 +29,13 @@ impl Interpreter<'_> {
         self.find_late_material();
         let (material, spec) = self.read_shape(span, typed);
         let Some(spec) = spec else { return };
+        let is_curve = matches!(spec, ShapeSpec::Curve(_));
         let entity = ShapeEntity {
             spec,
             world_from_shape: self.placement(),
             reverse_orientation: self.current.state.reverse_orientation,
             material,
-            area_light: self.area_light_of_shape(span),
+            area_light: self.area_light_of_shape(span, is_curve),
             interface: self.interface_of_shape(),
             span: file_name_span(typed).unwrap_or(span),
         };
@@ -76,8 +77,14 @@ impl Interpreter<'_> {
         (material, spec)
     }
 
-    fn area_light_of_shape(&mut self, shape: Span) -> Option<usize> {
+    fn area_light_of_shape(&mut self, shape: Span, is_curve: bool) -> Option<usize> {
         let area_light = self.current.state.area_light?;
+        if is_curve {
+            let error = Diagnostic::error("a curve cannot be an area light (pbrt-v3 aborts here)");
+            let hint = "end the light before it with AttributeEnd, or give the curve's place to thin cylinders";
+            self.diagnostics.push(error.at(shape).with_help(hint));
+            return None;
+        }
         if self.current.ctm.is_animated() {
             self.warn(
                 shape,

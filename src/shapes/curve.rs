@@ -15,15 +15,12 @@
 //! takes at least degree + 1, and has a segment for each one more. u runs from 0 to 1 along each
 //! segment, v from 0 to 1 across it (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.7).
 //!
-//! pbrt-v3 aborts where curves are area lights. Here they emit: "flat" and "cylinder" toward whoever
-//! looks, as they have no back, and "ribbon" on the side of its normals ([`CurveEmitter`]).
+//! Curves cannot be area lights: pbrt-v3 aborts, and here it is an error at the shape.
 
 mod bezier;
-mod emitter;
 mod segment;
 
 pub use bezier::Bezier;
-pub use emitter::CurveEmitter;
 pub use segment::{CurveHit, Segment};
 
 use crate::math::transform::Transform;

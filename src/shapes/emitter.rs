@@ -1,12 +1,10 @@
 //! Shapes that light is sampled from.
 //!
 //! Full spheres under rotations and uniform scales are sampled by the cone of directions they
-//! fill, curves by boxes of directions around them; everything else uniformly over the object-space
-//! area, with the density converted by the world area of the piece sampled, so that any affine
-//! transformation gives the right light. (The reference ignores scale and cuts here: docs/scene-language.md
-//! §4.5. We do not.)
+//! fill; everything else uniformly over the object-space area, with the density converted by the world area
+//! of the piece sampled, so that any affine transformation gives the right light. (The reference ignores
+//! scale and cuts here: docs/scene-language.md §4.5. We do not.) Curves cannot emit, as in pbrt-v3.
 
-use super::curve::{CurveEmitter, Curves};
 use super::mesh::TriangleMesh;
 use super::quadric::{Form, ObjectSurface, Quadric};
 use super::triangle::Orientation;
@@ -47,8 +45,6 @@ pub enum Emitter {
     Sphere(Box<SphereEmitter>),
     /// Any other quadric, sampled by area.
     Quadric(Box<QuadricEmitter>),
-    /// A segment of a curve, sampled by direction.
-    Curve(Box<CurveEmitter>),
 }
 
 impl Emitter {
@@ -101,17 +97,6 @@ impl Emitter {
         }))
     }
 
-    /// The segments of a curve in render space, in order.
-    pub fn of_curves(curves: &Curves) -> Vec<Emitter> {
-        let segments = CurveEmitter::of_curves(curves);
-        segments.map(|s| Emitter::Curve(Box::new(s))).collect()
-    }
-
-    /// Does it shine at whoever looks, whichever way its normals point?
-    pub fn faces_everyone(&self) -> bool {
-        matches!(self, Emitter::Curve(curve) if curve.faces_everyone())
-    }
-
     /// Chooses a point as seen from `from`. `None` where nothing can be seen from there or the
     /// shape has no area: densities are positive and finite. The point may be hidden by other parts of
     /// the same shape.
@@ -122,7 +107,6 @@ impl Emitter {
             Emitter::Parallelogram(piece) => piece.sample(from, u),
             Emitter::Sphere(sphere) => sphere.sample(from, u),
             Emitter::Quadric(quadric) => quadric.sample(from, u),
-            Emitter::Curve(curve) => curve.sample(from, u).filter(|s| is_density(s.pdf)),
         }
     }
 
@@ -137,22 +121,19 @@ impl Emitter {
                 None => sphere.area(),
             },
             Emitter::Quadric(quadric) => quadric.area_around(hit.n.as_dvec3()),
-            Emitter::Curve(curve) => return curve.density(from, wi),
         };
         let distance2 = (hit.p.as_dvec3() - from.p.as_dvec3()).length_squared();
         let pdf = per_solid_angle(area, distance2, hit.n.as_dvec3().dot(wi.as_dvec3()));
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// Surface area in world units squared; of strips that turn to whoever looks the area that
-    /// has their flux.
+    /// Surface area in world units squared.
     pub fn area(&self) -> f64 {
         match self {
             Emitter::Triangle(triangle) => triangle.area,
             Emitter::Parallelogram(piece) => piece.area,
             Emitter::Sphere(sphere) => sphere.area(),
             Emitter::Quadric(quadric) => quadric.area,
-            Emitter::Curve(curve) => curve.area(),
         }
     }
 }

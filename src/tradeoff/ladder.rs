@@ -1,6 +1,6 @@
 //! The settings that are tried.
 
-use crate::cameras::{CameraSpec, DEFAULT_TOLERANCE, DEGREES, ModelChoice, Precision};
+use crate::cameras::{CameraSpec, Precision};
 use crate::filters::{
     BoxFilter, Filter, FilterShape, GaussianFilter, MitchellFilter, SincFilter, TriangleFilter,
 };
@@ -142,17 +142,7 @@ fn cameras(own: &CameraSpec) -> Vec<(Knob, String, CameraSpec)> {
     let CameraSpec::Realistic(own) = own else {
         return Vec::new();
     };
-    let models = [
-        ("exact", ModelChoice::Exact),
-        (
-            "polynomial",
-            ModelChoice::Only(ModelKind::Polynomial(DEGREES[0])),
-        ),
-        ("table", ModelChoice::Only(ModelKind::Table(DEGREES[1]))),
-        ("thick", ModelChoice::Only(ModelKind::Thick)),
-        ("thin", ModelChoice::Only(ModelKind::Thin)),
-        ("auto", ModelChoice::Automatic(DEFAULT_TOLERANCE)),
-    ];
+    let models = [ModelKind::Exact, ModelKind::Thick, ModelKind::Thin];
     let precisions = [("single", Precision::Single), ("double", Precision::Double)];
     let samplings = [
         ("concentric", PupilSampling::Concentric),
@@ -160,12 +150,12 @@ fn cameras(own: &CameraSpec) -> Vec<(Knob, String, CameraSpec)> {
         ("rejection", PupilSampling::Rejection),
     ];
     let mut all = Vec::new();
-    for (name, model) in models.into_iter().filter(|(_, m)| *m != own.model) {
+    for model in models.into_iter().filter(|m| *m != own.model) {
         let mut spec = own.clone();
         spec.model = model;
         all.push((
             Knob::LensModel,
-            name.to_string(),
+            model.to_string(),
             CameraSpec::Realistic(spec),
         ));
     }

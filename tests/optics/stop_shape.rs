@@ -3,7 +3,7 @@
 use arrayvec::ArrayVec;
 use fstop::cameras::{
     BUNDLE, Camera, CameraRay, CameraSample, CameraSpec, Clip, Compat, FilmGeometry, Form,
-    ModelChoice, Precision, RealisticSpec, Shutter, Weighting,
+    Precision, RealisticSpec, Shutter, Weighting,
 };
 use fstop::math::transform::Transform;
 use fstop::math::{UVec2, Vec2};
@@ -26,7 +26,7 @@ const ACROSS: u32 = 33;
 struct Setup {
     lens: Lens,
     diagonal: f64,
-    model: ModelChoice,
+    model: ModelKind,
     precision: Precision,
 }
 
@@ -117,17 +117,16 @@ fn irradiance_on_the_axis_falls_by_the_area() {
     let mut setup = Setup {
         lens: lens(4.0, f64::INFINITY),
         diagonal: 1e-3,
-        model: ModelChoice::Exact,
+        model: ModelKind::Exact,
         precision: Precision::Single,
     };
     let middle = Vec2::splat(0.5 * ACROSS as f32);
     for (model, precision) in [
         (ModelKind::Exact, Precision::Single),
         (ModelKind::Exact, Precision::Double),
-        (ModelKind::Polynomial(5), Precision::Single),
         (ModelKind::Thick, Precision::Double),
     ] {
-        setup.model = ModelChoice::Only(model);
+        setup.model = model;
         setup.precision = precision;
         let round = light(&setup.camera(None), middle, 1 << 15, |_| true);
         for (shape, part) in shapes() {
@@ -187,7 +186,7 @@ fn out_of_focus_points_show_the_stop_the_right_way_round() {
             let setup = Setup {
                 lens: lens(8.0, 500.0),
                 diagonal: 2.2,
-                model: ModelChoice::Exact,
+                model: ModelKind::Exact,
                 precision,
             };
             // A small ball on the axis; a tenth of the stop across, seen from the lens.
@@ -237,7 +236,7 @@ fn a_picture_is_upright() {
     let setup = Setup {
         lens: lens(8.0, 500.0),
         diagonal: 2.2,
-        model: ModelChoice::Exact,
+        model: ModelKind::Exact,
         precision: Precision::Single,
     };
     // Black but for the upper left quarter.

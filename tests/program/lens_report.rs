@@ -80,12 +80,12 @@ fn the_page_is_whole_and_alone() {
     let all = elements(&page);
     let count = |name: &str| all.iter().filter(|n| *n == name).count();
     assert!(
-        count("svg") >= 7 && count("section") == 1 + count("svg"),
+        count("svg") >= 7 && count("section") == count("svg"),
         "{} {}",
         count("svg"),
         count("section")
     );
-    assert!(count("table") >= 7 && count("script") == 0 && count("link") == 0 && count("img") == 0);
+    assert!(count("table") >= 6 && count("script") == 0 && count("link") == 0 && count("img") == 0);
     // Every item of the list, each with what its axes or columns are in.
     for (section, parts) in [
         ("cross-section", &["Cross-section", "mm"][..]),
@@ -98,18 +98,6 @@ fn the_page_is_whole_and_alone() {
             &["Relative illumination", "cos⁴", "%", "mm"],
         ),
         ("sampling", &["Pupil sampling", "%", "mm"]),
-        (
-            "models",
-            &[
-                "Lens models",
-                "exact, f32 lanes",
-                "polynomial 9",
-                "table 3",
-                "thick",
-                "thin",
-                "ns a useful ray",
-            ],
-        ),
     ] {
         let (_, rest) = page
             .split_once(&format!("<section id=\"{section}\""))
@@ -132,39 +120,5 @@ fn the_page_is_whole_and_alone() {
     let links = page.replace("http://www.w3.org/2000/svg", "");
     for outside in ["http:", "https:", "src=", "@import", "url(", "NaN"] {
         assert!(!links.contains(outside), "{outside}");
-    }
-}
-
-#[test]
-fn rendering_says_what_auto_took_and_how_far_it_is_off() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = folder.path().join("a.exr").to_string_lossy().into_owned();
-    let scene = "tests/scenes/valid/realistic_camera.pbrt";
-    for (tolerance, expected) in [
-        // Nothing cheaper than a handful of surfaces is exact.
-        ("0", "lens model `auto` took exact, "),
-        // Pixels of two millimetres forgive principal planes.
-        ("1000", "lens model `auto` took thick, "),
-    ] {
-        let run = fstop([
-            "render",
-            scene,
-            "-o",
-            &output,
-            "--spp",
-            "1",
-            "--lens-model",
-            "auto",
-            "--tolerance",
-            tolerance,
-        ]);
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        let line = run.stderr.lines().find(|l| l.contains(expected));
-        let line = line.unwrap_or_else(|| panic!("{expected} not in {}", run.stderr));
-        assert!(line.contains("ns a ray"), "{line}");
-        assert!(
-            expected.contains("exact") || line.contains("99 of 100 rays within"),
-            "{line}"
-        );
     }
 }

@@ -6,7 +6,6 @@ mod common;
 mod compatibility;
 mod corpus;
 mod course;
-mod curve_lights;
 mod fourier;
 #[path = "../fuzzing/mod.rs"]
 mod fuzzing;

@@ -2,7 +2,6 @@
 
 pub(in crate::cli) mod chart;
 mod cross_section;
-mod models;
 mod page;
 mod pictures;
 mod plots;
@@ -14,7 +13,6 @@ use crate::optics::best_focus;
 use crate::optics::{Lens, LensReport, Prescription};
 use crate::output;
 use clap::Args;
-use models::ModelTable;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -175,9 +173,7 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
         if let Some(analysis) = &analysis {
             let content = page::Content::new(&bench, &report, analysis).map_err(named)?;
             if let Some(file) = &args.report {
-                let pixel = bench.film.width / page::PIXELS;
-                let models = ModelTable::measure(&bench.lens, analysis.image_radius, pixel);
-                write(file, &page::html(&content, &models))?;
+                write(file, &page::html(&content))?;
             }
             if let Some(folder) = &args.pictures {
                 overview.push(pictures::write_all(folder, &content)?);
@@ -337,8 +333,7 @@ mod tests {
         let bench = bench(ACHROMAT);
         let (report, analysis) = (LensReport::new(&bench.lens), bench.analysis());
         let content = page::Content::new(&bench, &report, &analysis).unwrap();
-        let models = ModelTable::measure(&bench.lens, analysis.image_radius, 0.006);
-        let html = page::html(&content, &models);
+        let html = page::html(&content);
         for part in [
             "an &lt;achromat&gt;",
             "Cross-section",
@@ -351,15 +346,6 @@ mod tests {
             "Pupil sampling",
             "Focus table",
             "Prescription",
-            "Lens models",
-            "exact, f64",
-            "exact, f32 lanes",
-            "polynomial 9",
-            "table 5",
-            "thick",
-            "thin",
-            "<code>auto</code> takes",
-            "ns a ray in lanes",
         ] {
             assert!(html.contains(part), "{part}");
         }
@@ -393,8 +379,7 @@ mod tests {
             };
             let (report, analysis) = (LensReport::new(&bench.lens), bench.analysis());
             let content = page::Content::new(&bench, &report, &analysis).unwrap();
-            let models = ModelTable::measure(&bench.lens, analysis.image_radius, 0.006);
-            let html = page::html(&content, &models);
+            let html = page::html(&content);
             assert!(!html.contains("NaN") && !html.contains("inf,"), "{text}");
         }
     }

@@ -1,7 +1,6 @@
 //! The lens report: one HTML page that needs nothing else.
 
 use super::chart::Failure;
-use super::models::ModelTable;
 use super::{Bench, cross_section, plots};
 use crate::optics::LensReport;
 use crate::optics::analysis::LensAnalysis;
@@ -171,11 +170,8 @@ fn diffraction(analysis: &LensAnalysis) -> String {
     })
 }
 
-/// Pixels across the film that errors of models are counted in: a full-frame sensor of 6000 × 4000.
-pub const PIXELS: f64 = 6000.0;
-
 /// The page.
-pub fn html(content: &Content, models: &ModelTable) -> String {
+pub fn html(content: &Content) -> String {
     let mut body = String::new();
     let title = escaped(&content.title());
     let _ = write!(
@@ -198,7 +194,6 @@ pub fn html(content: &Content, models: &ModelTable) -> String {
     }
     body += &field_table(content.analysis);
     body += &focus_table(content.analysis);
-    body += &models.html();
     body += &prescription(content.report);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\

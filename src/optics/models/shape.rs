@@ -1,4 +1,4 @@
-//! The measured shape of the pupil, for models that know no rims.
+//! The measured shape of the pupil, for a model that knows no rims.
 
 use crate::math::DVec2;
 use crate::optics::lens::Lens;
@@ -18,7 +18,7 @@ pub struct PupilShape<B> {
 }
 
 /// Film radii between the axis and the largest.
-pub const RADII: usize = 64;
+const RADII: usize = 64;
 
 /// Directions over half a turn; the other half is its mirror image. An arc between two differs from
 /// its chord by π²/8·96² = 0.013 % of the radius.
@@ -78,24 +78,6 @@ impl PupilShape<f64> {
             middle: all(&self.middle),
             reach2: all(&self.reach2),
         }
-    }
-
-    /// Middle of the pupil at film radius number `i` of [`RADII`].
-    pub fn middle(&self, i: usize) -> f64 {
-        self.middle[i]
-    }
-
-    /// How far the pupil reaches there in the direction at `angle` radians from x, at most π.
-    pub fn reach(&self, i: usize, angle: f64) -> f64 {
-        let (sin, cos) = angle.sin_cos();
-        let (place, rest) = (quadrant(cos, sin) * 0.5 * DIRECTIONS as f64).place(DIRECTIONS - 1);
-        let at = |k: usize| self.reach2[i * (DIRECTIONS + 1) + k];
-        (at(place) * (1.0 - rest) + at(place + 1) * rest).sqrt()
-    }
-
-    /// The largest reach of all.
-    pub fn largest_reach(&self) -> f64 {
-        self.reach2.iter().copied().fold(0.0, f64::max).sqrt()
     }
 }
 

@@ -8,10 +8,11 @@ use super::rays::{lens, spread};
 use arrayvec::ArrayVec;
 use fstop::cameras::{
     BUNDLE, Camera, CameraRay, CameraSample, CameraSpec, Clip, Compat, FilmGeometry, Form,
-    ModelChoice, Precision, RealisticSpec, Shutter, Weighting,
+    Precision, RealisticSpec, Shutter, Weighting,
 };
 use fstop::math::transform::Transform;
 use fstop::math::{UVec2, Vec2};
+use fstop::optics::models::ModelKind;
 use fstop::optics::pupil::{PupilSampling, RINGS};
 use fstop::optics::{ExitPupil, Lens, LensRay, Prescription};
 use proptest::prelude::*;
@@ -78,7 +79,7 @@ fn camera(lens: &Lens, diagonal: f64, precision: Precision) -> Result<Camera, St
         weighting: Weighting::Physical,
         compat: Compat::None,
         pupil_sampling: PupilSampling::default(),
-        model: ModelChoice::Exact,
+        model: ModelKind::Exact,
         precision,
         stop_shape: None,
         bands: Vec::new(),

@@ -156,21 +156,6 @@ pub fn scaled_projector() -> String {
     format!("light under a scale of 5000 over that under none: {ratio}")
 }
 
-/// A glowing curve beside a glowing tube as thick as it is wide.
-pub fn glowing_curve() -> String {
-    let glow = "AreaLightSource \"diffuse\" \"rgb L\" [9 9 9] \"integer samples\" [8]\n";
-    let strip = format!(
-        "{glow}Shape \"curve\" \"float width\" [.1] \"point P\" [-10 0 0  -3 0 0  3 0 0  10 0 0]"
-    );
-    let tube = format!(
-        "{glow}Rotate 90 0 1 0\nShape \"cylinder\" \"float radius\" [.05] \"float zmin\" [-10] \
-         \"float zmax\" [10]"
-    );
-    // They end differently, five times as far away as they are above the floor.
-    let ratio = lit(&strip).equal_to(&lit(&tube), 3e-4);
-    format!("light over that of a tube as thick as the curve is wide: {ratio}")
-}
-
 /// pbrt-v3 blends and normalises quaternions whose cosine is above 0.9995; the largest error of the
 /// angle on the way, as a part of the whole angle.
 pub fn small_turns() -> String {

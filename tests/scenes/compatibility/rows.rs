@@ -56,21 +56,6 @@ pub const ROWS: &[Row] = &[
         )],
     },
     Row {
-        what: "Curves as area lights",
-        much: &[Measured(measures::glowing_curve)],
-        held: &[
-            Measurement,
-            Test(
-                "tests/scenes/curve_lights.rs",
-                "a_straight_strip_is_a_thin_tube",
-            ),
-            Test(
-                "tests/scenes/curve_lights.rs",
-                "light_sampling_and_scattered_rays_agree",
-            ),
-        ],
-    },
-    Row {
         what: "Several hits on one curve piece",
         much: &[References(&["shape_curve"])],
         held: &[Test(
