@@ -31,7 +31,7 @@ fn every_knob_of_a_lens_is_turned() {
         ("scene", 1),
         ("samples", 3),
         ("sampler", 2),
-        ("lens model", 4),
+        ("lens model", 2),
         ("precision", 1),
         ("pupil sampling", 2),
         ("maxdepth", 1),
