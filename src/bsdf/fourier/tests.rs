@@ -141,7 +141,7 @@ fn samples_at_grazing_angles_follow_the_density() {
         let zeros = |t: &FourierTable| t.file.cosines.iter().filter(|&&mu| mu == 0.0).count();
         assert_eq!(zeros(&table), 2);
         // Within the first interval on either side. (Seen along the surface itself it is black.)
-        for z in [1e-2, 1e-4, 1e-7, -1e-7, -1e-4, -1e-2] {
+        for z in [1e-2, 1e-7, -1e-4] {
             let wo = Vec3::new(1.0, 0.0, z).normalize();
             check_sampling(&format!("through {through}, cosine {z}"), &bsdf(&table), wo);
         }

@@ -255,7 +255,7 @@ pub const ROWS: &[Row] = &[
     Row {
         what: "Grazing angles in .bsdf files",
         much: &[Words(
-            "none where the table is 0 at these two cosines; else between them and the next ones only",
+            "none where the table is black at these two cosines; else between them and the next ones only",
         )],
         held: &[Test(
             "src/bsdf/fourier/tests.rs",
