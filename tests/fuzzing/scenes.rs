@@ -12,6 +12,9 @@ use std::path::Path;
 /// Most pixels of a picture that is rendered here; larger ones are made smaller.
 const PIXELS: u32 = 16;
 
+/// Bytes that a scene may take: more than any small one needs, and soon used up.
+const MEMORY: u64 = 256 << 20;
+
 /// How far a text got.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -51,6 +54,7 @@ pub fn survive(name: &Path, text: &[u8]) -> Outcome {
 fn render_a_little(mut frame: Frame, sources: &SourceMap) -> bool {
     let options = &mut frame.options;
     options.sampler = options.sampler.clone().with_spp(1);
+    options.max_memory = Some(MEMORY);
     if options.film.resolution.element_product() > PIXELS {
         options.film = FilmSpec {
             resolution: UVec2::new(4, 4),
