@@ -22,7 +22,7 @@ pub const CAMERAS: &[Kind] = &[
         "realistic",
         "s lensfile lenses/wild.dat|../reference/lenses/dgauss50.dat|../reference/lenses/fisheye10.dat|nosuch.dat;\
          f focusdistance;f aperturediameter;b simpleweighting;b dispersion;i blades;f bladerotation;\
-         s aperture square|star|gaussian|textures/nosuch.png;s lensmodel exact|thick|thin|polynomial|table;f tolerance",
+         s aperture square|star|gaussian|textures/nosuch.png;s lensmodel exact|thick|thin|nosuch;f tolerance",
     ),
 ];
 
