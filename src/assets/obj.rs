@@ -172,7 +172,7 @@ mod tests {
         for (face, said) in [
             (
                 "-5/1/1",
-                "line 11: a face refers to vertex -5, but there are 4 so far",
+                "line 13: a face refers to vertex -5, but there are 4 so far",
             ),
             ("1/-4/1", "texture coordinate -4, but there are 3 so far"),
             ("1/1/-2", "normal -2, but there are 1 so far"),

@@ -34,7 +34,8 @@ pub(super) fn encode(image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, 
     let mut file = ::exr::prelude::Image::from_layer(layer);
     file.attributes = image_attributes(image);
     let mut bytes = Vec::new();
-    file.write().to_buffered(Cursor::new(&mut bytes))?;
+    // In parallel it would start as many threads as RAYON_NUM_THREADS says, a hundred thousand if need be.
+    file.write().non_parallel().to_buffered(Cursor::new(&mut bytes))?;
     sort_attributes(&mut bytes)?;
     Ok(bytes)
 }

@@ -69,6 +69,8 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<Loaded, ReadError> {
         .all_channels()
         .first_valid_layer()
         .all_attributes()
+        // As in `exr.rs`: its threads are not ours to count.
+        .non_parallel()
         .from_buffered(Cursor::new(&bytes))
         .map_err(|e| unreadable(e.to_string()))?;
     let layer = &file.layer_data;
