@@ -35,7 +35,9 @@ pub(super) fn encode(image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, 
     file.attributes = image_attributes(image);
     let mut bytes = Vec::new();
     // In parallel it would start as many threads as RAYON_NUM_THREADS says, a hundred thousand if need be.
-    file.write().non_parallel().to_buffered(Cursor::new(&mut bytes))?;
+    file.write()
+        .non_parallel()
+        .to_buffered(Cursor::new(&mut bytes))?;
     sort_attributes(&mut bytes)?;
     Ok(bytes)
 }

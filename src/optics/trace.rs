@@ -432,6 +432,7 @@ impl<B: Plain> Element<B> {
 
     /// Takes a ray into the front surface that runs away from the film, as light from behind a fisheye does: its first
     /// meeting with the sphere, on the half in front of the center. Concave, plane and aspheric fronts are missed.
+    #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN is blocked")]
     fn enter_from_behind<T: Real<Base = B>>(
         &self,
         ray: &LensRay<T>,

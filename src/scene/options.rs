@@ -120,7 +120,7 @@ impl StoredOptions {
             "VolumeIntegrator",
             volume_integrator,
             "emission",
-            |reader| MediaSeen::from_params(reader),
+            MediaSeen::from_params,
         );
         let camera = self.camera.as_ref();
         self.check_camera_place(reading);

@@ -206,13 +206,13 @@ const BROKEN: [(&str, &str); 9] = [
         ":50\n",
     ),
     (
-        "Shape \"plymesh\" \"string filename\" \"nowhere.ply\"",
+        "Shape \"plymesh\" \"string filename\" \"a/nowhere.ply\"",
         ":35\n",
     ),
     ("Shape \"plymesh\" \"string filename\" \"bad.ply\"", ":35\n"),
-    ("Include \"nowhere.pbrt\"", ":9\n"),
+    ("Include \"b/nowhere.pbrt\"", ":9\n"),
     (
-        "LightSource \"infinite\" \"string mapname\" \"nowhere.exr\"",
+        "LightSource \"infinite\" \"string mapname\" \"c/nowhere.exr\"",
         ":41\n",
     ),
     (
@@ -220,11 +220,11 @@ const BROKEN: [(&str, &str); 9] = [
         ":43\n",
     ),
     (
-        "LightSource \"point\" \"spectrum I\" \"nowhere.spd\"",
+        "LightSource \"point\" \"spectrum I\" \"d/nowhere.spd\"",
         ":34\n",
     ),
     (
-        "ObjectBegin \"o\" Shape \"objmesh\" \"string filename\" \"nowhere.obj\" ObjectEnd",
+        "ObjectBegin \"o\" Shape \"objmesh\" \"string filename\" \"e/nowhere.obj\" ObjectEnd",
         ":51\n",
     ),
 ];

@@ -172,7 +172,13 @@ fn compare_survives_any_byte_of_the_windows() {
             bad[byte] ^= 0xff;
             std::fs::write(folder.path("b.exr"), &bad).expect("a writable folder");
             let run = fstop_in(folder.0.path(), ["compare", "--no-flip", "b.exr", "a.exr"]);
-            assert!((1..=2).contains(&run.code), "{name} {byte}: {}", run.code);
+            // A wider display window moves no pixel: such images may well agree.
+            let least = i32::from(name.starts_with("data"));
+            assert!(
+                (least..=2).contains(&run.code),
+                "{name} {byte}: {}",
+                run.code
+            );
         }
     }
 }

@@ -142,12 +142,8 @@ fn an_exponential_density_has_the_integral_of_its_formula() {
         let left = mean(4, |stream| haze.transmittance(&ray, f32::INFINITY, stream));
         // The quadrature ends within a step of the box's sides.
         let expected = [0.5, 1.0, 2.0].map(|sigma: f64| (-sigma * depth).exp());
-        for c in 0..3 {
-            assert!(
-                (f64::from(left.0[c]) - expected[c]).abs() < 2e-4,
-                "{}",
-                left.0
-            );
+        for (found, expected) in left.0.to_array().into_iter().zip(expected) {
+            assert!((f64::from(found) - expected).abs() < 2e-4, "{}", left.0);
         }
         let (emitted, error) = mean(40_000, |stream| haze.emission(&ray, f32::INFINITY, stream));
         for c in 0..3 {
