@@ -20,7 +20,7 @@ pub(super) struct PrimitiveId(u32);
 impl PrimitiveId {
     const CUT_OUT: u32 = 1 << 31;
     const OTHER: u32 = 1 << 30;
-    /// Where the kind of what is no triangle stands.
+    /// Lowest bit of the kind of a non-triangle primitive.
     const KIND_SHIFT: u32 = 28;
     /// How many triangles, and how many of each other kind, a tree can hold.
     pub const LIMIT: usize = 1 << Self::KIND_SHIFT;
@@ -56,7 +56,7 @@ impl PrimitiveId {
         self.0 & (Self::OTHER | Self::CUT_OUT) == Self::OTHER
     }
 
-    /// Of what is no triangle.
+    /// Of a non-triangle primitive.
     #[inline(always)]
     pub fn kind(self) -> OtherKind {
         match self.0 >> Self::KIND_SHIFT & 3 {

@@ -28,7 +28,7 @@ const ROULETTE_BELOW: f32 = 0.1;
 /// More than this of a coefficient or a density is taken as this: products stay finite in single precision.
 const LARGEST: f64 = 1e15;
 
-/// How the density varies over the unit cube that stands for the box.
+/// How the density varies over the unit cube that the box is mapped to.
 #[derive(Clone, Debug, PartialEq)]
 enum Density {
     Constant,
@@ -305,7 +305,7 @@ impl Volume {
             left *= (Rgb::ONE - sigma_t / majorant as f32).max(Rgb::ZERO);
             let most = left.max_element();
             if most < ROULETTE_BELOW {
-                // Survives with probability `most` / 0.1, and then stands for 0.1.
+                // Survives with probability `most` / 0.1, and then counts as 0.1.
                 if numbers.next() * ROULETTE_BELOW >= most {
                     return Rgb::ZERO;
                 }

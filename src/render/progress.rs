@@ -32,7 +32,7 @@ impl Progress {
         Progress::on_stderr(Some(pixels * u64::from(spp)), template, quiet)
     }
 
-    /// The state of a render in passes, whose length nobody knows beforehand.
+    /// Progress of a render in passes, whose length is not known in advance.
     pub fn of_passes(quiet: bool) -> Progress {
         Progress::on_stderr(None, "{elapsed_precise} {msg}", quiet)
     }
