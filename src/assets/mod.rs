@@ -1,6 +1,8 @@
 //! Files that scenes refer to: meshes, pictures, spectra and BSDFs.
 
+pub mod brdf_file;
 pub mod bsdf_file;
+pub mod merl_file;
 pub mod mesh;
 pub mod obj;
 pub(crate) mod openexr;
@@ -9,3 +11,7 @@ pub mod picture;
 pub mod ply;
 pub mod ptex;
 pub mod spd;
+
+/// Largest measured reflectance that is taken for one, in 1/sr: the peak of a mirror as sharp as the finest angle of a
+/// MERL table is a hundredth of it.
+const MOST_MEASURED: f64 = 1e9;

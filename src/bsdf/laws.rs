@@ -13,6 +13,8 @@ use super::fresnel::Fresnel;
 use super::fresnel_blend::FresnelBlend;
 use super::hair::Hair;
 use super::lambertian::{LambertianReflection, LambertianTransmission};
+use super::measured::MeasuredLobe;
+use super::measured::tests::{glossy_list, glossy_table};
 use super::microfacet::{MicrofacetReflection, MicrofacetTransmission, MirroredReflection};
 use super::oren_nayar::OrenNayar;
 use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission};
@@ -24,7 +26,7 @@ use crate::assets::bsdf_file::BsdfFile;
 use crate::assets::bsdf_file::generator::{Analytic, encode};
 
 /// How many kinds of lobes there are.
-const KINDS: usize = 15;
+const KINDS: usize = 16;
 
 impl Lobe<'_> {
     /// A number below [`KINDS`] for each kind.
@@ -45,6 +47,7 @@ impl Lobe<'_> {
             Lobe::Hair(_) => 12,
             Lobe::SubsurfaceExit(_) => 13,
             Lobe::Fourier(_) => 14,
+            Lobe::Measured(_) => 15,
         }
     }
 }
@@ -173,6 +176,19 @@ fn tabulated() -> Row {
     Row::new("tabulated", Energy::Less, vec![lobe])
 }
 
+/// A measured BRDF of each format, leaked.
+fn measured() -> [Row; 2] {
+    let row = |name, table| {
+        let table = Box::leak(Box::new(table));
+        let lobe = Lobe::Measured(MeasuredLobe::new(table));
+        Row::new(name, Energy::Less, vec![lobe])
+    };
+    [
+        row("measured by half angles", glossy_table([24, 12, 24])),
+        row("measured here and there", glossy_list(9, 9)),
+    ]
+}
+
 /// The far end of a path under a surface of index 1.33.
 fn subsurface_exit() -> Row {
     let made = Energy::Made {
@@ -218,6 +234,7 @@ fn hair(h: f32, sigma_a: f32, beta_m: f32, beta_n: f32) -> Row {
 
 /// Every kind of lobe, at settings that bring out its terms.
 fn table() -> Vec<Row> {
+    let [half_angles, scattered] = measured();
     use Energy::{All, Less, Made};
     let lambert = Lobe::LambertianReflection(LambertianReflection { reflectance: ONE });
     let mirror = Lobe::SpecularReflection(SpecularReflection {
@@ -320,6 +337,8 @@ fn table() -> Vec<Row> {
         ),
         subsurface_exit(),
         tabulated(),
+        half_angles,
+        scattered,
         hair(0.0, 0.0, 0.3, 0.3),
         hair(0.6, 0.0, 0.5, 0.2),
         hair(-0.95, 0.0, 0.2, 0.9),

@@ -6,6 +6,7 @@ use super::fourier::FourierLobe;
 use super::fresnel_blend::FresnelBlend;
 use super::hair::Hair;
 use super::lambertian::{LambertianReflection, LambertianTransmission};
+use super::measured::MeasuredLobe;
 use super::microfacet::{MicrofacetReflection, MicrofacetTransmission, MirroredReflection};
 use super::oren_nayar::OrenNayar;
 use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission};
@@ -46,6 +47,8 @@ pub enum Lobe<'a> {
     SubsurfaceExit(SubsurfaceExit),
     /// A table.
     Fourier(FourierLobe<'a>),
+    /// A measured BRDF.
+    Measured(MeasuredLobe<'a>),
 }
 
 /// A direction drawn from a lobe.
@@ -82,7 +85,8 @@ impl Lobe<'_> {
             | Lobe::FresnelBlend(_)
             | Lobe::DisneyDiffuse(_)
             | Lobe::Clearcoat(_)
-            | Lobe::SubsurfaceExit(_) => !transmit,
+            | Lobe::SubsurfaceExit(_)
+            | Lobe::Measured(_) => !transmit,
             Lobe::LambertianTransmission(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::MicrofacetTransmission(_)
@@ -106,6 +110,7 @@ impl Lobe<'_> {
             Lobe::Hair(l) => l.f(wo, wi),
             Lobe::SubsurfaceExit(l) => l.f(wo, wi),
             Lobe::Fourier(l) => l.f(wo, wi),
+            Lobe::Measured(l) => l.f(wo, wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => Rgb::ZERO,
@@ -127,6 +132,7 @@ impl Lobe<'_> {
             Lobe::Clearcoat(l) => l.pdf(wo, wi),
             Lobe::Hair(l) => l.pdf(wo, wi),
             Lobe::Fourier(l) => l.pdf(wo, wi),
+            Lobe::Measured(l) => l.pdf(wo, wi),
             Lobe::SpecularReflection(_)
             | Lobe::SpecularTransmission(_)
             | Lobe::FresnelSpecular(_) => 0.0,
@@ -147,7 +153,7 @@ impl Lobe<'_> {
     pub fn chooses(&self) -> bool {
         matches!(
             self,
-            Lobe::FresnelSpecular(_) | Lobe::FresnelBlend(_) | Lobe::Hair(_)
+            Lobe::FresnelSpecular(_) | Lobe::FresnelBlend(_) | Lobe::Hair(_) | Lobe::Measured(_)
         )
     }
 
@@ -173,6 +179,7 @@ impl Lobe<'_> {
             Lobe::Clearcoat(l) => l.sample(wo, u),
             Lobe::Hair(l) => l.sample(wo, uc, u),
             Lobe::Fourier(l) => l.sample(wo, u),
+            Lobe::Measured(l) => l.sample(wo, uc, u),
         }
     }
 
@@ -215,6 +222,7 @@ impl Lobe<'_> {
             Lobe::Hair(l) => l.scale(share),
             Lobe::SubsurfaceExit(l) => l.scale(share),
             Lobe::Fourier(l) => l.scale(share),
+            Lobe::Measured(l) => l.scale(share),
         }
         self
     }

@@ -12,6 +12,7 @@ pub mod lambertian;
 #[cfg(test)]
 mod laws;
 pub mod lobe;
+pub mod measured;
 pub mod microfacet;
 pub mod oren_nayar;
 pub mod specular;

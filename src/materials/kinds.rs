@@ -143,6 +143,7 @@ material_types! {
     }
     v2 {
         "shinymetal" => ShinyMetal,
+        "measured" => Measured,
     }
     of_materials {
         "mix" => Mix,

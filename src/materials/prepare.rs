@@ -1,36 +1,63 @@
 //! What materials need before rays meet them, beyond textures: tables, each made once for all
 //! materials alike.
 
-use super::Material;
+use super::{Material, MaterialKind};
 use crate::assets::bsdf_file::BsdfFile;
 use crate::bsdf::fourier::FourierTable;
+use crate::bsdf::measured::MeasuredTable;
 use crate::bssrdf::ProfileTable;
 use crate::params::NamedFile;
 use crate::syntax::{Diagnostic, Diagnostics};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The `.bsdf` files of a scene; `None` for those that cannot be read.
-pub struct BsdfFiles(BTreeMap<PathBuf, Option<Arc<FourierTable>>>);
+/// The tables of a scene's files, by path; `None` for those that cannot be read.
+type ByPath<Table> = BTreeMap<PathBuf, Option<Arc<Table>>>;
+
+/// The files of a scene that materials are tabulated in.
+#[derive(Default)]
+pub struct BsdfFiles {
+    fourier: ByPath<FourierTable>,
+    measured: ByPath<MeasuredTable>,
+}
 
 impl BsdfFiles {
     /// Reads the files that materials name. Those that are broken are errors, at the first name.
     pub fn load(materials: &[Material], diagnostics: &Diagnostics) -> BsdfFiles {
-        let mut files = BTreeMap::new();
-        let named = materials.iter().filter_map(|material| material.kind.file());
-        for NamedFile { path, span } in named {
-            files.entry(path.clone()).or_insert_with(|| {
-                let read = BsdfFile::read(path).map(|file| Arc::new(FourierTable::new(file)));
-                read.map_err(|error| {
-                    let message = format!("cannot use the BSDF file '{}': {error}", path.display());
-                    diagnostics.push(Diagnostic::error(message).at(*span).passable());
-                })
-                .ok()
-            });
+        let mut files = BsdfFiles::default();
+        for material in materials {
+            let Some(file) = material.kind.file() else {
+                continue;
+            };
+            match &material.kind {
+                MaterialKind::Measured(_) => {
+                    load(&mut files.measured, file, diagnostics, MeasuredTable::read)
+                }
+                _ => load(&mut files.fourier, file, diagnostics, |path| {
+                    BsdfFile::read(path).map(FourierTable::new)
+                }),
+            }
         }
-        BsdfFiles(files)
+        files
     }
+}
+
+/// Reads a file unless it was read before.
+fn load<Table, Error: Display>(
+    tables: &mut ByPath<Table>,
+    NamedFile { path, span }: &NamedFile,
+    diagnostics: &Diagnostics,
+    read: impl FnOnce(&Path) -> Result<Table, Error>,
+) {
+    tables.entry(path.clone()).or_insert_with(|| {
+        let table = read(path).map_err(|error| {
+            let message = format!("cannot use the BSDF file '{}': {error}", path.display());
+            diagnostics.push(Diagnostic::error(message).at(*span).passable());
+        });
+        table.ok().map(Arc::new)
+    });
 }
 
 /// Tables that materials take.
@@ -49,7 +76,12 @@ impl Tables<'_> {
 
     /// The BSDF of a file; `None` where it cannot be read.
     pub fn bsdf(&self, file: &NamedFile) -> Option<Arc<FourierTable>> {
-        self.files.0.get(&file.path).cloned().flatten()
+        self.files.fourier.get(&file.path).cloned().flatten()
+    }
+
+    /// The measured BRDF of a file; `None` where it cannot be read.
+    pub fn measured(&self, file: &NamedFile) -> Option<Arc<MeasuredTable>> {
+        self.files.measured.get(&file.path).cloned().flatten()
     }
 }
 

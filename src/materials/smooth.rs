@@ -27,6 +27,7 @@ impl Material {
             | MaterialKind::Translucent(_)
             | MaterialKind::Disney(_)
             | MaterialKind::Hair(_)
+            | MaterialKind::Measured(_)
             | MaterialKind::Fourier(_) => false,
         }
     }

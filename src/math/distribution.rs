@@ -2,7 +2,7 @@
 //! (Pharr, Jakob and Humphreys 2016, §13.3.1).
 
 /// A piecewise-constant density over [0, 1) with equal cells.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Distribution1D {
     function: Vec<f32>,
     cdf: Vec<f32>,

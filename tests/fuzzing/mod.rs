@@ -29,7 +29,7 @@ const SCENES: &[(&str, &[&str])] = &[
 ];
 
 /// All of them.
-pub const TARGETS: [Target; 12] = [
+pub const TARGETS: [Target; 14] = [
     Target {
         name: "program",
         run: scenes::program,
@@ -105,6 +105,16 @@ pub const TARGETS: [Target; 12] = [
         name: "bsdf",
         run: readers::bsdf,
         seeds: &[("tests/scenes/valid/parts", &["bsdf"])],
+    },
+    Target {
+        name: "merl",
+        run: readers::merl,
+        seeds: &[("tests/scenes/valid/parts", &["binary"])],
+    },
+    Target {
+        name: "brdf",
+        run: readers::brdf,
+        seeds: &[("tests/scenes/valid/parts", &["brdf"])],
     },
 ];
 

@@ -1,11 +1,15 @@
 //! Files that scenes and `fstop compare` refer to.
 
+use fstop::assets::brdf_file::BrdfFile;
 use fstop::assets::bsdf_file::BsdfFile;
+use fstop::assets::merl_file::MerlFile;
 use fstop::assets::mesh::MeshData;
 use fstop::assets::picture::Picture;
 use fstop::assets::ptex::PtexFile;
 use fstop::assets::{obj, ply, spd};
+use fstop::bsdf::Lobe;
 use fstop::bsdf::fourier::{FourierLobe, FourierTable};
+use fstop::bsdf::measured::{MeasuredLobe, MeasuredTable};
 use fstop::math::hash::{mix2, unit_float};
 use fstop::math::sampling::cosine_hemisphere;
 use fstop::math::{Vec2, spectrum};
@@ -85,13 +89,31 @@ pub fn bsdf(bytes: &[u8]) {
         return;
     };
     let table = FourierTable::new(file);
-    let lobe = FourierLobe::new(&table);
+    scatter(&Lobe::Fourier(FourierLobe::new(&table)));
+}
+
+pub fn merl(bytes: &[u8]) {
+    if let Ok(file) = MerlFile::parse(bytes) {
+        let table = MeasuredTable::from_merl(file);
+        scatter(&Lobe::Measured(MeasuredLobe::new(&table)));
+    }
+}
+
+pub fn brdf(bytes: &[u8]) {
+    if let Ok(file) = BrdfFile::parse(bytes) {
+        let table = MeasuredTable::from_brdf(&file);
+        scatter(&Lobe::Measured(MeasuredLobe::new(&table)));
+    }
+}
+
+/// Values and samples are numbers.
+fn scatter(lobe: &Lobe) {
     for i in 0..16 {
         let square = |k| Vec2::new(unit_float(mix2(i, k)), unit_float(mix2(i, k + 1)));
         let wo = cosine_hemisphere(square(0));
         let wi = cosine_hemisphere(square(2));
         assert!(!lobe.f(wo, wi).is_nan() && lobe.pdf(wo, wi) >= 0.0);
-        if let Some(sample) = lobe.sample(wo, square(4)) {
+        if let Some(sample) = lobe.sample(wo, unit_float(mix2(i, 6)), square(4)) {
             assert!(!sample.f.is_nan() && sample.pdf >= 0.0);
         }
     }

@@ -146,6 +146,10 @@ pub const MATERIALS: &[Kind] = &[
     ),
     ("fourier", "s bsdffile parts/small.bsdf|parts/nosuch.bsdf"),
     (
+        "measured",
+        "s filename parts/paint.brdf|parts/paint.binary|parts/nosuch.brdf",
+    ),
+    (
         "hair",
         "c sigma_a;c color;t eumelanin;t pheomelanin;t eta;t beta_m;t beta_n;t alpha",
     ),

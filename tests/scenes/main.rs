@@ -10,6 +10,7 @@ mod fourier;
 #[path = "../fuzzing/mod.rs"]
 mod fuzzing;
 mod laws;
+mod measured;
 mod mixed_interiors;
 mod null_boundaries;
 mod ptex;

@@ -1,0 +1,241 @@
+//! `.brdf` files of pbrt-v2: isotropic BRDFs measured at arbitrary pairs of directions.
+//!
+//! Numbers as text, separated by white space; `#` starts a comment. The first is the number n of wavelengths, which
+//! follow in nm. Then each sample has θ and φ of the direction to the light, θ and φ of the one to the viewer, in radians,
+//! and the BRDF in 1/sr at the n wavelengths.
+
+use crate::files::{self, FileProblem};
+use std::path::Path;
+
+/// The largest file taken, in bytes; published ones have some ten thousand samples.
+const LARGEST: u64 = 256 << 20;
+
+/// Most wavelengths: one for each nm between ultraviolet and infrared, and more.
+const MOST_WAVELENGTHS: usize = 1024;
+
+/// The contents of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BrdfFile {
+    /// In nm, positive, all different, at least one.
+    pub wavelengths: Vec<f64>,
+    /// All samples one after another, at least one: four angles and a value for each wavelength.
+    pub numbers: Vec<f64>,
+}
+
+/// Why a file cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BrdfFileError {
+    /// Reading failed.
+    #[error("{0}")]
+    Unreadable(#[from] FileProblem),
+    /// Neither a finite number nor a comment.
+    #[error("line {line}: expected a number, found `{found}`")]
+    NotANumber {
+        /// Counted from 1.
+        line: usize,
+        /// The word, cut where it is long.
+        found: String,
+    },
+    /// Nothing in it.
+    #[error("it has no numbers")]
+    Empty,
+    /// Not the count of wavelengths.
+    #[error("it starts with {0}, where a number of wavelengths from 1 to {most} was expected", most = MOST_WAVELENGTHS)]
+    Count(f64),
+    /// Fewer wavelengths than there should be.
+    #[error("it ends after {found} of {count} wavelengths")]
+    Wavelengths {
+        /// How many there should be.
+        count: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// Not above zero.
+    #[error("a wavelength is {0} nm")]
+    Wavelength(f64),
+    /// Twice the same.
+    #[error("the wavelength {0} nm is there twice")]
+    Duplicate(f64),
+    /// Part of a sample, or none at all.
+    #[error("{numbers} numbers after the wavelengths do not make samples of {each}")]
+    Samples {
+        /// How many there are.
+        numbers: usize,
+        /// How many a sample takes.
+        each: usize,
+    },
+    /// Too large.
+    #[error("sample {0} has the value {1}, which is no reflectance")]
+    Value(usize, f64),
+}
+
+impl BrdfFile {
+    /// Reads a file.
+    pub fn read(path: &Path) -> Result<BrdfFile, BrdfFileError> {
+        BrdfFile::parse(&files::read(path, LARGEST)?)
+    }
+
+    /// Decodes a whole file.
+    pub fn parse(bytes: &[u8]) -> Result<BrdfFile, BrdfFileError> {
+        let mut wavelengths = numbers(bytes)?;
+        let &first = wavelengths.first().ok_or(BrdfFileError::Empty)?;
+        if !(1.0..=MOST_WAVELENGTHS as f64).contains(&first) || first.fract() != 0.0 {
+            return Err(BrdfFileError::Count(first));
+        }
+        let (count, found) = (first as usize, wavelengths.len() - 1);
+        if found < count {
+            return Err(BrdfFileError::Wavelengths { count, found });
+        }
+        let numbers = wavelengths.split_off(1 + count);
+        wavelengths.remove(0);
+        check_wavelengths(&wavelengths)?;
+        let each = 4 + count;
+        if numbers.is_empty() || !numbers.len().is_multiple_of(each) {
+            let numbers = numbers.len();
+            return Err(BrdfFileError::Samples { numbers, each });
+        }
+        for (i, sample) in numbers.chunks_exact(each).enumerate() {
+            let too_large = |value: &&f64| value.abs() > super::MOST_MEASURED;
+            if let Some(&value) = sample[4..].iter().find(too_large) {
+                return Err(BrdfFileError::Value(i, value));
+            }
+        }
+        Ok(BrdfFile {
+            wavelengths,
+            numbers,
+        })
+    }
+
+    /// The samples: the four angles, and the values.
+    pub fn samples(&self) -> impl Iterator<Item = ([f64; 4], &[f64])> {
+        let each = 4 + self.wavelengths.len();
+        self.numbers
+            .chunks_exact(each)
+            .filter_map(|sample| sample.split_first_chunk::<4>())
+            .map(|(angles, values)| (*angles, values))
+    }
+}
+
+/// All numbers of a file; all finite.
+fn numbers(bytes: &[u8]) -> Result<Vec<f64>, BrdfFileError> {
+    let mut numbers = Vec::new();
+    for (i, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
+        let told = line.split(|&byte| byte == b'#').next().unwrap_or_default();
+        let words = told.split(u8::is_ascii_whitespace);
+        for word in words.filter(|word| !word.is_empty()) {
+            let text = std::str::from_utf8(word).ok();
+            let number = text.and_then(|text| text.parse::<f64>().ok());
+            let number = number.filter(|number| number.is_finite());
+            numbers.push(number.ok_or_else(|| BrdfFileError::NotANumber {
+                line: i + 1,
+                found: String::from_utf8_lossy(word).chars().take(20).collect(),
+            })?);
+        }
+    }
+    Ok(numbers)
+}
+
+fn check_wavelengths(wavelengths: &[f64]) -> Result<(), BrdfFileError> {
+    let mut sorted = wavelengths.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    if let Some(&wrong) = sorted.iter().find(|&&wavelength| wavelength <= 0.0) {
+        return Err(BrdfFileError::Wavelength(wrong));
+    }
+    match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(BrdfFileError::Duplicate(pair[0])),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod generator;
+
+#[cfg(test)]
+mod tests {
+    use super::generator::{encode, pairs};
+    use super::*;
+    use crate::bsdf::measured::{MeasuredTable, tests::do_no_harm};
+    use proptest::prelude::*;
+
+    fn small() -> String {
+        encode(&[450.0, 600.5], &pairs(2, 2), &|[ti, _, to, _]| {
+            vec![0.25 * ti, 0.5 + to]
+        })
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let file = BrdfFile::parse(small().as_bytes()).unwrap();
+        assert_eq!(file.wavelengths, [450.0, 600.5]);
+        assert_eq!(file.samples().count(), 8);
+        for ([ti, _, to, _], values) in file.samples() {
+            assert_eq!(values, [0.25 * ti, 0.5 + to]);
+        }
+        let short = BrdfFile::parse(b"1 # one\n500#nm\n0 0 .5 1e0\n\t-.1").unwrap();
+        assert_eq!(short.numbers, [0.0, 0.0, 0.5, 1.0, -0.1]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, message) in [
+            ("# nothing", "it has no numbers"),
+            ("1\n5o0 0 0 0 0 1", "line 2: expected a number, found `5o0`"),
+            (
+                "1 500\n\n0 0 0 nan 1",
+                "line 3: expected a number, found `nan`",
+            ),
+            (
+                "0 1 2 3 4",
+                "it starts with 0, where a number of wavelengths from 1 to 1024 was expected",
+            ),
+            (
+                "1e30 1 2 3 4",
+                "it starts with 1000000000000000000000000000000, where a number of wavelengths from 1 to 1024 was expected",
+            ),
+            (
+                "1.5 500 0 0 0 0 1",
+                "it starts with 1.5, where a number of wavelengths from 1 to 1024 was expected",
+            ),
+            ("4 500 600 700", "it ends after 3 of 4 wavelengths"),
+            ("1 0 0 0 0 0 1", "a wavelength is 0 nm"),
+            (
+                "2 500 500 0 0 0 0 1 1",
+                "the wavelength 500 nm is there twice",
+            ),
+            (
+                "1 500",
+                "0 numbers after the wavelengths do not make samples of 5",
+            ),
+            (
+                "1 500 0 0 0 0 1 2",
+                "6 numbers after the wavelengths do not make samples of 5",
+            ),
+            (
+                "1 500 0 0 0 0 1 0 0 0 0 1e10",
+                "sample 1 has the value 10000000000, which is no reflectance",
+            ),
+        ] {
+            let error = BrdfFile::parse(text.as_bytes()).unwrap_err();
+            assert_eq!(error.to_string(), message);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn damage_is_refused_or_harmless(
+            at in prop::collection::vec((0usize..4000, any::<u8>()), 1..8),
+            cut in 0usize..2000,
+        ) {
+            let mut bytes = small().into_bytes();
+            for (i, byte) in at {
+                let i = i % bytes.len();
+                bytes[i] = byte;
+            }
+            bytes.truncate(cut);
+            if let Ok(file) = BrdfFile::parse(&bytes) {
+                prop_assert!(file.samples().count() > 0);
+                do_no_harm(&MeasuredTable::from_brdf(&file));
+            }
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Measured isotropic BRDFs, evaluated as pbrt-v2 does. Directions are local.
+
+mod facets;
+mod half_angle;
+mod scattered;
+
+use super::lobe::LobeSample;
+use crate::assets::brdf_file::{BrdfFile, BrdfFileError};
+use crate::assets::merl_file::{MerlFile, MerlFileError};
+use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::math::{Rgb, Vec2, Vec3};
+use facets::Facets;
+use half_angle::HalfAngleTable;
+use scattered::Scattered;
+use std::fmt;
+use std::path::Path;
+
+/// Bins of the half angle that samples of arbitrary directions are drawn by.
+const BINS: usize = 64;
+
+/// A measured BRDF.
+#[derive(Clone, PartialEq)]
+pub struct MeasuredTable {
+    data: Data,
+    /// Where light is reflected to, roughly.
+    facets: Facets,
+}
+
+#[derive(Clone, PartialEq)]
+enum Data {
+    HalfAngle(HalfAngleTable),
+    Scattered(Scattered),
+}
+
+/// Why a file cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeasuredError {
+    /// A MERL table.
+    #[error("{0}")]
+    Merl(#[from] MerlFileError),
+    /// A list of samples.
+    #[error("{0}")]
+    Brdf(#[from] BrdfFileError),
+}
+
+impl fmt::Debug for MeasuredTable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.data {
+            Data::HalfAngle(table) => write!(f, "MeasuredTable {{ {:?} }}", table.counts()),
+            Data::Scattered(table) => write!(f, "MeasuredTable {{ {} samples }}", table.len()),
+        }
+    }
+}
+
+impl MeasuredTable {
+    /// Reads a file: a list of samples if its name ends in `.brdf`, else a MERL table, as pbrt-v2 tells them apart.
+    pub fn read(path: &Path) -> Result<MeasuredTable, MeasuredError> {
+        let is_list = path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("brdf"));
+        Ok(if is_list {
+            MeasuredTable::from_brdf(&BrdfFile::read(path)?)
+        } else {
+            MeasuredTable::from_merl(MerlFile::read(path)?)
+        })
+    }
+
+    /// From a list of samples.
+    pub fn from_brdf(file: &BrdfFile) -> MeasuredTable {
+        MeasuredTable::new(Data::Scattered(Scattered::new(file)), BINS)
+    }
+
+    /// From a MERL table.
+    pub fn from_merl(file: MerlFile) -> MeasuredTable {
+        let bins = file.counts[0];
+        MeasuredTable::new(Data::HalfAngle(HalfAngleTable::new(file)), bins)
+    }
+
+    fn new(data: Data, bins: usize) -> MeasuredTable {
+        let facets = Facets::new(bins, |wo, wi| data.f(wo, wi));
+        MeasuredTable { data, facets }
+    }
+
+    /// Is nothing reflected at all?
+    pub fn is_black(&self) -> bool {
+        match &self.data {
+            Data::HalfAngle(table) => table.is_black(),
+            Data::Scattered(table) => table.is_black(),
+        }
+    }
+}
+
+impl Data {
+    /// The BRDF, in 1/sr.
+    fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        match self {
+            Data::HalfAngle(table) => table.f(wo, wi),
+            Data::Scattered(table) => table.f(wo, wi),
+        }
+    }
+}
+
+/// Reflection as measured.
+#[derive(Clone, Copy, Debug)]
+pub struct MeasuredLobe<'a> {
+    table: &'a MeasuredTable,
+    /// What all is multiplied by: the share of a mix.
+    share: Rgb,
+}
+
+impl<'a> MeasuredLobe<'a> {
+    /// All that the table says.
+    pub fn new(table: &'a MeasuredTable) -> MeasuredLobe<'a> {
+        MeasuredLobe {
+            table,
+            share: Rgb::ONE,
+        }
+    }
+
+    /// Multiplies all that is reflected by `share`.
+    pub fn scale(&mut self, share: Rgb) {
+        self.share *= share;
+    }
+
+    /// Value in 1/sr.
+    pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        self.table.data.f(wo, wi) * self.share
+    }
+
+    /// Density of [`MeasuredLobe::sample`] per solid angle.
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if wo.z * wi.z <= 0.0 {
+            return 0.0;
+        }
+        0.5 * (cosine_hemisphere_pdf(wi.z.abs()) + self.table.facets.pdf(wo, wi))
+    }
+
+    /// A cosine-distributed direction for `uc` below ½, as all are in pbrt-v2, else one reflected on a facet drawn by the
+    /// mean over the table; `None` where that one would leave below.
+    pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
+        let wi = if uc < 0.5 {
+            let wi = cosine_hemisphere(u);
+            wi.with_z(wi.z.copysign(wo.z))
+        } else {
+            let h = self.table.facets.sample(u);
+            let h = h.with_z(h.z.copysign(wo.z));
+            (2.0 * wo.dot(h) * h - wo).try_normalize()?
+        };
+        let pdf = self.pdf(wo, wi);
+        (pdf > 0.0).then(|| LobeSample {
+            f: self.f(wo, wi),
+            wi,
+            pdf,
+            transmission: false,
+            eta: 1.0,
+        })
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;
