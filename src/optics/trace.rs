@@ -388,8 +388,11 @@ impl<B: Plain> Element<B> {
         let (x, y) = (x + t * l, y + t * m);
         // To the sphere.
         let f = (x * x + y * y).times(c);
-        let g = n - (x * l + y * m).times(c);
-        let discriminant = g * g - f.times(c);
+        let along = (x * l + y * m).times(c);
+        let g = n - along;
+        // g² − cf; the squares of the way to a plane that the ray meets far away are left out of both.
+        let across = (x * m - y * l).times(c);
+        let discriminant = n * (g - along - n * f.times(c)) - across * across;
         let reached = discriminant.at_least(B::ZERO);
         // The cosine of incidence, signed as the direction.
         let q = discriminant.sqrt().times(s);

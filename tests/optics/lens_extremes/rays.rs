@@ -506,3 +506,16 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_ray_nearly_parallel_to_the_vertex_plane_is_as_right_as_a_point_there() {
+    // The first surface turns it until d.z is 8e-7: it meets the vertex plane 50 radii away.
+    let grazed = Surface {
+        radius: 0.297_519_357_774_339_74,
+        index: 1.000_000_473_371_666,
+        aperture: 1.0,
+        ..Surface::default()
+    };
+    check_rays("grazed", &[grazed], 1.267_741_914_285_226_3e-5, 24)
+        .unwrap_or_else(|e| panic!("{e}"));
+}
