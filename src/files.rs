@@ -3,9 +3,10 @@
 //! Only regular files are read, and no more of them than they have when they are opened: a pipe or
 //! a device may never end, and opening a pipe that nobody writes to would wait for ever.
 
-use std::fs::File;
+use crate::budget::{Budget, OverBudget};
+use std::fs::{File, Metadata};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Why a file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -22,12 +23,21 @@ pub enum FileProblem {
     /// A repository was cloned without the large files in it.
     #[error("this is a Git LFS pointer; run `git lfs pull` for the file it stands for")]
     LfsPointer,
+    /// Elsewhere, and only one folder may be read.
+    #[error("files are read only within `{}` (--files-within)", .0.display())]
+    Outside(
+        /// The folder.
+        PathBuf,
+    ),
     /// Beyond what its reader takes.
     #[error("it is larger than {} MiB", .0 >> 20)]
     TooLarge(
         /// The limit in bytes.
         u64,
     ),
+    /// There is not enough memory for it.
+    #[error("it {0}")]
+    OverBudget(#[from] OverBudget),
     /// What the operating system said.
     #[error("{0}")]
     Other(String),
@@ -45,6 +55,22 @@ impl From<std::io::Error> for FileProblem {
 
 /// All bytes of the regular file at `path`, which may have `most` of them.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileProblem> {
+    let metadata = regular(path)?;
+    if metadata.len() > most {
+        return Err(FileProblem::TooLarge(most));
+    }
+    read_regular(path, &metadata)
+}
+
+/// All bytes of the regular file at `path`, unless `budget` has not so many left. They are not charged: what is made of
+/// them is.
+pub fn read_within(path: &Path, budget: &Budget) -> Result<Vec<u8>, FileProblem> {
+    let metadata = regular(path)?;
+    let _held = budget.hold(metadata.len())?;
+    read_regular(path, &metadata)
+}
+
+fn regular(path: &Path) -> Result<Metadata, FileProblem> {
     // Asked before it is opened: opening a pipe waits for its other end.
     let metadata = std::fs::metadata(path)?;
     if metadata.is_dir() {
@@ -53,9 +79,10 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileProblem> {
     if !metadata.is_file() {
         return Err(FileProblem::NotRegular);
     }
-    if metadata.len() > most {
-        return Err(FileProblem::TooLarge(most));
-    }
+    Ok(metadata)
+}
+
+fn read_regular(path: &Path, metadata: &Metadata) -> Result<Vec<u8>, FileProblem> {
     // A file that grows meanwhile is read as far as it was. Reading from the `File` itself keeps its
     // size hint, so that the buffer is allocated once.
     let mut bytes = Vec::new();
@@ -99,6 +126,11 @@ mod tests {
         std::fs::write(&path, "twelve bytes").expect("a file");
         assert_eq!(read(&path, 12).as_deref(), Ok(&b"twelve bytes"[..]));
         assert_eq!(read(&path, 11), Err(FileProblem::TooLarge(11)));
+        assert!(read_within(&path, &Budget::new(Some(12))).is_ok());
+        let short = Budget::new(Some(11));
+        let refused = read_within(&path, &short);
+        assert!(matches!(refused, Err(FileProblem::OverBudget(_))));
+        assert_eq!(short.left(), 11);
         assert_eq!(read(folder.path(), 12), Err(FileProblem::Folder));
         let missing = read(&folder.path().join("b"), 12);
         assert_eq!(missing, Err(FileProblem::Missing));

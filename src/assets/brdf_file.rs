@@ -29,12 +29,10 @@ pub enum BrdfFileError {
     #[error("{0}")]
     Unreadable(#[from] FileProblem),
     /// Neither a finite number nor a comment.
-    #[error("line {line}: expected a number, found `{found}`")]
+    #[error("line {line}: expected a number")]
     NotANumber {
         /// Counted from 1.
         line: usize,
-        /// The word, cut where it is long.
-        found: String,
     },
     /// Nothing in it.
     #[error("it has no numbers")]
@@ -126,10 +124,7 @@ fn numbers(bytes: &[u8]) -> Result<Vec<f64>, BrdfFileError> {
             let text = std::str::from_utf8(word).ok();
             let number = text.and_then(|text| text.parse::<f64>().ok());
             let number = number.filter(|number| number.is_finite());
-            numbers.push(number.ok_or_else(|| BrdfFileError::NotANumber {
-                line: i + 1,
-                found: String::from_utf8_lossy(word).chars().take(20).collect(),
-            })?);
+            numbers.push(number.ok_or_else(|| BrdfFileError::NotANumber { line: i + 1 })?);
         }
     }
     Ok(numbers)
@@ -179,11 +174,8 @@ mod tests {
     fn what_is_wrong_is_named() {
         for (text, message) in [
             ("# nothing", "it has no numbers"),
-            ("1\n5o0 0 0 0 0 1", "line 2: expected a number, found `5o0`"),
-            (
-                "1 500\n\n0 0 0 nan 1",
-                "line 3: expected a number, found `nan`",
-            ),
+            ("1\n5o0 0 0 0 0 1", "line 2: expected a number"),
+            ("1 500\n\n0 0 0 nan 1", "line 3: expected a number"),
             (
                 "0 1 2 3 4",
                 "it starts with 0, where a number of wavelengths from 1 to 1024 was expected",

@@ -14,6 +14,9 @@ use std::path::Path;
 /// Bytes before the cosines.
 const HEADER: usize = 64;
 
+/// The largest file in bytes; published ones have some tens of megabytes.
+const LARGEST: u64 = 1 << 30;
+
 /// The contents of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BsdfFile {
@@ -89,7 +92,7 @@ pub enum BsdfFileError {
 impl BsdfFile {
     /// Reads a file.
     pub fn read(path: &Path) -> Result<BsdfFile, BsdfFileError> {
-        BsdfFile::parse(&files::read(path, u64::MAX)?)
+        BsdfFile::parse(&files::read(path, LARGEST)?)
     }
 
     /// Decodes a whole file.

@@ -13,6 +13,9 @@ use std::path::Path;
 /// Bytes before the values.
 const HEADER: usize = 12;
 
+/// The largest file in bytes; those of the database have 33 MB.
+const LARGEST: u64 = 1 << 30;
+
 /// Bytes of a value.
 const VALUE: usize = 8;
 
@@ -53,7 +56,7 @@ pub enum MerlFileError {
 impl MerlFile {
     /// Reads a file.
     pub fn read(path: &Path) -> Result<MerlFile, MerlFileError> {
-        MerlFile::parse(&files::read(path, u64::MAX)?)
+        MerlFile::parse(&files::read(path, LARGEST)?)
     }
 
     /// Decodes a whole file. Bytes after the values are left out, as by pbrt-v2.

@@ -27,7 +27,7 @@ pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, ObjError> {
         let _held = budget.hold(needed).map_err(|e| format!("the mesh {e}"))?;
         parse(&bytes)
     };
-    let parsed = files::read(path, u64::MAX)
+    let parsed = files::read_within(path, budget)
         .map_err(|e| format!("cannot read: {e}"))
         .and_then(parse_within);
     parsed.map_err(|message| ObjError {

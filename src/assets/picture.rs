@@ -78,8 +78,8 @@ pub enum PictureError {
 
 impl PictureError {
     /// The bytes of a file that holds pictures.
-    pub(super) fn read(path: &Path) -> Result<Vec<u8>, PictureError> {
-        files::read(path, u64::MAX).map_err(|problem| PictureError::Unreadable {
+    pub(super) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, PictureError> {
+        files::read_within(path, budget).map_err(|problem| PictureError::Unreadable {
             path: path.into(),
             problem,
         })
@@ -153,7 +153,7 @@ impl Picture {
     /// extension. Corrupted files are errors and never allocate more than their size justifies, nor
     /// more than `budget` has.
     pub fn load(path: &Path, budget: &Budget) -> Result<Picture, PictureError> {
-        let bytes = PictureError::read(path)?;
+        let bytes = PictureError::read(path, budget)?;
         let too_large = |source| PictureError::TooLarge {
             path: path.into(),
             source,

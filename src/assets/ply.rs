@@ -31,7 +31,7 @@ pub struct PlyError {
 
 /// Loads the mesh in `path`, unless that takes more memory than `budget` has.
 pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, PlyError> {
-    let parsed = files::read(path, u64::MAX)
+    let parsed = files::read_within(path, budget)
         .map_err(|e| format!("cannot read: {e}"))
         .and_then(|bytes| parse_within(&bytes, budget));
     parsed.map_err(|message| PlyError {

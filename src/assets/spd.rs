@@ -15,12 +15,10 @@ pub enum SpdError {
     #[error("{0}")]
     Unreadable(#[from] FileProblem),
     /// Neither a number nor a comment.
-    #[error("line {line}: expected a number, found `{found}`")]
+    #[error("line {line}: expected a number")]
     NotANumber {
         /// Counted from 1.
         line: usize,
-        /// The word, cut where it is long.
-        found: String,
     },
     /// Nothing in it.
     #[error("it has no samples")]
@@ -60,10 +58,9 @@ pub fn parse(text: &str) -> Result<Vec<(f64, f64)>, SpdError> {
     for (index, line) in text.split(['\n', '\r']).enumerate() {
         let content = line.split('#').next().unwrap_or_default();
         for word in content.split_whitespace() {
-            numbers.push(fast_float2::parse(word).map_err(|_| SpdError::NotANumber {
-                line: index + 1,
-                found: word.chars().take(40).collect(),
-            })?);
+            numbers.push(
+                fast_float2::parse(word).map_err(|_| SpdError::NotANumber { line: index + 1 })?,
+            );
         }
     }
     samples(&numbers)
@@ -125,7 +122,7 @@ mod tests {
                 "400 1 500",
                 "3 numbers do not make pairs of wavelength and value",
             ),
-            ("400 1\n500 x", "line 2: expected a number, found `x`"),
+            ("400 1\n500 x", "line 2: expected a number"),
             ("400 1 400 2", "it has two values at 400 nm"),
             ("0 1", "a wavelength is 0 nm"),
             ("400 inf", "the value at 400 nm is not finite"),

@@ -73,7 +73,11 @@ impl Loaded {
         let options = &frame.options;
         let pixels = options.film.pixel_bounds().area() as u64;
         if let Err(error) = budget.take(pixels.saturating_mul(PIXEL_BYTES)) {
-            diagnostics.push(Diagnostic::error(format!("the film {error}")));
+            let diagnostic = Diagnostic::error(format!("the film {error}"));
+            diagnostics.push(match options.film_at {
+                Some(film) => diagnostic.at(film),
+                None => diagnostic,
+            });
         }
         let camera_from_world = &options.camera_from_world;
         let render_from_world = render_from_world(&camera_from_world.start);

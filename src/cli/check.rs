@@ -4,7 +4,6 @@
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::console;
 use crate::scene::ReadSettings;
-use crate::syntax::SourceMap;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -49,14 +48,14 @@ pub fn run(args: &CheckArgs) -> ExitCode {
 
 /// Whether it is fit to render.
 fn check(path: &Path, args: &CheckArgs) -> Result<bool, String> {
-    let sources = SourceMap::new();
+    let sources = args.read.sources()?;
     let settings = ReadSettings {
         details: args.verbose,
         ..args.read.settings()
     };
     let (scene, diagnostics) = messages::read(path, &settings, &sources);
     if let Some(scene) = scene {
-        messages::examine(&scene.frames, &diagnostics);
+        messages::examine(&scene.frames, &sources, &diagnostics);
     }
     messages::print(&diagnostics, &sources);
     let fit = !messages::refused(&diagnostics, args.read.rigour());

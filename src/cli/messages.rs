@@ -3,6 +3,7 @@
 use crate::build;
 use crate::console;
 use crate::film;
+use crate::params::NamedFile;
 use crate::scene::{Frame, ReadSettings, SceneDescription, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap, Style};
 use std::path::Path;
@@ -33,14 +34,25 @@ pub fn read(
 
 /// Adds what only shows when the files of the frames are loaded, and what is wrong with the names
 /// of their pictures.
-pub fn examine(frames: &[Frame], diagnostics: &Diagnostics) {
+pub fn examine(frames: &[Frame], sources: &SourceMap, diagnostics: &Diagnostics) {
     for frame in frames {
-        if let Some(file) = &frame.options.film.filename
-            && let Err(error) = film::check_name(&file.path)
-        {
-            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
+        if let Some(file) = &frame.options.film.filename {
+            if let Err(error) = film::check_name(&file.path) {
+                diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
+            }
+            check_place(file, sources, diagnostics);
         }
         build::check(frame, diagnostics);
+    }
+}
+
+/// Reports a picture that the scene would have written outside of the only folder it may use.
+pub fn check_place(file: &NamedFile, sources: &SourceMap, diagnostics: &Diagnostics) {
+    let folder = sources.search_folder(file.span.file);
+    if let Err(problem) = folder.admits_output(&file.path) {
+        let message = format!("the picture cannot be `{}`: {problem}", file.path.display());
+        let diagnostic = Diagnostic::error(message).at(file.span);
+        diagnostics.push(diagnostic.with_help("name another: -o picture.exr"));
     }
 }
 

@@ -18,12 +18,13 @@ use crate::optics::models::ModelKind;
 use crate::params::Dialect;
 use crate::scene::ReadSettings;
 use crate::scene::dialect::DialectChoice;
+use crate::syntax::SourceMap;
 use crate::syntax::suggest::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use messages::Rigour;
 use std::ffi::OsString;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Exit code of a question that was answered with no.
@@ -77,6 +78,10 @@ pub(crate) struct ReadArgs {
     /// By default what the machine, or this process's control group, has to give
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
     max_memory: Option<u64>,
+    /// Read no file outside this folder, whatever the scene names, nor write its picture anywhere else unless -o says so:
+    /// for services that render the scenes of strangers
+    #[arg(long, value_name = "DIR")]
+    files_within: Option<PathBuf>,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug)]
@@ -106,6 +111,15 @@ impl ReadArgs {
         } else {
             Rigour::Usual
         }
+    }
+
+    /// For the files of one scene.
+    fn sources(&self) -> Result<SourceMap, String> {
+        let Some(folder) = &self.files_within else {
+            return Ok(SourceMap::new());
+        };
+        SourceMap::within(folder)
+            .map_err(|problem| format!("--files-within {}: {problem}", folder.display()))
     }
 
     fn settings(&self) -> ReadSettings {

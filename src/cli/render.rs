@@ -21,7 +21,7 @@ use std::time::Instant;
 /// Two lines of use, for the long help.
 const EXAMPLES: &str = "Examples:
   fstop render scene.pbrt --error 1% -o picture.exr --png picture.png
-  fstop render scene.pbrt --quick --lens-model auto";
+  fstop render scene.pbrt --quick --lens-model thin";
 
 /// Arguments of `fstop render`.
 #[derive(Args, Debug)]
@@ -158,7 +158,7 @@ struct Flaws {
 }
 
 fn render_scene(args: &RenderArgs) -> Outcome<Flaws> {
-    let sources = SourceMap::new();
+    let sources = args.read.sources().map_err(Some)?;
     let threads = threads(args);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -168,7 +168,7 @@ fn render_scene(args: &RenderArgs) -> Outcome<Flaws> {
     let refused = messages::refused(&diagnostics, args.rigour());
     if let Some(scene) = scene.as_ref().filter(|_| refused) {
         // Nothing will be rendered: whoever mends the scene wants to know all that `check` knows.
-        messages::examine(&scene.frames, &diagnostics);
+        messages::examine(&scene.frames, &sources, &diagnostics);
     }
     args.print(&diagnostics, &sources);
     let mut flaws = Flaws {
@@ -232,6 +232,9 @@ fn check_outputs(
     for (frame, outputs) in frames.iter().zip(outputs) {
         let named = frame.options.film.filename.as_ref();
         let named = named.filter(|_| args.output.is_none());
+        if let Some(file) = named {
+            messages::check_place(file, sources, &diagnostics);
+        }
         if let Some(file) = named
             && let Err(error) = film::check_output(&file.path)
         {

@@ -60,7 +60,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<Loaded, ReadError> {
         path: path.to_owned(),
         reason,
     };
-    let bytes = files::read(path, u64::MAX).map_err(|e| unreadable(e.to_string()))?;
+    let bytes = files::read_within(path, budget).map_err(|e| unreadable(e.to_string()))?;
     let limit = SizeLimit::for_file(bytes.len()).within(budget);
     check_sizes(&bytes, limit).map_err(unreadable)?;
     let file = ::exr::prelude::read()

@@ -18,7 +18,7 @@
 //! let DirectiveKind::Shape(shape) = &directive.kind else { unreachable!() };
 //!
 //! let context = ParamContext {
-//!     directory: parser.directory(),
+//!     search: &sources.search_folder(file),
 //!     dialect: Dialect::V3,
 //!     diagnostics: &diagnostics,
 //!     spectra: &spectra,

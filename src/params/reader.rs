@@ -4,18 +4,18 @@ use super::asked::Asked;
 use super::{Dialect, SpectrumFiles, TextureNames, spectrum};
 use crate::files::FileProblem;
 use crate::math::{DVec3, Rgb};
-use crate::syntax::files;
 use crate::syntax::{
-    Diagnostic, Diagnostics, Name, Param, ParamGroup, ParamList, ParamValue, Span, suggest,
+    Diagnostic, Diagnostics, Name, Param, ParamGroup, ParamList, ParamValue, SearchFolder, Span,
+    suggest,
 };
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::rc::Rc;
 
 /// What all look-ups at one place of a scene share.
 #[derive(Clone, Copy, Debug)]
 pub struct ParamContext<'a> {
     /// Where file names start: the folder of the main scene file.
-    pub directory: &'a Path,
+    pub search: &'a SearchFolder,
     /// Whose defaults apply.
     pub dialect: Dialect,
     /// Where problems go.
@@ -400,13 +400,15 @@ impl<'a> ParamReader<'a> {
     /// is not given, or where it names no regular file (then already reported as an error).
     pub fn file(&self, name: &str) -> Option<PathBuf> {
         let given = self.find_name(name)?;
-        files::regular(self.context.directory, &given.text)
+        self.context
+            .search
+            .regular(&given.text)
             .map_err(|problem| self.no_file(given, problem))
             .ok()
     }
 
     fn no_file(&self, given: &Name, problem: FileProblem) {
-        let directory = self.context.directory.display().to_string();
+        let directory = self.context.search.directory.display().to_string();
         let place = if directory.is_empty() {
             "the working directory".to_owned()
         } else {

@@ -5,7 +5,6 @@ use crate::assets::spd;
 use crate::files::FileProblem;
 use crate::math::spectrum::{rgb_from_blackbody, rgb_from_blackbody_v2, rgb_from_samples};
 use crate::math::{Rgb, color};
-use crate::syntax::files;
 use crate::syntax::{Diagnostic, Name, Param, ParamType, ParamValue};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -100,7 +99,7 @@ fn inline(reader: &ParamReader<'_>, param: &Param, numbers: &[f64]) -> Rgb {
 }
 
 fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
-    let path = files::regular(reader.context.directory, &name.text);
+    let path = reader.context.search.regular(&name.text);
     let is_missing = path == Err(FileProblem::Missing);
     let read = path
         .map_err(|problem| problem.to_string())

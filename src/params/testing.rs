@@ -1,8 +1,7 @@
 //! For the unit tests of other rooms: parameters from a string.
 
 use super::{Dialect, ParamContext, ParamReader, SpectrumFiles, TextureNames};
-use crate::syntax::{Diagnostics, DirectiveKind, Parser, SourceMap, Style};
-use std::path::Path;
+use crate::syntax::{Diagnostics, DirectiveKind, Parser, SearchFolder, SourceMap, Style};
 
 /// What reading gave.
 #[derive(Debug)]
@@ -21,19 +20,19 @@ pub struct Outcome<T> {
 
 /// What there is besides the parameters.
 #[derive(Clone, Debug)]
-pub struct Surroundings<'a> {
+pub struct Surroundings {
     /// Where files are looked up.
-    pub directory: &'a Path,
+    pub search: SearchFolder,
     /// Whose defaults apply.
     pub dialect: Dialect,
     /// The textures in scope.
     pub textures: TextureNames,
 }
 
-impl Default for Surroundings<'_> {
+impl Default for Surroundings {
     fn default() -> Self {
         Self {
-            directory: Path::new(""),
+            search: SearchFolder::default(),
             dialect: Dialect::V3,
             textures: TextureNames::default(),
         }
@@ -52,7 +51,7 @@ pub fn read<T>(kind: &str, params: &str, read: impl FnOnce(&ParamReader<'_>) -> 
 
 /// As [`read`], with textures, a search directory or the dialect of pbrt-v2.
 pub fn read_in<T>(
-    surroundings: &Surroundings<'_>,
+    surroundings: &Surroundings,
     kind: &str,
     params: &str,
     read: impl FnOnce(&ParamReader<'_>) -> T,
@@ -67,7 +66,7 @@ pub fn read_in<T>(
         panic!("more than one directive")
     };
     let context = ParamContext {
-        directory: surroundings.directory,
+        search: &surroundings.search,
         dialect: surroundings.dialect,
         diagnostics: &diagnostics,
         spectra: &spectra,

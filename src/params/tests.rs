@@ -3,8 +3,7 @@
 use super::testing::{Surroundings, read, read_in};
 use super::*;
 use crate::math::DVec3;
-use crate::syntax::{Diagnostics, DirectiveKind, Parser, SourceMap, Span};
-use std::path::Path;
+use crate::syntax::{Diagnostics, DirectiveKind, Parser, SearchFolder, SourceMap, Span};
 
 /// Reads without any message.
 fn quiet<T>(params: &str, look_up: impl FnOnce(&ParamReader<'_>) -> T) -> T {
@@ -251,7 +250,7 @@ fn a_spare_coordinate_is_dropped() {
     );
 }
 
-fn with_textures() -> Surroundings<'static> {
+fn with_textures() -> Surroundings {
     let mut surroundings = Surroundings::default();
     surroundings
         .textures
@@ -347,7 +346,7 @@ fn spectra_and_files_are_looked_up_beside_the_scene() {
     std::fs::create_dir(folder.path().join("spds")).expect("a folder");
     std::fs::write(folder.path().join("spds/flat.spd"), "700 2 400 2").expect("a file");
     let here = Surroundings {
-        directory: folder.path(),
+        search: SearchFolder::new(folder.path()),
         ..Surroundings::default()
     };
     let outcome = read_in(&here, "metal", "\"spectrum x\" \"spds/flat.spd\"", |p| {
@@ -430,7 +429,7 @@ fn layers() {
     };
     let textures = with_textures().textures;
     let context = ParamContext {
-        directory: Path::new(""),
+        search: &SearchFolder::default(),
         dialect: Dialect::V3,
         diagnostics: &diagnostics,
         spectra: &spectra,

@@ -17,10 +17,10 @@ use crate::math::transform::Transform;
 use crate::optics::models::ModelKind;
 use crate::params::{Dialect, SpectrumFiles, TextureNames};
 use crate::syntax::{
-    Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser, SourceMap, Span, Typed,
+    Diagnostic, Diagnostics, Directive, DirectiveKind, FileId, Name, Parser, SearchFolder,
+    SourceMap, Span, Typed,
 };
 use std::collections::HashMap;
-use std::path::PathBuf;
 
 /// What the command line says about how a scene is to be read.
 #[derive(Clone, Copy, Debug, Default)]
@@ -75,7 +75,7 @@ pub(super) struct MustRestart {
 pub(super) struct Interpreter<'a> {
     sources: &'a SourceMap,
     pub(super) diagnostics: &'a Diagnostics,
-    directory: PathBuf,
+    search: SearchFolder,
     spectra: SpectrumFiles,
     settings: ReadSettings,
     dialect: Dialect,
@@ -103,7 +103,7 @@ impl<'a> Interpreter<'a> {
         Interpreter {
             sources,
             diagnostics,
-            directory: sources.directory(main),
+            search: sources.search_folder(main),
             spectra: SpectrumFiles::default(),
             settings: *settings,
             dialect: match settings.dialect {
@@ -189,7 +189,7 @@ impl<'a> Interpreter<'a> {
     /// For reading parameters with the given textures in scope.
     pub(super) fn reading<'b>(&'b self, textures: &'b TextureNames) -> Reading<'b> {
         Reading::new(
-            &self.directory,
+            &self.search,
             self.dialect,
             self.diagnostics,
             &self.spectra,

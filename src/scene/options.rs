@@ -20,6 +20,8 @@ pub struct Options {
     pub camera_from_world: Placement,
     /// The film.
     pub film: FilmSpec,
+    /// Where the scene gives the film, if it does.
+    pub film_at: Option<Span>,
     /// The reconstruction filter.
     pub filter: Filter,
     /// The sampler.
@@ -130,6 +132,7 @@ impl StoredOptions {
             camera,
             camera_from_world,
             film,
+            film_at: self.film.as_ref().map(|film| film.span),
             filter,
             sampler,
             integrator,

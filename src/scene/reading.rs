@@ -2,8 +2,7 @@
 
 use super::options::StoredDirective;
 use crate::params::{Dialect, ParamContext, ParamReader, SpectrumFiles, TextureNames};
-use crate::syntax::{Diagnostics, FileId, Name, ParamList, Span, Typed};
-use std::path::Path;
+use crate::syntax::{Diagnostics, FileId, Name, ParamList, SearchFolder, Span, Typed};
 
 /// Makes readers for directives.
 #[derive(Clone, Copy, Debug)]
@@ -12,9 +11,9 @@ pub struct Reading<'a> {
 }
 
 impl<'a> Reading<'a> {
-    /// With file names starting at `directory` and the textures now in scope.
+    /// With file names looked up by `search` and the textures now in scope.
     pub fn new(
-        directory: &'a Path,
+        search: &'a SearchFolder,
         dialect: Dialect,
         diagnostics: &'a Diagnostics,
         spectra: &'a SpectrumFiles,
@@ -22,7 +21,7 @@ impl<'a> Reading<'a> {
     ) -> Reading<'a> {
         Reading {
             context: ParamContext {
-                directory,
+                search,
                 dialect,
                 diagnostics,
                 spectra,

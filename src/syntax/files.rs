@@ -1,32 +1,115 @@
 //! File names in a scene: where they lead.
 
 use crate::files::FileProblem;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
-/// The regular file that `name` stands for, by the rules of [`resolve`].
-pub fn regular(directory: &Path, name: &str) -> Result<PathBuf, FileProblem> {
-    if let Some(path) = resolve(directory, name) {
-        return if path.is_file() {
-            Ok(path)
-        } else {
-            Err(FileProblem::NotRegular)
-        };
-    }
-    let is_folder = |name: &str| directory.join(name).is_dir();
-    Err(if is_folder(name) || is_folder(&slashed(name)) {
-        FileProblem::Folder
-    } else {
-        FileProblem::Missing
-    })
+/// Where the file names of a scene are looked up.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SearchFolder {
+    /// The folder they start from.
+    pub directory: PathBuf,
+    /// The only folder, in full and without links, that files may come from (`--files-within`).
+    pub within: Option<PathBuf>,
 }
 
-/// The file that `name` stands for, seen from `directory`, or `None` where there is none.
-/// Absolute names stay what they are. Scenes written on Windows spell folders with backslashes,
-/// whose first letters may have been taken for escapes (`\t`, `\n`): where the name as read leads
-/// nowhere, it is tried with slashes.
-pub fn resolve(directory: &Path, name: &str) -> Option<PathBuf> {
-    let found = |name: &str| Some(directory.join(name)).filter(|path| is_there(path));
-    found(name).or_else(|| found(&slashed(name)))
+impl SearchFolder {
+    /// Starts from `directory`; absolute names and `..` lead anywhere.
+    pub fn new(directory: impl Into<PathBuf>) -> SearchFolder {
+        SearchFolder {
+            directory: directory.into(),
+            within: None,
+        }
+    }
+
+    /// The regular file that `name` stands for, by the rules of [`SearchFolder::resolve`].
+    pub fn regular(&self, name: &str) -> Result<PathBuf, FileProblem> {
+        if let Some(path) = self.resolve(name)? {
+            return if path.is_file() {
+                Ok(path)
+            } else {
+                Err(FileProblem::NotRegular)
+            };
+        }
+        let is_folder = |name: &str| self.directory.join(name).is_dir();
+        Err(if is_folder(name) || is_folder(&slashed(name)) {
+            FileProblem::Folder
+        } else {
+            FileProblem::Missing
+        })
+    }
+
+    /// The file that `name` stands for, or `None` where there is none. Absolute names stay what they are. Scenes written
+    /// on Windows spell folders with backslashes, whose first letters may have been taken for escapes (`\t`, `\n`): where
+    /// the name as read leads nowhere, it is tried with slashes.
+    ///
+    /// # Errors
+    /// [`FileProblem::Outside`] where the name, or a link on the way, leads out of the only folder that may be read. What is
+    /// out there is not looked at for a name that leaves by itself.
+    pub fn resolve(&self, name: &str) -> Result<Option<PathBuf>, FileProblem> {
+        match self.found(name)? {
+            None => self.found(&slashed(name)),
+            found => Ok(found),
+        }
+    }
+
+    fn found(&self, name: &str) -> Result<Option<PathBuf>, FileProblem> {
+        let path = self.directory.join(name);
+        let Some(within) = &self.within else {
+            return Ok(Some(path).filter(|path| is_there(path)));
+        };
+        let outside = || FileProblem::Outside(within.clone());
+        let plain = |path: &Path| {
+            // The working directory is an empty path here.
+            let path = std::path::absolute(Path::new(".").join(path));
+            path.map(|path| without_detours(&path))
+        };
+        let (plain, start) = (plain(&path)?, plain(&self.directory)?);
+        // A folder may be reached by a link: what starts where the scene lies is followed from there.
+        if !plain.starts_with(within) && !plain.starts_with(start) {
+            return Err(outside());
+        }
+        match path.canonicalize() {
+            Ok(path) if path.starts_with(within) => Ok(Some(path).filter(|path| is_there(path))),
+            Ok(_) => Err(outside()),
+            Err(_) => Ok(None),
+        }
+    }
+
+    /// May a file be written at `path`? Its folder counts.
+    ///
+    /// # Errors
+    /// [`FileProblem::Outside`] where it lies out of the only folder.
+    pub fn admits_output(&self, path: &Path) -> Result<(), FileProblem> {
+        let Some(within) = &self.within else {
+            return Ok(());
+        };
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize();
+        // A link in the place of the file is followed when it is written.
+        let target = path.canonicalize().ok();
+        if folder.is_ok_and(|folder| folder.starts_with(within))
+            && target.is_none_or(|target| target.starts_with(within))
+        {
+            Ok(())
+        } else {
+            Err(FileProblem::Outside(within.clone()))
+        }
+    }
+}
+
+/// An absolute path without `.`, and without `..` and what it takes back.
+fn without_detours(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => drop(plain.pop()),
+            part => plain.push(part),
+        }
+    }
+    plain
 }
 
 /// Something that can be read: a file, or a device or pipe that acts as one.
@@ -65,7 +148,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         std::fs::create_dir(folder.path().join("maps")).expect("a folder");
         std::fs::write(folder.path().join("maps/a.png"), "").expect("a file");
-        let found = |name| regular(folder.path(), name);
+        let search = SearchFolder::new(folder.path());
+        let found = |name| search.regular(name);
         assert!(found("maps/a.png").is_ok());
         assert!(found("maps\\a.png").is_ok());
         assert_eq!(found("maps"), Err(FileProblem::Folder));
@@ -81,19 +165,72 @@ mod tests {
         let path = |name: &str| folder.path().join(name);
         std::fs::create_dir(path("maps")).expect("a folder");
         std::fs::write(path("maps/wood.png"), "").expect("a file");
-        assert_eq!(
-            resolve(folder.path(), "maps\\wood.png"),
-            Some(path("maps/wood.png"))
-        );
-        assert_eq!(
-            resolve(folder.path(), "maps/wood.png"),
-            Some(path("maps/wood.png"))
-        );
-        assert_eq!(resolve(folder.path(), "maps/brick.png"), None);
+        let search = SearchFolder::new(folder.path());
+        let wood = Ok(Some(path("maps/wood.png")));
+        assert_eq!(search.resolve("maps\\wood.png"), wood);
+        assert_eq!(search.resolve("maps/wood.png"), wood);
+        assert_eq!(search.resolve("maps/brick.png"), Ok(None));
         let absolute = path("maps/wood.png");
-        assert_eq!(
-            resolve(Path::new("/elsewhere"), &absolute.to_string_lossy()),
-            Some(absolute.clone())
-        );
+        let elsewhere = SearchFolder::new("/elsewhere");
+        assert_eq!(elsewhere.resolve(&absolute.to_string_lossy()), wood);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn one_folder_is_not_left() {
+        let base = tempfile::tempdir().expect("a temporary folder");
+        let base = base.path().canonicalize().expect("a folder");
+        let path = |name: &str| base.join(name);
+        std::fs::create_dir_all(path("scene/maps")).expect("a folder");
+        for name in ["secret", "scene/a.png", "scene/maps/b.png"] {
+            std::fs::write(path(name), "").expect("a file");
+        }
+        let link = |to: &str, from: &str| {
+            std::os::unix::fs::symlink(path(to), path(from)).expect("a link");
+        };
+        link("secret", "scene/out");
+        link("", "scene/up");
+        link("scene/maps", "scene/in");
+        link("scene", "door");
+        for start in ["scene", "scene/maps/..", "door"] {
+            let search = SearchFolder {
+                directory: path(start),
+                within: Some(path("scene")),
+            };
+            let outside = Err(FileProblem::Outside(path("scene")));
+            for name in [
+                "../secret",
+                "maps/../../secret",
+                "..\\secret",
+                "../no such file",
+                "out",
+                "up/secret",
+                "/etc/passwd",
+                "/no such file",
+            ] {
+                assert_eq!(search.regular(name), outside, "{start} {name}");
+            }
+            for (name, file) in [
+                ("a.png", "scene/a.png"),
+                ("maps/../a.png", "scene/a.png"),
+                ("maps\\b.png", "scene/maps/b.png"),
+                ("in/b.png", "scene/maps/b.png"),
+            ] {
+                assert_eq!(search.regular(name), Ok(path(file)), "{start} {name}");
+            }
+            let whole = path("scene/a.png");
+            assert_eq!(search.regular(&whole.to_string_lossy()), Ok(whole));
+            assert_eq!(search.regular("c.png"), Err(FileProblem::Missing));
+            for (name, may) in [
+                ("scene/new.exr", true),
+                ("scene/in/new.exr", true),
+                ("scene/out", false),
+                ("scene/up/new.exr", false),
+                ("new.exr", false),
+                ("scene/no such folder/new.exr", false),
+            ] {
+                assert_eq!(search.admits_output(&path(name)).is_ok(), may, "{name}");
+            }
+        }
     }
 }

@@ -31,7 +31,7 @@
 pub mod diagnostic;
 pub mod directive;
 mod excerpt;
-pub mod files;
+mod files;
 mod grammar;
 mod groups;
 pub mod lexer;
@@ -45,6 +45,7 @@ mod value;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 pub use directive::{ActiveTransform, Directive, DirectiveKind, Name, Typed};
+pub use files::SearchFolder;
 pub use parameter::{Param, ParamGroup, ParamList, ParamType, ParamValue};
 pub use parser::Parser;
 pub use source::{FileId, Location, SourceError, SourceMap, Span};

@@ -28,7 +28,7 @@
 
 use super::diagnostic::{Diagnostic, Diagnostics};
 use super::directive::{Directive, WORDS};
-use super::files;
+use super::files::SearchFolder;
 use super::lexer::lexeme;
 use super::number::number;
 use super::source::{FileId, SourceMap, Span};
@@ -43,6 +43,9 @@ use std::rc::Rc;
 /// include each other's successors twice would otherwise keep the parser busy for years without any
 /// cycle.
 const MOST_INCLUDES: usize = 50_000;
+
+/// More bytes than any scene includes again and again, where even a large file of comments keeps the parser busy.
+const MOST_REPEATED: u64 = 16 << 30;
 
 /// How many files of a cycle are named before the middle is left out.
 const CYCLE_NAMED: usize = 10;
@@ -69,10 +72,13 @@ pub struct Parser<'a> {
     pub(super) sources: &'a SourceMap,
     pub(super) diagnostics: &'a Diagnostics,
     /// Of the main file: where `Include` looks.
-    directory: PathBuf,
+    search: SearchFolder,
     pub(super) open: Vec<OpenFile>,
     open_paths: HashSet<PathBuf>,
     includes: usize,
+    /// Bytes of files beyond their first inclusion.
+    repeated: u64,
+    most_repeated: u64,
     /// How often each file was included.
     included: HashMap<PathBuf, usize>,
     peeked: Option<Token>,
@@ -89,10 +95,12 @@ impl<'a> Parser<'a> {
         let mut parser = Self {
             sources,
             diagnostics,
-            directory: sources.directory(main),
+            search: sources.search_folder(main),
             open: Vec::new(),
             open_paths: HashSet::new(),
             includes: 0,
+            repeated: 0,
+            most_repeated: MOST_REPEATED,
             included: HashMap::new(),
             peeked: None,
             statement: Span {
@@ -105,11 +113,6 @@ impl<'a> Parser<'a> {
         let canonical = path.canonicalize().unwrap_or(path);
         parser.enter(main, canonical);
         parser
-    }
-
-    /// The folder `Include` and file-valued parameters are looked up in: that of the main file.
-    pub fn directory(&self) -> &Path {
-        &self.directory
     }
 
     fn enter(&mut self, file: FileId, canonical: PathBuf) {
@@ -234,6 +237,29 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// Is this the first token of a file that was included? Such a file need not be a scene at all.
+    fn begins_included_file(&self, token: &Token) -> bool {
+        let before = token.bytes.get(..token.span.start as usize);
+        let is_first = lexeme(before.unwrap_or_default()).is_none();
+        is_first && self.sources.included_at(token.span.file).is_some()
+    }
+
+    /// Reports, without a word of it, that the file which begins with `token` is not a scene, and leaves it.
+    fn not_a_scene(&mut self, token: &Token) {
+        let name = self.sources.path(token.span.file);
+        let diagnostic = Diagnostic::error(format!(
+            "`{}` is not a scene file: it does not begin with a directive",
+            name.display()
+        ));
+        self.report(match self.sources.included_at(token.span.file) {
+            Some(include) => diagnostic.at(include),
+            None => diagnostic,
+        });
+        if let Some(open) = self.open.last_mut() {
+            open.at = open.bytes.len();
+        }
+    }
+
     fn not_a_directive(&self, token: &Token) {
         let found = token.description();
         let text = String::from_utf8_lossy(token.text()).into_owned();
@@ -274,9 +300,14 @@ impl<'a> Parser<'a> {
     /// Goes on with the file that is named next. False where it is not there, which is reported.
     pub(super) fn include(&mut self, word: Span) -> Parsed<bool> {
         let name = self.name("Include", "the name of a file")?;
-        let path = match files::resolve(&self.directory, &name.text) {
-            Some(path) => path,
-            None => self.beside_includer(&name),
+        let path = match self.search.resolve(&name.text) {
+            Ok(Some(path)) => path,
+            Ok(None) => self.beside_includer(&name),
+            Err(problem) => {
+                let message = format!("cannot include `{}`: {problem}", name.text);
+                self.report(Diagnostic::error(message).at(name.span).passable());
+                return Ok(false);
+            }
         };
         let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
         if self.open_paths.contains(&canonical) {
@@ -291,11 +322,20 @@ impl<'a> Parser<'a> {
             return Ok(true);
         }
         if self.includes >= MOST_INCLUDES {
-            self.too_many_includes(word);
+            self.too_many_includes(word, &format!("{MOST_INCLUDES} inclusions"));
             return Ok(true);
         }
         self.includes += 1;
-        *self.included.entry(canonical.clone()).or_default() += 1;
+        let times = self.included.entry(canonical.clone()).or_default();
+        *times += 1;
+        if *times > 1 {
+            self.repeated += path.metadata().map_or(0, |metadata| metadata.len());
+            if self.repeated > self.most_repeated {
+                let much = format!("{} bytes included again", self.most_repeated);
+                self.too_many_includes(word, &much);
+                return Ok(true);
+            }
+        }
         match self.sources.include(&path, word) {
             Ok(file) => {
                 self.enter(file, canonical);
@@ -337,9 +377,9 @@ impl<'a> Parser<'a> {
     }
 
     /// Reports an `Include` beyond the limit, and which file was included most.
-    fn too_many_includes(&self, word: Span) {
+    fn too_many_includes(&self, word: Span, limit: &str) {
         let most = self.included.iter().max_by_key(|&(path, n)| (n, path));
-        let message = format!("more than {MOST_INCLUDES} inclusions: no more are followed");
+        let message = format!("more than {limit}: no more are followed");
         let diagnostic = Diagnostic::error(message).at(word);
         self.report(match most {
             Some((path, n)) => {
@@ -352,9 +392,9 @@ impl<'a> Parser<'a> {
     /// Where a file is not found from the main file's directory, but from that of the file with
     /// the `Include`, which is what people expect.
     fn beside_includer(&self, name: &super::Name) -> PathBuf {
-        let Some(beside) = files::resolve(&self.sources.directory(name.span.file), &name.text)
-        else {
-            return self.directory.join(&name.text);
+        let beside = self.sources.search_folder(name.span.file);
+        let Ok(Some(beside)) = beside.resolve(&name.text) else {
+            return self.search.directory.join(&name.text);
         };
         self.report(
             Diagnostic::warning(format!(
@@ -418,7 +458,12 @@ impl Iterator for Parser<'_> {
                 Some("Include") => self.include_directives(token.span).map(|()| None),
                 Some(word) => self.statement(word).map(Some),
                 None => {
-                    self.not_a_directive(&token);
+                    let text = String::from_utf8_lossy(token.text());
+                    if self.begins_included_file(&token) && nearest(&text, WORDS).is_none() {
+                        self.not_a_scene(&token);
+                    } else {
+                        self.not_a_directive(&token);
+                    }
                     Err(Abandoned)
                 }
             };
@@ -455,4 +500,25 @@ fn looks_like_a_directive(token: &Token) -> bool {
 /// The directive a word starts, if any.
 pub(super) fn directive_word(text: &[u8]) -> Option<&'static str> {
     WORDS.into_iter().find(|word| word.as_bytes() == text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_that_are_included_again_have_a_limit() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("part"), "Identity # and more\n").expect("a file");
+        std::fs::write(path("all"), "Include \"part\"\n".repeat(8)).expect("a file");
+        for (limit, read) in [(7 * 20, 8), (3 * 20, 4), (0, 1)] {
+            let (sources, diagnostics) = (SourceMap::new(), Diagnostics::new());
+            let main = sources.open(&path("all")).expect("the scene");
+            let mut parser = Parser::new(&sources, main, &diagnostics);
+            parser.most_repeated = limit;
+            assert_eq!(parser.by_ref().count(), read);
+            assert_eq!(diagnostics.errors(), 8 - read);
+        }
+    }
 }

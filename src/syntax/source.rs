@@ -4,6 +4,7 @@
 //! has been parsed to its end its bytes are given back, and read again from disk should a message
 //! need an excerpt. Lines and columns are counted only when a message is printed.
 
+use super::files::SearchFolder;
 use crate::files::{self, FileProblem};
 use std::cell::{Cell, RefCell};
 use std::fs::File;
@@ -85,6 +86,8 @@ struct SourceFile {
 /// All files met so far, in the order they were opened.
 #[derive(Debug, Default)]
 pub struct SourceMap {
+    /// See [`SourceMap::within`].
+    within: Option<PathBuf>,
     files: RefCell<Vec<SourceFile>>,
     /// The last file read again for an excerpt: messages about one file tend to come together.
     reread: RefCell<Option<(FileId, Rc<Vec<u8>>)>>,
@@ -96,6 +99,22 @@ impl SourceMap {
     /// An empty map.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// An empty map of scenes that may name files in `folder` only (`--files-within`), with whatever is in it. The main
+    /// scene itself, which the user names, may lie anywhere.
+    ///
+    /// # Errors
+    /// There is no such folder.
+    pub fn within(folder: &Path) -> Result<SourceMap, FileProblem> {
+        let folder = folder.canonicalize()?;
+        if !folder.is_dir() {
+            return Err(FileProblem::Other("this is no folder".to_string()));
+        }
+        Ok(SourceMap {
+            within: Some(folder),
+            ..SourceMap::default()
+        })
     }
 
     /// Takes in the main scene file. A pipe is read to its end where it came with the program, as
@@ -160,11 +179,12 @@ impl SourceMap {
     }
 
     /// The folder a file is in: where `Include` and file-valued parameters are looked up.
-    pub fn directory(&self, file: FileId) -> PathBuf {
-        self.path(file)
-            .parent()
-            .map(Path::to_owned)
-            .unwrap_or_default()
+    pub fn search_folder(&self, file: FileId) -> SearchFolder {
+        let path = self.path(file);
+        SearchFolder {
+            directory: path.parent().map(Path::to_owned).unwrap_or_default(),
+            within: self.within.clone(),
+        }
     }
 
     /// The `Include` that brought a file in; `None` for a main file.

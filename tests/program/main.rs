@@ -4,6 +4,7 @@ mod cli;
 #[path = "../common/mod.rs"]
 mod common;
 mod diagnostics;
+mod files_within;
 mod lens_report;
 mod loading;
 mod lost_light;

@@ -136,7 +136,7 @@ fn a_film_larger_than_the_memory_is_refused() {
     );
     assert_eq!(run.code, 2, "{}", run.stderr);
     assert!(
-        run.stderr.contains("the film needs 4.4 MiB"),
+        run.stderr.contains("the film needs 4.4 MiB") && run.stderr.contains("scene.pbrt:1:1"),
         "{}",
         run.stderr
     );
@@ -180,5 +180,68 @@ fn compare_survives_any_byte_of_the_windows() {
                 run.code
             );
         }
+    }
+}
+
+/// Files of a terabyte, which take no place on the disk, are refused before they are read.
+#[test]
+fn a_file_larger_than_the_memory_is_not_read() {
+    let folder = Folder::new();
+    for (name, world) in [
+        (
+            "big.ply",
+            "Shape \"plymesh\" \"string filename\" \"big.ply\"",
+        ),
+        (
+            "big.obj",
+            "Shape \"objmesh\" \"string filename\" \"big.obj\"",
+        ),
+        (
+            "big.png",
+            "LightSource \"infinite\" \"string mapname\" \"big.png\"",
+        ),
+        (
+            "big.ptx",
+            "Texture \"t\" \"color\" \"ptex\" \"string filename\" \"big.ptx\" Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"",
+        ),
+        (
+            "big.bsdf",
+            "Material \"fourier\" \"string bsdffile\" \"big.bsdf\" Shape \"sphere\"",
+        ),
+        (
+            "big.binary",
+            "Material \"measured\" \"string filename\" \"big.binary\" Shape \"sphere\"",
+        ),
+        (
+            "big.spd",
+            "LightSource \"point\" \"spectrum I\" \"big.spd\"",
+        ),
+        ("big.pbrt", "Include \"big.pbrt\""),
+    ] {
+        let file = std::fs::File::create(folder.path(name)).expect("a file");
+        // Some file systems have no room for the size alone.
+        if file.set_len(1 << 40).is_err() {
+            return;
+        }
+        std::fs::write(folder.path("scene.pbrt"), scene(world)).expect("a scene");
+        let run = fstop_in(
+            folder.0.path(),
+            [
+                "check",
+                "--dialect",
+                "v2",
+                "--max-memory",
+                "1G",
+                "scene.pbrt",
+            ],
+        );
+        let said = run.stderr.contains("of memory") || run.stderr.contains("it is larger than");
+        assert!(run.code == 2 && said, "{name}: {}", run.stderr);
+        assert!(
+            run.stderr.contains("scene.pbrt:4:"),
+            "{name}: {}",
+            run.stderr
+        );
+        std::fs::remove_file(folder.path(name)).expect("the file");
     }
 }

@@ -64,7 +64,7 @@ impl PtexFile {
     /// Reads `path`. Damaged files are errors and never take more memory than their size justifies, nor
     /// more than `budget` has.
     pub fn load(path: &Path, budget: &Budget) -> Result<PtexFile, PictureError> {
-        let bytes = PictureError::read(path)?;
+        let bytes = PictureError::read(path, budget)?;
         let held = budget.hold(bytes.len() as u64);
         let _file = held.map_err(|source| PictureError::TooLarge {
             path: path.into(),

@@ -10,7 +10,6 @@ use crate::build;
 use crate::console;
 use crate::output;
 use crate::scene::Frame;
-use crate::syntax::SourceMap;
 use crate::tradeoff::{Estimate, Measured, Settings, Study, study};
 use clap::Args;
 use serde_json::{Value, json};
@@ -83,7 +82,7 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
     if let Some(path) = &args.html {
         output::check(path).map_err(|e| Some(e.to_string()))?;
     }
-    let sources = SourceMap::new();
+    let sources = args.read.sources().map_err(Some)?;
     // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
     let threads = match args.threads {
         0 => super::processors(),

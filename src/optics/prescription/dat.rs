@@ -67,7 +67,14 @@ pub fn parse(text: &str) -> Result<Prescription, PrescriptionError> {
         .iter()
         .filter_map(|row| reader.surface(row, five_columns))
         .collect();
-    if !reader.errors.is_empty() {
+    if let Some(first) = reader.errors.first() {
+        if surfaces.is_empty() && rows.len() > 1 {
+            return Err(PrescriptionError::NoLens {
+                rows: rows.len(),
+                line: first.line,
+                column: first.column,
+            });
+        }
         return Err(PrescriptionError::Rows(reader.errors));
     }
     let film_distance = surfaces

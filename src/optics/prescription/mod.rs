@@ -68,6 +68,18 @@ pub enum PrescriptionError {
     /// No rows.
     #[error("the lens file has no surfaces")]
     Empty,
+    /// Not one row can be read: whatever it is, its text is not repeated.
+    #[error(
+        "this is not a lens file: none of its {rows} rows reads as radius, thickness, index, aperture; the first fails at line {line}, column {column}"
+    )]
+    NoLens {
+        /// Lines with something in them.
+        rows: usize,
+        /// Of the first mistake, from 1.
+        line: usize,
+        /// Of the first mistake, from 1.
+        column: usize,
+    },
     /// Every row that cannot be read.
     #[error("{}", in_one_line(.0))]
     Rows(Vec<RowNote>),
