@@ -144,7 +144,8 @@ impl<'a> Interpreter<'a> {
     /// Closes the reading: what is left open is reported, and checked all the same.
     fn finish(mut self) -> SceneDescription {
         if let Some(world) = &self.world {
-            if world.assumed {
+            let assumed = world.assumed;
+            if assumed {
                 self.diagnostics.push(Diagnostic::error(
                     "no `WorldBegin` follows: nothing is rendered",
                 ));
@@ -157,7 +158,9 @@ impl<'a> Interpreter<'a> {
                 );
                 self.diagnostics.looks_like_v4();
             }
-            drop(self.close_world());
+            // What it names is checked like the rest; errors keep it from being rendered.
+            let frame = self.close_world().filter(|_| !assumed);
+            self.frames.extend(frame);
         } else if !self.had_world {
             drop(self.read_options());
             if self.diagnostics.errors() == self.diagnostics.passable_errors() {

@@ -11,6 +11,7 @@ use super::source::{SourceMap, Span};
 use super::suggest::nearest;
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::ffi::OsStr;
 use std::io::IsTerminal;
 
 /// How bad it is.
@@ -36,9 +37,17 @@ pub enum Style {
 impl Style {
     /// What suits standard error: colours where it is a terminal and `NO_COLOR` is not set.
     pub fn of_stderr() -> Self {
-        let colors = std::io::stderr().is_terminal()
-            && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-        if colors { Self::Colored } else { Self::Plain }
+        let no_color = std::env::var_os("NO_COLOR");
+        Self::suited(std::io::stderr().is_terminal(), no_color.as_deref())
+    }
+
+    /// As <https://no-color.org> has it: any text in `NO_COLOR` counts, an empty one does not.
+    fn suited(terminal: bool, no_color: Option<&OsStr>) -> Self {
+        if terminal && no_color.is_none_or(OsStr::is_empty) {
+            Self::Colored
+        } else {
+            Self::Plain
+        }
     }
 }
 
@@ -464,6 +473,18 @@ mod tests {
         }
         let helped = |kept: &Diagnostic| kept.help == ["did you mean `raduis`?"];
         assert!(diagnostics.kept().iter().take(PRINTED).all(helped));
+    }
+
+    #[test]
+    fn colors_are_for_those_who_want_them() {
+        for (terminal, no_color, expected) in [
+            (true, None, Style::Colored),
+            (true, Some(""), Style::Colored),
+            (true, Some("0"), Style::Plain),
+            (false, None, Style::Plain),
+        ] {
+            assert_eq!(Style::suited(terminal, no_color.map(OsStr::new)), expected);
+        }
     }
 
     #[test]
