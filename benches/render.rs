@@ -5,8 +5,8 @@
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use fstop::build::{Built, build};
-use fstop::render::{Progress, Shot, TILE_SIZE, render};
+use fstop::build::{PreparedScene, build};
+use fstop::render::{Progress, RenderJob, TILE_SIZE, render};
 use fstop::samplers::{Sampler, SamplerSpec};
 use fstop::scene::{ReadSettings, read_scene};
 use fstop::syntax::SourceMap;
@@ -31,7 +31,7 @@ const SCENES: [&str; 8] = [
 /// Samples a pixel.
 const SPP: u32 = 4;
 
-fn built(scene: &str) -> Built {
+fn built(scene: &str) -> PreparedScene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/reference");
     let sources = SourceMap::new();
     let file = sources.open(&folder.join(scene).with_extension("pbrt"));
@@ -45,10 +45,10 @@ fn built(scene: &str) -> Built {
 }
 
 /// With Sobol' points, whatever the scene names.
-fn shot(scene: &str) -> Shot {
-    let mut shot = built(scene).shot;
-    shot.sampler = Sampler::new(&SamplerSpec::sobol(SPP), 1);
-    shot
+fn job(scene: &str) -> RenderJob {
+    let mut job = built(scene).job;
+    job.sampler = Sampler::new(&SamplerSpec::sobol(SPP), 1);
+    job
 }
 
 fn pool(threads: usize) -> rayon::ThreadPool {
@@ -59,11 +59,11 @@ fn pool(threads: usize) -> rayon::ThreadPool {
 }
 
 fn bench_render(bencher: Bencher, scene: &str, threads: usize) {
-    let (shot, pool) = (shot(scene), pool(threads));
-    let samples = shot.film.pixel_bounds().area() * SPP as usize;
+    let (job, pool) = (job(scene), pool(threads));
+    let samples = job.film.pixel_bounds().area() * SPP as usize;
     bencher
         .counter(ItemsCount::new(samples))
-        .bench_local(|| pool.install(|| render(&shot, TILE_SIZE, &Progress::hidden())));
+        .bench_local(|| pool.install(|| render(&job, TILE_SIZE, &Progress::hidden())));
 }
 
 #[divan::bench(args = SCENES, sample_count = 10)]

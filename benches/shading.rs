@@ -14,7 +14,7 @@ use fstop::cameras::CameraSample;
 use fstop::lights::{LightSelector, SelectionStrategy};
 use fstop::math::ray::RayDifferentials;
 use fstop::math::{IVec2, Vec2};
-use fstop::render::Shot;
+use fstop::render::RenderJob;
 use fstop::samplers::{Points, Sampler, SamplerSpec, Stratified};
 use fstop::scene::{ReadSettings, read_scene};
 use fstop::syntax::SourceMap;
@@ -61,8 +61,8 @@ fn numbers(bencher: Bencher, name: &str) {
     });
 }
 
-/// A sphere of a material that fills the picture, with what else is in the scene.
-fn shot(material: &str, lights: &str) -> Shot {
+/// A sphere of a material that fills the image, with what else is in the scene.
+fn job(material: &str, lights: &str) -> RenderJob {
     let text = format!(
         "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" 20\n\
          Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 32\n\
@@ -74,11 +74,11 @@ fn shot(material: &str, lights: &str) -> Shot {
     let (scene, diagnostics) = read_scene(&sources, file, &ReadSettings::default());
     assert!(!diagnostics.has_errors(), "{material} {lights}");
     let frame = scene.frames.into_iter().next().expect("a frame");
-    build(frame, 1).0.expect("a scene that can be built").shot
+    build(frame, 1).0.expect("a scene that can be built").job
 }
 
 /// Where camera rays through all pixels meet the sphere.
-fn hits(shot: &Shot) -> Vec<(GeometryHit, Option<RayDifferentials>)> {
+fn hits(job: &RenderJob) -> Vec<(GeometryHit, Option<RayDifferentials>)> {
     let mut found = Vec::new();
     let mut rays = arrayvec::ArrayVec::new();
     for pixel in 0..SAMPLES {
@@ -88,17 +88,17 @@ fn hits(shot: &Shot) -> Vec<(GeometryHit, Option<RayDifferentials>)> {
             lens: Vec2::splat(0.5),
             wavelength: 0.5,
         };
-        shot.camera.rays(&[sample], true, &mut rays);
+        job.camera.rays(&[sample], true, &mut rays);
         for ray in rays.drain(..).flatten() {
-            let hit = shot.world.intersect(&ray.ray);
+            let hit = job.world.intersect(&ray.ray);
             found.extend(hit.map(|hit| (hit, ray.differentials)));
         }
     }
-    assert!(found.len() > 900, "the sphere fills the picture");
+    assert!(found.len() > 900, "the sphere fills the image");
     found
 }
 
-/// Families of BSDFs, and textures of each kind as a `matte` surface's colour.
+/// Families of BSDFs, and textures of each kind as a `matte` surface's color.
 const MATERIALS: [(&str, &str); 19] = [
     ("matte", "Material \"matte\""),
     ("oren-nayar", "Material \"matte\" \"float sigma\" 30"),
@@ -158,20 +158,20 @@ fn material_names() -> impl Iterator<Item = &'static str> {
     MATERIALS.iter().map(|(name, _)| *name)
 }
 
-fn shot_of_material(name: &str) -> Shot {
+fn shot_of_material(name: &str) -> RenderJob {
     let found = MATERIALS.iter().find(|(known, _)| *known == name);
-    shot(found.expect("one of the names").1, "")
+    job(found.expect("one of the names").1, "")
 }
 
 #[divan::bench(args = material_names())]
 fn bsdf_made(bencher: Bencher, name: &str) {
-    let shot = shot_of_material(name);
-    let hits = hits(&shot);
+    let job = shot_of_material(name);
+    let hits = hits(&job);
     bencher.counter(ItemsCount::new(hits.len())).bench(|| {
         for (hit, differentials) in &hits {
-            let material = shot.world.material(hit.material).expect("all have one");
-            let mut bsdf = Bsdf::nowhere();
-            shot.world
+            let material = job.world.material(hit.material).expect("all have one");
+            let mut bsdf = Bsdf::empty();
+            job.world
                 .fill_bsdf(material, &hit.surface, differentials.as_ref(), &mut bsdf);
             // Moving it would cost more than making it.
             black_box(&bsdf);
@@ -189,14 +189,14 @@ fn numbers_of(i: usize) -> Vec2 {
 
 #[divan::bench(args = material_names())]
 fn bsdf_sampled(bencher: Bencher, name: &str) {
-    let shot = shot_of_material(name);
-    let hits = hits(&shot);
+    let job = shot_of_material(name);
+    let hits = hits(&job);
     bencher.counter(ItemsCount::new(hits.len())).bench(|| {
         for (i, (hit, differentials)) in hits.iter().enumerate() {
             let surface = &hit.surface;
-            let material = shot.world.material(hit.material).expect("all have one");
-            let mut bsdf = Bsdf::nowhere();
-            shot.world
+            let material = job.world.material(hit.material).expect("all have one");
+            let mut bsdf = Bsdf::empty();
+            job.world
                 .fill_bsdf(material, surface, differentials.as_ref(), &mut bsdf);
             let u = numbers_of(i);
             black_box(bsdf.sample(surface.wo, u.y, u));
@@ -206,14 +206,14 @@ fn bsdf_sampled(bencher: Bencher, name: &str) {
 
 #[divan::bench(args = material_names())]
 fn bsdf_evaluated(bencher: Bencher, name: &str) {
-    let shot = shot_of_material(name);
-    let hits = hits(&shot);
+    let job = shot_of_material(name);
+    let hits = hits(&job);
     bencher.counter(ItemsCount::new(hits.len())).bench(|| {
         for (i, (hit, differentials)) in hits.iter().enumerate() {
             let surface = &hit.surface;
-            let material = shot.world.material(hit.material).expect("all have one");
-            let mut bsdf = Bsdf::nowhere();
-            shot.world
+            let material = job.world.material(hit.material).expect("all have one");
+            let mut bsdf = Bsdf::empty();
+            job.world
                 .fill_bsdf(material, surface, differentials.as_ref(), &mut bsdf);
             let wi = fstop::math::sampling::uniform_sphere(numbers_of(i));
             black_box(bsdf.f_and_pdf(surface.wo, wi));
@@ -224,10 +224,10 @@ fn bsdf_evaluated(bencher: Bencher, name: &str) {
 /// Choosing a light of the scene and a point of it.
 #[divan::bench(args = ["point", "triangles", "sphere", "sky", "64 spheres"])]
 fn lights(bencher: Bencher, name: &str) {
-    let lamp = "AttributeBegin\nAreaLightSource \"diffuse\"";
+    let light = "AttributeBegin\nAreaLightSource \"diffuse\"";
     let ball = |i: usize| {
         format!(
-            "{lamp}\nTranslate {} 3 {}\nShape \"sphere\" \"float radius\" .1\nAttributeEnd\n",
+            "{light}\nTranslate {} 3 {}\nShape \"sphere\" \"float radius\" .1\nAttributeEnd\n",
             i / 8,
             i % 8
         )
@@ -235,7 +235,7 @@ fn lights(bencher: Bencher, name: &str) {
     let text = match name {
         "point" => "LightSource \"point\" \"point from\" [0 3 0]".to_string(),
         "triangles" => format!(
-            "{lamp}\nShape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+            "{light}\nShape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
              \"point P\" [-1 3 -1 1 3 -1 1 3 1 -1 3 1]\nAttributeEnd"
         ),
         "sphere" => ball(0),
@@ -245,9 +245,9 @@ fn lights(bencher: Bencher, name: &str) {
         }
         _ => (0..64).map(ball).collect(),
     };
-    let shot = shot("Material \"matte\"", &text);
-    let hits = hits(&shot);
-    let world = &shot.world;
+    let job = job("Material \"matte\"", &text);
+    let hits = hits(&job);
+    let world = &job.world;
     let (_, radius) = world.geometry.bounds().bounding_sphere();
     let selector = LightSelector::new(world.sampled_lights(), SelectionStrategy::Spatial, radius);
     bencher.counter(ItemsCount::new(hits.len())).bench(|| {

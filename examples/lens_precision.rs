@@ -39,8 +39,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         if worst < LIMIT { "within" } else { "BEYOND" }
     )?;
     for exponent in 1..=9 {
-        let [ours, centre] = surface_errors(10f64.powi(exponent));
-        writeln!(text, "| 1e{exponent} | {ours:.2e} | {centre:.2e} |")?;
+        let [ours, center] = surface_errors(10f64.powi(exponent));
+        writeln!(text, "| 1e{exponent} | {ours:.2e} | {center:.2e} |")?;
     }
     std::fs::write(root.join("docs/generated/lens-precision.md"), text)?;
     Ok(())
@@ -197,7 +197,7 @@ fn surface_errors(radius: f64) -> [f64; 2] {
             1e3 * (0..3).map(d).sum::<f64>().sqrt()
         };
         worst[0] = worst[0].max(distance(ours.o));
-        if let Some(o) = centre_form(&rounded, radius as f32) {
+        if let Some(o) = center_form(&rounded, radius as f32) {
             worst[1] = worst[1].max(distance(o));
         }
     }
@@ -206,7 +206,7 @@ fn surface_errors(radius: f64) -> [f64; 2] {
 
 /// Where the ray meets the sphere about (0, 0, radius), by the textbook's quadratic equation with
 /// its stable root: what most renderers do.
-fn centre_form(ray: &LensRay<f32>, radius: f32) -> Option<[f32; 3]> {
+fn center_form(ray: &LensRay<f32>, radius: f32) -> Option<[f32; 3]> {
     let [x, y, z] = ray.o;
     let z = z - radius;
     let b = 2.0 * (x * ray.d[0] + y * ray.d[1] + z * ray.d[2]);

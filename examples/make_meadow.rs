@@ -1,5 +1,5 @@
 //! Writes the outdoor scene of `benches/peer`: hilly ground, two kinds of trees and a stone, each
-//! instanced hundreds of times and textured, under a picture of the sky. Too large to keep, so it is made anew.
+//! instanced hundreds of times and textured, under an image of the sky. Too large to keep, so it is made anew.
 //!
 //! `cargo run --release --example make_meadow -- FOLDER`
 
@@ -15,7 +15,7 @@ use std::path::Path;
 /// Copies of all objects together.
 const INSTANCES: u64 = 900;
 
-/// Half the side of the ground, scene units (metres).
+/// Half the side of the ground, scene units (meters).
 const EXTENT: f64 = 60.0;
 
 type Failure = Box<dyn std::error::Error>;
@@ -31,10 +31,10 @@ fn main() -> Result<(), Failure> {
     trunk().write(&folder.join("trunk.ply"))?;
     needles().write(&folder.join("needles.ply"))?;
     leaves().write(&folder.join("leaves.ply"))?;
-    picture(512, [0.20, 0.30, 0.09], [0.36, 0.40, 0.16], 24.0).save(folder.join("grass.png"))?;
-    picture(256, [0.36, 0.34, 0.32], [0.62, 0.60, 0.56], 9.0).save(folder.join("stone.png"))?;
-    picture(256, [0.22, 0.15, 0.10], [0.42, 0.31, 0.22], 17.0).save(folder.join("bark.png"))?;
-    picture(256, [0.08, 0.22, 0.07], [0.26, 0.44, 0.14], 13.0).save(folder.join("leaf.png"))?;
+    image(512, [0.20, 0.30, 0.09], [0.36, 0.40, 0.16], 24.0).save(folder.join("grass.png"))?;
+    image(256, [0.36, 0.34, 0.32], [0.62, 0.60, 0.56], 9.0).save(folder.join("stone.png"))?;
+    image(256, [0.22, 0.15, 0.10], [0.42, 0.31, 0.22], 17.0).save(folder.join("bark.png"))?;
+    image(256, [0.08, 0.22, 0.07], [0.26, 0.44, 0.14], 13.0).save(folder.join("leaf.png"))?;
     let sky: Vec<Rgb<f32>> = (0..256)
         .flat_map(|y| (0..512).map(move |x| sky(x, y)))
         .collect();
@@ -61,8 +61,8 @@ fn noise(p: DVec2, period: u64) -> f64 {
     low * (1.0 - smooth.y) + high * smooth.y
 }
 
-/// Several octaves of noise between two colours (sRGB values), repeating at the borders.
-fn picture(side: u32, dark: [f64; 3], light: [f64; 3], cells: f64) -> RgbImage {
+/// Several octaves of noise between two colors (sRGB values), repeating at the borders.
+fn image(side: u32, dark: [f64; 3], light: [f64; 3], cells: f64) -> RgbImage {
     ImageBuffer::from_fn(side, side, |x, y| {
         let p = DVec2::new(f64::from(x), f64::from(y)) / f64::from(side) * cells;
         let octave = |scale: f64| noise(p * scale, (cells * scale) as u64);
@@ -232,7 +232,7 @@ fn leaves() -> Mesh {
 }
 
 const HEAD: &str = "\
-# Made by `cargo run --release --example make_meadow`: textured instances under a picture of the sky.
+# Made by `cargo run --release --example make_meadow`: textured instances under an image of the sky.
 LookAt 0 4.5 -24   0 2.2 0   0 1 0
 Camera \"perspective\" \"float fov\" [ 42 ]
 Film \"image\" \"integer xresolution\" [ 400 ] \"integer yresolution\" [ 250 ]

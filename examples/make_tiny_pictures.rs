@@ -1,4 +1,4 @@
-//! Makes the pictures of `tests/scenes/valid/textures`: one for each format that the reference
+//! Makes the images of `tests/scenes/valid/textures`: one for each format that the reference
 //! scenes' textures do not cover. Run from the project's folder.
 
 use image::{ImageFormat, Rgb, Rgb32FImage, RgbImage};

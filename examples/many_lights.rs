@@ -7,7 +7,7 @@
 
 #![allow(clippy::print_stdout)]
 
-use fstop::build::{Built, build};
+use fstop::build::{PreparedScene, build};
 use fstop::film::Image;
 use fstop::lights::{LightSelector, SelectionStrategy};
 use fstop::math::hash::{mix2, unit_float};
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Renders with every strategy; a row of the table for each.
 fn measure(name: &str, text: &str, table: &mut String) -> Result<(), Box<dyn Error>> {
-    // Where lamps are seen their edges are most of the noise, however light is chosen.
+    // Where lights are seen their edges are most of the noise, however light is chosen.
     let (lamps, _) = picture(&scene(text, "uniform", 0))?;
     let mut uniform = None;
     for strategy in STRATEGIES {
@@ -80,7 +80,7 @@ fn measure(name: &str, text: &str, table: &mut String) -> Result<(), Box<dyn Err
             count += 1.0;
         }
         mean /= count;
-        // Of one sample, as a part of the picture's mean squared.
+        // Of one sample, as a part of the image's mean squared.
         variance /= count * mean * mean;
         let sample = time / (image.pixels.len() as f64 * f64::from(SPP));
         let work = variance * sample;
@@ -94,18 +94,18 @@ fn measure(name: &str, text: &str, table: &mut String) -> Result<(), Box<dyn Err
     Ok(())
 }
 
-/// A picture, and the processor time of its rendering.
+/// An image, and the processor time of its rendering.
 fn picture(text: &str) -> Result<(Image, f64), Box<dyn Error>> {
     let built = built(text)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let start = seconds();
-    let film = pool.install(|| render(&built.shot, TILE_SIZE, &Progress::hidden()));
+    let film = pool.install(|| render(&built.job, TILE_SIZE, &Progress::hidden()));
     Ok((film.develop(), seconds() - start))
 }
 
 fn measure_build(count: u64) -> Result<(), Box<dyn Error>> {
     let built = built(&scene(&spread(count), "uniform", 2))?;
-    let world = &built.shot.world;
+    let world = &built.job.world;
     let (start, memory) = (seconds(), resident());
     let selector = LightSelector::new(world.sampled_lights(), SelectionStrategy::Spatial, 100.0);
     println!(
@@ -142,7 +142,7 @@ fn seconds() -> f64 {
     }
 }
 
-fn built(text: &str) -> Result<Built, Box<dyn Error>> {
+fn built(text: &str) -> Result<PreparedScene, Box<dyn Error>> {
     let sources = SourceMap::new();
     let file = sources.add_text("many_lights.pbrt", text.to_string());
     let (scene, diagnostics) = read_scene(&sources, file, &ReadSettings::default());
@@ -175,7 +175,7 @@ fn color(i: u64) -> [f32; 3] {
     [1.0, 0.5 + 0.5 * random(i, 11), 0.3 + 0.7 * random(i, 12)].map(|c| c * power)
 }
 
-/// Ten by ten rooms with doors, each with the same number of small square lamps under its ceiling,
+/// Ten by ten rooms with doors, each with the same number of small square lights under its ceiling,
 /// as one mesh; the camera stands in one of the rooms.
 fn rooms(lights: u64) -> String {
     let mut text =

@@ -1,9 +1,9 @@
-//! How far eight-bit pictures are from a long render, for `benches/peer/run.sh`.
+//! How far eight-bit images are from a long render, for `benches/peer/run.sh`.
 //!
-//! `peer_error REFERENCE.exr PICTURE.png…` prints a line for each picture: the mean squared error of its linear
-//! values, and its mean over the reference's, both over the pixels that no picture has to clip.
+//! `peer_error REFERENCE.exr PICTURE.png…` prints a line for each image: the mean squared error of its linear
+//! values, and its mean over the reference's, both over the pixels that no image has to clip.
 //!
-//! rs_pbrt writes eight-bit PNG only, so fstop's pictures are measured by theirs too. Rounding to eight bits
+//! rs_pbrt writes eight-bit PNG only, so fstop's images are measured by theirs too. Rounding to eight bits
 //! adds about 1/12 of a step squared, a percent or less of the errors that are compared, and the same to both.
 
 #![allow(clippy::print_stdout)]

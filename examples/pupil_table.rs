@@ -36,7 +36,7 @@ const LENSES: [&str; 12] = [
 /// Full-frame film, mm.
 const FILM: [f64; 2] = [36.0, 24.0];
 
-/// Rays per film height, and per picture: their pass fractions are good to some 0.1 %.
+/// Rays per film height, and per image: their pass fractions are good to some 0.1 %.
 const RAYS: u32 = 1 << 16;
 
 const HEAD: &str = "# The exit pupil: measured
@@ -162,7 +162,7 @@ impl Bench {
         text
     }
 
-    /// A point of the picture; `None` outside the image circle.
+    /// A point of the image; `None` outside the image circle.
     fn film_point(&self, u: Vec2) -> Option<[f64; 2]> {
         let u = u.as_dvec2();
         let p = [FILM[0] * (u.x - 0.5), FILM[1] * (u.y - 0.5)];

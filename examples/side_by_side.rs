@@ -1,4 +1,4 @@
-//! Puts PNG pictures of one size beside each other. The README's picture was made by
+//! Puts PNG images of one size beside each other. The README's image was made by
 //!
 //! ```sh
 //! for lens in dgauss wide telephoto fisheye; do
@@ -11,7 +11,7 @@
 use image::{GenericImage, RgbImage};
 use std::error::Error;
 
-/// Pixels between two pictures.
+/// Pixels between two images.
 const GAP: u32 = 8;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -20,21 +20,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         .pop()
         .ok_or("usage: side_by_side PICTURE... OUTPUT.png")?;
     let open = |name: &String| Ok(image::open(name)?.into_rgb8());
-    let pictures = names
+    let images = names
         .iter()
         .map(open)
         .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
-    let width: u32 = pictures.iter().map(|p| p.width() + GAP).sum();
-    let height = pictures
-        .iter()
-        .map(|p| p.height())
-        .max()
-        .ok_or("no pictures")?;
+    let width: u32 = images.iter().map(|p| p.width() + GAP).sum();
+    let height = images.iter().map(|p| p.height()).max().ok_or("no images")?;
     let mut sheet = RgbImage::from_pixel(width - GAP, height, image::Rgb([255; 3]));
     let mut x = 0;
-    for picture in &pictures {
-        sheet.copy_from(picture, x, 0)?;
-        x += picture.width() + GAP;
+    for image in &images {
+        sheet.copy_from(image, x, 0)?;
+        x += image.width() + GAP;
     }
     sheet.save(output)?;
     Ok(())

@@ -1,7 +1,7 @@
 //! What a ray finds: a point on a surface, with everything shading and light sampling ask of it.
 //!
 //! All in *render space*: world space translated so that the camera sits at the origin, which
-//! keeps single precision where the picture needs it, however far from the world's origin.
+//! keeps single precision where the image needs it, however far from the world's origin.
 
 use crate::math::float::offset_ray_origin;
 use crate::math::ray::{Ray, RayDifferentials};
@@ -77,7 +77,7 @@ impl SurfaceHit {
             p_error: self.p_error,
             n: self.n,
             time: self.time,
-            reception: Reception::Alone,
+            receiver_side: ReceiverSide::NoMis,
         }
     }
 
@@ -161,16 +161,16 @@ pub struct ReferencePoint {
     /// Time of the ray.
     pub time: f32,
     /// From where light counts.
-    pub reception: Reception,
+    pub receiver_side: ReceiverSide,
 }
 
 /// From where light counts at a point, and whether light sampling is all that finds it. It tells where samples are
 /// worth most; all directions may be sampled whatever it says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Reception {
+pub enum ReceiverSide {
     /// From everywhere, by light sampling only.
     #[default]
-    Alone,
+    NoMis,
     /// From everywhere; scattered rays find it too (multiple importance sampling).
     BothSides,
     /// From the side that the normal points to; scattered rays find it too.

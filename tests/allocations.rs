@@ -1,17 +1,17 @@
-//! The sample loop allocates nothing: a picture with four times the samples makes exactly as many
+//! The sample loop allocates nothing: an image with four times the samples makes exactly as many
 //! allocations, whatever the scene is made of.
 //!
-//! Pictures are rendered on the test's own thread, and an allocator counts what that thread asks for.
-//! What is left are allocations for each picture and each tile (its pixels); one that a single sample
+//! Images are rendered on the test's own thread, and an allocator counts what that thread asks for.
+//! What is left are allocations for each image and each tile (its pixels); one that a single sample
 //! made would show, for a tile of 16 × 16 pixels takes hundreds of them.
 
-use fstop::build::{Built, build, reset};
-use fstop::render::{Progress, Shot, TILE_SIZE, render};
+use fstop::build::{PreparedScene, build, reset};
+use fstop::render::{Progress, RenderJob, TILE_SIZE, render};
 use fstop::samplers::Sampler;
 use fstop::scene::options::Options;
 use fstop::scene::{ReadSettings, read_scene};
 use fstop::syntax::SourceMap;
-use fstop::tradeoff::ladder::ladder;
+use fstop::tradeoff::candidates::candidates;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -69,17 +69,17 @@ fn allocations(work: impl FnOnce()) -> u64 {
     CALLS.get() - before
 }
 
-/// Samples a pixel of the short picture; the long one has four times as many.
+/// Samples a pixel of the short image; the long one has four times as many.
 const FEW: u32 = 2;
 
-/// Pixels of a picture: several tiles, one of them not full.
+/// Pixels of an image: several tiles, one of them not full.
 const PIXELS: u32 = 24 * 24;
 
-/// Allocations of a picture with few and with many samples of the same shot.
-fn few_and_many(shot: &mut Shot, options: &Options) -> [u64; 2] {
+/// Allocations of an image with few and with many samples of the same job.
+fn few_and_many(job: &mut RenderJob, options: &Options) -> [u64; 2] {
     let mut take = |spp: u32| {
-        shot.sampler = Sampler::new(&options.sampler.clone().with_spp(spp), 1);
-        allocations(|| drop(render(shot, TILE_SIZE, &Progress::hidden())))
+        job.sampler = Sampler::new(&options.sampler.clone().with_spp(spp), 1);
+        allocations(|| drop(render(job, TILE_SIZE, &Progress::hidden())))
     };
     // What is made on first use, such as a thread's place in the pool, is not the samples'.
     take(1);
@@ -97,7 +97,7 @@ fn on_this_thread<R: Send>(work: impl FnOnce() -> R + Send) -> R {
 }
 
 /// The frames of a scene file, small; none where the scene has errors.
-fn frames(path: &Path) -> Vec<(Options, Built)> {
+fn frames(path: &Path) -> Vec<(Options, PreparedScene)> {
     let sources = SourceMap::new();
     let file = sources.open(path).expect("a scene file");
     let (scene, diagnostics) = read_scene(&sources, file, &ReadSettings::default());
@@ -140,8 +140,8 @@ fn no_scene_allocates_for_a_sample() {
     on_this_thread(|| {
         for path in ["reference", "valid"].into_iter().flat_map(scenes) {
             for (options, mut built) in frames(&path) {
-                let [few, many] = few_and_many(&mut built.shot, &options);
-                assert!(few > 0, "the picture itself");
+                let [few, many] = few_and_many(&mut built.job, &options);
+                assert!(few > 0, "the image itself");
                 rendered += 1;
                 if few != many {
                     guilty.push(format!("{}: {few} and {many}", path.display()));
@@ -169,14 +169,14 @@ fn no_setting_allocates_for_a_sample() {
         ] {
             let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes");
             for (options, mut built) in frames(&folder.join(name).with_extension("pbrt")) {
-                for rung in ladder(&options, FEW, &[]) {
+                for candidate in candidates(&options, FEW, &[]) {
                     // A lens that has no such model has nothing to show.
-                    if reset(&mut built.shot, &rung.options, 1).is_err() {
+                    if reset(&mut built.job, &candidate.options, 1).is_err() {
                         continue;
                     }
-                    let [few, many] = few_and_many(&mut built.shot, &rung.options);
+                    let [few, many] = few_and_many(&mut built.job, &candidate.options);
                     if few != many {
-                        let setting = format!("{} {}", rung.knob.name(), rung.setting);
+                        let setting = format!("{} {}", candidate.setting.name(), candidate.value);
                         guilty.push(format!("{name}, {setting}: {few} and {many}"));
                     }
                 }

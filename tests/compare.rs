@@ -17,7 +17,7 @@ const CORNELL: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 /// Samples that the made-up renders say they have.
 const SPP: u32 = 64;
 
-/// Pictures in a folder that is gone with the test.
+/// Images in a folder that is gone with the test.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -98,7 +98,7 @@ fn renders_know_their_noise() {
     // 16 samples a pixel, of which one degree of freedom goes into the mean.
     assert_eq!(value["a"]["spp"], 16);
     assert_eq!(value["a"]["degrees_of_freedom"], 15.0);
-    // The same random numbers give the same picture: nothing may differ.
+    // The same random numbers give the same image: nothing may differ.
     let again = render("again.exr", &["--seed", "1"]);
     assert_eq!(
         compare(&[&a, &again, "--noise", "none", "--tolerance", "0"]).code,
@@ -113,11 +113,11 @@ fn the_sentence_comes_first_and_the_code_says_the_same() {
     let [a, b] = folder.pair(SMALL);
     let same = compare(&[&a, &b]);
     assert_eq!(same.code, 0, "{}", same.stdout);
-    assert!(same.stdout.starts_with("The pictures agree: "));
+    assert!(same.stdout.starts_with("The images agree: "));
     for part in [
         "single pixels",
         "blocks of 8 × 8",
-        "the whole picture",
+        "the whole image",
         "A / B",
         "PSNR",
         "FLIP as shown",
@@ -132,7 +132,7 @@ fn the_sentence_comes_first_and_the_code_says_the_same() {
     let other = compare(&[&a, &c]);
     assert_eq!(other.code, 1);
     assert!(
-        other.stdout.starts_with("The pictures differ: "),
+        other.stdout.starts_with("The images differ: "),
         "{}",
         other.stdout
     );
@@ -188,7 +188,7 @@ fn json_has_every_number() {
         "/flip/hdr/p95",
         "/flip/hdr/exposures",
         "/uniformity/0/p",
-        "/neighbour_correlation/value",
+        "/neighbor_correlation/value",
         "/levels/3/worst/degrees_of_freedom",
     ] {
         assert!(
@@ -205,7 +205,7 @@ fn json_has_every_number() {
     );
 }
 
-/// Every format this reads, against the same picture in EXR.
+/// Every format this reads, against the same image in EXR.
 #[test]
 fn files_of_all_kinds() {
     let folder = Folder::new();
@@ -323,7 +323,7 @@ fn values_that_are_no_numbers_are_located() {
 }
 
 #[test]
-fn pictures_without_variances_are_said_to_be() {
+fn images_without_variances_are_said_to_be() {
     let folder = Folder::new();
     let [a, _] = folder.pair(SMALL);
     let mut bare = render(2, SMALL);
@@ -336,7 +336,7 @@ fn pictures_without_variances_are_said_to_be() {
         "{}",
         run.stdout
     );
-    assert!(run.stdout.contains("neighbours in blocks of 8 × 8"));
+    assert!(run.stdout.contains("neighbors in blocks of 8 × 8"));
 }
 
 #[test]
@@ -349,7 +349,7 @@ fn the_page_is_whole_and_needs_no_network() {
     let page = std::fs::read_to_string(&file).expect("the page");
     well_formed(&page);
     for part in [
-        "The pictures agree: ",
+        "The images agree: ",
         "id=\"canvas\"",
         "value=\"wipe\"",
         "value=\"difference\"",
@@ -389,7 +389,7 @@ fn the_page_is_whole_and_needs_no_network() {
 }
 
 #[test]
-fn large_pictures_are_carried_smaller_and_flip_can_be_left_out() {
+fn large_images_are_carried_smaller_and_flip_can_be_left_out() {
     let folder = Folder::new();
     let [a, b] = folder.pair(UVec2::new(1400, 900));
     let file = folder.path("page.html");
@@ -403,7 +403,7 @@ fn large_pictures_are_carried_smaller_and_flip_can_be_left_out() {
     assert_eq!(data["flip"], Value::Null);
 }
 
-/// The pictures and maps in a page.
+/// The images and maps in a page.
 fn data(page: &str) -> Value {
     let (_, rest) = page.split_once("id=\"data\">").expect("the data");
     let (data, _) = rest.split_once("</script>").expect("its end");

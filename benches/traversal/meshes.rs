@@ -1,4 +1,4 @@
-//! The two meshes that rays are shot at.
+//! The two meshes that rays are job at.
 
 use fstop::assets::mesh::MeshData;
 use fstop::math::hash::{mix2, unit_float};
@@ -14,7 +14,7 @@ pub struct Mesh {
 const RINGS: usize = 500;
 /// Triangles of the soup.
 const SOUP: usize = 100_000;
-/// Corners of the soup's triangles are up to this far from their centre in each axis; the soup
+/// Corners of the soup's triangles are up to this far from their center in each axis; the soup
 /// fills the cube from −1 to 1.
 const SOUP_SIZE: f32 = 0.05;
 

@@ -9,11 +9,11 @@ use fstop::math::{Vec2, Vec3};
 /// What rays are like.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// From an eye through a square picture, tile by tile.
+    /// From an eye through a square image, tile by tile.
     Primary,
     /// From where primary rays meet the mesh, cosine-distributed.
     Bounce,
-    /// From anywhere around to anywhere inside, neighbours in nothing.
+    /// From anywhere around to anywhere inside, neighbors in nothing.
     Random,
     /// From where primary rays meet the mesh to a light, ending there.
     Shadow,
@@ -48,7 +48,7 @@ pub struct RaySet {
     pub rays: Vec<Ray>,
 }
 
-/// Pixels along one side of the picture, and of a tile.
+/// Pixels along one side of the image, and of a tile.
 const SIDE: usize = 360;
 const TILE: usize = 8;
 

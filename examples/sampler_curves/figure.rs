@@ -4,7 +4,7 @@ use super::Curve;
 use plotters::prelude::*;
 use std::error::Error;
 
-/// Colours that remain apart for colour-blind eyes (Okabe and Ito 2008).
+/// Colors that remain apart for color-blind eyes (Okabe and Ito 2008).
 const PALETTE: [RGBColor; 4] = [
     RGBColor(0, 0, 0),
     RGBColor(230, 159, 0),
@@ -12,7 +12,7 @@ const PALETTE: [RGBColor; 4] = [
     RGBColor(213, 94, 0),
 ];
 
-/// A sampler has the same colour in every panel.
+/// A sampler has the same color in every panel.
 fn color(name: &str) -> RGBColor {
     let order = ["random", "stratified", "sobol"];
     let i = order.iter().position(|known| *known == name);

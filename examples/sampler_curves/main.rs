@@ -4,7 +4,7 @@
 //! `cargo run --release --example sampler_curves` takes about five minutes of a processor.
 //!
 //! Each scene has a long reference of other random numbers, rendered in two halves whose difference tells its
-//! own error, which is taken off. Every point is the mean of [`PICTURES`] pictures.
+//! own error, which is taken off. Every point is the mean of [`PICTURES`] images.
 
 #![allow(clippy::print_stderr)]
 
@@ -12,11 +12,11 @@ mod figure;
 
 use fstop::build::build;
 use fstop::film::Image;
-use fstop::render::{Progress, Shot, TILE_SIZE, render};
+use fstop::render::{Progress, RenderJob, TILE_SIZE, render};
 use fstop::samplers::{Points, SAMPLER_NAMES, Sampler, SamplerSpec, Stratified};
 use fstop::scene::{Frame, ReadSettings, read_scene};
 use fstop::syntax::SourceMap;
-use fstop::tradeoff::measure::{Estimate, Measured, Reference};
+use fstop::tradeoff::measure::{Estimate, Measurement, Reference};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::error::Error;
 use std::fmt::Write;
@@ -28,13 +28,13 @@ const SCENES: [(&str, &str); 5] = [
     ("lens", "depth of field, traced lens"),
     ("glossy", "rough metal, sky"),
     ("motion", "motion blur, thin lens"),
-    ("lamps", "64 lamps, instances"),
+    ("lamps", "64 lights, instances"),
 ];
 
 /// Samples a pixel. Those that are no powers of two are squares, which are what a grid is good at.
 const COUNTS: [u32; 12] = [1, 2, 4, 8, 9, 16, 32, 36, 64, 100, 128, 256];
 
-/// Pictures with different seeds for each point: a mean squared error is known to some 3 %.
+/// Images with different seeds for each point: a mean squared error is known to some 3 %.
 const PICTURES: u64 = 4;
 
 /// Samples a pixel of each half of the reference.
@@ -102,8 +102,8 @@ fn measure(scene: &str) -> Result<Vec<Curve>, Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/sampler_curves");
     let frame = read(&folder.join(scene).with_extension("pbrt"), None)?;
     let (built, _) = build(frame, 0);
-    let mut shot = built.ok_or("the scene cannot be built")?.shot;
-    let reference = reference(&mut shot);
+    let mut job = built.ok_or("the scene cannot be built")?.job;
+    let reference = reference(&mut job);
     let mut curves = Vec::new();
     for (name, points) in samplers(scene) {
         let spec = SamplerSpec {
@@ -111,10 +111,10 @@ fn measure(scene: &str) -> Result<Vec<Curve>, Box<dyn Error>> {
             ..SamplerSpec::sobol(1)
         };
         let point = |&count: &u32| {
-            let take = |seed| picture(&mut shot, &spec, count, seed);
+            let take = |seed| picture(&mut job, &spec, count, seed);
             let images: Vec<Image> = (1..=PICTURES).map(take).collect();
             // Times are of no interest here.
-            let measured = Measured::new(&reference, count, &images, &[1.0; PICTURES as usize]);
+            let measured = Measurement::new(&reference, count, &images, &[1.0; PICTURES as usize]);
             (count, measured.squared_error)
         };
         curves.push(Curve {
@@ -125,21 +125,21 @@ fn measure(scene: &str) -> Result<Vec<Curve>, Box<dyn Error>> {
     Ok(curves)
 }
 
-fn picture(shot: &mut Shot, spec: &SamplerSpec, count: u32, seed: u64) -> Image {
-    shot.sampler = Sampler::new(&spec.clone().with_spp(count), seed);
-    render(shot, TILE_SIZE, &Progress::hidden()).develop()
+fn picture(job: &mut RenderJob, spec: &SamplerSpec, count: u32, seed: u64) -> Image {
+    job.sampler = Sampler::new(&spec.clone().with_spp(count), seed);
+    render(job, TILE_SIZE, &Progress::hidden()).develop()
 }
 
-/// The mean of two independent pictures, and half their difference as its error.
-fn reference(shot: &mut Shot) -> Reference {
+/// The mean of two independent images, and half their difference as its error.
+fn reference(job: &mut RenderJob) -> Reference {
     let spec = SamplerSpec::sobol(1);
-    let [a, b] = [101, 102].map(|seed| picture(shot, &spec, HALF_REFERENCE, seed));
+    let [a, b] = [101, 102].map(|seed| picture(job, &spec, HALF_REFERENCE, seed));
     let mut mean = a.clone();
     for (m, other) in mean.pixels.iter_mut().zip(&b.pixels) {
         *m = 0.5 * (*m + *other);
     }
     // With an error of nothing so far, the distance of a half is the error of the mean.
-    let own = Measured::new(&Reference::new(mean.clone(), 0.0), 1, &[a, b], &[1.0; 2]);
+    let own = Measurement::new(&Reference::new(mean.clone(), 0.0), 1, &[a, b], &[1.0; 2]);
     Reference::new(mean, own.error().value)
 }
 

@@ -61,7 +61,7 @@ impl Aabb {
         !self.min.cmple(self.max).all()
     }
 
-    /// Centre and radius of the sphere around the box; radius 0 where the box is empty.
+    /// Center and radius of the sphere around the box; radius 0 where the box is empty.
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
         if self.is_empty() {
             return (Vec3::ZERO, 0.0);

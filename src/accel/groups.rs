@@ -14,7 +14,7 @@ const UNEVENNESS: f32 = 0.01;
 /// the processor's cache.
 const PARTS: usize = 8;
 
-/// Items by box: the binary builder pairs neighbours of least cost, and among thousands of equal
+/// Items by box: the binary builder pairs neighbors of least cost, and among thousands of equal
 /// ones finds a single pair a pass, which takes for ever. So it gets every box once.
 pub(super) enum Groups {
     /// No two boxes are equal: every item is a group.
@@ -22,7 +22,7 @@ pub(super) enum Groups {
     /// Some are. (The two triangles of a quad often.)
     Shared {
         /// Items, those with equal boxes together: in the order of the first of each group, as
-        /// neighbours in a file are near each other in space and in memory.
+        /// neighbors in a file are near each other in space and in memory.
         order: Vec<u32>,
         /// Where groups start in `order`, and its length.
         starts: Vec<u32>,
@@ -95,7 +95,7 @@ impl Groups {
 
     /// What the binary builder sees: one box a group, each a little larger by a share of its own.
     ///
-    /// The builder pairs mutual nearest neighbours, pass by pass. Where every box's nearest is the
+    /// The builder pairs mutual nearest neighbors, pass by pass. Where every box's nearest is the
     /// one before it (a row of equal boxes, boxes that grow from one to the next) there is one
     /// mutual pair, and as many passes as boxes. Uneven sizes make a third of them mutual.
     pub fn boxes(&self, items: &[Item]) -> Vec<obvhs::aabb::Aabb> {

@@ -118,7 +118,7 @@ pub(super) struct LevelBuilder {
     /// Shapes that move, each with a level of its own.
     moving: Vec<(LevelBuilder, Motion)>,
     triangles: usize,
-    has_passable: bool,
+    has_recoverable: bool,
 }
 
 impl LevelBuilder {
@@ -141,7 +141,7 @@ impl LevelBuilder {
             self.anchor = Some(center);
         }
         let anchor = self.anchor.unwrap_or_default();
-        self.has_passable |= attributes.material.is_none() || attributes.shadow_alpha.is_some();
+        self.has_recoverable |= attributes.material.is_none() || attributes.shadow_alpha.is_some();
         match shape {
             CompiledShape::Mesh(mesh) => self.add_mesh(*mesh, attributes, anchor),
             CompiledShape::Quadric(quadric) => self.quadrics.push(StoredQuadric {
@@ -233,7 +233,7 @@ impl LevelBuilder {
             instances,
             moving,
             bounds: Aabb::EMPTY,
-            has_passable: self.has_passable,
+            has_recoverable: self.has_recoverable,
             skipped: 0,
             tree: builder::build(&[], |_| [Vec3::ZERO; 3]),
         };
@@ -275,8 +275,8 @@ pub(super) struct Level {
     pub tree: Tree,
     /// Relative to the anchor.
     pub bounds: Aabb,
-    /// See [`super::Geometry::has_passable_surfaces`].
-    pub has_passable: bool,
+    /// See [`super::Geometry::has_recoverable_surfaces`].
+    pub has_recoverable: bool,
     /// Triangles left out.
     pub skipped: usize,
 }

@@ -2,7 +2,7 @@
 //! and instances.
 //!
 //! A [`Geometry`] has two levels. The top one is in render space and holds shapes and instances;
-//! each instance refers to an object with a tree of its own, stored about the object's own centre
+//! each instance refers to an object with a tree of its own, stored about the object's own center
 //! (its anchor) so that single precision is spent on the object and not on where it stands. What
 //! moves is a kind of its own beside instances, and may also be in an object.
 
@@ -78,13 +78,13 @@ pub struct GeometryHit {
 
 /// What a ray meets that looks for light.
 #[derive(Clone, Copy, Debug)]
-pub enum Sight {
+pub enum EmitterHit {
     /// Nothing: it leaves the scene.
-    Open,
+    Escaped,
     /// A surface that does not shine.
-    Dark,
+    NotEmissive,
     /// A surface with a light.
-    Shining(GeometryHit),
+    Emitter(GeometryHit),
 }
 
 /// Why geometry cannot be built.
@@ -234,17 +234,21 @@ impl Geometry {
     }
 
     /// The closest hit, for someone who asks for nothing but its light: surfaces without one are not worked out.
-    pub fn look(&self, ray: &Ray, alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32) -> Sight {
+    pub fn intersect_emitter(
+        &self,
+        ray: &Ray,
+        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
+    ) -> EmitterHit {
         let Some(found) = Search::<_, false>::run(self, ray, alpha) else {
-            return Sight::Open;
+            return EmitterHit::Escaped;
         };
         let innermost = found.path.into_iter().filter(|&id| id != PrimitiveId::NONE);
         let level = innermost.fold(&self.top, |level, id| self.inside(level, id));
         if level.attributes(found.id).light.is_none() {
-            return Sight::Dark;
+            return EmitterHit::NotEmissive;
         }
         self.resolve(ray, &found)
-            .map_or(Sight::Open, Sight::Shining)
+            .map_or(EmitterHit::Escaped, EmitterHit::Emitter)
     }
 
     /// The level that an instance, or something that moves, of `level` holds.
@@ -274,9 +278,9 @@ impl Geometry {
 
     /// Is there any surface without material, or with a cut-out for shadow rays only? Where there is
     /// none, [`Geometry::occluded`] answers for light that passes surfaces without material too.
-    pub fn has_passable_surfaces(&self) -> bool {
+    pub fn has_recoverable_surfaces(&self) -> bool {
         let mut levels = self.objects.iter().chain([&self.top]);
-        levels.any(|level| level.has_passable)
+        levels.any(|level| level.has_recoverable)
     }
 
     /// Works out the surface that a search found.

@@ -14,7 +14,7 @@ mod hair;
 mod hits;
 mod motion;
 mod oracle;
-mod respawn;
+mod reintersect;
 mod watertight;
 
 /// Everything solid.

@@ -11,7 +11,7 @@ use std::path::Path;
 const LARGEST: u64 = 256 << 20;
 
 /// Most wavelengths: one for each nm between ultraviolet and infrared, and more.
-const MOST_WAVELENGTHS: usize = 1024;
+const MAX_WAVELENGTHS: usize = 1024;
 
 /// The contents of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,7 +38,7 @@ pub enum BrdfFileError {
     #[error("it has no numbers")]
     Empty,
     /// Not the count of wavelengths.
-    #[error("it starts with {0}, where a number of wavelengths from 1 to {most} was expected", most = MOST_WAVELENGTHS)]
+    #[error("it starts with {0}, where a number of wavelengths from 1 to {most} was expected", most = MAX_WAVELENGTHS)]
     Count(f64),
     /// Fewer wavelengths than there should be.
     #[error("it ends after {found} of {count} wavelengths")]
@@ -77,7 +77,7 @@ impl BrdfFile {
     pub fn parse(bytes: &[u8]) -> Result<BrdfFile, BrdfFileError> {
         let mut wavelengths = numbers(bytes)?;
         let &first = wavelengths.first().ok_or(BrdfFileError::Empty)?;
-        if !(1.0..=MOST_WAVELENGTHS as f64).contains(&first) || first.fract() != 0.0 {
+        if !(1.0..=MAX_WAVELENGTHS as f64).contains(&first) || first.fract() != 0.0 {
             return Err(BrdfFileError::Count(first));
         }
         let (count, found) = (first as usize, wavelengths.len() - 1);
@@ -93,7 +93,7 @@ impl BrdfFile {
             return Err(BrdfFileError::Samples { numbers, each });
         }
         for (i, sample) in numbers.chunks_exact(each).enumerate() {
-            let too_large = |value: &&f64| value.abs() > super::MOST_MEASURED;
+            let too_large = |value: &&f64| value.abs() > super::MAX_MEASURED;
             if let Some(&value) = sample[4..].iter().find(too_large) {
                 return Err(BrdfFileError::Value(i, value));
             }

@@ -58,7 +58,7 @@ pub enum BsdfFileError {
     /// Flags other than "a BSDF".
     #[error("it holds no plain BSDF (its flags are {0:#x}, not 0x1)")]
     Flags(u32),
-    /// Neither grey nor coloured.
+    /// Neither gray nor colored.
     #[error("it has {0} channels, not 1 or 3")]
     Channels(u32),
     /// Blends of several BSDFs.
@@ -229,7 +229,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn lambert(channels: usize) -> Vec<u8> {
-        let colour = |mu_i: f64, mu_o: f64, _: f64| {
+        let color = |mu_i: f64, mu_o: f64, _: f64| {
             let reflects = if mu_i * mu_o < 0.0 { 1.0 } else { 0.0 };
             [0.2, 0.5, 0.8].map(|kd| kd * reflects)
         };
@@ -238,7 +238,7 @@ mod tests {
             channels,
             cosines: 8,
             terms: 2,
-            value: &colour,
+            value: &color,
         })
     }
 

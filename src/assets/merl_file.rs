@@ -88,7 +88,7 @@ impl MerlFile {
             let raw = f64::from_le_bytes(numbers[at]);
             let value = raw * SCALES[channel];
             // NaN is not within either.
-            if value.abs() <= super::MOST_MEASURED {
+            if value.abs() <= super::MAX_MEASURED {
                 Ok(value.max(0.0) as f32)
             } else {
                 Err(MerlFileError::Value(at, raw))

@@ -1,6 +1,6 @@
 //! OpenEXR files: the first flat layer's data window, whatever its channels are called.
 
-use super::picture::{Encoding, Picture, SizeLimit};
+use super::image_data::{Encoding, ImageData, SizeLimit};
 use crate::math::Rgb;
 use exr::image::{AnyChannels, FlatSamples};
 use exr::meta::MetaData;
@@ -8,7 +8,7 @@ use exr::prelude::{ReadChannels, ReadLayers};
 use std::io::Cursor;
 
 /// Decodes a whole file.
-pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<Picture, String> {
+pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> {
     check_sizes(bytes, limit)?;
     let image = exr::prelude::read()
         .no_deep_data()
@@ -37,7 +37,7 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<Picture, String> {
     let texels = (0..width * height)
         .map(|i| Rgb::new(value(r, i), value(g, i), value(b, i)))
         .collect();
-    Picture::from_texels(width, height, Encoding::Linear, texels)
+    ImageData::from_texels(width, height, Encoding::Linear, texels)
         .ok_or_else(|| "it has no pixels".into())
 }
 

@@ -1,12 +1,12 @@
-//! The portable float map: `PF` (colour) or `Pf` (grey), width, height, scale, then 32-bit floats,
+//! The portable float map: `PF` (color) or `Pf` (gray), width, height, scale, then 32-bit floats,
 //! bottom row first. A negative scale marks little-endian numbers; its size has no agreed meaning
 //! and is ignored, as it is by pbrt for files it writes itself (scale −1).
 
-use super::picture::{Encoding, Picture, SizeLimit};
+use super::image_data::{Encoding, ImageData, SizeLimit};
 use crate::math::Rgb;
 
 /// Decodes a whole file.
-pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<Picture, String> {
+pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> {
     let mut header = Header { bytes, at: 0 };
     let channels = match header.word() {
         Some("PF") => 3,
@@ -46,7 +46,7 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<Picture, String> {
             _ => Rgb::splat(number(t)),
         }));
     }
-    Picture::from_texels(width, height, Encoding::Linear, texels)
+    ImageData::from_texels(width, height, Encoding::Linear, texels)
         .ok_or_else(|| "it has no pixels".into())
 }
 
@@ -88,7 +88,7 @@ mod tests {
         file
     }
 
-    fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    fn decode(bytes: &[u8]) -> Result<ImageData, String> {
         read(bytes, SizeLimit::for_file(bytes.len()))
     }
 
@@ -97,21 +97,17 @@ mod tests {
         let values = [0.0, 1.0, 2.0, 3.0];
         let little = decode(&file("Pf\n2 2\n-1\n", &values, f32::to_le_bytes)).unwrap();
         let big = decode(&file("Pf 2 2 1.0\n", &values, f32::to_be_bytes)).unwrap();
-        for picture in [little, big] {
-            assert_eq!(
-                picture.pixel(0, 0),
-                Rgb::splat(2.0),
-                "the top row comes last"
-            );
-            assert_eq!(picture.pixel(1, 1), Rgb::splat(1.0));
+        for image in [little, big] {
+            assert_eq!(image.pixel(0, 0), Rgb::splat(2.0), "the top row comes last");
+            assert_eq!(image.pixel(1, 1), Rgb::splat(1.0));
         }
-        let colour = decode(&file(
+        let color = decode(&file(
             "PF\n1 1\n-1.000000\n",
             &[5.0, 6.0, 7.0],
             f32::to_le_bytes,
         ))
         .unwrap();
-        assert_eq!(colour.pixel(0, 0), Rgb::new(5.0, 6.0, 7.0));
+        assert_eq!(color.pixel(0, 0), Rgb::new(5.0, 6.0, 7.0));
     }
 
     #[test]

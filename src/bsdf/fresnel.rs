@@ -14,7 +14,7 @@ pub enum Fresnel {
         /// Index on the other side.
         eta_t: f32,
     },
-    /// From vacuum onto a conductor, per colour channel.
+    /// From vacuum onto a conductor, per color channel.
     Conductor {
         /// Real part of the refractive index.
         eta: Rgb,
@@ -33,7 +33,7 @@ pub enum Fresnel {
 }
 
 impl Fresnel {
-    /// Reflectance of unpolarised light arriving at signed cosine `cos_i` to the normal.
+    /// Reflectance of unpolarized light arriving at signed cosine `cos_i` to the normal.
     pub fn evaluate(&self, cos_i: f32) -> Rgb {
         match *self {
             Fresnel::NoOp => Rgb::ONE,
@@ -47,7 +47,7 @@ impl Fresnel {
     }
 }
 
-/// Reflectance of a dielectric boundary, unpolarised: `cos_i` > 0 arrives on the side of index
+/// Reflectance of a dielectric boundary, unpolarized: `cos_i` > 0 arrives on the side of index
 /// `eta_i`, < 0 on the other one. 1 under total reflection.
 pub fn dielectric(cos_i: f32, eta_i: f32, eta_t: f32) -> f32 {
     let (eta_i, eta_t) = if cos_i > 0.0 {
@@ -66,7 +66,7 @@ pub fn dielectric(cos_i: f32, eta_i: f32, eta_t: f32) -> f32 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
-/// Reflectance of a conductor of complex index `eta` + i `k` seen from vacuum, unpolarised, at
+/// Reflectance of a conductor of complex index `eta` + i `k` seen from vacuum, unpolarized, at
 /// cosine `cos_i` in 0…1.
 pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
     let cos = cos_i.clamp(0.0, 1.0);
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn nothing_of_the_parallel_part_returns_at_brewsters_angle() {
-        // tan θ = 1.5: the mean of both polarisations is half the perpendicular part's square,
+        // tan θ = 1.5: the mean of both polarizations is half the perpendicular part's square,
         // ((cos²θ − sin²θ))² / 2 there.
         let theta = 1.5f32.atan();
         let expected = 0.5 * (theta.cos().powi(2) - theta.sin().powi(2)).powi(2);

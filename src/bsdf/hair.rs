@@ -8,7 +8,7 @@
 use super::fresnel::dielectric;
 use super::lobe::LobeSample;
 use crate::math::color::luminance;
-use crate::math::float::within;
+use crate::math::float::clamp_nan_low;
 use crate::math::{Rgb, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
@@ -71,14 +71,14 @@ impl Hair {
     /// scales tilted by `alpha` degrees. Numbers out of range are moved into it; the index is at
     /// least 1.
     pub fn new(h: f32, eta: f32, sigma_a: Rgb, beta: [f32; 2], alpha: f32) -> Hair {
-        let [m, n] = beta.map(|beta| within(beta, MIN_ROUGHNESS, 1.0));
+        let [m, n] = beta.map(|beta| clamp_nan_low(beta, MIN_ROUGHNESS, 1.0));
         // §2.1 and §2.4: fitted so that equal steps in β look equal.
         let deviation = 0.726 * m + 0.812 * m * m + 3.7 * m.powi(20);
         let spread = (PI / 8.0).sqrt() * (0.265 * n + 1.194 * n * n + 5.372 * n.powi(22));
         Hair {
             scale: Rgb::ONE,
             sigma_a,
-            h: within(h, -1.0, 1.0),
+            h: clamp_nan_low(h, -1.0, 1.0),
             eta: eta.max(1.0),
             variance: deviation * deviation,
             spread,

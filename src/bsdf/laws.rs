@@ -1,5 +1,5 @@
 //! The laws that scattering keeps, tested on every lobe: samples follow their density and the density
-//! integrates to one, values and samples make the same picture, no light is made, and light that
+//! integrates to one, values and samples make the same image, no light is made, and light that
 //! goes back the same way loses the same.
 //!
 //! [`table`] has a row for each. A new kind of lobe does not compile without a place in

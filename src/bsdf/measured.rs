@@ -1,4 +1,4 @@
-//! Measured isotropic BRDFs, evaluated as pbrt-v2 does. Directions are local.
+//! MeasuredSample isotropic BRDFs, evaluated as pbrt-v2 does. Directions are local.
 
 mod facets;
 mod half_angle;

@@ -144,7 +144,7 @@ impl MicrofacetTransmission {
 
     /// The facet normal (z > 0) that refracts one direction to the other; `None` where none does,
     /// or only one that is seen from behind. (pbrt-v3 counts those in values but never samples
-    /// them, so that its pictures of rough glass lie up to 1 % above these at grazing angles.)
+    /// them, so that its images of rough glass lie up to 1 % above these at grazing angles.)
     fn facet(&self, wo: Vec3, wi: Vec3) -> Option<Vec3> {
         if wo.z * wi.z >= 0.0 {
             return None;

@@ -26,7 +26,7 @@ pub use lobe::Lobe;
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::surface::{Reception, ShadingGeometry};
+use crate::surface::{ReceiverSide, ShadingGeometry};
 use arrayvec::ArrayVec;
 use lobe::LobeSample;
 use std::ops::Range;
@@ -68,15 +68,15 @@ pub struct BsdfSample {
 impl<'a> Bsdf<'a> {
     /// Without lobes: black. `ng` is the unit geometric normal.
     pub fn new(ng: Vec3, shading: &ShadingGeometry) -> Bsdf<'a> {
-        let mut bsdf = Bsdf::nowhere();
-        bsdf.place(ng, shading);
+        let mut bsdf = Bsdf::empty();
+        bsdf.set_frame(ng, shading);
         bsdf
     }
 
     /// Black, and on no surface yet: to be filled where it stands, as it is large
     /// ([`crate::world::World::fill_bsdf`]).
     #[inline]
-    pub fn nowhere() -> Bsdf<'a> {
+    pub fn empty() -> Bsdf<'a> {
         Bsdf {
             ng: Vec3::ZERO,
             frame: Frame {
@@ -90,7 +90,7 @@ impl<'a> Bsdf<'a> {
 
     /// Puts it on a surface with the unit geometric normal `ng`.
     #[inline]
-    pub fn place(&mut self, ng: Vec3, shading: &ShadingGeometry) {
+    pub fn set_frame(&mut self, ng: Vec3, shading: &ShadingGeometry) {
         self.ng = ng;
         self.frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
     }
@@ -139,14 +139,14 @@ impl<'a> Bsdf<'a> {
     }
 
     /// From where the light comes that reaches `wo` by lobes other than specular ones, if scattered rays find it too.
-    pub fn reception(&self, wo: Vec3) -> Reception {
+    pub fn receiver_side(&self, wo: Vec3) -> ReceiverSide {
         let through = |l: &Lobe| !l.is_specular() && l.scatters(true);
         if self.lobes.iter().any(through) {
-            Reception::BothSides
+            ReceiverSide::BothSides
         } else if wo.dot(self.ng) < 0.0 {
-            Reception::Back
+            ReceiverSide::Back
         } else {
-            Reception::Front
+            ReceiverSide::Front
         }
     }
 

@@ -6,7 +6,7 @@ use crate::math::{Rgb, Vec3};
 use std::f32::consts::PI;
 
 /// Light that enters a medium diffusely through a smooth boundary: what Fresnel's reflectance lets
-/// through, normalised over the hemisphere (equation 11.7), for radiance (times η², which undoes
+/// through, normalized over the hemisphere (equation 11.7), for radiance (times η², which undoes
 /// the 1/η² of the other end).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SubsurfaceExit {

@@ -1,7 +1,7 @@
 //! The Trowbridge–Reitz (GGX) distribution of microfacet normals, anisotropic
 //! (Pharr, Jakob and Humphreys 2016, §8.4). Directions are local: z along the shading normal.
 
-use crate::math::float::within;
+use crate::math::float::clamp_nan_low;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
@@ -24,8 +24,8 @@ impl TrowbridgeReitz {
     /// Widths below 0.001, and those that are no numbers, are raised to it.
     pub fn new(alpha_x: f32, alpha_y: f32) -> TrowbridgeReitz {
         TrowbridgeReitz {
-            alpha_x: within(alpha_x, MIN_ALPHA, MAX_ALPHA),
-            alpha_y: within(alpha_y, MIN_ALPHA, MAX_ALPHA),
+            alpha_x: clamp_nan_low(alpha_x, MIN_ALPHA, MAX_ALPHA),
+            alpha_y: clamp_nan_low(alpha_y, MIN_ALPHA, MAX_ALPHA),
             separable: false,
         }
     }

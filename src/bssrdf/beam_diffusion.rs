@@ -11,7 +11,7 @@ use crate::bsdf::fresnel_moments::FresnelMoments;
 use std::f64::consts::PI;
 
 /// Points along the beam, equally probable under exponential decay. The number is pbrt-v3's: near
-/// the entry the sum depends on it, so that another one would give other pictures.
+/// the entry the sum depends on it, so that another one would give other images.
 const DEPTHS: usize = 100;
 
 /// Half-spaces of one boundary and one phase function, whatever their albedo: scattering over

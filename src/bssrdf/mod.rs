@@ -9,7 +9,7 @@ mod beam_diffusion;
 mod profile;
 mod table;
 
-pub use profile::{NormalisedChannel, Profile, TabulatedChannel};
+pub use profile::{NormalizedChannel, Profile, TabulatedChannel};
 pub use table::{ProfileTable, Row};
 
 use crate::bsdf::subsurface_exit::SubsurfaceExit;
@@ -19,7 +19,7 @@ use crate::surface::SurfaceHit;
 use std::f32::consts::PI;
 
 /// Shortest mean free path in units of the position's error: finer ones cannot be told from it, and
-/// nor could they in the picture.
+/// nor could they in the image.
 const FINEST_IN_ERRORS: f32 = 16.0;
 
 /// Chances of probing along the frame's s, t and n: most exits are found from above.
@@ -73,10 +73,10 @@ impl<'a> Bssrdf<'a> {
         }
     }
 
-    /// Burley's normalised diffusion (Disney's material): `albedo` is the share of entering light that
+    /// Burley's normalized diffusion (Disney's material): `albedo` is the share of entering light that
     /// comes out again, `distance` the scale of the shorter exponential in scene units, `eta` the
     /// medium's relative refractive index, positive.
-    pub fn normalised(
+    pub fn normalized(
         surface: &SurfaceHit,
         frame: Frame,
         albedo: Rgb,
@@ -85,9 +85,9 @@ impl<'a> Bssrdf<'a> {
     ) -> Bssrdf<'a> {
         let finest = finest_length(surface);
         let channels =
-            std::array::from_fn(|c| NormalisedChannel::new(albedo[c], distance[c], finest));
+            std::array::from_fn(|c| NormalizedChannel::new(albedo[c], distance[c], finest));
         let exit = SubsurfaceExit::new(eta);
-        Bssrdf::new(surface, frame, Profile::Normalised(channels), exit)
+        Bssrdf::new(surface, frame, Profile::Normalized(channels), exit)
     }
 
     /// A line through the surroundings, along one of the three axes at a distance drawn for one of

@@ -8,14 +8,14 @@ use std::f32::consts::PI;
 /// no exit, and so neither do we (a thousandth of the light is lost).
 const REACH: f32 = 0.999;
 
-/// The radial profile of each colour channel. Distances in scene units; densities are of distance
+/// The radial profile of each color channel. Distances in scene units; densities are of distance
 /// in the plane, per area, and integrate to 1 where a channel returns light at all.
 #[derive(Clone, Copy, Debug)]
 pub enum Profile<'a> {
     /// From a table of photon beam diffusion.
     Tabulated([TabulatedChannel<'a>; 3]),
-    /// Burley's normalised diffusion.
-    Normalised([NormalisedChannel; 3]),
+    /// Burley's normalized diffusion.
+    Normalized([NormalizedChannel; 3]),
 }
 
 impl Profile<'_> {
@@ -23,7 +23,7 @@ impl Profile<'_> {
     pub fn value(&self, r: f32) -> Rgb {
         Rgb::from_array(match self {
             Profile::Tabulated(channels) => channels.map(|c| c.value(r)),
-            Profile::Normalised(channels) => channels.map(|c| c.albedo * c.density(r)),
+            Profile::Normalized(channels) => channels.map(|c| c.albedo * c.density(r)),
         })
     }
 
@@ -31,7 +31,7 @@ impl Profile<'_> {
     pub fn pdf(&self, channel: usize, r: f32) -> f32 {
         match self {
             Profile::Tabulated(channels) => channels[channel].pdf(r),
-            Profile::Normalised(channels) => channels[channel].density(r),
+            Profile::Normalized(channels) => channels[channel].density(r),
         }
     }
 
@@ -39,7 +39,7 @@ impl Profile<'_> {
     pub fn sample(&self, channel: usize, u: f32) -> Option<f32> {
         match self {
             Profile::Tabulated(channels) => channels[channel].sample(u),
-            Profile::Normalised(channels) => channels[channel].sample(u),
+            Profile::Normalized(channels) => channels[channel].sample(u),
         }
     }
 
@@ -49,7 +49,7 @@ impl Profile<'_> {
     }
 }
 
-/// One colour in a scattering medium.
+/// One color in a scattering medium.
 #[derive(Clone, Copy, Debug)]
 pub struct TabulatedChannel<'a> {
     row: Row<'a>,
@@ -96,20 +96,20 @@ impl<'a> TabulatedChannel<'a> {
     }
 }
 
-/// One colour of Burley's approximation of measured and simulated profiles by two exponentials
+/// One color of Burley's approximation of measured and simulated profiles by two exponentials
 /// (Burley 2015, "Extending the Disney BRDF to a BSDF"; Christensen and Burley 2015).
 #[derive(Clone, Copy, Debug)]
-pub struct NormalisedChannel {
+pub struct NormalizedChannel {
     /// Share of the light that comes out again.
     albedo: f32,
     /// Scale of the shorter exponential, in scene units; the other one is three times as long.
     length: f32,
 }
 
-impl NormalisedChannel {
+impl NormalizedChannel {
     /// Lengths below `finest`, NaN among them, count as that.
-    pub fn new(albedo: f32, length: f32, finest: f32) -> NormalisedChannel {
-        NormalisedChannel {
+    pub fn new(albedo: f32, length: f32, finest: f32) -> NormalizedChannel {
+        NormalizedChannel {
             albedo: if albedo > 0.0 { albedo } else { 0.0 },
             length: if length > finest { length } else { finest },
         }
@@ -152,12 +152,12 @@ mod tests {
         let tabulated: [_; 3] = std::array::from_fn(|c| {
             TabulatedChannel::new(water().row(albedos[c]), lengths[c], FINEST)
         });
-        let normalised =
-            std::array::from_fn(|c| NormalisedChannel::new(albedos[c], lengths[c], FINEST));
+        let normalized =
+            std::array::from_fn(|c| NormalizedChannel::new(albedos[c], lengths[c], FINEST));
         let effective = tabulated.map(|c| c.row.effective_albedo());
         [
             ("tabulated", Profile::Tabulated(tabulated), effective),
-            ("normalised", Profile::Normalised(normalised), albedos),
+            ("normalized", Profile::Normalized(normalized), albedos),
         ]
     }
 
@@ -211,7 +211,7 @@ mod tests {
         for length in [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-30, 1e30] {
             let channels = [
                 Profile::Tabulated([TabulatedChannel::new(water().row(0.5), length, FINEST); 3]),
-                Profile::Normalised([NormalisedChannel::new(0.5, length, FINEST); 3]),
+                Profile::Normalized([NormalizedChannel::new(0.5, length, FINEST); 3]),
             ];
             for profile in channels {
                 for r in [0.0, 1e-20, 1.0, 1e20, f32::INFINITY, f32::NAN] {

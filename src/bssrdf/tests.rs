@@ -72,12 +72,12 @@ fn a_sphere_returns_the_effective_albedo() {
     let hit = flat_hit(Vec3::Z);
     let frame = Frame::from_normal(Vec3::Z);
     let lengths = Rgb::from_array(lengths);
-    let normalised = Bssrdf::normalised(&hit, frame, Rgb::from_array(albedos), lengths, 1.4);
-    check_sphere(&normalised, albedos);
+    let normalized = Bssrdf::normalized(&hit, frame, Rgb::from_array(albedos), lengths, 1.4);
+    check_sphere(&normalized, albedos);
 }
 
 fn check_sphere(bssrdf: &Bssrdf, effective: [f32; 3]) {
-    let centre = -Vec3::Z;
+    let center = -Vec3::Z;
     let samples = 200_000;
     let (mut sum, mut square) = (glam::DVec3::ZERO, glam::DVec3::ZERO);
     for i in 0..samples {
@@ -85,14 +85,14 @@ fn check_sphere(bssrdf: &Bssrdf, effective: [f32; 3]) {
         let Some(probe) = bssrdf.probe(uc, u) else {
             continue;
         };
-        let o = (probe.o - centre).as_dvec3();
+        let o = (probe.o - center).as_dvec3();
         let b = o.dot(probe.d.as_dvec3());
         let discriminant = b * b - o.length_squared() + 1.0;
         let mut weight = glam::DVec3::ZERO;
         for t in [-b - discriminant.sqrt(), -b + discriminant.sqrt()] {
             if (0.0..=f64::from(probe.length)).contains(&t) {
                 let n = (o + t * probe.d.as_dvec3()).as_vec3();
-                let p = centre + n;
+                let p = center + n;
                 weight += (bssrdf.value(p) / bssrdf.pdf(p, n)).as_dvec3();
             }
         }

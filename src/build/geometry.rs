@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 /// The shapes of a frame.
 pub struct Shapes {
-    /// Placed in the world.
+    /// PlacedGeometry in the world.
     pub placed: Vec<ShapeEntity>,
     /// Named objects.
     pub objects: Vec<ObjectDefinition>,
@@ -29,7 +29,7 @@ pub struct Shapes {
 }
 
 /// Geometry with the lights that shapes make.
-pub struct Placed {
+pub struct PlacedGeometry {
     /// The surfaces.
     pub geometry: Geometry,
     /// All lights: those given, then the emitting shapes.
@@ -46,7 +46,7 @@ pub fn build(
     render_from_world: &Transform,
     diagnostics: &Diagnostics,
     budget: &Budget,
-) -> Option<Placed> {
+) -> Option<PlacedGeometry> {
     let mut adder = Adder {
         budget,
         area_lights: &shapes.area_lights,
@@ -105,7 +105,7 @@ pub fn build(
                 );
                 diagnostics.push(Diagnostic::note(message));
             }
-            Some(Placed {
+            Some(PlacedGeometry {
                 geometry,
                 lights: adder.lights,
                 sampled_lights,
@@ -143,7 +143,7 @@ fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> 
         }
         Err(error @ ShapeError::TooLarge(_)) => vec![Diagnostic::error(error.to_string())],
         Err(error @ ShapeError::File { .. }) => {
-            vec![Diagnostic::error(error.to_string()).passable()]
+            vec![Diagnostic::error(error.to_string()).recoverable()]
         }
         Ok(compiled) => compiled
             .warnings()

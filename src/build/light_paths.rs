@@ -142,12 +142,12 @@ mod tests {
     #[test]
     fn light_tracers_warn_where_light_is_lost_and_only_there() {
         use Severity::{Note, Warning};
-        let lamp = "AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd ";
+        let emitter = "AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd ";
         let sky = "LightSource \"infinite\" ";
         for name in ["bdpt", "mlt", "sppm"] {
             let of = |world: &[&str]| severity(name, &world.concat());
             assert_eq!(of(&[SPOT, FLOOR, GLASS]), Some(Warning), "{name}");
-            assert_eq!(of(&[lamp, sky, FLOOR, GLASS]), Some(Note));
+            assert_eq!(of(&[emitter, sky, FLOOR, GLASS]), Some(Note));
             assert_eq!(of(&[SPOT, FLOOR]), Some(Note));
             // Nothing there for the light to fall on.
             assert_eq!(of(&[SPOT, GLASS]), Some(Note));

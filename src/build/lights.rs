@@ -1,6 +1,6 @@
 //! Lights placed, their maps loaded.
 
-use crate::assets::picture::Picture;
+use crate::assets::image_data::ImageData;
 use crate::budget::Budget;
 use crate::lights::{Light, LightMap, LightSpec};
 use crate::math::transform::Transform;
@@ -25,19 +25,19 @@ pub fn place(
 }
 
 fn load(file: &NamedFile, diagnostics: &Diagnostics, budget: &Budget) -> Option<LightMap> {
-    match Picture::load(&file.path, budget) {
-        Ok(picture) => {
-            let (width, height) = (picture.width, picture.height);
+    match ImageData::load(&file.path, budget) {
+        Ok(image) => {
+            let (width, height) = (image.width, image.height);
             let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
             LightMap::new(
                 width,
                 height,
-                texels.map(|(x, y)| picture.pixel(x, y)).collect(),
+                texels.map(|(x, y)| image.pixel(x, y)).collect(),
             )
         }
         Err(error) => {
             let error = Diagnostic::error(error.to_string());
-            diagnostics.push(error.at(file.span).passable());
+            diagnostics.push(error.at(file.span).recoverable());
             None
         }
     }

@@ -1,8 +1,8 @@
-//! From description to world: meshes and pictures are loaded, shapes placed, trees built.
+//! From description to world: meshes and images are loaded, shapes placed, trees built.
 //!
 //! The world is built in *render space*: world space moved so that the camera is at the origin.
 //! A rounding error of f32 then is 6e-8 of the distance from the camera, the same angle on the
-//! film for everything in the picture, however far from the world's origin the scene was modelled.
+//! film for everything in the image, however far from the world's origin the scene was modeled.
 
 mod geometry;
 mod light_paths;
@@ -19,7 +19,7 @@ use crate::materials::{self, BsdfFiles, Material};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec2};
 use crate::media::Media;
-use crate::render::Shot;
+use crate::render::RenderJob;
 use crate::samplers::Sampler;
 use crate::scene::Frame;
 use crate::scene::options::Options;
@@ -29,9 +29,9 @@ use crate::world::World;
 use geometry::Shapes;
 
 /// A frame ready to be rendered.
-pub struct Built {
+pub struct PreparedScene {
     /// World, camera, integrator and the rest.
-    pub shot: Shot,
+    pub job: RenderJob,
     /// What the output file says of itself; scene name and seed are the caller's.
     pub metadata: FilmMetadata,
     /// What a photographer wants to know, one fact a line.
@@ -40,18 +40,18 @@ pub struct Built {
 
 /// Builds a frame on the current rayon pool. Files that cannot be loaded are among the problems
 /// returned; there is nothing built where there is no camera.
-pub fn build(frame: Frame, seed: u64) -> (Option<Built>, Diagnostics) {
+pub fn build(frame: Frame, seed: u64) -> (Option<PreparedScene>, Diagnostics) {
     let diagnostics = Diagnostics::new();
     let built = build_frame(frame, seed, &diagnostics);
     (built, diagnostics)
 }
 
-/// Finds every problem that building a frame would, without building trees: loads all pictures and
+/// Finds every problem that building a frame would, without building trees: loads all images and
 /// meshes and lets them go again.
 pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
     light_paths::note(frame, diagnostics);
     let budget = Budget::new(frame.options.max_memory);
-    Loaded::new(frame, diagnostics, &budget);
+    FrameAssets::new(frame, diagnostics, &budget);
     geometry::check(frame, diagnostics, &budget);
 }
 
@@ -59,7 +59,7 @@ pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
 const PIXEL_BYTES: u64 = 128;
 
 /// All of a frame that is made before its shapes.
-struct Loaded {
+struct FrameAssets {
     render_from_world: Transform,
     film: FilmGeometry,
     camera: Option<Camera>,
@@ -68,8 +68,8 @@ struct Loaded {
     lights: Vec<Light>,
 }
 
-impl Loaded {
-    fn new(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) -> Loaded {
+impl FrameAssets {
+    fn new(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) -> FrameAssets {
         let options = &frame.options;
         let pixels = options.film.pixel_bounds().area() as u64;
         if let Err(error) = budget.take(pixels.saturating_mul(PIXEL_BYTES)) {
@@ -103,7 +103,7 @@ impl Loaded {
         for warning in camera.iter().flat_map(Camera::warnings) {
             diagnostics.push(Diagnostic::warning(warning));
         }
-        Loaded {
+        FrameAssets {
             render_from_world,
             film,
             camera,
@@ -114,16 +114,16 @@ impl Loaded {
     }
 }
 
-fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Built> {
+fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<PreparedScene> {
     let budget = Budget::new(frame.options.max_memory);
-    let Loaded {
+    let FrameAssets {
         render_from_world,
         film,
         camera,
         textures,
         bsdf_files,
         lights,
-    } = Loaded::new(&frame, diagnostics, &budget);
+    } = FrameAssets::new(&frame, diagnostics, &budget);
     let Some(camera) = camera else {
         geometry::check(&frame, diagnostics, &budget);
         return None;
@@ -153,7 +153,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
     let filter = filter(&options);
     let film = options.film;
     let sampled = sampled_bounds(film.pixel_bounds(), options.integrator.pixel_bounds);
-    let shot = Shot {
+    let job = RenderJob {
         world,
         camera,
         integrator,
@@ -163,20 +163,20 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Bui
         film,
         sampled,
     };
-    Some(Built {
-        shot,
+    Some(PreparedScene {
+        job,
         metadata,
         description,
     })
 }
 
-/// Gives a shot other options and another seed, but for the film: the frame's own, changed in what its world
+/// Gives a job other options and another seed, but for the film: the frame's own, changed in what its world
 /// does not depend on. The camera stays where it is, and textures are filtered for as many samples as before.
-pub fn reset(shot: &mut Shot, options: &Options, seed: u64) -> Result<(), CameraError> {
-    shot.camera = camera(options)?;
-    shot.integrator = Integrator::new(&options.integrator.spec, &shot.world);
-    shot.sampler = Sampler::new(&options.sampler, seed);
-    shot.filter = filter(options);
+pub fn reset(job: &mut RenderJob, options: &Options, seed: u64) -> Result<(), CameraError> {
+    job.camera = camera(options)?;
+    job.integrator = Integrator::new(&options.integrator.spec, &job.world);
+    job.sampler = Sampler::new(&options.sampler, seed);
+    job.filter = filter(options);
     Ok(())
 }
 

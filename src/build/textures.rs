@@ -1,4 +1,4 @@
-//! Textures compiled, their pictures loaded.
+//! Textures compiled, their images loaded.
 
 use crate::budget::Budget;
 use crate::math::transform::Transform;
@@ -6,8 +6,8 @@ use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics};
 use crate::textures::{TextureProblem, TextureUsage, Textures};
 
-/// Makes all textures of a frame. A picture that cannot be read is an error at its name; where
-/// nothing in the picture uses it, only a warning.
+/// Makes all textures of a frame. An image that cannot be read is an error at its name; where
+/// nothing in the image uses it, only a warning.
 pub fn load(
     frame: &Frame,
     render_from_world: &Transform,
@@ -23,7 +23,7 @@ pub fn load(
     );
     for problem in problems {
         diagnostics.push(match problem {
-            TextureProblem::Picture {
+            TextureProblem::ImageData {
                 error,
                 span,
                 used: false,
@@ -35,12 +35,12 @@ pub fn load(
             } => Diagnostic::warning(error.to_string())
                 .at(span)
                 .label("no shape uses this texture"),
-            TextureProblem::Picture {
+            TextureProblem::ImageData {
                 ref error, span, ..
             }
             | TextureProblem::Ptex {
                 ref error, span, ..
-            } => Diagnostic::error(error.to_string()).at(span).passable(),
+            } => Diagnostic::error(error.to_string()).at(span).recoverable(),
             _ => Diagnostic::error(problem.to_string()),
         });
     }

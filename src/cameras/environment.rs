@@ -1,4 +1,4 @@
-//! `Camera "environment"`: the whole sphere of directions as a latitude-longitude picture.
+//! `Camera "environment"`: the whole sphere of directions as a latitude-longitude image.
 //!
 //! Parameters (docs/scene-language.md §3.1): `shutteropen` 0, `shutterclose` 1; `lensradius`,
 //! `focaldistance`, `frameaspectratio` and `screenwindow` are read by pbrt and change nothing, as
@@ -7,7 +7,7 @@
 //!
 //! Rows run from the camera's +y (up) to −y, columns from +x over +z (ahead) to −x and −z.
 
-use super::mount::{CameraSpaceRay, Mount};
+use super::camera_transform::{CameraSpaceRay, CameraTransform};
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::transform::Transform;
 use crate::math::{DVec2, DVec3, Rgb};
@@ -51,7 +51,7 @@ impl EnvironmentSpec {
 #[derive(Clone, Debug)]
 pub struct Environment {
     pub(super) spec: EnvironmentSpec,
-    pub(super) mount: Mount,
+    pub(super) transform: CameraTransform,
     /// Azimuth and polar angle that a pixel spans, in radians.
     per_pixel: DVec2,
 }
@@ -65,13 +65,13 @@ impl Environment {
     ) -> Environment {
         Environment {
             spec: spec.clone(),
-            mount: Mount::new(render_from_camera, Clip::NONE),
+            transform: CameraTransform::new(render_from_camera, Clip::NONE),
             per_pixel: DVec2::new(TAU, PI) / film.resolution.as_dvec2(),
         }
     }
 
     /// The ray for `sample`; its weight is 1. The differentials' directions are the derivatives by
-    /// the film position, not the neighbouring pixels' own: these may lie a quarter turn away.
+    /// the film position, not the neighboring pixels' own: these may lie a quarter turn away.
     pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> CameraRay {
         let angles = self.per_pixel * sample.raster.as_dvec2();
         let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (angles.x.sin_cos(), angles.y.sin_cos());
@@ -79,13 +79,13 @@ impl Environment {
         let through = |d: DVec3| CameraSpaceRay { o: DVec3::ZERO, d };
         let time = self.spec.shutter.time(sample.time);
         CameraRay {
-            ray: self.mount.ray(&through(d), time),
+            ray: self.transform.ray(&through(d), time),
             weight: 1.0,
             tint: Rgb::ONE,
             differentials: want_differentials.then(|| {
                 let across = DVec3::new(-sin_theta * sin_phi, 0.0, sin_theta * cos_phi);
                 let down = DVec3::new(cos_theta * cos_phi, -sin_theta, cos_theta * sin_phi);
-                self.mount.differentials(
+                self.transform.differentials(
                     &through(d + self.per_pixel.x * across),
                     &through(d + self.per_pixel.y * down),
                     time,
@@ -142,14 +142,14 @@ mod tests {
             let r = ray(x, y);
             let found = r.differentials.unwrap();
             let step = 1.0 / 16.0;
-            for (direction, neighbour) in [
+            for (direction, neighbor) in [
                 (found.rx_d, ray(x + step, y).ray.d),
                 (found.ry_d, ray(x, y + step).ray.d),
             ] {
                 // Across the ray; along it only lengths would differ. The second derivative of a
                 // direction is at most (2π/800)², single precision adds 16 · 1e-7.
                 let across = |d: Vec3| d - r.ray.d * d.dot(r.ray.d);
-                let expected = across(neighbour) / step;
+                let expected = across(neighbor) / step;
                 assert!((across(direction) - expected).length() < 1e-5);
             }
             assert_eq!((found.rx_o, found.ry_o), (Vec3::ZERO, Vec3::ZERO));

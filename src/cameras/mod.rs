@@ -6,12 +6,12 @@
 //! surface by surface with [`crate::optics`].
 //!
 //! Raster coordinates: x to the right, y down, in pixels of the *full* film; (0, 0) is the
-//! picture's top left corner, and filters may ask for points outside the picture. Camera space: x right, y up, z into the
+//! image's top left corner, and filters may ask for points outside the image. Camera space: x right, y up, z into the
 //! scene.
 
+mod camera_transform;
 mod clip;
 mod environment;
-mod mount;
 mod ndc;
 mod orthographic;
 pub mod pbrt_pupil_box;
@@ -91,12 +91,12 @@ impl CameraRay {
 pub struct FilmGeometry {
     /// Pixels of the full film, before cropping.
     pub resolution: UVec2,
-    /// Diagonal in millimetres; only `realistic` looks at it.
+    /// Diagonal in millimeters; only `realistic` looks at it.
     pub diagonal_mm: f64,
 }
 
 impl FilmGeometry {
-    /// Width and height in millimetres of a film with diagonal `diagonal_mm` and square pixels.
+    /// Width and height in millimeters of a film with diagonal `diagonal_mm` and square pixels.
     pub fn size_mm(&self, diagonal_mm: f64) -> [f64; 2] {
         let aspect = f64::from(self.resolution.y) / f64::from(self.resolution.x);
         let width = diagonal_mm / (1.0 + aspect * aspect).sqrt();
@@ -239,9 +239,9 @@ impl Camera {
     /// space to render space.
     pub fn set_motion(&mut self, motion: Motion) {
         match self {
-            Camera::Perspective(c) => c.mount.set_motion(motion),
-            Camera::Orthographic(c) => c.mount.set_motion(motion),
-            Camera::Environment(c) => c.mount.set_motion(motion),
+            Camera::Perspective(c) => c.transform.set_motion(motion),
+            Camera::Orthographic(c) => c.transform.set_motion(motion),
+            Camera::Environment(c) => c.transform.set_motion(motion),
             Camera::Realistic(c) => c.set_motion(motion),
         }
     }
@@ -264,7 +264,7 @@ impl Camera {
         }
     }
 
-    /// What a photographer wants to know before the picture is taken on `film`, one fact a line.
+    /// What a photographer wants to know before the image is taken on `film`, one fact a line.
     pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
         match self {
             Camera::Perspective(c) => c.spec.describe(film),
@@ -274,8 +274,8 @@ impl Camera {
         }
     }
 
-    /// What looks wrong although a picture can be made: a lens focused inside itself, a film
-    /// inside glass, a picture larger than the image circle.
+    /// What looks wrong although an image can be made: a lens focused inside itself, a film
+    /// inside glass, an image larger than the image circle.
     pub fn warnings(&self) -> Vec<String> {
         match self {
             Camera::Perspective(_) | Camera::Orthographic(_) | Camera::Environment(_) => Vec::new(),
@@ -301,7 +301,7 @@ impl Camera {
     }
 
     /// The ray for `sample`; `None` where no light can arrive (a vignetted ray), which counts as
-    /// a black sample. `want_differentials` asks for the rays of the neighbouring pixels; asking
+    /// a black sample. `want_differentials` asks for the rays of the neighboring pixels; asking
     /// never changes whether the sample counts.
     pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
         match self {

@@ -1,5 +1,5 @@
-//! Where the picture shows a point: OpenEXR's `worldToNDC`, (0, 0) the upper left and (1, 1) the
-//! lower right corner of the full picture.
+//! Where the image shows a point: OpenEXR's `worldToNDC`, (0, 0) the upper left and (1, 1) the
+//! lower right corner of the full image.
 
 use super::realistic::Form;
 use super::{CameraSpec, FilmGeometry, OrthographicSpec, PerspectiveSpec, RealisticSpec};
@@ -7,9 +7,9 @@ use crate::math::DMat4;
 use glam::DVec4;
 
 impl CameraSpec {
-    /// Camera space to OpenEXR's normalised device coordinates. For a traced lens this is the
-    /// paraxial picture: a pinhole at the entrance pupil, without distortion. `None` for
-    /// `environment`, whose picture is no projection, and for a lens without pupils.
+    /// Camera space to OpenEXR's normalized device coordinates. For a traced lens this is the
+    /// paraxial image: a pinhole at the entrance pupil, without distortion. `None` for
+    /// `environment`, whose image is no projection, and for a lens without pupils.
     pub fn ndc_from_camera(&self, film: &FilmGeometry) -> Option<DMat4> {
         match self {
             CameraSpec::Perspective(spec) => Some(perspective(spec, film)),
@@ -57,7 +57,7 @@ fn orthographic(spec: &OrthographicSpec, film: &FilmGeometry) -> DMat4 {
     scale * DMat4::from_translation(glam::DVec3::new(-xmin, -ymax, 0.0))
 }
 
-/// The tangent of the chief ray's angle in object space per millimetre of film height, from the
+/// The tangent of the chief ray's angle in object space per millimeter of film height, from the
 /// paraxial pupils: a ray from film height h through the middle of the exit pupil at distance d
 /// leaves the entrance pupil with slope h / (d · mα), mα the angular magnification of the pupils.
 fn realistic(spec: &RealisticSpec, film: &FilmGeometry) -> Option<DMat4> {

@@ -7,9 +7,9 @@
 //!
 //! With a lens, a film point's rays start on a disk around its own point of the plane z = 0 and meet
 //! again in the plane of focus (a telecentric lens). pbrt-v3 forgets the film point when it places
-//! them on the lens, which makes a perspective picture of what should be a parallel one.
+//! them on the lens, which makes a perspective image of what should be a parallel one.
 
-use super::mount::{CameraSpaceRay, Mount};
+use super::camera_transform::{CameraSpaceRay, CameraTransform};
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
 use crate::math::DVec2;
 use crate::math::Rgb;
@@ -74,7 +74,7 @@ impl OrthographicSpec {
 #[derive(Clone, Debug)]
 pub struct Orthographic {
     pub(super) spec: OrthographicSpec,
-    pub(super) mount: Mount,
+    pub(super) transform: CameraTransform,
     /// Position of raster point (0, 0) in z = 0, and its change per pixel.
     corner: DVec2,
     per_pixel: DVec2,
@@ -89,7 +89,7 @@ impl Orthographic {
     ) -> Orthographic {
         let (corner, per_pixel) = spec.screen.raster(film);
         Orthographic {
-            mount: Mount::new(render_from_camera, spec.clip),
+            transform: CameraTransform::new(render_from_camera, spec.clip),
             spec: spec.clone(),
             corner,
             per_pixel,
@@ -106,11 +106,11 @@ impl Orthographic {
         };
         let time = self.spec.shutter.time(sample.time);
         CameraRay {
-            ray: self.mount.ray(&through(raster), time),
+            ray: self.transform.ray(&through(raster), time),
             weight: 1.0,
             tint: Rgb::ONE,
             differentials: want_differentials.then(|| {
-                self.mount.differentials(
+                self.transform.differentials(
                     &through(raster + DVec2::X),
                     &through(raster + DVec2::Y),
                     time,
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn differentials_are_the_neighbouring_pixels_rays() {
+    fn differentials_are_the_neighboring_pixels_rays() {
         for text in ["", r#""float lensradius" .25 "float focaldistance" 6"#] {
             let c = camera(text);
             let lens = Vec2::new(0.3, 0.8);

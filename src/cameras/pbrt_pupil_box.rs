@@ -1,6 +1,6 @@
 //! The area that `simpleweighting` divides by: pbrt-v3's box around the exit pupil of the film's
 //! middle (docs/scene-language.md §5.6). pbrt finds it by trial, and adds a margin for what it may have
-//! missed; pictures inherit both, so both are reproduced.
+//! missed; images inherit both, so both are reproduced.
 
 use crate::optics::Lens;
 use crate::optics::pupil::boundary;
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn agrees_with_pbrts_box_of_a_wide_angle_lens() {
-        // The reference pictures realistic_simpleweight_true and _false differ by nothing but the
+        // The reference images realistic_simpleweight_true and _false differ by nothing but the
         // weight: their mean luminances, per unit of light, .29780/1.2 and .37298/(45·½), have
         // the ratio z²/A with z = 14.96932 mm, so A = 14.968 mm².
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/lenses/wide.22mm.dat");

@@ -5,7 +5,7 @@
 //! files) in camera units, `shutteropen` 0, `shutterclose` 1; `hither` and `yon` in pbrt-v2 files.
 //! Source: Pharr, Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, §6.2.2-6.2.3.
 
-use super::mount::{CameraSpaceRay, Mount};
+use super::camera_transform::{CameraSpaceRay, CameraTransform};
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
 use crate::math::transform::Transform;
 use crate::math::{DVec2, DVec3, Rgb};
@@ -14,7 +14,7 @@ use crate::params::ParamReader;
 /// A perspective camera as the scene file describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PerspectiveSpec {
-    /// Full angle in degrees under which screen coordinates −1 to 1 are seen: the picture's
+    /// Full angle in degrees under which screen coordinates −1 to 1 are seen: the image's
     /// shorter side, with the default screen window. Between 0 and 180.
     pub fov: f64,
     /// What the film shows.
@@ -85,7 +85,7 @@ impl PerspectiveSpec {
 #[derive(Clone, Debug)]
 pub struct Perspective {
     pub(super) spec: PerspectiveSpec,
-    pub(super) mount: Mount,
+    pub(super) transform: CameraTransform,
     /// Direction (z = 1) through raster point (0, 0), and its change per pixel.
     corner: DVec2,
     per_pixel: DVec2,
@@ -101,7 +101,7 @@ impl Perspective {
         let t = (0.5 * spec.fov).to_radians().tan();
         let (corner, per_pixel) = spec.screen.raster(film);
         Perspective {
-            mount: Mount::new(render_from_camera, spec.clip),
+            transform: CameraTransform::new(render_from_camera, spec.clip),
             spec: spec.clone(),
             corner: t * corner,
             per_pixel: t * per_pixel,
@@ -115,12 +115,12 @@ impl Perspective {
         let through = |raster: DVec2| self.through(raster, lens);
         let time = self.spec.shutter.time(sample.time);
         CameraRay {
-            ray: self.mount.ray(&through(raster), time),
+            ray: self.transform.ray(&through(raster), time),
             tint: Rgb::ONE,
             weight: 1.0,
             differentials: want_differentials.then(|| {
                 let (x, y) = (raster + DVec2::X, raster + DVec2::Y);
-                self.mount.differentials(&through(x), &through(y), time)
+                self.transform.differentials(&through(x), &through(y), time)
             }),
         }
     }
@@ -166,8 +166,8 @@ mod tests {
             fov: 60.0,
             ..Default::default()
         });
-        let centre = c.ray(&sample(100.0, 50.0, Vec2::ZERO), false).ray;
-        assert!((centre.d - Vec3::Z).length() < 1e-7);
+        let center = c.ray(&sample(100.0, 50.0, Vec2::ZERO), false).ray;
+        assert!((center.d - Vec3::Z).length() < 1e-7);
         let top = c.ray(&sample(100.0, 0.0, Vec2::ZERO), false).ray;
         // Half of 60 degrees, upward.
         assert!((top.d - Vec3::new(0.0, 0.5, 0.75f32.sqrt())).length() < 1e-6);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn differentials_are_the_neighbouring_pixels_rays() {
+    fn differentials_are_the_neighboring_pixels_rays() {
         for radius in [0.0, 0.2] {
             let c = camera(PerspectiveSpec {
                 lens: ThinLens {
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn screen_window_and_aspect_move_the_picture() {
+    fn screen_window_and_aspect_move_the_image() {
         let c = camera(PerspectiveSpec {
             screen: Screen {
                 window: Some([0.0, 1.0, 0.0, 1.0]),

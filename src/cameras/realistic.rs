@@ -8,7 +8,7 @@
 //! | focus | `filmdistance` mm, rear vertex to film (70) | `focusdistance` m, film to plane of focus (10); `filmdistance` wins |
 //! | stop, mm | `aperture_diameter` (1) | `aperturediameter` (1) |
 //! | film diagonal, mm | `filmdiag` (the film's) | the film's `diagonal` |
-//! | camera space | mm, origin at the front vertex | m, origin at the film's centre |
+//! | camera space | mm, origin at the front vertex | m, origin at the film's center |
 //! | weight | irradiance | `simpleweighting` true: relative; false: irradiance times the time the shutter is open |
 //! | clip planes | `hither`, `yon` | none |
 //!
@@ -18,24 +18,24 @@
 //! `"string focus"`: `paraxial` (default) or `best`, the film where the axial spot of real rays is smallest
 //! ([`crate::optics::best_focus`]); `"float scale"`, by which all lengths of the lens file are multiplied; and
 //! `"string model"`: what rays are made with, `exact` (default), or `thick` and `thin` as in textbooks; see
-//! [`crate::optics::models`]. Rays of a picture are made side by side in single precision
+//! [`crate::optics::models`]. Rays of an image are made side by side in single precision
 //! ([`Realistic::rays`]), which is below 0.02 pixels of a 6000 × 4000 full-frame sensor for every lens in `tests/golden`;
 //! `"string precision" "double"` makes them one at a time, and so does a stop of less than some 0.0002 mm.
 //!
 //! `"string aperture"`, what the stop is shaped like: `circular` (default), pbrt-v4's `gaussian`, `square`, `pentagon` and
-//! `star`, or the name of a picture; `"integer blades"`: that many straight blades, corners on the circle of the stop's diameter,
-//! one of them up; `"float bladerotation"` turns all but pictures, degrees counterclockwise as seen from behind the camera
-//! ([`crate::optics::stop_shape`]). The picture darkens by the area that is covered; pbrt-v4 makes up for it.
+//! `star`, or the name of an image; `"integer blades"`: that many straight blades, corners on the circle of the stop's diameter,
+//! one of them up; `"float bladerotation"` turns all but images, degrees counterclockwise as seen from behind the camera
+//! ([`crate::optics::stop_shape`]). The image darkens by the area that is covered; pbrt-v4 makes up for it.
 //!
 //! `"bool dispersion"` (false): each ray is traced at one of twelve wavelengths, for lens files that tell Abbe numbers or
 //! dispersion formulas; see [`super::Band`]. The pupil, the model and the weight are those of the wavelength, the film
 //! stays where the d line has it.
 //!
-//! In both the scene lies on +z and the picture is upright. The course form is recognised by any of its
+//! In both the scene lies on +z and the image is upright. The course form is recognized by any of its
 //! own names. Sources: Kolb, Mitchell and Hanrahan, "A Realistic Camera Model for Computer Graphics",
 //! SIGGRAPH 1995; Pharr, Jakob and Humphreys, 3rd edition, §6.4.
 
-use super::mount::{CameraSpaceRay, Mount, Placing};
+use super::camera_transform::{BatchTransform, CameraSpaceRay, CameraTransform};
 use super::pbrt_pupil_box::innermost_box_area;
 use super::realistic_bands::Band;
 use super::{BUNDLE, CameraError, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
@@ -52,9 +52,9 @@ use arrayvec::ArrayVec;
 /// Which spelling a camera was written in: decides units and origin of camera space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// Camera space in millimetres, origin at the front vertex.
+    /// Camera space in millimeters, origin at the front vertex.
     Course,
-    /// Camera space in metres, origin at the film's centre.
+    /// Camera space in meters, origin at the film's center.
     Pbrt3,
 }
 
@@ -81,7 +81,7 @@ pub enum Weighting {
     Simple,
 }
 
-/// The number type that a picture's rays are traced in (`"string precision"`).
+/// The number type that an image's rays are traced in (`"string precision"`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
     /// f32, side by side.
@@ -131,7 +131,7 @@ impl RealisticSpec {
 
 /// Where rays are aimed.
 #[derive(Clone, Debug)]
-pub(super) enum Aim {
+pub(super) enum PupilTarget {
     /// At the true exit pupil.
     Pupil(Box<ExitPupil>),
     /// At the rear element's disk, flat at its vertex: radius in mm.
@@ -142,10 +142,10 @@ pub(super) enum Aim {
 #[derive(Clone, Debug)]
 pub(super) struct Optics {
     lens: Lens,
-    pub(super) aim: Aim,
+    pub(super) aim: PupilTarget,
     pub(super) model: LensModel,
-    /// The lens with its shaped stop, where rays need to be weighed by it: by a picture, or because the model traces none.
-    gate: Option<Box<Lens>>,
+    /// The lens with its shaped stop, where rays need to be weighed by it: by an image, or because the model traces none.
+    stop_mask: Option<Box<Lens>>,
     /// See [`CameraRay::tint`].
     pub(super) tint: Rgb,
     /// Weight over projected solid angle at the film.
@@ -156,9 +156,9 @@ pub(super) struct Optics {
 #[derive(Clone, Debug)]
 pub struct Realistic {
     pub(super) spec: RealisticSpec,
-    mount: Mount,
+    transform: CameraTransform,
     /// For bundles; `None` where rays are made one at a time.
-    pub(super) placing: Option<Placing>,
+    pub(super) placing: Option<BatchTransform>,
     /// At the d line.
     pub(super) main: Optics,
     /// Of the bands of the spectrum; none without dispersion.
@@ -168,7 +168,7 @@ pub struct Realistic {
     pub(super) per_pixel: [f64; 2],
 }
 
-/// The exit pupil is known for film points this many pixels outside the picture: the widest reconstruction
+/// The exit pupil is known for film points this many pixels outside the image: the widest reconstruction
 /// filter in use, a windowed sinc, reaches four. Farther out everything still works, with more rays lost.
 const FILTER_REACH: f64 = 4.0;
 
@@ -188,7 +188,7 @@ impl Realistic {
         let lens = &spec.lens;
         let in_air = match spec.weighting {
             Weighting::Physical => spec.shutter.exposure(),
-            // Relative to the middle of the picture at the d line, whatever the medium.
+            // Relative to the middle of the image at the d line, whatever the medium.
             Weighting::Simple => {
                 let relative = lens.film_distance() / lens.rear().index;
                 relative.powi(2) / innermost_box_area(lens, diagonal)
@@ -201,22 +201,22 @@ impl Realistic {
             Ok(optics)
         };
         let bands = spec.bands.iter().map(|band| optics(&band.lens, band.tint));
-        let mount = Mount::new(render_from_camera, spec.clip);
+        let transform = CameraTransform::new(render_from_camera, spec.clip);
         let main = optics(lens, Rgb::ONE)?;
         let one_by_one = spec.compat != Compat::None
             || spec.precision == Precision::Double
             || is_too_fine(lens)
-            || main.gate.is_some();
+            || main.stop_mask.is_some();
         Ok(Realistic {
             placing: if one_by_one {
                 None
             } else {
-                mount.placing(&camera_from_lens(spec))
+                transform.placing(&camera_from_lens(spec))
             },
-            mount,
+            transform,
             main,
             bands: bands.collect::<Result<_, _>>()?,
-            // The lens turns the picture over: the picture's top left is the film's bottom right,
+            // The lens turns the image over: the image's top left is the film's bottom right,
             // seen from behind.
             corner: [0.5 * width, -0.5 * height],
             per_pixel: [-pitch, height / f64::from(film.resolution.y)],
@@ -226,7 +226,7 @@ impl Realistic {
 
     /// Lets the camera move while its shutter is open. Rays are then placed one at a time, each at its own time.
     pub(super) fn set_motion(&mut self, motion: Motion) {
-        self.mount.set_motion(motion);
+        self.transform.set_motion(motion);
         self.placing = None;
     }
 
@@ -272,8 +272,8 @@ impl Realistic {
         } else {
             (optics.model.trace_from_film(film, pupil.point).ok()?, None)
         };
-        let copies = matches!(optics.aim, Aim::RearDisk(_));
-        if copies && !self.neighbours_pass(optics, film, pupil.point) {
+        let copies = matches!(optics.aim, PupilTarget::RearDisk(_));
+        if copies && !self.neighbors_pass(optics, film, pupil.point) {
             return None;
         }
         let transmission = optics.transmission(film, pupil.point);
@@ -282,7 +282,7 @@ impl Realistic {
         }
         let film = [film[0], film[1], self.spec.lens.film_z()];
         Some(CameraRay {
-            ray: self.mount.ray(&self.camera_ray(&ray), time),
+            ray: self.transform.ray(&self.camera_ray(&ray), time),
             weight: (optics.weight_scale * transmission * projected_solid_angle(film, &pupil))
                 as f32,
             tint: optics.tint,
@@ -297,7 +297,7 @@ impl Realistic {
     }
 
     /// Do the rays of the next pixel in x and of the next in y pass, through the same pupil point?
-    fn neighbours_pass(&self, optics: &Optics, film: [f64; 2], pupil: [f64; 3]) -> bool {
+    fn neighbors_pass(&self, optics: &Optics, film: [f64; 2], pupil: [f64; 3]) -> bool {
         let passes = |film| optics.lens.trace_from_film(film, pupil).is_ok();
         passes([film[0] + self.per_pixel[0], film[1]])
             && passes([film[0], film[1] + self.per_pixel[1]])
@@ -327,10 +327,10 @@ impl Realistic {
         };
         let (x, y) = (shifted(0), shifted(1));
         let finite = [x.o, x.d, y.o, y.d].iter().all(|v| v.is_finite());
-        finite.then(|| self.mount.differentials(&x, &y, time))
+        finite.then(|| self.transform.differentials(&x, &y, time))
     }
 
-    /// Fraction of the picture's rays that end in the lens, estimated from a few thousand.
+    /// Fraction of the image's rays that end in the lens, estimated from a few thousand.
     pub fn vignetted_fraction(&self, film: &FilmGeometry) -> f64 {
         // 4096 well-spread samples: to about a percent.
         let count = 4096;
@@ -355,8 +355,8 @@ impl Realistic {
     /// `radius` mm from the axis; `None` where none does.
     pub fn field_angle(&self, radius: f64) -> Option<f64> {
         let center = match &self.main.aim {
-            Aim::Pupil(pupil) => [pupil.region(radius)?.center, 0.0, pupil.plane_z()],
-            Aim::RearDisk(_) => [0.0, 0.0, self.spec.lens.length()],
+            PupilTarget::Pupil(pupil) => [pupil.region(radius)?.center, 0.0, pupil.plane_z()],
+            PupilTarget::RearDisk(_) => [0.0, 0.0, self.spec.lens.length()],
         };
         let ray = self.spec.lens.film_ray([radius, 0.0], center);
         let out = self.spec.lens.tracer().to_scene_unclipped(&ray).ok()?;
@@ -376,21 +376,21 @@ impl Optics {
         let aim = match spec.compat {
             Compat::None => {
                 let pupil = ExitPupil::new(lens, reach, RINGS);
-                Aim::Pupil(Box::new(pupil.with_sampling(spec.pupil_sampling)))
+                PupilTarget::Pupil(Box::new(pupil.with_sampling(spec.pupil_sampling)))
             }
-            Compat::PbrtV2 => Aim::RearDisk(0.5 * lens.rear().aperture),
+            Compat::PbrtV2 => PupilTarget::RearDisk(0.5 * lens.rear().aperture),
         };
         let model = match &aim {
-            Aim::Pupil(pupil) => LensModel::new(spec.model, lens, pupil, film_radius)
+            PupilTarget::Pupil(pupil) => LensModel::new(spec.model, lens, pupil, film_radius)
                 .map_err(CameraError::LensModel)?,
-            Aim::RearDisk(_) => LensModel::exact(lens, lens.length()),
+            PupilTarget::RearDisk(_) => LensModel::exact(lens, lens.length()),
         };
-        let (model, gate) = shaped(model, lens, spec.stop_shape.as_ref());
+        let (model, stop_mask) = shaped(model, lens, spec.stop_shape.as_ref());
         Ok(Optics {
             lens: lens.clone(),
             aim,
             model,
-            gate,
+            stop_mask,
             tint,
             weight_scale: 1.0,
         })
@@ -398,15 +398,15 @@ impl Optics {
 
     /// Part of the light of a ray that a shaped stop lets pass, where the model does not see to that.
     fn transmission(&self, film: [f64; 2], pupil: [f64; 3]) -> f64 {
-        let gate = self.gate.as_ref();
-        gate.map_or(1.0, |lens| lens.stop_transmission(film, pupil))
+        let stop_mask = self.stop_mask.as_ref();
+        stop_mask.map_or(1.0, |lens| lens.stop_transmission(film, pupil))
     }
 
     /// Where to send the ray from `film`; `None` where no light comes from.
     pub(super) fn aim(&self, film: [f64; 2], u: Vec2) -> Option<PupilSample> {
         match &self.aim {
-            Aim::Pupil(pupil) => self.model.sample_pupil(pupil, film, u),
-            Aim::RearDisk(radius) => {
+            PupilTarget::Pupil(pupil) => self.model.sample_pupil(pupil, film, u),
+            PupilTarget::RearDisk(radius) => {
                 let p = radius * concentric_disk(u).as_dvec2();
                 Some(PupilSample {
                     point: [p.x, p.y, self.lens.length()],

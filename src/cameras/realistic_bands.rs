@@ -1,9 +1,9 @@
 //! The parts of the spectrum that a camera with `"bool dispersion" "true"` traces rays of.
 //!
 //! A sample is traced at one wavelength, that of the band its number falls into, and counts for each channel of the
-//! linear RGB picture as much as the band does: the integral of the CIE colour matching functions over it, brought
+//! linear RGB image as much as the band does: the integral of the CIE color matching functions over it, brought
 //! to RGB. Spectral light lies outside the RGB triangle; channels below 0 are taken for 0, wavelength by wavelength, so that no
-//! picture has any. Then the mean over all bands is made (1, 1, 1): what is seen without a fringe keeps its colour.
+//! image has any. Then the mean over all bands is made (1, 1, 1): what is seen without a fringe keeps its color.
 //!
 //! Bands are equally likely and bounded so that each holds the same share of what is seen: the root of ½R² + G² + ¼B², as
 //! noise is seen by its luminance first. The weight of a ray then has a luminance of variance 0.21 and channels of 1.7 in
@@ -17,7 +17,7 @@ use crate::optics::dispersion::AbbeModel;
 use crate::optics::lens::LensError;
 use crate::optics::{Lens, Prescription};
 
-/// Bands: the lateral colour of a lens without any correction, some 100 µm over the spectrum at the corner of full
+/// Bands: the lateral color of a lens without any correction, some 100 µm over the spectrum at the corner of full
 /// frame, becomes steps of about a pixel.
 pub const BANDS: usize = 12;
 
@@ -56,7 +56,7 @@ fn spectrum(count: usize) -> Vec<(f64, Rgb)> {
     let mut before = 0.0;
     for (i, s) in sensitivity.iter().enumerate() {
         let here = importance(s);
-        // A row of the table is a nanometre, and may reach over the end of a band: each gets its part.
+        // A row of the table is a nanometer, and may reach over the end of a band: each gets its part.
         let (low, high) = (before / total, (before + here) / total);
         before += here;
         for (k, (sum, weighted, weight)) in bands.iter_mut().enumerate() {
@@ -77,7 +77,7 @@ fn spectrum(count: usize) -> Vec<(f64, Rgb)> {
     bands.into_iter().map(finished).collect()
 }
 
-/// How much of each channel of a spectrum of equal energy a nanometre contributes.
+/// How much of each channel of a spectrum of equal energy a nanometer contributes.
 fn sensitivity() -> Vec<[f64; 3]> {
     let rgb = |[x, y, z]: &[f64; 3]| {
         // The matrix of `math::color::rgb_from_xyz`.
@@ -138,12 +138,12 @@ mod tests {
             .map(|b| 1.0 / BANDS as f64 * b.1.as_dvec3())
             .map(|t| (1.0 / BANDS as f64, t.to_array()))
             .collect();
-        let nanometres = sensitivity();
+        let nanometers = sensitivity();
         let of_equal_width = |from: usize, to: usize, count: usize| -> Vec<(f64, [f64; 3])> {
             let width = (to - from) / count;
             let band = |k: usize| {
                 let mut sum = [0.0; 3];
-                for row in &nanometres[from + k * width..from + (k + 1) * width] {
+                for row in &nanometers[from + k * width..from + (k + 1) * width] {
                     (0..3).for_each(|c| sum[c] += row[c]);
                 }
                 (1.0 / count as f64, sum)

@@ -1,8 +1,8 @@
-//! A picture's rays, made side by side in single precision: pupil sampled, traced, weighted and placed in the
+//! An image's rays, made side by side in single precision: pupil sampled, traced, weighted and placed in the
 //! scene, all in one [`Kernel`]. The bits of a ray do not depend on the others of its bundle, nor on the processor.
 
-use super::mount::Placing;
-use super::realistic::{Aim, Optics, Realistic};
+use super::camera_transform::BatchTransform;
+use super::realistic::{Optics, PupilTarget, Realistic};
 use super::{BUNDLE, CameraRay, CameraSample};
 use crate::math::Vec3;
 use crate::math::ray::{Ray, RayDifferentials};
@@ -56,7 +56,7 @@ impl Realistic {
 /// Makes the rays of a bundle.
 struct Maker<'a> {
     camera: &'a Realistic,
-    placing: &'a Placing,
+    placing: &'a BatchTransform,
     samples: &'a [CameraSample],
     rays: &'a mut [Option<CameraRay>],
 }
@@ -102,7 +102,7 @@ impl Maker<'_> {
         film: &'b [Lanes<N>; 2],
         u: &'b [Lanes<N>; 2],
     ) -> Option<Rays<'b, N>> {
-        let Aim::Pupil(pupil) = &optics.aim else {
+        let PupilTarget::Pupil(pupil) = &optics.aim else {
             return None;
         };
         Some(Rays {
@@ -148,7 +148,7 @@ fn vector<const N: usize>(lanes: &[Lanes<N>; 3], lane: usize) -> Vec3 {
 struct Rays<'a, const N: usize> {
     model: &'a LensModel,
     pupil: &'a ExitPupil,
-    placing: Placing,
+    placing: BatchTransform,
     film: &'a [Lanes<N>; 2],
     u: &'a [Lanes<N>; 2],
 }

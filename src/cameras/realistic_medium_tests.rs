@@ -65,7 +65,7 @@ fn etendue_in(lens: &Lens, side: f64, radius: f64) -> f64 {
     sum / f64::from(COUNT) * area * (std::f64::consts::PI * sin_max * sin_max)
 }
 
-/// What a square picture of a white sky shows in the mean, by rays made one at a time and side by side.
+/// What a square image of a white sky shows in the mean, by rays made one at a time and side by side.
 fn white(camera: &Realistic, pixels: u32) -> [f64; 2] {
     const COUNT: u32 = 1 << 15;
     let all: Vec<CameraSample> = samples(COUNT, Vec2::ZERO, Vec2::splat(pixels as f32)).collect();
@@ -115,7 +115,7 @@ fn etendue_in_is_etendue_out() {
     }
 }
 
-/// `simpleweighting` is relative to the middle of the picture, as pbrt-v3's is: a white sky shows at most 1 whatever the
+/// `simpleweighting` is relative to the middle of the image, as pbrt-v3's is: a white sky shows at most 1 whatever the
 /// medium, and it differs from the physical weight by one constant.
 #[test]
 fn simple_weights_are_relative_whatever_the_medium() {
@@ -163,7 +163,7 @@ fn the_models_have_the_light_of_the_lens() {
     }
 }
 
-/// A small picture of a lens in glass by `thick` and `thin` has the directions of the exact one.
+/// A small image of a lens in glass by `thick` and `thin` has the directions of the exact one.
 #[test]
 fn the_models_look_where_the_lens_looks() {
     for index in [1.0, 1.336, 1.5] {
@@ -181,7 +181,7 @@ fn the_models_look_where_the_lens_looks() {
                 };
                 compared += 1;
                 // In pixels. Distortion at a hundredth of the focal length is some 1e-4 of it, and the thin lens' stop lies
-                // elsewhere: 0.05 mm of it through 1 / 17 mm of power are cancelled by focus.
+                // elsewhere: 0.05 mm of it through 1 / 17 mm of power are canceled by focus.
                 let focal_length = s.lens.paraxial().cardinals.unwrap().focal_length;
                 let pitch = model.per_pixel[1];
                 let off = f64::from((a.ray.d - b.ray.d).length()) * focal_length / pitch;

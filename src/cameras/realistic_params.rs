@@ -17,7 +17,7 @@ const PBRT3_NAMES: [&str; 3] = ["lensfile", "aperturediameter", "focusdistance"]
 const DEFAULT_APERTURE: f64 = 1.0;
 /// Film distance of the course form, mm.
 const DEFAULT_FILM_DISTANCE: f64 = 70.0;
-/// Focus distance of the pbrt-v3 form, metres.
+/// Focus distance of the pbrt-v3 form, meters.
 const DEFAULT_FOCUS_DISTANCE: f64 = 10.0;
 
 impl RealisticSpec {
@@ -26,18 +26,18 @@ impl RealisticSpec {
     pub fn from_params(params: &ParamReader) -> Option<RealisticSpec> {
         let form = form(params);
         let shutter = Shutter::from_params(params);
-        let compat = match params.choice("compat", &["none", "pbrt-v2"]) {
+        let compat = match params.one_of("compat", &["none", "pbrt-v2"]) {
             "pbrt-v2" => Compat::PbrtV2,
             _ => Compat::None,
         };
         let pupil_sampling =
-            match params.choice("pupilsampling", &["concentric", "polar", "rejection"]) {
+            match params.one_of("pupilsampling", &["concentric", "polar", "rejection"]) {
                 "polar" => PupilSampling::Polar,
                 "rejection" => PupilSampling::Rejection,
                 _ => PupilSampling::Concentric,
             };
         let model = model(params);
-        let precision = match params.choice("precision", &["single", "double"]) {
+        let precision = match params.one_of("precision", &["single", "double"]) {
             "double" => Precision::Double,
             _ => Precision::Single,
         };
@@ -98,7 +98,7 @@ fn model(params: &ParamReader) -> ModelKind {
             ));
             ModelKind::Exact
         }
-        _ => match params.choice("model", &["exact", "thick", "thin"]) {
+        _ => match params.one_of("model", &["exact", "thick", "thin"]) {
             "thick" => ModelKind::Thick,
             "thin" => ModelKind::Thin,
             _ => ModelKind::Exact,
@@ -117,7 +117,7 @@ fn form(params: &ParamReader) -> Form {
                 pbrt3,
                 format!(
                     "\"{course}\" is the course form of this camera and \"{pbrt3}\" the pbrt-v3 form; \
-                     read as the course form: millimetres, origin at the front vertex, no autofocus"
+                     read as the course form: millimeters, origin at the front vertex, no autofocus"
                 ),
             );
             // Looked up so that it is not reported as unused besides.
@@ -183,7 +183,7 @@ fn bands(params: &ParamReader, prescription: &Prescription, lens: &Lens) -> Vec<
     if !prescription.disperses() {
         params.warn(
             "dispersion",
-            "the lens file tells no Abbe numbers (nor dispersion formulas), so all colours see the \
+            "the lens file tells no Abbe numbers (nor dispersion formulas), so all colors see the \
              indices of the d line",
         );
         return Vec::new();
@@ -241,17 +241,17 @@ fn film_distance(params: &ParamReader, form: Form, prescription: &Prescription) 
             DEFAULT_FILM_DISTANCE
         });
     }
-    let metres = match params.find_float("focusdistance") {
+    let meters = match params.find_float("focusdistance") {
         // Focused at infinity.
         Some(f64::INFINITY) => f64::INFINITY,
         _ => positive(params, "focusdistance", DEFAULT_FOCUS_DISTANCE),
     };
-    let distance = 1000.0 * metres;
-    let film = match params.choice("focus", &["paraxial", "best"]) {
+    let distance = 1000.0 * meters;
+    let film = match params.one_of("focus", &["paraxial", "best"]) {
         "best" => best_focus::film_distance(prescription, distance),
         _ => Lens::focused(prescription, distance),
     };
-    film.map_err(|e| params.error("focusdistance", format!("{e} (focusdistance is in metres)")))
+    film.map_err(|e| params.error("focusdistance", format!("{e} (focusdistance is in meters)")))
         .ok()
 }
 

@@ -1,4 +1,4 @@
-//! What a photographer wants to know of a realistic camera before the picture is taken.
+//! What a photographer wants to know of a realistic camera before the image is taken.
 
 use super::FilmGeometry;
 use super::realistic::{Compat, Realistic, Weighting};
@@ -45,12 +45,12 @@ impl Realistic {
             ));
         }
         if self.disperses() {
-            let nanometres = |band: Option<&Band>| band.map_or(0.0, |b| 1000.0 * b.wavelength);
+            let nanometers = |band: Option<&Band>| band.map_or(0.0, |b| 1000.0 * b.wavelength);
             lines.push(format!(
                 "dispersion in {} bands, {:.0} to {:.0} nm",
                 spec.bands.len(),
-                nanometres(spec.bands.first()),
-                nanometres(spec.bands.last())
+                nanometers(spec.bands.first()),
+                nanometers(spec.bands.last())
             ));
         }
         if spec.compat == Compat::PbrtV2 {

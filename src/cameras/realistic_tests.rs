@@ -1,4 +1,4 @@
-//! Laws of the realistic camera, on lenses small enough to reason about and on measured pictures.
+//! Laws of the realistic camera, on lenses small enough to reason about and on measured images.
 
 use super::realistic::{Compat, Form, Realistic, RealisticSpec, Weighting};
 use super::{BUNDLE, Band, CameraSample, Clip, FilmGeometry, Shutter};
@@ -78,7 +78,7 @@ fn white_pixel(camera: &Realistic, x: u32, y: u32) -> f64 {
 
 #[test]
 fn agrees_with_pbrt_on_a_white_scene() {
-    // docs/scene-language.md §6.6: means of pbrt-v3 pictures of a white surrounding, whose flat spectrum has
+    // docs/scene-language.md §6.6: means of pbrt-v3 images of a white surrounding, whose flat spectrum has
     // Y = 0.99788 there (A.3). Printed to four and three digits.
     const FLAT: f64 = 0.99788;
     let film = film(33, 22, 43.2666);
@@ -90,14 +90,14 @@ fn agrees_with_pbrt_on_a_white_scene() {
             Vec2::new(33.0, 22.0),
         )
     };
-    for (stop, metres, weighting, expected) in [
+    for (stop, meters, weighting, expected) in [
         (8.0, 10.0, Weighting::Simple, 0.5399),
         (8.0, 1.0, Weighting::Physical, 0.0613),
         (30.0, 1.0, Weighting::Simple, 0.5384),
     ] {
         let mut prescription = Prescription::parse(SAMPLE).unwrap();
         prescription.set_stops(stop);
-        let distance = Lens::focused(&prescription, 1000.0 * metres).unwrap();
+        let distance = Lens::focused(&prescription, 1000.0 * meters).unwrap();
         let mut s = spec(SAMPLE, stop, Some(distance), Form::Pbrt3);
         s.weighting = weighting;
         let found = mean(&s);
@@ -131,8 +131,8 @@ fn a_small_stop_behind_a_thin_lens_gives_the_cos4_law() {
 }
 
 #[test]
-fn the_picture_is_upright() {
-    // A film point right of and above the picture's middle looks right and up, in both forms.
+fn the_image_is_upright() {
+    // A film point right of and above the image's middle looks right and up, in both forms.
     for form in [Form::Course, Form::Pbrt3] {
         let c = camera(&spec(DGAUSS, 5.0, None, form), &film(200, 100, 35.0));
         let ray = |x, y| {
@@ -170,14 +170,14 @@ fn pupil_sampling_changes_noise_only() {
         )
     });
     means.sort_by(f64::total_cmp);
-    // Weights scatter by some 40 % over the picture: rejection's 2^16 samples, which are no longer
+    // Weights scatter by some 40 % over the image: rejection's 2^16 samples, which are no longer
     // well spread, leave 1.6e-3 at most, of which this is three.
     assert!(means[2] / means[0] - 1.0 < 5e-3, "{means:?}");
 }
 
 #[test]
-fn both_forms_make_the_same_picture() {
-    // The same rays, in millimetres from the front vertex or in metres from the film.
+fn both_forms_make_the_same_image() {
+    // The same rays, in millimeters from the front vertex or in meters from the film.
     let film = film(64, 48, 35.0);
     let (a, b) = (
         spec(DGAUSS, 8.0, Some(37.0), Form::Course),
@@ -198,7 +198,7 @@ fn both_forms_make_the_same_picture() {
 }
 
 #[test]
-fn differentials_point_to_the_neighbours_and_decide_nothing() {
+fn differentials_point_to_the_neighbors_and_decide_nothing() {
     let s = spec(DGAUSS, 17.1, None, Form::Course);
     let c = camera(&s, &film(4000, 3000, 43.2));
     let mut compared = 0;
@@ -331,7 +331,7 @@ fn the_f_number_is_that_of_the_light() {
     assert!(said(&s).contains("(stop 26.1 mm)"), "{}", said(&s));
 }
 
-/// A pinhole of a nanometre lets through as much light for its area as one of a millimetre.
+/// A pinhole of a nanometer lets through as much light for its area as one of a millimeter.
 #[test]
 fn the_smallest_stops_lose_no_light() {
     for stop in [1.0, 1e-2, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6] {
@@ -408,9 +408,9 @@ fn rays_side_by_side_are_the_rays_alone() {
         (s.clip.hither, s.clip.yon) = clip;
         s.model = model;
         s.pupil_sampling = sampling;
-        s.bands = Band::all(&coloured(), 37.0).unwrap();
+        s.bands = Band::all(&colored(), 37.0).unwrap();
         s.bands.truncate(bands);
-        // Camera space in mm or in metres; render space has its origin near the camera.
+        // Camera space in mm or in meters; render space has its origin near the camera.
         let unit: f32 = if form == Form::Course { 1.0 } else { 1e-3 };
         let place = Transform::translate(f64::from(unit) * DVec3::new(3.0, -4.0, 5.0))
             * Transform::rotate(40.0, DVec3::new(1.0, 2.0, 3.0));
@@ -439,8 +439,8 @@ fn rays_side_by_side_are_the_rays_alone() {
                         continue;
                     };
                     passed += 1;
-                    // Aim and tracing in single precision (see `optics::lanes::tests`), after up to
-                    // a metre of way to the first clip plane.
+                    // PupilTarget and tracing in single precision (see `optics::lanes::tests`), after up to
+                    // a meter of way to the first clip plane.
                     assert!((a.ray.o - b.ray.o).length() < unit * 2e-3, "{a:?} {b:?}");
                     assert!((a.ray.d - b.ray.d).length() < 1e-5);
                     assert!((a.weight / b.weight - 1.0).abs() < 1e-5 && a.tint == b.tint);
@@ -470,7 +470,7 @@ fn rays_side_by_side_are_the_rays_alone() {
 }
 
 /// The double Gauss with Abbe numbers of usual glasses.
-fn coloured() -> Prescription {
+fn colored() -> Prescription {
     let mut prescription = Prescription::parse(DGAUSS).unwrap();
     prescription.set_stops(8.0);
     for s in &mut prescription.surfaces {
@@ -484,15 +484,15 @@ fn dispersion_leaves_a_white_sky_white() {
     let film = film(300, 200, 43.0);
     let plain = spec(DGAUSS, 8.0, Some(37.0), Form::Pbrt3);
     let mut s = plain.clone();
-    s.bands = Band::all(&coloured(), 37.0).unwrap();
+    s.bands = Band::all(&colored(), 37.0).unwrap();
     let bands = s.bands.iter().map(|band| {
         let mut alone = plain.clone();
         alone.lens = band.lens.clone();
         (band.tint, camera(&alone, &film))
     });
     let bands: Vec<_> = bands.collect();
-    let coloured = camera(&s, &film);
-    assert!(!camera(&plain, &film).disperses() && coloured.disperses());
+    let colored = camera(&s, &film);
+    assert!(!camera(&plain, &film).disperses() && colored.disperses());
     let mean = |camera: &Realistic, count: u32| {
         let samples = samples(count, Vec2::ZERO, Vec2::new(300.0, 200.0));
         let mut sum = DVec3::ZERO;
@@ -504,7 +504,7 @@ fn dispersion_leaves_a_white_sky_white() {
         }
         sum / f64::from(count)
     };
-    let seen = mean(&coloured, 1 << 17);
+    let seen = mean(&colored, 1 << 17);
     // What each band's lens lets through by itself, whose pupil differs from the d line's by some percent in blue.
     let parts = bands
         .iter()
@@ -521,7 +521,7 @@ fn dispersion_leaves_a_white_sky_white() {
 fn bands_go_their_own_ways() {
     let film = film(300, 200, 43.0);
     let mut s = spec(DGAUSS, 8.0, Some(37.0), Form::Pbrt3);
-    s.bands = Band::all(&coloured(), 37.0).unwrap();
+    s.bands = Band::all(&colored(), 37.0).unwrap();
     let c = camera(&s, &film);
     let ray = |wavelength: f32| {
         let raster = Vec2::new(20.5, 30.5);

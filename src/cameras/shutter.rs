@@ -45,7 +45,7 @@ impl Shutter {
     }
 
     /// What the length of the interval does to the exposure: a factor of its length, and 1 for
-    /// equal times (the original pbrt-v3 makes such a picture black).
+    /// equal times (the original pbrt-v3 makes such an image black).
     pub fn exposure(&self) -> f64 {
         let length = self.close - self.open;
         if length > 0.0 { length } else { 1.0 }

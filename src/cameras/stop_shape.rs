@@ -1,10 +1,10 @@
 //! Reading the stop's shape: `"string aperture"`, `"integer blades"` and `"float bladerotation"` of `Camera "realistic"`.
 
-use crate::assets::picture::{Encoding, Picture};
+use crate::assets::image_data::{Encoding, ImageData};
 use crate::budget::Budget;
 use crate::math::color::linear_from_srgb;
 use crate::optics::StopShape;
-use crate::optics::stop_shape::{MOST_BLADES, StopPicture, StopPolygon};
+use crate::optics::stop_shape::{MAX_BLADES, StopImage, StopPolygon};
 use crate::params::ParamReader;
 
 /// The shape asked for; `None` for a round stop, and where what is asked for cannot be had, which is reported.
@@ -21,17 +21,17 @@ pub fn from_params(params: &ParamReader) -> Option<StopShape> {
         "square" => turned(StopPolygon::square),
         "pentagon" => turned(StopPolygon::pentagon),
         "star" => turned(StopPolygon::star),
-        // No picture's name is without an ending.
+        // No image's name is without an ending.
         name if !name.contains('.') => {
             params.error(
                 "aperture",
                 format!(
-                    "no shape is called \"{name}\": expected circular (with \"integer blades\" for a polygon), gaussian, square, pentagon, star, or the name of a picture"
+                    "no shape is called \"{name}\": expected circular (with \"integer blades\" for a polygon), gaussian, square, pentagon, star, or the name of an image"
                 ),
             );
             None
         }
-        _ => picture(params),
+        _ => image(params),
     };
     if rotation != 0.0 && !matches!(shape, Some(StopShape::Polygon(_))) {
         params.warn("bladerotation", "there is no polygon to turn");
@@ -57,12 +57,12 @@ fn blades(params: &ParamReader, rotation: f64) -> Option<StopShape> {
     let count = params.integer("blades", 0);
     let polygon = usize::try_from(count)
         .ok()
-        .filter(|n| (3..=MOST_BLADES).contains(n));
+        .filter(|n| (3..=MAX_BLADES).contains(n));
     if count != 0 && polygon.is_none() {
         params.warn(
             "blades",
             format!(
-                "{count} blades make no polygon of 3 to {MOST_BLADES} corners: the stop is round"
+                "{count} blades make no polygon of 3 to {MAX_BLADES} corners: the stop is round"
             ),
         );
     }
@@ -70,30 +70,30 @@ fn blades(params: &ParamReader, rotation: f64) -> Option<StopShape> {
 }
 
 /// Transmission is the mean of red, green and blue, as in pbrt-v4.
-fn picture(params: &ParamReader) -> Option<StopShape> {
+fn image(params: &ParamReader) -> Option<StopShape> {
     // A file that does not exist has been reported.
     let path = params.file("aperture")?;
-    let picture = match Picture::load(&path, &Budget::new(None)) {
-        Ok(picture) => picture,
+    let image = match ImageData::load(&path, &Budget::new(None)) {
+        Ok(image) => image,
         Err(e) => {
             params.error("aperture", e.to_string());
             return None;
         }
     };
-    let grey = |texel: &crate::math::Rgb| {
-        let linear = match picture.encoding {
+    let gray = |texel: &crate::math::Rgb| {
+        let linear = match image.encoding {
             Encoding::Srgb => texel.to_array().map(linear_from_srgb),
             Encoding::Linear => texel.to_array(),
         };
         linear.iter().sum::<f32>() / 3.0
     };
-    if picture
+    if image
         .texels()
         .iter()
-        .map(grey)
+        .map(gray)
         .any(|t| !(0.0..=1.0).contains(&t))
     {
-        params.warn("aperture", "the picture has values outside 0 to 1, which stand for nothing and everything let through");
+        params.warn("aperture", "the image has values outside 0 to 1, which stand for nothing and everything let through");
     }
-    StopPicture::new(picture.width, picture.texels().iter().map(grey)).map(StopShape::Picture)
+    StopImage::new(image.width, image.texels().iter().map(gray)).map(StopShape::ImageData)
 }

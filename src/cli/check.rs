@@ -1,5 +1,5 @@
 //! `fstop check SCENE...`: every problem of the files, of what they include and of the meshes and
-//! pictures they name; nothing is rendered.
+//! images they name; nothing is rendered.
 
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::console;
@@ -58,7 +58,7 @@ fn check(path: &Path, args: &CheckArgs) -> Result<bool, String> {
         messages::examine(&scene.frames, &sources, &diagnostics);
     }
     messages::print(&diagnostics, &sources);
-    let fit = !messages::refused(&diagnostics, args.read.rigour());
+    let fit = !messages::refused(&diagnostics, args.read.rigor());
     let verdict = if fit { "ok" } else { "not fit to render" };
     let summary = diagnostics.summary();
     let found = summary.map_or_else(String::new, |found| format!(" ({found})"));

@@ -4,11 +4,11 @@ use crate::render::Goal;
 use clap::Args;
 use std::time::Duration;
 
-/// Arguments that end a render by the picture's quality or by the clock.
+/// Arguments that end a render by the image's quality or by the clock.
 #[derive(Args, Clone, Copy, Debug)]
 #[command(next_help_heading = "When it is done")]
 pub struct GoalArgs {
-    /// Render until the picture's estimated relative error is this: 0.01 or 1%
+    /// Render until the image's estimated relative error is this: 0.01 or 1%
     #[arg(long, value_parser = relative, allow_hyphen_values = true, value_name = "REL")]
     error: Option<f64>,
     /// Render until this many seconds have passed; an image without the time for a sample in each pixel is
@@ -37,7 +37,7 @@ pub(super) fn relative(text: &str) -> Result<f64, String> {
     };
     let share = number.parse::<f64>().map_err(|_| expected())? * unit;
     if unit == 1.0 && (1.0..).contains(&share) {
-        // 1 is more likely meant for 1 % than for an error as large as the picture.
+        // 1 is more likely meant for 1 % than for an error as large as the image.
         return Err(format!(
             "{text} without % is {}%: for {text} % write {text}%",
             100.0 * share

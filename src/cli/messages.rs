@@ -33,7 +33,7 @@ pub fn read(
 }
 
 /// Adds what only shows when the files of the frames are loaded, and what is wrong with the names
-/// of their pictures.
+/// of their images.
 pub fn examine(frames: &[Frame], sources: &SourceMap, diagnostics: &Diagnostics) {
     for frame in frames {
         if let Some(file) = &frame.options.film.filename {
@@ -46,13 +46,13 @@ pub fn examine(frames: &[Frame], sources: &SourceMap, diagnostics: &Diagnostics)
     }
 }
 
-/// Reports a picture that the scene would have written outside of the only folder it may use.
+/// Reports an image that the scene would have written outside of the only folder it may use.
 pub fn check_place(file: &NamedFile, sources: &SourceMap, diagnostics: &Diagnostics) {
     let folder = sources.search_folder(file.span.file);
     if let Err(problem) = folder.admits_output(&file.path) {
-        let message = format!("the picture cannot be `{}`: {problem}", file.path.display());
+        let message = format!("the image cannot be `{}`: {problem}", file.path.display());
         let diagnostic = Diagnostic::error(message).at(file.span);
-        diagnostics.push(diagnostic.with_help("name another: -o picture.exr"));
+        diagnostics.push(diagnostic.with_help("name another: -o image.exr"));
     }
 }
 
@@ -73,7 +73,7 @@ pub fn warning(message: impl std::fmt::Display) {
 
 /// What a scene is refused for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rigour {
+pub enum Rigor {
     /// Errors.
     Usual,
     /// Warnings too (`--strict`).
@@ -83,11 +83,11 @@ pub enum Rigour {
 }
 
 /// Must the scene be refused?
-pub fn refused(diagnostics: &Diagnostics, rigour: Rigour) -> bool {
+pub fn refused(diagnostics: &Diagnostics, rigor: Rigor) -> bool {
     let (errors, warnings) = (diagnostics.errors(), diagnostics.warnings());
-    match rigour {
-        Rigour::Usual => errors > 0,
-        Rigour::Strict => errors + warnings > 0,
-        Rigour::KeepGoing => errors > diagnostics.passable_errors(),
+    match rigor {
+        Rigor::Usual => errors > 0,
+        Rigor::Strict => errors + warnings > 0,
+        Rigor::KeepGoing => errors > diagnostics.recoverable_errors(),
     }
 }

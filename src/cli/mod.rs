@@ -1,5 +1,5 @@
 //! The command line: one file per command. Progress and messages go to standard error, results to
-//! standard output or files. Exit code 0: done; 1: the answer is no, or the picture is not that of the
+//! standard output or files. Exit code 0: done; 1: the answer is no, or the image is not that of the
 //! whole scene (`--keep-going`); 2: bad input.
 
 mod check;
@@ -21,7 +21,7 @@ use crate::scene::dialect::DialectChoice;
 use crate::syntax::SourceMap;
 use crate::syntax::suggest::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use messages::Rigour;
+use messages::Rigor;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub(crate) const ANSWER_IS_NO: u8 = 1;
 /// Exit code for input that cannot be used.
 pub(crate) const BAD_INPUT: u8 = 2;
 
-/// Exit code for pictures of a scene that files are missing from.
+/// Exit code for images of a scene that files are missing from.
 pub(crate) const NOT_ALL: u8 = 1;
 
 #[derive(Parser)]
@@ -52,7 +52,7 @@ enum Command {
     Check(check::CheckArgs),
     /// Describe a lens: surfaces, focal length, f-number, planes and pupils
     Lens(lens::LensArgs),
-    /// Do two pictures show the same? Exit code 0: they agree; 1: they differ
+    /// Do two images show the same? Exit code 0: they agree; 1: they differ
     Compare(compare::CompareArgs),
     /// Measure what each knob costs and buys on a scene, and recommend the cheapest setting for an error
     Tradeoff(tradeoff::TradeoffArgs),
@@ -68,7 +68,7 @@ pub(crate) struct ReadArgs {
     /// Read the file as pbrt-v2 or pbrt-v3 instead of deciding from its content
     #[arg(long, value_enum)]
     dialect: Option<DialectArg>,
-    /// Copy a habit of another renderer that changes the picture
+    /// Copy a habit of another renderer that changes the image
     #[arg(long, value_enum)]
     compat: Option<CompatArg>,
     /// Realistic camera: what rays are made with, instead of the scene's choice
@@ -78,7 +78,7 @@ pub(crate) struct ReadArgs {
     /// By default what the machine, or this process's control group, has to give
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
     max_memory: Option<u64>,
-    /// Read no file outside this folder, whatever the scene names, nor write its picture anywhere else unless -o says so:
+    /// Read no file outside this folder, whatever the scene names, nor write its image anywhere else unless -o says so:
     /// for services that render the scenes of strangers
     #[arg(long, value_name = "DIR")]
     files_within: Option<PathBuf>,
@@ -99,17 +99,17 @@ enum DialectArg {
 
 #[derive(ValueEnum, Clone, Copy, Debug)]
 enum CompatArg {
-    /// Realistic camera: sample the rear element's flat disk, drop samples whose neighbour is vignetted
+    /// Realistic camera: sample the rear element's flat disk, drop samples whose neighbor is vignetted
     #[value(name = "pbrt-v2")]
     PbrtV2,
 }
 
 impl ReadArgs {
-    fn rigour(&self) -> Rigour {
+    fn rigor(&self) -> Rigor {
         if self.strict {
-            Rigour::Strict
+            Rigor::Strict
         } else {
-            Rigour::Usual
+            Rigor::Usual
         }
     }
 

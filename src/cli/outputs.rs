@@ -1,4 +1,4 @@
-//! What files a frame's picture goes to.
+//! What files a frame's image goes to.
 
 use crate::film;
 use crate::output::numbered;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// The files of one frame.
 pub struct Outputs {
-    picture: PathBuf,
+    image: PathBuf,
     png: Option<PathBuf>,
 }
 
@@ -17,24 +17,24 @@ impl Outputs {
     pub fn new(output: Option<&Path>, png: Option<&Path>, frame: &Frame, number: usize) -> Outputs {
         let of_frame = |path: &Path| numbered(path, number);
         Outputs {
-            picture: output.map_or_else(|| frame.options.film.output(), of_frame),
+            image: output.map_or_else(|| frame.options.film.output(), of_frame),
             png: png.map(of_frame),
         }
     }
 
-    /// The picture's file.
-    pub fn picture(&self) -> &Path {
-        &self.picture
+    /// The image's file.
+    pub fn image(&self) -> &Path {
+        &self.image
     }
 
-    /// Is the picture written to the same file as the other's?
-    pub fn same_picture(&self, other: &Outputs) -> bool {
-        same_file(&self.picture, &other.picture)
+    /// Is the image written to the same file as the other's?
+    pub fn same_image(&self, other: &Outputs) -> bool {
+        same_file(&self.image, &other.image)
     }
 
-    /// Adds the frame's number to the name of the picture's file.
-    pub fn number_picture(&mut self, number: usize) {
-        self.picture = numbered(&self.picture, number);
+    /// Adds the frame's number to the name of the image's file.
+    pub fn number_image(&mut self, number: usize) {
+        self.image = numbered(&self.image, number);
     }
 
     /// Can all of them be written, as far as is known before rendering?
@@ -52,18 +52,18 @@ impl Outputs {
                 png.display()
             ));
         }
-        if same_file(png, &self.picture) {
+        if same_file(png, &self.image) {
             let png = png.display();
             return Err(format!(
-                "--png {png}: the picture itself is written there already"
+                "--png {png}: the image itself is written there already"
             ));
         }
         Ok(())
     }
 
-    /// The picture, then the PNG beside it.
+    /// The image, then the PNG beside it.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        [Some(self.picture.as_path()), self.png.as_deref()]
+        [Some(self.image.as_path()), self.png.as_deref()]
             .into_iter()
             .flatten()
     }

@@ -1,7 +1,7 @@
-//! `fstop render SCENE`: text to picture.
+//! `fstop render SCENE`: text to image.
 
 use super::goal::GoalArgs;
-use super::messages::Rigour;
+use super::messages::Rigor;
 use super::outputs::Outputs;
 use super::{BAD_INPUT, NOT_ALL, ReadArgs, messages};
 use crate::build;
@@ -10,7 +10,7 @@ use crate::film::DroppedSample;
 use crate::film::{self, FilmMetadata};
 use crate::integrators::witness::{Met, Place};
 use crate::materials::Material;
-use crate::render::{self, Ended, Progress, Shot};
+use crate::render::{self, Ended, Progress, RenderJob};
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
 use clap::Args;
@@ -20,7 +20,7 @@ use std::time::Instant;
 
 /// Two lines of use, for the long help.
 const EXAMPLES: &str = "Examples:
-  fstop render scene.pbrt --error 1% -o picture.exr --png picture.png
+  fstop render scene.pbrt --error 1% -o image.exr --png image.png
   fstop render scene.pbrt --quick --lens-model thin";
 
 /// Arguments of `fstop render`.
@@ -29,7 +29,7 @@ const EXAMPLES: &str = "Examples:
 pub struct RenderArgs {
     /// Scene file; `-` is standard input
     scene: PathBuf,
-    /// Picture to write (.exr, .png, .pfm, .tga); by default what the scene's Film names
+    /// ImageData to write (.exr, .png, .pfm, .tga); by default what the scene's Film names
     #[arg(
         help_heading = "Output",
         short,
@@ -37,7 +37,7 @@ pub struct RenderArgs {
         visible_alias = "outfile"
     )]
     output: Option<PathBuf>,
-    /// Also write a PNG of the picture here
+    /// Also write a PNG of the image here
     #[arg(help_heading = "Output", long)]
     png: Option<PathBuf>,
     /// Samples a pixel, instead of the scene's; with --error or --time the most
@@ -61,7 +61,7 @@ pub struct RenderArgs {
         allow_negative_numbers = true
     )]
     seed: u64,
-    /// Part of the picture, as fractions: x0,x1,y0,y1
+    /// Part of the image, as fractions: x0,x1,y0,y1
     #[arg(
         help_heading = "What is rendered",
         long,
@@ -74,7 +74,7 @@ pub struct RenderArgs {
     /// The same as four arguments, as pbrt; used only where the scene gives no crop window
     #[arg(help_heading = "What is rendered", long, num_args = 4, allow_negative_numbers = true, value_names = ["x0", "x1", "y0", "y1"])]
     cropwindow: Option<Vec<f64>>,
-    /// Side of the square tiles that threads work on, in pixels; changes no bit of the picture
+    /// Side of the square tiles that threads work on, in pixels; changes no bit of the image
     #[arg(help_heading = "How it runs", long, default_value_t = render::TILE_SIZE, hide = true)]
     tile_size: u32,
     /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B)
@@ -87,7 +87,7 @@ pub struct RenderArgs {
     #[arg(help_heading = "How it runs", long)]
     quiet: bool,
     /// Render although files are missing or names are not defined (whatever pbrt-v3 goes on after), and
-    /// exit with 1: textures' pictures become a grey of 0.5, lights shine without their maps, spectra
+    /// exit with 1: textures' images become a gray of 0.5, lights shine without their maps, spectra
     /// are black, meshes and includes are left out, a lens becomes a pinhole of 27 degrees; a parameter
     /// that names nothing has its default, a directive that does is left out
     #[arg(
@@ -110,7 +110,7 @@ pub fn run(args: &RenderArgs) -> ExitCode {
             if passed > 0 {
                 let errors = if passed == 1 { "error" } else { "errors" };
                 messages::warning(format!(
-                    "rendered in spite of {passed} {errors}: the picture is not that of the whole scene"
+                    "rendered in spite of {passed} {errors}: the image is not that of the whole scene"
                 ));
             }
             match flaws {
@@ -129,18 +129,17 @@ pub fn run(args: &RenderArgs) -> ExitCode {
 }
 
 impl RenderArgs {
-    fn rigour(&self) -> Rigour {
+    fn rigor(&self) -> Rigor {
         if self.keep_going {
-            Rigour::KeepGoing
+            Rigor::KeepGoing
         } else {
-            self.read.rigour()
+            self.read.rigor()
         }
     }
 
     /// Prints what was found, as far as it is asked for. Errors always are.
     fn print(&self, diagnostics: &Diagnostics, sources: &SourceMap) {
-        if !self.quiet || messages::refused(diagnostics, self.rigour()) || diagnostics.has_errors()
-        {
+        if !self.quiet || messages::refused(diagnostics, self.rigor()) || diagnostics.has_errors() {
             messages::print(diagnostics, sources);
         }
     }
@@ -149,7 +148,7 @@ impl RenderArgs {
 /// `Err(None)` where the trouble has been printed already.
 type Outcome<T = ()> = Result<T, Option<String>>;
 
-/// What is wrong with the pictures of a scene that was rendered.
+/// What is wrong with the images of a scene that was rendered.
 struct Flaws {
     /// Errors that it was rendered in spite of.
     passed: usize,
@@ -165,14 +164,14 @@ fn render_scene(args: &RenderArgs) -> Outcome<Flaws> {
         .build()
         .map_err(|e| Some(format!("cannot start {threads} threads: {e}")))?;
     let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
-    let refused = messages::refused(&diagnostics, args.rigour());
+    let refused = messages::refused(&diagnostics, args.rigor());
     if let Some(scene) = scene.as_ref().filter(|_| refused) {
         // Nothing will be rendered: whoever mends the scene wants to know all that `check` knows.
         messages::examine(&scene.frames, &sources, &diagnostics);
     }
     args.print(&diagnostics, &sources);
     let mut flaws = Flaws {
-        passed: diagnostics.passable_errors(),
+        passed: diagnostics.recoverable_errors(),
         unwritten: 0,
     };
     let scene = scene.filter(|_| !refused).ok_or(None)?;
@@ -193,18 +192,18 @@ fn render_scene(args: &RenderArgs) -> Outcome<Flaws> {
     Ok(flaws)
 }
 
-/// The files of all frames. Two frames that name the same picture get one each, which pbrt-v3 does
+/// The files of all frames. Two frames that name the same image get one each, which pbrt-v3 does
 /// not do: there the last one is all that is left.
 fn outputs(args: &RenderArgs, frames: &[Frame], sources: &SourceMap) -> Outcome<Vec<Outputs>> {
     let diagnostics = Diagnostics::new();
     let mut all: Vec<Outputs> = Vec::with_capacity(frames.len());
     for (number, frame) in (1..).zip(frames) {
         let mut outputs = Outputs::new(args.output.as_deref(), args.png.as_deref(), frame, number);
-        if all.iter().any(|earlier| earlier.same_picture(&outputs)) {
-            outputs.number_picture(number);
+        if all.iter().any(|earlier| earlier.same_image(&outputs)) {
+            outputs.number_image(number);
             let message = format!(
                 "an earlier frame is written to this file: `{}` is used for frame {number}",
-                outputs.picture().display()
+                outputs.image().display()
             );
             let named = frame.options.film.filename.as_ref();
             diagnostics.push(match named {
@@ -215,7 +214,7 @@ fn outputs(args: &RenderArgs, frames: &[Frame], sources: &SourceMap) -> Outcome<
         all.push(outputs);
     }
     args.print(&diagnostics, sources);
-    if messages::refused(&diagnostics, args.rigour()) {
+    if messages::refused(&diagnostics, args.rigor()) {
         return Err(None);
     }
     Ok(all)
@@ -269,7 +268,7 @@ fn check_later_frames(
         }
         diagnostics
     });
-    if messages::refused(&diagnostics, args.rigour()) {
+    if messages::refused(&diagnostics, args.rigor()) {
         messages::print(&diagnostics, sources);
         return Err(None);
     }
@@ -280,7 +279,7 @@ fn check_later_frames(
 const THREADS_PER_PROCESSOR: usize = 8;
 
 /// The number of threads to start: as asked for, 0 for one for each processor, and no more than
-/// [`THREADS_PER_PROCESSOR`]. The picture does not depend on it.
+/// [`THREADS_PER_PROCESSOR`]. The image does not depend on it.
 fn threads(args: &RenderArgs) -> usize {
     let processors = super::processors();
     let most = THREADS_PER_PROCESSOR * processors;
@@ -315,18 +314,18 @@ fn render_frame(
     apply(args, &mut frame).map_err(Some)?;
     let started = Instant::now();
     let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
-    let refused = messages::refused(&diagnostics, args.rigour());
+    let refused = messages::refused(&diagnostics, args.rigor());
     args.print(&diagnostics, sources);
     let built = built.filter(|_| !refused).ok_or(None)?;
     if !args.quiet {
         report_start(&built);
     }
-    let shot = &built.shot;
+    let job = &built.job;
     let rendering = Instant::now();
-    let taken = pool.install(|| take(args, shot));
-    let mut picture = taken.film.develop();
+    let taken = pool.install(|| take(args, job));
+    let mut image = taken.film.develop();
     if !args.variance {
-        picture.variance = None;
+        image.variance = None;
     }
     let metadata = FilmMetadata {
         seed: args.seed,
@@ -342,17 +341,17 @@ fn render_frame(
     };
     let mut written = Vec::new();
     for path in outputs.paths() {
-        match film::write_somewhere(path, &picture, &metadata) {
+        match film::write_somewhere(path, &image, &metadata) {
             Ok(()) => written.push(path.display().to_string()),
             Err(error) => messages::error(error),
         }
     }
     let unwritten = outputs.paths().count() - written.len();
     if !args.quiet {
-        report_end(&taken, shot, &written, started, rendering);
+        report_end(&taken, job, &written, started, rendering);
     }
     Ok(Flaws {
-        passed: diagnostics.passable_errors(),
+        passed: diagnostics.recoverable_errors(),
         unwritten,
     })
 }
@@ -381,14 +380,14 @@ fn apply(args: &RenderArgs, frame: &mut Frame) -> Result<(), String> {
     Ok(())
 }
 
-fn report_start(built: &build::Built) {
+fn report_start(built: &build::PreparedScene) {
     for line in &built.description {
         console::say(line);
     }
 }
 
 /// In words, where a path went wrong.
-fn place(shot: &Shot, place: Option<Place>) -> String {
+fn place(job: &RenderJob, place: Option<Place>) -> String {
     let Some(Place { depth, met }) = place else {
         return "before its path began".to_string();
     };
@@ -397,57 +396,57 @@ fn place(shot: &Shot, place: Option<Place>) -> String {
         Met::Medium => "in a medium".to_string(),
         Met::Surface(None) => "at a surface without material".to_string(),
         Met::Surface(Some(id)) => {
-            let material = shot.world.materials.get(id.index());
+            let material = job.world.materials.get(id.index());
             format!("at a `{}`", material.map_or("?", Material::name))
         }
     };
     format!("{met} at depth {depth}")
 }
 
-/// The picture as it was taken.
-struct Taken {
+/// The image as it was taken.
+struct RenderedFilm {
     film: film::Film,
     /// Samples a pixel on average.
     spp: f64,
     /// The first sample that was dropped, and where on its path.
     first_dropped: Option<(DroppedSample, Option<Place>)>,
     /// Where it was rendered in passes: how good it became.
-    progressive: Option<Reached>,
+    progressive: Option<PassesSummary>,
 }
 
 /// How a render in passes ended.
-struct Reached {
+struct PassesSummary {
     /// `None` where it is not known.
     error: Option<f64>,
     passes: u32,
     ended: Ended,
 }
 
-/// Renders the picture: with the scene's number of samples, or until it is good enough.
-fn take(args: &RenderArgs, shot: &Shot) -> Taken {
+/// Renders the image: with the scene's number of samples, or until it is good enough.
+fn take(args: &RenderArgs, job: &RenderJob) -> RenderedFilm {
     let Some(goal) = args.goal.goal(args.spp) else {
-        let pixels = shot.film.pixel_bounds().area() as u64;
-        let progress = Progress::new(pixels, shot.sampler.spp(), args.quiet);
-        let film = render::render(shot, args.tile_size, &progress);
+        let pixels = job.film.pixel_bounds().area() as u64;
+        let progress = Progress::new(pixels, job.sampler.spp(), args.quiet);
+        let film = render::render(job, args.tile_size, &progress);
         progress.finish();
-        let located = |dropped| (dropped, render::locate(shot, &shot.sampler, dropped));
-        return Taken {
+        let located = |dropped| (dropped, render::locate(job, &job.sampler, dropped));
+        return RenderedFilm {
             first_dropped: film.first_dropped().map(located),
             film,
-            spp: f64::from(shot.sampler.spp()),
+            spp: f64::from(job.sampler.spp()),
             progressive: None,
         };
     };
     let progress = Progress::of_passes(args.quiet);
     // The size of tiles decides which pixels share their number of samples.
-    let done = render::render_until(shot, render::TILE_SIZE, &goal, &progress);
+    let done = render::render_until(job, render::TILE_SIZE, &goal, &progress);
     progress.finish();
-    let located = |(dropped, sampler)| (dropped, render::locate(shot, &sampler, dropped));
-    Taken {
+    let located = |(dropped, sampler)| (dropped, render::locate(job, &sampler, dropped));
+    RenderedFilm {
         first_dropped: done.first_dropped.map(located),
         film: done.film,
         spp: done.spp,
-        progressive: Some(Reached {
+        progressive: Some(PassesSummary {
             error: done.error,
             passes: done.passes,
             ended: done.ended,
@@ -456,8 +455,8 @@ fn take(args: &RenderArgs, shot: &Shot) -> Taken {
 }
 
 fn report_end(
-    taken: &Taken,
-    shot: &Shot,
+    taken: &RenderedFilm,
+    job: &RenderJob,
     written: &[String],
     started: Instant,
     rendering: Instant,
@@ -473,7 +472,7 @@ fn report_end(
             first.sample,
             first.pixel.x,
             first.pixel.y,
-            place(shot, at)
+            place(job, at)
         ));
     }
     let written = match written {
@@ -492,8 +491,8 @@ fn report_end(
     ));
 }
 
-/// How good a picture rendered in passes is.
-fn quality(reached: &Reached, film: &film::Film, spp: f64) -> String {
+/// How good an image rendered in passes is.
+fn quality(reached: &PassesSummary, film: &film::Film, spp: f64) -> String {
     let black = film.pixels().iter().all(|p| p.mean() == glam::DVec3::ZERO);
     let error = match reached.error {
         Some(error) => format!("relative error {:.3} %", 100.0 * error),

@@ -1,38 +1,38 @@
-//! A picture as the statistician sees it.
+//! An image as the statistician sees it.
 
-use super::Picture;
-use crate::film::{Image, Loaded, PixelBounds};
+use super::Side;
+use crate::film::{Image, LoadedImage, PixelBounds};
 
-/// A picture with how sure it is of itself.
+/// An image with how sure it is of itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate<'a> {
     /// Mean and, where known, variance of that mean of every pixel.
     pub image: &'a Image,
     /// Degrees of freedom of each variance: observations it was estimated from, less one.
     pub freedom: f64,
-    /// Samples per pixel altogether, where known. Two pictures that both know theirs are compared
+    /// Samples per pixel altogether, where known. Two images that both know theirs are compared
     /// with a common variance per sample ([`Options`](super::Options) says why).
     pub samples: Option<f64>,
 }
 
-/// Why two pictures cannot be compared.
+/// Why two images cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CompareError {
     /// They do not cover the same pixels.
     #[error(
-        "the pictures differ in size: A is {} × {} pixels, B {} × {}",
+        "the images differ in size: A is {} × {} pixels, B {} × {}",
         .0.size().x, .0.size().y, .1.size().x, .1.size().y
     )]
     Size(PixelBounds, PixelBounds),
-    /// As many pixels, but of another part of the full picture.
-    #[error("the pictures differ in crop window: A holds {}, B {}", show(.0), show(.1))]
+    /// As many pixels, but of another part of the full image.
+    #[error("the images differ in crop window: A holds {}, B {}", show(.0), show(.1))]
     Window(PixelBounds, PixelBounds),
     /// There is nothing to compare.
-    #[error("the pictures have no pixels")]
+    #[error("the images have no pixels")]
     Empty,
     /// Stored variances were asked for.
     #[error("{0} has no usable variances (channels var.R, var.G, var.B of two samples or more)")]
-    NoVariance(Picture),
+    NoVariance(Side),
 }
 
 fn show(bounds: &PixelBounds) -> String {
@@ -46,7 +46,7 @@ impl<'a> Estimate<'a> {
     /// What a file says of itself. A file with the attribute `runs` above 1 estimated its variance
     /// from the scatter of its runs, any other from its samples; a file that counts neither is taken
     /// at its word (infinitely many degrees of freedom).
-    pub fn of(loaded: &'a Loaded) -> Estimate<'a> {
+    pub fn of(loaded: &'a LoadedImage) -> Estimate<'a> {
         let observations = loaded.runs.filter(|&runs| runs > 1).or(loaded.spp);
         let freedom = observations.map_or(f64::INFINITY, |n| f64::from(n) - 1.0);
         let samples = loaded
@@ -70,7 +70,7 @@ impl<'a> Estimate<'a> {
     }
 }
 
-/// Both pictures must hold the same pixels, and at least one.
+/// Both images must hold the same pixels, and at least one.
 pub(super) fn check_pair(a: &Estimate, b: &Estimate) -> Result<(), CompareError> {
     let (x, y) = (a.image.bounds, b.image.bounds);
     if x.size() != y.size() || a.image.pixels.len() != b.image.pixels.len() {

@@ -1,4 +1,4 @@
-//! Differences of two pictures as plain numbers.
+//! Differences of two images as plain numbers.
 
 use super::scatter::Scatter;
 use super::{Estimate, NoiseSource};
@@ -7,19 +7,19 @@ use crate::math::color::luminance;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// How far a picture is from its reference. All over pixels and channels alike, in f64.
+/// How far an image is from its reference. All over pixels and channels alike, in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metrics {
     /// Mean squared error.
     pub mse: f64,
     /// The mean squared error that noise alone would make: the mean of both variances. `None` where a
-    /// picture has no variances. `mse` minus this estimates the squared bias.
+    /// image has no variances. `mse` minus this estimates the squared bias.
     pub expected_mse: Option<f64>,
     /// Mean of (a − b)² / (b² + ε²), ε being 1 % of the reference's mean (dark pixels would otherwise
     /// decide alone).
     pub relative_mse: f64,
     /// Peak signal-to-noise ratio in dB, the peak being the reference's largest value; infinite for
-    /// equal pictures.
+    /// equal images.
     pub psnr: f64,
     /// Largest |a − b|.
     pub max_difference: f64,
@@ -34,7 +34,7 @@ pub struct Metrics {
 pub struct TileDifference {
     /// The square, smaller at the right and bottom edges.
     pub bounds: PixelBounds,
-    /// Mean luminance of the picture.
+    /// Mean luminance of the image.
     pub a: f64,
     /// Mean luminance of the reference.
     pub b: f64,
@@ -43,10 +43,10 @@ pub struct TileDifference {
 /// Side of the squares of [`TileDifference`]: large enough to average noise, small enough to say where.
 pub const TILE: u32 = 32;
 
-/// The means of one channel over the whole picture.
+/// The means of one channel over the whole image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelMeans {
-    /// Of the picture.
+    /// Of the image.
     pub a: f64,
     /// Of the reference.
     pub b: f64,
@@ -58,7 +58,7 @@ pub struct ChannelMeans {
 }
 
 impl Metrics {
-    /// Of pictures that are black in the `left_out` pixels that must not count.
+    /// Of images that are black in the `left_out` pixels that must not count.
     pub(super) fn new(a: &Estimate, b: &Estimate, noise: NoiseSource, left_out: usize) -> Metrics {
         let count = a.image.pixels.len().saturating_sub(left_out).max(1) as f64;
         let pairs = || {
@@ -119,7 +119,7 @@ fn channel_means(a: &Estimate, b: &Estimate, noise: NoiseSource, count: f64) -> 
     })
 }
 
-/// Standard errors of both pictures' means. Pixels are independent: the variance of their mean is the
+/// Standard errors of both images' means. Pixels are independent: the variance of their mean is the
 /// mean variance over their number. Where only the scatter of the difference is known, it is all
 /// ascribed to A: right to first order for ratios near 1.
 fn errors_of_means(
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures() {
+    fn equal_images() {
         let image = Image::black(UVec2::new(3, 3));
         let e = Estimate {
             image: &image,

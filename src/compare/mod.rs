@@ -1,9 +1,9 @@
-//! Do two renders show the same picture?
+//! Do two renders show the same image?
 //!
 //! Renders are random, so their difference says nothing until it is set against their noise. Where
 //! both files carry the variance of each pixel, [`compare`] asks Welch's t-test (Jung, Hanika,
 //! Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT 9(2), 2020) on
-//! pixels, on blocks of pixels and on the whole picture, and corrects for the number of tests asked.
+//! pixels, on blocks of pixels and on the whole image, and corrects for the number of tests asked.
 //! Where one has none, the scatter of the difference itself stands in (`scatter.rs` says what that
 //! assumes). Besides, it reports differences as plain numbers ([`Metrics`]) and as a viewer would see
 //! them ([`flip`]). `docs/compare.md` explains all of it to users.
@@ -16,10 +16,10 @@ mod non_finite;
 mod options;
 mod scatter;
 mod student;
+mod text;
 mod uniformity;
 mod verdict;
 mod welch;
-mod words;
 
 #[cfg(test)]
 mod tests;
@@ -29,30 +29,30 @@ pub use estimate::{CompareError, Estimate};
 pub use metrics::{ChannelMeans, Metrics, TileDifference};
 pub use non_finite::NonFinite;
 pub use options::{Noise, NoiseSource, Options};
-pub use scatter::Neighbours;
+pub use scatter::Neighbors;
 pub use student::two_sided_p;
+pub use text::{CHANNELS, blocks, extent, probability};
 pub use uniformity::{BINS, Uniformity};
 pub use verdict::{Finding, Level, Statistic, Verdict};
-pub use words::{CHANNELS, blocks, extent, probability};
 
 use crate::film::{Image, PixelBounds};
 use crate::math::Rgb;
 use rayon::prelude::*;
-use scatter::{MeanScatter, NeighbourScatter, Scatter};
+use scatter::{MeanScatter, NeighborScatter, Scatter};
 use std::fmt;
 use verdict::{BlockTest, test_level};
 use welch::WelchTest;
 
 /// One of the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Picture {
-    /// The picture.
+pub enum Side {
+    /// The image.
     A,
     /// The reference.
     B,
 }
 
-impl fmt::Display for Picture {
+impl fmt::Display for Side {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "{self:?}")
     }
@@ -69,15 +69,15 @@ pub struct Comparison {
     pub non_finite: NonFinite,
     /// Whether the p-values are distributed as they should, for each block size with enough blocks.
     pub uniformity: Vec<Uniformity>,
-    /// Whether pixels are independent of their neighbours, which the tests of blocks assume.
-    pub neighbours: Neighbours,
+    /// Whether pixels are independent of their neighbors, which the tests of blocks assume.
+    pub neighbors: Neighbors,
     /// Differences in numbers.
     pub metrics: Metrics,
 }
 
 impl Comparison {
-    /// True where nothing says that the pictures differ: no test, and no value that is a number in one
-    /// picture only.
+    /// True where nothing says that the images differ: no test, and no value that is a number in one
+    /// image only.
     pub fn agrees(&self) -> bool {
         self.verdict.agrees() && self.non_finite.unmatched == 0
     }
@@ -102,7 +102,7 @@ impl Comparison {
 /// ```
 ///
 /// # Errors
-/// Pictures of different pixels, or of none; no variances where they were asked for.
+/// Images of different pixels, or of none; no variances where they were asked for.
 pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparison, CompareError> {
     estimate::check_pair(a, b)?;
     let noise = NoiseSource::of(a, b, options)?;
@@ -117,13 +117,13 @@ pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparis
         verdict: pair.verdict(),
         noise,
         uniformity: pair.uniformity(),
-        neighbours: Neighbours::new(&pair.a, &pair.b, noise == NoiseSource::Stored),
+        neighbors: Neighbors::new(&pair.a, &pair.b, noise == NoiseSource::Stored),
         metrics: Metrics::new(&pair.a, &pair.b, noise, non_finite.left_out),
         non_finite,
     })
 }
 
-/// The p-value of every pixel and channel, for a picture of where two pictures differ. Where the noise
+/// The p-value of every pixel and channel, for an image of where two images differ. Where the noise
 /// is estimated from the scatter of the difference a pixel has no p-value of its own and shows that of
 /// its block (the smallest of [`Options::blocks`] that are tested).
 ///
@@ -142,7 +142,7 @@ pub fn p_values(a: &Estimate, b: &Estimate, options: &Options) -> Result<Image, 
     Ok(pair.p_values())
 }
 
-/// The same estimate of a mended picture, where there is one.
+/// The same estimate of a mended image, where there is one.
 fn with_image<'a>(estimate: &Estimate<'a>, mended: &'a Option<Image>) -> Estimate<'a> {
     Estimate {
         image: mended.as_ref().unwrap_or(estimate.image),
@@ -150,7 +150,7 @@ fn with_image<'a>(estimate: &Estimate<'a>, mended: &'a Option<Image>) -> Estimat
     }
 }
 
-/// Two pictures of the same size with all values finite.
+/// Two images of the same size with all values finite.
 struct Pair<'a> {
     a: Estimate<'a>,
     b: Estimate<'a>,
@@ -207,8 +207,8 @@ impl<'a> Pair<'a> {
         let ask = |side| -> Vec<Level> {
             if self.noise.is_spatial() {
                 let mean = self.level(&MeanScatter(self.scatter()), side, share);
-                let neighbours = self.level(&NeighbourScatter(self.scatter()), side, share);
-                mean.into_iter().chain(neighbours).collect()
+                let neighbors = self.level(&NeighborScatter(self.scatter()), side, share);
+                mean.into_iter().chain(neighbors).collect()
             } else {
                 let test = self.welch(self.options.common_variance);
                 self.level(&test, side, share).into_iter().collect()

@@ -1,26 +1,26 @@
 //! Values that are no numbers: counted, located, and kept out of everything else.
 
-use super::Picture;
+use super::Side;
 use crate::film::Image;
 use crate::math::{Rgb, UVec2};
 
-/// Pixels of a pair of pictures with a value that is infinite or not a number.
+/// Pixels of a pair of images with a value that is infinite or not a number.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NonFinite {
     /// How many in A and in B.
     pub counts: [usize; 2],
     /// Where the first of each is, row by row.
     pub first: [Option<UVec2>; 2],
-    /// Pixels that are finite in one picture only: there the pictures differ for certain.
+    /// Pixels that are finite in one image only: there the images differ for certain.
     pub unmatched: usize,
-    /// Pixels left out of all tests and numbers: those of either picture.
+    /// Pixels left out of all tests and numbers: those of either image.
     pub left_out: usize,
 }
 
 impl NonFinite {
-    /// How many in one of the pictures, and where the first is.
-    pub fn of(&self, picture: Picture) -> Option<(usize, UVec2)> {
-        let i = picture as usize;
+    /// How many in one of the images, and where the first is.
+    pub fn of(&self, side: Side) -> Option<(usize, UVec2)> {
+        let i = side as usize;
         self.first[i].map(|first| (self.counts[i], first))
     }
 
@@ -50,8 +50,8 @@ fn place(image: &Image, index: usize) -> UVec2 {
     image.bounds.min + UVec2::new(index % width, index / width)
 }
 
-/// Both pictures with black, noiseless pixels where either has no finite value, and unknown (infinite)
-/// variances where they are not numbers or negative. `None` for a picture that needs no change.
+/// Both images with black, noiseless pixels where either has no finite value, and unknown (infinite)
+/// variances where they are not numbers or negative. `None` for an image that needs no change.
 pub(super) fn clean(a: &Image, b: &Image) -> (Option<Image>, Option<Image>, NonFinite) {
     let found = NonFinite::find(a, b);
     let impossible = |v: &Rgb| v.is_nan() || v.min_element() < 0.0;
@@ -91,8 +91,8 @@ mod tests {
         b.pixels[6].x = f32::NAN;
         b.variance.as_mut().unwrap()[0] = Rgb::new(-1.0, f32::NAN, 2.0);
         let (clean_a, clean_b, found) = clean(&a, &b);
-        assert_eq!(found.of(Picture::A), Some((2, UVec2::new(1, 1))));
-        assert_eq!(found.of(Picture::B), Some((1, UVec2::new(2, 1))));
+        assert_eq!(found.of(Side::A), Some((2, UVec2::new(1, 1))));
+        assert_eq!(found.of(Side::B), Some((1, UVec2::new(2, 1))));
         assert_eq!((found.unmatched, found.left_out), (1, 2));
         for image in [clean_a.unwrap(), clean_b.clone().unwrap()] {
             assert_eq!(image.pixels[5..7], [Rgb::ZERO; 2]);
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn sound_pictures_are_not_copied() {
+    fn sound_images_are_not_copied() {
         let a = Image::black(UVec2::new(3, 3));
         assert_eq!(clean(&a, &a), (None, None, NonFinite::default()));
     }

@@ -1,22 +1,22 @@
 //! How to compare.
 
-use super::{CompareError, Correction, Estimate, Picture};
+use super::{CompareError, Correction, Estimate, Side};
 
 /// How to test.
 ///
-/// **Common variance.** Welch's test proper fails on rare bright samples: where a picture of few
+/// **Common variance.** Welch's test proper fails on rare bright samples: where an image of few
 /// samples has met none of them, its mean *and* its variance are too low, and the test is certain of a
-/// difference that is mere luck. So where both pictures know their number of samples, the larger
-/// variance *per sample* of the two is taken for both: a picture that was spared cannot claim more
-/// certainty than the other's samples allow. Between pictures that were sampled alike this is Student's
+/// difference that is mere luck. So where both images know their number of samples, the larger
+/// variance *per sample* of the two is taken for both: an image that was spared cannot claim more
+/// certainty than the other's samples allow. Between images that were sampled alike this is Student's
 /// test with a slightly high variance; otherwise it errs towards "agree".
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// The probability, at most, that pictures of the same expectation are said to differ: of one
+    /// The probability, at most, that images of the same expectation are said to differ: of one
     /// whole comparison, all its tests together.
     pub alpha: f64,
     /// Sides, in pixels, of the square blocks whose means are tested; 1 tests single pixels. The mean
-    /// of the whole picture is always tested too. Pixels find what is small and wrong, large blocks
+    /// of the whole image is always tested too. Pixels find what is small and wrong, large blocks
     /// what is everywhere and slight.
     pub blocks: Vec<u32>,
     /// Differences up to this fraction of the brightest channel's value do not count. The default,
@@ -57,9 +57,9 @@ pub enum Noise {
     Auto,
     /// Variances stored in the files, or an error.
     Stored,
-    /// The scatter of the difference between neighbouring pixels.
+    /// The scatter of the difference between neighboring pixels.
     Spatial,
-    /// There is none: every pixel must be equal but for the tolerance. For pictures made from the same
+    /// There is none: every pixel must be equal but for the tolerance. For images made from the same
     /// random numbers, or from none.
     None,
 }
@@ -71,8 +71,8 @@ pub enum NoiseSource {
     Stored,
     /// The scatter of the difference, because the caller asked for it.
     Spatial,
-    /// The scatter of the difference, because this picture has no variances.
-    SpatialWithout(Picture),
+    /// The scatter of the difference, because this image has no variances.
+    SpatialWithout(Side),
     /// The same, because neither has.
     SpatialWithoutBoth,
     /// The caller said that there is none.
@@ -96,13 +96,13 @@ impl NoiseSource {
             Noise::Stored | Noise::Auto => match (a.has_variance(), b.has_variance()) {
                 (true, true) => NoiseSource::Stored,
                 (false, _) if options.noise == Noise::Stored => {
-                    return Err(CompareError::NoVariance(Picture::A));
+                    return Err(CompareError::NoVariance(Side::A));
                 }
                 (true, false) if options.noise == Noise::Stored => {
-                    return Err(CompareError::NoVariance(Picture::B));
+                    return Err(CompareError::NoVariance(Side::B));
                 }
-                (false, true) => NoiseSource::SpatialWithout(Picture::A),
-                (true, false) => NoiseSource::SpatialWithout(Picture::B),
+                (false, true) => NoiseSource::SpatialWithout(Side::A),
+                (true, false) => NoiseSource::SpatialWithout(Side::B),
                 (false, false) => NoiseSource::SpatialWithoutBoth,
             },
         })

@@ -1,19 +1,19 @@
-//! Tests of pictures that do not know their noise, by the scatter of their difference.
+//! Tests of images that do not know their noise, by the scatter of their difference.
 //!
 //! The difference of two renders of the same expectation is noise and nothing else: what they show
 //! cancels. So within a block of pixels it scatters around 0, and Student's one-sample t-test on the
 //! difference (a paired test: pixel with pixel) asks whether its mean is 0. It needs no variances, but
 //! assumes that
-//! - pixels are independent of each other. Splatting filters and denoisers tie neighbours together;
+//! - pixels are independent of each other. Splatting filters and denoisers tie neighbors together;
 //!   squares of pixels wider than the filter (`cell`) are nearly independent again;
-//! - differences are as likely positive as negative: true for pictures that were made alike, and
+//! - differences are as likely positive as negative: true for images that were made alike, and
 //!   nearly so for averages of many samples. Noise of one size is *not* assumed: for symmetric
 //!   differences of any sizes the test errs towards "agree" (B. Efron, "Student's t-test under
 //!   symmetry conditions", J. Am. Stat. Assoc. 64, 1969).
 //!
 //! A single pixel has no scatter: wrong pixels in ones and twos are not found. Differences that average
-//! to nothing (edges that moved, texture that got sharper) are found by asking whether neighbouring
-//! differences are independent, which noise is: products of neighbours scatter around 0 as well.
+//! to nothing (edges that moved, texture that got sharper) are found by asking whether neighboring
+//! differences are independent, which noise is: products of neighbors scatter around 0 as well.
 
 use super::Estimate;
 use super::verdict::{BlockTest, Candidate, Statistic};
@@ -21,7 +21,7 @@ use crate::film::{Image, PixelBounds};
 use crate::math::{Rgb, UVec2};
 use glam::DVec3;
 
-/// Two pictures and what counts as one observation.
+/// Two images and what counts as one observation.
 #[derive(Clone, Copy)]
 pub(super) struct Scatter<'a> {
     pub a: Estimate<'a>,
@@ -35,8 +35,8 @@ pub(super) struct Scatter<'a> {
 /// Is the mean of the difference 0?
 pub(super) struct MeanScatter<'a>(pub Scatter<'a>);
 
-/// Are neighbouring differences independent?
-pub(super) struct NeighbourScatter<'a>(pub Scatter<'a>);
+/// Are neighboring differences independent?
+pub(super) struct NeighborScatter<'a>(pub Scatter<'a>);
 
 impl BlockTest for MeanScatter<'_> {
     const STATISTIC: Statistic = Statistic::Mean;
@@ -52,8 +52,8 @@ impl BlockTest for MeanScatter<'_> {
     }
 }
 
-impl BlockTest for NeighbourScatter<'_> {
-    const STATISTIC: Statistic = Statistic::Neighbours;
+impl BlockTest for NeighborScatter<'_> {
+    const STATISTIC: Statistic = Statistic::Neighbors;
 
     fn ask(&self, bounds: PixelBounds) -> [Candidate; 3] {
         let grid = self.0.grid(bounds);
@@ -66,7 +66,7 @@ impl BlockTest for NeighbourScatter<'_> {
             // The products' signs follow from the differences' own, of which there are fewer.
             let signs = grid.cells.iter().filter(|cell| beyond(cell) != 0.0);
             Candidate {
-                floor: least_p(signs.count()).max(candidate.floor),
+                floor: min_p(signs.count()).max(candidate.floor),
                 ..candidate
             }
         })
@@ -122,7 +122,7 @@ impl Scatter<'_> {
         }
     }
 
-    /// Standard error of the mean difference over the whole picture.
+    /// Standard error of the mean difference over the whole image.
     pub(super) fn error_of_mean(&self) -> DVec3 {
         let grid = self.grid(self.a.image.bounds);
         let n = grid.cells.len() as f64;
@@ -187,33 +187,33 @@ fn candidate(
         means,
         t,
         freedom,
-        floor: least_p(signs),
+        floor: min_p(signs),
     }
 }
 
 /// What so many signs can prove at most: that all are the same has the probability 2·2⁻ⁿ.
-fn least_p(signs: usize) -> f64 {
+fn min_p(signs: usize) -> f64 {
     2f64.powf(1.0 - signs as f64).min(1.0)
 }
 
-/// How the differences of horizontal neighbours correlate over the whole picture.
+/// How the differences of horizontal neighbors correlate over the whole image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Neighbours {
+pub struct Neighbors {
     /// Correlation coefficient, all channels together, of differences that are weighted by their
-    /// standard errors where both pictures know their variances.
+    /// standard errors where both images know their variances.
     pub correlation: f64,
     /// Its standard error if the pixels are independent: 1/√n.
     pub error: f64,
 }
 
-impl Neighbours {
+impl Neighbors {
     /// Is it far from what independent pixels have? Five standard errors (one false alarm in two
     /// million) and more than the 5 % that change a standard error by a tenth at most.
     pub fn suspicious(&self) -> bool {
         self.correlation.abs() > (5.0 * self.error).max(0.05)
     }
 
-    pub(super) fn new(a: &Estimate, b: &Estimate, weighted: bool) -> Neighbours {
+    pub(super) fn new(a: &Estimate, b: &Estimate, weighted: bool) -> Neighbors {
         let width = a.image.bounds.size().x.max(1) as usize;
         let variance = |e: &Estimate, i: usize| {
             let variances = e.image.variance.as_ref().filter(|_| weighted)?;
@@ -243,7 +243,7 @@ impl Neighbours {
                 last = here;
             }
         }
-        Neighbours {
+        Neighbors {
             correlation: if squares > 0.0 {
                 products / squares
             } else {
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn all_pairs_of_neighbours() {
+    fn all_pairs_of_neighbors() {
         let found: Vec<_> = pairs(UVec2::new(2, 2)).collect();
         assert_eq!(found, [[0, 1], [2, 3], [0, 2], [1, 3]]);
         assert_eq!(

@@ -1,6 +1,6 @@
-//! Are the p-values uniform, as they must be where two pictures agree?
+//! Are the p-values uniform, as they must be where two images agree?
 //!
-//! Jung, Hanika and Dachsbacher (JCGT 9(2), 2020, §4) look at the histogram of all p-values: pictures of
+//! Jung, Hanika and Dachsbacher (JCGT 9(2), 2020, §4) look at the histogram of all p-values: images of
 //! one expectation have a flat one, a peak at 0 betrays bias that no single test can prove. Here
 //! Kolmogorov's test says how far from flat it is. It is a diagnosis, no part of the verdict: t-tests
 //! of skewed samples are not exactly uniform, and stratified samples, whose variance is overestimated,
@@ -17,7 +17,7 @@ pub const BINS: usize = 20;
 const FINE: usize = 400;
 
 /// Blocks that are looked at: more would change nothing (Kolmogorov's test sees deviations of
-/// 1/√n = 0.2 %). They are spread over the picture evenly.
+/// 1/√n = 0.2 %). They are spread over the image evenly.
 const ENOUGH: usize = 1 << 18;
 
 /// Below this many p-values a histogram says nothing.
@@ -44,16 +44,12 @@ pub struct Uniformity {
 
 impl Uniformity {
     /// Of all blocks of one size, by `test`; `None` where there are too few.
-    pub(super) fn of<T: BlockTest>(
-        test: &T,
-        picture: PixelBounds,
-        side: u32,
-    ) -> Option<Uniformity> {
+    pub(super) fn of<T: BlockTest>(test: &T, image: PixelBounds, side: u32) -> Option<Uniformity> {
         let blocks: Vec<PixelBounds> = {
-            let size = picture.size().map(|n| n.div_ceil(side.max(1)));
+            let size = image.size().map(|n| n.div_ceil(side.max(1)));
             let count = size.x as usize * size.y as usize;
             let stride = count.div_ceil(ENOUGH).max(1);
-            picture.tiles(side).step_by(stride).collect()
+            image.tiles(side).step_by(stride).collect()
         };
         let values: Vec<[Option<f64>; 3]> = blocks
             .into_par_iter()

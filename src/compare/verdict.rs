@@ -13,14 +13,14 @@ pub struct Verdict {
     pub alpha: f64,
     /// How it was shared: evenly among the levels, then among the tests of each.
     pub correction: Correction,
-    /// One for each block size, then the whole picture.
+    /// One for each block size, then the whole image.
     pub levels: Vec<Level>,
 }
 
 /// The tests on blocks of one size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Side of the blocks in pixels; `None` for the whole picture.
+    /// Side of the blocks in pixels; `None` for the whole image.
     pub side: Option<u32>,
     /// What is asked of each block.
     pub statistic: Statistic,
@@ -39,9 +39,9 @@ pub struct Level {
 pub enum Statistic {
     /// Is the mean of the difference 0?
     Mean,
-    /// Is the difference of one pixel independent of its right and lower neighbours'? Noise is;
+    /// Is the difference of one pixel independent of its right and lower neighbors'? Noise is;
     /// what has moved, or is sharper than it was, is not.
-    Neighbours,
+    Neighbors,
 }
 
 /// One test.
@@ -51,7 +51,7 @@ pub struct Finding {
     pub bounds: PixelBounds,
     /// 0 red, 1 green, 2 blue.
     pub channel: usize,
-    /// The block's mean in the picture.
+    /// The block's mean in the image.
     pub a: f64,
     /// The block's mean in the reference.
     pub b: f64,
@@ -64,13 +64,13 @@ pub struct Finding {
 }
 
 impl Verdict {
-    /// The probability, at most, of pictures of the same expectation looking this different.
+    /// The probability, at most, of images of the same expectation looking this different.
     pub fn p(&self) -> f64 {
         let smallest = self.levels.iter().fold(1.0f64, |p, level| p.min(level.p));
         self.correction.adjust(smallest, self.levels.len())
     }
 
-    /// True where no test says that the pictures differ.
+    /// True where no test says that the images differ.
     pub fn agrees(&self) -> bool {
         self.p() >= self.alpha
     }
@@ -87,7 +87,7 @@ impl Verdict {
 /// A test before its p-value, which is the dear part, is known.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    /// The means in the picture and in the reference.
+    /// The means in the image and in the reference.
     pub means: [f64; 2],
     pub t: f64,
     pub freedom: f64,
@@ -101,7 +101,7 @@ impl Candidate {
     }
 
     /// A bound from below: Student's tails are heavier than the normal distribution's.
-    fn least_p(&self) -> f64 {
+    fn min_p(&self) -> f64 {
         erfc(self.t.abs() * std::f64::consts::FRAC_1_SQRT_2).max(self.floor)
     }
 }
@@ -128,7 +128,7 @@ impl Gathered {
         let least = if candidate.t.is_nan() {
             0.0
         } else {
-            candidate.least_p()
+            candidate.min_p()
         };
         if least > alpha && worst.is_some_and(|w| least > w.p) {
             return;
@@ -177,12 +177,12 @@ fn precedes(finding: &Finding, other: &Finding) -> bool {
 /// Tests all blocks of one size, on all processors; `alpha` is the level's share.
 pub(super) fn test_level<T: BlockTest>(
     test: &T,
-    picture: PixelBounds,
+    image: PixelBounds,
     side: Option<u32>,
     alpha: f64,
     correction: Correction,
 ) -> Option<Level> {
-    let rows: Vec<PixelBounds> = picture_rows(picture, side).collect();
+    let rows: Vec<PixelBounds> = image_rows(image, side).collect();
     let gathered = rows.into_par_iter().map(|row| {
         let mut gathered = Gathered::default();
         for bounds in row.tiles(side.unwrap_or(u32::MAX)) {
@@ -206,16 +206,16 @@ pub(super) fn test_level<T: BlockTest>(
     })
 }
 
-/// The picture cut into rows of blocks.
-fn picture_rows(picture: PixelBounds, side: Option<u32>) -> impl Iterator<Item = PixelBounds> {
+/// The image cut into rows of blocks.
+fn image_rows(image: PixelBounds, side: Option<u32>) -> impl Iterator<Item = PixelBounds> {
     let side = side.unwrap_or(u32::MAX).max(1);
-    let count = picture.size().y.div_ceil(side);
+    let count = image.size().y.div_ceil(side);
     (0..count).map(move |j| {
-        let top = picture.min.y + j * side;
-        let bottom = top + side.min(picture.max.y - top);
+        let top = image.min.y + j * side;
+        let bottom = top + side.min(image.max.y - top);
         PixelBounds::new(
-            UVec2::new(picture.min.x, top),
-            UVec2::new(picture.max.x, bottom),
+            UVec2::new(image.min.x, top),
+            UVec2::new(image.max.x, bottom),
         )
     })
 }

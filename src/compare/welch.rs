@@ -6,7 +6,7 @@ use crate::film::PixelBounds;
 use glam::DVec3;
 
 /// The standard error of a difference is √(va + vb), its degrees of freedom are
-/// (va + vb)² / (va²/νa + vb²/νb) (Welch 1947; Satterthwaite 1946); or, where both pictures count
+/// (va + vb)² / (va²/νa + vb²/νb) (Welch 1947; Satterthwaite 1946); or, where both images count
 /// their samples, that of the [common variance](super::Options).
 pub(super) struct WelchTest<'a> {
     pub a: Estimate<'a>,

@@ -3,7 +3,7 @@
 use crate::math::UVec2;
 
 /// The pixels with `min ≤ (x, y) < max`, raster coordinates: x right, y down, (0, 0) at the top left
-/// of the full picture.
+/// of the full image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PixelBounds {
     /// First column and row.

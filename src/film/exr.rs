@@ -1,9 +1,9 @@
-//! OpenEXR: scene-linear pictures with their variance and the story of how they were made.
+//! OpenEXR: scene-linear images with their variance and the story of how they were made.
 //!
-//! Channels `R` `G` `B`, and `var.R` `var.G` `var.B` where the picture has variances: a layer named
+//! Channels `R` `G` `B`, and `var.R` `var.G` `var.B` where the image has variances: a layer named
 //! `var` to other programs. All are 32-bit floats: half floats would round a variance below 6e-8 to
 //! nothing and a mean by more than a well-converged render's noise. Scan lines in ZIP blocks of 16,
-//! data window = crop window, display window = full picture, Rec. 709 primaries.
+//! data window = crop window, display window = full image, Rec. 709 primaries.
 
 use super::{FilmMetadata, Image};
 use crate::math::{DMat4, Rgb};
@@ -17,7 +17,7 @@ use std::io::Cursor;
 /// The whole file in memory.
 ///
 /// # Errors
-/// Whatever the encoder refuses, such as a picture without pixels.
+/// Whatever the encoder refuses, such as an image without pixels.
 pub(super) fn encode(image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, Error> {
     let size = image.bounds.size();
     let encoding = Encoding {

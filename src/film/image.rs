@@ -1,4 +1,4 @@
-//! A finished picture in memory.
+//! A finished image in memory.
 
 use super::PixelBounds;
 use crate::math::{Rgb, UVec2};
@@ -6,7 +6,7 @@ use crate::math::{Rgb, UVec2};
 /// Linear RGB of the pixels inside `bounds`, with the variance of each where it is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// Width and height of the full picture (EXR's display window).
+    /// Width and height of the full image (EXR's display window).
     pub resolution: UVec2,
     /// The pixels that are here (EXR's data window).
     pub bounds: PixelBounds,
@@ -18,7 +18,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// A black picture without a crop window.
+    /// A black image without a crop window.
     pub fn black(resolution: UVec2) -> Image {
         let bounds = PixelBounds::new(UVec2::ZERO, resolution);
         Image {
@@ -29,7 +29,7 @@ impl Image {
         }
     }
 
-    /// The value at `pixel` (full-picture coordinates), black outside.
+    /// The value at `pixel` (full-image coordinates), black outside.
     pub fn pixel(&self, pixel: UVec2) -> Rgb {
         self.bounds
             .index(pixel)

@@ -1,4 +1,4 @@
-//! What a file says about how its picture came to be.
+//! What a file says about how its image came to be.
 
 use glam::DMat4;
 
@@ -10,11 +10,11 @@ pub struct FilmMetadata {
     /// attribute `worldToCamera` has it). Column vectors here; the file holds the row-vector form.
     pub world_to_camera: DMat4,
     /// World space to OpenEXR's `worldToNDC`: after the division by w, (0, 0) is the upper left and
-    /// (1, 1) the lower right corner of the display window. `None` where the picture is no projection.
+    /// (1, 1) the lower right corner of the display window. `None` where the image is no projection.
     pub world_to_ndc: Option<DMat4>,
     /// Samples per pixel; on average, and rounded, where tiles have different numbers.
     pub spp: u32,
-    /// Estimated relative error of a picture that was rendered until it was good enough or the time was
+    /// Estimated relative error of an image that was rendered until it was good enough or the time was
     /// up ([`crate::render::Progressive::error`]).
     pub relative_error: Option<f64>,
     /// Seed of the sampler.

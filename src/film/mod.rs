@@ -5,8 +5,8 @@
 //! EXR, PNG, TGA or PFM file and [`read()`] reads back.
 //!
 //! A pixel is the mean of its own samples: reconstruction filters are importance-sampled (Ernst,
-//! Stamminger, Greiner 2006), nothing is splatted onto neighbours. So a pixel's variance can be
-//! estimated, and the picture does not depend on the order or the size of tiles.
+//! Stamminger, Greiner 2006), nothing is splatted onto neighbors. So a pixel's variance can be
+//! estimated, and the image does not depend on the order or the size of tiles.
 //!
 //! ```
 //! use fstop::film::{Film, FilmSpec, PixelBounds};
@@ -43,14 +43,14 @@ pub use bounds::PixelBounds;
 pub use image::Image;
 pub use metadata::FilmMetadata;
 pub use pixels::PixelStatistics;
-pub use read::{Loaded, ReadError, read, read_within};
+pub use read::{LoadedImage, ReadError, read, read_within};
 pub use spec::{FilmError, FilmSpec};
 pub use tile::{DroppedSample, Tile};
 pub use write::{WriteError, check_name, check_output, keeps_variances, write, write_somewhere};
 
 use crate::math::{Rgb, UVec2};
 
-/// The picture being taken: statistics of every pixel inside the crop window.
+/// The image being taken: statistics of every pixel inside the crop window.
 #[derive(Clone, Debug)]
 pub struct Film {
     resolution: UVec2,
@@ -77,7 +77,7 @@ impl Film {
         }
     }
 
-    /// Width and height of the full picture in pixels, crop window or not.
+    /// Width and height of the full image in pixels, crop window or not.
     pub fn resolution(&self) -> UVec2 {
         self.resolution
     }
@@ -148,7 +148,7 @@ impl Film {
         &self.pixels
     }
 
-    /// The picture: mean × film scale of every pixel, negative channels cut to 0 as pbrt-v3's
+    /// The image: mean × film scale of every pixel, negative channels cut to 0 as pbrt-v3's
     /// film does (docs/scene-language.md §4.1), with the variance of each mean.
     ///
     /// The variance is that of the mean before the cut at 0.

@@ -1,4 +1,4 @@
-//! Eight-bit pictures for looking at: PNG and TGA, sRGB-encoded, no tone mapping (docs/scene-language.md §4.8).
+//! Eight-bit images for looking at: PNG and TGA, sRGB-encoded, no tone mapping (docs/scene-language.md §4.8).
 
 use super::Image;
 use crate::math::color::srgb_from_linear;
@@ -14,7 +14,7 @@ pub(super) fn encode(image: &Image, format: ImageFormat) -> Result<Vec<u8>, Imag
     let bytes: Vec<u8> = image
         .pixels
         .iter()
-        .flat_map(|p| p.to_array().map(quantise))
+        .flat_map(|p| p.to_array().map(quantize))
         .collect();
     let mut file = Cursor::new(Vec::new());
     image::write_buffer_with_format(
@@ -29,7 +29,7 @@ pub(super) fn encode(image: &Image, format: ImageFormat) -> Result<Vec<u8>, Imag
 }
 
 /// 255 × the sRGB curve + ½, clamped and cut, as pbrt-v3 rounds. Not a number becomes 0.
-pub(super) fn quantise(linear: f32) -> u8 {
+pub(super) fn quantize(linear: f32) -> u8 {
     // `as` saturates, so values below 0 and above 255 are clamped.
     (255.0 * srgb_from_linear(linear) + 0.5) as u8
 }
@@ -40,7 +40,7 @@ mod tests {
 
     #[test]
     fn known_values() {
-        // 18 % grey is 118 in sRGB (1.055·0.18^(1/2.4) − 0.055 = 0.46136, times 255 = 117.6).
+        // 18 % gray is 118 in sRGB (1.055·0.18^(1/2.4) − 0.055 = 0.46136, times 255 = 117.6).
         let cases = [
             (0.0, 0),
             (-3.0, 0),
@@ -51,9 +51,9 @@ mod tests {
             (f32::NAN, 0),
         ];
         for (linear, byte) in cases {
-            assert_eq!(quantise(linear), byte, "{linear}");
+            assert_eq!(quantize(linear), byte, "{linear}");
         }
         // In the straight part: 12.92 × 0.002 × 255 + ½ = 7.09.
-        assert_eq!(quantise(0.002), 7);
+        assert_eq!(quantize(0.002), 7);
     }
 }

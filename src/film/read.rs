@@ -1,8 +1,8 @@
 //! Reading back what [`write()`](super::write()) wrote, and other programs' EXR files.
 
 use super::{Image, PixelBounds};
+use crate::assets::image_data::SizeLimit;
 use crate::assets::openexr::check_sizes;
-use crate::assets::picture::SizeLimit;
 use crate::budget::Budget;
 use crate::files;
 use crate::math::{Rgb, UVec2};
@@ -12,10 +12,10 @@ use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-/// A picture from a file, with what its header says about the number of samples behind it.
+/// An image from a file, with what its header says about the number of samples behind it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Loaded {
-    /// The picture; with variances where the file has `var.R`, `var.G` and `var.B`.
+pub struct LoadedImage {
+    /// The image; with variances where the file has `var.R`, `var.G` and `var.B`.
     pub image: Image,
     /// Attribute `spp`: samples per pixel of one run.
     pub spp: Option<u32>,
@@ -24,7 +24,7 @@ pub struct Loaded {
     pub runs: Option<u32>,
 }
 
-/// Why a picture could not be read; always names the file.
+/// Why an image could not be read; always names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// Not there, or not an EXR file that can be understood.
@@ -35,9 +35,9 @@ pub enum ReadError {
         /// What the decoder said.
         reason: String,
     },
-    /// The file is an EXR, but no picture.
+    /// The file is an EXR, but no image.
     #[error("{}: has no channels R, G and B", .0.display())]
-    NoColour(PathBuf),
+    NoColor(PathBuf),
     /// A data window that reaches over the display window's left or upper edge, or is absurdly large.
     #[error("{}: its data window lies outside its display window", .0.display())]
     Window(PathBuf),
@@ -47,15 +47,15 @@ pub enum ReadError {
 ///
 /// # Errors
 /// See [`ReadError`].
-pub fn read(path: &Path) -> Result<Loaded, ReadError> {
+pub fn read(path: &Path) -> Result<LoadedImage, ReadError> {
     read_within(path, &Budget::unlimited())
 }
 
-/// As [`read`], with no more memory than is left of `budget`; the picture is not charged.
+/// As [`read`], with no more memory than is left of `budget`; the image is not charged.
 ///
 /// # Errors
 /// See [`ReadError`].
-pub fn read_within(path: &Path, budget: &Budget) -> Result<Loaded, ReadError> {
+pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadError> {
     let unreadable = |reason: String| ReadError::Exr {
         path: path.to_owned(),
         reason,
@@ -78,9 +78,9 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<Loaded, ReadError> {
     let (resolution, bounds) =
         window(layer, display).ok_or_else(|| ReadError::Window(path.to_owned()))?;
     let pixels =
-        colours(layer, ["R", "G", "B"]).ok_or_else(|| ReadError::NoColour(path.to_owned()))?;
-    let variance = colours(layer, ["var.R", "var.G", "var.B"]);
-    Ok(Loaded {
+        colors(layer, ["R", "G", "B"]).ok_or_else(|| ReadError::NoColor(path.to_owned()))?;
+    let variance = colors(layer, ["var.R", "var.G", "var.B"]);
+    Ok(LoadedImage {
         image: Image {
             resolution,
             bounds,
@@ -117,8 +117,8 @@ fn window(
     Some((resolution, PixelBounds::new(min, max)))
 }
 
-/// Three channels as colours, `None` where one is missing or subsampled.
-fn colours(layer: &FlatLayer, names: [&str; 3]) -> Option<Vec<Rgb>> {
+/// Three channels as colors, `None` where one is missing or subsampled.
+fn colors(layer: &FlatLayer, names: [&str; 3]) -> Option<Vec<Rgb>> {
     let mut pixels = vec![Rgb::ZERO; layer.size.0.checked_mul(layer.size.1)?];
     for (i, name) in names.iter().enumerate() {
         let channel = layer

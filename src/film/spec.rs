@@ -17,7 +17,7 @@ const MAX_PIXELS: usize = 1 << 28;
 /// |---|---|---|---|
 /// | `filename` | string | `pbrt.exr` | relative to the working directory |
 /// | `xresolution`, `yresolution` | integer | 1280 × 720 (pbrt-v2: 640 × 480) | pixels |
-/// | `cropwindow` | float×4 | 0 1 0 1 | x0 x1 y0 y1 as fractions of the picture |
+/// | `cropwindow` | float×4 | 0 1 0 1 | x0 x1 y0 y1 as fractions of the image |
 /// | `diagonal` | float | 35 | mm, for the realistic camera |
 /// | `scale` | float | 1 | multiplies the finished pixel |
 /// | `maxsampleluminance` | float | infinite | brighter samples are scaled down to it |
@@ -25,11 +25,11 @@ const MAX_PIXELS: usize = 1 << 28;
 pub struct FilmSpec {
     /// Output file as the scene names it; see [`output`](Self::output).
     pub filename: Option<NamedFile>,
-    /// Width and height of the full picture in pixels.
+    /// Width and height of the full image in pixels.
     pub resolution: UVec2,
-    /// x0, x1, y0, y1 as fractions of the picture, each in 0…1 and in order.
+    /// x0, x1, y0, y1 as fractions of the image, each in 0…1 and in order.
     pub crop_window: [f64; 4],
-    /// Diagonal of the full picture on the film in mm.
+    /// Diagonal of the full image on the film in mm.
     pub diagonal_mm: f64,
     /// Factor on the finished pixel.
     pub scale: f32,
@@ -44,10 +44,10 @@ pub enum FilmError {
     #[error("a crop window is four numbers x0 x1 y0 y1 between 0 and 1")]
     CropWindow,
     /// No pixel lies inside the crop window.
-    #[error("the crop window {0:?} holds no pixel of a {1}×{2} picture")]
+    #[error("the crop window {0:?} holds no pixel of a {1}×{2} image")]
     EmptyCrop([f64; 4], u32, u32),
     /// More pixels than memory could hold.
-    #[error("a picture of {0} pixels is more than this program takes (at most {MAX_PIXELS})")]
+    #[error("an image of {0} pixels is more than this program takes (at most {MAX_PIXELS})")]
     TooManyPixels(usize),
 }
 
@@ -145,7 +145,7 @@ impl FilmSpec {
         }
     }
 
-    /// Makes the picture smaller, in the same proportions, where it has more than `pixels` pixels.
+    /// Makes the image smaller, in the same proportions, where it has more than `pixels` pixels.
     pub fn shrink(&mut self, pixels: u32) {
         let size = self.resolution.as_dvec2();
         let factor = (f64::from(pixels) / (size.x * size.y)).sqrt();
@@ -203,7 +203,7 @@ fn side(reader: &ParamReader, name: &str, default: u32) -> u32 {
         _ => {
             reader.error(
                 name,
-                format!("a picture is 1 to {MAX_SIDE} pixels wide and high, not {pixels}"),
+                format!("an image is 1 to {MAX_SIDE} pixels wide and high, not {pixels}"),
             );
             default
         }
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbouring_crops_tile_the_picture() {
+    fn neighboring_crops_tile_the_image() {
         let cuts = [0.0, 0.07, 0.1, 1.0 / 3.0, 0.5, 0.77, 1.0];
         let mut next = 0;
         for pair in cuts.windows(2) {
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn absurd_pictures_are_refused() {
+    fn absurd_images_are_refused() {
         assert!(film(65536, 65536).check().is_err());
         assert!(film(16384, 16384).check().is_ok());
     }

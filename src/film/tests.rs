@@ -141,7 +141,7 @@ fn exr_header_is_what_other_programs_look_for() {
 }
 
 #[test]
-fn equal_pictures_are_equal_files() {
+fn equal_images_are_equal_files() {
     let folder = tempfile::tempdir().unwrap();
     let image = expose(8, |_| ()).develop();
     for name in ["out.exr", "out.png", "out.pfm", "out.tga"] {
@@ -220,7 +220,7 @@ fn permissions_are_those_of_any_new_file() {
 }
 
 #[test]
-fn what_is_no_picture_is_an_error() {
+fn what_is_no_image_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.exr");
     assert!(read(&path).is_err());

@@ -5,19 +5,19 @@ use crate::math::color::luminance;
 use crate::math::{Rgb, UVec2};
 
 /// Below this luminance a radiance is an error rather than rounding (docs/scene-language.md §4.1).
-const MOST_NEGATIVE_LUMINANCE: f32 = -1e-5;
+const MAX_NEGATIVE_LUMINANCE: f32 = -1e-5;
 
 /// A sample that was dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DroppedSample {
-    /// Its pixel, in raster coordinates of the full picture.
+    /// Its pixel, in raster coordinates of the full image.
     pub pixel: UVec2,
     /// Which of the pixel's samples, from 0.
     pub sample: u64,
 }
 
 impl DroppedSample {
-    /// The one that comes first in the picture, row by row; no matter in what order they were met.
+    /// The one that comes first in the image, row by row; no matter in what order they were met.
     pub(super) fn first(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         a.into_iter()
             .chain(b)
@@ -64,7 +64,7 @@ impl Tile {
         self.bounds
     }
 
-    /// Adds a sample to `pixel` (full-picture raster coordinates; nothing happens outside the tile).
+    /// Adds a sample to `pixel` (full-image raster coordinates; nothing happens outside the tile).
     ///
     /// `radiance` is what the integrator found; `weight` is everything that multiplies it on the way
     /// to the pixel: the camera's weight times the filter's (±1 for filters with negative lobes).
@@ -74,11 +74,11 @@ impl Tile {
     /// not finite, or whose luminance is below −1e-5, is counted as black and as dropped; the answer
     /// is then `false`.
     pub fn add_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: f32) -> bool {
-        self.add_coloured_sample(pixel, radiance, Rgb::splat(weight))
+        self.add_colored_sample(pixel, radiance, Rgb::splat(weight))
     }
 
     /// The same with a weight for each channel.
-    pub fn add_coloured_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: Rgb) -> bool {
+    pub fn add_colored_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: Rgb) -> bool {
         let Some(statistics) = self
             .bounds
             .index(pixel)
@@ -93,7 +93,7 @@ impl Tile {
             radiance
         };
         let value = limited * weight;
-        let good = radiance.is_finite() && value.is_finite() && y >= MOST_NEGATIVE_LUMINANCE;
+        let good = radiance.is_finite() && value.is_finite() && y >= MAX_NEGATIVE_LUMINANCE;
         if !good {
             let sample = self.first_sample + statistics.count();
             let dropped = Some(DroppedSample { pixel, sample });

@@ -1,15 +1,15 @@
-//! A picture into a file.
+//! An image into a file.
 
 use super::{FilmMetadata, Image, exr, pfm, png};
 use crate::output::{self, OutputError};
 use image::ImageFormat;
 use std::path::{Path, PathBuf};
 
-/// Why a picture could not be written; always names the file.
+/// Why an image could not be written; always names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The name does not end in a format's extension.
-    #[error("{}: a picture's name must end in .exr, .pfm, .png or .tga", .0.display())]
+    #[error("{}: an image's name must end in .exr, .pfm, .png or .tga", .0.display())]
     UnknownFormat(PathBuf),
     /// The file cannot be made.
     #[error(transparent)]
@@ -22,17 +22,17 @@ pub enum WriteError {
         /// The file that was made.
         place: PathBuf,
     },
-    /// The format cannot hold this picture.
+    /// The format cannot hold this image.
     #[error("{}: cannot encode: {reason}", .path.display())]
     Encode {
-        /// The picture's file.
+        /// The image's file.
         path: PathBuf,
         /// What the encoder said.
         reason: String,
     },
 }
 
-/// What a picture's file can be, by its name's extension.
+/// What an image's file can be, by its name's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Exr,
@@ -86,17 +86,17 @@ pub fn check_output(path: &Path) -> Result<(), WriteError> {
 /// before is replaced.
 ///
 /// # Errors
-/// See [`check_output`]; a full disk; a picture the format cannot hold.
+/// See [`check_output`]; a full disk; an image the format cannot hold.
 pub fn write(path: &Path, image: &Image, metadata: &FilmMetadata) -> Result<(), WriteError> {
     let bytes = encode(path, image, metadata)?;
     Ok(output::write(path, &bytes)?)
 }
 
-/// As [`write()`], for pictures that took long to render: where the file cannot be made, it goes to the
+/// As [`write()`], for images that took long to render: where the file cannot be made, it goes to the
 /// current folder or to that for temporary files ([`output::rescue`]).
 ///
 /// # Errors
-/// See [`write()`]; [`WriteError::Elsewhere`] where the picture is safe, but not where it was wanted.
+/// See [`write()`]; [`WriteError::Elsewhere`] where the image is safe, but not where it was wanted.
 pub fn write_somewhere(
     path: &Path,
     image: &Image,

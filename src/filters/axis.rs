@@ -2,20 +2,20 @@
 
 use crate::math::distribution::Distribution1D;
 
-/// Constant pieces from a filter's centre to its edge, as in pbrt-v3's film.
+/// Constant pieces from a filter's center to its edge, as in pbrt-v3's film.
 const PIECES: usize = 16;
 
 /// The least |∫f| / ∫|f| that is divided by: below it the weights, and with them the noise, would
 /// exceed a thousand.
 const SMALLEST_RATIO: f64 = 1e-3;
 
-/// The farthest pixel centre that [`Axis::integers`] reaches: no picture is filtered wider.
+/// The farthest pixel center that [`Axis::integers`] reaches: no image is filtered wider.
 const FARTHEST_CENTER: f64 = 4096.0;
 
 /// A one-dimensional filter: a density proportional to its magnitude, and weights.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
-    /// Half width in pixels; for pixel centres the number of them on each side.
+    /// Half width in pixels; for pixel centers the number of them on each side.
     radius: f32,
     cells: Cells,
 }
@@ -26,7 +26,7 @@ enum Cells {
     Uniform,
     /// Equal cells from edge to edge, each with its weight.
     Pieces(Distribution1D, Vec<f32>),
-    /// One cell for each pixel centre within reach, each with its weight.
+    /// One cell for each pixel center within reach, each with its weight.
     Centers(Distribution1D, Vec<f32>),
 }
 
@@ -39,14 +39,14 @@ impl Axis {
         }
     }
 
-    /// The filter whose value at `distance` pixels from the centre is `factor`(distance), as
-    /// constant pieces. `None` where it cannot be normalised.
+    /// The filter whose value at `distance` pixels from the center is `factor`(distance), as
+    /// constant pieces. `None` where it cannot be normalized.
     pub(super) fn continuous(radius: f64, factor: impl Fn(f64) -> f64) -> Option<Axis> {
         let half: Vec<f64> = (0..PIECES)
             .map(|i| factor((i as f64 + 0.5) * radius / PIECES as f64))
             .collect();
         let values: Vec<f64> = half.iter().rev().chain(&half).copied().collect();
-        let (distribution, weights) = normalise(&values)?;
+        let (distribution, weights) = normalize(&values)?;
         let cells = if values.iter().all(|&v| v == values[0]) {
             Cells::Uniform
         } else {
@@ -68,14 +68,14 @@ impl Axis {
                 factor((piece as f64 + 0.5) * radius / PIECES as f64)
             })
             .collect();
-        let (distribution, weights) = normalise(&values)?;
+        let (distribution, weights) = normalize(&values)?;
         Some(Axis {
             radius: reach as f32,
             cells: Cells::Centers(distribution, weights),
         })
     }
 
-    /// Offset from the centre in pixels, and weight, for `u` in [0, 1).
+    /// Offset from the center in pixels, and weight, for `u` in [0, 1).
     pub(super) fn sample(&self, u: f32) -> (f32, f32) {
         match &self.cells {
             Cells::Uniform => ((2.0 * u - 1.0) * self.radius, 1.0),
@@ -92,7 +92,7 @@ impl Axis {
 }
 
 /// The density of |values| and the weight sign · ∑|f| / ∑f of each.
-fn normalise(values: &[f64]) -> Option<(Distribution1D, Vec<f32>)> {
+fn normalize(values: &[f64]) -> Option<(Distribution1D, Vec<f32>)> {
     let sum: f64 = values.iter().sum();
     let magnitude: f64 = values.iter().map(|v| v.abs()).sum();
     // Relative to the mean, so that single precision holds any filter; false for NaN.

@@ -34,7 +34,7 @@ impl GaussianFilter {
         }
     }
 
-    /// The factor along one axis, `distance` ≥ 0 pixels from the centre.
+    /// The factor along one axis, `distance` ≥ 0 pixels from the center.
     pub fn factor(&self, distance: f64, radius: f64) -> f64 {
         let bell = |x: f64| (-self.alpha * x * x).exp();
         (bell(distance) - bell(radius)).max(0.0)

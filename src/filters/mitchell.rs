@@ -39,7 +39,7 @@ impl MitchellFilter {
         }
     }
 
-    /// The factor along one axis, `distance` ≥ 0 pixels from the centre.
+    /// The factor along one axis, `distance` ≥ 0 pixels from the center.
     pub fn factor(&self, distance: f64, radius: f64) -> f64 {
         let (b, c) = (self.b, self.c);
         let x = 2.0 * distance / radius;
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbouring_cubics_sum_to_one() {
+    fn neighboring_cubics_sum_to_one() {
         // The defining property of the whole family: shifted by whole pixels they add up to 1.
         for (b, c) in [(1.0 / 3.0, 1.0 / 3.0), (0.0, 0.5), (1.0, 0.0)] {
             let f = MitchellFilter {

@@ -1,13 +1,13 @@
 //! Pixel reconstruction filters, sampled by importance.
 //!
-//! A pixel's value is the mean of (filter × radiance) around its centre. Instead of splatting each
+//! A pixel's value is the mean of (filter × radiance) around its center. Instead of splatting each
 //! sample onto all pixels near it, as pbrt-v3's film does, every pixel places its own samples with
 //! a density proportional to |filter| and gives each the weight sign · ∫|f| / ∫f (Ernst,
 //! Stamminger and Greiner, "Filter Importance Sampling", 2006). The expectation is the same, and
 //! pixels stay independent of each other.
 //!
 //! As in pbrt-v3 a filter is the product of two one-dimensional ones, each replaced by 16 constant
-//! pieces from the centre to its edge (docs/scene-language.md §3.3). Widths are *half* widths, in pixels.
+//! pieces from the center to its edge (docs/scene-language.md §3.3). Widths are *half* widths, in pixels.
 
 mod axis;
 mod box_filter;
@@ -57,8 +57,8 @@ impl FilterShape {
         }
     }
 
-    /// One factor of the separable filter, `distance` ≥ 0 pixels from the centre along an axis
-    /// whose half width is `radius`; not normalised.
+    /// One factor of the separable filter, `distance` ≥ 0 pixels from the center along an axis
+    /// whose half width is `radius`; not normalized.
     pub fn factor(&self, distance: f64, radius: f64) -> f64 {
         match self {
             FilterShape::Box(f) => f.factor(),
@@ -87,7 +87,7 @@ impl FilterShape {
 /// Where a sample lies and how much it counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterSample {
-    /// Pixels from the pixel's centre: x right, y down, each in [−radius, radius).
+    /// Pixels from the pixel's center: x right, y down, each in [−radius, radius).
     pub offset: Vec2,
     /// Factor of the sample's radiance; 1 in the mean, negative where the filter is.
     pub weight: f32,
@@ -136,12 +136,12 @@ impl Filter {
         })
     }
 
-    /// The filter for samples that may lie only at pixel centres (halton's `samplepixelcenter`):
-    /// a pixel then averages the centres of the pixels around it.
+    /// The filter for samples that may lie only at pixel centers (halton's `samplepixelcenter`):
+    /// a pixel then averages the centers of the pixels around it.
     pub fn at_pixel_centers(&self) -> Filter {
         let radius = self.shape.radius();
         let axis = |r: f64| {
-            // Whatever cannot be normalised falls back to the pixel's own centre.
+            // Whatever cannot be normalized falls back to the pixel's own center.
             Axis::integers(r, |distance| self.shape.factor(distance, r))
                 .unwrap_or_else(|| Axis::uniform(0.0))
         };
@@ -204,7 +204,7 @@ mod tests {
         ]
     }
 
-    /// pbrt's table: the entry that serves a point `x` pixels from the centre.
+    /// pbrt's table: the entry that serves a point `x` pixels from the center.
     fn table(shape: &FilterShape, x: f64, r: f64) -> f64 {
         let i = ((16.0 * x.abs() / r) as usize).min(15);
         shape.factor((i as f64 + 0.5) * r / 16.0, r)

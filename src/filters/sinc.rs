@@ -42,7 +42,7 @@ impl SincFilter {
         }
     }
 
-    /// The factor along one axis, `distance` ≥ 0 pixels from the centre.
+    /// The factor along one axis, `distance` ≥ 0 pixels from the center.
     pub fn factor(&self, distance: f64, radius: f64) -> f64 {
         if distance > radius {
             return 0.0;

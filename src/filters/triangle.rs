@@ -30,7 +30,7 @@ impl TriangleFilter {
         }
     }
 
-    /// The factor along one axis, `distance` ≥ 0 pixels from the centre.
+    /// The factor along one axis, `distance` ≥ 0 pixels from the center.
     pub fn factor(&self, distance: f64, radius: f64) -> f64 {
         (radius - distance).max(0.0)
     }

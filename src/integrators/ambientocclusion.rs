@@ -23,7 +23,7 @@ use crate::world::World;
 use std::f32::consts::PI;
 
 /// The most directions from one point: the error of so many is 0.2 %.
-const MOST: i64 = 65_536;
+const MAX: i64 = 65_536;
 
 /// Which directions are tried, and what a free one counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub struct AmbientOcclusion {
 impl AmbientOcclusion {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> AmbientOcclusion {
-        let samples = |default| reader.integer_within("nsamples", default, 1..=MOST) as u32;
+        let samples = |default| reader.integer_within("nsamples", default, 1..=MAX) as u32;
         match reader.dialect() {
             Dialect::V2 => AmbientOcclusion {
                 directions: Directions::UniformFraction,

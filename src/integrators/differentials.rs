@@ -1,5 +1,5 @@
 //! Ray differentials after a perfect mirror or a smooth refraction (Igehy 1999, §3.2; Pharr, Jakob
-//! and Humphreys 2016, §10.1.3): the neighbouring film points' rays, so that textures seen in
+//! and Humphreys 2016, §10.1.3): the neighboring film points' rays, so that textures seen in
 //! mirrors and through glass are filtered as widely as they are shrunk.
 
 use crate::bsdf::{Bsdf, BsdfSample};
@@ -89,7 +89,7 @@ mod tests {
         let (mut scene, _) = read_scene(&sources, main, &ReadSettings::default());
         let (built, diagnostics) = crate::build::build(scene.frames.pop().unwrap(), 0);
         assert!(!diagnostics.has_errors());
-        built.unwrap().shot.world
+        built.unwrap().job.world
     }
 
     /// Where a ray goes on.
@@ -104,7 +104,7 @@ mod tests {
         Some((hit.surface, bsdf, sample))
     }
 
-    /// Against the neighbouring rays themselves, traced to the same surface. False where nothing
+    /// Against the neighboring rays themselves, traced to the same surface. False where nothing
     /// is transmitted: total reflection.
     fn check(name: &str, world: &World, o: Vec3, target: Vec3, transmit: bool) -> bool {
         // Large enough for single-precision hits, small enough for the first order.
@@ -112,23 +112,23 @@ mod tests {
         let d = (target - o).normalize();
         let (sx, sy) = crate::math::frame::coordinate_system(d);
         let ray = Ray::new(o, d, 0.0);
-        let neighbours =
+        let neighbors =
             [sx, sy].map(|s| Ray::new(o + s * (0.5 * STEP), (d + s * STEP).normalize(), 0.0));
         let arriving = RayDifferentials {
-            rx_o: neighbours[0].o,
-            rx_d: neighbours[0].d,
-            ry_o: neighbours[1].o,
-            ry_d: neighbours[1].d,
+            rx_o: neighbors[0].o,
+            rx_d: neighbors[0].d,
+            ry_o: neighbors[1].o,
+            ry_d: neighbors[1].d,
         };
         let Some((surface, bsdf, sample)) = leave(world, &ray, transmit) else {
             return false;
         };
         let found = scattered(&arriving, &surface, &bsdf, &sample);
-        for (neighbour, o, d) in [
-            (&neighbours[0], found.rx_o, found.rx_d),
-            (&neighbours[1], found.ry_o, found.ry_d),
+        for (neighbor, o, d) in [
+            (&neighbors[0], found.rx_o, found.rx_d),
+            (&neighbors[1], found.ry_o, found.ry_d),
         ] {
-            let (at, _, traced) = leave(world, neighbour, transmit).expect("a hit");
+            let (at, _, traced) = leave(world, neighbor, transmit).expect("a hit");
             let turned = traced.wi - sample.wi;
             let said = d - sample.wi;
             // What the second order leaves of so small a step: a few hundredths of the change on a
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn directions_change_as_those_of_neighbouring_rays() {
+    fn directions_change_as_those_of_neighboring_rays() {
         let shapes = [
             ("ball", "Shape \"sphere\" \"float radius\" 1"),
             ("flattened ball", "Scale 1 .6 1.3 Shape \"sphere\""),

@@ -2,7 +2,7 @@
 //! combined by the power heuristic (Veach 1997, §9.2; Pharr, Jakob and Humphreys 2016, §14.3.1).
 
 use super::vertex::receiver;
-use crate::accel::Sight;
+use crate::accel::EmitterHit;
 use crate::bsdf::Bsdf;
 use crate::lights::LightGroup;
 use crate::math::sampling::power_heuristic;
@@ -50,15 +50,15 @@ pub fn estimate(
         return sum;
     };
     let ray = surface.spawn_ray(sample.wi);
-    let (radiance, light_pdf) = match world.look(&ray) {
-        Sight::Shining(hit) => match hit.light.map(|met| (world.light(met), group.pmf(met))) {
+    let (radiance, light_pdf) = match world.intersect_emitter(&ray) {
+        EmitterHit::Emitter(hit) => match hit.light.map(|met| (world.light(met), group.pmf(met))) {
             Some((met, probability)) if probability > 0.0 => (
                 met.emitted(&hit.surface),
                 probability * met.pdf(&from, ray.d, Some(&hit.surface)),
             ),
             _ => return sum,
         },
-        Sight::Open if light.is_infinite() => light.escaped_and_pdf(&from, ray.d),
+        EmitterHit::Escaped if light.is_infinite() => light.escaped_and_pdf(&from, ray.d),
         _ => return sum,
     };
     if light_pdf > 0.0 {

@@ -42,7 +42,7 @@ impl DirectLighting {
     pub fn from_params(reader: &ParamReader) -> DirectLighting {
         DirectLighting {
             max_depth: super::max_depth(reader),
-            strategy: match reader.choice("strategy", &["all", "one"]) {
+            strategy: match reader.one_of("strategy", &["all", "one"]) {
                 "one" => Strategy::One,
                 _ => Strategy::All,
             },

@@ -139,7 +139,7 @@ impl LightTracer {
             name,
             stand_in,
             difference: match stand_in {
-                "volpath" => ": the same picture, other noise",
+                "volpath" => ": the same image, other noise",
                 _ => ", which has none of its bias",
             },
         })
@@ -181,7 +181,7 @@ impl IntegratorSettings {
         }
     }
 
-    /// Reads an `Integrator` or `SurfaceIntegrator` directive. Those that are not modelled are rendered by
+    /// Reads an `Integrator` or `SurfaceIntegrator` directive. Those that are not modeled are rendered by
     /// `path` or `volpath`; what is to be said of a [`LightTracer`] depends on the world.
     pub fn from_params(reader: &ParamReader) -> IntegratorSettings {
         let spec = match reader.kind() {
@@ -240,7 +240,7 @@ impl IntegratorSettings {
     }
 }
 
-/// Parameters of integrators whose work `path` does: legal, and without effect on the picture.
+/// Parameters of integrators whose work `path` does: legal, and without effect on the image.
 fn read_and_ignore(reader: &ParamReader) {
     const WITHOUT_EFFECT: &[&str] = &[
         "bootstrapsamples",

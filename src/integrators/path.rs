@@ -101,18 +101,18 @@ impl Default for Path {
 
 /// How the path came to its present vertex: decides what emission met there counts for.
 #[derive(Clone, Copy)]
-enum Arrival {
+enum MisState {
     /// From the camera or by a mirror: no light sampling competes.
-    Direct,
+    Delta,
     /// Scattered with this density at this point: weigh against light sampling, of every light there or of one.
-    Scattered {
+    Sampled {
         from: ReferencePoint,
         pdf: f32,
         every: bool,
     },
     /// Scattered and then passed a surface without material, which blocks shadow rays:
     /// as in pbrt-v3 the light behind it is not seen (docs/scene-language.md §4.3).
-    Veiled,
+    Blocked,
 }
 
 impl Path {
@@ -123,7 +123,7 @@ impl Path {
             max_depth: super::max_depth(reader) + extra,
             rr_threshold: reader.float("rrthreshold", 1.0) as f32,
             light_strategy: match reader
-                .choice("lightsamplestrategy", &["spatial", "power", "uniform"])
+                .one_of("lightsamplestrategy", &["spatial", "power", "uniform"])
             {
                 "power" => SelectionStrategy::Power,
                 "uniform" => SelectionStrategy::Uniform,
@@ -150,7 +150,7 @@ impl Path {
             selector,
             ray,
             differentials,
-            arrival: Arrival::Direct,
+            mis: MisState::Delta,
             medium: if MEDIA { world.media.camera } else { None },
             throughput: Rgb::ONE,
             radiance: Rgb::ZERO,
@@ -175,7 +175,7 @@ struct Walk<'a, const MEDIA: bool> {
     ray: Ray,
     /// Those of the camera ray.
     differentials: Option<&'a RayDifferentials>,
-    arrival: Arrival,
+    mis: MisState,
     /// What the ray goes through.
     medium: Option<MediumId>,
     throughput: Rgb,
@@ -212,7 +212,7 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         let Some(hit) = &hit else {
             let met = Met::Background;
             witness.arrive(Place { depth, met }, self.radiance);
-            let light = escaped(self.world, self.selector, &self.ray, &self.arrival);
+            let light = escaped(self.world, self.selector, &self.ray, &self.mis);
             self.radiance += self.throughput * light;
             return None;
         };
@@ -220,7 +220,7 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         witness.arrive(Place { depth, met }, self.radiance);
         if let Some(light) = hit.light {
             let (world, selector) = (self.world, self.selector);
-            let light = emitted(world, selector, &self.ray, (hit, light), &self.arrival);
+            let light = emitted(world, selector, &self.ray, (hit, light), &self.mis);
             self.radiance += self.throughput * light;
         }
         let Some(material) = self.world.material(hit.material) else {
@@ -275,7 +275,7 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         let from = vertex.reference_point();
         self.ray = Ray::new(vertex.p, wi, from.time);
         let every = self.every_light().is_some();
-        self.arrival = Arrival::Scattered { from, pdf, every };
+        self.mis = MisState::Sampled { from, pdf, every };
         self.differentials = None;
         self.straight = false;
         if self.path.media == MediaSeen::Single {
@@ -290,15 +290,15 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
     /// light that the scattered direction finds, and light sampling's half passes these surfaces too.
     /// A path from the camera or a mirror has found all that it may, and ends as in pbrt-v3.
     fn pass(&mut self, hit: &GeometryHit) -> Option<()> {
-        let seeks_light = MEDIA && matches!(self.arrival, Arrival::Scattered { .. });
+        let seeks_light = MEDIA && matches!(self.mis, MisState::Sampled { .. });
         self.nulls += 1;
         if self.nulls > MAX_NULL_SURFACES || (self.depth >= self.max_depth && !seeks_light) {
             return None;
         }
         if MEDIA {
             self.medium = self.world.medium_beyond(hit, self.ray.d, self.medium);
-        } else if let Arrival::Scattered { .. } = self.arrival {
-            self.arrival = Arrival::Veiled;
+        } else if let MisState::Sampled { .. } = self.mis {
+            self.mis = MisState::Blocked;
         }
         self.ray = hit.surface.spawn_ray(self.ray.d);
         self.differentials = None;
@@ -314,7 +314,7 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         stream: &mut SampleStream,
     ) -> Option<()> {
         let differentials = self.differentials.take();
-        let mut bsdf = Bsdf::nowhere();
+        let mut bsdf = Bsdf::empty();
         self.world
             .fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
         let sample = self.scatter_by(hit, &bsdf, stream)?;
@@ -365,9 +365,10 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         }
         let (scattered, choice) = ((bsdf, sample), || stream.next_1d());
         let world = self.world;
-        let beneath = world.beneath(hit.material, surface, scattered, differentials, choice);
-        self.throughput *= beneath.share;
-        let Some(bssrdf) = beneath.bssrdf else {
+        let subsurface =
+            world.subsurface_transport(hit.material, surface, scattered, differentials, choice);
+        self.throughput *= subsurface.share;
+        let Some(bssrdf) = subsurface.bssrdf else {
             return self.leave(hit, bsdf, sample);
         };
         if !sample.specular {
@@ -389,7 +390,7 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
         stream: &mut SampleStream,
     ) -> Rgb {
         let (world, selector) = (self.world, self.selector);
-        let arrival = self.scattered(hit, bsdf, sample);
+        let mis = self.scattered(hit, bsdf, sample);
         let mut ray = hit.surface.spawn_ray(sample.wi);
         let mut medium = match MEDIA {
             true => world.medium_beyond(hit, sample.wi, self.medium),
@@ -401,10 +402,10 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
             let t_max = next.as_ref().map_or(f32::INFINITY, |next| next.t);
             throughput *= dimmed(world, medium, &ray, t_max, stream);
             let Some(next) = next else {
-                return light + throughput * escaped(world, selector, &ray, &arrival);
+                return light + throughput * escaped(world, selector, &ray, &mis);
             };
             if let Some(id) = next.light {
-                light += throughput * emitted(world, selector, &ray, (&next, id), &arrival);
+                light += throughput * emitted(world, selector, &ray, (&next, id), &mis);
             }
             if !MEDIA || next.material.is_some() || is_black(throughput) {
                 break;
@@ -429,8 +430,8 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
             }
             self.max_depth += 1;
         }
-        self.arrival = if sample.specular {
-            Arrival::Direct
+        self.mis = if sample.specular {
+            MisState::Delta
         } else {
             self.scattered(hit, bsdf, sample)
         };
@@ -447,9 +448,9 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
     fn survive(&mut self, stream: &mut SampleStream) -> Option<()> {
         let late = self.depth > ROULETTE_AFTER;
         self.depth += 1;
-        let early = match self.arrival {
+        let early = match self.mis {
             _ if late => 1.0,
-            Arrival::Scattered { pdf, .. } if pdf <= BROAD => EARLY_WORTH,
+            MisState::Sampled { pdf, .. } if pdf <= BROAD => EARLY_WORTH,
             _ => return Some(()),
         };
         let worth = early * (self.throughput * self.eta_scale).max_element();
@@ -463,8 +464,8 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
 
     /// How a ray sets off that the surface scatters as `sample` says.
     #[inline]
-    fn scattered(&self, hit: &GeometryHit, bsdf: &Bsdf, sample: &BsdfSample) -> Arrival {
-        Arrival::Scattered {
+    fn scattered(&self, hit: &GeometryHit, bsdf: &Bsdf, sample: &BsdfSample) -> MisState {
+        MisState::Sampled {
             from: receiver(&hit.surface, bsdf),
             pdf: sample.pdf,
             every: self.every_light().is_some(),
@@ -476,7 +477,7 @@ impl<const MEDIA: bool> Walk<'_, MEDIA> {
     #[inline]
     fn every_light(&self) -> Option<u32> {
         match self.depth {
-            0 => self.selector.few(),
+            0 => self.selector.sample_all_count(),
             _ => None,
         }
     }
@@ -555,17 +556,17 @@ fn emitted(
     selector: &LightSelector,
     ray: &Ray,
     (hit, id): (&GeometryHit, LightId),
-    arrival: &Arrival,
+    mis: &MisState,
 ) -> Rgb {
     let light = world.light(id);
     let radiance = light.emitted(&hit.surface);
     if is_black(radiance) {
         return Rgb::ZERO;
     }
-    match arrival {
-        Arrival::Direct => radiance,
-        Arrival::Veiled => Rgb::ZERO,
-        Arrival::Scattered { from, pdf, every } => {
+    match mis {
+        MisState::Delta => radiance,
+        MisState::Blocked => Rgb::ZERO,
+        MisState::Sampled { from, pdf, every } => {
             let probability = chance(selector, from, id, *every);
             let light_pdf = probability * light.pdf(from, ray.d, Some(&hit.surface));
             // A light that is never chosen (an instanced emitter) glows but lights nothing, as in pbrt-v3.
@@ -583,16 +584,18 @@ fn chance(selector: &LightSelector, from: &ReferencePoint, id: LightId, every: b
     if !every {
         return selector.pmf(from, id);
     }
-    let sampled = selector.few().is_some_and(|count| id.0 < count);
+    let sampled = selector
+        .sample_all_count()
+        .is_some_and(|count| id.0 < count);
     f32::from(u8::from(sampled))
 }
 
 /// Light from beyond the scene, weighted by how the path arrived.
-fn escaped(world: &World, selector: &LightSelector, ray: &Ray, arrival: &Arrival) -> Rgb {
-    match arrival {
-        Arrival::Direct => world.escaped_radiance(ray),
-        Arrival::Veiled => Rgb::ZERO,
-        Arrival::Scattered { from, pdf, every } => world
+fn escaped(world: &World, selector: &LightSelector, ray: &Ray, mis: &MisState) -> Rgb {
+    match mis {
+        MisState::Delta => world.escaped_radiance(ray),
+        MisState::Blocked => Rgb::ZERO,
+        MisState::Sampled { from, pdf, every } => world
             .infinite_lights
             .iter()
             .map(|&id| {

@@ -66,7 +66,7 @@ pub fn trace(
             }
             continue;
         };
-        let mut bsdf = Bsdf::nowhere();
+        let mut bsdf = Bsdf::empty();
         let differentials = branch.differentials.as_ref();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
         radiance += branch.throughput * (world.emitted_radiance(&hit) + local(&hit, &bsdf, stream));

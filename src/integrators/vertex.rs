@@ -6,7 +6,7 @@ use crate::handles::MediumId;
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec3};
 use crate::media::HenyeyGreenstein;
-use crate::surface::{Reception, ReferencePoint, SurfaceHit};
+use crate::surface::{ReceiverSide, ReferencePoint, SurfaceHit};
 use crate::world::World;
 
 /// A point of scattering. Directions are unit vectors away from it.
@@ -25,7 +25,7 @@ pub trait Vertex {
 /// A point that receives light by light sampling and by rays that the BSDF scatters.
 pub fn receiver(surface: &SurfaceHit, bsdf: &Bsdf) -> ReferencePoint {
     ReferencePoint {
-        reception: bsdf.reception(surface.wo),
+        receiver_side: bsdf.receiver_side(surface.wo),
         ..surface.reference_point()
     }
 }
@@ -88,7 +88,7 @@ impl Vertex for MediumVertex {
             p_error: Vec3::ZERO,
             n: Vec3::ZERO,
             time: self.time,
-            reception: Reception::BothSides,
+            receiver_side: ReceiverSide::BothSides,
         }
     }
 

@@ -66,7 +66,7 @@ pub(super) fn transmittance(
         let (_, radius) = world.geometry.bounds().bounding_sphere();
         ray.t_max = 2.0 * radius * SHORT_OF_THE_LIGHT;
     }
-    if !world.has_passable_surfaces() {
+    if !world.has_recoverable_surfaces() {
         return if world.occluded(&ray) {
             Rgb::ZERO
         } else {

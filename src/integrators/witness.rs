@@ -50,14 +50,14 @@ pub struct Watch {
 impl Watch {
     /// The first point whose light is not finite, or the last one of the path where the path's
     /// whole `radiance` is finite but negative; `None` where the path met nothing.
-    pub fn culprit(self) -> Option<Place> {
+    pub fn offender(self) -> Option<Place> {
         self.last
     }
 }
 
 impl Witness for Watch {
     fn arrive(&mut self, place: Place, radiance: Rgb) {
-        // What is wrong on arrival went wrong at the point before.
+        // What is wrong on mis went wrong at the point before.
         self.wrong |= !radiance.is_finite();
         if !self.wrong {
             self.last = Some(place);
@@ -80,8 +80,8 @@ mod tests {
             for (depth, radiance) in [(0, Rgb::ZERO), (1, Rgb::ONE), (2, bad), (3, Rgb::ONE)] {
                 watch.arrive(place(depth), radiance);
             }
-            assert_eq!(watch.culprit(), Some(place(1)));
+            assert_eq!(watch.offender(), Some(place(1)));
         }
-        assert_eq!(Watch::default().culprit(), None);
+        assert_eq!(Watch::default().offender(), None);
     }
 }

@@ -6,7 +6,7 @@
 //! Source: Pharr, Jakob and Humphreys 2016, §12.5; docs/scene-language.md §3.11 and §4.5.
 
 use super::LightSample;
-use super::reach::Reach;
+use super::light_bounds::LightBounds;
 use super::sample_count::{quick, sample_count};
 use super::strength::strength;
 use crate::math::color::is_black;
@@ -148,13 +148,13 @@ impl DiffuseAreaLight {
     }
 
     /// Looks at the emitter from six sides to see roughly where it lies and whether it is flat.
-    pub(super) fn reach(&self) -> Reach {
+    pub(super) fn reach(&self) -> LightBounds {
         // From one point of a sphere, this far away is outside it; a piece of a plane cannot be
         // seen edge-on from all of these at once.
         let size = 2.0 * (self.emitter.area() as f32).sqrt();
         let eyes = [Vec3::ZERO, size * Vec3::X, size * Vec3::Y, size * Vec3::Z];
         let Some(first) = eyes.into_iter().find_map(|eye| self.look_from(eye, 0.5)) else {
-            return Reach::nowhere();
+            return LightBounds::nowhere();
         };
         let sides = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
         let numbers = [0.1, 0.9, 0.3, 0.7, 0.5, 0.95];
@@ -170,10 +170,10 @@ impl DiffuseAreaLight {
         }
         let area = self.emitter.area() as f32;
         match (flat, self.two_sided) {
-            (true, false) => Reach::area(low, high, area * self.radiance).on_side(first.1),
-            (true, true) => Reach::area(low, high, area * self.radiance),
+            (true, false) => LightBounds::area(low, high, area * self.radiance).on_side(first.1),
+            (true, true) => LightBounds::area(low, high, area * self.radiance),
             // A convex shape shows a quarter of its area, on average over all directions (Cauchy).
-            (false, _) => Reach::area(low, high, 0.25 * area * self.radiance),
+            (false, _) => LightBounds::area(low, high, 0.25 * area * self.radiance),
         }
     }
 
@@ -184,7 +184,7 @@ impl DiffuseAreaLight {
             p_error: Vec3::ZERO,
             n: Vec3::ZERO,
             time: 0.0,
-            reception: Default::default(),
+            receiver_side: Default::default(),
         };
         // The second number goes round while the first goes through.
         let chosen = self.emitter.sample(&eye, Vec2::new(u, (u * 7.0).fract()))?;
@@ -231,7 +231,7 @@ mod tests {
             p_error: Vec3::ZERO,
             n: Vec3::ZERO,
             time: 0.25,
-            reception: Default::default(),
+            receiver_side: Default::default(),
         }
     }
 

@@ -6,7 +6,7 @@
 //! Source: Pharr, Jakob and Humphreys 2016, §12.4; docs/scene-language.md §3.10.
 
 use super::LightSample;
-use super::reach::Reach;
+use super::light_bounds::LightBounds;
 use super::strength::strength;
 use crate::math::color::is_black;
 use crate::math::transform::Transform;
@@ -83,8 +83,8 @@ impl DistantLight {
         PI * scene_radius * scene_radius * self.irradiance
     }
 
-    pub(super) fn reach(&self) -> Reach {
-        Reach::everywhere(self.irradiance)
+    pub(super) fn reach(&self) -> LightBounds {
+        LightBounds::everywhere(self.irradiance)
     }
 }
 
@@ -105,7 +105,7 @@ mod tests {
                 p_error: Vec3::ZERO,
                 n: Vec3::Y,
                 time: 0.0,
-                reception: Default::default(),
+                receiver_side: Default::default(),
             };
             let s = light.sample(&from).unwrap();
             assert_eq!(

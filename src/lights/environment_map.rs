@@ -1,7 +1,7 @@
-//! Latitude-longitude pictures of light coming from all around, and sampling them.
+//! Latitude-longitude images of light coming from all around, and sampling them.
 //!
 //! Coordinates are u = azimuth/2π from +x over +y, v = polar angle/π from +z, both in [0, 1);
-//! picture row 0, its top, is at v = 0 (docs/scene-language.md §3.10). As [`LightMap`]s do, they wrap around in
+//! image row 0, its top, is at v = 0 (docs/scene-language.md §3.10). As [`LightMap`]s do, they wrap around in
 //! *both* directions, so that the poles blend with each other.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4.
 
@@ -13,10 +13,10 @@ use std::f64::consts::PI;
 
 /// Up to so many texels the density has four cells in each (256 × 128), beyond, one: the error is the same for texels that small
 /// (1.0019 times in a meadow under 512 × 256 texels), and the tables stay in the processor's caches.
-const MOST_FINE_TEXELS: usize = 1 << 15;
+const MAX_FINE_TEXELS: usize = 1 << 15;
 
 /// Weights of the texel before, the texel itself and the one after it in the mean, over a part of
-/// that texel, of the linear interpolation between their centres.
+/// that texel, of the linear interpolation between their centers.
 struct Blend([f32; 3]);
 
 /// The two halves of a texel.
@@ -25,9 +25,9 @@ const HALF_TEXELS: [Blend; 2] = [Blend([0.25, 0.75, 0.0]), Blend([0.0, 0.75, 0.2
 /// All of it.
 const WHOLE_TEXELS: [Blend; 1] = [Blend([0.125, 0.75, 0.125])];
 
-/// What the density's cells are in a picture of so many texels.
+/// What the density's cells are in an image of so many texels.
 fn parts_for(texels: usize) -> &'static [Blend] {
-    if texels <= MOST_FINE_TEXELS {
+    if texels <= MAX_FINE_TEXELS {
         &HALF_TEXELS
     } else {
         &WHOLE_TEXELS
@@ -40,7 +40,7 @@ impl Blend {
     }
 }
 
-/// A picture ready to be looked up and sampled.
+/// An image ready to be looked up and sampled.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     map: LightMap,
@@ -93,14 +93,14 @@ impl Luminances {
         Luminances {
             width,
             height,
-            // Magnitudes of the channels: a negative one, which a damaged picture may have, must
+            // Magnitudes of the channels: a negative one, which a damaged image may have, must
             // not hide a positive one.
             values: map.texels().iter().map(|t| luminance(t.abs())).collect(),
         }
     }
 
     /// Cells in which the function is a single bilinear patch, or four such patches in large
-    /// pictures; each holds the mean of its luminance × sin θ at its middle, which vanishes only
+    /// images; each holds the mean of its luminance × sin θ at its middle, which vanishes only
     /// where the function does.
     fn density(&self, parts: &[Blend]) -> SkyDensity {
         let (columns, rows) = (parts.len() * self.width, parts.len() * self.height);
@@ -122,7 +122,7 @@ impl Luminances {
         SkyDensity::new(&values, columns)
     }
 
-    /// Row `y` blended with its neighbours.
+    /// Row `y` blended with its neighbors.
     fn blend_rows(&self, y: usize, blend: &Blend, result: &mut [f32]) {
         let row = |y: usize| {
             let start = (y & (self.height - 1)) * self.width;
@@ -139,7 +139,7 @@ impl Luminances {
 mod tests {
     use super::*;
 
-    /// A picture with a bright spot and black parts.
+    /// An image with a bright spot and black parts.
     fn spotted(width: usize, height: usize) -> EnvironmentMap {
         let mut texels = vec![Rgb::ZERO; width * height];
         for (i, texel) in texels.iter_mut().enumerate() {
@@ -171,11 +171,8 @@ mod tests {
     #[test]
     fn coarse_cells_are_positive_where_fine_ones_are() {
         let map = spotted(32, 16);
-        let picture = Luminances::of(&map.map);
-        let (fine, coarse) = (
-            picture.density(&HALF_TEXELS),
-            picture.density(&WHOLE_TEXELS),
-        );
+        let image = Luminances::of(&map.map);
+        let (fine, coarse) = (image.density(&HALF_TEXELS), image.density(&WHOLE_TEXELS));
         for i in 0..64 * 32 {
             let uv =
                 Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / Vec2::new(64.0, 32.0);
@@ -203,7 +200,7 @@ mod tests {
                 let sphere = std::f32::consts::FRAC_PI_2 * (std::f32::consts::PI * uv.y).sin();
                 sum += f64::from(map.lookup(uv).x * sphere / pdf) / f64::from(n * n);
             }
-            // The mean counts sin θ at texel centres only: off by O(1/height²) of it.
+            // The mean counts sin θ at texel centers only: off by O(1/height²) of it.
             let expected = f64::from(map.mean().x);
             assert!((sum / expected - 1.0).abs() < 0.05, "{sum} but {expected}");
         }

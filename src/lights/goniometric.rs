@@ -1,15 +1,15 @@
-//! `goniometric`: a point light whose intensity a picture gives for every direction.
+//! `goniometric`: a point light whose intensity an image gives for every direction.
 //!
-//! `I` (spectrum, 1): intensity, or factor of the picture. `scale` (spectrum, 1): factor.
-//! `mapname` (string): the picture, latitude by longitude: row 0 toward the light's +y, column 0
+//! `I` (spectrum, 1): intensity, or factor of the image. `scale` (spectrum, 1): factor.
+//! `mapname` (string): the image, latitude by longitude: row 0 toward the light's +y, column 0
 //! toward +x, then +z (pbrt exchanges y and z before it asks for polar angles about z); no gamma.
 //! The light is at the transformation's origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.3; docs/scene-language.md §3.10.
 
 use super::LightSample;
+use super::light_bounds::LightBounds;
 use super::light_map::LightMap;
 use super::point::sample_point;
-use super::reach::Reach;
 use super::strength::strength;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
@@ -21,16 +21,16 @@ use std::f32::consts::PI;
 /// Parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GoniometricSpec {
-    /// Where the light is, and how the picture is turned.
+    /// Where the light is, and how the image is turned.
     pub light_to_world: Transform,
-    /// Flux per solid angle, or factor of the picture's texels.
+    /// Flux per solid angle, or factor of the image's texels.
     pub intensity: Rgb,
-    /// File of the picture; the same in all directions without one.
+    /// File of the image; the same in all directions without one.
     pub map: Option<NamedFile>,
 }
 
 impl GoniometricSpec {
-    /// Reads the parameters. A picture that does not exist is reported.
+    /// Reads the parameters. An image that does not exist is reported.
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> GoniometricSpec {
         GoniometricSpec {
             light_to_world: *light_to_world,
@@ -47,12 +47,12 @@ pub struct GoniometricLight {
     intensity: Rgb,
     map: Option<LightMap>,
     light_from_render: Mat3,
-    /// Mean of the picture over all directions.
+    /// Mean of the image over all directions.
     mean: Rgb,
 }
 
 impl GoniometricLight {
-    /// Compiles `spec`; `map` is its picture, where it has one that could be read.
+    /// Compiles `spec`; `map` is its image, where it has one that could be read.
     pub fn new(
         spec: &GoniometricSpec,
         map: Option<LightMap>,
@@ -73,7 +73,7 @@ impl GoniometricLight {
         sample_point(self.p, from, |w| self.intensity * self.factor(w))
     }
 
-    /// The picture in the unit direction `w` away from the light.
+    /// The image in the unit direction `w` away from the light.
     fn factor(&self, w: Vec3) -> Rgb {
         let Some(map) = &self.map else {
             return Rgb::ONE;
@@ -93,8 +93,8 @@ impl GoniometricLight {
         4.0 * PI * self.intensity * self.mean
     }
 
-    pub(super) fn reach(&self) -> Reach {
-        Reach::point(self.p, self.intensity * self.mean)
+    pub(super) fn reach(&self) -> LightBounds {
+        LightBounds::point(self.p, self.intensity * self.mean)
     }
 }
 
@@ -165,7 +165,7 @@ mod tests {
             p_error: Vec3::ZERO,
             n: Vec3::NEG_Y,
             time: 0.0,
-            reception: Default::default(),
+            receiver_side: Default::default(),
         };
         let (near, far) = (l.sample(&at(1.0)).unwrap(), l.sample(&at(4.0)).unwrap());
         assert!((near.radiance / far.radiance - 16.0).abs().max_element() < 1e-3);

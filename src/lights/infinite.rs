@@ -1,14 +1,14 @@
-//! `infinite` (also `exinfinite`): light from all around, constant or from a picture.
+//! `infinite` (also `exinfinite`): light from all around, constant or from an image.
 //!
-//! `L` (spectrum, 1): radiance, or factor of the picture's texels. `scale` (spectrum, 1): factor.
-//! `mapname` (string): the picture, in the layout of [`super::environment_map`]; no gamma.
+//! `L` (spectrum, 1): radiance, or factor of the image's texels. `scale` (spectrum, 1): factor.
+//! `mapname` (string): the image, in the layout of [`super::environment_map`]; no gamma.
 //! `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4; docs/scene-language.md §3.10.
 
 use super::LightSample;
 use super::environment_map::EnvironmentMap;
+use super::light_bounds::LightBounds;
 use super::light_map::LightMap;
-use super::reach::Reach;
 use super::sample_count::sample_count;
 use super::sky_density::Receiver;
 use super::strength::strength;
@@ -20,25 +20,25 @@ use crate::math::sampling::{
 use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::{NamedFile, ParamReader};
-use crate::surface::{Reception, ReferencePoint};
+use crate::surface::{ReceiverSide, ReferencePoint};
 use glam::{DMat3, Mat3};
 use std::f32::consts::PI;
 
 /// Parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InfiniteSpec {
-    /// How the picture is turned; its translation does not count.
+    /// How the image is turned; its translation does not count.
     pub light_to_world: Transform,
-    /// Radiance, or factor of the picture.
+    /// Radiance, or factor of the image.
     pub radiance: Rgb,
-    /// File of the picture.
+    /// File of the image.
     pub map: Option<NamedFile>,
     /// Samples at each point in `directlighting`.
     pub samples: u32,
 }
 
 impl InfiniteSpec {
-    /// Reads the parameters. A picture that does not exist is reported, and the light constant.
+    /// Reads the parameters. An image that does not exist is reported, and the light constant.
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> InfiniteSpec {
         InfiniteSpec {
             light_to_world: *light_to_world,
@@ -58,7 +58,7 @@ pub struct InfiniteLight {
 }
 
 impl InfiniteLight {
-    /// Compiles `spec`; `map` is its picture, where it has one that could be read.
+    /// Compiles `spec`; `map` is its image, where it has one that could be read.
     pub fn new(
         spec: &InfiniteSpec,
         map: Option<LightMap>,
@@ -141,9 +141,9 @@ impl InfiniteLight {
         self.samples
     }
 
-    pub(super) fn reach(&self) -> Reach {
+    pub(super) fn reach(&self) -> LightBounds {
         // Irradiance under a sky of this mean radiance.
-        Reach::everywhere(PI * self.mean())
+        LightBounds::everywhere(PI * self.mean())
     }
 }
 
@@ -163,11 +163,11 @@ fn sample_constant(from: &ReferencePoint, u: Vec2) -> (Vec3, f32) {
         uniform_sphere(Vec2::new(u.x / UNIFORM_SHARE, u.y))
     } else {
         let x = (u.x - UNIFORM_SHARE) / (1.0 - UNIFORM_SHARE);
-        let (side, y) = match from.reception {
-            Reception::Front => (1.0, u.y),
-            Reception::Back => (-1.0, u.y),
-            Reception::Alone | Reception::BothSides if u.y < 0.5 => (1.0, 2.0 * u.y),
-            Reception::Alone | Reception::BothSides => (-1.0, 2.0 * u.y - 1.0),
+        let (side, y) = match from.receiver_side {
+            ReceiverSide::Front => (1.0, u.y),
+            ReceiverSide::Back => (-1.0, u.y),
+            ReceiverSide::NoMis | ReceiverSide::BothSides if u.y < 0.5 => (1.0, 2.0 * u.y),
+            ReceiverSide::NoMis | ReceiverSide::BothSides => (-1.0, 2.0 * u.y - 1.0),
         };
         side * Frame::from_normal(n).to_world(cosine_hemisphere(Vec2::new(x, y)))
     };
@@ -180,10 +180,10 @@ fn constant_pdf(from: &ReferencePoint, wi: Vec3) -> f32 {
         return UNIFORM_SPHERE_PDF;
     }
     let cosine = from.n.dot(wi);
-    let by_cosine = match from.reception {
-        Reception::Front => cosine_hemisphere_pdf(cosine),
-        Reception::Back => cosine_hemisphere_pdf(-cosine),
-        Reception::Alone | Reception::BothSides => 0.5 * cosine_hemisphere_pdf(cosine.abs()),
+    let by_cosine = match from.receiver_side {
+        ReceiverSide::Front => cosine_hemisphere_pdf(cosine),
+        ReceiverSide::Back => cosine_hemisphere_pdf(-cosine),
+        ReceiverSide::NoMis | ReceiverSide::BothSides => 0.5 * cosine_hemisphere_pdf(cosine.abs()),
     };
     UNIFORM_SHARE * UNIFORM_SPHERE_PDF + (1.0 - UNIFORM_SHARE) * by_cosine
 }
@@ -214,12 +214,12 @@ impl PlacedMap {
     /// A point as the map's sampling sees it.
     fn receiver(&self, from: &ReferencePoint) -> Receiver {
         // The cosine to n of M w is that to Mᵀ n of w, but for a factor that hardly changes in what is not sheared.
-        match from.reception {
-            Reception::Alone => Receiver::Alone,
-            Reception::Front if from.n != Vec3::ZERO => {
+        match from.receiver_side {
+            ReceiverSide::NoMis => Receiver::Alone,
+            ReceiverSide::Front if from.n != Vec3::ZERO => {
                 Receiver::Facing(self.light_from_render_normal(from.n))
             }
-            Reception::Back if from.n != Vec3::ZERO => {
+            ReceiverSide::Back if from.n != Vec3::ZERO => {
                 Receiver::Facing(self.light_from_render_normal(-from.n))
             }
             _ => Receiver::BothSides,
@@ -293,27 +293,27 @@ mod tests {
     use crate::math::DVec3;
     use crate::math::hash::{mix2, unit_float};
 
-    const RECEPTIONS: [Reception; 4] = [
-        Reception::Alone,
-        Reception::BothSides,
-        Reception::Front,
-        Reception::Back,
+    const RECEIVER_SIDES: [ReceiverSide; 4] = [
+        ReceiverSide::NoMis,
+        ReceiverSide::BothSides,
+        ReceiverSide::Front,
+        ReceiverSide::Back,
     ];
 
-    fn point(n: Vec3, reception: Reception) -> ReferencePoint {
+    fn point(n: Vec3, receiver_side: ReceiverSide) -> ReferencePoint {
         ReferencePoint {
             p: Vec3::ONE,
             p_error: Vec3::ZERO,
             n,
             time: 0.0,
-            reception,
+            receiver_side,
         }
     }
 
     /// In a medium and on a surface, with light from everywhere it may count from.
     fn points() -> impl Iterator<Item = ReferencePoint> {
-        let surface = RECEPTIONS.map(|r| point(Vec3::new(0.6, 0.0, 0.8), r));
-        let medium = [Reception::Alone, Reception::BothSides].map(|r| point(Vec3::ZERO, r));
+        let surface = RECEIVER_SIDES.map(|r| point(Vec3::new(0.6, 0.0, 0.8), r));
+        let medium = [ReceiverSide::NoMis, ReceiverSide::BothSides].map(|r| point(Vec3::ZERO, r));
         surface.into_iter().chain(medium)
     }
 
@@ -359,9 +359,9 @@ mod tests {
             for from in points() {
                 let side = 512;
                 // What the receiver makes of light from there.
-                let received = |d: Vec3| match from.reception {
-                    Reception::Front if from.n != Vec3::ZERO => from.n.dot(d).max(0.0),
-                    Reception::Back if from.n != Vec3::ZERO => from.n.dot(-d).max(0.0),
+                let received = |d: Vec3| match from.receiver_side {
+                    ReceiverSide::Front if from.n != Vec3::ZERO => from.n.dot(d).max(0.0),
+                    ReceiverSide::Back if from.n != Vec3::ZERO => from.n.dot(-d).max(0.0),
                     _ => 1.0,
                 };
                 let (mut total, mut estimate, mut integral) = (0.0, 0.0, 0.0);
@@ -375,7 +375,7 @@ mod tests {
                     integral += f64::from(received(d) * light.radiance(d).x / UNIFORM_SPHERE_PDF);
                     if let Some(s) = light.sample(&from, u) {
                         assert!((s.wi.length() - 1.0).abs() < 1e-5);
-                        // Rounding may put a direction into the neighbouring cell, so only the
+                        // Rounding may put a direction into the neighboring cell, so only the
                         // estimate below is held against the density there.
                         estimate += f64::from(received(s.wi) * s.radiance.x / s.pdf);
                     }
@@ -402,7 +402,7 @@ mod tests {
         for light in placements() {
             let mut agree = 0;
             for i in 0..1000 {
-                let from = point(Vec3::Y, RECEPTIONS[i % 4]);
+                let from = point(Vec3::Y, RECEIVER_SIDES[i % 4]);
                 let u = Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 1000.0);
                 let s = light.sample(&from, u).unwrap();
                 let pdf = light.pdf(&from, s.wi);
@@ -442,23 +442,26 @@ mod tests {
     }
 
     #[test]
-    fn constant_light_favours_the_receivers_normal() {
-        let pdf = |reception, wi| constant_pdf(&point(Vec3::Z, reception), wi);
-        for reception in [Reception::Alone, Reception::BothSides] {
-            assert!(pdf(reception, Vec3::Z) > 1.7 * UNIFORM_SPHERE_PDF);
-            assert_eq!(pdf(reception, Vec3::Z), pdf(reception, -Vec3::Z));
+    fn constant_light_favors_the_receivers_normal() {
+        let pdf = |receiver_side, wi| constant_pdf(&point(Vec3::Z, receiver_side), wi);
+        for receiver_side in [ReceiverSide::NoMis, ReceiverSide::BothSides] {
+            assert!(pdf(receiver_side, Vec3::Z) > 1.7 * UNIFORM_SPHERE_PDF);
+            assert_eq!(pdf(receiver_side, Vec3::Z), pdf(receiver_side, -Vec3::Z));
         }
-        assert!(pdf(Reception::Front, Vec3::Z) > 3.5 * UNIFORM_SPHERE_PDF);
+        assert!(pdf(ReceiverSide::Front, Vec3::Z) > 3.5 * UNIFORM_SPHERE_PDF);
         assert_eq!(
-            pdf(Reception::Back, -Vec3::Z),
-            pdf(Reception::Front, Vec3::Z)
+            pdf(ReceiverSide::Back, -Vec3::Z),
+            pdf(ReceiverSide::Front, Vec3::Z)
         );
-        for reception in RECEPTIONS {
-            assert_eq!(pdf(reception, Vec3::X), UNIFORM_SHARE * UNIFORM_SPHERE_PDF);
+        for receiver_side in RECEIVER_SIDES {
+            assert_eq!(
+                pdf(receiver_side, Vec3::X),
+                UNIFORM_SHARE * UNIFORM_SPHERE_PDF
+            );
         }
     }
 
-    /// Light is sought on the side that counts, however the picture is placed.
+    /// Light is sought on the side that counts, however the image is placed.
     #[test]
     fn samples_lie_before_the_receiver() {
         let spec = InfiniteSpec {
@@ -471,8 +474,10 @@ mod tests {
         let mapped = InfiniteLight::new(&spec, even, &Transform::IDENTITY);
         for light in [constant(), mapped] {
             for n in [Vec3::Y, Vec3::new(0.6, 0.0, -0.8), Vec3::NEG_Z] {
-                for (reception, side) in [(Reception::Front, 1.0), (Reception::Back, -1.0)] {
-                    let from = point(n, reception);
+                for (receiver_side, side) in
+                    [(ReceiverSide::Front, 1.0), (ReceiverSide::Back, -1.0)]
+                {
+                    let from = point(n, receiver_side);
                     let before = (0..1000)
                         .filter_map(|i| {
                             let u = Vec2::new((i as f32 * 0.618_034).fract(), i as f32 / 1000.0);
@@ -482,7 +487,7 @@ mod tests {
                         .count();
                     // A sixteenth of the samples is spread evenly on the wrong side, or lies in what a class of
                     // normals has beyond this one's horizon.
-                    assert!(before > 900, "{n} {reception:?}: {before}");
+                    assert!(before > 900, "{n} {receiver_side:?}: {before}");
                 }
             }
         }

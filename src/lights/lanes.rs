@@ -1,6 +1,6 @@
 //! Estimates of what several groups of lights bring to a point, computed together.
 
-use super::reach::Reach;
+use super::light_bounds::LightBounds;
 use crate::math::Vec3;
 use wide::f32x8;
 
@@ -32,7 +32,7 @@ impl Receiver {
     }
 }
 
-/// Eight [`Reach`]es in the form they are estimated with; lanes without one bring nothing.
+/// Eight [`LightBounds`]es in the form they are estimated with; lanes without one bring nothing.
 #[derive(Clone, Debug)]
 pub(super) struct Lanes {
     center: [f32x8; 3],
@@ -64,9 +64,9 @@ impl Lanes {
         }
     }
 
-    /// Puts a reach into a lane. Distances below `least_distance`, or half the box's diagonal, do not
+    /// Puts a reach into a lane. Distances below `min_distance`, or half the box's diagonal, do not
     /// count as nearer.
-    pub(super) fn set(&mut self, lane: usize, reach: &Reach, least_distance: f32) {
+    pub(super) fn set(&mut self, lane: usize, reach: &LightBounds, min_distance: f32) {
         let put = |lanes: &mut f32x8, value: f32| {
             if let Some(slot) = lanes.as_mut_array().get_mut(lane) {
                 *slot = value;
@@ -78,7 +78,7 @@ impl Lanes {
             put(&mut self.axis[axis], reach.axis[axis]);
         }
         let radius = 0.5 * reach.diagonal2().sqrt();
-        let least = radius.max(least_distance);
+        let least = radius.max(min_distance);
         put(&mut self.radius, radius);
         put(&mut self.most, 1.0 / (least * least).max(f32::MIN_POSITIVE));
         put(&mut self.intensity, reach.intensity);
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
     use crate::math::Rgb;
 
-    fn estimate(reach: &Reach, p: Vec3, n: Vec3) -> f32 {
+    fn estimate(reach: &LightBounds, p: Vec3, n: Vec3) -> f32 {
         let mut lanes = Lanes::empty();
         lanes.set(3, reach, 0.0);
         let estimates = lanes.at(&Receiver::new(p, n));
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_small_face_is_estimated_exactly() {
-        let face = Reach::point(Vec3::Y, Rgb::ONE).on_side(Vec3::NEG_Y);
+        let face = LightBounds::point(Vec3::Y, Rgb::ONE).on_side(Vec3::NEG_Y);
         // Single precision.
         let close = |a: f32, b: f32| assert!((a - b).abs() < 1e-5 * b.max(1e-3), "{a} {b}");
         close(estimate(&face, Vec3::NEG_Y, Vec3::ZERO), 0.25);
@@ -148,16 +148,16 @@ mod tests {
             received * 0.5f32.sqrt() / 2.0,
         );
         assert_eq!(estimate(&face, Vec3::Y * 2.0, Vec3::ZERO), 0.0);
-        let lamp = Reach::point(Vec3::Y, Rgb::ONE);
-        close(estimate(&lamp, Vec3::Y * 3.0, Vec3::ZERO), 0.25);
-        let spot = lamp.within_cone(Vec3::X, 0.8, 0.9);
+        let light = LightBounds::point(Vec3::Y, Rgb::ONE);
+        close(estimate(&light, Vec3::Y * 3.0, Vec3::ZERO), 0.25);
+        let spot = light.within_cone(Vec3::X, 0.8, 0.9);
         close(
             estimate(&spot, Vec3::new(4.0, 1.0, 0.0), Vec3::ZERO),
             1.0 / 16.0,
         );
         assert_eq!(estimate(&spot, Vec3::new(4.0, 5.0, 0.0), Vec3::ZERO), 0.0);
         close(
-            estimate(&Reach::everywhere(Rgb::ONE * 0.3), Vec3::Z, Vec3::Z),
+            estimate(&LightBounds::everywhere(Rgb::ONE * 0.3), Vec3::Z, Vec3::Z),
             0.3,
         );
     }
@@ -173,8 +173,8 @@ mod tests {
                 (turn as f32).sin(),
             );
             let n = n.normalize();
-            let face = |at: Vec3| Reach::point(at, Rgb::ONE).on_side(n);
-            let other = Reach::point(Vec3::new(2.0, 0.5, -1.0), Rgb::ONE).on_side(Vec3::Y);
+            let face = |at: Vec3| LightBounds::point(at, Rgb::ONE).on_side(n);
+            let other = LightBounds::point(Vec3::new(2.0, 0.5, -1.0), Rgb::ONE).on_side(Vec3::Y);
             let all = face(Vec3::X).merged(&face(Vec3::Z)).merged(&other);
             for distance in [0.2, 1.0, 5.0, 100.0] {
                 let p = Vec3::X + n * distance;

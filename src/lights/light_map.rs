@@ -1,7 +1,7 @@
-//! Pictures that lights are shaped by.
+//! Images that lights are shaped by.
 //!
 //! As in pbrt-v3 they are first enlarged to powers of two, looked up bilinearly, and wrap around in
-//! *both* directions, so that opposite edges blend with each other. Row 0, the picture's top, is at
+//! *both* directions, so that opposite edges blend with each other. Row 0, the image's top, is at
 //! v = 0; values are taken as they are stored, without gamma (docs/scene-language.md §3.10).
 //! Source: Pharr, Jakob and Humphreys 2016, §10.4.3.
 
@@ -9,7 +9,7 @@ use crate::math::float::floor;
 use crate::math::{Rgb, Vec2};
 use std::f64::consts::PI;
 
-/// A picture ready to be looked up.
+/// An image ready to be looked up.
 #[derive(Clone, Debug)]
 pub struct LightMap {
     /// Powers of two.
@@ -20,8 +20,8 @@ pub struct LightMap {
 }
 
 impl LightMap {
-    /// From a picture's rows, the top one first. Texels that are not finite become black.
-    /// `None` for a picture without texels, or with fewer than its size says.
+    /// From an image's rows, the top one first. Texels that are not finite become black.
+    /// `None` for an image without texels, or with fewer than its size says.
     pub fn new(width: usize, height: usize, mut texels: Vec<Rgb>) -> Option<LightMap> {
         if width == 0 || height == 0 || width.checked_mul(height)? != texels.len() {
             return None;
@@ -41,7 +41,7 @@ impl LightMap {
         })
     }
 
-    /// Width over height of the picture as it was given.
+    /// Width over height of the image as it was given.
     pub fn aspect(&self) -> f32 {
         self.aspect
     }
@@ -75,7 +75,7 @@ impl LightMap {
         top * (1.0 - dt) + bottom * dt
     }
 
-    /// Mean of the texels weighted by `weight` of their centres' (u, v).
+    /// Mean of the texels weighted by `weight` of their centers' (u, v).
     pub fn mean(&self, weight: impl Fn(f64, f64) -> f64) -> Rgb {
         let (mut sum, mut weights) = (glam::DVec3::ZERO, 0.0);
         for (y, row) in self.texels.chunks_exact(self.width).enumerate() {
@@ -96,7 +96,7 @@ impl LightMap {
 }
 
 /// Resamples to the next powers of two where a side is none, as pbrt-v3 does with all its
-/// pictures: each new texel from four old ones by a Lanczos filter of half width 2, wrapping
+/// images: each new texel from four old ones by a Lanczos filter of half width 2, wrapping
 /// around, columns first; negative results become 0.
 fn enlarge_to_powers_of_two(
     width: usize,
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_pictures_are_refused_or_cleaned() {
+    fn odd_images_are_refused_or_cleaned() {
         assert!(LightMap::new(0, 4, vec![]).is_none());
         assert!(LightMap::new(2, 2, vec![Rgb::ONE; 3]).is_none());
         assert!(LightMap::new(usize::MAX, 2, vec![]).is_none());

@@ -4,22 +4,22 @@
 //! A *spec* holds a directive's parameters in world space; a *light* is the compiled form in
 //! render space. All radiances are linear RGB.
 
-mod clusters;
 pub mod diffuse;
 pub mod distant;
 pub mod environment_map;
-mod few;
 pub mod goniometric;
 pub mod groups;
 pub mod infinite;
 mod lanes;
+mod light_bounds;
 pub mod light_map;
+mod light_tree;
 pub mod point;
 pub mod projection;
-mod reach;
 mod sample_count;
 pub mod selection;
 pub mod sky_density;
+mod small_light_set;
 pub mod spot;
 mod strength;
 mod tree;
@@ -43,7 +43,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::{NamedFile, ParamReader};
 use crate::surface::{ReferencePoint, SurfaceHit};
 use glam::{DMat3, Mat3};
-use reach::Reach;
+use light_bounds::LightBounds;
 
 /// The `LightSource` type names a scene may give, for "did you mean".
 pub const LIGHT_NAMES: [&str; 7] = [
@@ -70,7 +70,7 @@ pub enum LightSpec {
     Distant(DistantSpec),
     /// Light from all around.
     Infinite(InfiniteSpec),
-    /// A point whose intensity a picture gives.
+    /// A point whose intensity an image gives.
     Goniometric(GoniometricSpec),
     /// A slide projector.
     Projection(ProjectionSpec),
@@ -140,7 +140,7 @@ impl LightSpec {
         (!is_black(strength)).then_some(name)
     }
 
-    /// The picture that shapes the light.
+    /// The image that shapes the light.
     pub fn map(&self) -> Option<&NamedFile> {
         match self {
             LightSpec::Infinite(s) => s.map.as_ref(),
@@ -187,14 +187,14 @@ pub enum Light {
     DiffuseArea(DiffuseAreaLight),
     /// Light from all around.
     Infinite(InfiniteLight),
-    /// A point whose intensity a picture gives.
+    /// A point whose intensity an image gives.
     Goniometric(GoniometricLight),
     /// A slide projector.
     Projection(ProjectionLight),
 }
 
 impl Light {
-    /// The light of a `LightSource`. `map` is the picture of one that names one
+    /// The light of a `LightSource`. `map` is the image of one that names one
     /// ([`LightSpec::map`]) and whose file could be read.
     pub fn new(spec: &LightSpec, map: Option<LightMap>, render_from_world: &Transform) -> Light {
         match spec {
@@ -303,7 +303,7 @@ impl Light {
     }
 
     /// Roughly where, and how strongly, the light arrives.
-    fn reach(&self) -> Reach {
+    fn reach(&self) -> LightBounds {
         match self {
             Light::Point(l) => l.reach(),
             Light::Spot(l) => l.reach(),

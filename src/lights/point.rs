@@ -5,7 +5,7 @@
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3; docs/scene-language.md §3.10.
 
 use super::LightSample;
-use super::reach::Reach;
+use super::light_bounds::LightBounds;
 use super::strength::strength;
 use crate::math::color::is_black;
 use crate::math::transform::Transform;
@@ -64,8 +64,8 @@ impl PointLight {
         4.0 * PI * self.intensity
     }
 
-    pub(super) fn reach(&self) -> Reach {
-        Reach::point(self.p, self.intensity)
+    pub(super) fn reach(&self) -> LightBounds {
+        LightBounds::point(self.p, self.intensity)
     }
 }
 
@@ -120,7 +120,7 @@ mod tests {
             p_error: Vec3::ZERO,
             n: Vec3::Y,
             time: 0.5,
-            reception: Default::default(),
+            receiver_side: Default::default(),
         };
         let s = light.sample(&from).unwrap();
         assert!((s.radiance - Rgb::new(2.0, 1.0, 0.0)).length() < 1e-6);

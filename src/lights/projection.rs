@@ -1,15 +1,15 @@
 //! `projection`: a slide projector.
 //!
-//! `I` (spectrum, 1): intensity, or factor of the picture. `scale` (spectrum, 1): factor. `fov`
-//! (float, 45): degrees that the picture's shorter side subtends, between 0 and 180. `mapname`
+//! `I` (spectrum, 1): intensity, or factor of the image. `scale` (spectrum, 1): factor. `fov`
+//! (float, 45): degrees that the image's shorter side subtends, between 0 and 180. `mapname`
 //! (string): the slide, without gamma; its top row lands at the *bottom* (−y). It shines along the
 //! transformed +z from the transformation's origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.2; docs/scene-language.md §3.10.
 
 use super::LightSample;
+use super::light_bounds::LightBounds;
 use super::light_map::LightMap;
 use super::point::sample_point;
-use super::reach::Reach;
 use super::strength::strength;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
@@ -22,7 +22,7 @@ use glam::Mat3;
 pub struct ProjectionSpec {
     /// Where the projector stands and where it looks.
     pub light_to_world: Transform,
-    /// Flux per solid angle, or factor of the picture's texels.
+    /// Flux per solid angle, or factor of the image's texels.
     pub intensity: Rgb,
     /// Full angle of the shorter side, degrees.
     pub fov: f64,
@@ -31,7 +31,7 @@ pub struct ProjectionSpec {
 }
 
 impl ProjectionSpec {
-    /// Reads the parameters. A picture that does not exist is reported.
+    /// Reads the parameters. An image that does not exist is reported.
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> ProjectionSpec {
         ProjectionSpec {
             light_to_world: *light_to_world,
@@ -64,15 +64,15 @@ pub struct ProjectionLight {
     light_from_render: Mat3,
     /// Unit axis, render space.
     axis: Vec3,
-    /// The picture's half sides at unit distance.
+    /// The image's half sides at unit distance.
     half: Vec2,
-    /// Mean of the picture over the solid angle it fills, and that angle.
+    /// Mean of the image over the solid angle it fills, and that angle.
     mean: Rgb,
     solid_angle: f32,
 }
 
 impl ProjectionLight {
-    /// Compiles `spec`; `map` is its picture, where it has one that could be read.
+    /// Compiles `spec`; `map` is its image, where it has one that could be read.
     pub fn new(
         spec: &ProjectionSpec,
         map: Option<LightMap>,
@@ -109,13 +109,13 @@ impl ProjectionLight {
         sample_point(self.p, from, |w| self.intensity * self.factor(w))
     }
 
-    /// The picture in the unit direction `w` away from the light; black beyond it.
+    /// The image in the unit direction `w` away from the light; black beyond it.
     fn factor(&self, w: Vec3) -> Rgb {
         /// Cosine below which there is no projection, as in pbrt-v3.
-        const LEAST_COSINE: f32 = 1e-3;
+        const MIN_COSINE: f32 = 1e-3;
         let w = (self.light_from_render * w).normalize_or_zero();
         let at = w.truncate() / w.z;
-        if w.z < LEAST_COSINE || at.abs().cmpgt(self.half).any() {
+        if w.z < MIN_COSINE || at.abs().cmpgt(self.half).any() {
             return Rgb::ZERO;
         }
         match &self.map {
@@ -129,9 +129,9 @@ impl ProjectionLight {
         self.solid_angle * self.intensity * self.mean
     }
 
-    pub(super) fn reach(&self) -> Reach {
+    pub(super) fn reach(&self) -> LightBounds {
         let cos = 1.0 / (1.0 + self.half.length_squared()).sqrt();
-        Reach::point(self.p, self.intensity * self.mean).within_cone(self.axis, cos, cos)
+        LightBounds::point(self.p, self.intensity * self.mean).within_cone(self.axis, cos, cos)
     }
 }
 
@@ -198,7 +198,7 @@ mod tests {
                 mean += f64::from(l.factor(uniform_sphere(u)).y) / f64::from(n * n);
             }
             let expected = f64::from(l.power().y / (4.0 * PI));
-            // Four by two texels over up to a third of the sphere, their cos³ taken at the centres.
+            // Four by two texels over up to a third of the sphere, their cos³ taken at the centers.
             assert!((mean / expected - 1.0).abs() < 0.04, "{mean} {expected}");
         }
     }

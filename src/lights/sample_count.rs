@@ -3,11 +3,11 @@
 use crate::params::{Dialect, ParamReader};
 
 /// The most samples of one light at one point.
-const MOST: i64 = 4096;
+const MAX: i64 = 4096;
 
 /// `samples`, else its older name `nsamples` (the only one in pbrt-v2), default 1.
 pub(super) fn sample_count(reader: &ParamReader) -> u32 {
-    let find = |name| reader.find_integer_within(name, 1..=MOST);
+    let find = |name| reader.find_integer_within(name, 1..=MAX);
     let older = find("nsamples");
     let given = match reader.dialect() {
         Dialect::V2 => older,

@@ -4,23 +4,23 @@
 //! positive probability everywhere.
 
 use super::Light;
-use super::clusters::{Candidate, Clusters};
-use super::few::Few;
 use super::lanes::{LANES, Receiver};
-use super::reach::magnitude;
+use super::light_bounds::magnitude;
+use super::light_tree::{Candidate, LightTree};
+use super::small_light_set::SmallLightSet;
 use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
 use crate::params::ParamReader;
 use crate::surface::ReferencePoint;
 use std::collections::BTreeMap;
 
-/// Share of the strategy "power" that is spread evenly over groups: a weak lamp may be all that a
+/// Share of the strategy "power" that is spread evenly over groups: a weak light may be all that a
 /// point sees.
 const EVEN_SHARE: f32 = 0.1;
 
 /// Below this part of the scene's radius a light does not count as nearer: its estimate would
 /// drown all others though the point sees little of it.
-const LEAST_DISTANCE: f32 = 1e-3;
+const MIN_DISTANCE: f32 = 1e-3;
 
 /// How one light is chosen (`lightsamplestrategy`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub enum SelectionStrategy {
 impl SelectionStrategy {
     /// Reads `lightsamplestrategy`; another word is reported and means "spatial".
     pub fn from_params(reader: &ParamReader) -> SelectionStrategy {
-        match reader.choice("lightsamplestrategy", &["spatial", "uniform", "power"]) {
+        match reader.one_of("lightsamplestrategy", &["spatial", "uniform", "power"]) {
             "uniform" => SelectionStrategy::Uniform,
             "power" => SelectionStrategy::Power,
             _ => SelectionStrategy::Spatial,
@@ -57,8 +57,8 @@ enum Choice {
     Only,
     Uniform(u32),
     Power(Distribution1D),
-    Few(Box<Few>),
-    Spatial(Clusters),
+    SmallLightSet(Box<SmallLightSet>),
+    Spatial(LightTree),
 }
 
 impl LightSelector {
@@ -72,16 +72,16 @@ impl LightSelector {
                 Choice::Power(power_distribution(lights, scene_radius))
             }
             (n, SelectionStrategy::Spatial) => {
-                let least_distance = if scene_radius.is_finite() {
-                    LEAST_DISTANCE * scene_radius.abs()
+                let min_distance = if scene_radius.is_finite() {
+                    MIN_DISTANCE * scene_radius.abs()
                 } else {
                     0.0
                 };
                 let candidates = candidates(lights, scene_radius);
                 if n <= LANES {
-                    Choice::Few(Box::new(Few::new(&candidates, least_distance)))
+                    Choice::SmallLightSet(Box::new(SmallLightSet::new(&candidates, min_distance)))
                 } else {
-                    Choice::Spatial(Clusters::new(&candidates, n, least_distance))
+                    Choice::Spatial(LightTree::new(&candidates, n, min_distance))
                 }
             }
         };
@@ -106,16 +106,16 @@ impl LightSelector {
                 let (light, probability, _) = distribution.sample_discrete(u);
                 Some((LightId(light as u32), probability))
             }
-            Choice::Few(few) => few.sample(&Receiver::new(from.p, from.n), u),
+            Choice::SmallLightSet(few) => few.sample(&Receiver::new(from.p, from.n), u),
             Choice::Spatial(clusters) => clusters.sample(&Receiver::new(from.p, from.n), u),
         }
     }
 
     /// How many lights there are, if so few that what the camera sees had better be lit by a sample of each instead of by one
     /// of one; lights are then numbered from 0 to this.
-    pub fn few(&self) -> Option<u32> {
+    pub fn sample_all_count(&self) -> Option<u32> {
         match &self.choice {
-            Choice::Few(few) if few.len() <= FEW_ENOUGH_FOR_ALL => Some(few.len() as u32),
+            Choice::SmallLightSet(few) if few.len() <= FEW_ENOUGH_FOR_ALL => Some(few.len() as u32),
             _ => None,
         }
     }
@@ -129,7 +129,7 @@ impl LightSelector {
                 distribution.probability(light.index())
             }
             Choice::Nothing | Choice::Only | Choice::Uniform(_) | Choice::Power(_) => 0.0,
-            Choice::Few(few) => few.pmf(&Receiver::new(from.p, from.n), light),
+            Choice::SmallLightSet(few) => few.pmf(&Receiver::new(from.p, from.n), light),
             Choice::Spatial(clusters) => clusters.pmf(&Receiver::new(from.p, from.n), light),
         }
     }
@@ -197,11 +197,11 @@ mod tests {
             p_error: Vec3::ZERO,
             n: Vec3::Y,
             time: 0.0,
-            reception: Default::default(),
+            receiver_side: Default::default(),
         }
     }
 
-    fn lamp(position: DVec3, intensity: f32) -> Light {
+    fn point_light(position: DVec3, intensity: f32) -> Light {
         let spec = PointSpec {
             position,
             intensity: Rgb::splat(intensity),
@@ -266,20 +266,20 @@ mod tests {
 
     fn scenes() -> Vec<Vec<Light>> {
         let mixed = [
-            vec![sky(), lamp(DVec3::ONE, 1.0), sun(), spot()],
+            vec![sky(), point_light(DVec3::ONE, 1.0), sun(), spot()],
             mesh(7, 3),
         ]
         .concat();
         let many = [
             vec![sky()],
             (0..300)
-                .map(|i| lamp(DVec3::new(f64::from(i), 1.0, -2.0), 0.1))
+                .map(|i| point_light(DVec3::new(f64::from(i), 1.0, -2.0), 0.1))
                 .collect(),
             mesh(900, 1),
         ]
         .concat();
-        let few = vec![sky(), lamp(DVec3::ONE, 1.0), spot()];
-        let dark = vec![lamp(DVec3::ZERO, 0.0), lamp(DVec3::X, 0.0)];
+        let few = vec![sky(), point_light(DVec3::ONE, 1.0), spot()];
+        let dark = vec![point_light(DVec3::ZERO, 0.0), point_light(DVec3::X, 0.0)];
         let suns = (0..40).map(|_| sun()).collect();
         vec![mixed, many, few, dark, suns, mesh(2, 0)]
     }
@@ -341,13 +341,13 @@ mod tests {
         }
     }
 
-    /// Light from all lamps, estimated from one, is that from all: nothing is lost or doubled.
+    /// Light from all lights, estimated from one, is that from all: nothing is lost or doubled.
     #[test]
     fn one_light_stands_for_all() {
         let lights: Vec<Light> = (0..3000)
             .map(|i| {
                 let r = |k| f64::from(unit_float(mix2(i, k)));
-                lamp(
+                point_light(
                     DVec3::new(40.0 * r(1), 40.0 * r(2), 5.0 * r(3)),
                     r(4) as f32,
                 )
@@ -416,11 +416,11 @@ mod tests {
         let lights = vec![
             sky(),
             sun(),
-            lamp(DVec3::ZERO, 1.0),
-            lamp(DVec3::X * 1e5, 1e4),
+            point_light(DVec3::ZERO, 1.0),
+            point_light(DVec3::X * 1e5, 1e4),
         ];
         let selector = LightSelector::new(&lights, SelectionStrategy::Spatial, 1e5);
-        // Within the least distance of 100 units the lamp still beats its far, stronger like.
+        // Within the least distance of 100 units the light still beats its far, stronger like.
         let near = at(Vec3::Y);
         assert!(selector.pmf(&near, LightId(2)) > selector.pmf(&near, LightId(3)));
         let selector = LightSelector::new(&lights, SelectionStrategy::Spatial, 100.0);
@@ -432,7 +432,11 @@ mod tests {
 
     #[test]
     fn a_lamp_counts_as_much_as_a_mesh_in_the_even_share() {
-        let lights = [mesh(5000, 8), vec![lamp(DVec3::new(0.0, -50.0, 0.0), 1e-3)]].concat();
+        let lights = [
+            mesh(5000, 8),
+            vec![point_light(DVec3::new(0.0, -50.0, 0.0), 1e-3)],
+        ]
+        .concat();
         for strategy in [SelectionStrategy::Power, SelectionStrategy::Spatial] {
             let selector = LightSelector::new(&lights, strategy, 300.0);
             let pmf = selector.pmf(&at(Vec3::new(3.0, 0.1, 0.1)), LightId(5000));
@@ -442,7 +446,7 @@ mod tests {
 
     #[test]
     fn dark_sides_and_cones_lower_the_chance() {
-        let lights = [mesh(1, 0), vec![lamp(DVec3::Y * 3.0, 0.02)]].concat();
+        let lights = [mesh(1, 0), vec![point_light(DVec3::Y * 3.0, 0.02)]].concat();
         let selector = LightSelector::new(&lights, SelectionStrategy::Spatial, 5.0);
         let (above, below) = (at(Vec3::Y), at(-Vec3::Y));
         assert!(selector.pmf(&above, LightId(0)) > 2.0 * selector.pmf(&below, LightId(0)));

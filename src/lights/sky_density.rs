@@ -2,7 +2,7 @@
 //!
 //! The sphere is divided into 32 × 16 blocks of directions. Which of them is chosen depends on the receiver: a block counts
 //! for its light times the cosine at receivers turned about like this one (64 classes of normals), so that nothing is spent
-//! below the horizon. Within a block, directions follow the picture alone, in one table for all receivers. This is
+//! below the horizon. Within a block, directions follow the image alone, in one table for all receivers. This is
 //! sampling by products of tabulated functions, coarse in the one that is smooth (Clarberg et al., "Wavelet Importance Sampling",
 //! 2005; Lawrence et al., "Adaptive Numerical Cumulative Distribution Functions", EGSR 2005).
 //!
@@ -12,12 +12,12 @@
 //!
 //! Every direction with light keeps a positive density for every receiver.
 
-use crate::math::stepped::{MOST_CELLS, SteppedDensities};
+use crate::math::stepped::{MAX_CELLS, SteppedDensities};
 use crate::math::{DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// Blocks, in pictures of at least as many cells.
-const MOST_BLOCKS: [usize; 2] = [32, 16];
+/// Blocks, in images of at least as many cells.
+const MAX_BLOCKS: [usize; 2] = [32, 16];
 
 /// Sides of the square, unfolded from an octahedron, that classes of normals lie in.
 const SIDE: usize = 8;
@@ -33,10 +33,10 @@ const WITHOUT_NORMAL: usize = 2;
 const COMPENSATION: f64 = 0.5;
 
 /// A block counts at least for this part of its light.
-const LEAST_SHARE: f64 = 0.1;
+const MIN_SHARE: f64 = 0.1;
 
 /// Added to a block's mean cosine: no block is forgotten, whatever the tables round.
-const LEAST_COSINE: f64 = 2e-3;
+const MIN_COSINE: f64 = 2e-3;
 
 /// Who looks for light.
 #[derive(Clone, Copy, Debug)]
@@ -83,8 +83,8 @@ impl SkyDensity {
         let columns = columns.max(1);
         let cells = [columns, (values.len() / columns).max(1)];
         let blocks = [0, 1].map(|k| {
-            let most = cells[k].min(MOST_BLOCKS[k]);
-            most.max(cells[k] / MOST_CELLS)
+            let most = cells[k].min(MAX_BLOCKS[k]);
+            most.max(cells[k] / MAX_CELLS)
         });
         let sides = [cells[0] / blocks[0], cells[1] / blocks[1]];
         let mut density = SkyDensity {
@@ -159,7 +159,7 @@ impl SkyDensity {
         let mean = compensation * total(light) / total(&sizes);
         let weights: Vec<f64> = (light.iter().zip(cosines).zip(&sizes))
             .map(|((light, cosine), size)| {
-                (light - mean * size).max(LEAST_SHARE * light) * (cosine + LEAST_COSINE)
+                (light - mean * size).max(MIN_SHARE * light) * (cosine + MIN_COSINE)
             })
             .collect();
         let rows: Vec<f64> = weights
@@ -174,7 +174,7 @@ impl SkyDensity {
 
     /// Some directions in each block, with the number of cells × sine that each stands for.
     fn parts(&self) -> Vec<Vec<(DVec3, f64)>> {
-        let per_block = [0, 1].map(|k| (MOST_BLOCKS[k] / self.blocks[k]).max(1));
+        let per_block = [0, 1].map(|k| (MAX_BLOCKS[k] / self.blocks[k]).max(1));
         let cells = (self.cells[0] * self.cells[1]) as f64;
         let grid = [0, 1].map(|k| self.blocks[k] * per_block[k]);
         let each = cells / (grid[0] * grid[1]) as f64;

@@ -7,8 +7,8 @@
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.1; docs/scene-language.md §3.10.
 
 use super::LightSample;
+use super::light_bounds::LightBounds;
 use super::point::sample_point;
-use super::reach::Reach;
 use super::strength::strength;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec3};
@@ -160,8 +160,8 @@ impl SpotLight {
         2.0 * PI * (bright + penumbra / 5.0) * self.intensity
     }
 
-    pub(super) fn reach(&self) -> Reach {
-        Reach::point(self.p, self.intensity).within_cone(
+    pub(super) fn reach(&self) -> LightBounds {
+        LightBounds::point(self.p, self.intensity).within_cone(
             self.render_axis,
             self.cos_dark,
             self.cos_full,

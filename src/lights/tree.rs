@@ -1,9 +1,9 @@
-//! A binary tree of lights: neighbours that shine the same way are near each other in it.
+//! A binary tree of lights: neighbors that shine the same way are near each other in it.
 //!
 //! Built from the root by halving, where Conty Estevez and Kulla's cost ("Importance Sampling of
 //! Many Lights with Adaptive Tree Splitting", 2018) is least among a few planes.
 
-use super::reach::Reach;
+use super::light_bounds::LightBounds;
 use crate::handles::LightId;
 use crate::math::Vec3;
 
@@ -17,20 +17,20 @@ const DEEPEST_BY_COST: u32 = 64;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf {
     pub(super) light: LightId,
-    pub(super) reach: Reach,
+    pub(super) reach: LightBounds,
 }
 
 /// What a node stands for.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Content {
     Light(LightId),
-    /// Position of the first of two neighbouring nodes.
+    /// Position of the first of two neighboring nodes.
     Halves(usize),
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    pub(super) reach: Reach,
+    pub(super) reach: LightBounds,
     pub(super) content: Content,
 }
 
@@ -123,7 +123,7 @@ fn cut(leaves: &mut [Leaf], depth: u32) -> usize {
     };
     let mut best: Option<(f32, usize, usize)> = None;
     for axis in (0..3).filter(|&axis| size[axis] > 0.0 && depth < DEEPEST_BY_COST) {
-        let mut bins: [Option<Reach>; BINS] = [None; BINS];
+        let mut bins: [Option<LightBounds>; BINS] = [None; BINS];
         for leaf in leaves.iter() {
             add(&mut bins[bin(axis, leaf)], &leaf.reach);
         }
@@ -147,12 +147,12 @@ fn cut(leaves: &mut [Leaf], depth: u32) -> usize {
     }
 }
 
-fn add(sum: &mut Option<Reach>, reach: &Reach) {
+fn add(sum: &mut Option<LightBounds>, reach: &LightBounds) {
     *sum = Some(sum.map_or(*reach, |sum| sum.merged(reach)));
 }
 
 /// The cost of cutting before each bin that has bins with lights on both sides.
-fn costs(bins: &[Option<Reach>; BINS]) -> impl Iterator<Item = (usize, f32)> {
+fn costs(bins: &[Option<LightBounds>; BINS]) -> impl Iterator<Item = (usize, f32)> {
     let mut above = [None; BINS];
     let mut sum = None;
     for (i, bin) in bins.iter().enumerate().rev() {
@@ -190,7 +190,7 @@ mod tests {
         (0..count)
             .map(|i| Leaf {
                 light: LightId(i),
-                reach: Reach::point(place(i), Rgb::ONE),
+                reach: LightBounds::point(place(i), Rgb::ONE),
             })
             .collect()
     }

@@ -14,7 +14,7 @@ use crate::bsdf::{Bsdf, Lobe};
 use crate::bssrdf::Bssrdf;
 use crate::math::Rgb;
 use crate::math::color::{is_black, luminance};
-use crate::math::float::within;
+use crate::math::float::clamp_nan_low;
 use crate::params::{FloatInput, ParamReader, SpectrumInput};
 use crate::surface::{SurfaceHit, TexturePoint};
 use crate::textures::Textures;
@@ -26,7 +26,7 @@ const CLEARCOAT_ALPHA: [f32; 2] = [0.1, 0.001];
 const MAX_ROUGHNESS: f32 = 1e3;
 
 /// Most lobes at a point: diffuse, glossy, coat, rough refraction, diffuse transmission.
-pub(super) const MOST_LOBES: usize = 5;
+pub(super) const MAX_LOBES: usize = 5;
 
 /// Disney's model (Burley, "Physically Based Shading at Disney", 2012; "Extending the Disney BRDF to
 /// a BSDF", 2015), as pbrt-v3 has it. Parameters, floats unless said otherwise, from 0 to 1 unless
@@ -36,7 +36,7 @@ pub(super) const MOST_LOBES: usize = 5;
 /// - `metallic` (0), and `spectrans` (0): shares of metal, and of glass in what is not metal;
 /// - `eta` (1.5): refractive index;
 /// - `roughness` (0.5), 0 or more: the facets' width is its square;
-/// - `speculartint` (0): tint of the reflection head-on with the colour's hue, as far as the
+/// - `speculartint` (0): tint of the reflection head-on with the color's hue, as far as the
 ///   surface is metallic: in pbrt-v3 what is not reflects by Fresnel's law, untinted;
 /// - `anisotropic` (0), at most 1: stretches the highlight along u;
 /// - `sheen` (0), 0 or more, and its tint `sheentint` (0.5);
@@ -51,7 +51,7 @@ pub(super) const MOST_LOBES: usize = 5;
 /// leave over, and what retro-reflects is not lessened by it: they can give back more than they get.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disney {
-    /// Base colour.
+    /// Base color.
     pub color: SpectrumInput,
     /// Share of metal.
     pub metallic: FloatInput,
@@ -86,7 +86,7 @@ pub struct Disney {
 /// The numbers at one point.
 struct Point {
     color: Rgb,
-    /// The colour's hue at luminance 1.
+    /// The color's hue at luminance 1.
     tint: Rgb,
     metallic: f32,
     eta: f32,
@@ -147,7 +147,7 @@ impl Disney {
         } else {
             anisotropic.min(1.0)
         };
-        let diff_trans = within(textures.float(&self.diff_trans, at), 0.0, 2.0);
+        let diff_trans = clamp_nan_low(textures.float(&self.diff_trans, at), 0.0, 2.0);
         Point {
             color,
             tint: if brightness > 0.0 {
@@ -157,7 +157,7 @@ impl Disney {
             },
             metallic: unit_at(&self.metallic, at, textures),
             eta: refractive_index_at(&self.eta, at, textures),
-            roughness: within(textures.float(&self.roughness, at), 0.0, MAX_ROUGHNESS),
+            roughness: clamp_nan_low(textures.float(&self.roughness, at), 0.0, MAX_ROUGHNESS),
             spec_trans: unit_at(&self.spec_trans, at, textures),
             diff_trans: if self.thin { 0.5 * diff_trans } else { 0.0 },
             // Burley 2012, appendix B.2.
@@ -202,7 +202,7 @@ impl Disney {
         }
     }
 
-    /// Rough refraction, tinted so that light that enters and leaves has the colour
+    /// Rough refraction, tinted so that light that enters and leaves has the color
     /// (Burley 2015, §4); for a sheet diffuse transmission, and a roughness that imitates a thin
     /// plate's (figure 15).
     fn add_transmission(&self, point: &Point, solid: TrowbridgeReitz, bsdf: &mut Bsdf) {
@@ -259,7 +259,7 @@ impl Scattering for Disney {
         !self.thin && super::may_scatter(&self.scatter_distance)
     }
 
-    /// How it wanders at a point: Burley's normalised diffusion, of a fifth of `scatterdistance` as in
+    /// How it wanders at a point: Burley's normalized diffusion, of a fifth of `scatterdistance` as in
     /// pbrt-v3 (Christensen and Burley 2015). `None` where the diffuse reflection stays at the surface.
     fn bssrdf(
         &self,
@@ -273,12 +273,12 @@ impl Scattering for Disney {
         let weight = point.diffuse_weight();
         (weight > 0.0).then(|| {
             let albedo = weight * point.color;
-            Bssrdf::normalised(hit, *bsdf.frame(), albedo, 0.2 * distance, point.eta)
+            Bssrdf::normalized(hit, *bsdf.frame(), albedo, 0.2 * distance, point.eta)
         })
     }
 
     fn max_lobes(&self) -> usize {
-        MOST_LOBES
+        MAX_LOBES
     }
 }
 
@@ -291,10 +291,10 @@ impl Point {
 
 /// A number from 0 on at a point.
 fn strength_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
-    within(textures.float(input, at), 0.0, MAX_REFLECTANCE)
+    clamp_nan_low(textures.float(input, at), 0.0, MAX_REFLECTANCE)
 }
 
 /// A number from 0 to 1 at a point.
 fn unit_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
-    within(textures.float(input, at), 0.0, 1.0)
+    clamp_nan_low(textures.float(input, at), 0.0, 1.0)
 }

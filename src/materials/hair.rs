@@ -4,7 +4,7 @@ use super::inputs::{float_within, given_refractive_index, refractive_index_at, u
 use super::{Scattering, reflectance};
 use crate::bsdf::{self, Bsdf, Lobe};
 use crate::math::Rgb;
-use crate::math::float::within;
+use crate::math::float::clamp_nan_low;
 use crate::params::{FloatInput, ParamReader, SpectrumInput};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
@@ -128,20 +128,20 @@ impl Pigment {
             Pigment::Absorption(sigma_a) => reflectance(sigma_a, at, textures),
             Pigment::Color(color) => {
                 let color = reflectance(color, at, textures);
-                absorption_of_color(color, within(beta_n, 0.0, 1.0))
+                absorption_of_color(color, clamp_nan_low(beta_n, 0.0, 1.0))
             }
             Pigment::Melanin {
                 eumelanin,
                 pheomelanin,
             } => {
-                let amount = |input| within(textures.float(input, at), 0.0, f32::MAX);
+                let amount = |input| clamp_nan_low(textures.float(input, at), 0.0, f32::MAX);
                 (amount(eumelanin) * EUMELANIN + amount(pheomelanin) * PHEOMELANIN).min(Rgb::MAX)
             }
         }
     }
 }
 
-/// The absorption that gives a mass of hair its colour: the fit of Chiang et al. 2016, equation 9.
+/// The absorption that gives a mass of hair its color: the fit of Chiang et al. 2016, equation 9.
 fn absorption_of_color(color: Rgb, beta_n: f32) -> Rgb {
     const FIT: [f32; 6] = [5.969, -0.215, 2.532, -10.73, 5.574, 0.245];
     let scale = FIT.iter().rev().fold(0.0, |sum, c| sum * beta_n + c);
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(default, given);
     }
 
-    /// Chiang et al. 2016, §4.2: the fit inverts multiple scattering, so it falls with the colour.
+    /// Chiang et al. 2016, §4.2: the fit inverts multiple scattering, so it falls with the color.
     #[test]
     fn brighter_hair_absorbs_less() {
         let of = |c| absorption_of_color(Rgb::splat(c), 0.3).x;

@@ -1,6 +1,6 @@
 //! Parameters that mean something in a range only, as numbers and as textures' values.
 
-use crate::math::float::within;
+use crate::math::float::clamp_nan_low;
 use crate::params::{Dialect, FloatInput, ParamReader};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
@@ -21,7 +21,7 @@ pub(super) fn float_within(
 ) -> FloatInput {
     match reader.find_float_input(name) {
         Some(FloatInput::Constant(given)) => {
-            let used = within(given, *range.start(), *range.end());
+            let used = clamp_nan_low(given, *range.start(), *range.end());
             // NaN, too, is not what is used.
             if used != given {
                 reader.warn(name, format!("`{name}` is {given}: {used} is used"));

@@ -23,7 +23,7 @@ macro_rules! material_types {
             pub const KINDS: &'static [&'static str] = &[$($name,)* $($mix_name,)*];
 
             /// Returns `true` if the type is modeled. Some exist in pbrt-v2 only.
-            pub fn is_modelled(kind: &str, dialect: Dialect) -> bool {
+            pub fn is_modeled(kind: &str, dialect: Dialect) -> bool {
                 Material::KINDS.contains(&kind)
                     || (dialect == Dialect::V2 && [$($v2_name,)*].contains(&kind))
             }

@@ -6,7 +6,7 @@ use crate::bsdf::oren_nayar::OrenNayar;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::math::float::within;
+use crate::math::float::clamp_nan_low;
 use crate::params::{FloatInput, ParamReader, SpectrumInput};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
@@ -44,7 +44,7 @@ impl Scattering for Matte {
         if is_black(reflectance) {
             return;
         }
-        let sigma = within(textures.float(&self.sigma, at), 0.0, 90.0);
+        let sigma = clamp_nan_low(textures.float(&self.sigma, at), 0.0, 90.0);
         bsdf.add(if sigma > 0.0 {
             Lobe::OrenNayar(OrenNayar::new(reflectance, sigma))
         } else {

@@ -1,6 +1,6 @@
 //! `mix`.
 
-use super::beneath::{Part, Parts};
+use super::subsurface_transport::{Part, Parts};
 use super::{Bump, Material, MaterialKind, reflectance};
 use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::{Bsdf, Lobe, MAX_LOBES};
@@ -14,7 +14,7 @@ use crate::textures::Textures;
 
 /// Lobes that a mix may come to with all it nests, present at once or not: room for eight materials
 /// of eight lobes. More are a mistake, or meant to take for ever.
-const MOST_NESTED: usize = MAX_LOBES * MAX_LOBES;
+const MAX_NESTED: usize = MAX_LOBES * MAX_LOBES;
 
 /// The named materials in scope.
 pub trait NamedMaterials {
@@ -94,8 +94,8 @@ impl Mix {
 
     fn check_size(&self, reader: &ParamReader) -> bool {
         let lobes = self.max_lobes;
-        if lobes > MOST_NESTED {
-            let message = format!("the materials mixed have more than {MOST_NESTED} lobes");
+        if lobes > MAX_NESTED {
+            let message = format!("the materials mixed have more than {MAX_NESTED} lobes");
             reader.error("namedmaterial1", message);
             return false;
         }

@@ -3,7 +3,6 @@
 //! Every parameter may be a constant or a texture unless its doc comment says otherwise;
 //! reflectances below 0 count as 0.
 
-pub mod beneath;
 mod bump;
 mod disney;
 mod fourier;
@@ -20,16 +19,17 @@ mod mirror;
 mod mix;
 mod plastic;
 mod prepare;
+#[cfg(test)]
+mod robustness;
 mod roughness;
 mod scattering;
 mod shinymetal;
 mod smooth;
 mod substrate;
 mod subsurface;
+pub mod subsurface_transport;
 mod translucent;
 mod uber;
-#[cfg(test)]
-mod wild;
 
 pub use bump::Bump;
 pub use disney::Disney;
@@ -57,7 +57,7 @@ pub use uber::Uber;
 use crate::bsdf::Bsdf;
 use crate::bssrdf::Bssrdf;
 use crate::math::color::is_black;
-use crate::math::float::within;
+use crate::math::float::clamp_nan_low;
 use crate::math::{Rgb, Vec3};
 use crate::params::{Dialect, ParamReader, SpectrumInput, TexturesRead};
 use crate::surface::{Footprint, ShadingGeometry, SurfaceHit, TexturePoint};
@@ -139,8 +139,8 @@ impl Material {
     ) {
         let at = hit.texture_point(footprint);
         match &self.bump {
-            Some(bump) => bsdf.place(hit.n, &bump.shading_geometry(hit, &at, textures)),
-            None => bsdf.place(hit.n, &hit.shading),
+            Some(bump) => bsdf.set_frame(hit.n, &bump.shading_geometry(hit, &at, textures)),
+            None => bsdf.set_frame(hit.n, &hit.shading),
         }
         self.add_lobes(&at, textures, materials, bsdf);
     }
@@ -164,7 +164,7 @@ impl Material {
         textures: &Textures,
         materials: &'a [Material],
     ) -> Bsdf<'a> {
-        let mut bsdf = Bsdf::nowhere();
+        let mut bsdf = Bsdf::empty();
         self.fill_bsdf(hit, footprint, textures, materials, &mut bsdf);
         bsdf
     }
@@ -246,7 +246,7 @@ const MAX_REFLECTANCE: f32 = 1e6;
 /// A reflectance at a point: negative values, and those that are no numbers, count as 0.
 fn reflectance(input: &SpectrumInput, at: &TexturePoint, textures: &Textures) -> Rgb {
     let given = textures.spectrum(input, at);
-    given.map(|x| within(x, 0.0, MAX_REFLECTANCE))
+    given.map(|x| clamp_nan_low(x, 0.0, MAX_REFLECTANCE))
 }
 
 #[cfg(test)]

@@ -54,7 +54,7 @@ fn load<Table, Error: Display>(
     tables.entry(path.clone()).or_insert_with(|| {
         let table = read(path).map_err(|error| {
             let message = format!("cannot use the BSDF file '{}': {error}", path.display());
-            diagnostics.push(Diagnostic::error(message).at(*span).passable());
+            diagnostics.push(Diagnostic::error(message).at(*span).recoverable());
         });
         table.ok().map(Arc::new)
     });

@@ -8,7 +8,7 @@ use crate::math::Rgb;
 use crate::params::{Dialect, FloatInput, ParamReader};
 
 /// The least roughness that is not smooth: pbrt-v3 takes all below it for this.
-const LEAST: f32 = 1e-3;
+const MIN: f32 = 1e-3;
 
 /// A roughness parameter, where it is given. Constants below 0 are warned of, and count as the least
 /// roughness, which is what pbrt-v3 does with them.
@@ -16,8 +16,8 @@ pub(super) fn find_roughness(reader: &ParamReader, name: &str) -> Option<FloatIn
     let given = reader.find_float_input(name)?;
     Some(match given {
         FloatInput::Constant(r) if r < 0.0 => {
-            reader.warn(name, format!("`{name}` is {r}, below 0: {LEAST} is used"));
-            FloatInput::Constant(LEAST)
+            reader.warn(name, format!("`{name}` is {r}, below 0: {MIN} is used"));
+            FloatInput::Constant(MIN)
         }
         _ => given,
     })
@@ -76,7 +76,7 @@ impl RoughnessMeaning {
     pub fn alpha(self, roughness: f32) -> f32 {
         match self {
             RoughnessMeaning::Remapped => {
-                let x = roughness.max(LEAST).ln();
+                let x = roughness.max(MIN).ln();
                 1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)))
             }
             RoughnessMeaning::Alpha => roughness,

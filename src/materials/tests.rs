@@ -23,7 +23,7 @@ impl NamedMaterials for NoneNamed {
     }
 }
 
-const fn grey(v: f32) -> SpectrumInput {
+const fn gray(v: f32) -> SpectrumInput {
     SpectrumInput::Constant(Rgb::splat(v))
 }
 
@@ -33,15 +33,15 @@ const fn float(v: f32) -> FloatInput {
 
 fn matte(kd: f32, sigma: f32) -> MaterialKind {
     MaterialKind::Matte(Matte {
-        kd: grey(kd),
+        kd: gray(kd),
         sigma: float(sigma),
     })
 }
 
 fn plastic(kd: f32, ks: f32, meaning: RoughnessMeaning) -> MaterialKind {
     MaterialKind::Plastic(Plastic {
-        kd: grey(kd),
-        ks: grey(ks),
+        kd: gray(kd),
+        ks: gray(ks),
         roughness: float(0.1),
         meaning,
     })
@@ -49,11 +49,11 @@ fn plastic(kd: f32, ks: f32, meaning: RoughnessMeaning) -> MaterialKind {
 
 fn uber(kd: f32, ks: f32, kr: f32, kt: f32, opacity: f32) -> MaterialKind {
     MaterialKind::Uber(Uber {
-        kd: grey(kd),
-        ks: grey(ks),
-        kr: grey(kr),
-        kt: grey(kt),
-        opacity: grey(opacity),
+        kd: gray(kd),
+        ks: gray(ks),
+        kr: gray(kr),
+        kt: gray(kt),
+        opacity: gray(opacity),
         roughness: [float(0.1); 2],
         meaning: RoughnessMeaning::Remapped,
         eta: float(1.5),
@@ -63,8 +63,8 @@ fn uber(kd: f32, ks: f32, kr: f32, kt: f32, opacity: f32) -> MaterialKind {
 
 fn substrate(kd: f32, ks: f32, roughness: f32) -> MaterialKind {
     MaterialKind::Substrate(Substrate {
-        kd: grey(kd),
-        ks: grey(ks),
+        kd: gray(kd),
+        ks: gray(ks),
         roughness: [float(roughness); 2],
         meaning: RoughnessMeaning::Remapped,
     })
@@ -72,10 +72,10 @@ fn substrate(kd: f32, ks: f32, roughness: f32) -> MaterialKind {
 
 fn translucent(kd: f32, ks: f32) -> MaterialKind {
     MaterialKind::Translucent(Translucent {
-        kd: grey(kd),
-        ks: grey(ks),
-        reflect: grey(0.5),
-        transmit: grey(0.5),
+        kd: gray(kd),
+        ks: gray(ks),
+        reflect: gray(0.5),
+        transmit: gray(0.5),
         roughness: float(0.1),
         meaning: RoughnessMeaning::Remapped,
         mirrored: false,
@@ -89,8 +89,8 @@ fn disney() -> MaterialKind {
 
 fn glass(roughness: f32) -> MaterialKind {
     MaterialKind::Glass(Glass {
-        kr: grey(1.0),
-        kt: grey(1.0),
+        kr: gray(1.0),
+        kt: gray(1.0),
         eta: float(1.5),
         roughness: [float(roughness); 2],
         meaning: RoughnessMeaning::Remapped,
@@ -190,8 +190,8 @@ fn opacity_lets_the_rest_straight_through() {
 
 fn metal(roughness: f32) -> MaterialKind {
     MaterialKind::Metal(Metal {
-        eta: grey(0.2),
-        k: grey(4.0),
+        eta: gray(0.2),
+        k: gray(4.0),
         roughness: [FloatInput::Constant(roughness); 2],
         meaning: RoughnessMeaning::Remapped,
     })
@@ -220,7 +220,7 @@ fn black_and_negative_reflectances_leave_no_lobe() {
     let wo = direction(10.0, 0.0);
     assert!(bsdf(matte(-1.0, 0.0), wo).is_black());
     assert!(bsdf(uber(0.0, 0.0, 0.0, 0.0, 1.0), wo).is_black());
-    assert!(bsdf(MaterialKind::Mirror(Mirror { kr: grey(0.0) }), wo).is_black());
+    assert!(bsdf(MaterialKind::Mirror(Mirror { kr: gray(0.0) }), wo).is_black());
 }
 
 #[test]
@@ -228,7 +228,7 @@ fn a_mirror_reflects_its_kr_at_every_angle() {
     for degrees in [0.0, 60.0, 89.0] {
         let wo = direction(degrees, 5.0);
         let shown = sky_by_sampling(
-            &bsdf(MaterialKind::Mirror(Mirror { kr: grey(0.9) }), wo),
+            &bsdf(MaterialKind::Mirror(Mirror { kr: gray(0.9) }), wo),
             wo,
             2,
         )

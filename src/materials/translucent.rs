@@ -25,9 +25,9 @@ const ETA: f32 = 1.5;
 /// [`Plastic`](super::Plastic)'s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Translucent {
-    /// Colour of the diffuse part.
+    /// Color of the diffuse part.
     pub kd: SpectrumInput,
-    /// Colour of the glossy part.
+    /// Color of the glossy part.
     pub ks: SpectrumInput,
     /// Share reflected.
     pub reflect: SpectrumInput,

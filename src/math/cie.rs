@@ -3,11 +3,11 @@
 /// Wavelength in nm of the first row of [`COLOR_MATCHING`]; rows follow at 1 nm steps.
 pub const FIRST_WAVELENGTH: u32 = 360;
 
-/// Colour matching functions x̄, ȳ, z̄ of the CIE 1931 2° standard observer, 360 to 830 nm at 1 nm.
+/// Color matching functions x̄, ȳ, z̄ of the CIE 1931 2° standard observer, 360 to 830 nm at 1 nm.
 ///
-/// Measured facts: CIE 015:2018, table 6 (there called colour-matching functions of the CIE 1931
-/// standard colorimetric observer), as the Colour & Vision Research Laboratory tabulates them;
-/// taken over from the data sets of the Python package `colour-science` 0.4.7, trailing zeros
+/// Measured facts: CIE 015:2018, table 6 (there called color-matching functions of the CIE 1931
+/// standard colorimetric observer), as the Color & Vision Research Laboratory tabulates them;
+/// taken over from the data sets of the Python package `color-science` 0.4.7, trailing zeros
 /// dropped.
 #[rustfmt::skip]
 #[allow(clippy::excessive_precision, reason = "published digits, kept as published")]
@@ -523,7 +523,7 @@ mod tests {
 
     #[test]
     fn rows_change_smoothly() {
-        // A slipped digit would stand out against its neighbours. The largest second differences
+        // A slipped digit would stand out against its neighbors. The largest second differences
         // are 0.0014, 0.0010 and 0.0068, all where the curves bend most.
         for w in COLOR_MATCHING.windows(3) {
             for (k, tolerance) in [0.0015, 0.0011, 0.0070].into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Rounding-error bounds and neighbouring floats.
+//! Rounding-error bounds and neighboring floats.
 
 use super::Vec3;
 
@@ -13,7 +13,7 @@ pub const fn gamma(n: u32) -> f32 {
 }
 
 /// `x` moved into `low`…`high`; what is no number counts as `low`, where `clamp` would keep it.
-pub fn within(x: f32, low: f32, high: f32) -> f32 {
+pub fn clamp_nan_low(x: f32, low: f32, high: f32) -> f32 {
     x.max(low).min(high)
 }
 
@@ -69,7 +69,7 @@ mod tests {
             (-3.0, 1.0),
             (1.5, 1.5),
         ] {
-            assert_eq!(within(x, 1.0, 2.0), moved);
+            assert_eq!(clamp_nan_low(x, 1.0, 2.0), moved);
         }
     }
 

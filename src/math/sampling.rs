@@ -105,7 +105,7 @@ mod tests {
             let (s, c) = sin_cos_turns(turns);
             assert!((f64::from(s) - sin).abs() < 2e-7 && (f64::from(c) - cos).abs() < 2e-7);
         }
-        // Relative precision next to the poles of a picture.
+        // Relative precision next to the poles of an image.
         assert!((sin_cos_turns(1e-9).0 / 6.283_185_5e-9 - 1.0).abs() < 1e-6);
     }
 

@@ -22,7 +22,7 @@ const SECOND_RADIATION: f64 = 6.626_069_57e-34 * 299_792_458.0 / 1.380_648_8e-23
 
 /// A spectrum given as (wavelength in nm, value) pairs, ascending and linearly interpolated,
 /// its ends held constant, converted to linear RGB. Black where there are no pairs. Negative
-/// channels, which saturated colours have, are kept.
+/// channels, which saturated colors have, are kept.
 ///
 /// ```
 /// let flat = fstop::math::spectrum::rgb_from_samples(&[(550.0, 1.0)]);
@@ -75,12 +75,12 @@ pub fn rgb_from_blackbody_v2(kelvin: f64) -> Rgb {
     }
 }
 
-/// Planck's curve at `kelvin` > 0 divided by its value at `reference` metres, as linear RGB.
+/// Planck's curve at `kelvin` > 0 divided by its value at `reference` meters, as linear RGB.
 fn blackbody_relative_to(reference: f64, kelvin: f64) -> Rgb {
     // Planck's law without the factor 2hc² that cancels, as a logarithm, since at a few kelvin
     // both values underflow though their ratio does not.
     let log_planck =
-        |metres: f64| -5.0 * metres.ln() - log_exp_m1(SECOND_RADIATION / (metres * kelvin));
+        |meters: f64| -5.0 * meters.ln() - log_exp_m1(SECOND_RADIATION / (meters * kelvin));
     let log_reference = log_planck(reference);
     rgb_from_function(|wavelength| (log_planck(wavelength * 1e-9) - log_reference).exp())
 }

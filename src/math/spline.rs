@@ -1,6 +1,6 @@
 //! Catmull–Rom splines over nodes at uneven distances (Pharr, Jakob and Humphreys 2016, §8.6.1,
 //! §13.3 and §14.1.4): cubic pieces through the given values, whose slope at a node is that of the
-//! chord between its two neighbours; at either end it is the slope of the last chord.
+//! chord between its two neighbors; at either end it is the slope of the last chord.
 //!
 //! Nodes ascend. Two may be at one place, where two sides meet that have nothing to do with each
 //! other: each ends there as at an end of the nodes, so that neither overshoots for the other's sake.
@@ -9,7 +9,7 @@
 
 /// Steps of Newton's method, or of bisection where it fails: each bisection gains a bit, so this is
 /// more than a double has.
-const MOST_STEPS: usize = 64;
+const MAX_STEPS: usize = 64;
 
 /// Which four values make up the spline at a position, and with which weights: their sum is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -163,7 +163,7 @@ pub fn solve(guess: f64, wanted: f64, function: impl Fn(f64) -> (f64, f64)) -> f
     // Finer than the single precision of what comes out.
     const ACCURACY: f64 = 1e-9;
     let (mut low, mut high, mut t) = (0.0, 1.0, guess);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         if !(t >= low && t <= high) {
             t = 0.5 * (low + high);
         }

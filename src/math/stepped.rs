@@ -1,6 +1,6 @@
 //! Many small densities side by side, in whole steps: what is sampled in it costs a cache line or two.
 
-use super::float::within;
+use super::float::clamp_nan_low;
 use std::ops::Range;
 
 /// Steps that a density's cells share. One less than what 16 bits count to, so that a cell may start behind the last step.
@@ -10,7 +10,7 @@ const STEPS: u16 = u16::MAX;
 const LINE: usize = 16;
 
 /// Most cells a density may have: each needs a step, and few enough are left over by rounding.
-pub const MOST_CELLS: usize = 4096;
+pub const MAX_CELLS: usize = 4096;
 
 /// Where sixteen cells start; places behind the last cell start with the last step.
 #[derive(Clone, Copy, Debug)]
@@ -30,9 +30,9 @@ pub struct SteppedDensities {
 }
 
 impl SteppedDensities {
-    /// Without densities, for such of `cells` cells, of which there may be 1 to [`MOST_CELLS`].
+    /// Without densities, for such of `cells` cells, of which there may be 1 to [`MAX_CELLS`].
     pub fn new(cells: usize) -> SteppedDensities {
-        let cells = cells.clamp(1, MOST_CELLS);
+        let cells = cells.clamp(1, MAX_CELLS);
         SteppedDensities {
             cells,
             lines_each: cells.div_ceil(LINE),
@@ -109,7 +109,7 @@ impl SteppedDensities {
         let cell = usize::from(passed).saturating_sub(1);
         let (start, end) = ends(lines, cell);
         let width = end - start;
-        let inside = within((position - start) / width, 0.0, 1.0 - f32::EPSILON / 2.0);
+        let inside = clamp_nan_low((position - start) / width, 0.0, 1.0 - f32::EPSILON / 2.0);
         (cell, inside, width / f32::from(STEPS))
     }
 
@@ -214,7 +214,7 @@ mod tests {
             assert!(table.locate(0, u).0 < 4);
         }
         // As many as there may be.
-        let many = vec![1.0; MOST_CELLS];
+        let many = vec![1.0; MAX_CELLS];
         let mut table = SteppedDensities::new(usize::MAX);
         table.push(&many);
         assert!((0..table.cells()).all(|i| table.probability(0, i) > 0.0));

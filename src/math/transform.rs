@@ -93,7 +93,7 @@ impl Transform {
         self.m.transform_vector3(v)
     }
 
-    /// Transforms a normal by the inverse transpose; the result is not normalised.
+    /// Transforms a normal by the inverse transpose; the result is not normalized.
     pub fn normal(&self, n: DVec3) -> DVec3 {
         DVec3::new(
             self.inverse.x_axis.truncate().dot(n),
@@ -110,7 +110,7 @@ impl Transform {
 
     /// The same, with the inverse's translation computed from the matrix's. Where a chain of large
     /// translations cancels, matrix and inverse round differently and stop being each other's
-    /// inverse by units of what cancelled; after this they are to units of what is left.
+    /// inverse by units of what canceled; after this they are to units of what is left.
     pub fn with_translations_matched(mut self) -> Transform {
         let back = -self.inverse.transform_vector3(self.m.w_axis.truncate());
         self.inverse.w_axis = back.extend(1.0);

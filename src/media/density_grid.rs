@@ -3,7 +3,7 @@
 use super::majorants::Majorants;
 use crate::math::{UVec3, Vec3};
 
-/// A density over the unit cube, trilinear between the centres of its voxels and 0 beyond them.
+/// A density over the unit cube, trilinear between the centers of its voxels and 0 beyond them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DensityGrid {
     resolution: UVec3,
@@ -46,7 +46,7 @@ impl DensityGrid {
 
     /// The density at a point of the unit cube.
     pub fn density(&self, p: Vec3) -> f32 {
-        // Voxel centres have whole coordinates.
+        // Voxel centers have whole coordinates.
         let q = p * self.resolution.as_vec3() - Vec3::splat(0.5);
         let low = q.floor();
         let f = q - low;
@@ -81,14 +81,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn interpolates_between_voxel_centres_and_ends_outside() {
+    fn interpolates_between_voxel_centers_and_ends_outside() {
         let grid =
             DensityGrid::new(UVec3::new(2, 1, 3), vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).unwrap();
         let at = |x, y, z| grid.density(Vec3::new(x, y, z));
         assert_eq!(at(0.25, 0.5, 0.5 / 3.0), 1.0);
         assert_eq!(at(0.75, 0.5, 0.5), 4.0);
         assert!((at(0.5, 0.5, 0.5) - 3.5).abs() < 1e-6);
-        // Half a voxel beyond the last centre: half is left, as in pbrt-v3.
+        // Half a voxel beyond the last center: half is left, as in pbrt-v3.
         assert!((at(1.0, 0.5, 0.5) - 2.0).abs() < 1e-6);
         assert!((at(0.25, 0.0, 0.5) - 1.5).abs() < 1e-6);
         assert_eq!(at(5.0, 0.5, 0.5), 0.0);

@@ -25,7 +25,7 @@ use glam::DAffine3;
 
 /// A box this many mean free paths across is as dense as single precision can tell; voxels that
 /// would be denser are thinned to it. It also bounds how many steps a ray can take.
-const MOST_FREE_PATHS: f64 = 1e5;
+const MAX_FREE_PATHS: f64 = 1e5;
 
 /// Below this transmittance ratio tracking plays Russian roulette, as pbrt-v3.
 const ROULETTE_BELOW: f32 = 0.1;
@@ -121,7 +121,7 @@ pub(super) fn densities(
         .map(|axis| world_from_grid.vector(axis).length())
         .iter()
         .sum::<f64>();
-    let largest = MOST_FREE_PATHS / (f64::from(sigma_t) * across);
+    let largest = MAX_FREE_PATHS / (f64::from(sigma_t) * across);
     let largest = if largest > 0.0 {
         largest
     } else {

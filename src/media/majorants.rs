@@ -4,7 +4,7 @@
 use crate::math::{UVec3, Vec3};
 
 /// Most cells along an axis. A walk through them costs about as much as a look at a few voxels.
-const MOST_CELLS: u32 = 16;
+const MAX_CELLS: u32 = 16;
 
 /// The unit cube in cells, each with the largest density in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +18,7 @@ impl Majorants {
     /// Bounds for the interpolated density of [`super::density_grid::DensityGrid`], whose voxels these
     /// are.
     pub fn new(voxels: UVec3, values: &[f32]) -> Majorants {
-        let resolution = voxels.min(UVec3::splat(MOST_CELLS));
+        let resolution = voxels.min(UVec3::splat(MAX_CELLS));
         let [x, y, z] = [0, 1, 2].map(|axis| {
             let n = voxels[axis];
             let cells = 0..resolution[axis];
@@ -179,7 +179,7 @@ mod tests {
             }
             // Rounding may end the walk a little early, at the cube's own border.
             prop_assert!(t >= t_max * 0.999_99 - 1e-5, "{} of {}", t, t_max);
-            prop_assert!(pieces.len() <= 3 * MOST_CELLS as usize);
+            prop_assert!(pieces.len() <= 3 * MAX_CELLS as usize);
         }
     }
 

@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn is_normalised_and_has_its_mean_cosine() {
+    fn is_normalized_and_has_its_mean_cosine() {
         for g in [-0.95f32, -0.5, 0.0, 1e-5, 0.3, 0.9, 0.99] {
             let (total, mean) = moments(&HenyeyGreenstein::new(g));
             // Single-precision directions: their angle to the axis is good to 1e-7, of a lobe some

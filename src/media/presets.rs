@@ -8,7 +8,7 @@
 
 use crate::math::Rgb;
 
-/// How much a medium absorbs and scatters, per millimetre in the table and per scene unit elsewhere.
+/// How much a medium absorbs and scatters, per millimeter in the table and per scene unit elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
     /// Absorption.

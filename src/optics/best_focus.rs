@@ -1,7 +1,7 @@
 //! Focusing by real rays: the film where the axial spot is smallest.
 //!
 //! Gaussian focus is that of rays next to the axis. With spherical aberration the whole beam is narrowest elsewhere, in fast
-//! lenses by up to 0.8 mm, and that is where a photographer, who looks at the picture, puts the film. The mean square
+//! lenses by up to 0.8 mm, and that is where a photographer, who looks at the image, puts the film. The mean square
 //! height of rays on a plane is a quadratic function of the plane's z, so its minimum needs no search (Welford,
 //! *Aberrations of Optical Systems*, §9.6).
 
@@ -102,7 +102,7 @@ impl Search {
     /// The radius of the axial beam on the front vertex plane; `None` where nothing gets through.
     fn edge(&self, object_z: f64) -> Option<f64> {
         let passes = |y: f64| self.trace(object_z, y).is_some();
-        // From a nanometre outward, doubling: 60 steps reach beyond any lens.
+        // From a nanometer outward, doubling: 60 steps reach beyond any lens.
         let mut low = 1e-6;
         if !passes(low) {
             return None;

@@ -8,7 +8,7 @@
 //!   glasses lie on a line, P_gF = 0.6438 − 0.001682 V_d (Schott, technical information TIE-29, 2016): off by 6e-5.
 //!   At the same cost for tracing, so it is what rendering uses.
 //!
-//! Wavelengths are micrometres in air. Lines: g 0.4358343, F 0.4861327, d 0.5875618, C 0.6562725.
+//! Wavelengths are micrometers in air. Lines: g 0.4358343, F 0.4861327, d 0.5875618, C 0.6562725.
 
 use super::prescription::Prescription;
 use super::surface::Surface;
@@ -22,7 +22,7 @@ pub const LINE_D: f64 = 0.5875618;
 /// Wavelength of the red hydrogen line C, µm.
 pub const LINE_C: f64 = 0.6562725;
 
-/// A dispersion formula. λ in micrometres.
+/// A dispersion formula. λ in micrometers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Dispersion {
     /// n = a + b/λ² + c/λ⁴ (Cauchy).

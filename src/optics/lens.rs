@@ -8,7 +8,7 @@ use super::stop_shape::StopShape;
 use super::surface::Surface;
 use super::trace::{Blocked, LensRay, LensTracer};
 
-/// A lens at a fixed distance from its film. Lens coordinates: millimetres, origin at the first
+/// A lens at a fixed distance from its film. Lens coordinates: millimeters, origin at the first
 /// vertex, z toward the film.
 #[derive(Clone, Debug)]
 pub struct Lens {

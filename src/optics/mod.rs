@@ -15,7 +15,7 @@
 //! 7. [`models`] are the three of textbooks: the exact, the thick and the thin lens.
 //! 8. [`report`] prints it all.
 //!
-//! Coordinates throughout: millimetres, origin at the vertex of the first (scene-side) surface, **z toward the
+//! Coordinates throughout: millimeters, origin at the vertex of the first (scene-side) surface, **z toward the
 //! film**; the film lies at `length + film_distance`. Indices of refraction are at the d line, 587.56 nm.
 //!
 //! ```
@@ -23,7 +23,7 @@
 //! use fstop::optics::pupil::RINGS;
 //! use fstop::optics::{ExitPupil, Lens, Prescription};
 //!
-//! // A biconvex lens with a stop behind it, focused at a metre from the film.
+//! // A biconvex lens with a stop behind it, focused at a meter from the film.
 //! let mut prescription = Prescription::parse("50 5 1.5168 20\n-50 2 1 20\n0 0 0 10\n")?;
 //! prescription.set_stops(8.0);
 //! let lens = Lens::new(&prescription, Lens::focused(&prescription, 1000.0)?)?;

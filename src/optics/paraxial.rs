@@ -3,7 +3,7 @@
 //! A paraxial ray is its height y and its reduced angle n·u; a refraction and a transfer are
 //! 2 × 2 matrices of determinant 1, and the whole lens is their product (Born and Wolf,
 //! *Principles of Optics*, 7th edition, §4.4 and 4.8.3; Hecht, *Optics*, §6.2.1). All z are in lens
-//! coordinates: millimetres from the first vertex, toward the film.
+//! coordinates: millimeters from the first vertex, toward the film.
 
 use super::surface::Surface;
 
@@ -106,7 +106,7 @@ pub struct Paraxial {
     pub f_number: Option<f64>,
 }
 
-/// Lengths beyond this (a million kilometres, in mm) are infinite: a matrix element that should be
+/// Lengths beyond this (a million kilometers, in mm) are infinite: a matrix element that should be
 /// 0 is some 1e-16 by rounding.
 const FAR: f64 = 1e12;
 

@@ -1,6 +1,6 @@
 //! What `fstop lens` tells about a lens: as text, and as JSON through serde.
 //!
-//! Lengths are millimetres. Every `z` is measured from the front vertex, positive toward the film.
+//! Lengths are millimeters. Every `z` is measured from the front vertex, positive toward the film.
 //! What a lens does not have (the focal length of an afocal one, a pupil at infinity) is absent as text
 //! and `null` in JSON.
 
@@ -68,7 +68,7 @@ pub struct SurfaceReport {
 /// A pupil.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PupilReport {
-    /// z of its centre.
+    /// z of its center.
     pub z: f64,
     /// Its diameter.
     pub diameter: f64,

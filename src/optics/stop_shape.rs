@@ -1,7 +1,7 @@
-//! The shape of an aperture stop that is not round: straight blades, or a picture of what lets how much light through.
+//! The shape of an aperture stop that is not round: straight blades, or an image of what lets how much light through.
 //!
 //! All lie in the circle of the stop's diameter, which stays the limit: what pupils are found for and f-numbers mean.
-//! A polygon ends rays in the tracer like any rim ([`crate::optics::LensTracer`]); a picture weakens them
+//! A polygon ends rays in the tracer like any rim ([`crate::optics::LensTracer`]); an image weakens them
 //! ([`crate::optics::Lens::stop_transmission`]). x and y are those of lens and camera: right and up, as a photographer sees
 //! the stop through the lens from behind the camera.
 //!
@@ -17,8 +17,8 @@ pub enum StopShape {
     Polygon(StopPolygon),
     /// exp(−r²) − exp(−1), relative to the middle; r in radii of the stop.
     Gaussian,
-    /// A picture of the square around the stop's circle.
-    Picture(StopPicture),
+    /// An image of the square around the stop's circle.
+    ImageData(StopImage),
 }
 
 impl StopShape {
@@ -34,7 +34,7 @@ impl StopShape {
                 let edge = (-1.0f64).exp();
                 ((-r2).exp() - edge) / (1.0 - edge)
             }
-            StopShape::Picture(picture) => picture.at(x, y),
+            StopShape::ImageData(image) => image.at(x, y),
         }
     }
 }
@@ -53,14 +53,14 @@ pub struct StopPolygon {
 }
 
 /// More blades are round to 1e-5 of the radius.
-pub const MOST_BLADES: usize = 1000;
+pub const MAX_BLADES: usize = 1000;
 
 impl StopPolygon {
-    /// A diaphragm of `blades` (3 to [`MOST_BLADES`]) straight edges, its corners on the stop's circle, one of them up, turned
+    /// A diaphragm of `blades` (3 to [`MAX_BLADES`]) straight edges, its corners on the stop's circle, one of them up, turned
     /// counterclockwise by `rotation` degrees.
     pub fn of_blades(blades: usize, rotation: f64) -> StopPolygon {
         StopPolygon {
-            blades: blades.clamp(3, MOST_BLADES),
+            blades: blades.clamp(3, MAX_BLADES),
             corner: 1.0,
             direction: 90.0 + rotation,
             beyond: 0,
@@ -160,22 +160,22 @@ impl<B: Plain> StopEdges<B> {
     }
 }
 
-/// Transmission as a picture, from 0 to 1.
+/// Transmission as an image, from 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StopPicture {
+pub struct StopImage {
     width: usize,
     /// Row by row from the top.
     texels: std::sync::Arc<[f32]>,
 }
 
-impl StopPicture {
+impl StopImage {
     /// Of `texels` row by row from the top, left to right; `None` where they do not fill whole rows. Values outside 0 to 1 are
     /// moved to the nearer end, what is not a number to 0.
-    pub fn new(width: usize, texels: impl Iterator<Item = f32>) -> Option<StopPicture> {
+    pub fn new(width: usize, texels: impl Iterator<Item = f32>) -> Option<StopImage> {
         let clean = |t: f32| if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) };
         let texels: std::sync::Arc<[f32]> = texels.map(clean).collect();
         let whole = width > 0 && !texels.is_empty() && texels.len().is_multiple_of(width);
-        whole.then_some(StopPicture { width, texels })
+        whole.then_some(StopImage { width, texels })
     }
 
     /// Mean over the stop's square.
@@ -183,7 +183,7 @@ impl StopPicture {
         self.texels.iter().map(|t| f64::from(*t)).sum::<f64>() / self.texels.len() as f64
     }
 
-    /// Between the middles of texels linearly, black around the picture, as pbrt-v4; x and y from −1 to 1.
+    /// Between the middles of texels linearly, black around the image, as pbrt-v4; x and y from −1 to 1.
     fn at(&self, x: f64, y: f64) -> f64 {
         let height = self.texels.len() / self.width;
         let u = 0.5 * (x + 1.0) * self.width as f64 - 0.5;
@@ -264,7 +264,7 @@ mod tests {
                 .filter(|i| holds(&polygon, [at(i % n), at(i / n)], 1.0))
                 .count();
             let counted = 4.0 * inside as f64 / (n * n) as f64 / std::f64::consts::PI;
-            // A grid's error is some perimeters times its spacing, mostly cancelling.
+            // A grid's error is some perimeters times its spacing, mostly canceling.
             assert!(
                 (counted - polygon.area()).abs() < 1e-4,
                 "{polygon:?} {counted}"
@@ -295,11 +295,11 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_upright_and_black_around() {
+    fn images_are_upright_and_black_around() {
         // Top left white, top right half, bottom black.
-        let picture = StopPicture::new(2, [1.0, 0.5, 0.0, 0.0].into_iter()).unwrap();
-        let shape = StopShape::Picture(picture.clone());
-        assert_eq!(picture.mean(), 0.375);
+        let image = StopImage::new(2, [1.0, 0.5, 0.0, 0.0].into_iter()).unwrap();
+        let shape = StopShape::ImageData(image.clone());
+        assert_eq!(image.mean(), 0.375);
         // The middles of texels.
         assert_eq!(shape.transmission([-0.5, 0.5]), 1.0);
         assert_eq!(shape.transmission([0.5, 0.5]), 0.5);
@@ -309,8 +309,8 @@ mod tests {
         assert_eq!(shape.transmission([-0.75, 0.5]), 0.75);
         assert_eq!(shape.transmission([-0.9, 0.9]), 0.0);
         assert_eq!(shape.transmission([f64::NAN, 0.0]), 0.0);
-        assert_eq!(StopPicture::new(2, [1.0; 3].into_iter()), None);
-        let wild = StopPicture::new(1, [f32::NAN, 3.0, -1.0].into_iter()).unwrap();
+        assert_eq!(StopImage::new(2, [1.0; 3].into_iter()), None);
+        let wild = StopImage::new(1, [f32::NAN, 3.0, -1.0].into_iter()).unwrap();
         assert_eq!(wild.texels.as_ref(), [0.0, 1.0, 0.0]);
     }
 

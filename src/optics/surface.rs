@@ -3,11 +3,11 @@
 use super::asphere::{Asphere, AsphericSurface};
 use super::dispersion::Dispersion;
 
-/// A surface of revolution about the lens axis. Lengths in millimetres; the z axis points from
+/// A surface of revolution about the lens axis. Lengths in millimeters; the z axis points from
 /// the scene to the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Radius of curvature; positive where the centre lies on the film side; infinite for a plane. Of an aspheric surface:
+    /// Radius of curvature; positive where the center lies on the film side; infinite for a plane. Of an aspheric surface:
     /// that of its base sphere.
     pub radius: f64,
     /// Distance along the axis to the next surface; for the last one see

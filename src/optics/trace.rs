@@ -2,11 +2,11 @@
 //!
 //! Surface by surface: to the vertex tangent plane, to the surface, through its aperture, and on
 //! by Snell's law. The intersection is relative to the vertex and divides by a sum of numbers of
-//! one sign, so nothing cancels for radii from a fraction of a millimetre to 1e9 mm, and planes
+//! one sign, so nothing cancels for radii from a fraction of a millimeter to 1e9 mm, and planes
 //! need no case of their own (Spencer and Murty, "General Ray-Tracing Procedure", J. Opt. Soc. Am.
 //! 52(6), 1962; the form of Welford, *Aberrations of Optical Systems*, 1986, §4.3).
 //!
-//! Lens coordinates: millimetres, origin at the vertex of the first (scene-side) surface, z toward
+//! Lens coordinates: millimeters, origin at the vertex of the first (scene-side) surface, z toward
 //! the film. Light runs toward +z; rays from the film run toward −z.
 
 use super::asphere::AsphericSurface;
@@ -97,9 +97,9 @@ struct Element<B> {
     /// To the next vertex, film side.
     thickness: B,
     /// For rays from the scene.
-    to_film: Bend<B>,
+    to_film: Refraction<B>,
     /// For rays from the film.
-    to_scene: Bend<B>,
+    to_scene: Refraction<B>,
     /// For an aspheric surface; `curvature` is not used then.
     asphere: Option<AsphericSurface<B>>,
     /// For a stop of straight blades; its corners lie in the clear aperture.
@@ -108,7 +108,7 @@ struct Element<B> {
 
 /// What Snell's law needs of two media.
 #[derive(Clone, Copy, Debug)]
-struct Bend<B> {
+struct Refraction<B> {
     /// n/n', the index a ray comes from over the one it goes into.
     ratio: B,
     /// Its square.
@@ -117,10 +117,10 @@ struct Bend<B> {
     rest: B,
 }
 
-impl<B: Plain> Bend<B> {
-    fn new(from: f64, into: f64) -> Bend<B> {
+impl<B: Plain> Refraction<B> {
+    fn new(from: f64, into: f64) -> Refraction<B> {
         let ratio = from / into;
-        Bend {
+        Refraction {
             ratio: B::round_from(ratio),
             square: B::round_from(ratio * ratio),
             rest: B::round_from((into - from) * (into + from) / (into * into)),
@@ -164,8 +164,8 @@ impl<B: Plain> LensTracer<B> {
                     curvature: B::round_from(s.curvature()),
                     radius2: B::round_from(radius * radius),
                     thickness: B::round_from(s.thickness),
-                    to_film: Bend::new(in_front, s.index),
-                    to_scene: Bend::new(s.index, in_front),
+                    to_film: Refraction::new(in_front, s.index),
+                    to_scene: Refraction::new(s.index, in_front),
                     asphere: s
                         .asphere
                         .map(|a| AsphericSurface::new(s.radius, &a, s.clear_radius())),
@@ -416,12 +416,12 @@ impl<B: Plain> Element<B> {
                 crossing.inside = crossing.inside.and(edges.hold(x, y));
             }
         }
-        let bend = self.bend(pass);
-        let mu = bend.ratio;
+        let refraction = self.refraction(pass);
+        let mu = refraction.ratio;
         if mu == B::ONE {
             return crossing;
         }
-        let k = bend.cosine2(discriminant);
+        let k = refraction.cosine2(discriminant);
         crossing.refracted = k.at_least(B::ZERO);
         let g = k.sqrt().times(s) - q.times(mu);
         let gc = g.times(c);
@@ -475,7 +475,7 @@ impl<B: Plain> Element<B> {
     }
 
     #[inline(always)]
-    fn bend(&self, pass: &Pass<B>) -> &Bend<B> {
+    fn refraction(&self, pass: &Pass<B>) -> &Refraction<B> {
         if pass.to_film {
             &self.to_film
         } else {
@@ -513,9 +513,9 @@ impl<B: Plain> Element<B> {
         if pass.clip {
             crossing.inside = (x * x + y * y).at_most(self.radius2);
         }
-        let bend = self.bend(pass);
-        let mu = bend.ratio;
-        let k = bend.cosine2(q * q);
+        let refraction = self.refraction(pass);
+        let mu = refraction.ratio;
+        let k = refraction.cosine2(q * q);
         crossing.refracted = k.at_least(B::ZERO);
         let g = k.sqrt().times(pass.sign) - q.times(mu);
         crossing.ray.d = [0, 1, 2].map(|axis| d[axis].times(mu) + g * normal[axis]);
@@ -526,7 +526,7 @@ impl<B: Plain> Element<B> {
 impl LensTracer<f64> {
     /// Traces the ray from the film point `film` through the point `pupil`, with the derivatives
     /// of where it leaves and where it goes by the film point's x and y, `pupil` held fixed.
-    /// Exact derivatives of this very ray: no neighbouring ray is traced, so none can be blocked.
+    /// Exact derivatives of this very ray: no neighboring ray is traced, so none can be blocked.
     pub fn to_scene_with_derivatives(
         &self,
         film: [f64; 3],

@@ -30,8 +30,8 @@ fn a_plane_obeys_snell_and_reflects_totally() {
 
 #[test]
 fn a_sphere_images_its_aplanatic_points_perfectly() {
-    // Rays toward the point at distance n·R behind the centre of a sphere of glass meet at
-    // R/n from the centre, at every angle (Born and Wolf §4.2.3).
+    // Rays toward the point at distance n·R behind the center of a sphere of glass meet at
+    // R/n from the center, at every angle (Born and Wolf §4.2.3).
     let (n, r) = (1.5f64, 20.0f64);
     let t = tracer("20 0 1.5 39.9\n");
     for h in [1.0, 5.0, 10.0, 15.0] {
@@ -44,7 +44,7 @@ fn a_sphere_images_its_aplanatic_points_perfectly() {
 }
 
 #[test]
-fn nothing_cancels_from_a_millimetre_to_a_million_kilometres() {
+fn nothing_cancels_from_a_millimeter_to_a_million_kilometers() {
     // The sag of the meeting point at height h is exactly h²/2R to 1e-16 for large R.
     for exponent in 3..13 {
         let r = 10f64.powi(exponent);

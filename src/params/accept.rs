@@ -14,7 +14,7 @@ impl ParamReader<'_> {
         }
     }
 
-    /// Every parameter is legal and without effect: the directive's type is not modelled.
+    /// Every parameter is legal and without effect: the directive's type is not modeled.
     pub fn accept_all(&self) {
         for param in &self.own.params {
             param.used.set(true);

@@ -1,6 +1,6 @@
 //! Inputs that may be textures: `"float roughness" .1` or `"texture roughness" "scratches"`.
 
-use super::asked::{TextureRead, TexturesRead};
+use super::param_use::{TextureRead, TexturesRead};
 use super::{FloatInput, ParamReader, SpectrumInput, spectrum};
 use crate::math::Rgb;
 use crate::syntax::{Diagnostic, Name, Param, ParamGroup, ParamValue};

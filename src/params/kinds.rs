@@ -1,6 +1,6 @@
-//! Types nobody knows, and types that are known but not modelled yet.
+//! Types nobody knows, and types that are known but not modeled yet.
 //!
-//! What is done about them follows pbrt-v3 where that makes a picture (docs/scene-language.md §2.3, §3.8,
+//! What is done about them follows pbrt-v3 where that makes an image (docs/scene-language.md §2.3, §3.8,
 //! §3.9): a warning says what was put in their place. Where pbrt-v3 makes none, it is an error.
 //! Either way the parameters are left in peace: nobody can say which of them the type would use.
 
@@ -21,7 +21,7 @@ impl ParamReader<'_> {
         self.report_kind(Diagnostic::warning(message), known);
     }
 
-    /// Warns that the directive's type is not modelled yet, and says what was `done` about it.
+    /// Warns that the directive's type is not modeled yet, and says what was `done` about it.
     pub fn unsupported_kind(&self, done: &str) {
         let message = format!("{} is not supported yet: {done}", self.described());
         self.report_kind(Diagnostic::warning(message), &[]);

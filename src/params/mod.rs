@@ -32,12 +32,12 @@
 //! ```
 
 mod accept;
-mod asked;
 mod inputs;
 mod iset3d;
 mod kinds;
 mod layers;
 mod named_file;
+mod param_use;
 mod ranges;
 mod reader;
 mod spectrum;
@@ -48,9 +48,9 @@ mod tests;
 mod unused;
 mod v4;
 
-pub use asked::{TextureRead, TexturesRead};
 pub use layers::may_change_material;
 pub use named_file::NamedFile;
+pub use param_use::{TextureRead, TexturesRead};
 pub use reader::{ParamContext, ParamReader};
 pub use spectrum::SpectrumFiles;
 
@@ -67,7 +67,7 @@ pub enum FloatInput {
     Texture(FloatTextureId),
 }
 
-/// A colour or per-channel factor that may vary over a surface.
+/// A color or per-channel factor that may vary over a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpectrumInput {
     /// The same everywhere.

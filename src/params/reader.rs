@@ -1,6 +1,6 @@
 //! The look-ups.
 
-use super::asked::Asked;
+use super::param_use::ParamUse;
 use super::{Dialect, SpectrumFiles, TextureNames, spectrum};
 use crate::files::FileProblem;
 use crate::math::{DVec3, Rgb};
@@ -44,7 +44,7 @@ pub struct ParamReader<'a> {
     pub(super) own: &'a ParamList,
     /// Those that count where the directive has none of the name.
     below: &'a ParamList,
-    pub(super) asked: Rc<Asked>,
+    pub(super) asked: Rc<ParamUse>,
 }
 
 impl<'a> ParamReader<'a> {
@@ -185,7 +185,7 @@ impl<'a> ParamReader<'a> {
         }
     }
 
-    /// Reports what has no place in single precision among points, directions and colours.
+    /// Reports what has no place in single precision among points, directions and colors.
     pub(super) fn check_finite(&self, param: &Param, numbers: &[f64]) {
         let may_be_infinite = matches!(param.ty.group(), ParamGroup::Float | ParamGroup::Integer);
         let outside = |x: &f64| !(*x as f32).is_finite();
@@ -277,7 +277,7 @@ impl<'a> ParamReader<'a> {
 
     /// A string out of `choices`, the first of which is the default and what stands for any other
     /// word, as in pbrt-v3; such a word is warned of, with "did you mean".
-    pub fn choice(&self, name: &str, choices: &[&'static str]) -> &'static str {
+    pub fn one_of(&self, name: &str, choices: &[&'static str]) -> &'static str {
         let default = choices.first().copied().unwrap_or_default();
         let Some(given) = self.find_name(name) else {
             return default;
@@ -415,7 +415,7 @@ impl<'a> ParamReader<'a> {
             format!("`{directory}`")
         };
         let what = format!("{} needs `{}`, and {problem}", self.described(), given.text);
-        let diagnostic = Diagnostic::error(what).at(given.span).passable();
+        let diagnostic = Diagnostic::error(what).at(given.span).recoverable();
         self.context.diagnostics.push(match problem {
             FileProblem::Missing => diagnostic
                 .label(format!("not found in {place}"))
@@ -444,7 +444,7 @@ impl<'a> ParamReader<'a> {
 
     /// As [`ParamReader::error`], of a parameter that pbrt-v3 reports and goes on without.
     pub fn ignored(&self, name: &str, message: impl Into<String>) {
-        let error = self.new_error(message).passable();
+        let error = self.new_error(message).recoverable();
         self.context.diagnostics.push(error.at(self.place_of(name)));
     }
 
@@ -461,7 +461,7 @@ impl<'a> ParamReader<'a> {
             .push(error.with_suggestion(suggestion));
     }
 
-    /// An error of this directive. Without a light, a shape or a texture there is still a picture; with
+    /// An error of this directive. Without a light, a shape or a texture there is still an image; with
     /// a wrong camera or film there is none, or another one.
     pub(super) fn new_error(&self, message: impl Into<String>) -> Diagnostic {
         const OF_THE_PICTURE: [&str; 7] = [
@@ -477,7 +477,7 @@ impl<'a> ParamReader<'a> {
         if OF_THE_PICTURE.contains(&self.word) {
             error
         } else {
-            error.passable()
+            error.recoverable()
         }
     }
 

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// between the first and the last of them and divides by their number (docs/scene-language.md §A.3).
 const V2_OVER_V3: f32 = 471.0 / 470.0;
 
-/// A sampled spectrum's colour in the reader's dialect, from that in pbrt-v3's.
+/// A sampled spectrum's color in the reader's dialect, from that in pbrt-v3's.
 fn in_dialect(reader: &ParamReader<'_>, v3: Rgb) -> Rgb {
     match reader.dialect() {
         Dialect::V2 => v3 * V2_OVER_V3,
@@ -27,7 +27,7 @@ fn in_dialect(reader: &ParamReader<'_>, v3: Rgb) -> Rgb {
 /// could not be read are remembered too.
 #[derive(Debug, Default)]
 pub struct SpectrumFiles {
-    /// Colours in pbrt-v3's normalisation.
+    /// Colors in pbrt-v3's normalisation.
     read: RefCell<HashMap<PathBuf, Result<Rgb, String>>>,
 }
 
@@ -111,7 +111,7 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
             name.text
         ))
         .at(name.span)
-        .passable()
+        .recoverable()
         .label("black is used to read on");
         reader.context.diagnostics.push(if is_missing {
             diagnostic.missing(&name.text)
@@ -155,7 +155,7 @@ mod tests {
     /// Scene-language A.3: v3 divides Planck's curve by its peak, v2 by its value at 555 nm, which
     /// is lower wherever the peak lies elsewhere.
     #[test]
-    fn blackbodies_are_normalised_at_555_nm_in_v2() {
+    fn blackbodies_are_normalized_at_555_nm_in_v2() {
         let warm = "\"blackbody L\" [2700 3]";
         let (v2, v3) = (spectrum(Dialect::V2, warm), spectrum(Dialect::V3, warm));
         assert_eq!(

@@ -102,7 +102,7 @@ fn defaults_where_nothing_is_given() {
             SpectrumInput::Constant(Rgb::ONE)
         );
         assert_eq!(
-            (p.choice("x", &["a", "b"]), p.has("x"), p.file("x")),
+            (p.one_of("x", &["a", "b"]), p.has("x"), p.file("x")),
             ("a", false, None)
         );
         assert_eq!(
@@ -215,11 +215,11 @@ fn the_wrong_type_says_which_is_right() {
 fn choices() {
     let choices = ["uniform", "power", "spatial"];
     assert_eq!(
-        quiet("\"string s\" \"power\"", |p| p.choice("s", &choices)),
+        quiet("\"string s\" \"power\"", |p| p.one_of("s", &choices)),
         "power"
     );
     let outcome = read("path", "\"string s\" \"spacial\"", |p| {
-        p.choice("s", &choices)
+        p.one_of("s", &choices)
     });
     assert_eq!(outcome.value, "uniform");
     assert_eq!((outcome.errors, outcome.warnings), (0, 1));

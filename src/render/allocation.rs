@@ -1,4 +1,4 @@
-//! How many samples the tiles of a picture get next.
+//! How many samples the tiles of an image get next.
 //!
 //! A tile whose pixels have the squared relative error v / n after n samples each, and which costs
 //! a·n samples (a pixels), gets n in proportion to √(v / a): the least work for a given sum of
@@ -17,7 +17,7 @@ pub(super) struct Share {
 
 /// A tile is not taken to have less noise than this part of the average: what is rare may not have
 /// been met yet.
-const LEAST_NOISE: f64 = 0.05;
+const MIN_NOISE: f64 = 0.05;
 
 /// No tile's count more than doubles in a pass: a first impression of its noise may be wrong.
 const GROWTH: u32 = 2;
@@ -32,7 +32,7 @@ pub(super) fn for_error(tiles: &[Share], target: f64, most: u32) -> Vec<u32> {
     if counts.iter().zip(tiles).any(|(&n, t)| n > t.count) {
         return counts;
     }
-    // The estimate says that it should be enough, the picture that it is not.
+    // The estimate says that it should be enough, the image that it is not.
     let more = |t: &Share| (t.count + t.count.div_ceil(4)).min(most);
     tiles.iter().map(more).collect()
 }
@@ -63,7 +63,7 @@ pub(super) fn doubled(tiles: &[Share], most: u32) -> Vec<u32> {
     tiles.iter().map(double).collect()
 }
 
-/// √(noise / area) of every tile, the noise being at least [`LEAST_NOISE`] of the average; the same for all
+/// √(noise / area) of every tile, the noise being at least [`MIN_NOISE`] of the average; the same for all
 /// where there is no noise anywhere.
 fn wishes(tiles: &[Share]) -> Vec<f64> {
     let area: f64 = tiles.iter().map(|t| t.area).sum();
@@ -71,7 +71,7 @@ fn wishes(tiles: &[Share]) -> Vec<f64> {
     if average <= 0.0 {
         return vec![1.0; tiles.len()];
     }
-    let wish = |t: &Share| (t.noise / t.area).max(LEAST_NOISE * average).sqrt();
+    let wish = |t: &Share| (t.noise / t.area).max(MIN_NOISE * average).sqrt();
     tiles.iter().map(wish).collect()
 }
 

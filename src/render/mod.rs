@@ -1,6 +1,6 @@
 //! Rendering: the film in tiles, the tiles over threads, and for each pixel and sample a ray.
 //!
-//! A picture is a pure function of scene, settings and seed: every sample's numbers come from
+//! An image is a pure function of scene, settings and seed: every sample's numbers come from
 //! (seed, pixel, sample index, dimension), pixels share nothing, and tiles are collected by
 //! position. Threads and tile sizes change no bit of it.
 
@@ -25,12 +25,12 @@ use arrayvec::ArrayVec;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Side of a tile in pixels: small enough to keep two cores busy to the end of a small picture,
+/// Side of a tile in pixels: small enough to keep two cores busy to the end of a small image,
 /// large enough that handing out tiles costs nothing.
 pub const TILE_SIZE: u32 = 16;
 
-/// All that one picture needs.
-pub struct Shot {
+/// All that one image needs.
+pub struct RenderJob {
     /// What rays meet.
     pub world: World,
     /// Makes the rays.
@@ -40,7 +40,7 @@ pub struct Shot {
     /// Numbers for every sample.
     pub sampler: Sampler,
     /// Samples a pixel that textures are filtered for: the scene's own, however many are taken. With more
-    /// samples each stands for a smaller part of the pixel (docs/scene-language.md §3.1), so that what a picture
+    /// samples each stands for a smaller part of the pixel (docs/scene-language.md §3.1), so that what an image
     /// converges to depends on it.
     pub footprint_spp: u32,
     /// Where in and around a pixel its samples fall.
@@ -51,12 +51,12 @@ pub struct Shot {
     pub sampled: PixelBounds,
 }
 
-/// Renders the picture on the current rayon pool.
-pub fn render(shot: &Shot, tile_size: u32, progress: &Progress) -> Film {
-    let mut film = Film::new(&shot.film);
+/// Renders the image on the current rayon pool.
+pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
+    let mut film = Film::new(&job.film);
     let tiles: Vec<PixelBounds> = film
         .bounds()
-        .intersection(shot.sampled)
+        .intersection(job.sampled)
         .tiles(tile_size)
         .collect();
     let blank = &film;
@@ -64,14 +64,8 @@ pub fn render(shot: &Shot, tile_size: u32, progress: &Progress) -> Film {
         .into_par_iter()
         .map(|bounds| {
             let mut tile = blank.tile(bounds);
-            sample_tile(
-                shot,
-                &shot.sampler,
-                0..shot.sampler.spp(),
-                &mut tile,
-                bounds,
-            );
-            progress.advance(bounds.area() as u64 * u64::from(shot.sampler.spp()));
+            sample_tile(job, &job.sampler, 0..job.sampler.spp(), &mut tile, bounds);
+            progress.advance(bounds.area() as u64 * u64::from(job.sampler.spp()));
             tile
         })
         .collect();
@@ -83,15 +77,15 @@ pub fn render(shot: &Shot, tile_size: u32, progress: &Progress) -> Film {
 
 /// Takes these of the sampler's samples in every pixel of a tile, a bundle of camera rays at a time.
 fn sample_tile(
-    shot: &Shot,
+    job: &RenderJob,
     sampler: &Sampler,
     samples_of_pixel: Range<u32>,
     tile: &mut Tile,
     bounds: PixelBounds,
 ) {
-    let spacing = spacing(shot);
-    let want_differentials = shot.world.needs_footprint();
-    let mut waiting = ArrayVec::<Waiting, BUNDLE>::new();
+    let spacing = spacing(job);
+    let want_differentials = job.world.needs_footprint();
+    let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
     let mut rays = ArrayVec::new();
     let mut indices = bounds
@@ -99,16 +93,16 @@ fn sample_tile(
         .flat_map(|pixel| samples_of_pixel.clone().map(move |index| (pixel, index)));
     loop {
         for (pixel, index) in indices.by_ref().take(BUNDLE) {
-            let (sample, rest) = Waiting::new(shot, sampler, pixel, index);
+            let (sample, rest) = PendingSample::new(job, sampler, pixel, index);
             samples.push(sample);
             waiting.push(rest);
         }
         if samples.is_empty() {
             return;
         }
-        shot.camera.rays(&samples, want_differentials, &mut rays);
+        job.camera.rays(&samples, want_differentials, &mut rays);
         for (waiting, ray) in waiting.drain(..).zip(&rays) {
-            waiting.finish(shot, ray.as_ref(), spacing, tile);
+            waiting.finish(job, ray.as_ref(), spacing, tile);
         }
         samples.clear();
     }
@@ -116,59 +110,65 @@ fn sample_tile(
 
 /// Takes a dropped sample of `sampler` again and says where on its path it went wrong; `None` where there was
 /// no path. Samples are pure functions of their numbers, so nothing needs to be remembered for this.
-pub fn locate(shot: &Shot, sampler: &Sampler, dropped: DroppedSample) -> Option<Place> {
-    let (sample, mut waiting) = Waiting::new(shot, sampler, dropped.pixel, dropped.sample as u32);
+pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Option<Place> {
+    let (sample, mut waiting) =
+        PendingSample::new(job, sampler, dropped.pixel, dropped.sample as u32);
     let mut rays = ArrayVec::new();
-    let want_differentials = shot.world.needs_footprint();
+    let want_differentials = job.world.needs_footprint();
     let samples: ArrayVec<CameraSample, BUNDLE> = [sample].into_iter().collect();
-    shot.camera.rays(&samples, want_differentials, &mut rays);
+    job.camera.rays(&samples, want_differentials, &mut rays);
     let camera_ray: &CameraRay = rays.first()?.as_ref()?;
     let mut watch = Watch::default();
-    shot.integrator.watched(
-        &shot.world,
+    job.integrator.watched(
+        &job.world,
         camera_ray.ray,
-        camera_ray.scaled_differentials(spacing(shot)).as_ref(),
+        camera_ray.scaled_differentials(spacing(job)).as_ref(),
         &mut waiting.stream,
         &mut watch,
     );
-    watch.culprit()
+    watch.offender()
 }
 
-/// Distance of a pixel's samples, in pixels: see [`Shot::footprint_spp`].
-fn spacing(shot: &Shot) -> f32 {
-    1.0 / (shot.footprint_spp.max(1) as f32).sqrt()
+/// Distance of a pixel's samples, in pixels: see [`RenderJob::footprint_spp`].
+fn spacing(job: &RenderJob) -> f32 {
+    1.0 / (job.footprint_spp.max(1) as f32).sqrt()
 }
 
 /// A sample whose ray is being made.
-struct Waiting {
+struct PendingSample {
     pixel: UVec2,
     stream: SampleStream,
     filter_weight: f32,
 }
 
-impl Waiting {
+impl PendingSample {
     /// The numbers are used in the order film, time, lens (of a camera that has one), wavelength (of one that
     /// disperses), path.
-    fn new(shot: &Shot, sampler: &Sampler, pixel: UVec2, index: u32) -> (CameraSample, Waiting) {
+    fn new(
+        job: &RenderJob,
+        sampler: &Sampler,
+        pixel: UVec2,
+        index: u32,
+    ) -> (CameraSample, PendingSample) {
         let at = IVec2::new(pixel.x as i32, pixel.y as i32);
         let mut stream = sampler.stream(at, index);
-        let on_film = shot.filter.sample(stream.next_2d());
+        let on_film = job.filter.sample(stream.next_2d());
         let time = stream.next_1d();
         let sample = CameraSample {
             raster: pixel.as_vec2() + Vec2::splat(0.5) + on_film.offset,
             time,
-            lens: if shot.camera.has_lens() {
+            lens: if job.camera.has_lens() {
                 stream.next_2d()
             } else {
                 Vec2::splat(0.5)
             },
-            wavelength: if shot.camera.disperses() {
+            wavelength: if job.camera.disperses() {
                 stream.next_1d()
             } else {
                 0.5
             },
         };
-        let waiting = Waiting {
+        let waiting = PendingSample {
             pixel,
             stream,
             filter_weight: on_film.weight,
@@ -176,19 +176,19 @@ impl Waiting {
         (sample, waiting)
     }
 
-    fn finish(mut self, shot: &Shot, ray: Option<&CameraRay>, spacing: f32, tile: &mut Tile) {
+    fn finish(mut self, job: &RenderJob, ray: Option<&CameraRay>, spacing: f32, tile: &mut Tile) {
         let Some(camera_ray) = ray else {
             tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
             return;
         };
         let differentials = camera_ray.scaled_differentials(spacing);
-        let radiance = shot.integrator.radiance(
-            &shot.world,
+        let radiance = job.integrator.radiance(
+            &job.world,
             camera_ray.ray,
             differentials.as_ref(),
             &mut self.stream,
         );
         let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
-        tile.add_coloured_sample(self.pixel, radiance, weight);
+        tile.add_colored_sample(self.pixel, radiance, weight);
     }
 }

@@ -81,7 +81,7 @@ impl Progress {
         }
     }
 
-    /// A pass is done: the picture has so many samples a pixel on average, and this relative error, if it is known.
+    /// A pass is done: the image has so many samples a pixel on average, and this relative error, if it is known.
     pub fn pass_done(&self, pass: u32, spp: f64, error: Option<f64>) {
         let error = error.map_or("unknown".into(), |e| format!("{:.3} %", 100.0 * e));
         let message = format!("pass {pass}: {spp:.1} samples a pixel, error {error}");

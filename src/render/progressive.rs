@@ -1,6 +1,6 @@
-//! Rendering in passes, until the picture is good enough or the time is up.
+//! Rendering in passes, until the image is good enough or the time is up.
 //!
-//! The picture is the mean of two **halves**: films of their own with independent samples, each well
+//! The image is the mean of two **halves**: films of their own with independent samples, each well
 //! spread within itself. Half their difference estimates the error of the mean without assuming that
 //! the samples of a pixel are independent, which stratified and quasi-random ones are not: their
 //! sample variance would promise too little.
@@ -8,17 +8,17 @@
 //! After each pass tiles get samples by their noise ([`super::allocation`]). A half's share is decided by
 //! what the *other* half has seen in the passes before, and the halves count equally whatever
 //! their numbers of samples: a tile that happened to look smooth does not weigh more for it. (One choice sees
-//! both: when to stop, and so by how much all counts are scaled; it looks at the whole picture.)
+//! both: when to stop, and so by how much all counts are scaled; it looks at the whole image.)
 //!
 //! An error is known where the halves differ somewhere. While it is not, because no light or only one value
 //! has been found, it is not 0: all samples are doubled.
 //!
-//! Without a time limit the picture is a pure function of scene, settings and seed. A time limit holds from
+//! Without a time limit the image is a pure function of scene, settings and seed. A time limit holds from
 //! the first sample on: the first pass then grows from one sample a pixel in one half, no tile is begun
 //! when the time is up, and where a tile has no sample by then, that of its central pixel fills it.
 
 use super::allocation::{Share, doubled, for_error, for_samples};
-use super::{Ended, Goal, Progress, Shot, sample_tile};
+use super::{Ended, Goal, Progress, RenderJob, sample_tile};
 use crate::film::{DroppedSample, Film, PixelBounds, PixelStatistics, Tile};
 use crate::math::UVec2;
 use crate::samplers::Sampler;
@@ -26,16 +26,16 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
-/// A picture rendered in passes.
+/// An image rendered in passes.
 #[derive(Clone, Debug)]
 pub struct Progressive {
-    /// The picture.
+    /// The image.
     pub film: Film,
     /// Its estimated relative error: the root of the mean, over pixels and channels, of
-    /// variance / (mean² + ε²), where ε is 1 % of the picture's mean, so that dark pixels do not
+    /// variance / (mean² + ε²), where ε is 1 % of the image's mean, so that dark pixels do not
     /// decide alone. The square is what `fstop compare` calls the relative mean squared error. It is an
     /// estimate: where n pixels have most of the error, it scatters by some 1/√(2n) of itself, and who stops at the first
-    /// that is small enough stops early for it. Of 64 × 64 pixels that is 1 %, of the edge of one lamp much more.
+    /// that is small enough stops early for it. Of 64 × 64 pixels that is 1 %, of the edge of one light much more.
     /// `None` where nothing is known of it: the halves are equal, or not both have every pixel.
     pub error: Option<f64>,
     /// Samples a pixel on average.
@@ -48,9 +48,14 @@ pub struct Progressive {
     pub first_dropped: Option<(DroppedSample, Sampler)>,
 }
 
-/// Renders the picture on the current rayon pool until `goal` is reached.
-pub fn render_until(shot: &Shot, tile_size: u32, goal: &Goal, progress: &Progress) -> Progressive {
-    let mut passes = Passes::new(shot, tile_size);
+/// Renders the image on the current rayon pool until `goal` is reached.
+pub fn render_until(
+    job: &RenderJob,
+    tile_size: u32,
+    goal: &Goal,
+    progress: &Progress,
+) -> Progressive {
+    let mut passes = Passes::new(job, tile_size);
     let started = Instant::now();
     let deadline = goal.time.and_then(|time| started.checked_add(time));
     let most = (goal.max_spp.max(Goal::PILOT) / 2).max(1);
@@ -85,7 +90,7 @@ pub fn render_until(shot: &Shot, tile_size: u32, goal: &Goal, progress: &Progres
 }
 
 /// Samples in each pixel of the two halves, one after the other, up to the first pass's. Against the clock in
-/// steps, so that there is a picture of every pixel as early as can be.
+/// steps, so that there is an image of every pixel as early as can be.
 fn first_pass(against_the_clock: bool) -> Vec<[u32; 2]> {
     let all = Goal::PILOT / 2;
     let steps = [[1, 0], [1, 1], [2, 2]];
@@ -101,7 +106,7 @@ const PART_OF_TIME: f64 = 0.9;
 /// miss costs another pass.
 const PART_OF_ERROR: f64 = 0.97;
 
-/// One of two independent pictures.
+/// One of two independent images.
 struct Half {
     sampler: Sampler,
     film: Film,
@@ -110,7 +115,7 @@ struct Half {
 }
 
 struct Passes<'a> {
-    shot: &'a Shot,
+    job: &'a RenderJob,
     tiles: Vec<PixelBounds>,
     halves: [Half; 2],
     /// The first sample of each tile's central pixel, where it may have to fill the tile.
@@ -118,17 +123,17 @@ struct Passes<'a> {
 }
 
 impl<'a> Passes<'a> {
-    fn new(shot: &'a Shot, tile_size: u32) -> Passes<'a> {
-        let film = Film::new(&shot.film);
-        let bounds = film.bounds().intersection(shot.sampled);
+    fn new(job: &'a RenderJob, tile_size: u32) -> Passes<'a> {
+        let film = Film::new(&job.film);
+        let bounds = film.bounds().intersection(job.sampled);
         let tiles: Vec<PixelBounds> = bounds.tiles(tile_size).collect();
         let half = |which| Half {
-            sampler: shot.sampler.half(which),
+            sampler: job.sampler.half(which),
             film: film.clone(),
             counts: vec![0; tiles.len()],
         };
         Passes {
-            shot,
+            job,
             halves: [half(0), half(1)],
             tiles,
             preview: Vec::new(),
@@ -142,7 +147,7 @@ impl<'a> Passes<'a> {
             let center = (bounds.min + bounds.max) / 2;
             let pixel = PixelBounds::new(center, center + UVec2::ONE);
             let mut tile = half.film.tile(pixel);
-            sample_tile(self.shot, &half.sampler, 0..1, &mut tile, pixel);
+            sample_tile(self.job, &half.sampler, 0..1, &mut tile, pixel);
             tile.statistics(center).copied().unwrap_or_default()
         };
         self.preview = self.tiles.par_iter().map(sample).collect();
@@ -172,7 +177,7 @@ impl<'a> Passes<'a> {
                         return None;
                     }
                     let mut tile = half.film.tile(*bounds).after(have.into());
-                    sample_tile(self.shot, &half.sampler, have..want, &mut tile, *bounds);
+                    sample_tile(self.job, &half.sampler, have..want, &mut tile, *bounds);
                     Some(tile)
                 })
                 .collect();
@@ -321,7 +326,7 @@ impl<'a> Passes<'a> {
     }
 }
 
-/// ε² for a picture of this mean.
+/// ε² for an image of this mean.
 fn floor(mean: f64) -> DVec3 {
     DVec3::splat((0.01 * mean).powi(2).max(f64::MIN_POSITIVE))
 }

@@ -10,7 +10,7 @@ use crate::params::ParamReader;
 pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     SamplerSpec {
         note: Some(
-            "sampler \"bestcandidate\" is rendered with Owen-scrambled low-discrepancy points (same picture, other noise)",
+            "sampler \"bestcandidate\" is rendered with Owen-scrambled low-discrepancy points (same image, other noise)",
         ),
         ..SamplerSpec::sobol(positive(reader, "pixelsamples", 4))
     }

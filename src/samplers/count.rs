@@ -3,16 +3,16 @@
 use crate::params::ParamReader;
 
 /// The most samples a pixel may have: beyond this, single-precision numbers repeat.
-const MOST: i64 = 1 << 24;
+const MAX: i64 = 1 << 24;
 
 /// The positive integer `name`. One out of range is reported and moved into it.
 pub(super) fn positive(reader: &ParamReader, name: &str, default: u32) -> u32 {
     let given = reader.integer(name, i64::from(default));
-    let used = given.clamp(1, MOST);
+    let used = given.clamp(1, MAX);
     if used != given {
         reader.error(
             name,
-            format!("`{name}` is {given}, not between 1 and {MOST}: {used} is used"),
+            format!("`{name}` is {given}, not between 1 and {MAX}: {used} is used"),
         );
     }
     used as u32

@@ -17,7 +17,7 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     reader.find_integer("dimensions");
     SamplerSpec {
         note: Some(
-            "(0,2)-sequences are rendered with Owen-scrambled low-discrepancy points (same picture, other noise)",
+            "(0,2)-sequences are rendered with Owen-scrambled low-discrepancy points (same image, other noise)",
         ),
         ..SamplerSpec::sobol(power_of_two(reader, "pixelsamples", default))
     }

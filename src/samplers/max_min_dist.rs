@@ -12,7 +12,7 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     reader.find_integer("dimensions");
     SamplerSpec {
         note: Some(
-            "sampler \"maxmindist\" is rendered with Owen-scrambled low-discrepancy points (same picture, other noise)",
+            "sampler \"maxmindist\" is rendered with Owen-scrambled low-discrepancy points (same image, other noise)",
         ),
         ..SamplerSpec::sobol(power_of_two(reader, "pixelsamples", 16))
     }

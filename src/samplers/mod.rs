@@ -6,7 +6,7 @@
 //! A camera sample draws its numbers in this order: film (2-D), time (1-D), lens (2-D, where the camera has
 //! one), then whatever the integrator asks for.
 //!
-//! Samplers change the noise of a picture, never what it converges to (docs/scene-language.md §3.4), so
+//! Samplers change the noise of an image, never what it converges to (docs/scene-language.md §3.4), so
 //! three kinds of points serve all the scene language's types: stratified ones, random ones, and
 //! Owen-scrambled ones for everything of low discrepancy (`sobol`). `docs/samplers.md` compares them.
 
@@ -65,7 +65,7 @@ pub struct SamplerSpec {
     pub points: Points,
     /// Samples in every pixel, at least 1.
     pub spp: u32,
-    /// Film points lie only at pixel centres (halton's `samplepixelcenter`): the filter must then
+    /// Film points lie only at pixel centers (halton's `samplepixelcenter`): the filter must then
     /// be [`crate::filters::Filter::at_pixel_centers`].
     pub pixel_centers: bool,
     /// What is done differently from what the scene names, where it is worth saying.
@@ -153,7 +153,7 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// From what the scene asks for; another `seed` gives another, independent picture.
+    /// From what the scene asks for; another `seed` gives another, independent image.
     pub fn new(spec: &SamplerSpec, seed: u64) -> Sampler {
         Sampler {
             points: spec.points,

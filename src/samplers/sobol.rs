@@ -33,7 +33,7 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
 }
 
 /// A set of four numbers that is being used up. It is worked out when the first of them is asked for: most
-/// surfaces need no number to choose among lobes, nor most scenes one to choose a lamp.
+/// surfaces need no number to choose among lobes, nor most scenes one to choose a light.
 #[derive(Clone, Copy, Debug)]
 struct Drawn {
     values: [f32; 4],

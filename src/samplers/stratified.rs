@@ -1,7 +1,7 @@
 //! `stratified`: a grid of cells over the pixel, one sample in each.
 //!
 //! `xsamples`, `ysamples` (integers, 4 each; 2 each in pbrt-v2): the grid; their product is the
-//! number of samples. `jitter` (bool, true): a random point in each cell, else its centre.
+//! number of samples. `jitter` (bool, true): a random point in each cell, else its center.
 //! `dimensions` (integer): only so many leading pairs and single numbers are stratified, the rest
 //! is random. Without it all of them are, which pbrt's arrays could not afford.
 //!
@@ -18,7 +18,7 @@ use crate::math::hash::{mix, mix2, unit_float};
 use crate::params::{Dialect, ParamReader};
 
 /// The most cells: see [`positive`].
-const MOST_PER_SIDE: u32 = 1 << 12;
+const MAX_PER_SIDE: u32 = 1 << 12;
 
 /// The grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,13 +40,13 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     };
     let side = |name: &str| {
         let given = positive(reader, name, default);
-        if given > MOST_PER_SIDE {
+        if given > MAX_PER_SIDE {
             reader.error(
                 name,
-                format!("more than {MOST_PER_SIDE} strata; using {MOST_PER_SIDE}"),
+                format!("more than {MAX_PER_SIDE} strata; using {MAX_PER_SIDE}"),
             );
         }
-        given.min(MOST_PER_SIDE)
+        given.min(MAX_PER_SIDE)
     };
     let (nx, ny) = (side("xsamples"), side("ysamples"));
     let dimensions = reader
@@ -65,7 +65,7 @@ impl Stratified {
     /// `nx` × `ny` cells (each 1 to 4096), the first `dimensions` pairs and single numbers
     /// stratified (all for `None`).
     pub fn new(nx: u32, ny: u32, jitter: bool, dimensions: Option<u32>) -> Stratified {
-        let (nx, ny) = (nx.clamp(1, MOST_PER_SIDE), ny.clamp(1, MOST_PER_SIDE));
+        let (nx, ny) = (nx.clamp(1, MAX_PER_SIDE), ny.clamp(1, MAX_PER_SIDE));
         Stratified {
             nx,
             ny,

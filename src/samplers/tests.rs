@@ -56,7 +56,7 @@ fn streams_depend_on_seed_pixel_index_and_order_only() {
 
 #[test]
 fn streams_stay_what_they_are() {
-    // Recorded once: a change here changes every picture, and shards and resumed renders with it.
+    // Recorded once: a change here changes every image, and shards and resumed renders with it.
     let expected = [
         (
             0.520_046_06,
@@ -264,7 +264,7 @@ fn chi_squared(counts: &[f64]) -> f64 {
 #[test]
 fn numbers_are_uniform_and_pixels_independent() {
     // One sample from each of many pixels: independent numbers whatever the points are. Each
-    // dimension, each pair, and each number against its neighbour pixel's, in an 8 × 8 grid.
+    // dimension, each pair, and each number against its neighbor pixel's, in an 8 × 8 grid.
     for spec in kinds(16) {
         let sampler = Sampler::new(&spec, 99);
         let mut counts = vec![vec![0.0; 64]; 6 + 12 + 6];
@@ -273,10 +273,10 @@ fn numbers_are_uniform_and_pixels_independent() {
             let (x, y) = (i % 141, i / 141);
             let index = (i % 16) as u32;
             let (pairs, singles) = draws(&mut sampler.stream(pixel(x, y), index));
-            let (neighbours, _) = draws(&mut sampler.stream(pixel(x + 1000, y), index));
+            let (neighbors, _) = draws(&mut sampler.stream(pixel(x + 1000, y), index));
             for d in 0..6 {
                 counts[d][cell(pairs[d].x, pairs[d].y)] += 1.0;
-                counts[18 + d][cell(pairs[d].x, neighbours[d].x)] += 1.0;
+                counts[18 + d][cell(pairs[d].x, neighbors[d].x)] += 1.0;
             }
             for d in 0..12 {
                 counts[6 + d][cell(singles[d], singles[d + 1])] += 1.0;

@@ -21,7 +21,7 @@ pub struct SceneDescription {
     pub dialect: Dialect,
 }
 
-/// One picture: options and world.
+/// One image: options and world.
 #[derive(Debug)]
 pub struct Frame {
     /// Camera, film, sampler, filter, integrator.

@@ -163,9 +163,8 @@ impl<'a> Interpreter<'a> {
             self.frames.extend(frame);
         } else if !self.had_world {
             drop(self.read_options());
-            if self.diagnostics.errors() == self.diagnostics.passable_errors() {
-                let message =
-                    "the file describes no picture: there is no `WorldBegin` … `WorldEnd`";
+            if self.diagnostics.errors() == self.diagnostics.recoverable_errors() {
+                let message = "the file describes no image: there is no `WorldBegin` … `WorldEnd`";
                 self.diagnostics.push(Diagnostic::error(message));
             }
         }
@@ -182,7 +181,7 @@ impl<'a> Interpreter<'a> {
     /// Reports a mistake after which pbrt-v3 goes on, and so can we.
     pub(super) fn error(&self, span: Span, message: impl Into<String>) {
         self.diagnostics
-            .push(Diagnostic::error(message).at(span).passable());
+            .push(Diagnostic::error(message).at(span).recoverable());
     }
 
     pub(super) fn warn(&self, span: Span, message: impl Into<String>) {
@@ -314,7 +313,7 @@ impl<'a> Interpreter<'a> {
                 self.diagnostics.push(
                     problem
                         .at(span)
-                        .passable()
+                        .recoverable()
                         .related(world.opened, "the world block begins here"),
                 );
                 false
@@ -340,7 +339,7 @@ impl<'a> Interpreter<'a> {
         self.diagnostics.push(
             Diagnostic::error(message)
                 .at(span)
-                .passable()
+                .recoverable()
                 .with_help("is a `WorldBegin` missing before it?"),
         );
         self.settle_dialect();
@@ -513,7 +512,7 @@ impl<'a> Interpreter<'a> {
             .as_ref()
             .is_some_and(|world| !lit && !world.has_lights())
         {
-            self.warn(span, "the scene has no lights: the picture will be black");
+            self.warn(span, "the scene has no lights: the image will be black");
         }
         let frame = self.close_world();
         self.frames.extend(frame);

@@ -14,7 +14,7 @@ impl Interpreter<'_> {
     /// it may name textures that are defined later: then the shapes report what is wrong with it.
     pub(super) fn use_material(&mut self, span: Span, typed: Typed) {
         let wait = self.dialect() == Dialect::V2
-            && Material::is_modelled(&typed.kind.text, Dialect::V2)
+            && Material::is_modeled(&typed.kind.text, Dialect::V2)
             && texture_names(&typed.params).any(|name| !self.is_texture(name));
         let material = if wait {
             MaterialDirective {
@@ -59,7 +59,7 @@ impl Interpreter<'_> {
         let material = reading.read(word, span, &typed, |r| read_material(r, &named));
         let id = material.and_then(|m| self.add_material(m));
         let kind = &typed.kind.text;
-        if !materials::is_none(kind) && !Material::is_modelled(kind, self.dialect()) {
+        if !materials::is_none(kind) && !Material::is_modeled(kind, self.dialect()) {
             // What stands in its place has been said once, and not again for every shape that
             // overrides it.
             typed.kind.text = "matte".to_string();
@@ -87,7 +87,7 @@ impl Interpreter<'_> {
                     name.text
                 ))
                 .at(name.span)
-                .passable()
+                .recoverable()
                 .with_help("add for example \"string type\" \"matte\""),
             );
             return;

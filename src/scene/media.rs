@@ -42,7 +42,7 @@ impl Interpreter<'_> {
                     name.text
                 ))
                 .at(name.span)
-                .passable()
+                .recoverable()
                 .with_help("add for example \"string type\" \"homogeneous\""),
             );
             return;
@@ -132,7 +132,7 @@ impl Interpreter<'_> {
         if !directive.reported.replace(true) {
             for name in missing {
                 let message = format!("there is no medium `{}`; vacuum is used", name.text);
-                let error = Diagnostic::error(message).at(name.span).passable();
+                let error = Diagnostic::error(message).at(name.span).recoverable();
                 let known = known.keys().map(String::as_str);
                 self.diagnostics.push_with_nearest(error, &name.text, known);
             }

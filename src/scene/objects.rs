@@ -18,7 +18,7 @@ impl Interpreter<'_> {
             self.diagnostics.push(
                 Diagnostic::error(message)
                     .at(span)
-                    .passable()
+                    .recoverable()
                     .related(*opened, "which begins here"),
             );
         }
@@ -42,7 +42,7 @@ impl Interpreter<'_> {
             (Some(opened), false) => self.diagnostics.push(
                 Diagnostic::error("`ObjectEnd` finds no open scope to close")
                     .at(span)
-                    .passable()
+                    .recoverable()
                     .related(opened, "an end since then has closed this one's"),
             ),
             (None, true) => self.error(
@@ -68,8 +68,11 @@ impl Interpreter<'_> {
         let Some(&object) = world.object_names.get(&name.text) else {
             let known = world.object_names.keys().map(String::as_str);
             let error = Diagnostic::error(format!("there is no object `{}`; ignored", name.text));
-            self.diagnostics
-                .push_with_nearest(error.at(name.span).passable(), &name.text, known);
+            self.diagnostics.push_with_nearest(
+                error.at(name.span).recoverable(),
+                &name.text,
+                known,
+            );
             return;
         };
         let world_from_object = self.placement();

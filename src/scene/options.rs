@@ -64,7 +64,7 @@ pub struct StoredOptions {
     pub integrator: Option<StoredDirective>,
     /// `VolumeIntegrator`, pbrt-v2 only.
     pub volume_integrator: Option<StoredDirective>,
-    /// `Accelerator`: read for its parameters' sake, without effect on the picture.
+    /// `Accelerator`: read for its parameters' sake, without effect on the image.
     pub accelerator: Option<StoredDirective>,
     /// `Renderer`, pbrt-v2 only.
     pub renderer: Option<StoredDirective>,
@@ -168,7 +168,7 @@ impl StoredOptions {
         }
     }
 
-    /// Accelerators do not change the picture: their parameters are legal and unused.
+    /// Accelerators do not change the image: their parameters are legal and unused.
     fn read_accelerator(&self, reading: &Reading) {
         const KNOWN: [&str; 3] = ["bvh", "kdtree", "grid"];
         const PARAMETERS: [&str; 8] = [

@@ -121,7 +121,7 @@ fn shallow<V: TextureValue>(
     diagnostics.push(
         Diagnostic::error(message)
             .at(name.span)
-            .passable()
+            .recoverable()
             .label("a constant 0.5 is used to read on"),
     );
     let value = V::splat(0.5);
@@ -172,7 +172,7 @@ impl Interpreter<'_> {
                         "textures are `float` or `spectrum`, not `{other}`; ignored"
                     ))
                     .at(value_type.span)
-                    .passable()
+                    .recoverable()
                     .with_suggestion(nearest(other, ["float", "spectrum", "color"])),
                 );
                 return;

@@ -30,7 +30,7 @@ use crate::syntax::suggest::nearest;
 use glam::{DAffine3, DMat3};
 
 /// More boxes per segment than 2 to this do not pay.
-const MOST_SPLITS: i64 = 3;
+const MAX_SPLITS: i64 = 3;
 
 /// A piece of a segment is at least about this many widths long: shorter ones have no tighter boxes.
 const PIECE_WIDTHS: f64 = 4.0;
@@ -68,7 +68,7 @@ impl CurveSpec {
         let width = read_widths(reader);
         let splits = match reader.find_float("splitdepth") {
             Some(float) if float.is_finite() => float as i64,
-            _ => reader.integer("splitdepth", MOST_SPLITS),
+            _ => reader.integer("splitdepth", MAX_SPLITS),
         };
         let degree = match reader.integer("degree", 3) {
             degree @ (2 | 3) => degree as usize,
@@ -79,7 +79,7 @@ impl CurveSpec {
                 return None;
             }
         };
-        let basis = reader.choice("basis", &["bezier", "bspline"]);
+        let basis = reader.one_of("basis", &["bezier", "bspline"]);
         let kind = read_kind(reader);
         let Some(points) = reader.points3("P") else {
             reader.error("P", "a curve needs control points: \"point3 P\"");
@@ -124,7 +124,7 @@ impl CurveSpec {
             segments,
             normals,
             width,
-            split_depth: splits.clamp(0, MOST_SPLITS) as u32,
+            split_depth: splits.clamp(0, MAX_SPLITS) as u32,
         })
     }
 

@@ -270,17 +270,17 @@ impl TriangleEmitter {
 /// See [`Emitter::Sphere`].
 #[derive(Clone, Copy, Debug)]
 pub struct SphereEmitter {
-    /// Centre, render space.
+    /// Center, render space.
     pub center: DVec3,
     /// Radius, render space.
     pub radius: f64,
-    /// The normal points to the centre.
+    /// The normal points to the center.
     pub inward: bool,
 }
 
 /// The directions under which a sphere is seen from a point outside.
 struct Cone {
-    /// Unit direction to the centre.
+    /// Unit direction to the center.
     axis: DVec3,
     /// Sine of the half-angle.
     sin_max: f64,
@@ -337,7 +337,7 @@ impl SphereEmitter {
     ///
     /// An even point of the unit disk, at radius r, gives the direction at an angle θ from the axis with
     /// 1 − cos θ = r² (1 − cos θmax). It meets the sphere where sin β = sin θ / sin θmax is the sine of incidence,
-    /// and the centre sees that point at angle α = β − θ (Pharr, Jakob and Humphreys 2023, §6.2.4). All sines are
+    /// and the center sees that point at angle α = β − θ (Pharr, Jakob and Humphreys 2023, §6.2.4). All sines are
     /// kept divided by r, so that nothing needs r itself or any angle.
     fn sample_in(&self, cone: &Cone, pdf: f32, u: Vec2) -> EmitterSample {
         let mut disk = concentric_disk(u).as_dvec2();
@@ -373,7 +373,7 @@ impl SphereEmitter {
         (self.center.abs() + DVec3::splat(self.radius)) * (8.0 * f64::EPSILON)
     }
 
-    /// The normal of the side that shines, given the one that points away from the centre.
+    /// The normal of the side that shines, given the one that points away from the center.
     fn normal(&self, outward: DVec3) -> DVec3 {
         if self.inward { -outward } else { outward }
     }

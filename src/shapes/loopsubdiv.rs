@@ -11,7 +11,7 @@
 //! pbrt-v3: the rules of Loop ("Smooth Subdivision Surfaces Based on Triangles", 1987) inside, those
 //! of Hoppe et al. ("Piecewise Smooth Surface Reconstruction", 1994) along boundaries; Pharr, Jakob
 //! and Humphreys 2016, §3.8 (docs/scene-language.md §3.7). There are no texture coordinates. Two of pbrt-v3's
-//! choices show: boundaries end in 3/5 of a vertex and 1/5 of its neighbours (the limit of the rule
+//! choices show: boundaries end in 3/5 of a vertex and 1/5 of its neighbors (the limit of the rule
 //! that got there is 2/3 and 1/6), and normals point to the side from which the triangles' corners
 //! turn clockwise, the other side than that of a `trianglemesh` without normals.
 //!
@@ -31,7 +31,7 @@ use topology::ControlMesh;
 
 /// Most triangles of the finished mesh. With its tree a triangle takes about 150 bytes, so that
 /// these are 5 GB.
-const MOST_TRIANGLES: usize = 1 << 25;
+const MAX_TRIANGLES: usize = 1 << 25;
 
 /// See the module.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +62,7 @@ impl LoopSubdivSpec {
             reader.error(
                 name,
                 format!(
-                    "`{name}` is {asked}, which would make more than {MOST_TRIANGLES} triangles \
+                    "`{name}` is {asked}, which would make more than {MAX_TRIANGLES} triangles \
                      (5 GB with their tree): {levels} is the most for this mesh"
                 ),
             );
@@ -104,13 +104,13 @@ impl LoopSubdivSpec {
     }
 }
 
-/// The most levels up to `asked` that [`MOST_TRIANGLES`] allows.
+/// The most levels up to `asked` that [`MAX_TRIANGLES`] allows.
 fn affordable(asked: u32, triangles: usize) -> u32 {
     let fits = |&levels: &u32| {
         4usize
             .checked_pow(levels)
             .and_then(|each| each.checked_mul(triangles))
-            .is_some_and(|all| all <= MOST_TRIANGLES)
+            .is_some_and(|all| all <= MAX_TRIANGLES)
     };
     // Nothing at all can be cut for ever.
     (0..=asked.min(32)).take_while(fits).last().unwrap_or(0)

@@ -175,7 +175,7 @@ impl Quadric {
         let normal = self.level_from_object.normal(at.n);
         let length = normal.length();
         let n = normal / length * side;
-        // The derivative of a normalised vector is perpendicular to it.
+        // The derivative of a normalized vector is perpendicular to it.
         let change = |dn: DVec3| {
             let dn = self.level_from_object.normal(dn) / length * side;
             dn - n * n.dot(dn)

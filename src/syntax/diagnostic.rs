@@ -30,12 +30,12 @@ pub enum Severity {
 pub enum Style {
     /// Text alone, for files and pipes.
     Plain,
-    /// With ANSI colours, for terminals.
+    /// With ANSI colors, for terminals.
     Colored,
 }
 
 impl Style {
-    /// What suits standard error: colours where it is a terminal and `NO_COLOR` is not set.
+    /// What suits standard error: colors where it is a terminal and `NO_COLOR` is not set.
     pub fn of_stderr() -> Self {
         let no_color = std::env::var_os("NO_COLOR");
         Self::suited(std::io::stderr().is_terminal(), no_color.as_deref())
@@ -67,7 +67,7 @@ pub struct Diagnostic {
     /// Is it an error that pbrt-v3 reports and renders on after, such as a file that cannot be used or
     /// a name that nobody has defined? Something stands in its place, so the rest can be rendered
     /// (`--keep-going`).
-    pub passable: bool,
+    pub recoverable: bool,
     /// The name of the file that is not there, as the scene gives it: those of one folder are told
     /// together.
     pub missing: Option<String>,
@@ -88,7 +88,7 @@ impl Diagnostic {
             message: message.into(),
             span: None,
             item: None,
-            passable: false,
+            recoverable: false,
             missing: None,
             label: None,
             related: Vec::new(),
@@ -125,9 +125,9 @@ impl Diagnostic {
         self
     }
 
-    /// Something stands in the place of what is wrong: see [`passable`](field@Diagnostic::passable).
-    pub fn passable(mut self) -> Self {
-        self.passable = true;
+    /// Something stands in the place of what is wrong: see [`recoverable`](field@Diagnostic::recoverable).
+    pub fn recoverable(mut self) -> Self {
+        self.recoverable = true;
         self
     }
 
@@ -202,7 +202,7 @@ struct State {
     /// Only ever looked up, never iterated: the order of a hash map is nobody's business.
     seen: HashMap<(Severity, String), Seen>,
     errors: usize,
-    passable_errors: usize,
+    recoverable_errors: usize,
     warnings: usize,
     dropped: usize,
     groups: Groups,
@@ -237,7 +237,7 @@ impl Diagnostics {
         match diagnostic.severity {
             Severity::Error => {
                 state.errors += 1;
-                state.passable_errors += usize::from(diagnostic.passable);
+                state.recoverable_errors += usize::from(diagnostic.recoverable);
             }
             Severity::Warning => state.warnings += 1,
             Severity::Note => {}
@@ -311,9 +311,9 @@ impl Diagnostics {
         self.state.borrow().errors
     }
 
-    /// How many of the errors leave a scene that can be rendered: see [`passable`](field@Diagnostic::passable).
-    pub fn passable_errors(&self) -> usize {
-        self.state.borrow().passable_errors
+    /// How many of the errors leave a scene that can be rendered: see [`recoverable`](field@Diagnostic::recoverable).
+    pub fn recoverable_errors(&self) -> usize {
+        self.state.borrow().recoverable_errors
     }
 
     /// Warnings met, those at places not kept included.
@@ -488,7 +488,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_is_for_terminals() {
+    fn color_is_for_terminals() {
         let diagnostic = Diagnostic::error("red");
         let sources = SourceMap::new();
         assert_eq!(diagnostic.render(&sources, Style::Plain), "error: red");

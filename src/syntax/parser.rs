@@ -42,10 +42,10 @@ use std::rc::Rc;
 /// More inclusions than any scene has (the largest public ones have some thousand); a few files that
 /// include each other's successors twice would otherwise keep the parser busy for years without any
 /// cycle.
-const MOST_INCLUDES: usize = 50_000;
+const MAX_INCLUDES: usize = 50_000;
 
 /// More bytes than any scene includes again and again, where even a large file of comments keeps the parser busy.
-const MOST_REPEATED: u64 = 16 << 30;
+const MAX_REPEATED: u64 = 16 << 30;
 
 /// How many files of a cycle are named before the middle is left out.
 const CYCLE_NAMED: usize = 10;
@@ -63,7 +63,7 @@ pub(super) struct OpenFile {
     pub file: FileId,
     pub bytes: Rc<Vec<u8>>,
     pub at: usize,
-    /// Without links and detours, to recognise it by.
+    /// Without links and detours, to recognize it by.
     canonical: PathBuf,
 }
 
@@ -78,7 +78,7 @@ pub struct Parser<'a> {
     includes: usize,
     /// Bytes of files beyond their first inclusion.
     repeated: u64,
-    most_repeated: u64,
+    max_repeated: u64,
     /// How often each file was included.
     included: HashMap<PathBuf, usize>,
     peeked: Option<Token>,
@@ -100,7 +100,7 @@ impl<'a> Parser<'a> {
             open_paths: HashSet::new(),
             includes: 0,
             repeated: 0,
-            most_repeated: MOST_REPEATED,
+            max_repeated: MAX_REPEATED,
             included: HashMap::new(),
             peeked: None,
             statement: Span {
@@ -222,7 +222,7 @@ impl<'a> Parser<'a> {
 
     /// Skips to the next directive's word, or what may be a misspelt one, without a message: the
     /// reason has been given.
-    fn resynchronise(&mut self) {
+    fn resynchronize(&mut self) {
         loop {
             let next = self.peek();
             match next.kind {
@@ -305,7 +305,7 @@ impl<'a> Parser<'a> {
             Ok(None) => self.beside_includer(&name),
             Err(problem) => {
                 let message = format!("cannot include `{}`: {problem}", name.text);
-                self.report(Diagnostic::error(message).at(name.span).passable());
+                self.report(Diagnostic::error(message).at(name.span).recoverable());
                 return Ok(false);
             }
         };
@@ -321,8 +321,8 @@ impl<'a> Parser<'a> {
             );
             return Ok(true);
         }
-        if self.includes >= MOST_INCLUDES {
-            self.too_many_includes(word, &format!("{MOST_INCLUDES} inclusions"));
+        if self.includes >= MAX_INCLUDES {
+            self.too_many_includes(word, &format!("{MAX_INCLUDES} inclusions"));
             return Ok(true);
         }
         self.includes += 1;
@@ -330,8 +330,8 @@ impl<'a> Parser<'a> {
         *times += 1;
         if *times > 1 {
             self.repeated += path.metadata().map_or(0, |metadata| metadata.len());
-            if self.repeated > self.most_repeated {
-                let much = format!("{} bytes included again", self.most_repeated);
+            if self.repeated > self.max_repeated {
+                let much = format!("{} bytes included again", self.max_repeated);
                 self.too_many_includes(word, &much);
                 return Ok(true);
             }
@@ -344,7 +344,7 @@ impl<'a> Parser<'a> {
             Err(error) => {
                 let diagnostic = Diagnostic::error(format!("cannot include this file: {error}"))
                     .at(name.span)
-                    .passable()
+                    .recoverable()
                     .with_note("the directory of the main scene file is where `Include` looks");
                 self.report(match error.problem {
                     FileProblem::Missing => diagnostic.missing(&name.text),
@@ -476,7 +476,7 @@ impl Iterator for Parser<'_> {
                     });
                 }
                 Ok(None) => {}
-                Err(Abandoned) => self.resynchronise(),
+                Err(Abandoned) => self.resynchronize(),
             }
         }
     }
@@ -516,7 +516,7 @@ mod tests {
             let (sources, diagnostics) = (SourceMap::new(), Diagnostics::new());
             let main = sources.open(&path("all")).expect("the scene");
             let mut parser = Parser::new(&sources, main, &diagnostics);
-            parser.most_repeated = limit;
+            parser.max_repeated = limit;
             assert_eq!(parser.by_ref().count(), read);
             assert_eq!(diagnostics.errors(), 8 - read);
         }

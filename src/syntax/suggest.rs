@@ -1,7 +1,7 @@
 //! "Did you mean": the known word nearest to a misspelt one.
 //!
 //! Nearness is the optimal string alignment distance, the restricted form of Damerau's (1964):
-//! insertions, deletions, substitutions and swaps of neighbours, each costing one.
+//! insertions, deletions, substitutions and swaps of neighbors, each costing one.
 
 /// Words longer than this get no suggestion: the comparison is quadratic, and nobody types them.
 const LONGEST: usize = 64;

@@ -120,7 +120,7 @@ impl Parser<'_> {
             self.report(
                 Diagnostic::error(format!("unknown parameter type `{ty}`"))
                     .at(span)
-                    .passable()
+                    .recoverable()
                     .label(format!("parameter `{name}` is ignored"))
                     .with_suggestion(meant_type(ty)),
             );
@@ -288,7 +288,7 @@ impl Parser<'_> {
             self.report(
                 Diagnostic::error("not a number")
                     .at(token.span)
-                    .passable()
+                    .recoverable()
                     .label("expected a finite number"),
             );
             return Some(0.0);
@@ -339,7 +339,7 @@ impl Parser<'_> {
             self.report(if found.len() > 1 {
                 error
             } else {
-                error.passable()
+                error.recoverable()
             });
             return None;
         }

@@ -51,7 +51,7 @@ impl<V: TextureValue> Checkerboard<V, MappingSpec> {
                         format!("a checkerboard has 2 or 3 dimensions, not {dimension}: 2 taken"),
                     );
                 }
-                let antialiasing = match reader.choice("aamode", &["closedform", "none"]) {
+                let antialiasing = match reader.one_of("aamode", &["closedform", "none"]) {
                     "none" => Antialiasing::None,
                     _ => Antialiasing::ClosedForm,
                 };

@@ -1,12 +1,12 @@
 //! From texture descriptions to textures ready for look-ups.
 
-use super::imagemap::PictureSettings;
+use super::imagemap::ImageSettings;
 use super::mipmap::Mipmap;
 use super::{
     Constant, FloatTextureSpec, MAX_DEPTH, SpectrumTextureSpec, Texture, TextureSpec, TextureUsage,
     TextureValue,
 };
-use crate::assets::picture::{Picture, PictureError};
+use crate::assets::image_data::{ImageData, ImageFileError};
 use crate::assets::ptex::PtexFile;
 use crate::budget::Budget;
 use crate::math::Rgb;
@@ -31,21 +31,21 @@ pub struct Textures {
 /// What went wrong with a texture; the scene renders without it.
 #[derive(Debug, thiserror::Error)]
 pub enum TextureProblem {
-    /// A picture cannot be used; a grey of 0.5 stands in for it.
-    #[error("{error}: a grey of 0.5 is used")]
-    Picture {
+    /// An image cannot be used; a gray of 0.5 stands in for it.
+    #[error("{error}: a gray of 0.5 is used")]
+    ImageData {
         /// What is wrong with it.
-        error: PictureError,
+        error: ImageFileError,
         /// Where it is named: by the first texture that something uses, if any.
         span: Span,
-        /// Does anything use a texture of this picture?
+        /// Does anything use a texture of this image?
         used: bool,
     },
     /// A Ptex file cannot be used; black stands in for it.
     #[error("{error}: black is used")]
     Ptex {
         /// What is wrong with it.
-        error: PictureError,
+        error: ImageFileError,
         /// Where it is named: by the first texture that something uses, if any.
         span: Span,
         /// Does anything use a texture of this file?
@@ -74,11 +74,11 @@ pub enum TextureProblem {
 }
 
 impl Textures {
-    /// Loads every picture once (in parallel) and moves all mappings to render space.
+    /// Loads every image once (in parallel) and moves all mappings to render space.
     /// `float[i]` is the texture of `FloatTextureId(i)`, `spectrum[i]` of `SpectrumTextureId(i)`.
-    /// Pictures that `budget` has no memory for are problems.
+    /// Images that `budget` has no memory for are problems.
     /// `usage` only tells problems that matter from those that do not.
-    /// Problems come in the order of the textures that have them: first those of nesting, then of pictures,
+    /// Problems come in the order of the textures that have them: first those of nesting, then of images,
     /// then of Ptex files.
     pub fn compile(
         float: &[FloatTextureSpec],
@@ -88,7 +88,7 @@ impl Textures {
         budget: &Budget,
     ) -> (Textures, Vec<TextureProblem>) {
         let mut problems = Vec::new();
-        let mut wanted = Wanted::default();
+        let mut wanted = MapRequest::default();
         let float_depths = depths("float", float, &[], &mut problems);
         let spectrum_depths = depths("spectrum", spectrum, &float_depths, &mut problems);
         let mut textures = Textures {
@@ -177,8 +177,8 @@ fn compile_all<V: TextureValue>(
     depths: &[Option<usize>],
     used: &[bool],
     render_from_world: &Transform,
-    wanted: &mut Wanted,
-    list: fn(&mut Wanted) -> &mut Vec<WantedMap>,
+    wanted: &mut MapRequest,
+    list: fn(&mut MapRequest) -> &mut Vec<PendingMap>,
 ) -> Vec<Texture<V>> {
     let is_used = |index: usize| used.get(index) == Some(&true);
     let compile = |(index, (spec, depth)): (usize, (&TextureSpec<V>, &Option<usize>))| {
@@ -200,10 +200,10 @@ fn compile_all<V: TextureValue>(
             TextureSpec::Windy(t) => Texture::Windy(t.compile(render_from_world)),
             TextureSpec::Marble(t) => Texture::Marble(t.compile(render_from_world)),
             TextureSpec::Imagemap(t) => {
-                let file = wanted.pictures.index(t.file.as_ref(), is_used(index));
+                let file = wanted.images.index(t.file.as_ref(), is_used(index));
                 let map = position_or_push(
                     list(wanted),
-                    WantedMap {
+                    PendingMap {
                         file,
                         settings: t.settings,
                     },
@@ -218,33 +218,33 @@ fn compile_all<V: TextureValue>(
     specs.iter().zip(depths).enumerate().map(compile).collect()
 }
 
-/// The pictures and Ptex files a scene's textures ask for.
+/// The images and Ptex files a scene's textures ask for.
 #[derive(Default)]
-struct Wanted {
-    pictures: Files,
+struct MapRequest {
+    images: Files,
     ptex: Files,
-    float: Vec<WantedMap>,
-    spectrum: Vec<WantedMap>,
+    float: Vec<PendingMap>,
+    spectrum: Vec<PendingMap>,
 }
 
 /// Files, each once.
 #[derive(Default)]
 struct Files {
-    list: Vec<WantedFile>,
+    list: Vec<PendingFile>,
     /// Positions in `list`.
     known: BTreeMap<PathBuf, usize>,
 }
 
-struct WantedFile {
+struct PendingFile {
     name: NamedFile,
     used: bool,
 }
 
 #[derive(Clone, Copy, PartialEq)]
-struct WantedMap {
-    /// Index into the files; `None` for the grey that stands in for a missing one.
+struct PendingMap {
+    /// Index into the files; `None` for the gray that stands in for a missing one.
     file: Option<usize>,
-    settings: PictureSettings,
+    settings: ImageSettings,
 }
 
 impl Files {
@@ -253,15 +253,15 @@ impl Files {
         let next = self.list.len();
         let index = *self.known.entry(name.path.clone()).or_insert(next);
         match self.list.get_mut(index) {
-            None => self.list.push(WantedFile { name, used }),
-            Some(known) if used && !known.used => *known = WantedFile { name, used },
+            None => self.list.push(PendingFile { name, used }),
+            Some(known) if used && !known.used => *known = PendingFile { name, used },
             Some(_) => {}
         }
         Some(index)
     }
 }
 
-impl Wanted {
+impl MapRequest {
     /// All Ptex files.
     fn load_ptex(
         &self,
@@ -272,7 +272,7 @@ impl Wanted {
         let loaded: Vec<_> = files
             .map(|file| PtexFile::load(&file.name.path, budget))
             .collect();
-        let mut usable = |(file, result): (&WantedFile, Result<PtexFile, PictureError>)| {
+        let mut usable = |(file, result): (&PendingFile, Result<PtexFile, ImageFileError>)| {
             let problem = |error| TextureProblem::Ptex {
                 error,
                 span: file.name.span,
@@ -284,19 +284,19 @@ impl Wanted {
         files.map(&mut usable).collect()
     }
 
-    /// All filtered pictures. Each file's picture is let go once its maps are made.
+    /// All filtered images. Each file's image is let go once its maps are made.
     fn load_maps(
         &self,
         problems: &mut Vec<TextureProblem>,
         budget: &Budget,
     ) -> (Vec<Mipmap<f32>>, Vec<Mipmap<Rgb>>) {
-        let files = self.pictures.list.par_iter().enumerate().map(|(i, file)| {
-            let picture = Picture::load(&file.name.path, budget);
-            let usable = picture.as_ref().ok();
+        let files = self.images.list.par_iter().enumerate().map(|(i, file)| {
+            let image = ImageData::load(&file.name.path, budget);
+            let usable = image.as_ref().ok();
             (
                 self.maps(Some(i), &self.float, usable),
                 self.maps(Some(i), &self.spectrum, usable),
-                picture.err().map(|error| TextureProblem::Picture {
+                image.err().map(|error| TextureProblem::ImageData {
                     error,
                     span: file.name.span,
                     used: file.used,
@@ -322,15 +322,15 @@ impl Wanted {
     fn maps<V: TextureValue>(
         &self,
         file: Option<usize>,
-        wanted: &[WantedMap],
-        picture: Option<&Picture>,
+        wanted: &[PendingMap],
+        image: Option<&ImageData>,
     ) -> Vec<(usize, Mipmap<V>)> {
         let of_file = wanted
             .iter()
             .enumerate()
             .filter(|(_, map)| map.file == file);
         of_file
-            .map(|(i, map)| (i, map.settings.mipmap(picture)))
+            .map(|(i, map)| (i, map.settings.mipmap(image)))
             .collect()
     }
 }

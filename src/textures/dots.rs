@@ -11,7 +11,7 @@ use crate::surface::TexturePoint;
 const RADIUS: f32 = 0.35;
 
 /// Farthest that a dot lies from the middle of its cell, along each axis: it stays within the cell.
-const MOST_SHIFT: f32 = 0.5 - RADIUS;
+const MAX_SHIFT: f32 = 0.5 - RADIUS;
 
 /// Round dots in about half of the unit cells in (s, t), each at a random place of its cell.
 /// Parameters: `inside` (1), `outside` (0), of the texture's own kind; a 2-D mapping. As in pbrt
@@ -65,7 +65,7 @@ fn in_dot(st: Vec2) -> bool {
     if random(0.5, 0.5) <= 0.0 {
         return false;
     }
-    let shift = MOST_SHIFT * Vec2::new(random(1.5, 2.8), random(4.5, 9.8));
+    let shift = MAX_SHIFT * Vec2::new(random(1.5, 2.8), random(4.5, 9.8));
     st.distance_squared(cell + shift) < RADIUS * RADIUS
 }
 

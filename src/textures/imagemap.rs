@@ -2,42 +2,42 @@
 
 use super::mipmap::{Filter, Mipmap, Wrap};
 use super::{Mapping, MappingSpec, TextureValue, Textures};
-use crate::assets::picture::Picture;
+use crate::assets::image_data::ImageData;
 use crate::math::color::linear_from_srgb;
 use crate::math::transform::Transform;
 use crate::params::{Dialect, NamedFile, ParamReader};
 use crate::surface::TexturePoint;
 use std::path::Path;
 
-/// A picture, filtered over the footprint. A float texture of a colour picture is the luminance
+/// An image, filtered over the footprint. A float texture of a color image is the luminance
 /// of its encoded values, decoded afterwards.
 ///
 /// Parameters: string `filename`; string `wrap` `repeat` (`black`, `clamp`); float `scale` 1,
 /// multiplied after decoding; bool `gamma`: decode by the sRGB curve (true for .png, .tga and
 /// .jpg, else false); bool `trilinear` false (EWA); float `maxanisotropy` 8; a 2-D mapping.
 /// Files in pbrt-v2's language: *float* `gamma` 1, value = (scale · texel)^gamma.
-/// (s, t) = (0, 0) is the picture's lower-left corner; of an .exr in v2's language, its upper-left.
-/// A picture that cannot be read counts as one texel of 0.5.
+/// (s, t) = (0, 0) is the image's lower-left corner; of an .exr in v2's language, its upper-left.
+/// An image that cannot be read counts as one texel of 0.5.
 #[derive(Clone, Debug)]
 pub struct ImagemapSpec {
     /// From points to (s, t).
     pub mapping: MappingSpec,
-    /// The picture; `None` where none was given or found.
+    /// The image; `None` where none was given or found.
     pub file: Option<NamedFile>,
-    /// Everything that shapes the filtered picture besides the file.
-    pub settings: PictureSettings,
+    /// Everything that shapes the filtered image besides the file.
+    pub settings: ImageSettings,
 }
 
-/// How a file becomes a filtered picture: textures that agree in it share one.
+/// How a file becomes a filtered image: textures that agree in it share one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PictureSettings {
+pub struct ImageSettings {
     /// What lies outside the unit square.
     pub wrap: Wrap,
     /// How footprints are filtered.
     pub filter: Filter,
     /// From stored to texture values.
     pub decoding: Decoding,
-    /// Is t = 0 the picture's top row?
+    /// Is t = 0 the image's top row?
     pub top_first: bool,
 }
 
@@ -60,7 +60,7 @@ pub enum Decoding {
     },
 }
 
-/// The sRGB curve at what eight-bit pictures hold: a power for each texel took longer than all else of loading.
+/// The sRGB curve at what eight-bit images hold: a power for each texel took longer than all else of loading.
 struct SrgbBytes([(f32, f32); 256]);
 
 impl SrgbBytes {
@@ -98,7 +98,7 @@ impl ImagemapSpec {
         if !reader.has("filename") {
             reader.error(
                 "filename",
-                "an imagemap needs a \"string filename\": a grey of 0.5 is used",
+                "an imagemap needs a \"string filename\": a gray of 0.5 is used",
             );
         }
         let name = Path::new(reader.string("filename", ""));
@@ -107,7 +107,7 @@ impl ImagemapSpec {
             .and_then(|e| e.to_str())
             .unwrap_or_default()
             .to_ascii_lowercase();
-        let wrap = match reader.choice("wrap", &["repeat", "black", "clamp"]) {
+        let wrap = match reader.one_of("wrap", &["repeat", "black", "clamp"]) {
             "black" => Wrap::Black,
             "clamp" => Wrap::Clamp,
             _ => Wrap::Repeat,
@@ -137,7 +137,7 @@ impl ImagemapSpec {
         ImagemapSpec {
             mapping: MappingSpec::from_params(reader, ctm),
             file: reader.named_file("filename"),
-            settings: PictureSettings {
+            settings: ImageSettings {
                 wrap,
                 filter,
                 decoding,
@@ -146,7 +146,7 @@ impl ImagemapSpec {
         }
     }
 
-    /// With the filtered picture at position `map`.
+    /// With the filtered image at position `map`.
     pub(super) fn compile(&self, render_from_world: &Transform, map: usize) -> Imagemap {
         Imagemap {
             mapping: self.mapping.compile(render_from_world),
@@ -155,11 +155,11 @@ impl ImagemapSpec {
     }
 }
 
-impl PictureSettings {
-    /// The filtered picture; of one grey texel where there is no picture.
-    pub(super) fn mipmap<V: TextureValue>(&self, picture: Option<&Picture>) -> Mipmap<V> {
+impl ImageSettings {
+    /// The filtered image; of one gray texel where there is no image.
+    pub(super) fn mipmap<V: TextureValue>(&self, image: Option<&ImageData>) -> Mipmap<V> {
         let bytes = SrgbBytes::new();
-        let Some(picture) = picture else {
+        let Some(image) = image else {
             return Mipmap::new(
                 1,
                 1,
@@ -168,13 +168,13 @@ impl PictureSettings {
                 self.filter,
             );
         };
-        let (width, height) = (picture.width, picture.height);
+        let (width, height) = (image.width, image.height);
         let mut texels = Vec::with_capacity(width * height);
         for t in 0..height {
             let row = if self.top_first { t } else { height - 1 - t };
             texels.extend((0..width).map(|s| {
                 self.decoding
-                    .apply(V::from_texel(picture.pixel(s, row)), &bytes)
+                    .apply(V::from_texel(image.pixel(s, row)), &bytes)
             }));
         }
         Mipmap::new(width, height, texels, self.wrap, self.filter)

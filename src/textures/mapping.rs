@@ -53,7 +53,7 @@ pub enum MappingSpec {
 impl MappingSpec {
     /// Reads `mapping` (`uv`) and its parameters.
     pub fn from_params(reader: &ParamReader, ctm: &Transform) -> MappingSpec {
-        match reader.choice("mapping", &["uv", "spherical", "cylindrical", "planar"]) {
+        match reader.one_of("mapping", &["uv", "spherical", "cylindrical", "planar"]) {
             "spherical" => MappingSpec::Spherical {
                 world_from_texture: *ctm,
             },

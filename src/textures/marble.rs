@@ -8,7 +8,7 @@ use crate::math::transform::Transform;
 use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 
-/// Colours of the stone, control points of a spline whose segment i has the points i … i + 3.
+/// Colors of the stone, control points of a spline whose segment i has the points i … i + 3.
 const COLORS: [Rgb; 9] = [
     PALE,
     PALE,
@@ -25,15 +25,15 @@ const PALE: Rgb = Rgb::new(0.58, 0.58, 0.6);
 
 const SEGMENTS: usize = COLORS.len() - 3;
 
-/// Brightens the spline's colours.
+/// Brightens the spline's colors.
 const GAIN: f32 = 1.5;
 
-/// Veined stone: layers along y of the texture's space, displaced by noise, coloured by a spline.
+/// Veined stone: layers along y of the texture's space, displaced by noise, colored by a spline.
 /// Spectrum only. Parameters: integer `octaves` (8, at most 128), float `roughness` (0.5), float
 /// `scale` (1) of the pattern's frequency, float `variation` (0.2) of the displacement. The CTM at
 /// the directive takes points to the pattern (Pharr, Jakob and Humphreys 2016, §10.6.6).
 ///
-/// pbrt-v3 runs past the end of the spline's second segment, to far brighter colours than the stone's, by
+/// pbrt-v3 runs past the end of the spline's second segment, to far brighter colors than the stone's, by
 /// a slip of one number; the six segments of the book (and of pbrt-v2) are used here.
 #[derive(Clone, Copy, Debug)]
 pub struct Marble {
@@ -68,7 +68,7 @@ impl Marble {
     }
 }
 
-/// The spline's colour at `t` in 0…1; that at 0 where `t` is no number.
+/// The spline's color at `t` in 0…1; that at 0 where `t` is no number.
 fn color(t: f32) -> Rgb {
     let t = if t.is_nan() {
         0.0

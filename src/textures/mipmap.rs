@@ -1,4 +1,4 @@
-//! Prefiltered pictures: a pyramid of ever coarser copies, looked up trilinearly or by elliptically
+//! Prefiltered images: a pyramid of ever coarser copies, looked up trilinearly or by elliptically
 //! weighted averaging (Williams 1983; Heckbert 1989; Pharr, Jakob and Humphreys 2016, §10.4.3–5).
 
 use super::{TextureCoordinates, TextureValue};
@@ -6,10 +6,10 @@ use crate::math::Vec2;
 use crate::math::float::floor;
 use std::f32::consts::PI;
 
-/// What lies outside the picture.
+/// What lies outside the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
-    /// The picture again.
+    /// The image again.
     Repeat,
     /// Black.
     Black,
@@ -29,13 +29,13 @@ pub enum Filter {
     },
 }
 
-/// Largest eccentricity honoured: a look-up visits a number of texels proportional to it.
+/// Largest eccentricity honored: a look-up visits a number of texels proportional to it.
 const ANISOTROPY_LIMIT: f32 = 1024.0;
 
 /// Entries of the Gaussian's table.
 const GAUSSIAN_SIZE: usize = 128;
 
-/// A picture of power-of-two size with its coarser copies; t runs with the rows.
+/// An image of power-of-two size with its coarser copies; t runs with the rows.
 #[derive(Clone, Debug)]
 pub struct Mipmap<V> {
     levels: Vec<Level<V>>,
@@ -104,7 +104,7 @@ impl<V: TextureValue> Mipmap<V> {
         }
     }
 
-    /// Mean over a square of side `width` (in units of the whole picture), linear between levels.
+    /// Mean over a square of side `width` (in units of the whole image), linear between levels.
     fn trilinear(&self, st: Vec2, width: f32) -> V {
         let level = (self.levels.len() - 1) as f32 + width.max(1e-8).log2();
         self.between_levels(level, |level| self.bilinear(level, st))
@@ -125,7 +125,7 @@ impl<V: TextureValue> Mipmap<V> {
         }
     }
 
-    /// Linear in s and in t between the four texels around `st`, whose centres lie at (i + ½)/n.
+    /// Linear in s and in t between the four texels around `st`, whose centers lie at (i + ½)/n.
     fn bilinear(&self, level: usize, st: Vec2) -> V {
         let level = &self.levels[level];
         let p = st * level.size() - 0.5;
@@ -294,10 +294,10 @@ fn enlarging_taps(from: usize, to: usize, wrap: Wrap) -> Vec<Taps> {
     let radius = 2.0;
     (0..to)
         .map(|i| {
-            let centre = (i as f32 + 0.5) * from as f32 / to as f32;
-            let first = (centre - radius + 0.5).floor();
+            let center = (i as f32 + 0.5) * from as f32 / to as f32;
+            let first = (center - radius + 0.5).floor();
             let weights: [f32; 4] =
-                std::array::from_fn(|j| lanczos((first + j as f32 + 0.5 - centre) / radius));
+                std::array::from_fn(|j| lanczos((first + j as f32 + 0.5 - center) / radius));
             let sum: f32 = weights.iter().sum();
             Taps(std::array::from_fn(|j| {
                 (
@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_footprint_texel_centres_are_exact() {
+    fn without_a_footprint_texel_centers_are_exact() {
         let texels = noise(8, 4);
         for filter in [EWA, Filter::Trilinear] {
             let map = Mipmap::new(8, 4, texels.clone(), Wrap::Repeat, filter);
@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_picture_is_constant_under_every_footprint() {
+    fn a_constant_image_is_constant_under_every_footprint() {
         for (width, height) in [(1, 1), (16, 16), (13, 7), (1, 5), (64, 3)] {
             for filter in [EWA, Filter::Trilinear] {
                 for wrap in [Wrap::Repeat, Wrap::Clamp] {
@@ -391,7 +391,7 @@ mod tests {
                     for scale in [0.0, 1e-3, 0.02, 0.3, 1.0, 50.0] {
                         let at =
                             point(0.31, 1.7, (scale, 0.2 * scale), (-0.1 * scale, 0.7 * scale));
-                        // Normalised sums of equal values.
+                        // Normalized sums of equal values.
                         assert!((map.lookup(&at) - 0.7).abs().max_element() < 2e-6);
                     }
                 }
@@ -401,7 +401,7 @@ mod tests {
 
     #[test]
     fn filtering_keeps_the_mean() {
-        // The mean of look-ups over a whole period is the picture's mean, whatever the footprint.
+        // The mean of look-ups over a whole period is the image's mean, whatever the footprint.
         let texels = noise(32, 32);
         let mean = texels.iter().sum::<f32>() / texels.len() as f32;
         for filter in [EWA, Filter::Trilinear] {

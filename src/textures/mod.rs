@@ -1,6 +1,6 @@
 //! Textures: values that vary over a surface (docs/scene-language.md §3.9).
 //!
-//! A [`TextureSpec`] is what the scene file says. [`Textures::compile`] loads the pictures, moves
+//! A [`TextureSpec`] is what the scene file says. [`Textures::compile`] loads the images, moves
 //! mappings to render space and freezes all textures of a scene into one [`Textures`], which
 //! materials and other textures look values up in by [`FloatInput`] and
 //! [`SpectrumInput`](crate::params::SpectrumInput).
@@ -142,7 +142,7 @@ pub fn from_params_float(reader: &ParamReader, ctm: &Transform) -> Option<FloatT
         reader.warn(
             "",
             format!(
-                "a `{}` texture has colours only: no float texture is defined",
+                "a `{}` texture has colors only: no float texture is defined",
                 reader.kind()
             ),
         );
@@ -180,12 +180,12 @@ fn from_params<V: TextureValue>(reader: &ParamReader, ctm: &Transform) -> Option
 }
 
 /// The most octaves: 1.99¹²⁸ is the largest frequency in single precision.
-const MOST_OCTAVES: i64 = 128;
+const MAX_OCTAVES: i64 = 128;
 
 /// `octaves` (8) and `roughness` (0.5) of a texture made of noise.
 fn octaves_from_params(reader: &ParamReader) -> Octaves {
     Octaves {
-        most: reader.integer_within("octaves", 8, 0..=MOST_OCTAVES) as u8,
+        most: reader.integer_within("octaves", 8, 0..=MAX_OCTAVES) as u8,
         roughness: reader.float("roughness", 0.5) as f32,
     }
 }

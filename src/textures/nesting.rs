@@ -18,6 +18,6 @@ impl Nesting {
     };
 }
 
-/// The most textures that may be evaluated for one value: about a millisecond of work. No picture
+/// The most textures that may be evaluated for one value: about a millisecond of work. No image
 /// would ever be finished with many more, in pbrt-v3 neither.
 pub const MAX_LOOKUPS: u64 = 1 << 16;

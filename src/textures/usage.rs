@@ -4,7 +4,7 @@ use super::{FloatTextureSpec, SpectrumTextureSpec, TextureSpec, TextureValue};
 use crate::math::Rgb;
 use crate::params::{FloatInput, SpectrumInput, TextureRead};
 
-/// Which textures of a scene are looked up by anything: a broken picture in a texture that nothing
+/// Which textures of a scene are looked up by anything: a broken image in a texture that nothing
 /// uses does not spoil the rendering.
 ///
 /// Filled by those who use textures ([`float`](Self::float), [`spectrum`](Self::spectrum)), then

@@ -29,10 +29,10 @@ pub trait TextureValue:
     /// `v` in all channels.
     fn splat(v: f32) -> Self;
 
-    /// A picture's texel as this kind of value, still encoded.
+    /// An image's texel as this kind of value, still encoded.
     fn from_texel(texel: Rgb) -> Self;
 
-    /// As pbrt-v3 takes the value of a Ptex file with colours, decoded.
+    /// As pbrt-v3 takes the value of a Ptex file with colors, decoded.
     fn from_ptex(color: Rgb) -> Self;
 
     /// Applies `f` to every channel.
@@ -50,7 +50,7 @@ pub trait TextureValue:
     /// The input's value at a point.
     fn lookup(input: Self::Input, textures: &Textures, at: &TexturePoint) -> Self;
 
-    /// The filtered picture of this kind at `index`.
+    /// The filtered image of this kind at `index`.
     fn mipmap(textures: &Textures, index: usize) -> &Mipmap<Self>;
 }
 

@@ -1,4 +1,4 @@
-//! Processor time: what a picture costs, whoever else uses the machine.
+//! Processor time: what an image costs, whoever else uses the machine.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! What one setting's pictures tell.
+//! What one setting's images tell.
 
 use crate::film::Image;
 use glam::DVec3;
@@ -64,19 +64,19 @@ fn student_97_5(freedom: usize) -> f64 {
     }
 }
 
-/// The picture to compare with.
+/// The image to compare with.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// The picture.
+    /// The image.
     pub image: Image,
     /// Its own relative error, squared.
     pub squared_error: f64,
-    /// ε², by which dark pixels are kept from deciding alone: 1 % of the picture's mean, squared.
+    /// ε², by which dark pixels are kept from deciding alone: 1 % of the image's mean, squared.
     floor: f64,
 }
 
 impl Reference {
-    /// A picture with its estimated relative error ([`crate::render::Progressive::error`]).
+    /// An image with its estimated relative error ([`crate::render::Progressive::error`]).
     pub fn new(image: Image, error: f64) -> Reference {
         let count = 3.0 * image.pixels.len().max(1) as f64;
         let sum: f64 = image
@@ -102,27 +102,27 @@ impl Reference {
     }
 }
 
-/// What one setting's pictures tell; all errors are relative to the reference.
+/// What one setting's images tell; all errors are relative to the reference.
 #[derive(Clone, Debug)]
-pub struct Measured {
+pub struct Measurement {
     /// Samples a pixel.
     pub spp: u32,
-    /// Mean squared error of one picture, the reference's own taken off.
+    /// Mean squared error of one image, the reference's own taken off.
     pub squared_error: Estimate,
     /// What of it changes from seed to seed.
     pub variance: Estimate,
     /// The rest: not below 0 but for noise.
     pub squared_bias: Estimate,
-    /// Seconds of processor time for one picture ([`super::clock::processor_time`]).
+    /// Seconds of processor time for one image ([`super::clock::processor_time`]).
     pub seconds: Estimate,
     /// 1 / (mean squared error · seconds), where a bias counts that is seen for certain: without one the same for any number of
     /// samples, and never what more samples would not buy.
     pub efficiency: Estimate,
 }
 
-impl Measured {
+impl Measurement {
     /// From `images` of one setting with different seeds, at least 3, and the seconds each took.
-    pub fn new(reference: &Reference, spp: u32, images: &[Image], seconds: &[f64]) -> Measured {
+    pub fn new(reference: &Reference, spp: u32, images: &[Image], seconds: &[f64]) -> Measurement {
         let count = images.len();
         let errors: Vec<f64> = images
             .iter()
@@ -155,7 +155,7 @@ impl Measured {
         } else {
             0.0
         };
-        Measured {
+        Measurement {
             spp,
             squared_error: Estimate::of_mean(&errors),
             variance: Estimate::jackknife(count, variance),
@@ -214,7 +214,7 @@ mod tests {
         let images: Vec<Image> = (0..5)
             .map(|seed| image(|i| 1.02 + noise(seed, i, 0.1)))
             .collect();
-        let measured = Measured::new(&reference, 4, &images, &[1.0, 1.1, 0.9, 1.0, 1.0]);
+        let measured = Measurement::new(&reference, 4, &images, &[1.0, 1.1, 0.9, 1.0, 1.0]);
         // 1600 pixels of uniform noise, five times: the variance is known to 2 %, times t of 4 freedoms.
         let variance = 0.01 / 12.0;
         assert!((measured.variance.value / variance - 1.0).abs() < 0.06);
@@ -232,8 +232,8 @@ mod tests {
             let one = |seed| image(|i| offset + noise(seed, i, width));
             (0..5).map(one).collect()
         };
-        let fair = Measured::new(&reference, 4, &images(1.0, 0.1), &[1.0; 5]);
-        let biased = Measured::new(&reference, 4, &images(3.0, 0.01), &[0.1; 5]);
+        let fair = Measurement::new(&reference, 4, &images(1.0, 0.1), &[1.0; 5]);
+        let biased = Measurement::new(&reference, 4, &images(3.0, 0.01), &[0.1; 5]);
         assert!(biased.efficiency.value < 0.01 * fair.efficiency.value);
         // Without a bias nothing but the variance counts.
         assert!((fair.efficiency.value * 0.01 / 12.0 - 1.0).abs() < 0.1);
@@ -246,7 +246,7 @@ mod tests {
         let images: Vec<Image> = (0..4)
             .map(|seed| image(|i| 1.0 + noise(seed, i, 0.1)))
             .collect();
-        let measured = Measured::new(&reference, 4, &images, &[1.0; 4]);
+        let measured = Measurement::new(&reference, 4, &images, &[1.0; 4]);
         assert!((measured.squared_error.value / (0.01 / 12.0) - 1.0).abs() < 0.1);
         assert!(measured.squared_bias.value.abs() < 0.1 * 0.01 / 12.0);
         assert_eq!(measured.seconds.within, 0.0);

@@ -1,6 +1,6 @@
 //! The cheapest setting that meets an error.
 
-use super::{Knob, Measured, Rung};
+use super::{Candidate, Measurement, Setting};
 use crate::samplers::Points;
 
 /// What to take.
@@ -8,12 +8,12 @@ use crate::samplers::Points;
 pub struct Recommendation {
     /// The relative error that is asked for.
     pub target: f64,
-    /// Knobs to turn, and to what, by position among the rungs: the best of each kind that beats
+    /// Knobs to turn, and to what, by position among the candidates: the best of each kind that beats
     /// the scene's own setting for certain.
     pub turned: Vec<usize>,
     /// Samples a pixel.
     pub spp: u32,
-    /// Seconds of processor time that a picture should take then.
+    /// Seconds of processor time that an image should take then.
     pub seconds: f64,
     /// Relative error that it should have.
     pub error: f64,
@@ -27,14 +27,14 @@ pub struct Recommendation {
 const SHARE_OF_BIAS: f64 = 0.25;
 
 /// The most samples that are recommended.
-const MOST_SPP: f64 = (1u32 << 24) as f64;
+const MAX_SPP: f64 = (1u32 << 24) as f64;
 
-/// The squared error falls as the samples to the power −`slope`, fitted over the sample ladder; 1 for
+/// The squared error falls as the samples to the power −`slope`, fitted over the sample candidates; 1 for
 /// independent samples. `None` with fewer than two counts.
-pub fn slope(measured: &[(Rung, Measured)]) -> Option<f64> {
+pub fn slope(measured: &[(Candidate, Measurement)]) -> Option<f64> {
     let points: Vec<(f64, f64)> = measured
         .iter()
-        .filter(|(rung, m)| rung.knob == Knob::Samples && m.variance.value > 0.0)
+        .filter(|(candidate, m)| candidate.setting == Setting::Samples && m.variance.value > 0.0)
         .map(|(_, m)| (f64::from(m.spp).ln(), m.variance.value.ln()))
         .collect();
     let n = points.len() as f64;
@@ -58,7 +58,7 @@ impl Recommendation {
 
 /// Points of low discrepancy are well spread in powers of two.
 fn samples(wanted: f64, by_powers: bool) -> u32 {
-    let whole = wanted.ceil().clamp(1.0, MOST_SPP) as u32;
+    let whole = wanted.ceil().clamp(1.0, MAX_SPP) as u32;
     match by_powers {
         true => whole.next_power_of_two(),
         false => whole,
@@ -66,20 +66,20 @@ fn samples(wanted: f64, by_powers: bool) -> u32 {
 }
 
 /// From the measurements, whose first is the scene as it stands.
-pub fn recommend(measured: &[(Rung, Measured)], target: f64) -> Option<Recommendation> {
+pub fn recommend(measured: &[(Candidate, Measurement)], target: f64) -> Option<Recommendation> {
     let (_, base) = measured.first()?;
     let squared = target * target;
     let mut turned = Vec::new();
     let (mut variance, mut seconds, mut bias) = (base.variance.value, base.seconds.value, 0.0);
-    for knob in [
-        Knob::Sampler,
-        Knob::LensModel,
-        Knob::Precision,
-        Knob::PupilSampling,
-        Knob::MaxDepth,
-        Knob::LightChoice,
+    for setting in [
+        Setting::Sampler,
+        Setting::LensModel,
+        Setting::Precision,
+        Setting::PupilSampling,
+        Setting::MaxDepth,
+        Setting::LightChoice,
     ] {
-        let fit = |m: &Measured| {
+        let fit = |m: &Measurement| {
             let at_most = (m.squared_bias.value + m.squared_bias.within).max(0.0);
             at_most + bias <= SHARE_OF_BIAS * squared
                 && m.efficiency.value - m.efficiency.within
@@ -87,7 +87,7 @@ pub fn recommend(measured: &[(Rung, Measured)], target: f64) -> Option<Recommend
         };
         let candidates = measured.iter().enumerate();
         let best = candidates
-            .filter(|(_, (rung, m))| rung.knob == knob && fit(m))
+            .filter(|(_, (candidate, m))| candidate.setting == setting && fit(m))
             .max_by(|(_, (_, a)), (_, (_, b))| a.efficiency.value.total_cmp(&b.efficiency.value));
         if let Some((i, (_, m))) = best {
             turned.push(i);
@@ -102,7 +102,7 @@ pub fn recommend(measured: &[(Rung, Measured)], target: f64) -> Option<Recommend
     let wanted = f64::from(base.spp) * (variance / (squared - bias)).powf(1.0 / slope);
     let sampler = turned
         .iter()
-        .find(|&&i| measured[i].0.knob == Knob::Sampler);
+        .find(|&&i| measured[i].0.setting == Setting::Sampler);
     let points = measured[sampler.copied().unwrap_or(0)]
         .0
         .options

@@ -1,12 +1,12 @@
 //! The study of one scene.
 
+use super::candidates::{Candidate, Setting, candidates};
 use super::clock::processor_time;
-use super::ladder::{Knob, Rung, ladder};
-use super::measure::{Measured, Reference};
+use super::measure::{Measurement, Reference};
 use super::recommendation::{Recommendation, recommend};
-use crate::build::{Built, reset};
+use crate::build::{PreparedScene, reset};
 use crate::cameras::CameraError;
-use crate::render::{Ended, Goal, Progress, Shot, TILE_SIZE, render, render_until};
+use crate::render::{Ended, Goal, Progress, RenderJob, TILE_SIZE, render, render_until};
 use crate::scene::options::Options;
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,7 @@ pub struct Settings {
 /// What came of it.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// Pixels of the pictures.
+    /// Pixels of the images.
     pub resolution: [u32; 2],
     /// Relative error of the reference.
     pub reference_error: f64,
@@ -34,19 +34,19 @@ pub struct Study {
     /// time one waits.
     pub processors: f64,
     /// Every setting with what it costs and buys; the scene as it stands first.
-    pub measured: Vec<(Rung, Measured)>,
+    pub measured: Vec<(Candidate, Measurement)>,
     /// Settings that could not be rendered, and why.
-    pub failed: Vec<(Rung, CameraError)>,
+    pub failed: Vec<(Candidate, CameraError)>,
     /// The squared error falls with the samples to the power −`slope`.
     pub slope: Option<f64>,
     /// What to take.
     pub recommendation: Option<Recommendation>,
     /// What the recommendation gave when it was rendered; `None` where it would have taken too long.
-    pub verified: Option<Measured>,
+    pub verified: Option<Measurement>,
 }
 
-/// Pictures of each setting: as few as give a confidence interval worth the name.
-const PICTURES: u64 = 5;
+/// Images of each setting: as few as give a confidence interval worth the name.
+const IMAGES: u64 = 5;
 
 /// So many times samples are added where the recommendation turns out to be too few.
 const ATTEMPTS: u64 = 3;
@@ -60,22 +60,22 @@ const FOR_SETTINGS: f64 = 0.4;
 /// Studies `built`, made of a frame with these `options`, on the current rayon pool. `say` hears
 /// what is being done.
 pub fn study(
-    mut built: Built,
+    mut built: PreparedScene,
     options: &Options,
     settings: &Settings,
     say: &dyn Fn(String),
 ) -> Result<Study, CameraError> {
-    let shot = &mut built.shot;
+    let job = &mut built.job;
     let total = settings.time.as_secs_f64();
     say("rendering the reference".into());
-    reset(shot, options, seed(settings.seed, 0))?;
+    reset(job, options, seed(settings.seed, 0))?;
     let goal = Goal {
         error: None,
         time: Some(Duration::from_secs_f64(FOR_REFERENCE * total)),
         max_spp: Goal::MAX_SPP,
     };
     let (started, worked) = (Instant::now(), processor_time());
-    let done = render_until(shot, TILE_SIZE, &goal, &Progress::hidden());
+    let done = render_until(job, TILE_SIZE, &goal, &Progress::hidden());
     debug_assert!(done.ended != Ended::Error);
     let waited = started.elapsed().as_secs_f64().max(1e-9);
     let spp_per_second = done.spp / waited;
@@ -84,37 +84,37 @@ pub fn study(
     let reference_error = done.error.unwrap_or(0.0);
     let reference = Reference::new(done.film.develop(), reference_error);
 
-    // The sample ladder ends at four times the other settings' count, and all of it costs twice its end.
-    let spp_in = |seconds: f64| seconds * spp_per_second / PICTURES as f64;
-    let settings_count = ladder(options, 1, &[]).len() as f64;
+    // The sample candidates ends at four times the other settings' count, and all of it costs twice its end.
+    let spp_in = |seconds: f64| seconds * spp_per_second / IMAGES as f64;
+    let settings_count = candidates(options, 1, &[]).len() as f64;
     let affordable = spp_in(FOR_SETTINGS * total) / (settings_count + 2.0 * 4.0);
     let spp = power_of_two(affordable);
     let counts: Vec<u32> = (0..8)
         .map(|k| (4 * spp) >> k)
         .take_while(|&n| n > 0)
         .collect();
-    let rungs = ladder(options, spp, &counts);
-    let mut pictures: Vec<Pictures> = rungs.into_iter().map(Pictures::new).collect();
-    for turn in 0..PICTURES {
-        say(format!("settings, round {} of {PICTURES}", turn + 1));
-        for setting in &mut pictures {
-            setting.take(shot, settings.seed, turn + 1);
+    let candidates = candidates(options, spp, &counts);
+    let mut images: Vec<Images> = candidates.into_iter().map(Images::new).collect();
+    for turn in 0..IMAGES {
+        say(format!("settings, round {} of {IMAGES}", turn + 1));
+        for value in &mut images {
+            value.take(job, settings.seed, turn + 1);
         }
     }
     let (mut measured, mut failed) = (Vec::new(), Vec::new());
-    for setting in pictures {
-        match setting.failure {
-            Some(error) => failed.push((setting.rung, error)),
+    for value in images {
+        match value.failure {
+            Some(error) => failed.push((value.candidate, error)),
             None => {
-                let spp = setting.rung.options.sampler.spp;
-                let m = Measured::new(&reference, spp, &setting.images, &setting.seconds);
-                measured.push((setting.rung, m));
+                let spp = value.candidate.options.sampler.spp;
+                let m = Measurement::new(&reference, spp, &value.images, &value.seconds);
+                measured.push((value.candidate, m));
             }
         }
     }
     let mut recommendation = recommend(&measured, settings.target);
     let mut verified = None;
-    let mut pictures_taken = PICTURES;
+    let mut images_taken = IMAGES;
     while let Some(advice) = &mut recommendation {
         // Some time is kept whatever the settings took.
         let left = (total - started.elapsed().as_secs_f64()).max(0.1 * total);
@@ -125,26 +125,26 @@ pub fn study(
             "rendering the recommendation, {} samples a pixel",
             advice.spp
         ));
-        let mut setting = Pictures::new(advised(options, &measured, advice));
+        let mut value = Images::new(advised(options, &measured, advice));
         for _ in 0..3 {
-            pictures_taken += 1;
-            setting.take(shot, settings.seed, pictures_taken);
+            images_taken += 1;
+            value.take(job, settings.seed, images_taken);
         }
-        let m = Measured::new(&reference, advice.spp, &setting.images, &setting.seconds);
+        let m = Measurement::new(&reference, advice.spp, &value.images, &value.seconds);
         let miss = m.error().value / settings.target;
         advice.seconds = m.seconds.value;
         verified = Some(m);
         if miss <= 1.0 {
             break;
         }
-        if pictures_taken >= PICTURES + 3 * ATTEMPTS {
+        if images_taken >= IMAGES + 3 * ATTEMPTS {
             break;
         }
         // What was rendered is no longer what is advised.
         verified = None;
         advice.ask_for_more(miss);
     }
-    let size = shot.film.pixel_bounds().size();
+    let size = job.film.pixel_bounds().size();
     Ok(Study {
         resolution: [size.x, size.y],
         reference_error,
@@ -158,34 +158,34 @@ pub fn study(
     })
 }
 
-/// The pictures of one setting so far.
-struct Pictures {
-    rung: Rung,
+/// The images of one setting so far.
+struct Images {
+    candidate: Candidate,
     images: Vec<crate::film::Image>,
     seconds: Vec<f64>,
     failure: Option<CameraError>,
 }
 
-impl Pictures {
-    fn new(rung: Rung) -> Pictures {
-        Pictures {
-            rung,
+impl Images {
+    fn new(candidate: Candidate) -> Images {
+        Images {
+            candidate,
             images: Vec::new(),
             seconds: Vec::new(),
             failure: None,
         }
     }
 
-    fn take(&mut self, shot: &mut Shot, study_seed: u64, number: u64) {
+    fn take(&mut self, job: &mut RenderJob, study_seed: u64, number: u64) {
         if self.failure.is_some() {
             return;
         }
-        if let Err(error) = reset(shot, &self.rung.options, seed(study_seed, number)) {
+        if let Err(error) = reset(job, &self.candidate.options, seed(study_seed, number)) {
             self.failure = Some(error);
             return;
         }
         let started = processor_time();
-        let film = render(shot, TILE_SIZE, &Progress::hidden());
+        let film = render(job, TILE_SIZE, &Progress::hidden());
         self.seconds
             .push((processor_time() - started).as_secs_f64());
         self.images.push(film.develop());
@@ -193,46 +193,52 @@ impl Pictures {
 }
 
 /// The scene with all that is advised.
-fn advised(options: &Options, measured: &[(Rung, Measured)], advice: &Recommendation) -> Rung {
+fn advised(
+    options: &Options,
+    measured: &[(Candidate, Measurement)],
+    advice: &Recommendation,
+) -> Candidate {
     let mut all = options.clone();
     for &i in &advice.turned {
-        let (rung, _) = &measured[i];
-        match rung.knob {
-            Knob::Sampler => all.sampler = rung.options.sampler.clone(),
-            Knob::MaxDepth | Knob::LightChoice => turn_integrator(&mut all, rung),
-            Knob::LensModel | Knob::Precision | Knob::PupilSampling => turn_camera(&mut all, rung),
-            Knob::Scene | Knob::Samples | Knob::Filter => {}
+        let (candidate, _) = &measured[i];
+        match candidate.setting {
+            Setting::Sampler => all.sampler = candidate.options.sampler.clone(),
+            Setting::MaxDepth | Setting::LightChoice => turn_integrator(&mut all, candidate),
+            Setting::LensModel | Setting::Precision | Setting::PupilSampling => {
+                turn_camera(&mut all, candidate)
+            }
+            Setting::Scene | Setting::Samples | Setting::Filter => {}
         }
     }
     all.sampler = all.sampler.with_spp(advice.spp);
-    Rung {
-        knob: Knob::Scene,
-        setting: "as recommended".into(),
+    Candidate {
+        setting: Setting::Scene,
+        value: "as recommended".into(),
         options: all,
     }
 }
 
-fn turn_camera(all: &mut Options, rung: &Rung) {
+fn turn_camera(all: &mut Options, candidate: &Candidate) {
     use crate::cameras::CameraSpec::Realistic;
-    if let (Realistic(to), Realistic(from)) = (&mut all.camera, &rung.options.camera) {
-        match rung.knob {
-            Knob::LensModel => to.model = from.model,
-            Knob::Precision => to.precision = from.precision,
+    if let (Realistic(to), Realistic(from)) = (&mut all.camera, &candidate.options.camera) {
+        match candidate.setting {
+            Setting::LensModel => to.model = from.model,
+            Setting::Precision => to.precision = from.precision,
             _ => to.pupil_sampling = from.pupil_sampling,
         }
     }
 }
 
-fn turn_integrator(all: &mut Options, rung: &Rung) {
+fn turn_integrator(all: &mut Options, candidate: &Candidate) {
     use crate::integrators::{
         IntegratorSpec::{Path, VolPath},
         VolPath as Walk,
     };
-    let (to, from) = (&mut all.integrator.spec, &rung.options.integrator.spec);
+    let (to, from) = (&mut all.integrator.spec, &candidate.options.integrator.spec);
     match (to, from) {
         (Path(to), Path(from)) | (VolPath(Walk { path: to }), VolPath(Walk { path: from })) => {
-            match rung.knob {
-                Knob::MaxDepth => to.max_depth = from.max_depth,
+            match candidate.setting {
+                Setting::MaxDepth => to.max_depth = from.max_depth,
                 _ => to.light_strategy = from.light_strategy,
             }
         }
@@ -240,9 +246,9 @@ fn turn_integrator(all: &mut Options, rung: &Rung) {
     }
 }
 
-/// Seeds of the study's pictures: far from those that a user would try.
-fn seed(study: u64, picture: u64) -> u64 {
-    crate::math::hash::mix2(study ^ 0x7261_6465_6f66_6600, picture)
+/// Seeds of the study's images: far from those that a user would try.
+fn seed(study: u64, image: u64) -> u64 {
+    crate::math::hash::mix2(study ^ 0x7261_6465_6f66_6600, image)
 }
 
 /// The largest power of two that is not above `x`, at least 1.

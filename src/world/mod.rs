@@ -1,12 +1,12 @@
 //! The frozen world that rays meet: everything a render reads and nothing it writes,
 //! shared by all threads without locks. It holds only what its scene needs.
 
-use crate::accel::{Geometry, GeometryHit, Sight};
+use crate::accel::{EmitterHit, Geometry, GeometryHit};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::handles::{LightId, MaterialId, MediumId};
 use crate::lights::Light;
 use crate::materials::Material;
-use crate::materials::beneath::Beneath;
+use crate::materials::subsurface_transport::SubsurfaceTransport;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec3};
 use crate::media::Media;
@@ -30,8 +30,8 @@ pub struct World {
     pub infinite_lights: Vec<LightId>,
     /// Participating media and their borders.
     pub media: Media,
-    /// See [`Geometry::has_passable_surfaces`].
-    has_passable_surfaces: bool,
+    /// See [`Geometry::has_recoverable_surfaces`].
+    has_recoverable_surfaces: bool,
 }
 
 impl World {
@@ -47,10 +47,10 @@ impl World {
             .filter(|&i| lights[i].is_infinite())
             .map(|i| LightId(i as u32))
             .collect();
-        let has_passable_surfaces = geometry.has_passable_surfaces();
+        let has_recoverable_surfaces = geometry.has_recoverable_surfaces();
         World {
             geometry,
-            has_passable_surfaces,
+            has_recoverable_surfaces,
             materials,
             textures,
             lights,
@@ -83,9 +83,9 @@ impl World {
     }
 
     /// The light of the nearest surface along a ray; see [`Geometry::look`].
-    pub fn look(&self, ray: &Ray) -> Sight {
+    pub fn intersect_emitter(&self, ray: &Ray) -> EmitterHit {
         self.geometry
-            .look(ray, &|input, point| self.textures.float(input, point))
+            .intersect_emitter(ray, &|input, point| self.textures.float(input, point))
     }
 
     /// Is anything in the way before the ray's end?
@@ -94,9 +94,9 @@ impl World {
             .occluded(ray, &|input, point| self.textures.float(input, point))
     }
 
-    /// See [`Geometry::has_passable_surfaces`].
-    pub fn has_passable_surfaces(&self) -> bool {
-        self.has_passable_surfaces
+    /// See [`Geometry::has_recoverable_surfaces`].
+    pub fn has_recoverable_surfaces(&self) -> bool {
+        self.has_recoverable_surfaces
     }
 
     /// The medium that a ray gets into which leaves a hit in direction `d`, `current` being the
@@ -138,28 +138,28 @@ impl World {
         surface: &SurfaceHit,
         differentials: Option<&RayDifferentials>,
     ) -> Bsdf<'a> {
-        let mut bsdf = Bsdf::nowhere();
+        let mut bsdf = Bsdf::empty();
         self.fill_bsdf(material, surface, differentials, &mut bsdf);
         bsdf
     }
 
     /// Where light goes on that the `bsdf` at a hit has transmitted as `sample` says; `choice` gives
     /// a fresh number in [0, 1) if one is needed.
-    pub fn beneath(
+    pub fn subsurface_transport(
         &self,
         material: Option<MaterialId>,
         surface: &SurfaceHit,
         scattered: (&Bsdf, &BsdfSample),
         differentials: Option<&RayDifferentials>,
         choice: impl FnOnce() -> f32,
-    ) -> Beneath<'_> {
+    ) -> SubsurfaceTransport<'_> {
         let Some(id) = material else {
-            return Beneath::STRAIGHT_ON;
+            return SubsurfaceTransport::STRAIGHT_ON;
         };
         let material = &self.materials[id.index()];
         let footprint = surface.footprint(differentials);
         let (textures, materials) = (&self.textures, &self.materials);
-        material.beneath(surface, scattered, &footprint, textures, materials, choice)
+        material.subsurface_transport(surface, scattered, &footprint, textures, materials, choice)
     }
 
     /// The light with this handle.

@@ -1,4 +1,4 @@
-//! Rendering with the built binary and judging the picture, for the tests against references.
+//! Rendering with the built binary and judging the image, for the tests against references.
 
 use fstop::compare::{Comparison, Estimate, Options, Verdict, p_values};
 use fstop::film::{FilmMetadata, Image, read, write};
@@ -89,7 +89,7 @@ fn render(scene: &Path, output: &Path, seed: u32, arguments: &[&str]) {
     );
 }
 
-/// The mean of independent pictures of equal sample counts, and its variance.
+/// The mean of independent images of equal sample counts, and its variance.
 fn average(images: &[&Image]) -> Image {
     let count = images.len() as f32;
     let sum = |of: &dyn Fn(&Image) -> Rgb| images.iter().map(|image| of(image)).sum::<Rgb>();
@@ -110,7 +110,7 @@ fn average(images: &[&Image]) -> Image {
     }
 }
 
-/// What a person needs to see why a comparison failed: the tests' table, and where the pictures are
+/// What a person needs to see why a comparison failed: the tests' table, and where the images are
 /// that this writes under the target folder.
 pub fn explain(
     name: &str,
@@ -122,9 +122,9 @@ pub fn explain(
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
         .join("differences")
         .join(name);
-    let pictures = match write_pictures(&folder, a, b, options) {
-        Ok(()) => format!("pictures in {}", folder.display()),
-        Err(error) => format!("no pictures: {error}"),
+    let images = match write_images(&folder, a, b, options) {
+        Ok(()) => format!("images in {}", folder.display()),
+        Err(error) => format!("no images: {error}"),
     };
     let metrics = &comparison.metrics;
     let mut text = format!("{name}\n");
@@ -141,7 +141,7 @@ pub fn explain(
         metrics.mse
     );
     text += &table(&comparison.verdict);
-    text + &format!("  {pictures}\n")
+    text + &format!("  {images}\n")
 }
 
 fn table(verdict: &Verdict) -> String {
@@ -161,8 +161,8 @@ fn table(verdict: &Verdict) -> String {
         )
 }
 
-/// The picture, the reference, their difference (red channel positive: too bright) and −log₁₀ p.
-fn write_pictures(
+/// The image, the reference, their difference (red channel positive: too bright) and −log₁₀ p.
+fn write_images(
     folder: &Path,
     a: &Estimate,
     b: &Estimate,

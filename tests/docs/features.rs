@@ -1,6 +1,6 @@
 //! The table of docs/features.md: every scene that it calls a proof exists and uses what it proves,
 //! and no supported type is missing from it. That those scenes are rendered, and how well they
-//! meet pbrt-v3's pictures, is for `tests/scenes/references.rs` and the corpus.
+//! meet pbrt-v3's images, is for `tests/scenes/references.rs` and the corpus.
 
 use fstop::cameras::CAMERA_NAMES;
 use fstop::filters::FILTER_NAMES;

@@ -2,9 +2,9 @@
 
 use fstop::assets::brdf_file::BrdfFile;
 use fstop::assets::bsdf_file::BsdfFile;
+use fstop::assets::image_data::ImageData;
 use fstop::assets::merl_file::MerlFile;
 use fstop::assets::mesh::MeshData;
-use fstop::assets::picture::Picture;
 use fstop::assets::ptex::PtexFile;
 use fstop::assets::{obj, ply, spd};
 use fstop::bsdf::Lobe;
@@ -40,8 +40,8 @@ pub fn ptex(bytes: &[u8]) {
     };
     for face in file.faces() {
         for edge in 0..4 {
-            let neighbour = face.neighbour(edge);
-            assert!(neighbour.is_none_or(|n| file.face(n.face).is_some()));
+            let neighbor = face.neighbor(edge);
+            assert!(neighbor.is_none_or(|n| file.face(n.face).is_some()));
         }
     }
 }
@@ -57,13 +57,13 @@ fn with_file(ending: &str, bytes: &[u8], read: impl FnOnce(&Path)) {
 /// Textures. The content decides on the format; only TGA has no signature and goes by its name.
 pub fn picture(bytes: &[u8]) {
     with_file(".tga", bytes, |path| {
-        if let Ok(picture) = Picture::load(path, &fstop::budget::Budget::unlimited()) {
+        if let Ok(picture) = ImageData::load(path, &fstop::budget::Budget::unlimited()) {
             assert!(!picture.texels().is_empty());
         }
     });
 }
 
-/// The pictures of `fstop compare`.
+/// The images of `fstop compare`.
 pub fn exr(bytes: &[u8]) {
     with_file(".exr", bytes, |path| {
         if let Ok(loaded) = fstop::film::read(path) {

@@ -9,7 +9,7 @@ use fstop::scene::{Frame, ReadSettings, SceneDescription, read_scene};
 use fstop::syntax::{Diagnostics, SourceMap, Style};
 use std::path::Path;
 
-/// Most pixels of a picture that is rendered here; larger ones are made smaller.
+/// Most pixels of an image that is rendered here; larger ones are made smaller.
 const PIXELS: u32 = 16;
 
 /// Bytes that a scene may take: more than any small one needs, and soon used up.
@@ -20,13 +20,13 @@ const MEMORY: u64 = 256 << 20;
 pub enum Outcome {
     /// No scene, even with `--keep-going`.
     Refused,
-    /// There were pictures.
+    /// There were images.
     Rendered,
 }
 
 /// Is there something to render, be it with `--keep-going`?
 fn can_be_rendered(diagnostics: &Diagnostics) -> bool {
-    diagnostics.errors() == diagnostics.passable_errors()
+    diagnostics.errors() == diagnostics.recoverable_errors()
 }
 
 /// Reads a text as if it stood in the file `name`, and says what it thinks of it.
@@ -50,7 +50,7 @@ pub fn survive(name: &Path, text: &[u8]) -> Outcome {
     outcome
 }
 
-/// Whether there is a picture.
+/// Whether there is an image.
 fn render_a_little(mut frame: Frame, sources: &SourceMap) -> bool {
     let options = &mut frame.options;
     options.sampler = options.sampler.clone().with_spp(1);
@@ -67,9 +67,9 @@ fn render_a_little(mut frame: Frame, sources: &SourceMap) -> bool {
     let Some(built) = built.filter(|_| can_be_rendered(&diagnostics)) else {
         return false;
     };
-    let picture = render(&built.shot, 16, &Progress::hidden()).develop();
+    let image = render(&built.job, 16, &Progress::hidden()).develop();
     let finite = |p: &Rgb| p.is_finite();
-    assert!(picture.pixels.iter().all(finite), "a pixel is not finite");
+    assert!(image.pixels.iter().all(finite), "a pixel is not finite");
     true
 }
 

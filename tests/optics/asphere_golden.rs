@@ -1,5 +1,5 @@
 //! The aspheric lens among the golden data: Nikon Z 58 mm f/0.95 (WO 2019/229849, example 1), and lateral and
-//! longitudinal colour.
+//! longitudinal color.
 
 use fstop::cameras::{
     Band, CameraSample, Clip, Compat, FilmGeometry, Form, Realistic, RealisticSpec, Shutter,
@@ -174,9 +174,9 @@ fn chief_rays_and_spots_of_the_aspheric_lens() {
     }
 }
 
-/// Lenses whose golden data tell of colour, with the Abbe number behind each surface as their sources have it (0: air).
+/// Lenses whose golden data tell of color, with the Abbe number behind each surface as their sources have it (0: air).
 #[rustfmt::skip]
-const COLOURED: [(&str, &[f64]); 8] = [
+const COLORED: [(&str, &[f64]); 8] = [
     ("canon_uw_14", &[50.2, 0.0, 60.7, 0.0, 55.5, 0.0, 49.7, 0.0, 55.5, 38.0, 0.0, 64.1, 0.0, 51.0, 0.0, 49.7, 0.0, 0.0, 33.8, 30.1, 0.0, 23.9, 70.1, 0.0, 49.7, 0.0]),
     ("course_dgauss_100", &[47.1, 0.0, 47.1, 30.1, 0.0, 0.0, 38.0, 57.3, 0.0, 48.0, 0.0]),
     ("nikon_50_f1.2", &[46.57, 0.0, 29.42, 0.0, 26.52, 0.0, 0.0, 25.42, 46.57, 0.0, 25.42, 40.76, 0.0, 40.76, 0.0, 46.67, 0.0]),
@@ -198,8 +198,8 @@ fn with_abbe_numbers(name: &str, abbe: &[f64]) -> Prescription {
 }
 
 #[test]
-fn colour_agrees_with_the_two_term_formula_of_the_golden_data() {
-    for (name, abbe) in COLOURED {
+fn color_agrees_with_the_two_term_formula_of_the_golden_data() {
+    for (name, abbe) in COLORED {
         let (p, data) = (with_abbe_numbers(name, abbe), data(name));
         for (line, wavelength) in [("C", LINE_C), ("F", LINE_F)] {
             let q = p.at_wavelength(wavelength, AbbeModel::TwoTerm);
@@ -230,8 +230,8 @@ fn colour_agrees_with_the_two_term_formula_of_the_golden_data() {
 }
 
 #[test]
-fn lateral_colour_agrees_with_the_golden_data() {
-    for (name, abbe) in COLOURED {
+fn lateral_color_agrees_with_the_golden_data() {
+    for (name, abbe) in COLORED {
         let (p, data) = (with_abbe_numbers(name, abbe), data(name));
         let film_distance = number(&data, "/film_z") - p.length();
         let lens = Lens::new(&p, film_distance).unwrap();
@@ -262,7 +262,7 @@ fn lateral_colour_agrees_with_the_golden_data() {
 }
 
 /// A camera of the lens with its stop, mm, set, whose rays see the indices of C, d and F in turn.
-fn three_coloured(p: &Prescription, film_distance: f64, stop: f64) -> Realistic {
+fn three_colored(p: &Prescription, film_distance: f64, stop: f64) -> Realistic {
     let mut p = p.clone();
     p.set_stops(stop);
     let lens = |wavelength| {
@@ -304,7 +304,7 @@ const FILM: FilmGeometry = FilmGeometry {
 /// direction's tangent toward x, and where it is, x and z in mm.
 fn camera_ray(camera: &Realistic, height: f64, u: f32, band: usize) -> (f64, [f64; 2]) {
     let sample = CameraSample {
-        // The lens turns the picture over.
+        // The lens turns the image over.
         raster: Vec2::new((0.5 - height / 61.0) as f32, 0.5),
         time: 0.0,
         lens: Vec2::new(u, 0.5),
@@ -317,11 +317,11 @@ fn camera_ray(camera: &Realistic, height: f64, u: f32, band: usize) -> (f64, [f6
 }
 
 #[test]
-fn the_camera_shows_the_golden_lateral_colour() {
-    for (name, abbe) in COLOURED {
+fn the_camera_shows_the_golden_lateral_color() {
+    for (name, abbe) in COLORED {
         let (p, data) = (with_abbe_numbers(name, abbe), data(name));
         // A stop so small that all rays of a film point are its chief ray.
-        let camera = three_coloured(&p, number(&data, "/film_z") - p.length(), 1e-3);
+        let camera = three_colored(&p, number(&data, "/film_z") - p.length(), 1e-3);
         let mut largest = 0.0f64;
         for row in data["chromatic"]["lateral"].as_array().unwrap() {
             let tangents = ["/h_C", "/h_d", "/h_F"]
@@ -346,16 +346,16 @@ fn the_camera_shows_the_golden_lateral_colour() {
 }
 
 #[test]
-fn the_camera_shows_the_golden_longitudinal_colour() {
+fn the_camera_shows_the_golden_longitudinal_color() {
     let mut telling = 0;
-    for (name, abbe) in COLOURED {
+    for (name, abbe) in COLORED {
         let (p, data) = (with_abbe_numbers(name, abbe), data(name));
         // With the film in the focal point of C its rays leave collimated, and those of F as from the
         // distance that Newton's formula tells.
         let bfd = |line: &str| number(&data, &format!("/chromatic/{line}/bfd"));
         let efl = number(&data, "/chromatic/F/efl");
-        // At f/50 or so spherical aberration is nothing, less its change between the colours.
-        let camera = three_coloured(&p, bfd("C"), efl.abs() / 50.0);
+        // At f/50 or so spherical aberration is nothing, less its change between the colors.
+        let camera = three_colored(&p, bfd("C"), efl.abs() / 50.0);
         let slope = |band: usize| {
             let ends = [0.98, 0.02].map(|u| camera_ray(&camera, 0.0, u, band));
             let [(a, [xa, za]), (b, [xb, zb])] = ends;
@@ -366,7 +366,7 @@ fn the_camera_shows_the_golden_longitudinal_colour() {
         let expected = (bfd("F") - bfd("C")) / (efl * efl);
         let ((red, height), (blue, _)) = (slope(0), slope(2));
         // Four directions in single precision, and two hundredths for what f/50 leaves of aberration and its change
-        // between the colours.
+        // between the colors.
         let tolerance = 4.0 * 6e-8 / height + 0.02 * expected.abs();
         let off = (blue - red - expected).abs();
         assert!(off < tolerance, "{name}: {off} {tolerance} {expected}");

@@ -20,7 +20,7 @@ impl Golden {
 }
 
 /// Relative agreement of f64 arithmetic with correctly rounded values (tests/golden/README.md);
-/// quantities smaller than a millimetre are differences of larger ones.
+/// quantities smaller than a millimeter are differences of larger ones.
 fn assert_close(what: &str, found: f64, expected: f64) {
     let error = (found - expected).abs() / expected.abs().max(1.0);
     assert!(

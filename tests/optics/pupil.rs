@@ -1,4 +1,4 @@
-//! Sampling of the exit pupil: nothing lost, little wasted, evenly, and the same picture whichever way the
+//! Sampling of the exit pupil: nothing lost, little wasted, evenly, and the same image whichever way the
 //! unit square is spread over it. On the lenses of tests/golden.
 
 use crate::common::golden_lenses::{self, LENSES};
@@ -29,14 +29,14 @@ fn r(i: u32, k: i32, dimensions: i32) -> f64 {
     (0.5 + f64::from(i) / phi.powi(k)).fract()
 }
 
-/// A point of the 36 × 24 mm picture; `None` outside the image circle.
+/// A point of the 36 × 24 mm image; `None` outside the image circle.
 fn film_point(u: [f64; 2], radius: f64) -> Option<[f64; 2]> {
     let p = [36.0 * (u[0] - 0.5), 24.0 * (u[1] - 0.5)];
     (p[0].hypot(p[1]) <= radius).then_some(p)
 }
 
 #[test]
-fn most_rays_pass_everywhere_in_the_picture() {
+fn most_rays_pass_everywhere_in_the_image() {
     for name in LENSES {
         for stop in STOPS {
             let (lens, radius) = lens(name, stop);
@@ -201,7 +201,7 @@ fn samples_are_even_over_the_area() {
         }
         let cell_area = 4.0 * region.along * region.across / (CELLS * CELLS) as f64;
         let expected = f64::from(count) * cell_area / region.area;
-        // Cells all of whose neighbours are occupied lie within the region, which is convex here.
+        // Cells all of whose neighbors are occupied lie within the region, which is convex here.
         let mut cells = 0;
         let mut chi2 = 0.0;
         for columns in counts.windows(3) {
@@ -222,7 +222,7 @@ fn samples_are_even_over_the_area() {
     }
 }
 
-/// Neighbouring lens samples are neighbours on the pupil: the mappings but rejection are continuous, also
+/// Neighboring lens samples are neighbors on the pupil: the mappings but rejection are continuous, also
 /// where the unit square's left meets its right in the polar one.
 #[test]
 fn the_mappings_are_continuous() {

@@ -9,7 +9,7 @@ use fstop::math::transform::Transform;
 use fstop::math::{UVec2, Vec2};
 use fstop::optics::models::ModelKind;
 use fstop::optics::pupil::PupilSampling;
-use fstop::optics::stop_shape::{StopPicture, StopPolygon};
+use fstop::optics::stop_shape::{StopImage, StopPolygon};
 use fstop::optics::{Cause, Lens, Prescription, StopShape};
 
 /// A biconvex lens of f = 49 mm with its stop behind it.
@@ -88,7 +88,7 @@ fn light(camera: &Camera, at: Vec2, samples: u32, counts: impl Fn(&CameraRay) ->
 fn shapes() -> Vec<(StopShape, f64)> {
     let polygon = |p: StopPolygon| (StopShape::Polygon(p), p.area());
     let e = (-1.0f64).exp();
-    let grey = StopPicture::new(512, std::iter::repeat_n(0.25, 512 * 512)).expect("a picture");
+    let gray = StopImage::new(512, std::iter::repeat_n(0.25, 512 * 512)).expect("an image");
     vec![
         polygon(StopPolygon::of_blades(3, 0.0)),
         polygon(StopPolygon::of_blades(5, 17.0)),
@@ -99,7 +99,7 @@ fn shapes() -> Vec<(StopShape, f64)> {
         polygon(StopPolygon::star(0.0)),
         // The mean of exp(−r²) − 1/e over the disk is 1 − 2/e, at its middle it is 1 − 1/e.
         (StopShape::Gaussian, (1.0 - 2.0 * e) / (1.0 - e)),
-        (StopShape::Picture(grey), 0.25),
+        (StopShape::ImageData(gray), 0.25),
     ]
 }
 
@@ -180,7 +180,7 @@ fn blades_end_rays_at_the_stop() {
 /// An out-of-focus point shows the stop: upright behind the plane of focus, upside down in front of it.
 #[test]
 fn out_of_focus_points_show_the_stop_the_right_way_round() {
-    // Focused at half a metre; the circle of confusion of a point at infinity is 1 mm, half as much farther than that nearby.
+    // Focused at half a meter; the circle of confusion of a point at infinity is 1 mm, half as much farther than that nearby.
     for (distance, turned) in [(1e6, 0.0), (290.0, 180.0)] {
         for precision in [Precision::Single, Precision::Double] {
             let setup = Setup {
@@ -229,10 +229,10 @@ fn out_of_focus_points_show_the_stop_the_right_way_round() {
     }
 }
 
-/// pbrt-v4's picture of a stop is upright as seen from behind the camera: what its top covers is missing on top of the blur of a
+/// pbrt-v4's image of a stop is upright as seen from behind the camera: what its top covers is missing on top of the blur of a
 /// distant point.
 #[test]
-fn a_picture_is_upright() {
+fn a_image_is_upright() {
     let setup = Setup {
         lens: lens(8.0, 500.0),
         diagonal: 2.2,
@@ -241,8 +241,8 @@ fn a_picture_is_upright() {
     };
     // Black but for the upper left quarter.
     let texels = (0..64 * 64).map(|i| if i % 64 < 32 && i / 64 < 32 { 1.0 } else { 0.0 });
-    let picture = StopPicture::new(64, texels).expect("a picture");
-    let camera = setup.camera(Some(StopShape::Picture(picture)));
+    let image = StopImage::new(64, texels).expect("an image");
+    let camera = setup.camera(Some(StopShape::ImageData(image)));
     let hits = |ray: &CameraRay| {
         let d = ray.ray.d.as_dvec3();
         d.x.hypot(d.y) < 6e-4 * d.z

@@ -1,10 +1,10 @@
-//! The command line as design §7 has it: what each option does to the picture, what goes where, and
+//! The command line as design §7 has it: what each option does to the image, what goes where, and
 //! with which code the program ends.
 
 use crate::common::program::{Run, fstop, fstop_in};
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
-use fstop::film::{Image, Loaded, read};
+use fstop::film::{Image, LoadedImage, read};
 use fstop::math::UVec2;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ pub const OBJECTS: &str = "tests/scenes/valid/instancing.pbrt";
 /// Three frames of 16×12, 8×6 and 4×3 pixels, named in the file.
 const FRAMES: &str = "tests/scenes/valid/several_frames.pbrt";
 
-/// A folder for pictures, gone with the test.
+/// A folder for images, gone with the test.
 pub struct Folder(pub tempfile::TempDir);
 
 impl Folder {
@@ -53,7 +53,7 @@ impl Folder {
         run
     }
 
-    fn picture(&self, scene: &str, options: &[&str]) -> Image {
+    fn image(&self, scene: &str, options: &[&str]) -> Image {
         self.render(scene, "picture.exr", options);
         load(&self.path("picture.exr")).image
     }
@@ -66,7 +66,7 @@ pub fn command(word: &str, scene: &str, output: &Path, options: &[&str]) -> Vec<
     command
 }
 
-pub fn load(path: &Path) -> Loaded {
+pub fn load(path: &Path) -> LoadedImage {
     read(path).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -94,7 +94,7 @@ fn threads_and_tiles_change_no_byte() {
         for options in ways {
             let options = [options, &["--spp", "4", "--variance"]].concat();
             folder.render(scene, "a.exr", &options);
-            let bytes = std::fs::read(folder.path("a.exr")).expect("the picture");
+            let bytes = std::fs::read(folder.path("a.exr")).expect("the image");
             assert!(
                 first.get_or_insert_with(|| bytes.clone()) == &bytes,
                 "{scene} {options:?}"
@@ -106,23 +106,17 @@ fn threads_and_tiles_change_no_byte() {
 #[test]
 fn seeds_change_the_noise() {
     let folder = Folder::new();
-    let one = folder.picture(MITCHELL, &["--spp", "2"]);
-    assert_eq!(
-        one,
-        folder.picture(MITCHELL, &["--spp", "2", "--seed", "0"])
-    );
-    assert_ne!(
-        one,
-        folder.picture(MITCHELL, &["--spp", "2", "--seed", "1"])
-    );
+    let one = folder.image(MITCHELL, &["--spp", "2"]);
+    assert_eq!(one, folder.image(MITCHELL, &["--spp", "2", "--seed", "0"]));
+    assert_ne!(one, folder.image(MITCHELL, &["--spp", "2", "--seed", "1"]));
 }
 
-/// Exactly the pixels of the whole picture, and no others.
+/// Exactly the pixels of the whole image, and no others.
 #[test]
 fn a_crop_is_cut_from_the_whole() {
     let folder = Folder::new();
-    let whole = folder.picture(MITCHELL, &["--spp", "4", "--variance"]);
-    let crop = folder.picture(
+    let whole = folder.image(MITCHELL, &["--spp", "4", "--variance"]);
+    let crop = folder.image(
         MITCHELL,
         &[
             "--spp",
@@ -146,7 +140,7 @@ fn a_crop_is_cut_from_the_whole() {
 }
 
 fn variance(image: &Image, pixel: UVec2) -> fstop::math::Rgb {
-    let index = image.bounds.index(pixel).expect("a pixel of the picture");
+    let index = image.bounds.index(pixel).expect("a pixel of the image");
     image.variance.as_ref().expect("variances")[index]
 }
 
@@ -156,9 +150,9 @@ fn pbrts_cropwindow_yields_to_the_scenes() {
     let folder = Folder::new();
     let cropwindow = ["--cropwindow", "0", ".5", "0", ".25"];
     let options = [&cropwindow[..], &["--spp", "1"]].concat();
-    let free = folder.picture(MITCHELL, &options);
+    let free = folder.image(MITCHELL, &options);
     assert_eq!(free.bounds.max, UVec2::new(32, 16));
-    let scenes_own = folder.picture("tests/scenes/valid/cropped.pbrt", &options);
+    let scenes_own = folder.image("tests/scenes/valid/cropped.pbrt", &options);
     let bounds = scenes_own.bounds;
     // 32×24 pixels, cropwindow .75 .25 0 .5: ends in the wrong order are exchanged.
     assert_eq!(
@@ -216,7 +210,7 @@ fn channels(path: &Path) -> Vec<String> {
         .collect()
 }
 
-/// What the header says about how the picture was made.
+/// What the header says about how the image was made.
 #[test]
 fn the_exr_tells_its_story() {
     let folder = Folder::new();
@@ -246,7 +240,7 @@ fn the_exr_tells_its_story() {
     assert_eq!(own.world_to_camera, Some(identity));
     let ndc = own.world_to_normalized_device.expect("worldToNDC");
     let ndc = glam::Mat4::from_cols_array(&ndc);
-    // Straight ahead is the middle of the picture.
+    // Straight ahead is the middle of the image.
     let middle = ndc.project_point3(glam::Vec3::new(0.0, 0.0, 10.0));
     // Rounding of 16 single-precision numbers of size 1.
     assert!(
@@ -269,7 +263,7 @@ fn the_exr_tells_its_story() {
 }
 
 #[test]
-fn png_output_is_the_picture_in_srgb() {
+fn png_output_is_the_image_in_srgb() {
     let folder = Folder::new();
     let png = folder.path("beside.png");
     let png = png.to_str().expect("a name in UTF-8");
@@ -386,9 +380,9 @@ fn a_folder_without_permission_is_refused_before_rendering() {
     assert!(run.stderr.contains("cannot write"), "{}", run.stderr);
 }
 
-/// A picture that was there is replaced whole.
+/// An image that was there is replaced whole.
 #[test]
-fn a_picture_is_replaced() {
+fn an_image_is_replaced() {
     let folder = Folder::new();
     std::fs::write(folder.path("a.exr"), "old").expect("a file");
     folder.render(OBJECTS, "a.exr", &["--spp", "1"]);
@@ -511,7 +505,7 @@ fn negative_values_are_understood_and_refused() {
         ),
         (
             &["lens", LENS_FILE, "--focus", "-1"],
-            "invalid value '-1' for '--focus <M>': expected a distance in metres",
+            "invalid value '-1' for '--focus <M>': expected a distance in meters",
         ),
         (
             &["lens", LENS_FILE, "--scale", "-2"],
@@ -538,13 +532,13 @@ fn negative_values_are_understood_and_refused() {
         assert_eq!(run.code, 2, "{arguments:?}\n{}", run.stderr);
         assert!(run.stderr.contains(words), "{arguments:?}\n{}", run.stderr);
     }
-    // Cut to the picture, as in a scene file.
+    // Cut to the image, as in a scene file.
     let folder = Folder::new();
-    let cut = folder.picture(MITCHELL, &["--crop", "-1,2,0,.25", "--spp", "1"]);
+    let cut = folder.image(MITCHELL, &["--crop", "-1,2,0,.25", "--spp", "1"]);
     assert_eq!(cut.bounds.max, UVec2::new(64, 16));
 }
 
-/// Far more threads than any processor needs are not started; the picture is the same.
+/// Far more threads than any processor needs are not started; the image is the same.
 #[test]
 fn threads_are_limited() {
     let folder = Folder::new();
@@ -556,28 +550,24 @@ fn threads_are_limited() {
     assert_eq!(told, 1, "{}", run.stderr);
     let run = folder.render(MITCHELL, "b.exr", &["--spp", "1", "--threads", "2"]);
     assert!(!run.stderr.contains("--threads"), "{}", run.stderr);
-    let [a, b] = ["a.exr", "b.exr"].map(|n| std::fs::read(folder.path(n)).expect("a picture"));
+    let [a, b] = ["a.exr", "b.exr"].map(|n| std::fs::read(folder.path(n)).expect("an image"));
     assert!(a == b);
 }
 
 #[test]
 fn outputs_must_not_collide() {
     let folder = Folder::new();
-    for (picture, png, words) in [
+    for (image, png, words) in [
         ("x.exr", "x.exr", "expected a name ending in .png"),
         ("x.png", "x.png", "written there already"),
         ("x.png", "./x.png", "written there already"),
         ("x.exr", "x.tga", "expected a name ending in .png"),
     ] {
         let scene = absolute(MITCHELL);
-        let arguments = ["render", &scene, "--spp", "1", "-o", picture, "--png", png];
+        let arguments = ["render", &scene, "--spp", "1", "-o", image, "--png", png];
         let run = fstop_in(folder.0.path(), arguments);
-        assert_eq!(run.code, 2, "{picture} {png}\n{}", run.stderr);
-        assert!(
-            run.stderr.contains(words),
-            "{picture} {png}\n{}",
-            run.stderr
-        );
+        assert_eq!(run.code, 2, "{image} {png}\n{}", run.stderr);
+        assert!(run.stderr.contains(words), "{image} {png}\n{}", run.stderr);
         assert!(folder.names().is_empty());
     }
 }
@@ -714,14 +704,13 @@ fn the_dialect_is_told_and_can_be_overruled() {
     assert_eq!(told(&v3), 0, "{}", v3.stderr);
     let v2 = folder.render(course, "c.exr", &["--dialect", "v2"]);
     assert_eq!(told(&v2), 0, "{}", v2.stderr);
-    let [a, c] =
-        ["a.exr", "c.exr"].map(|name| std::fs::read(folder.path(name)).expect("a picture"));
+    let [a, c] = ["a.exr", "c.exr"].map(|name| std::fs::read(folder.path(name)).expect("an image"));
     assert!(a == c, "asked for or found out, v2 is v2");
     // pbrt-v2's defaults differ: 640×480 and 4 samples against 1280×720 and 16.
     let plain = "tests/scenes/valid/defaults.pbrt";
-    let small = folder.picture(plain, &["--dialect", "v2", "--spp", "1"]);
+    let small = folder.image(plain, &["--dialect", "v2", "--spp", "1"]);
     assert_eq!(small.resolution, UVec2::new(640, 480));
-    let large = folder.picture(plain, &["--spp", "1"]);
+    let large = folder.image(plain, &["--spp", "1"]);
     assert_eq!(large.resolution, UVec2::new(1280, 720));
     // A v2 directive under --dialect v3 is warned about, and not rendered as v2.
     let run = fstop([

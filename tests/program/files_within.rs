@@ -133,7 +133,7 @@ fn what_lies_in_the_folder_is_read() {
         "a.exr",
     ]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // The user says where the scene lies and where the picture goes.
+    // The user says where the scene lies and where the image goes.
     assert!(place.holds("a.exr"));
     place.write(
         "elsewhere.pbrt",
@@ -158,7 +158,7 @@ fn what_lies_in_the_folder_is_read() {
 }
 
 #[test]
-fn the_scene_names_no_picture_outside_the_folder() {
+fn the_scene_names_no_image_outside_the_folder() {
     let place = Place::new();
     let name = |file: &str| {
         let film = format!("Film \"image\" \"string filename\" \"{file}\"");
@@ -176,11 +176,7 @@ fn the_scene_names_no_picture_outside_the_folder() {
         name(file);
         assert_eq!(render(&[]), 2, "{file}");
         let run = place.run(&["check", "--files-within", "scene", "scene/scene.pbrt"]);
-        assert!(
-            run.stderr.contains("the picture cannot be"),
-            "{}",
-            run.stderr
-        );
+        assert!(run.stderr.contains("the image cannot be"), "{}", run.stderr);
         assert_eq!(render(&["-o", "c.exr"]), 0, "{file}");
     }
     assert!(!place.holds("a.exr") && !place.holds("b.exr") && place.holds("c.exr"));

@@ -87,9 +87,9 @@ fn broken_files_are_reported_where_they_are_named() {
     }
 }
 
-/// What nothing in the picture uses does not stop it.
+/// What nothing in the image uses does not stop it.
 #[test]
-fn a_broken_picture_nobody_uses_is_a_warning() {
+fn a_broken_image_nobody_uses_is_a_warning() {
     let folder = Folder::new();
     folder.write("bad.png", "no such thing");
     let scene = "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 6\nWorldBegin\n\
@@ -256,7 +256,7 @@ fn keep_going_renders_the_rest_of_a_scene_with_broken_files() {
         let kept = folder.run(command.into_iter().chain(quiet));
         assert_eq!(kept.code, 1, "{}", kept.stderr);
         assert!(folder.path("a.exr").exists());
-        std::fs::remove_file(folder.path("a.exr")).expect("a picture");
+        std::fs::remove_file(folder.path("a.exr")).expect("an image");
         // The same is said of every file, whether the scene is refused or not.
         for said in [&refused.stderr, &kept.stderr] {
             for (number, (line, column)) in (4..).zip(BROKEN) {
@@ -269,9 +269,9 @@ fn keep_going_renders_the_rest_of_a_scene_with_broken_files() {
     }
 }
 
-/// What pbrt-v3 puts in the place of a picture: a grey of 0.5.
+/// What pbrt-v3 puts in the place of an image: a gray of 0.5.
 #[test]
-fn the_stand_in_for_a_picture_is_grey() {
+fn the_stand_in_for_an_image_is_gray() {
     let folder = Folder::new();
     folder.write(
         "s.pbrt",
@@ -292,7 +292,7 @@ fn the_stand_in_for_a_picture_is_grey() {
     ]);
     assert_eq!(run.code, 1, "{}", run.stderr);
     let image = fstop::film::read(&folder.path("a.exr"))
-        .expect("a picture")
+        .expect("an image")
         .image;
     let mean = image.pixels.iter().map(|p| p.x).sum::<f32>() / image.pixels.len() as f32;
     // A convex body under a white sky shows its albedo; 4096 samples of a Monte Carlo estimate with a
@@ -356,7 +356,7 @@ fn a_missing_lens_becomes_a_pinhole() {
     assert!(kept.stderr.contains("s.pbrt:2:38"), "{}", kept.stderr);
 }
 
-/// Frames that name one file for their pictures get one each.
+/// Frames that name one file for their images get one each.
 #[test]
 fn frames_do_not_overwrite_each_other() {
     let folder = Folder::new();

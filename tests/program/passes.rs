@@ -1,5 +1,5 @@
-//! Rendering until the picture is good enough (`--error`) or the time is up (`--time`): the numbers
-//! that are promised are true, and the picture is the same one.
+//! Rendering until the image is good enough (`--error`) or the time is up (`--time`): the numbers
+//! that are promised are true, and the image is the same one.
 
 use crate::common::program::{Run, fstop};
 use crate::common::rendering::Render;
@@ -49,7 +49,7 @@ fn the_same_bytes_for_any_threads_and_tiles() {
         let mut first = None;
         for options in ways {
             render(scene, &output, &[options, &["--error", "30%"]].concat());
-            let bytes = std::fs::read(&output).expect("the picture");
+            let bytes = std::fs::read(&output).expect("the image");
             assert!(
                 first.get_or_insert_with(|| bytes.clone()) == &bytes,
                 "{scene} {options:?}"
@@ -58,15 +58,15 @@ fn the_same_bytes_for_any_threads_and_tiles() {
     }
 }
 
-/// Pictures with other seeds differ by as much as both promise: √2 times the error of one.
+/// Images with other seeds differ by as much as both promise: √2 times the error of one.
 #[test]
 fn the_error_is_what_it_claims() {
-    // Not of 192 pixels, whose error is that of the few that show a lamp: there it is not known to 15 %.
+    // Not of 192 pixels, whose error is that of the few that show a light: there it is not known to 15 %.
     for scene in [BOX, LENS, GARDEN] {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let output = folder.path().join("a.exr");
         let mut claimed = 0.0;
-        let pictures: Vec<Image> = (0..6)
+        let images: Vec<Image> = (0..6)
             .map(|seed| {
                 let seed = seed.to_string();
                 let run = render(scene, &output, &["--error", "20%", "--seed", &seed]);
@@ -79,10 +79,10 @@ fn the_error_is_what_it_claims() {
             })
             .collect();
         let mut found = 0.0;
-        for pair in pictures.chunks(2) {
+        for pair in images.chunks(2) {
             found += relative_mse(&pair[0], &pair[1]) / 2.0 / 3.0;
         }
-        // Three pairs of pictures of some hundred tiles with noise of heavy tails, which the
+        // Three pairs of images of some hundred tiles with noise of heavy tails, which the
         // promise divides by the square of its own noisy mean: 15 % on the error.
         let ratio = (found / claimed).sqrt();
         assert!(
@@ -92,7 +92,7 @@ fn the_error_is_what_it_claims() {
     }
 }
 
-/// Mean of (a − b)² / (m² + ε²), m being the mean of both and ε 1 % of the mean picture.
+/// Mean of (a − b)² / (m² + ε²), m being the mean of both and ε 1 % of the mean image.
 fn relative_mse(a: &Image, b: &Image) -> f64 {
     let pairs = || {
         a.pixels
@@ -116,7 +116,7 @@ fn relative_mse(a: &Image, b: &Image) -> f64 {
 /// Tiles choose their samples by what they have seen, and still show what pbrt-v3 shows.
 #[test]
 fn the_expectation_is_the_references() {
-    let picture = Render::new(&scene_path(BOX), 1, 30, &["--error", "45%"]);
+    let image = Render::new(&scene_path(BOX), 1, 30, &["--error", "45%"]);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("refimages/int_cornell_path.exr");
     let reference = read(&path).unwrap_or_else(|error| panic!("{error}"));
     // As in tests/scenes/references.rs: a false alarm in ten thousand changes of the random numbers.
@@ -132,7 +132,7 @@ fn the_expectation_is_the_references() {
     };
     let ours = Estimate {
         samples: None,
-        ..picture.estimate()
+        ..image.estimate()
     };
     let comparison = compare(&ours, &reference, &options);
     let comparison = comparison.unwrap_or_else(|error| panic!("{error}"));
@@ -188,7 +188,7 @@ fn no_noise_is_not_no_error() {
     }
 }
 
-/// A lamp so small that the first pass misses it: its light makes the error known, and that is reached then.
+/// A light so small that the first pass misses it: its light makes the error known, and that is reached then.
 #[test]
 fn light_that_is_found_late_still_counts() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -217,7 +217,7 @@ fn time_without_noise_is_used() {
     assert!(number_before(&run.stderr, " s (") > 0.5, "{}", run.stderr);
 }
 
-/// The time limit holds from the first sample on, and still there is a picture everywhere.
+/// The time limit holds from the first sample on, and still there is an image everywhere.
 #[test]
 fn the_first_pass_ends_with_the_time() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -231,9 +231,9 @@ fn the_first_pass_ends_with_the_time() {
         "{}",
         run.stderr
     );
-    let picture = read(&output).unwrap_or_else(|error| panic!("{error}"));
+    let image = read(&output).unwrap_or_else(|error| panic!("{error}"));
     let sky = fstop::math::Rgb::splat(0.5);
-    assert!(picture.image.pixels.iter().all(|&pixel| pixel == sky));
+    assert!(image.image.pixels.iter().all(|&pixel| pixel == sky));
 }
 
 #[test]

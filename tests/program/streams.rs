@@ -1,4 +1,4 @@
-//! Standard output and standard error that are full or that nobody reads: no picture is lost for
+//! Standard output and standard error that are full or that nobody reads: no image is lost for
 //! it, and no answer is taken for a yes that was never read.
 
 use super::cli::{Folder, LENS, OBJECTS, command, load};
@@ -67,8 +67,8 @@ fn a_lost_standard_error_changes_nothing() {
             let arguments = command("render", scene, &picture, &options);
             assert_eq!(code(&arguments, err, err), Some(0), "{arguments:?}");
             let size = std::fs::metadata(&picture).map(|m| m.len()).unwrap_or(0);
-            assert!(size > 500, "{arguments:?} left no picture");
-            std::fs::remove_file(&picture).expect("the picture");
+            assert!(size > 500, "{arguments:?} left no image");
+            std::fs::remove_file(&picture).expect("the image");
         }
         let unfit = "tests/scenes/invalid/missing_files.pbrt";
         assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join(unfit).exists());
@@ -111,7 +111,7 @@ fn a_lost_standard_output_is_no_answer() {
         &brightened,
         &fstop::film::FilmMetadata::default(),
     )
-    .expect("a picture");
+    .expect("an image");
     for (arguments, read) in [
         (compared("a.exr", "a.exr", "--json"), 0),
         (compared("a.exr", "a.exr", "--no-flip"), 0),

@@ -14,9 +14,9 @@ fn study(scene: &str, options: &[&str]) -> Value {
     serde_json::from_str(&run.stdout).unwrap_or_else(|e| panic!("{e}: {}", run.stdout))
 }
 
-fn settings<'a>(study: &'a Value, knob: &str) -> Vec<&'a Value> {
+fn settings<'a>(study: &'a Value, setting: &str) -> Vec<&'a Value> {
     let all = study["settings"].as_array().expect("settings");
-    all.iter().filter(|s| s["knob"] == knob).collect()
+    all.iter().filter(|s| s["setting"] == setting).collect()
 }
 
 fn number(value: &Value, path: &str) -> f64 {
@@ -27,7 +27,7 @@ fn number(value: &Value, path: &str) -> f64 {
 #[test]
 fn every_knob_of_a_lens_is_turned() {
     let study = study(LENS, &["--time", "4"]);
-    for (knob, least) in [
+    for (setting, least) in [
         ("scene", 1),
         ("samples", 3),
         ("sampler", 2),
@@ -39,9 +39,9 @@ fn every_knob_of_a_lens_is_turned() {
         ("filter", 4),
     ] {
         let failed = study["failed"].as_array().expect("a list");
-        let failed = failed.iter().filter(|s| s["knob"] == knob).count();
-        let found = settings(&study, knob).len() + failed;
-        assert!(found >= least, "{knob}: {found}");
+        let failed = failed.iter().filter(|s| s["setting"] == setting).count();
+        let found = settings(&study, setting).len() + failed;
+        assert!(found >= least, "{setting}: {found}");
     }
     let sentence = study["recommendation"]["sentence"]
         .as_str()
@@ -71,16 +71,13 @@ fn depth_that_is_missing_is_bias_and_samples_are_noise() {
     assert!((slope - 1.0).abs() < within.max(0.25), "{slope} ± {within}");
     // Of a box lit from inside one bounce is by far not all: the scene's depth is 8.
     let depths = settings(&study, "maxdepth");
-    let shallow = depths
-        .iter()
-        .find(|s| s["setting"] == "1")
-        .expect("depth 1");
+    let shallow = depths.iter().find(|s| s["value"] == "1").expect("depth 1");
     let bias = number(shallow, "/relativeBias/value");
     assert!(bias > 0.2, "{bias}");
     // More depth than 8 shows nothing to speak of.
     let deep = depths
         .iter()
-        .find(|s| s["setting"] == "16")
+        .find(|s| s["value"] == "16")
         .expect("depth 16");
     let (value, within) = (
         number(deep, "/relativeBias/value"),
@@ -127,7 +124,7 @@ fn text_and_page() {
     for word in [
         "<svg",
         "relative error (%)",
-        "seconds for a picture",
+        "seconds for an image",
         "<table>",
         "For 1 % error",
     ] {

@@ -1,11 +1,11 @@
-//! The assignment's own four scene files, unchanged, against the course's own 512-sample pictures.
+//! The assignment's own four scene files, unchanged, against the course's own 512-sample images.
 //!
 //! They are not ours to pass on. `FSTOP_COURSE_DIR` names the folder that holds
 //! `dof-dragons.{dgauss,wide,telephoto,fisheye}.pbrt`, the lens tables, `textures/lines.exr`, and
 //! `reference/dof-dragons.*_512ref.exr`; without it these tests say so and pass.
 //!
 //! The references come from pbrt-v2, so the scenes are rendered with `--compat pbrt-v2`: that program
-//! drops a sample whose neighbour's ray is vignetted.
+//! drops a sample whose neighbor's ray is vignetted.
 //!
 //! **Noise.** The references carry no variance. Their renderer took the same samples (one lens point,
 //! four light points) from a low-discrepancy sequence, so a pixel of theirs scatters at most as much as
@@ -14,7 +14,7 @@
 //! sequences gain.
 //!
 //! **What is left out** of the tiles, not of the means. The kit's camera transforms its rays from
-//! millimetres to world units without normalising them, and pbrt-v2 starts secondary rays a thousandth
+//! millimeters to world units without normalising them, and pbrt-v2 starts secondary rays a thousandth
 //! of the hit's *ray parameter* away, in world units after normalising: a point 3 m (0.6 units) from the
 //! lens sends its shadow rays from 3 units away. So
 //! - cones cast no shadow in the references, on the floor or on each other
@@ -63,7 +63,7 @@ struct Case {
     /// How far the means may differ, and a block's mean beyond noise.
     tolerance: f64,
     /// What lies farther than this along the axis, in mm, is left out of the tiles: so near that no
-    /// ray of the picture is longer than 10 m there, whatever its angle.
+    /// ray of the image is longer than 10 m there, whatever its angle.
     yon: f64,
 }
 
@@ -163,7 +163,7 @@ const CHANGED: f32 = 0.005;
 /// Pixels with less than this share of the brightest one's light are met by few samples.
 const DIM: f32 = 0.1;
 
-/// What few samples meet in both pictures.
+/// What few samples meet in both images.
 fn dim(ours: &Image, reference: &Image) -> Vec<bool> {
     let brightest = |image: &Image| {
         let values = image.pixels.iter().map(|p| p.max_element());
@@ -182,11 +182,11 @@ fn estimates<'a>(render: &'a Render, reference: &'a Image) -> [Estimate<'a>; 2] 
         freedom: render.freedom,
         samples: None,
     };
-    let picture = Estimate {
+    let image = Estimate {
         samples: None,
         ..render.estimate()
     };
-    [picture, reference]
+    [image, reference]
 }
 
 /// Renders as pbrt-v2 with the kit's camera would.
@@ -199,7 +199,7 @@ fn render(scene: &Path, seed: u32, spp: u32) -> Render {
     )
 }
 
-/// A picture of a changed scene of the course, of another seed than the one that is tested.
+/// An image of a changed scene of the course, of another seed than the one that is tested.
 fn render_text(folder: &Path, text: &str) -> Image {
     const OTHER_SEED: u32 = 1001;
     let there =

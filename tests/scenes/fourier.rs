@@ -9,7 +9,7 @@ use fstop::compare::{Options, compare};
 use generator::{Analytic, encode};
 use std::path::Path;
 
-/// Chance that equal pictures fail; seeds are fixed, so that a pass is for good.
+/// Chance that equal images fail; seeds are fixed, so that a pass is for good.
 const ALPHA: f64 = 1e-4;
 
 /// The file of `tests/scenes/valid/fourier.pbrt`: three channels, reflecting and transmitting.
@@ -23,7 +23,7 @@ fn lambert(mu_i: f64, mu_o: f64, _: f64) -> [f64; 3] {
     }
 }
 
-/// A ball of the material on a floor, below a sky and a lamp.
+/// A ball of the material on a floor, below a sky and a light.
 fn render(folder: &Path, name: &str, material: &str, seed: u32) -> Render {
     let scene = folder.join(name).with_extension("pbrt");
     let text = format!(
@@ -51,9 +51,9 @@ fn a_file_of_lamberts_law_renders_as_matte() {
         1,
     );
     // The luminance that the generator makes of (0.7, 0.4, 0.2): (0.4 + 0.0201826 + 0.2081625)/1.39829.
-    let grey = "Material \"matte\" \"rgb Kd\" [.449367 .449367 .449367]";
-    let grey = render(folder.path(), "grey", grey, 1);
-    for (channels, seed, expected) in [(3, 11, &matte), (1, 21, &grey)] {
+    let gray = "Material \"matte\" \"rgb Kd\" [.449367 .449367 .449367]";
+    let gray = render(folder.path(), "gray", gray, 1);
+    for (channels, seed, expected) in [(3, 11, &matte), (1, 21, &gray)] {
         let bytes = encode(&Analytic {
             eta: 1.0,
             channels,
@@ -69,7 +69,7 @@ fn a_file_of_lamberts_law_renders_as_matte() {
             ..Options::default()
         };
         let (a, b) = (shown.estimate(), expected.estimate());
-        let comparison = compare(&a, &b, &options).expect("pictures of equal size");
+        let comparison = compare(&a, &b, &options).expect("images of equal size");
         let agrees = comparison.verdict.agrees();
         assert!(
             agrees,

@@ -1,7 +1,7 @@
-//! Laws of light, through the whole program: pictures whose every pixel is known in closed form.
+//! Laws of light, through the whole program: images whose every pixel is known in closed form.
 
 use crate::common::rendering::Render;
-use fstop::build::{Built, build};
+use fstop::build::{PreparedScene, build};
 use fstop::handles::LightId;
 use fstop::math::hash::{mix2, unit_float};
 use fstop::math::ray::Ray;
@@ -13,7 +13,7 @@ use fstop::syntax::SourceMap;
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// Standard errors a picture's mean may be off: one false alarm in 15,000 means.
+/// Standard errors an image's mean may be off: one false alarm in 15,000 means.
 pub const SIGMAS: f64 = 4.0;
 
 /// Renders the world with a camera that `look` places, and checks that the mean of each channel is
@@ -113,10 +113,10 @@ fn a_plain_of_kdsubsurface_shows_its_kd_in_a_white_sky() {
     }
 }
 
-/// Disney's scattering distance moves light about; what comes out of a plain is still the colour, with the
+/// Disney's scattering distance moves light about; what comes out of a plain is still the color, with the
 /// retro-reflection and the coat that the same material has without it taken off: here all but none.
 #[test]
-fn a_plain_of_disneys_interior_shows_its_colour() {
+fn a_plain_of_disneys_interior_shows_its_color() {
     let material = "\"disney\" \"rgb color\" [.6 .6 .6] \"float roughness\" 0 \"float eta\" 1 \
                     \"rgb scatterdistance\" [.05 .05 .05]";
     let world = in_the_sky(material, "Shape \"disk\" \"float radius\" 3");
@@ -156,7 +156,7 @@ fn nor_can_it_when_it_moves_or_the_camera_does() {
     );
 }
 
-/// A black screen whose edge is drawn across the picture, from one border to the other, covers a
+/// A black screen whose edge is drawn across the image, from one border to the other, covers a
 /// point for as much of the time as its edge is past it: half of all.
 #[test]
 fn what_moves_covers_for_as_long_as_it_is_there() {
@@ -174,7 +174,7 @@ fn what_moves_covers_for_as_long_as_it_is_there() {
     let path = "Integrator \"path\"";
     for (name, times, expected) in [
         ("all of the way", "TransformTimes 0 1", 0.5),
-        // From −half to the middle: the edge is past a quarter of the picture's points and times.
+        // From −half to the middle: the edge is past a quarter of the image's points and times.
         ("half of it", "TransformTimes 0 2", 0.75),
         // Early for a quarter of the time, arrived for another.
         ("with rests", "TransformTimes .25 .75", 0.5),
@@ -198,7 +198,7 @@ fn what_moves_covers_for_as_long_as_it_is_there() {
 
 /// A tenth of the light is lost at each of the bounces that a convex body allows: one.
 #[test]
-fn a_grey_convex_body_shows_its_albedo() {
+fn a_gray_convex_body_shows_its_albedo() {
     let close = "LookAt 0 0 -3.2  0 0 0  0 1 0";
     for integrator in [
         "Integrator \"path\"",
@@ -280,9 +280,9 @@ fn a_point_light_falls_off_with_the_square_of_the_distance() {
 }
 
 /// What `world`'s text makes, seen from the origin: render space is world space.
-fn built(world: &str) -> Built {
+fn built(world: &str) -> PreparedScene {
     let sources = SourceMap::new();
-    // Beside the references' scenes, whose pictures it may use.
+    // Beside the references' scenes, whose images it may use.
     let main = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/reference/law.pbrt");
     let text = format!("WorldBegin\n{world}\nWorldEnd\n");
     let file = sources.add_text(&main.display().to_string(), text);
@@ -296,8 +296,14 @@ fn built(world: &str) -> Built {
 
 /// The density with which the light is chosen in direction `wi`: of all its points there, one behind
 /// the other; of the nearest where a direction is chosen first (`nearest`).
-fn density(built: &Built, id: LightId, from: &ReferencePoint, wi: Vec3, nearest: bool) -> f64 {
-    let world = &built.shot.world;
+fn density(
+    built: &PreparedScene,
+    id: LightId,
+    from: &ReferencePoint,
+    wi: Vec3,
+    nearest: bool,
+) -> f64 {
+    let world = &built.job.world;
     let light = world.light(id);
     if light.is_infinite() {
         return f64::from(light.pdf(from, wi, None));
@@ -360,7 +366,7 @@ fn densities_of_all_lights_integrate_to_one() {
         let nearest = world.ends_with("\n\nShape \"sphere\"");
         let world = format!("{TURN}\n{world}");
         let built = built(&world);
-        for index in 0..built.shot.world.lights.len() {
+        for index in 0..built.job.world.lights.len() {
             check_density(&built, LightId(index as u32), nearest, &world);
             checked += 1;
         }
@@ -369,8 +375,8 @@ fn densities_of_all_lights_integrate_to_one() {
     assert_eq!(checked, 10 + 2 * 8);
 }
 
-fn check_density(built: &Built, id: LightId, nearest: bool, world: &str) {
-    let light = built.shot.world.light(id);
+fn check_density(built: &PreparedScene, id: LightId, nearest: bool, world: &str) {
+    let light = built.job.world.light(id);
     for (p, n) in [
         (Vec3::new(0.4, -0.3, 0.2), Vec3::Z),
         (Vec3::new(1.5, 1.0, 5.5), Vec3::ZERO),
@@ -380,7 +386,7 @@ fn check_density(built: &Built, id: LightId, nearest: bool, world: &str) {
             p_error: Vec3::splat(1e-6),
             n,
             time: 0.0,
-            reception: Default::default(),
+            receiver_side: Default::default(),
         };
         let side = if light.is_delta() { 8 } else { 300 };
         let random = |i: u32, k: u32| unit_float(mix2(i.into(), k.into()));
@@ -409,7 +415,7 @@ fn check_density(built: &Built, id: LightId, nearest: bool, world: &str) {
 }
 
 /// A medium that absorbs nothing in a white sky is as invisible as a body: where the radiance is 1
-/// all around, scattering replaces 1 by 1. Dense and thin, forward, back, coloured, of one density
+/// all around, scattering replaces 1 by 1. Dense and thin, forward, back, colored, of one density
 /// and of many, behind no surface and behind glass, around the camera.
 #[test]
 fn a_medium_that_absorbs_nothing_cannot_be_seen_in_a_white_sky() {
@@ -426,7 +432,7 @@ fn a_medium_that_absorbs_nothing_cannot_be_seen_in_a_white_sky() {
     for (name, sigma, g) in [
         ("thin", ".1 .1 .1", 0.0),
         ("dense", "3 3 3", 0.6),
-        ("coloured", ".05 .5 2", -0.5),
+        ("colored", ".05 .5 2", -0.5),
     ] {
         let fog = fog(sigma, g);
         check(name, OUTSIDE, volpath, &format!("{fog}{empty}"), 1.0);
@@ -460,7 +466,7 @@ fn what_only_absorbs_dims_by_beers_law() {
         )
     };
     let even = medium("\"homogeneous\"");
-    // Constant between the centres of the first and last voxels, z = −3 and 3.
+    // Constant between the centers of the first and last voxels, z = −3 and 3.
     let grid = medium(
         "\"heterogeneous\" \"integer nz\" 2 \"float density\" [1 1] \
          \"point p0\" [-1e4 -1e4 -6] \"point p1\" [1e4 1e4 6]",

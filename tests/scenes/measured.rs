@@ -12,10 +12,10 @@ use fstop::math::spectrum::rgb_from_samples;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-/// Chance that equal pictures fail; seeds are fixed, so that a pass is for good.
+/// Chance that equal images fail; seeds are fixed, so that a pass is for good.
 const ALPHA: f64 = 1e-4;
 
-/// A ball of the material on a floor, below a sky and a lamp.
+/// A ball of the material on a floor, below a sky and a light.
 fn render(folder: &Path, name: &str, material: &str, seed: u32) -> Render {
     let scene = folder.join(name).with_extension("pbrt");
     let text = format!(
@@ -60,7 +60,7 @@ fn files_of_lamberts_law_render_as_matte() {
             ..Options::default()
         };
         let (a, b) = (shown.estimate(), expected.estimate());
-        let comparison = compare(&a, &b, &options).expect("pictures of equal size");
+        let comparison = compare(&a, &b, &options).expect("images of equal size");
         let agrees = comparison.verdict.agrees();
         assert!(agrees, "{}", explain(name, &a, &b, &options, &comparison));
     }

@@ -1,5 +1,5 @@
 //! Mixes of materials that light wanders below: a disk in a sky, which sees nothing of itself but what
-//! comes out of it again, so that the picture of a mix is the mix of the parts' pictures.
+//! comes out of it again, so that the image of a mix is the mix of the parts' images.
 
 use crate::common::rendering::{Render, explain};
 use fstop::compare::{Estimate, Options, compare};
@@ -46,7 +46,7 @@ fn mixed(first: &str, second: &str, amount: f32) -> Render {
     ))
 }
 
-/// `amount` of one picture and the rest of the other.
+/// `amount` of one image and the rest of the other.
 fn blend(a: &Render, b: &Render, amount: f32) -> Image {
     let rest = 1.0 - amount;
     let (va, vb) = (a.image.variance.as_ref(), b.image.variance.as_ref());
@@ -75,7 +75,7 @@ fn same(name: &str, a: &Render, b: &Image) {
         ..a.estimate()
     };
     let a = a.estimate();
-    let comparison = compare(&a, &b, &options).expect("pictures of one size");
+    let comparison = compare(&a, &b, &options).expect("images of one size");
     assert!(
         comparison.agrees(),
         "{}",

@@ -110,7 +110,7 @@ fn same(name: &str, a: &Render, b: &Render) {
         ..Options::default()
     };
     let (a, b) = (a.estimate(), b.estimate());
-    let comparison = compare(&a, &b, &options).expect("pictures of one size");
+    let comparison = compare(&a, &b, &options).expect("images of one size");
     let name = format!("boundaries_{}", name.replace(' ', "_"));
     assert!(
         comparison.agrees(),
@@ -180,7 +180,7 @@ fn after_the_last_mirror_a_boundary_ends_the_path() {
     let center = |depth, world: &str| {
         let image = render(depth, world).image;
         let at = image.bounds.pixels().position(|p| p.x == 12 && p.y == 12);
-        image.pixels[at.expect("inside the picture")]
+        image.pixels[at.expect("inside the image")]
     };
     assert!((center(1, mirror).x - 1.0).abs() < 1e-5);
     let bounded = format!("{mirror}{within}");
@@ -227,14 +227,14 @@ fn single_scattering(sigma_a: f64, sigma_s: f64, b: f64) -> f64 {
     (-2.0 * sigma_t * half_chord).exp() + scattered
 }
 
-/// The mean over the picture of `hom.pbrt` with other coefficients: 25 degrees from a distance of 5.
+/// The mean over the image of `hom.pbrt` with other coefficients: 25 degrees from a distance of 5.
 fn mean_of_the_ball(sigma_a: f64, sigma_s: f64) -> f64 {
     let half = 12.5f64.to_radians().tan();
     let chord = |b2: f64| match b2 < 1.0 {
         true => single_scattering(sigma_a, sigma_s, b2.sqrt()),
         false => 1.0,
     };
-    // By symmetry a quarter of the picture.
+    // By symmetry a quarter of the image.
     let row = |y: f64| {
         integral(64, (0.0, half), |x| {
             let tan2 = x * x + y * y;
@@ -256,7 +256,7 @@ fn a_ball_of_medium_shines_as_the_equation_of_transfer_says() {
     const THIS: &str = "\"rgb sigma_a\" [.3 .3 .3] \"rgb sigma_s\" [2.7 2.7 2.7]";
     let source = repro("hom");
     assert!(source.contains(THIS));
-    // A pixel's box is sampled 64 times across in the formula, its edge within 1e-3 of the picture.
+    // A pixel's box is sampled 64 times across in the formula, its edge within 1e-3 of the image.
     const QUADRATURE: f64 = 5e-4;
     for (sigma_a, sigma_s) in [(3.0, 0.0), (0.0, 3.0), (0.3, 2.7)] {
         let coefficients = format!(
@@ -275,7 +275,7 @@ fn a_ball_of_medium_shines_as_the_equation_of_transfer_says() {
     }
 }
 
-/// pbrt-v3's means of whole pictures. 1 %: four times what they are known to, from 256 samples in each of
+/// pbrt-v3's means of whole images. 1 %: four times what they are known to, from 256 samples in each of
 /// 32 × 32 pixels and of four decimals (0.1 % at one standard error for either program).
 #[test]
 fn means_are_those_of_pbrt_v3() {

@@ -4,16 +4,16 @@ use crate::common::program::{Run, fstop_in};
 use fstop::math::{Rgb, UVec2};
 use std::path::Path;
 
-/// Four squares of a colour each, in an eight-bit file with alpha.
+/// Four squares of a color each, in an eight-bit file with alpha.
 const SQUARES: &str = "tests/scenes/valid/textures/squares.ptx";
 
-/// Six triangles of a grey each, in half floats.
+/// Six triangles of a gray each, in half floats.
 const TRIANGLES: &str = "tests/scenes/valid/textures/triangles.ptx";
 
-/// Pixels along a side of the picture, which shows [-1, 1]².
+/// Pixels along a side of the image, which shows [-1, 1]².
 const SIDE: u32 = 32;
 
-/// What the picture of a scene file's world says: what the program printed, and the picture.
+/// What the image of a scene file's world says: what the program printed, and the image.
 fn render(world: &str, more: &[&str]) -> (Run, Option<fstop::film::Image>) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for file in [SQUARES, TRIANGLES] {
@@ -35,7 +35,7 @@ fn render(world: &str, more: &[&str]) -> (Run, Option<fstop::film::Image>) {
     (run, image.map(|loaded| loaded.image))
 }
 
-/// The mean colour of 6 × 6 pixels around a place in [-1, 1]².
+/// The mean color of 6 × 6 pixels around a place in [-1, 1]².
 ///
 /// A plane under a white sky shows its albedo. 36 · 64 samples of an estimate whose standard deviation is
 /// no larger than the albedo leave 0.02 of it.
@@ -90,7 +90,7 @@ fn triangles_show_the_faces_that_the_mesh_names() {
         let texture = format!("\"string filename\" \"squares.ptx\" {text}");
         let (run, image) = render(&squares(ids, &texture), &[]);
         assert_eq!((run.code, run.stderr.as_str()), (0, ""));
-        let image = image.expect("a picture");
+        let image = image.expect("an image");
         for ((x, y), face) in MIDDLES.into_iter().zip(faces) {
             let expected = COLORS[face].map(|v| (f32::from(v) / 255.0).powf(gamma));
             assert_shows(color(&image, x, y), expected.into());
@@ -103,14 +103,14 @@ fn without_numbers_all_is_of_the_first_face_and_beyond_the_last_one_black() {
     let texture = "\"string filename\" \"squares.ptx\" \"float gamma\" 1";
     let (_, image) = render(&squares("", texture), &[]);
     let first = Rgb::from(COLORS[0].map(|v| f32::from(v) / 255.0));
-    let image = image.expect("a picture");
+    let image = image.expect("an image");
     for (x, y) in MIDDLES {
         assert_shows(color(&image, x, y), first);
     }
     let ids = "\"integer faceIndices\" [0 0 4 4 -1 -1 2000000000 2000000000]";
     let (run, image) = render(&squares(ids, texture), &[]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    let image = image.expect("a picture");
+    let image = image.expect("an image");
     assert_shows(color(&image, -0.5, -0.5), first);
     for (x, y) in &MIDDLES[1..] {
         assert_eq!(color(&image, *x, *y), Rgb::ZERO);
@@ -133,7 +133,7 @@ fn instances_and_cut_outs_know_their_faces() {
     );
     let (run, image) = render(&world, &[]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    let image = image.expect("a picture");
+    let image = image.expect("an image");
     for ((x, y), face) in MIDDLES.into_iter().zip([1, 3, 0, 2]) {
         let expected = match face {
             2 => Rgb::ONE,
@@ -158,7 +158,7 @@ fn a_file_that_cannot_be_used_is_black() {
         assert!(run.stderr.contains(place), "{}", run.stderr);
         let (run, image) = render(&world, &["--keep-going"]);
         assert_eq!(run.code, 1, "{}", run.stderr);
-        let image = image.expect("a picture");
+        let image = image.expect("an image");
         assert!(image.pixels.iter().all(|p| *p == Rgb::ZERO));
     }
 }

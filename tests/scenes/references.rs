@@ -1,9 +1,9 @@
-//! Every scene of `tests/scenes/reference` against pbrt-v3's picture of it in `refimages`.
+//! Every scene of `tests/scenes/reference` against pbrt-v3's image of it in `refimages`.
 //!
 //! The references are means of 16 to 64 independent runs of pbrt-v3 with the random sampler, with the
 //! variance of that mean (written by us from its output; `refimages/README.md`). Each scene is
 //! rendered at its own samples per pixel, as often as it takes to reach [`SAMPLES`], and compared by
-//! t-tests on pixels, on blocks of 8 and of 32 pixels and on the whole picture.
+//! t-tests on pixels, on blocks of 8 and of 32 pixels and on the whole image.
 //!
 //! **False alarms.** [`ALPHA`] bounds, for one scene and all its tests together, the probability that
 //! a renderer of the right expectation fails: 1e-4, so 0.9 % for the 87 scenes. Seeds are fixed, so
@@ -11,7 +11,7 @@
 //!
 //! **Tables.** The tests write `docs/generated/references.md`, with what is left out, and fail where it is out of date (`tests/scenes/references/table.rs` says how).
 //!
-//! **What is found.** With 1 to 2 % noise per pixel on either side, a bias of 0.3 % over a picture,
+//! **What is found.** With 1 to 2 % noise per pixel on either side, a bias of 0.3 % over an image,
 //! 0.5 % over a quarter of it, 2 % over a block of 8 × 8 pixels, or 15 % in one pixel.
 
 mod table;
@@ -28,8 +28,8 @@ use table::{Entry, Reason};
 /// False-alarm rate of one scene.
 const ALPHA: f64 = 1e-4;
 
-/// Samples in a picture, all pixels and runs together: about a second each on one core. An
-/// unoptimised program gets fewer.
+/// Samples in an image, all pixels and runs together: about a second each on one core. An
+/// unoptimized program gets fewer.
 const SAMPLES: f64 = if cfg!(debug_assertions) { 2e5 } else { 1.5e6 };
 
 fn root() -> &'static Path {
@@ -52,7 +52,7 @@ struct Case {
     name: &'static str,
     /// Pixels that one of the reference's samples falls on: pbrt-v3 adds each sample to all pixels
     /// within its filter's radius. So a pixel there has met that many times more samples than ours,
-    /// which importance-sample the filter, and is correlated with its neighbours.
+    /// which importance-sample the filter, and is correlated with its neighbors.
     splat: f32,
     /// Pixels where pbrt-v3 is known to be wrong.
     left_out: LeftOut,
@@ -86,7 +86,7 @@ const SHADOWED_CONES: LeftOut = LeftOut::Showing("Shape \"cone\"");
 
 /// A quadric under a mirroring transformation: in pbrt-v3 rays see its light on one side and
 /// light sampling sends it to the other (docs/scene-language.md §4.5). Two of the four disks light the floor
-/// before the right half of the picture wrongly.
+/// before the right half of the image wrongly.
 const MIRRORED_DISKS: LeftOut = LeftOut::From(UVec2::new(16, 26));
 
 /// Where the glass ball of `int_sppm` stands on the floor. pbrt-v3's photons also count for a point
@@ -102,7 +102,7 @@ const BLURRED: f64 = 0.03;
 
 /// How far `shape_alpha` may be off: light under a quad with holes for shadow rays only depends on the
 /// weights of multiple importance sampling and on the density of light samples. In its quarter of the
-/// picture that makes 0.3 % (measured for `docs/compatibility.md`).
+/// image that makes 0.3 % (measured for `docs/compatibility.md`).
 const SHADOW_HOLES: f64 = 0.004;
 
 /// What is left out, one for each of the constants above; `docs/compatibility.md` explains each under this heading.
@@ -139,7 +139,7 @@ impl Case {
         blocks: &[1, 8, 32],
     };
 
-    /// Renders the scene and panics with a table where the picture is not the reference's.
+    /// Renders the scene and panics with a table where the image is not the reference's.
     fn check(&self) {
         let name = self.name;
         let loaded = read(&reference_file(name)).unwrap_or_else(|error| panic!("{error}"));
@@ -228,7 +228,7 @@ impl Case {
         variance.iter_mut().for_each(|v| *v *= self.splat);
     }
 
-    /// Blackens what is not to be compared in both pictures.
+    /// Blackens what is not to be compared in both images.
     fn leave_out(&self, picture: &mut Image, reference: &mut Image) -> Option<Left> {
         let bounds = picture.bounds;
         let out: Vec<bool> = match self.left_out {
@@ -267,7 +267,7 @@ impl Case {
     }
 
     /// Where the things whose lines have `text` show. From renders of their own, with other seeds
-    /// than the picture's: noise that chose pixels by their own values would bias what is left.
+    /// than the image's: noise that chose pixels by their own values would bias what is left.
     fn showing(&self, text: &str) -> Vec<bool> {
         const OTHER_SEED: u32 = 1001;
         let scene = scene_file(self.name);
@@ -291,7 +291,7 @@ impl Case {
 }
 
 /// pbrt-v3 keeps its sums as XYZ in single precision; a channel that is black comes back as some
-/// 1e-7 of the others, without noise. Where both pictures are black to 1e-6 both are made black.
+/// 1e-7 of the others, without noise. Where both images are black to 1e-6 both are made black.
 fn blacken(reference: &mut Image, ours: &mut Image) {
     const BLACK: f32 = 1e-6;
     for i in 0..reference.pixels.len().min(ours.pixels.len()) {

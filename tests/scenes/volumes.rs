@@ -3,7 +3,7 @@
 use crate::common::rendering::Render;
 use std::f64::consts::PI;
 
-/// Standard errors a picture's mean may be off: one false alarm in 15,000 means.
+/// Standard errors an image's mean may be off: one false alarm in 15,000 means.
 const SIGMAS: f64 = 4.0;
 
 /// Renders what a camera at (0, 0, −5) sees that looks along +z through a hole of a tenth of a degree, and checks its mean.

@@ -138,7 +138,7 @@ fn ten_million_rays_at_edges_and_vertices_stay_on_their_side() {
     let moved = |d: f64| Transform::translate(DVec3::new(d, -0.7 * d, 0.4 * d));
     let scaled = |s: f64| Transform::scale(DVec3::splat(s));
     let uneven = Transform::scale(DVec3::new(-1.0, 0.05, 30.0));
-    let mut shot = 0;
+    let mut job = 0;
     for (m, data) in meshes.iter().enumerate() {
         let seed = |place: u64| 100 * m as u64 + place;
         let in_render_space = [
@@ -154,7 +154,7 @@ fn ten_million_rays_at_edges_and_vertices_stay_on_their_side() {
             let geometry = placed(data, place);
             let leaks = leaks(&geometry, data, place, seed(number as u64));
             assert_eq!(leaks, 0, "mesh {m}, place {number}");
-            shot += RAYS;
+            job += RAYS;
         }
         let instances = [
             (Transform::IDENTITY, moved(1e6) * turned * scaled(10.0)),
@@ -167,8 +167,8 @@ fn ten_million_rays_at_edges_and_vertices_stay_on_their_side() {
             let whole = *place * *object;
             let leaks = leaks(&geometry, data, &whole, seed(50 + number as u64));
             assert_eq!(leaks, 0, "mesh {m}, instance {number}");
-            shot += RAYS;
+            job += RAYS;
         }
     }
-    assert!(shot >= 10_000_000, "{shot}");
+    assert!(job >= 10_000_000, "{job}");
 }

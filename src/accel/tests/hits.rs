@@ -115,10 +115,10 @@ fn lights_and_materials_come_back() {
     let at = |x: f32, y: f32| {
         let ray = Ray::new(Vec3::new(x, y, 3.0), Vec3::NEG_Z, 0.0);
         let hit = geometry.intersect(&ray, &opaque).unwrap();
-        match geometry.look(&ray, &opaque) {
-            Sight::Shining(seen) => assert_eq!((seen.light, seen.t), (hit.light, hit.t)),
-            Sight::Dark => assert_eq!(hit.light, None),
-            Sight::Open => panic!("something is there"),
+        match geometry.intersect_emitter(&ray, &opaque) {
+            EmitterHit::Emitter(seen) => assert_eq!((seen.light, seen.t), (hit.light, hit.t)),
+            EmitterHit::NotEmissive => assert_eq!(hit.light, None),
+            EmitterHit::Escaped => panic!("something is there"),
         }
         (hit.light, hit.material)
     };
@@ -130,7 +130,10 @@ fn lights_and_materials_come_back() {
     assert_eq!(at(0.0, -5.0), (Some(LightId(10)), Some(MaterialId(3))));
     assert_eq!(at(2.0, -5.0), (None, None));
     let away = Ray::new(Vec3::new(0.2, 0.2, 3.0), Vec3::Z, 0.0);
-    assert!(matches!(geometry.look(&away, &opaque), Sight::Open));
+    assert!(matches!(
+        geometry.intersect_emitter(&away, &opaque),
+        EmitterHit::Escaped
+    ));
 }
 
 #[test]
@@ -253,7 +256,7 @@ fn an_instance_is_what_it_would_be_in_place() {
 
 #[test]
 fn a_small_object_is_sharp_from_far_away() {
-    // A millimetre ball two kilometres from the ray's origin: the origin rounded to single
+    // A millimeter ball two kilometers from the ray's origin: the origin rounded to single
     // precision in the object's space would be a tenth of the ball off.
     let place = Transform::translate(DVec3::new(2000.0, 100.0, -30.0))
         * Transform::scale(DVec3::splat(1e-3));
@@ -263,7 +266,7 @@ fn a_small_object_is_sharp_from_far_away() {
     let hit = geometry
         .intersect(&Ray::new(Vec3::ZERO, d, 0.0), &opaque)
         .unwrap();
-    // Where the rounded direction passes the centre, in radii.
+    // Where the rounded direction passes the center, in radii.
     let pass = center.cross(d.as_dvec3().normalize()).length() / 1e-3;
     let sine = f64::from(hit.surface.n.cross(d).length());
     assert!((sine - pass).abs() < 1e-3, "{sine} {pass}");

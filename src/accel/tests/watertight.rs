@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Rays from points inside at every vertex, points of every edge, and centres of triangles.
+/// Rays from points inside at every vertex, points of every edge, and centers of triangles.
 fn leaks(
     geometry: &Geometry,
     data: &MeshData,

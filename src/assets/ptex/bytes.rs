@@ -3,7 +3,7 @@
 use flate2::{Decompress, FlushDecompress};
 
 /// How much deflate can grow a byte at most (zlib's own figure), …
-const MOST_GROWTH: usize = 1032;
+const MAX_GROWTH: usize = 1032;
 
 /// … and what its first bytes may add to that: a match of 258 bytes.
 const GROWTH_SLACK: usize = 258;
@@ -73,7 +73,7 @@ impl<'a> Bytes<'a> {
 
 /// The `size` bytes that `zipped` stands for. Nothing is allocated for what it cannot hold.
 pub(super) fn inflate(zipped: &[u8], size: u64, what: &str) -> Result<Vec<u8>, String> {
-    let most = zipped.len().saturating_mul(MOST_GROWTH) + GROWTH_SLACK;
+    let most = zipped.len().saturating_mul(MAX_GROWTH) + GROWTH_SLACK;
     let size = usize::try_from(size)
         .ok()
         .filter(|&size| size <= most)

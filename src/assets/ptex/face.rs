@@ -6,9 +6,9 @@ use super::header::{Header, MeshKind};
 /// Bytes of a face in the table.
 const FACE_BYTES: u64 = 20;
 
-/// Largest side of a face, as a power of two: as large as other pictures may be, and all indices
+/// Largest side of a face, as a power of two: as large as other images may be, and all indices
 /// stay far from overflow.
-const MOST_LOG2: i8 = 16;
+const MAX_LOG2: i8 = 16;
 
 /// 2ᵘ × 2ᵛ texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ impl Resolution {
 
     pub(super) fn read(bytes: &mut Bytes) -> Result<Resolution, String> {
         let [u, v] = [bytes.u8()?, bytes.u8()?].map(|b| b as i8);
-        let valid = |log2: i8| (0..=MOST_LOG2).contains(&log2);
+        let valid = |log2: i8| (0..=MAX_LOG2).contains(&log2);
         if !valid(u) || !valid(v) {
             return Err(format!(
                 "a resolution of 2^{u} × 2^{v} texels cannot be read"
@@ -57,7 +57,7 @@ impl Resolution {
 
 /// What lies beyond an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Neighbour {
+pub struct Neighbor {
     /// Number of the face.
     pub face: u32,
     /// Which of its edges the common one is. Quadrilaterals: v = 0, u = 1, v = 1, u = 0. Triangles: v = 0,
@@ -70,11 +70,11 @@ pub struct Neighbour {
 pub struct Face {
     /// How fine it is; also said of a constant face.
     pub resolution: Resolution,
-    /// Edges of the neighbours, two bits each.
+    /// Edges of the neighbors, two bits each.
     edges: u8,
     flags: u8,
     /// Below 0 for none.
-    neighbours: [i32; 4],
+    neighbors: [i32; 4],
     /// Number of its first sample.
     pub(super) first: usize,
 }
@@ -91,7 +91,7 @@ impl Face {
         self.flags & Face::CONSTANT != 0
     }
 
-    /// Has the whole neighbourhood the same single value?
+    /// Has the whole neighborhood the same single value?
     #[inline]
     pub fn is_constant_around(&self) -> bool {
         self.flags & Face::CONSTANT_AROUND != 0
@@ -115,10 +115,10 @@ impl Face {
 
     /// What lies beyond edge `edge`, of which the last two bits count.
     #[inline]
-    pub fn neighbour(&self, edge: u8) -> Option<Neighbour> {
+    pub fn neighbor(&self, edge: u8) -> Option<Neighbor> {
         let edge = edge & 3;
-        let face = u32::try_from(self.neighbours[usize::from(edge)]).ok()?;
-        Some(Neighbour {
+        let face = u32::try_from(self.neighbors[usize::from(edge)]).ok()?;
+        Some(Neighbor {
             face,
             edge: self.edges >> (2 * edge) & 3,
         })
@@ -129,12 +129,12 @@ impl Face {
         let located = |message: String| format!("face {number}: {message}");
         let resolution = Resolution::read(bytes).map_err(located)?;
         let [edges, flags] = [bytes.u8()?, bytes.u8()?];
-        let mut neighbours = [0; 4];
-        for neighbour in &mut neighbours {
-            *neighbour = bytes.i32()?;
+        let mut neighbors = [0; 4];
+        for neighbor in &mut neighbors {
+            *neighbor = bytes.i32()?;
         }
         if header.mesh == MeshKind::Triangles {
-            neighbours[3] = -1;
+            neighbors[3] = -1;
             if resolution.u != resolution.v {
                 return Err(located("a triangle must be as fine in u as in v".into()));
             }
@@ -143,19 +143,19 @@ impl Face {
             resolution,
             edges,
             flags,
-            neighbours,
+            neighbors,
             first: 0,
         };
-        for neighbour in (0..4).filter_map(|edge| face.neighbour(edge)) {
-            if neighbour.face >= header.faces {
+        for neighbor in (0..4).filter_map(|edge| face.neighbor(edge)) {
+            if neighbor.face >= header.faces {
                 let message = format!(
-                    "its neighbour {} does not exist: there are {} faces",
-                    neighbour.face, header.faces
+                    "its neighbor {} does not exist: there are {} faces",
+                    neighbor.face, header.faces
                 );
                 return Err(located(message));
             }
-            if neighbour.edge >= header.mesh.edges() {
-                return Err(located("its neighbour has three edges, not four".into()));
+            if neighbor.edge >= header.mesh.edges() {
+                return Err(located("its neighbor has three edges, not four".into()));
             }
         }
         Ok(face)
@@ -178,14 +178,14 @@ pub(super) fn read(header: &Header, file: &[u8]) -> Result<Vec<Face>, String> {
 
 #[cfg(test)]
 impl Face {
-    /// A face for the writer of tests, with neighbours as (face, edge).
-    pub(crate) fn new(resolution: Resolution, neighbours: [Option<(u32, u8)>; 4]) -> Face {
-        let edges = (0..4).map(|e| neighbours[e].map_or(0, |(_, edge)| edge << (2 * e)));
+    /// A face for the writer of tests, with neighbors as (face, edge).
+    pub(crate) fn new(resolution: Resolution, neighbors: [Option<(u32, u8)>; 4]) -> Face {
+        let edges = (0..4).map(|e| neighbors[e].map_or(0, |(_, edge)| edge << (2 * e)));
         Face {
             resolution,
             edges: edges.fold(0, |all, edge| all | edge),
             flags: 0,
-            neighbours: neighbours.map(|n| n.map_or(-1, |(face, _)| face as i32)),
+            neighbors: neighbors.map(|n| n.map_or(-1, |(face, _)| face as i32)),
             first: 0,
         }
     }
@@ -206,7 +206,7 @@ impl Face {
     /// As in the file.
     pub(super) fn to_bytes(self) -> Vec<u8> {
         let head = [self.resolution.u, self.resolution.v, self.edges, self.flags];
-        let neighbours = self.neighbours.iter().flat_map(|n| n.to_le_bytes());
-        head.into_iter().chain(neighbours).collect()
+        let neighbors = self.neighbors.iter().flat_map(|n| n.to_le_bytes());
+        head.into_iter().chain(neighbors).collect()
     }
 }

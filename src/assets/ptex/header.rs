@@ -45,7 +45,7 @@ impl MeshKind {
     }
 }
 
-/// What lies beyond an edge that has no neighbour.
+/// What lies beyond an edge that has no neighbor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Border {
     /// The outermost texels.

@@ -7,13 +7,13 @@ use super::face::{Face, Resolution};
 use super::header::{Header, MeshKind};
 use super::reduce;
 use super::sample::Sample;
-use crate::assets::picture::{FREE_BYTES, MAX_EXPANSION};
+use crate::assets::image_data::{FREE_BYTES, MAX_EXPANSION};
 use crate::budget::Budget;
 use rayon::prelude::*;
 use std::cmp::Reverse;
 
 /// Levels that faces can have; whatever more a file has is of no face.
-const MOST_LEVELS: u16 = 17;
+const MAX_LEVELS: u16 = 17;
 
 /// Where each face stands in the levels of reductions: the faces of larger shorter side come first, and
 /// constant ones count as two texels wide.
@@ -49,7 +49,7 @@ impl<'a> Stored<'a> {
         let mut table = Bytes::from(file, header.level_table.start, "table of levels")?;
         let mut start = header.level_data;
         let mut levels = Vec::new();
-        for number in 0..header.levels.min(MOST_LEVELS) {
+        for number in 0..header.levels.min(MAX_LEVELS) {
             let (size, zipped, faces) = (table.u64()?, table.u32()?, table.u32()?);
             if faces > header.faces {
                 return Err(format!("level {number} has more faces than there are"));
@@ -141,7 +141,7 @@ fn fill_face<S: Sample>(
     if !face.is_constant() {
         let full = face.resolution;
         let position = |at| header.mesh.texels_before(full, at) * kept;
-        let mut given = [false; MOST_LEVELS as usize];
+        let mut given = [false; MAX_LEVELS as usize];
         for halvings in 0..=full.u.min(full.v) {
             let at = Resolution {
                 u: full.u - halvings,

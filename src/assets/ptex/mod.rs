@@ -1,4 +1,4 @@
-//! Ptex files: a picture of its own for every face of a mesh, with no texture coordinates between
+//! Ptex files: an image of its own for every face of a mesh, with no texture coordinates between
 //! (Burley and Lacewell 2008, "Ptex: Per-Face Texture Mapping for Production Rendering", EGSR;
 //! the format as its authors publish it, version 1).
 //!
@@ -7,7 +7,7 @@
 //! | section | what |
 //! |---|---|
 //! | header, extended header | kind of mesh and sample, channels, sizes of the other sections, borders |
-//! | face table | resolution, flags and neighbours of each face |
+//! | face table | resolution, flags and neighbors of each face |
 //! | constants | the mean of each face |
 //! | level table, levels | the texels of all faces; then halved once, twice … for the large ones |
 //! | meta data | passed over |
@@ -34,11 +34,11 @@ mod tests;
 #[cfg(test)]
 pub(crate) mod writer;
 
-pub use face::{Face, Neighbour, Resolution};
+pub use face::{Face, Neighbor, Resolution};
 pub use header::{Border, MeshKind};
 pub use sample::{Sample, Texels};
 
-use super::picture::PictureError;
+use super::image_data::ImageFileError;
 use crate::budget::Budget;
 use half::f16;
 use header::Header;
@@ -50,7 +50,7 @@ use std::path::Path;
 pub struct PtexFile {
     /// What the faces are.
     pub mesh: MeshKind,
-    /// What lies beyond edges without a neighbour, in u and in v.
+    /// What lies beyond edges without a neighbor, in u and in v.
     pub borders: [Border; 2],
     /// Are the first two channels a vector in a face's own (u, v), to be turned from face to face?
     pub tangent_vectors: bool,
@@ -63,14 +63,14 @@ pub struct PtexFile {
 impl PtexFile {
     /// Reads `path`. Damaged files are errors and never take more memory than their size justifies, nor
     /// more than `budget` has.
-    pub fn load(path: &Path, budget: &Budget) -> Result<PtexFile, PictureError> {
-        let bytes = PictureError::read(path, budget)?;
+    pub fn load(path: &Path, budget: &Budget) -> Result<PtexFile, ImageFileError> {
+        let bytes = ImageFileError::read(path, budget)?;
         let held = budget.hold(bytes.len() as u64);
-        let _file = held.map_err(|source| PictureError::TooLarge {
+        let _file = held.map_err(|source| ImageFileError::TooLarge {
             path: path.into(),
             source,
         })?;
-        PtexFile::parse_within(&bytes, budget).map_err(|message| PictureError::Malformed {
+        PtexFile::parse_within(&bytes, budget).map_err(|message| ImageFileError::Malformed {
             path: path.into(),
             message,
         })

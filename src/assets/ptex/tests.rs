@@ -303,7 +303,7 @@ fn edits_replace_faces_and_their_reductions() {
 }
 
 #[test]
-fn neighbours_borders_and_flags_are_read() {
+fn neighbors_borders_and_flags_are_read() {
     let ring = |a: u32, b: u32| [Some((a, 2)), None, Some((b, 3)), Some((0, 0))];
     let writer = Writer {
         borders: [1, 2],
@@ -320,10 +320,10 @@ fn neighbours_borders_and_flags_are_read() {
     assert_eq!(file.borders, [Border::Black, Border::Periodic]);
     assert!(file.tangent_vectors);
     let [first, second, third] = [0, 1, 2].map(|i| *file.face(i).unwrap());
-    assert_eq!(first.neighbour(0), Some(Neighbour { face: 1, edge: 2 }));
-    assert_eq!(first.neighbour(5), None);
-    assert_eq!(first.neighbour(2), Some(Neighbour { face: 2, edge: 3 }));
-    assert_eq!(first.neighbour(3), Some(Neighbour { face: 0, edge: 0 }));
+    assert_eq!(first.neighbor(0), Some(Neighbor { face: 1, edge: 2 }));
+    assert_eq!(first.neighbor(5), None);
+    assert_eq!(first.neighbor(2), Some(Neighbor { face: 2, edge: 3 }));
+    assert_eq!(first.neighbor(3), Some(Neighbor { face: 0, edge: 0 }));
     assert!(second.is_subface() && !first.is_subface());
     assert!(third.is_constant_around() && third.is_constant() && !second.is_constant_around());
     assert_eq!(file.face(3), None);
@@ -377,14 +377,14 @@ fn what_is_wrong_is_said() {
         message.contains("face 0: a triangle must be as fine"),
         "{message}"
     );
-    let face = |neighbour| Face::new(res(1, 1), [Some(neighbour), None, None, None]);
-    for (mesh, neighbour, expected) in [
-        (MeshKind::Quads, (1, 0), "neighbour 1 does not exist"),
+    let face = |neighbor| Face::new(res(1, 1), [Some(neighbor), None, None, None]);
+    for (mesh, neighbor, expected) in [
+        (MeshKind::Quads, (1, 0), "neighbor 1 does not exist"),
         (MeshKind::Triangles, (0, 3), "three edges"),
     ] {
         let writer = Writer {
             mesh,
-            faces: vec![(face(neighbour), vec![0.0; 4])],
+            faces: vec![(face(neighbor), vec![0.0; 4])],
             ..Writer::default()
         };
         let message = PtexFile::parse(&writer.to_bytes()).unwrap_err();

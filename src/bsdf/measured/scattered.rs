@@ -22,12 +22,12 @@ const ENOUGH: f32 = 1.5;
 /// take turns. A search allocates nothing and takes any number of equal points, which those of the usual crates do not.
 #[derive(Clone, PartialEq)]
 pub(super) struct Scattered {
-    points: Vec<Measured>,
+    points: Vec<MeasuredSample>,
 }
 
 /// A measured pair.
 #[derive(Clone, Copy, PartialEq)]
-struct Measured {
+struct MeasuredSample {
     at: Vec3,
     /// BRDF in 1/sr.
     value: Rgb,
@@ -49,12 +49,12 @@ impl Scattered {
             .samples()
             .map(|([theta_i, phi_i, theta_o, phi_o], values)| {
                 let color: DVec3 = weights.iter().zip(values).map(|(w, v)| *w * *v).sum();
-                Measured {
+                MeasuredSample {
                     at: place(direction(theta_o, phi_o), direction(theta_i, phi_i)),
                     value: color.as_vec3(),
                 }
             });
-        let mut points: Vec<Measured> = points.collect();
+        let mut points: Vec<MeasuredSample> = points.collect();
         arrange(&mut points, 0);
         Scattered { points }
     }
@@ -64,7 +64,7 @@ impl Scattered {
     }
 
     pub fn is_black(&self) -> bool {
-        let black = |point: &Measured| is_black(point.value.max(Rgb::ZERO));
+        let black = |point: &MeasuredSample| is_black(point.value.max(Rgb::ZERO));
         self.points.iter().all(black)
     }
 
@@ -111,10 +111,10 @@ fn place(wo: Vec3, wi: Vec3) -> Vec3 {
 }
 
 /// Makes a tree whose root divides along `axis`.
-fn arrange(points: &mut [Measured], axis: usize) {
+fn arrange(points: &mut [MeasuredSample], axis: usize) {
     if points.len() > 1 {
         let middle = points.len() / 2;
-        let along = |a: &Measured, b: &Measured| a.at[axis].total_cmp(&b.at[axis]);
+        let along = |a: &MeasuredSample, b: &MeasuredSample| a.at[axis].total_cmp(&b.at[axis]);
         let (low, _, high) = points.select_nth_unstable_by(middle, along);
         arrange(low, (axis + 1) % 3);
         arrange(high, (axis + 1) % 3);
@@ -122,7 +122,7 @@ fn arrange(points: &mut [Measured], axis: usize) {
 }
 
 /// Adds all points nearer than the square root of `within`.
-fn visit(points: &[Measured], axis: usize, at: Vec3, within: f32, found: &mut Found) {
+fn visit(points: &[MeasuredSample], axis: usize, at: Vec3, within: f32, found: &mut Found) {
     let middle = points.len() / 2;
     let (low, rest) = points.split_at(middle);
     let Some((point, high)) = rest.split_first() else {

@@ -1,19 +1,19 @@
-//! Pictures to compare, from files of any kind.
+//! Images to compare, from files of any kind.
 
-use crate::assets::picture::{Encoding, Picture};
+use crate::assets::image_data::{Encoding, ImageData};
 use crate::budget::Budget;
-use crate::film::{self, Image, Loaded, PixelBounds, ReadError};
+use crate::film::{self, Image, LoadedImage, PixelBounds, ReadError};
 use crate::math::color::linear_from_srgb;
 use crate::math::{Rgb, UVec2};
 use std::path::{Path, PathBuf};
 
-/// A picture and what its file is.
+/// An image and what its file is.
 pub struct Input {
     pub path: PathBuf,
-    pub loaded: Loaded,
+    pub loaded: LoadedImage,
     /// Values were decoded from sRGB: eight or sixteen bits, nothing brighter than white.
     pub srgb: bool,
-    /// The file knows what part of the full picture it holds.
+    /// The file knows what part of the full image it holds.
     windowed: bool,
 }
 
@@ -71,21 +71,21 @@ fn read(path: &Path) -> Result<Input, String> {
             });
         }
         Err(error @ ReadError::Window(_)) => return Err(error.to_string()),
-        // Grey, or with channels of other names, or another format altogether.
+        // Gray, or with channels of other names, or another format altogether.
         Err(_) => {}
     }
-    let picture = Picture::load(path, &budget).map_err(|e| e.to_string())?;
-    let size = [picture.width, picture.height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let image = ImageData::load(path, &budget).map_err(|e| e.to_string())?;
+    let size = [image.width, image.height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     let resolution = UVec2::from(size);
-    let srgb = picture.encoding == Encoding::Srgb;
+    let srgb = image.encoding == Encoding::Srgb;
     let decode = |p: &Rgb| if srgb { p.map(linear_from_srgb) } else { *p };
     Ok(Input {
         path: path.to_owned(),
-        loaded: Loaded {
+        loaded: LoadedImage {
             image: Image {
                 resolution,
                 bounds: PixelBounds::new(UVec2::ZERO, resolution),
-                pixels: picture.texels().iter().map(decode).collect(),
+                pixels: image.texels().iter().map(decode).collect(),
                 variance: None,
             },
             spp: None,

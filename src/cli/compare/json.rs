@@ -3,7 +3,7 @@
 use super::{Input, Report};
 use crate::compare::flip::FlipMap;
 use crate::compare::{
-    CHANNELS, Correction, Estimate, Level, NoiseSource, Picture, Statistic, Uniformity,
+    CHANNELS, Correction, Estimate, Level, NoiseSource, Side, Statistic, Uniformity,
 };
 use crate::film::PixelBounds;
 use serde_json::{Map, Value, json};
@@ -16,7 +16,7 @@ pub fn text(report: &Report) -> Result<String, String> {
 fn value(report: &Report) -> Value {
     let comparison = &report.comparison;
     let verdict = &comparison.verdict;
-    let pictures = [Picture::A, Picture::B].map(|which| picture(report, which));
+    let images = [Side::A, Side::B].map(|which| image(report, which));
     json!({
         "agree": comparison.agrees(),
         "verdict": comparison.sentence(),
@@ -32,14 +32,14 @@ fn value(report: &Report) -> Value {
             NoiseSource::None => "none",
             _ => "spatial",
         },
-        "a": pictures[0],
-        "b": pictures[1],
+        "a": images[0],
+        "b": images[1],
         "pixels_left_out": comparison.non_finite.left_out,
         "levels": verdict.levels.iter().map(level).collect::<Vec<_>>(),
         "uniformity": comparison.uniformity.iter().map(uniformity).collect::<Vec<_>>(),
-        "neighbour_correlation": {
-            "value": comparison.neighbours.correlation,
-            "standard_error": comparison.neighbours.error,
+        "neighbor_correlation": {
+            "value": comparison.neighbors.correlation,
+            "standard_error": comparison.neighbors.error,
         },
         "metrics": metrics(report),
         "flip": report.flip.as_ref().map(|flip| json!({
@@ -55,7 +55,7 @@ fn value(report: &Report) -> Value {
     })
 }
 
-fn picture(report: &Report, which: Picture) -> Value {
+fn image(report: &Report, which: Side) -> Value {
     let input: &Input = &report.inputs[which as usize];
     let estimate = Estimate::of(&input.loaded);
     let non_finite = report.comparison.non_finite.of(which);
@@ -80,7 +80,7 @@ fn level(level: &Level) -> Value {
         "side": level.side,
         "statistic": match level.statistic {
             Statistic::Mean => "mean",
-            Statistic::Neighbours => "neighbours",
+            Statistic::Neighbors => "neighbors",
         },
         "tests": level.tests,
         "differ": level.rejected,

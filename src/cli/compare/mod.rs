@@ -1,4 +1,4 @@
-//! `fstop compare A B`: do two pictures show the same?
+//! `fstop compare A B`: do two images show the same?
 
 mod input;
 mod json;
@@ -20,26 +20,26 @@ use std::process::ExitCode;
 
 /// Two lines of use, for the long help.
 const EXAMPLES: &str = "Examples:
-  fstop compare picture.exr reference.exr
+  fstop compare image.exr reference.exr
   fstop compare a.exr b.exr --json --html page.html";
 
 /// Arguments of `fstop compare`.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct CompareArgs {
-    /// Picture (.exr, .pfm, .hdr; .png, .tga, .jpg are taken for sRGB)
+    /// Side (.exr, .pfm, .hdr; .png, .tga, .jpg are taken for sRGB)
     #[arg(value_name = "A")]
     a: PathBuf,
-    /// Picture to compare with: the reference
+    /// Side to compare with: the reference
     #[arg(value_name = "B")]
     b: PathBuf,
     /// Print JSON instead of text
     #[arg(help_heading = "Output", long)]
     json: bool,
-    /// Write one page with both pictures, their differences and all numbers, readable without network
+    /// Write one page with both images, their differences and all numbers, readable without network
     #[arg(help_heading = "Output", long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Probability, at most, that pictures of the same expectation are said to differ
+    /// Probability, at most, that images of the same expectation are said to differ
     #[arg(help_heading = "How they are compared", long, value_name = "P", default_value_t = Options::default().alpha, value_parser = probability, allow_negative_numbers = true)]
     alpha: f64,
     /// Sides of the blocks of pixels that are tested, besides single pixels and the whole
@@ -82,7 +82,7 @@ enum NoiseArg {
     Stored,
     /// The scatter of the difference within blocks
     Spatial,
-    /// There is none: pictures of the same seed, drawings
+    /// There is none: images of the same seed, drawings
     None,
 }
 
@@ -133,13 +133,13 @@ struct Report {
 
 /// Both kinds of FLIP.
 struct Flip {
-    /// As a screen shows the pictures at exposure 0.
+    /// As a screen shows the images at exposure 0.
     ldr: FlipMap,
-    /// Over the reference's range of exposures; `None` where both pictures are LDR anyway.
+    /// Over the reference's range of exposures; `None` where both images are LDR anyway.
     hdr: Option<(ExposureRange, FlipMap)>,
 }
 
-/// Compares two pictures.
+/// Compares two images.
 pub fn run(args: &CompareArgs) -> ExitCode {
     match report(args) {
         Ok(true) => ExitCode::SUCCESS,
@@ -180,7 +180,7 @@ fn report(args: &CompareArgs) -> Result<bool, String> {
     Ok(report.comparison.agrees())
 }
 
-/// FLIP, of pictures whose broken pixels are black in both.
+/// FLIP, of images whose broken pixels are black in both.
 fn see(inputs: &[Input; 2]) -> Flip {
     let [a, b] = inputs.each_ref().map(|input| &input.loaded.image);
     let finite: Vec<bool> = a

@@ -1,4 +1,4 @@
-//! A comparison as one page that needs nothing else: pictures, maps, tables.
+//! A comparison as one page that needs nothing else: images, maps, tables.
 
 use super::raster::{MAX_PIXELS, Reduction};
 use super::text::{level_row, numbers, ratio};
@@ -49,7 +49,7 @@ pub fn html(report: &Report, p: &Image) -> String {
     page += &tests(report);
     page += &metrics(report);
     page += &histograms(report);
-    page += &pictures(report);
+    page += &images(report);
     page += "</div>\n</main>\n";
     page += &data(report, p, reduction);
     let _ = write!(page, "<script>\n{SCRIPT}</script>\n</body>\n</html>\n");
@@ -88,8 +88,8 @@ fn viewer(report: &Report, reduction: Reduction) -> String {
         let size = reduction.size();
         format!(
             "<p class=\"aside\">Shown at {} × {} pixels, each the mean of {f} × {f} (maps: the most striking \
-             of them): pictures of more than {MAX_PIXELS} pixels are carried smaller. All numbers are of the \
-             full picture.</p>\n",
+             of them): images of more than {MAX_PIXELS} pixels are carried smaller. All numbers are of the \
+             full image.</p>\n",
             size.x,
             size.y,
             f = reduction.factor
@@ -103,17 +103,17 @@ fn viewer(report: &Report, reduction: Reduction) -> String {
         )
     };
     format!(
-        "<section id=\"viewer\" aria-label=\"Pictures\">\n<fieldset>\n<legend>Show</legend>\n{radios}</fieldset>\n\
+        "<section id=\"viewer\" aria-label=\"Images\">\n<fieldset>\n<legend>Show</legend>\n{radios}</fieldset>\n\
          <div class=\"controls\">\n{}{}{}{}</div>\n\
          <div id=\"stage\"><div id=\"frame\"><canvas id=\"canvas\" tabindex=\"0\" role=\"img\" aria-label=\"The \
-         chosen picture; arrow keys move the pixel that is read out\"></canvas><i id=\"line\"></i></div></div>\n\
+         chosen image; arrow keys move the pixel that is read out\"></canvas><i id=\"line\"></i></div></div>\n\
          <canvas id=\"legend\" width=\"512\" height=\"12\" aria-hidden=\"true\"></canvas>\n\
-         <p id=\"scale\"></p>\n<p id=\"readout\" aria-live=\"polite\">Point at a pixel, or focus the picture and \
-         use the arrow keys.</p>\n{shown}<noscript><p>The pictures need JavaScript; all numbers are \
+         <p id=\"scale\"></p>\n<p id=\"readout\" aria-live=\"polite\">Point at a pixel, or focus the image and \
+         use the arrow keys.</p>\n{shown}<noscript><p>The images need JavaScript; all numbers are \
          below.</p></noscript>\n</section>\n",
         slider("exposure", "Exposure", ["-10", "10", "0.25", "0"]),
         slider("divide", "Wipe", ["0", "1", "0.001", "0.5"]),
-        slider("range", "Colour scale", ["-6", "2", "0.1", "-1"]),
+        slider("range", "Color scale", ["-6", "2", "0.1", "-1"]),
         slider("zoom", "Zoom", ["0", "4", "1", "0"]),
     )
 }
@@ -174,7 +174,7 @@ fn metrics(report: &Report) -> String {
     means + &table("metrics", "Differences", &["number", "value"], rows)
 }
 
-fn pictures(report: &Report) -> String {
+fn images(report: &Report) -> String {
     let rows = ["A", "B"]
         .iter()
         .zip(&report.inputs)
@@ -234,7 +234,7 @@ fn histogram(uniformity: &Uniformity) -> String {
     )
 }
 
-/// The pictures and maps, as JSON that no browser runs.
+/// The images and maps, as JSON that no browser runs.
 fn data(report: &Report, p: &Image, reduction: Reduction) -> String {
     let [a, b] = report
         .inputs

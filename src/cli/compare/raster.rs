@@ -1,5 +1,5 @@
-//! Pictures and maps as the page carries them: base64 of half floats or of bytes, smaller where the
-//! picture is large.
+//! Images and maps as the page carries them: base64 of half floats or of bytes, smaller where the
+//! image is large.
 
 use crate::film::Image;
 use crate::math::{Rgb, UVec2};
@@ -7,19 +7,19 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use half::f16;
 
-/// Pixels a picture may have on the page, 16 MB of text for both; larger ones are shown smaller.
+/// Pixels an image may have on the page, 16 MB of text for both; larger ones are shown smaller.
 pub const MAX_PIXELS: u64 = 1 << 20;
 
-/// How a picture is cut into the squares of pixels that become one.
+/// How an image is cut into the squares of pixels that become one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reduction {
     full: UVec2,
-    /// Side of the squares: 1 for pictures that fit.
+    /// Side of the squares: 1 for images that fit.
     pub factor: u32,
 }
 
 impl Reduction {
-    /// The least that makes a picture fit into `most` pixels.
+    /// The least that makes an image fit into `most` pixels.
     pub fn new(full: UVec2, most: u64) -> Reduction {
         let fits = |factor: u32| {
             let size = full.map(|n| n.div_ceil(factor));
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn large_pictures_shrink_and_small_ones_do_not() {
+    fn large_images_shrink_and_small_ones_do_not() {
         let of = |x, y| Reduction::new(UVec2::new(x, y), MAX_PIXELS);
         assert_eq!((of(1024, 1024).factor, of(1025, 1024).factor), (1, 2));
         assert_eq!(of(4000, 3000).size(), UVec2::new(1000, 750));
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn squares_are_means_of_pictures_and_maxima_of_maps() {
+    fn squares_are_means_of_images_and_maxima_of_maps() {
         let mut image = Image::black(UVec2::new(3, 2));
         for (i, p) in image.pixels.iter_mut().enumerate() {
             *p = Rgb::splat(i as f32);

@@ -51,7 +51,7 @@ pub fn text(report: &Report) -> String {
 pub fn level_name(level: &Level) -> String {
     match level.statistic {
         Statistic::Mean => blocks(level.side),
-        Statistic::Neighbours => format!("neighbours in {}", blocks(level.side)),
+        Statistic::Neighbors => format!("neighbors in {}", blocks(level.side)),
     }
 }
 
@@ -104,7 +104,7 @@ pub fn ratio(report: &Report, channel: usize) -> String {
     }
 }
 
-/// Names and values of all that is one number for the whole picture.
+/// Names and values of all that is one number for the whole image.
 pub fn numbers(report: &Report) -> Vec<(&'static str, String)> {
     let metrics = &report.comparison.metrics;
     let mut mse = format!("{:.4e}", metrics.mse);
@@ -159,7 +159,7 @@ pub fn numbers(report: &Report) -> Vec<(&'static str, String)> {
 
 fn decibel(psnr: f64) -> String {
     if psnr.is_infinite() && psnr > 0.0 {
-        "infinite: the pictures are equal".to_owned()
+        "infinite: the images are equal".to_owned()
     } else {
         format!("{psnr:.2} dB")
     }

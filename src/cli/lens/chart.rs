@@ -4,16 +4,16 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::ops::Range;
 
-/// A picture being drawn.
+/// An image being drawn.
 pub type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// The backend counts in whole pixels, so pictures are drawn so much larger than they are shown.
+/// The backend counts in whole pixels, so images are drawn so much larger than they are shown.
 pub const FINE: u32 = 4;
 
 /// Text height on axes, in drawn pixels.
 const TEXT: u32 = 13 * FINE;
 
-/// Blue, vermilion, green, purple, orange: told apart by people who see colours differently (Okabe and Ito, "Color universal design",
+/// Blue, vermilion, green, purple, orange: told apart by people who see colors differently (Okabe and Ito, "Color universal design",
 /// 2008).
 pub const PALETTE: [RGBColor; 5] = [
     RGBColor(0, 114, 178),
@@ -60,7 +60,7 @@ pub struct Chart {
     pub legend: Option<SeriesLabelPosition>,
 }
 
-/// Draws a picture of `size` as shown on the page, as SVG text.
+/// Draws an image of `size` as shown on the page, as SVG text.
 pub fn svg(
     size: (u32, u32),
     draw: impl FnOnce(&Canvas) -> Result<(), Failure>,
@@ -78,7 +78,7 @@ pub fn svg(
     Ok(text.replacen(&drawn, &shown, 1))
 }
 
-/// Why a picture could not be drawn.
+/// Why an image could not be drawn.
 pub type Failure = String;
 
 /// Turns the library's errors into ours.
@@ -87,17 +87,17 @@ pub fn failure(error: impl std::fmt::Display) -> Failure {
 }
 
 impl Chart {
-    /// As a picture of its own.
+    /// As an image of its own.
     pub fn svg(&self, size: (u32, u32)) -> Result<String, Failure> {
         svg(size, |canvas| self.draw(canvas))
     }
 
-    /// Onto a part of a picture.
+    /// Onto a part of an image.
     pub fn draw(&self, canvas: &Canvas) -> Result<(), Failure> {
         self.draw_and_locate(canvas, std::iter::empty()).map(drop)
     }
 
-    /// Onto a part of a picture; returns where in the picture `points` lie.
+    /// Onto a part of an image; returns where in the image `points` lie.
     pub fn draw_and_locate(
         &self,
         canvas: &Canvas,
@@ -205,7 +205,7 @@ fn step(range: &Range<f64>) -> f64 {
     (range.end - range.start).abs() / 8.0
 }
 
-/// A number with as many decimals as tell neighbouring labels apart.
+/// A number with as many decimals as tell neighboring labels apart.
 fn number(value: f64, step: f64) -> String {
     let decimals = (-step.log10()).ceil().clamp(0.0, 9.0) as usize;
     // Rounding must not leave a minus before a zero.

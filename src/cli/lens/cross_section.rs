@@ -6,10 +6,10 @@ use crate::optics::pupil::RINGS;
 use crate::optics::{ExitPupil, Lens, Surface};
 use std::fmt::Write;
 
-/// Width of the picture in pixels.
+/// Width of the image in pixels.
 const WIDTH: f64 = 960.0;
 
-/// Parts of half the film diagonal (or of the image circle, where that is smaller) whose beams are drawn, with colours as in the charts.
+/// Parts of half the film diagonal (or of the image circle, where that is smaller) whose beams are drawn, with colors as in the charts.
 const FIELDS: [(f64, &str, usize); 3] = [
     (0.0, "#0072b2", 7),
     (0.7, "#d55e00", 5),
@@ -36,9 +36,9 @@ struct Scene<'a> {
 /// Draws `lens` before `film` as an SVG document, with rays from `object`.
 pub fn svg(lens: &Lens, film: Film, object: ObjectPlane) -> String {
     let scene = Scene::new(lens, film, object);
-    let mut picture = Picture::new(scene.z, scene.y);
-    scene.draw(&mut picture);
-    picture.finish()
+    let mut image = Drawing::new(scene.z, scene.y);
+    scene.draw(&mut image);
+    image.finish()
 }
 
 impl<'a> Scene<'a> {
@@ -68,7 +68,7 @@ impl<'a> Scene<'a> {
             y: [half_height; 2],
         };
         scene.trace_fans(0.2 * total, object);
-        // Pupils near the lens belong into the picture.
+        // Pupils near the lens belong into the image.
         for pupil in scene.pupils().collect::<Vec<_>>() {
             if (-0.6 * total..1.4 * total).contains(&pupil.z) {
                 scene.z = [
@@ -121,11 +121,11 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn draw(&self, picture: &mut Picture) {
-        picture.line(&[[self.z[0], 0.0], [self.z[1], 0.0]], "axis");
+    fn draw(&self, image: &mut Drawing) {
+        image.line(&[[self.z[0], 0.0], [self.z[1], 0.0]], "axis");
         for (i, pair) in self.lens.surfaces().windows(2).enumerate() {
             if pair[0].index != 1.0 && !(pair[0].is_stop && pair[1].is_stop) {
-                self.draw_glass(picture, i);
+                self.draw_glass(image, i);
             }
         }
         for (i, s) in self.lens.surfaces().iter().enumerate() {
@@ -133,21 +133,21 @@ impl<'a> Scene<'a> {
             if s.is_stop && s.curvature() == 0.0 {
                 continue;
             }
-            picture.line(&self.arc(i, s.clear_radius()), "surface");
+            image.line(&self.arc(i, s.clear_radius()), "surface");
         }
         for (color, rays) in &self.fans {
             for ray in rays {
-                picture.ray(ray, color);
+                image.ray(ray, color);
             }
         }
-        self.draw_stops(picture);
-        self.draw_pupils(picture);
+        self.draw_stops(image);
+        self.draw_pupils(image);
         let half = 0.5 * self.film.diagonal();
         let z = self.lens.film_z();
-        picture.line(&[[z, -half], [z, half]], "film");
-        picture.label([z, half], "film", "middle", -6.0);
-        picture.ruler(&self.marks());
-        picture.legend();
+        image.line(&[[z, -half], [z, half]], "film");
+        image.label([z, half], "film", "middle", -6.0);
+        image.ruler(&self.marks());
+        image.legend();
     }
 
     /// Surface `i` from −`radius` to `radius`.
@@ -162,7 +162,7 @@ impl<'a> Scene<'a> {
 
     /// The glass between surfaces `i` and `i + 1`. Where their diameters differ, the smaller one goes on as a plane rim to
     /// the edge of the larger.
-    fn draw_glass(&self, picture: &mut Picture, i: usize) {
+    fn draw_glass(&self, image: &mut Drawing, i: usize) {
         let radius = |k: usize| self.lens.surfaces()[k].clear_radius();
         let edge = radius(i).max(radius(i + 1));
         let mut outline = self.arc(i, radius(i));
@@ -176,33 +176,33 @@ impl<'a> Scene<'a> {
         outline.extend([front_end, back_start]);
         outline.extend(back);
         outline.extend([back_end, front_start]);
-        picture.glass(&outline, self.lens.surfaces()[i].index);
+        image.glass(&outline, self.lens.surfaces()[i].index);
     }
 
-    fn draw_stops(&self, picture: &mut Picture) {
+    fn draw_stops(&self, image: &mut Drawing) {
         for (s, z) in self.lens.surfaces().iter().zip(&self.vertices) {
             if s.is_stop {
                 let inner = 0.5 * s.aperture;
                 let tall = self.y[0].max(self.y[1]);
                 let outer = inner.max(0.06 * tall) + 0.14 * tall;
                 for side in [-1.0, 1.0] {
-                    picture.line(&[[*z, side * inner], [*z, side * outer]], "stop");
+                    image.line(&[[*z, side * inner], [*z, side * outer]], "stop");
                 }
             }
         }
     }
 
-    fn draw_pupils(&self, picture: &mut Picture) {
+    fn draw_pupils(&self, image: &mut Drawing) {
         let p = self.lens.paraxial();
         for (pupil, class) in [(p.entrance_pupil, "entrance"), (p.exit_pupil, "exit")] {
             let Some(pupil) = pupil.filter(|p| self.z[0] <= p.z && p.z <= self.z[1]) else {
                 continue;
             };
             let half = 0.5 * pupil.diameter;
-            picture.line(&[[pupil.z, -half], [pupil.z, half]], class);
+            image.line(&[[pupil.z, -half], [pupil.z, half]], class);
             for y in [-half, half] {
                 let tick = 0.008 * (self.z[1] - self.z[0]);
-                picture.line(&[[pupil.z - tick, y], [pupil.z + tick, y]], class);
+                image.line(&[[pupil.z - tick, y], [pupil.z + tick, y]], class);
             }
         }
     }
@@ -252,7 +252,7 @@ fn fan(lens: &Lens, beam: &Beam, count: usize) -> Vec<f64> {
 }
 
 /// An SVG document, y upward from the axis in mm.
-struct Picture {
+struct Drawing {
     body: String,
     z: [f64; 2],
     /// Pixels per mm.
@@ -267,10 +267,10 @@ struct Picture {
 const MARGIN: f64 = 18.0;
 const RULER: f64 = 98.0;
 
-impl Picture {
-    fn new(z: [f64; 2], y: [f64; 2]) -> Picture {
+impl Drawing {
+    fn new(z: [f64; 2], y: [f64; 2]) -> Drawing {
         let scale = (WIDTH - 2.0 * MARGIN) / (z[1] - z[0]);
-        Picture {
+        Drawing {
             body: String::new(),
             z,
             scale,

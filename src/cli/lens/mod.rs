@@ -2,13 +2,13 @@
 
 pub(in crate::cli) mod chart;
 mod cross_section;
+mod images;
 mod page;
-mod pictures;
 mod plots;
 
 use super::{BAD_INPUT, messages};
 use crate::console;
-use crate::optics::analysis::{Colour, Effort, Film, LensAnalysis, ObjectPlane};
+use crate::optics::analysis::{Color, Effort, Film, LensAnalysis, ObjectPlane};
 use crate::optics::best_focus;
 use crate::optics::{Lens, LensReport, Prescription};
 use crate::output;
@@ -36,7 +36,7 @@ pub struct LensArgs {
         allow_negative_numbers = true
     )]
     aperture: Option<f64>,
-    /// Focus at this distance from the film, in metres (`inf` for infinity); `best` or `best:M` for the film of the
+    /// Focus at this distance from the film, in meters (`inf` for infinity); `best` or `best:M` for the film of the
     /// smallest spot of real rays instead of Gaussian focus
     #[arg(
         help_heading = "How it is mounted",
@@ -77,9 +77,14 @@ pub struct LensArgs {
     /// Write one page with all plots, readable without network, to this HTML file
     #[arg(help_heading = "Output", long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Write each picture of the page to this folder, in one subfolder per lens, with an overview README.md
-    #[arg(help_heading = "Output", long, value_name = "FOLDER")]
-    pictures: Option<PathBuf>,
+    /// Write each image of the page to this folder, in one subfolder per lens, with an overview README.md
+    #[arg(
+        help_heading = "Output",
+        long,
+        visible_alias = "pictures",
+        value_name = "FOLDER"
+    )]
+    images: Option<PathBuf>,
 }
 
 /// Where to focus.
@@ -95,17 +100,17 @@ impl std::str::FromStr for Focus {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Focus, String> {
-        let (best, metres) = match text.split_once(':') {
-            Some(("best", metres)) => (true, metres),
+        let (best, meters) = match text.split_once(':') {
+            Some(("best", meters)) => (true, meters),
             _ if text == "best" => (true, "inf"),
             _ => (false, text),
         };
-        match metres.parse::<f64>() {
+        match meters.parse::<f64>() {
             Ok(m) if m > 0.0 => Ok(Focus {
                 distance: 1e3 * m,
                 best,
             }),
-            _ => Err("expected a distance in metres, `inf`, `best` or `best:M`".to_string()),
+            _ => Err("expected a distance in meters, `inf`, `best` or `best:M`".to_string()),
         }
     }
 }
@@ -124,7 +129,7 @@ impl Bench {
     /// Traces real rays over the field.
     fn analysis(&self) -> LensAnalysis {
         let mut analysis = LensAnalysis::new(&self.lens, self.film, self.object, &Effort::REPORT);
-        analysis.colour = Colour::new(
+        analysis.color = Color::new(
             &self.prescription,
             self.lens.film_distance(),
             analysis.image_radius,
@@ -146,7 +151,7 @@ pub fn run(args: &LensArgs) -> ExitCode {
 
 fn describe_all(args: &LensArgs) -> Result<(), String> {
     if args.lenses.len() > 1 && (args.svg.is_some() || args.report.is_some()) {
-        return Err("--svg and --report take one lens; --pictures takes several".to_string());
+        return Err("--svg and --report take one lens; --images takes several".to_string());
     }
     if !(args.film_diagonal > 0.0 && args.film_diagonal.is_finite()) {
         return Err(format!(
@@ -162,7 +167,7 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
         let named = |e: String| format!("{}: {e}", path.display());
         let bench = mount(args, path).map_err(named)?;
         let report = LensReport::new(&bench.lens);
-        let wanted = args.analysis || args.report.is_some() || args.pictures.is_some();
+        let wanted = args.analysis || args.report.is_some() || args.images.is_some();
         let analysis = wanted.then(|| bench.analysis());
         if let Some(file) = &args.svg {
             write(
@@ -175,17 +180,17 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
             if let Some(file) = &args.report {
                 write(file, &page::html(&content))?;
             }
-            if let Some(folder) = &args.pictures {
-                overview.push(pictures::write_all(folder, &content)?);
+            if let Some(folder) = &args.images {
+                overview.push(images::write_all(folder, &content)?);
             }
         }
         let shown = analysis.filter(|_| args.analysis);
         console::answer(text(args, path, &report, shown)?)?;
     }
-    match &args.pictures {
+    match &args.images {
         Some(folder) => write(
             &folder.join("README.md"),
-            &pictures::readme(&overview, &command()),
+            &images::readme(&overview, &command()),
         ),
         None => Ok(()),
     }
@@ -342,7 +347,7 @@ mod tests {
             "MTF over the field",
             "Distortion",
             "Relative illumination",
-            "Lateral colour",
+            "Lateral color",
             "Pupil sampling",
             "Focus table",
             "Prescription",

@@ -4,10 +4,10 @@ use super::chart::Failure;
 use super::{Bench, cross_section, plots};
 use crate::optics::LensReport;
 use crate::optics::analysis::LensAnalysis;
-use crate::optics::analysis::text::metres;
+use crate::optics::analysis::text::meters;
 use std::fmt::Write;
 
-/// One picture of the report with what is said about it.
+/// One image of the report with what is said about it.
 pub struct Figure {
     /// File name without ending, and the anchor on the page.
     pub slug: &'static str,
@@ -31,7 +31,7 @@ pub struct Content<'a> {
 }
 
 impl<'a> Content<'a> {
-    /// Draws all pictures of a lens.
+    /// Draws all images of a lens.
     pub fn new(
         bench: &Bench,
         report: &'a LensReport,
@@ -61,7 +61,7 @@ impl<'a> Content<'a> {
     /// Where it is focused, in words.
     pub fn focus(&self) -> String {
         match self.object_distance {
-            Some(distance) => format!("focused {} m from the film", metres(distance)),
+            Some(distance) => format!("focused {} m from the film", meters(distance)),
             None => "focused at infinity".to_string(),
         }
     }
@@ -85,7 +85,7 @@ fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failur
             cross_section::svg(&bench.lens, bench.film, bench.object),
             "To scale; light comes from the left. Blue: the beam of the middle of the film; vermilion and green: those of 0.7 \
              and 1 of half its diagonal (of the image circle, where that is smaller). S stop, F F′ focal points, H H′ principal planes, E E′ entrance and exit pupil (drawn \
-             dashed and dotted), as far as they lie within the picture. The darker the glass, the higher its index."
+             dashed and dotted), as far as they lie within the image. The darker the glass, the higher its index."
                 .to_string(),
         ),
         figure(
@@ -141,17 +141,17 @@ fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failur
                 .to_string(),
         ),
     ];
-    if let Some(colour) = &analysis.colour {
+    if let Some(color) = &analysis.color {
         figures.insert(
             4,
             figure(
-                "colour",
-                "Lateral colour",
-                plots::lateral_colour(analysis, colour)?,
+                "color",
+                "Lateral color",
+                plots::lateral_color(analysis, color)?,
                 format!(
                     "How much farther from the middle of the film blue and red light of a direction arrives than yellow (d). Indices from \
                      the Abbe numbers by a Cauchy formula of three terms. Blue focuses {} mm behind red.",
-                    cell(colour.longitudinal, 3)
+                    cell(color.longitudinal, 3)
                 ),
             ),
         );
@@ -198,7 +198,7 @@ pub fn html(content: &Content) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <title>{title}</title>\n<style>{STYLE}</style></head>\n<body>\n{body}\
-         <footer>Made by fstop {}. Lengths in millimetres, z from the front vertex toward the film, d line (587.56 nm).</footer>\n\
+         <footer>Made by fstop {}. Lengths in millimeters, z from the front vertex toward the film, d line (587.56 nm).</footer>\n\
          </body></html>\n",
         env!("CARGO_PKG_VERSION")
     )
@@ -304,7 +304,7 @@ fn field_table(analysis: &LensAnalysis) -> String {
 fn focus_table(analysis: &LensAnalysis) -> String {
     let distance = |mm: f64| {
         if mm.is_finite() {
-            metres(mm)
+            meters(mm)
         } else {
             "∞".to_string()
         }

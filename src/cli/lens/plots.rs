@@ -1,7 +1,7 @@
 //! The charts of the lens report.
 
 use super::chart::{self, Canvas, Chart, Curve, Failure, PALETTE, Stroke, round_up};
-use crate::optics::analysis::{Colour, FieldPoint, LateralColour, LensAnalysis, MTF_FREQUENCIES};
+use crate::optics::analysis::{Color, FieldPoint, LateralColor, LensAnalysis, MTF_FREQUENCIES};
 use plotters::prelude::SeriesLabelPosition;
 use std::fmt::Write;
 use std::ops::Range;
@@ -115,7 +115,7 @@ pub fn illumination(analysis: &LensAnalysis) -> Result<String, Failure> {
         .fold(100.0, f64::max);
     over_field(
         analysis,
-        "illumination (% of the centre)",
+        "illumination (% of the center)",
         0.0..top * 1.05,
         curves,
     )
@@ -139,13 +139,13 @@ pub fn mtf(analysis: &LensAnalysis) -> Result<String, Failure> {
     over_field(analysis, "contrast", 0.0..1.0, curves).svg((SIZE.0, 460))
 }
 
-/// Lateral colour against film height.
-pub fn lateral_colour(analysis: &LensAnalysis, colour: &Colour) -> Result<String, Failure> {
-    let curve = |name: &str, color, value: fn(&LateralColour) -> f64| Curve {
+/// Lateral color against film height.
+pub fn lateral_color(analysis: &LensAnalysis, color: &Color) -> Result<String, Failure> {
+    let curve = |name: &str, stroke_color, value: fn(&LateralColor) -> f64| Curve {
         name: name.to_string(),
-        color,
+        color: stroke_color,
         stroke: Stroke::Solid,
-        points: colour
+        points: color
             .lateral
             .iter()
             .map(|p| (p.height, 1e3 * value(p)))
@@ -157,7 +157,7 @@ pub fn lateral_colour(analysis: &LensAnalysis, colour: &Colour) -> Result<String
     ];
     let values = curves.iter().flat_map(|c| &c.points).map(|p| p.1.abs());
     let limit = round_up(values.fold(0.1, f64::max));
-    over_field(analysis, "lateral colour (µm)", -limit..limit, curves).svg(SIZE)
+    over_field(analysis, "lateral color (µm)", -limit..limit, curves).svg(SIZE)
 }
 
 /// Part of the sampled rays that get through, against film height.
@@ -203,7 +203,7 @@ pub fn spots(analysis: &LensAnalysis) -> Result<String, Failure> {
         .fold(1e-4, f64::max);
     let limit = round_up(1e3 * reach);
     let mut dots = String::new();
-    let picture = panels(analysis.spots.len(), 1, (200, 186), |canvas, i, _| {
+    let image = panels(analysis.spots.len(), 1, (200, 186), |canvas, i, _| {
         let spot = &analysis.spots[i];
         let c = spot.centroid();
         let title = format!(
@@ -241,7 +241,7 @@ pub fn spots(analysis: &LensAnalysis) -> Result<String, Failure> {
         "<path d=\"{dots}\" fill=\"none\" stroke=\"#0072b2\" stroke-width=\"{}\" stroke-linecap=\"round\"/>\n</svg>",
         1.3 * f64::from(chart::FINE)
     );
-    Ok(picture.replacen("</svg>", &path, 1))
+    Ok(image.replacen("</svg>", &path, 1))
 }
 
 /// The rms radius over all rays where the field points have it, which is better than that of the rays drawn.
@@ -300,7 +300,7 @@ pub fn fans(analysis: &LensAnalysis) -> Result<String, Failure> {
     })
 }
 
-/// A picture of equal panels: `draw` gets each with its column and row.
+/// An image of equal panels: `draw` gets each with its column and row.
 fn panels(
     columns: usize,
     rows: usize,

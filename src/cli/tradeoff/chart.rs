@@ -3,7 +3,7 @@
 use crate::cli::lens::chart::{FINE, Failure, failure, svg};
 use plotters::prelude::*;
 
-/// What is shown in one colour.
+/// What is shown in one color.
 pub struct Series {
     /// In the legend.
     pub name: String,
@@ -15,7 +15,7 @@ pub struct Series {
 
 const TEXT: u32 = 12 * FINE;
 
-/// One for each knob; they remain apart for colour-blind eyes (Okabe and Ito 2008, yellow darkened).
+/// One for each setting; they remain apart for color-blind eyes (Okabe and Ito 2008, yellow darkened).
 const PALETTE: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -54,7 +54,7 @@ pub fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Failure> {
             .map_err(failure)?;
         chart
             .configure_mesh()
-            .x_desc("processor seconds for a picture")
+            .x_desc("processor seconds for an image")
             .y_desc("relative error (%)")
             .x_label_formatter(&|v| tick(*v))
             .y_label_formatter(&|v| tick(*v))

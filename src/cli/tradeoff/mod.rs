@@ -1,4 +1,4 @@
-//! `fstop tradeoff SCENE`: what each knob costs and buys on this scene.
+//! `fstop tradeoff SCENE`: what each setting costs and buys on this scene.
 
 mod chart;
 mod page;
@@ -10,7 +10,7 @@ use crate::build;
 use crate::console;
 use crate::output;
 use crate::scene::Frame;
-use crate::tradeoff::{Estimate, Measured, Settings, Study, study};
+use crate::tradeoff::{Estimate, Measurement, Settings, Study, study};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -34,7 +34,7 @@ pub struct TradeoffArgs {
     /// Seconds the study may take; twice the time makes its numbers 1.4 times as sharp
     #[arg(help_heading = "How it is measured", long, value_parser = super::goal::seconds, default_value = "60", allow_hyphen_values = true, value_name = "SECONDS")]
     time: Duration,
-    /// Render the picture at its full size; else it is made smaller where it has more than 40000 pixels
+    /// Render the image at its full size; else it is made smaller where it has more than 40000 pixels
     #[arg(help_heading = "How it is measured", long)]
     full_size: bool,
     /// Print the result as JSON
@@ -93,7 +93,7 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
         .build()
         .map_err(|e| Some(format!("cannot start {threads} threads: {e}")))?;
     let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
-    let refused = messages::refused(&diagnostics, args.read.rigour());
+    let refused = messages::refused(&diagnostics, args.read.rigor());
     if !args.quiet || refused {
         messages::print(&diagnostics, &sources);
     }
@@ -105,7 +105,7 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
     }
     let options = frame.options.clone();
     let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
-    let refused = messages::refused(&diagnostics, args.read.rigour());
+    let refused = messages::refused(&diagnostics, args.read.rigor());
     if !args.quiet || refused {
         messages::print(&diagnostics, &sources);
     }
@@ -140,18 +140,18 @@ fn json_of(study: &Study, scene: &str) -> Value {
     let settings: Vec<Value> = study
         .measured
         .iter()
-        .map(|(rung, m)| {
+        .map(|(candidate, m)| {
             let mut value = json_of_measured(m);
-            value["knob"] = json!(rung.knob.name());
-            value["setting"] = json!(rung.setting);
+            value["setting"] = json!(candidate.setting.name());
+            value["value"] = json!(candidate.value);
             value
         })
         .collect();
     let failed: Vec<Value> = study
         .failed
         .iter()
-        .map(|(rung, why)| {
-            json!({ "knob": rung.knob.name(), "setting": rung.setting, "why": why.to_string() })
+        .map(|(candidate, why)| {
+            json!({ "setting": candidate.setting.name(), "value": candidate.value, "why": why.to_string() })
         })
         .collect();
     let recommendation = study.recommendation.as_ref().map(|r| {
@@ -159,7 +159,7 @@ fn json_of(study: &Study, scene: &str) -> Value {
             .turned
             .iter()
             .map(|&i| &study.measured[i].0)
-            .map(|rung| json!({ "knob": rung.knob.name(), "setting": rung.setting }))
+            .map(|candidate| json!({ "setting": candidate.setting.name(), "value": candidate.value }))
             .collect();
         json!({
             "relativeError": r.target,
@@ -182,7 +182,7 @@ fn json_of(study: &Study, scene: &str) -> Value {
     })
 }
 
-fn json_of_measured(m: &Measured) -> Value {
+fn json_of_measured(m: &Measurement) -> Value {
     let estimate = |e: Estimate| json!({ "value": finite(e.value), "within": finite(e.within) });
     json!({
         "spp": m.spp,

@@ -3,7 +3,7 @@
 use super::chart::{Series, log_log};
 use super::text;
 use crate::cli::lens::chart::Failure;
-use crate::tradeoff::{Knob, Measured, Rung, Study};
+use crate::tradeoff::{Candidate, Measurement, Setting, Study};
 use std::fmt::Write;
 
 const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;color:#222;background:#fff;max-width:1000px;margin:2em auto;padding:0 1em}\
@@ -24,8 +24,8 @@ pub fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, Failure>
     );
     let _ = writeln!(
         body,
-        "<figure>{}<figcaption>Each point is a setting; the line joins the scene's own settings with more and more samples. \
-         Below the line a setting is worth its time, above it more samples are.</figcaption></figure>",
+        "<figure>{}<figcaption>Each point is a value; the line joins the scene's own settings with more and more samples. \
+         Below the line a value is worth its time, above it more samples are.</figcaption></figure>",
         log_log((900, 560), &series(study))?
     );
     body += &table(study);
@@ -43,36 +43,39 @@ pub fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, Failure>
     ))
 }
 
-/// The sample ladder joined, then the other knobs.
+/// The sample candidates joined, then the other knobs.
 fn series(study: &Study) -> Vec<Series> {
-    let point = |(rung, m): &(Rung, Measured)| {
-        let label = rung.setting.clone();
+    let point = |(candidate, m): &(Candidate, Measurement)| {
+        let label = candidate.value.clone();
         (m.seconds.value, 100.0 * m.error().value, label)
     };
-    let of = |knob: Knob| -> Vec<(f64, f64, String)> {
-        let rungs = study.measured.iter().filter(|(rung, _)| rung.knob == knob);
-        rungs.map(point).collect()
+    let of = |setting: Setting| -> Vec<(f64, f64, String)> {
+        let candidates = study
+            .measured
+            .iter()
+            .filter(|(candidate, _)| candidate.setting == setting);
+        candidates.map(point).collect()
     };
-    let mut samples = of(Knob::Samples);
+    let mut samples = of(Setting::Samples);
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut all = vec![Series {
         name: "samples a pixel".into(),
         points: samples,
         joined: true,
     }];
-    for knob in [
-        Knob::Sampler,
-        Knob::LensModel,
-        Knob::Precision,
-        Knob::PupilSampling,
-        Knob::MaxDepth,
-        Knob::LightChoice,
-        Knob::Filter,
+    for setting in [
+        Setting::Sampler,
+        Setting::LensModel,
+        Setting::Precision,
+        Setting::PupilSampling,
+        Setting::MaxDepth,
+        Setting::LightChoice,
+        Setting::Filter,
     ] {
-        let points = of(knob);
+        let points = of(setting);
         if !points.is_empty() {
             all.push(Series {
-                name: knob.name().into(),
+                name: setting.name().into(),
                 points,
                 joined: false,
             });
@@ -84,15 +87,15 @@ fn series(study: &Study) -> Vec<Series> {
 fn table(study: &Study) -> String {
     let base = study.measured.first().map(|(_, m)| m);
     let mut rows = String::from(
-        "<table>\n<tr><th>knob</th><th>setting</th><th>spp</th><th>error (%)</th><th>bias (%)</th><th>processor s</th><th>efficiency</th></tr>\n",
+        "<table>\n<tr><th>setting</th><th>setting</th><th>spp</th><th>error (%)</th><th>bias (%)</th><th>processor s</th><th>efficiency</th></tr>\n",
     );
-    for (rung, m) in &study.measured {
+    for (candidate, m) in &study.measured {
         let efficiency = base.map(|base| text::number(text::relative_efficiency(m, base)));
         let _ = writeln!(
             rows,
             "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            rung.knob.name(),
-            escaped(&rung.setting),
+            candidate.setting.name(),
+            escaped(&candidate.value),
             m.spp,
             text::percent(m.error()),
             text::bias(m),

@@ -1,6 +1,6 @@
 //! The study as text.
 
-use crate::tradeoff::{Estimate, Knob, Measured, Study};
+use crate::tradeoff::{Estimate, Measurement, Setting, Study};
 use std::fmt::Write;
 
 /// The table and the sentence.
@@ -11,15 +11,15 @@ pub fn report(study: &Study, scene: &str, shrunk: bool) -> String {
     let _ = writeln!(
         text,
         "{:<15} {:<13} {:>7} {:>18} {:>18} {:>16} {:>16}",
-        "knob", "setting", "spp", "error %", "bias %", "processor s", "efficiency"
+        "setting", "value", "spp", "error %", "bias %", "processor s", "efficiency"
     );
     let base = study.measured.first().map(|(_, m)| m);
-    for (rung, m) in &study.measured {
+    for (candidate, m) in &study.measured {
         let _ = writeln!(
             text,
             "{:<15} {:<13} {:>7} {:>18} {:>18} {:>16} {:>16}",
-            rung.knob.name(),
-            rung.setting,
+            candidate.setting.name(),
+            candidate.value,
             m.spp,
             percent(m.error()),
             bias(m),
@@ -27,8 +27,13 @@ pub fn report(study: &Study, scene: &str, shrunk: bool) -> String {
             base.map_or_else(String::new, |base| number(relative_efficiency(m, base))),
         );
     }
-    for (rung, why) in &study.failed {
-        let _ = writeln!(text, "{:<15} {:<13} {why}", rung.knob.name(), rung.setting);
+    for (candidate, why) in &study.failed {
+        let _ = writeln!(
+            text,
+            "{:<15} {:<13} {why}",
+            candidate.setting.name(),
+            candidate.value
+        );
     }
     let _ = writeln!(text, "\n{}", legend(study));
     let _ = writeln!(text, "\n{}", sentence(study));
@@ -58,7 +63,7 @@ pub fn legend(study: &Study) -> String {
         )
     });
     format!(
-        "Errors are relative to the picture (root mean square over pixels and channels, dark ones kept from \
+        "Errors are relative to the image (root mean square over pixels and channels, dark ones kept from \
          deciding alone by 1 % of the mean). Bias is what more samples do not mend; textures are filtered for the \
          scene's own number of samples throughout. Efficiency is \
          1/(variance x processor time), the scene's own being 1. ± is half the 95 % confidence interval.{slope}"
@@ -74,11 +79,14 @@ pub fn sentence(study: &Study) -> String {
         .turned
         .iter()
         .map(|&i| &study.measured[i].0)
-        .map(|rung| match rung.knob {
-            Knob::Sampler | Knob::LensModel | Knob::LightChoice | Knob::PupilSampling => {
-                format!("{} \"{}\"", rung.knob.name(), rung.setting)
+        .map(|candidate| match candidate.setting {
+            Setting::Sampler
+            | Setting::LensModel
+            | Setting::LightChoice
+            | Setting::PupilSampling => {
+                format!("{} \"{}\"", candidate.setting.name(), candidate.value)
             }
-            knob => format!("{} {}", knob.name(), rung.setting),
+            setting => format!("{} {}", setting.name(), candidate.value),
         })
         .collect();
     let settings = match turned.len() {
@@ -105,7 +113,7 @@ pub fn sentence(study: &Study) -> String {
 }
 
 /// Efficiency of a setting in units of another's.
-pub fn relative_efficiency(m: &Measured, base: &Measured) -> Estimate {
+pub fn relative_efficiency(m: &Measurement, base: &Measurement) -> Estimate {
     let value = m.efficiency.value / base.efficiency.value;
     let part = |e: &Estimate| (e.within / e.value).powi(2);
     // To first order; the scene's own is what it is measured in.
@@ -117,7 +125,7 @@ pub fn relative_efficiency(m: &Measured, base: &Measured) -> Estimate {
 }
 
 /// A bias, or a dash where nothing but noise is seen of it.
-pub fn bias(m: &Measured) -> String {
+pub fn bias(m: &Measurement) -> String {
     match m.squared_bias.excludes(0.0) && m.squared_bias.value > 0.0 {
         true => percent(m.bias()),
         false => "-".to_string(),

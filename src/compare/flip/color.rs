@@ -1,4 +1,4 @@
-//! The colour spaces of FLIP.
+//! The color spaces of FLIP.
 
 use crate::math::Rgb;
 use glam::Mat3;
@@ -51,7 +51,7 @@ impl ColorSpaces {
     }
 
     /// Linear RGB to CIE L*a*b*, chroma scaled by lightness: 0.01 L a, 0.01 L b, for the Hunt effect:
-    /// colours look the paler the darker they are (§4.1.2).
+    /// colors look the paler the darker they are (§4.1.2).
     pub fn hunt_lab_from_rgb(&self, rgb: Rgb) -> Rgb {
         let f = (XYZ_FROM_RGB * rgb / self.white).map(lab_curve);
         let lightness = 116.0 * f.y - 16.0;
@@ -74,7 +74,7 @@ fn lab_curve(t: f32) -> f32 {
     }
 }
 
-/// The distance of two colours of L*a*b* that holds for large ones, too: |ΔL| + √(Δa² + Δb²) (Abasi,
+/// The distance of two colors of L*a*b* that holds for large ones, too: |ΔL| + √(Δa² + Δb²) (Abasi,
 /// Amani Tehran and Fairchild 2020).
 pub(super) fn hyab(p: Rgb, q: Rgb) -> f32 {
     let d = p - q;
@@ -103,9 +103,9 @@ mod tests {
             Rgb::new(100.0, 0.0, 0.0)
         ));
         assert!(close(spaces.hunt_lab_from_rgb(Rgb::ZERO), Rgb::ZERO));
-        // 18 % grey has L* = 116 · 0.18^(1/3) − 16 = 49.496.
-        let grey = spaces.hunt_lab_from_rgb(Rgb::splat(0.18));
-        assert!(close(grey, Rgb::new(49.496, 0.0, 0.0)));
+        // 18 % gray has L* = 116 · 0.18^(1/3) − 16 = 49.496.
+        let gray = spaces.hunt_lab_from_rgb(Rgb::splat(0.18));
+        assert!(close(gray, Rgb::new(49.496, 0.0, 0.0)));
     }
 
     #[test]

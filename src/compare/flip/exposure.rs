@@ -36,7 +36,7 @@ impl ExposureRange {
         let mut values: Vec<f32> = reference.pixels.iter().map(|&p| luminance(p)).collect();
         values.retain(|v| v.is_finite());
         values.sort_by(f32::total_cmp);
-        // Black pictures: the papers' logarithm needs something above 0.
+        // Black images: the papers' logarithm needs something above 0.
         let at = |index: usize| values.get(index).copied().unwrap_or(0.0).max(f32::EPSILON);
         let (median, most) = (at(values.len() / 2), at(values.len().saturating_sub(1)));
         let [start, stop] = [most, median].map(|v| (bright() / v).log2());
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn black_pictures_have_a_range() {
+    fn black_images_have_a_range() {
         let range = ExposureRange::of(&Image::black(UVec2::new(3, 3)));
         assert!(range.start.is_finite() && range.stop.is_finite());
         assert_eq!(range.count, 2);

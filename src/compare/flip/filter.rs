@@ -111,7 +111,7 @@ impl Features {
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     pub width: usize,
-    /// Number in the picture of the first row that is here.
+    /// Number in the image of the first row that is here.
     pub first: usize,
     pub values: Vec<f32>,
 }
@@ -139,8 +139,8 @@ impl Rows {
         Rows { values, ..*self }
     }
 
-    /// Along the columns, of the picture's rows `first..end`. What lies beyond the rows that are here
-    /// repeats the outermost: right at the picture's edges, and elsewhere as many rows are here as the
+    /// Along the columns, of the image's rows `first..end`. What lies beyond the rows that are here
+    /// repeats the outermost: right at the image's edges, and elsewhere as many rows are here as the
     /// kernel reaches.
     pub fn down(&self, kernel: &Kernel, first: usize, end: usize) -> Rows {
         let rows: Vec<&[f32]> = self.values.chunks_exact(self.width).collect();
@@ -206,7 +206,7 @@ mod tests {
         assert_eq!(rows.down(&kernel, 1, 2).values, [4.0, 4.0, 4.0]);
     }
 
-    /// Bands must not show: rows cut out with their surroundings give what the whole picture gives.
+    /// Bands must not show: rows cut out with their surroundings give what the whole image gives.
     #[test]
     fn bands_agree_with_the_whole() {
         let values: Vec<f32> = (0..9 * 40).map(|i| ((i * i) % 101) as f32).collect();

@@ -1,4 +1,4 @@
-//! FLIP: how different two pictures look to someone who flips between them, pixel by pixel, 0 (not at
+//! FLIP: how different two images look to someone who flips between them, pixel by pixel, 0 (not at
 //! all) to 1.
 //!
 //! LDR-FLIP: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference
@@ -60,10 +60,10 @@ impl FlipMap {
     }
 }
 
-/// LDR-FLIP of two pictures as a screen shows them: linear values, cut to 0…1. The papers' reference is
+/// LDR-FLIP of two images as a screen shows them: linear values, cut to 0…1. The papers' reference is
 /// `b`; the metric is symmetric.
 ///
-/// Pictures of different sizes have no common pixels: an empty map.
+/// Images of different sizes have no common pixels: an empty map.
 pub fn ldr(a: &Image, b: &Image, pixels_per_degree: f64) -> FlipMap {
     Flip::new(pixels_per_degree).map(a, b, |rgb| rgb.clamp(Rgb::ZERO, Rgb::ONE))
 }
@@ -88,14 +88,14 @@ struct Flip {
     spaces: ColorSpaces,
     csf: ContrastSensitivity,
     features: Features,
-    /// The largest colour difference there is, between green and blue, to the power [`COLOR_POWER`].
+    /// The largest color difference there is, between green and blue, to the power [`COLOR_POWER`].
     most: f32,
 }
 
-/// Large colour differences are compressed (Andersson et al. 2020, §4.1.2, q_c).
+/// Large color differences are compressed (Andersson et al. 2020, §4.1.2, q_c).
 const COLOR_POWER: f32 = 0.7;
 
-/// Colour differences up to this share of the largest take up (§4.1.3, p_c)…
+/// Color differences up to this share of the largest take up (§4.1.3, p_c)…
 const COLOR_KNEE: f32 = 0.4;
 
 /// …this share of the result (p_t).
@@ -104,7 +104,7 @@ const ERROR_KNEE: f32 = 0.95;
 /// Feature differences are amplified (§4.2, q_f).
 const FEATURE_POWER: f32 = 0.5;
 
-/// One picture's filtered channels over a band.
+/// One image's filtered channels over a band.
 struct Seen {
     /// L*a*b* with Hunt's adjustment, after the eye's blur.
     color: Vec<Rgb>,
@@ -126,7 +126,7 @@ impl Flip {
         }
     }
 
-    /// The error of every pixel, of pictures as `show` puts them on a screen.
+    /// The error of every pixel, of images as `show` puts them on a screen.
     fn map(&self, a: &Image, b: &Image, show: impl Fn(Rgb) -> Rgb + Sync) -> FlipMap {
         let size = a.bounds.size();
         let (width, height) = (size.x as usize, size.y as usize);

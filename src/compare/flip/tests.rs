@@ -1,4 +1,4 @@
-//! FLIP against its authors' own program, and what must hold for any pictures.
+//! FLIP against its authors' own program, and what must hold for any images.
 
 use super::*;
 use crate::film::PixelBounds;
@@ -45,12 +45,12 @@ fn changed() -> Image {
     image
 }
 
-/// Squared, eight times as bright, with a lamp.
-fn high_dynamic_range(mut image: Image, lamp: Rgb) -> Image {
+/// Squared, eight times as bright, with a light.
+fn high_dynamic_range(mut image: Image, emitter: Rgb) -> Image {
     for p in &mut image.pixels {
         *p = *p * *p * 8.0 + 0.0625;
     }
-    image.pixels[25 * 40 + 5] = lamp;
+    image.pixels[25 * 40 + 5] = emitter;
     image
 }
 
@@ -64,7 +64,7 @@ fn check(map: &FlipMap, mean: f64, pixels: &[(usize, usize, f32)]) {
     }
 }
 
-/// Values of the authors' program (PyPI `flip-evaluator` 1.7) for the same pictures.
+/// Values of the authors' program (PyPI `flip-evaluator` 1.7) for the same images.
 #[test]
 fn ldr_agrees_with_its_authors() {
     let (a, b) = (changed(), reference());
@@ -116,7 +116,7 @@ fn hdr_agrees_with_its_authors() {
     );
 }
 
-/// The papers' scale: 0 for equal pictures, 1 for green against blue, the largest difference there is.
+/// The papers' scale: 0 for equal images, 1 for green against blue, the largest difference there is.
 #[test]
 fn ends_of_the_scale() {
     let b = reference();
@@ -130,10 +130,10 @@ fn ends_of_the_scale() {
     assert!((most.quantile(0.0) - 1.0).abs() < 1e-5);
 }
 
-/// A rotation by half a turn is nothing to a viewer, and pictures that do not belong together have no
+/// A rotation by half a turn is nothing to a viewer, and images that do not belong together have no
 /// error.
 #[test]
-fn turned_and_mismatched_pictures() {
+fn turned_and_mismatched_images() {
     let turned = |mut image: Image| {
         image.pixels.reverse();
         image

@@ -12,7 +12,7 @@ const PAIRS: u64 = 1000;
 /// The rate that is asked for; large, that alarms are many enough to count.
 const ALPHA: f64 = 0.05;
 
-/// Side of the pictures: 144 pixels, 9 blocks of 4, 3 channels: 462 tests with the whole.
+/// Side of the images: 144 pixels, 9 blocks of 4, 3 channels: 462 tests with the whole.
 const SIDE: u32 = 12;
 
 /// What [`ALPHA`] may scatter by among [`PAIRS`].
@@ -29,7 +29,7 @@ fn false_alarms<const N: usize>(
         let [a, b] = pair(seed);
         ways.each_ref().map(|options| {
             let comparison = compare(&a.estimate(), &b.estimate(), options);
-            !comparison.expect("pictures of one size").agrees()
+            !comparison.expect("images of one size").agrees()
         })
     };
     let alarms: Vec<[bool; N]> = (0..PAIRS).into_par_iter().map(differ).collect();
@@ -80,8 +80,8 @@ fn normal_noise() {
     assert!(holm <= sidak && common <= holm, "{holm} {sidak} {common}");
 }
 
-/// Samples as path tracers make them, few in the picture and many in the reference: a pixel has met one
-/// lamp or none where the reference has met half a dozen. With the common variance at most the claim.
+/// Samples as path tracers make them, few in the image and many in the reference: a pixel has met one
+/// light or none where the reference has met half a dozen. With the common variance at most the claim.
 #[test]
 fn rare_bright_samples() {
     let ways = [options(true), options(false)];
@@ -101,7 +101,7 @@ fn skewed_noise() {
     assert!(alike < ALPHA + scatter(ALPHA), "{alike}");
 }
 
-/// Pictures without variances, made alike: their difference is symmetric whatever the noise.
+/// Images without variances, made alike: their difference is symmetric whatever the noise.
 #[test]
 fn without_variances() {
     for draw in [mild, skewed, fireflies] {
@@ -113,7 +113,7 @@ fn without_variances() {
 }
 
 /// The same with eight times as many samples on one side: the difference is as skewed as the noise of
-/// the poorer picture, and symmetry fails. Twice the claim is stated (`docs/compare.md`).
+/// the poorer image, and symmetry fails. Twice the claim is stated (`docs/compare.md`).
 #[test]
 fn without_variances_and_not_alike() {
     let pair = pair(skewed, [(16, 16), (128, 16)]);

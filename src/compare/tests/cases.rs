@@ -1,4 +1,4 @@
-//! Pictures without noise, with unknown noise, with values that are no numbers.
+//! Images without noise, with unknown noise, with values that are no numbers.
 
 use super::super::*;
 use super::simulate::{Render, mild};
@@ -14,7 +14,7 @@ fn estimate(image: &Image) -> Estimate<'_> {
 
 /// Where nothing is random, values must be equal, but for rounding.
 #[test]
-fn noiseless_pictures() {
+fn noiseless_images() {
     let mut a = Image::black(UVec2::splat(8));
     a.pixels.fill(Rgb::new(0.5, 1e-6, 0.0));
     a.variance = Some(vec![Rgb::ZERO; 64]);
@@ -72,7 +72,7 @@ fn unknown_variances_are_none() {
         ..Options::default()
     };
     let refused = compare(&single(&a), &single(&b), &options);
-    assert_eq!(refused, Err(CompareError::NoVariance(Picture::A)));
+    assert_eq!(refused, Err(CompareError::NoVariance(Side::A)));
 }
 
 /// A pixel of unknown variance among others proves nothing; nor do negative variances.
@@ -91,19 +91,19 @@ fn broken_variances_prove_nothing() {
 }
 
 #[test]
-fn one_picture_with_variances_and_one_without() {
+fn one_image_with_variances_and_one_without() {
     let a = Render::new(1, 32, 16, 16, mild);
     let b = Render::new(2, 32, 16, 16, mild).without_variance();
     let options = Options::default();
     let comparison = compare(&a.estimate(), &b.estimate(), &options).unwrap();
-    assert_eq!(comparison.noise, NoiseSource::SpatialWithout(Picture::B));
+    assert_eq!(comparison.noise, NoiseSource::SpatialWithout(Side::B));
     assert!(comparison.agrees());
     assert!(comparison.cautions()[0].starts_with("B has no variances"));
     let comparison = compare(&b.estimate(), &a.estimate(), &options).unwrap();
-    assert_eq!(comparison.noise, NoiseSource::SpatialWithout(Picture::A));
+    assert_eq!(comparison.noise, NoiseSource::SpatialWithout(Side::A));
 }
 
-/// Values that are no numbers: a difference where one picture has them, a caution where both have.
+/// Values that are no numbers: a difference where one image has them, a caution where both have.
 #[test]
 fn values_that_are_no_numbers() {
     let mut a = Render::new(1, 16, 16, 16, mild);
@@ -124,7 +124,7 @@ fn values_that_are_no_numbers() {
     assert!(comparison.cautions().iter().any(|c| c.contains("left out")));
 }
 
-/// Noise that is spread over neighbours, as by a splatting filter, makes blocks too sure of themselves:
+/// Noise that is spread over neighbors, as by a splatting filter, makes blocks too sure of themselves:
 /// it is noticed, and wider cells are fair again.
 #[test]
 fn correlated_noise_is_noticed() {
@@ -149,9 +149,9 @@ fn correlated_noise_is_noticed() {
     });
     let comparison = compare(&a, &b, &Options::default()).unwrap();
     assert!(!comparison.agrees());
-    assert!(comparison.neighbours.suspicious());
+    assert!(comparison.neighbors.suspicious());
     assert!(comparison.cautions().iter().any(|c| c.contains("--cell")));
-    // Squares of eight pixels, twice the filter's width: neighbours share a quarter of their noise no
+    // Squares of eight pixels, twice the filter's width: neighbors share a quarter of their noise no
     // more, but an eighth.
     let wide = Options {
         cell: 16,
@@ -163,7 +163,7 @@ fn correlated_noise_is_noticed() {
 }
 
 #[test]
-fn pictures_that_cannot_be_compared() {
+fn images_that_cannot_be_compared() {
     let small = Image::black(UVec2::splat(4));
     let large = Image::black(UVec2::splat(5));
     let none = Image::black(UVec2::ZERO);
@@ -182,7 +182,7 @@ fn pictures_that_cannot_be_compared() {
     assert_eq!(refused(&none, &none), CompareError::Empty);
 }
 
-/// Degenerate pictures and options have a verdict.
+/// Degenerate images and options have a verdict.
 #[test]
 fn odd_options() {
     let a = Image::black(UVec2::new(1, 1));

@@ -6,7 +6,7 @@ use crate::math::UVec2;
 
 const SIDE: u32 = 64;
 
-/// A bias on the upper left quarter of the picture.
+/// A bias on the upper left quarter of the image.
 fn biased(factor: f32) -> impl Fn(UVec2, &mut Random) -> Rgb {
     move |pixel, random| {
         let quarter = pixel.cmplt(UVec2::splat(SIDE / 2)).all();
@@ -38,7 +38,7 @@ fn one_per_cent_on_a_quarter() {
     }
 }
 
-/// The same pictures without their variances: nothing is lost, as a block of 1024 pixels knows its
+/// The same images without their variances: nothing is lost, as a block of 1024 pixels knows its
 /// scatter well.
 #[test]
 fn one_per_cent_on_a_quarter_without_variances() {
@@ -68,12 +68,12 @@ fn many_slight_differences_bend_the_distribution() {
     let comparison = compare(&a.estimate(), &b.estimate(), &Options::default()).unwrap();
     let pixels = &comparison.uniformity[0];
     assert!(pixels.side == 1 && pixels.too_small(), "{pixels:?}");
-    // So do neighbours, three of four of which share a sign.
-    assert!(comparison.neighbours.suspicious());
+    // So do neighbors, three of four of which share a sign.
+    assert!(comparison.neighbors.suspicious());
     let fair = Render::new(1, SIDE, 64, 64, mild);
     let comparison = compare(&fair.estimate(), &b.estimate(), &Options::default()).unwrap();
     assert!(comparison.uniformity.iter().all(|u| u.p > 1e-3));
-    assert!(!comparison.neighbours.suspicious());
+    assert!(!comparison.neighbors.suspicious());
 }
 
 #[test]
@@ -96,11 +96,11 @@ fn one_wrong_pixel() {
     assert!(map.pixels[1000].z < 1e-7 && map.pixels[1000].x > 1e-7);
 }
 
-/// An edge that has moved by a pixel, in pictures that are equal otherwise and of which nobody said
+/// An edge that has moved by a pixel, in images that are equal otherwise and of which nobody said
 /// that they have no noise.
 #[test]
 fn a_moved_edge_without_variances() {
-    let picture = |edge: u32| {
+    let drawn = |edge: u32| {
         let mut image = crate::film::Image::black(UVec2::splat(SIDE));
         for (pixel, p) in image.bounds.pixels().zip(&mut image.pixels) {
             // An object with its shadow: bright left of the middle, dark right of it.
@@ -112,7 +112,7 @@ fn a_moved_edge_without_variances() {
         }
         image
     };
-    let (a, b) = (picture(20), picture(21));
+    let (a, b) = (drawn(20), drawn(21));
     let [a, b] = [&a, &b].map(|image| Estimate {
         image,
         freedom: f64::INFINITY,
@@ -120,5 +120,5 @@ fn a_moved_edge_without_variances() {
     });
     let comparison = compare(&a, &b, &Options::default()).unwrap();
     assert!(!comparison.agrees(), "{}", comparison.sentence());
-    assert!(comparison.neighbours.correlation.is_finite());
+    assert!(comparison.neighbors.correlation.is_finite());
 }

@@ -70,25 +70,25 @@ impl Render {
         }
     }
 
-    /// The same picture from a program that writes no variances.
+    /// The same image from a program that writes no variances.
     pub fn without_variance(mut self) -> Render {
         self.image.variance = None;
         self
     }
 }
 
-/// Grey noise of 30 % a sample around a gradient, each channel its own.
+/// Gray noise of 30 % a sample around a gradient, each channel its own.
 pub fn mild(pixel: UVec2, random: &mut Random) -> Rgb {
     let mean = 0.2 + 0.01 * (pixel.x + pixel.y) as f32;
     Rgb::from([(); 3].map(|()| mean * (1.0 + 0.3 * random.normal() as f32)))
 }
 
-/// What path tracers make: log-normal light (skewness 6), and one sample in 250 that meets a lamp 100
+/// What path tracers make: log-normal light (skewness 6), and one sample in 250 that meets a light 100
 /// times brighter, all channels in one stroke. Kurtosis of a sample: 240.
 pub fn fireflies(_: UVec2, random: &mut Random) -> Rgb {
     let light = random.normal().exp();
-    let lamp = if random.uniform() < 0.004 { 100.0 } else { 0.0 };
-    Rgb::new(0.3, 0.2, 0.1) * (light + lamp) as f32
+    let emitter = if random.uniform() < 0.004 { 100.0 } else { 0.0 };
+    Rgb::new(0.3, 0.2, 0.1) * (light + emitter) as f32
 }
 
 /// Log-normal light alone.

@@ -22,14 +22,14 @@ pub struct FocusRow {
     pub far: Option<f64>,
 }
 
-/// Distances from the film, metres: those engraved on lenses.
+/// Distances from the film, meters: those engraved on lenses.
 const DISTANCES: [f64; 10] = [0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, f64::INFINITY];
 
 /// One row per distance the lens can be focused at; none for a lens that makes no image.
 pub fn rows(lens: &Lens, film: Film) -> Vec<FocusRow> {
     DISTANCES
         .iter()
-        .filter_map(|metres| row(lens, film, metres * 1e3))
+        .filter_map(|meters| row(lens, film, meters * 1e3))
         .collect()
 }
 

@@ -7,17 +7,17 @@
 //!   aberration curves ([`fan`]);
 //! * [`illumination`]: the projected solid angle of the pupil seen from the film, hence the fall-off;
 //! * [`sampling`]: how many of the rays of several ways to sample the pupil get through;
-//! * [`colour`]: where other colours go, for a lens whose glass is known that well;
+//! * [`color`]: where other colors go, for a lens whose glass is known that well;
 //! * [`focus_table`]: where the film goes for which distance, and the depth of field.
 //!
 //! The meridional (tangential) plane is x = 0: film points are (0, height), and an object above the axis is imaged
 //! below it. Object points lie on a plane that is given ([`object`]). See Welford, *Aberrations of Optical Systems*,
 //! 1986, chapter 7; Smith, *Modern Optical Engineering*, 4th edition, chapters 6, 9 and 15. All lengths
-//! are millimetres, all rays those of the d line.
+//! are millimeters, all rays those of the d line.
 
 pub mod beam;
 pub mod chief;
-pub mod colour;
+pub mod color;
 pub mod fan;
 pub mod field;
 pub mod film;
@@ -33,7 +33,7 @@ mod wide_tests;
 
 pub use beam::Beam;
 pub use chief::{ChiefFinder, ChiefRay};
-pub use colour::{Colour, LateralColour};
+pub use color::{Color, LateralColor};
 pub use fan::Fan;
 pub use field::{FieldPoint, ReferenceScale};
 pub use film::{FieldOfView, Film};
@@ -46,7 +46,7 @@ use super::lens::Lens;
 use super::pupil::{ExitPupil, RINGS};
 use serde::Serialize;
 
-/// How finely a lens is analysed.
+/// How finely a lens is analyzed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
     /// Points of the curves over the field, from the middle of the film to its corner.
@@ -97,8 +97,8 @@ pub struct LensAnalysis {
     pub fans: Vec<Fan>,
     /// Film distances for object distances.
     pub focus: Vec<FocusRow>,
-    /// Colour errors; filled in by those who have the prescription ([`Colour::new`]).
-    pub colour: Option<Colour>,
+    /// Color errors; filled in by those who have the prescription ([`Color::new`]).
+    pub color: Option<Color>,
     /// How well pupil sampling works, over the field.
     pub pass_fractions: Vec<PassFractions>,
 }
@@ -156,7 +156,7 @@ impl LensAnalysis {
                 .map(|b| Fan::trace(lens, b, axial_radius))
                 .collect(),
             focus: focus_table::rows(lens, film),
-            colour: None,
+            color: None,
             pass_fractions: sampling::over_the_field(lens, &pupil, corner, effort.pupil_samples),
         }
     }

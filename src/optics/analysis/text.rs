@@ -85,12 +85,12 @@ impl LensAnalysis {
             writeln!(
                 f,
                 "{:>8} {:14.4} {:10.4} {:14.5} {:>11} {:>9}",
-                metres(row.distance),
+                meters(row.distance),
                 row.film_distance,
                 row.extension,
                 row.magnification,
-                row.near.map_or_else(|| "-".to_string(), metres),
-                row.far.map_or_else(|| "-".to_string(), metres)
+                row.near.map_or_else(|| "-".to_string(), meters),
+                row.far.map_or_else(|| "-".to_string(), meters)
             )?;
         }
         Ok(())
@@ -118,10 +118,10 @@ impl LensAnalysis {
     }
 }
 
-/// A distance given in mm, in metres.
-pub fn metres(mm: f64) -> String {
+/// A distance given in mm, in meters.
+pub fn meters(mm: f64) -> String {
     if mm.is_finite() {
-        // Four significant digits, or millimetres.
+        // Four significant digits, or millimeters.
         let m = 1e-3 * mm;
         let decimals = if m < 10.0 { 3 } else { 1 };
         format!("{m:.decimals$}")

@@ -94,7 +94,7 @@ fn beams_from_behind_land_where_their_rays_come_from() {
 }
 
 #[test]
-fn the_whole_field_is_analysed() {
+fn the_whole_field_is_analyzed() {
     let effort = Effort {
         fields: 9,
         rays_across: 24,

@@ -233,6 +233,6 @@ bundle! {
 
 bundle! {
     /// `N` numbers in double precision, like [`Lanes`]: for measuring a lens before the first ray is made, where
-    /// stops of a micrometre must be found.
+    /// stops of a micrometer must be found.
     Doubles, DoubleMask, f64, u64, 52
 }

@@ -221,8 +221,8 @@ fn weighted_rays_are_those_made_one_at_a_time() {
                 other_triangle += u32::from(off > 1e-5);
                 assert!(off < 0.5, "{name}: {off}");
                 for k in 0..3 {
-                    // The aim itself is rounded: 1e-6 of a pupil some centimetres wide, seen
-                    // from some centimetres away, on top of the tracer's own 1e-4 mm and 5e-6.
+                    // The aim itself is rounded: 1e-6 of a pupil some centimeters wide, seen
+                    // from some centimeters away, on top of the tracer's own 1e-4 mm and 5e-6.
                     assert!((f64::from(ray.o[k]) - truth.o[k]).abs() < 2e-4);
                     assert!((f64::from(ray.d[k]) - truth.d[k]).abs() < 1e-5);
                 }
@@ -299,7 +299,7 @@ fn the_middle_of_the_square_is_the_middle_of_the_pupil() {
         .traced
         .get(3)
         .unwrap();
-    // The ellipse is centred to 1e-4 of its size, about 10 mm; the direction is that over the focal length.
+    // The ellipse is centered to 1e-4 of its size, about 10 mm; the direction is that over the focal length.
     assert!(ray.o[0].abs() < 1e-2 && ray.d[0].abs() < 1e-4 && ray.d[2] < -0.999_999);
     assert!(ray.o.iter().chain(&ray.d).all(|x| x.is_finite()));
 }

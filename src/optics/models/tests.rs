@@ -42,7 +42,7 @@ fn aims(pupil: &ExitPupil, film_radius: f64, count: usize) -> Vec<([f64; 2], [f6
         .collect()
 }
 
-/// How far apart two rays are in the picture of a distant object, mm.
+/// How far apart two rays are in the image of a distant object, mm.
 fn ray_error(lens: &Lens, a: &LensRay<f64>, b: &LensRay<f64>) -> f64 {
     let square: f64 = (0..3).map(|i| (a.d[i] - b.d[i]).powi(2)).sum();
     lens.paraxial().cardinals.unwrap().focal_length * square.sqrt()

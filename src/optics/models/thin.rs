@@ -2,7 +2,7 @@
 //!
 //! The ray map is the thick lens'; what is missing is the pupil. The stop is a disk in the (rear)
 //! principal plane, as wide as focal length over f-number, and no rim cuts anything off. So the
-//! centre of perspective is the principal plane and not the entrance pupil, which lies 98 mm from it in a
+//! center of perspective is the principal plane and not the entrance pupil, which lies 98 mm from it in a
 //! 250 mm telephoto lens: parallax and the blur of near things are off by that.
 
 use super::thick::Thick;

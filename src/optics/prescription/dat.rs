@@ -1,13 +1,13 @@
 //! Lens tables (`lenses/*.dat`).
 //!
-//! One row per surface, from the scene to the film, lengths in millimetres:
+//! One row per surface, from the scene to the film, lengths in millimeters:
 //!
 //! ```text
 //! radius thickness index aperture         # four columns, as pbrt
 //! radius thickness n_d   V aperture       # five columns, with the Abbe number, as the lecture
 //! ```
 //!
-//! * `radius` > 0: the centre of curvature lies on the film side. 0 is an aperture stop (so is the
+//! * `radius` > 0: the center of curvature lies on the film side. 0 is an aperture stop (so is the
 //!   word `stop`), `inf` a plane; a row with radius 0 whose index differs from the medium in front of it
 //!   can be no stop and is read as a plane glass surface, with a warning.
 //! * `thickness`: to the next surface; in the last row to the film.
@@ -23,7 +23,7 @@
 //! ```
 //!
 //! `#` starts a comment anywhere; columns are separated by blanks or tabs; lines end in LF or
-//! CRLF, the last one in nothing if it likes. A blank index is recognised by the number of
+//! CRLF, the last one in nothing if it likes. A blank index is recognized by the number of
 //! columns, or by an empty cell where single tabs separate all columns.
 //!
 //! ```

@@ -107,7 +107,7 @@ static FORMULAS: [(&[&str], [f64; 6], [f64; 2]); 3] = [
     ),
 ];
 
-/// Name, n_d, V_d: from the makers' catalogues, to the digits they print.
+/// Name, n_d, V_d: from the makers' catalogs, to the digits they print.
 #[rustfmt::skip]
 static GLASSES: [(&str, f64, f64); 154] = [
     // Schott.

@@ -145,7 +145,7 @@ impl Block {
 /// Collects surfaces and what is wrong.
 struct Reader {
     blocks: Vec<Block>,
-    /// Millimetres per unit of the file.
+    /// Millimeters per unit of the file.
     unit: f64,
     /// By number from 1, µm; with the line of each.
     wavelengths: Vec<(usize, f64)>,
@@ -157,7 +157,7 @@ struct Reader {
 
 /// Keywords of a surface that stop rays in ways the tracer does not know, with what they are.
 const UNKNOWN_OPTICS: [(&str, &str); 7] = [
-    ("OBDC", "decentred apertures"),
+    ("OBDC", "decentered apertures"),
     ("OBSC", "central obscurations"),
     ("SQAP", "rectangular apertures"),
     ("SQOB", "rectangular obscurations"),
@@ -567,7 +567,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_modelled_is_named_with_its_line() {
+    fn what_cannot_be_modeled_is_named_with_its_line() {
         let with = |from: &str, to: &str| errors(&TRIPLET.replace(from, to));
         for (from, to, expected) in [
             ("TYPE EVENASPH", "TYPE TOROIDAL", "surface type TOROIDAL"),
@@ -686,7 +686,7 @@ mod tests {
                 let (n, p) = index_of(head, glass);
                 assert!((n - expected).abs() < 5e-5, "{head} {glass}: {n}");
                 assert!(p.warnings.is_empty(), "{:?}", p.warnings);
-                // At the d line it is what the catalogue says.
+                // At the d line it is what the catalog says.
                 let d = p.at_wavelength(LINE_D, AbbeModel::NormalLine).surfaces[0].index;
                 assert!(
                     (d - glass::named(glass.split(' ').next().unwrap())

@@ -5,7 +5,7 @@ use super::outline::{Outline, cross, reach};
 use super::ring::{Moving, Ring};
 
 /// Every corner is moved outward by this part of its distance from the middle: covers what the
-/// outlines' own precision (1e-5) and the bends between neighbouring directions and radii leave. Costs 0.2 % of
+/// outlines' own precision (1e-5) and the bends between neighboring directions and radii leave. Costs 0.2 % of
 /// the rays.
 const MARGIN: f64 = 1e-3;
 
@@ -145,7 +145,7 @@ impl Draft {
     pub fn fill(&mut self, gaps: &[f64]) {
         let last = self.corners.len() - 1;
         for i in 0..=last {
-            // A bend may lie in a neighbouring triangle at another radius.
+            // A bend may lie in a neighboring triangle at another radius.
             let near = &gaps[i.saturating_sub(2)..(i + 2).min(last)];
             let gap = near.iter().copied().fold(0.0, f64::max);
             self.push(i, BETWEEN * gap);

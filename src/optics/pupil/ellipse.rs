@@ -6,7 +6,7 @@ use super::outline::DIRECTIONS;
 /// An ellipse on the sampling plane, its axes along and across the film point's azimuth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ellipse {
-    /// Distance of the centre from the lens axis, in the direction of the film point, mm.
+    /// Distance of the center from the lens axis, in the direction of the film point, mm.
     pub center: f64,
     /// Semi-axis along that direction, mm.
     pub along: f64,
@@ -15,7 +15,7 @@ pub(super) struct Ellipse {
 }
 
 impl Ellipse {
-    /// Corners of a polygon around the half with y ≥ 0, relative to the centre.
+    /// Corners of a polygon around the half with y ≥ 0, relative to the center.
     pub fn corners(&self) -> impl Iterator<Item = [f64; 2]> {
         let e = *self;
         let step = std::f64::consts::PI / DIRECTIONS as f64;
@@ -26,7 +26,7 @@ impl Ellipse {
         })
     }
 
-    /// A small ellipse, centred on the y = 0 axis, around points given by their half with y ≥ 0;
+    /// A small ellipse, centered on the y = 0 axis, around points given by their half with y ≥ 0;
     /// `None` for no points. For each ratio of the axes the best circle after scaling y, and of the
     /// ratios the one with the least area.
     pub fn around(points: &[[f64; 2]]) -> Option<Ellipse> {

@@ -5,7 +5,7 @@ use crate::math::hash::{mix2, unit_float};
 use crate::optics::real::{Index, Plain};
 
 /// How lens samples are spread over the exit pupil (`"string pupilsampling"`). All three give the
-/// same picture but for its noise.
+/// same image but for its noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PupilSampling {
     /// Squares around the middle of the unit square become outlines of the region (Shirley and Chiu,

@@ -12,7 +12,7 @@
 //! paraxial pupil disk itself would not do (pupil aberration moves the true one off it by up to half
 //! its light), nor the rear element's disk at its vertex (the rim of a curved surface lies elsewhere;
 //! a wide-angle lens loses its corners). pbrt's boxes (3rd edition §6.4.5) waste a quarter of the
-//! rays or more, and miss a stop of a hundredth of a millimetre altogether, because they look for it with
+//! rays or more, and miss a stop of a hundredth of a millimeter altogether, because they look for it with
 //! random rays. Here the search starts from a ray that passes and walks outward. `docs/pupil.md` has
 //! the figures.
 //!

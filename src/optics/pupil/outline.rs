@@ -31,7 +31,7 @@ pub(super) struct View<'a> {
     pub plane_z: f64,
 }
 
-/// Where the outline of a neighbouring film point is.
+/// Where the outline of a neighboring film point is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hint {
     /// x of a ray that probably passes.
@@ -48,7 +48,7 @@ pub(super) struct Outline {
     /// The half with y ≥ 0, in order from +x to −x, relative to the middle, each just outside;
     /// `DIRECTIONS + 1` points.
     pub points: Vec<[f64; 2]>,
-    /// How far the region may bend outward between neighbouring points: where it is convex it does not reach beyond
+    /// How far the region may bend outward between neighboring points: where it is convex it does not reach beyond
     /// the lines through the points on either side, and so not beyond where they meet. One point for each side
     /// that has such a point, relative to the middle, in order.
     pub bends: Vec<[f64; 2]>,
@@ -103,7 +103,7 @@ impl View<'_> {
     /// found that passes at all. It need not pass: then none does.
     fn search(&self, rear: &Rear) -> Option<f64> {
         // The excess of a ray aimed at a height of the rear element: each surface's part grows on both
-        // sides of its zero, so their maximum has one valley, however narrow (a stop of a micrometre).
+        // sides of its zero, so their maximum has one valley, however narrow (a stop of a micrometer).
         // One ray is aimed at the very middle: with the film at the vertex none but those near it get
         // anywhere.
         let scan = 4 * LANES;
@@ -254,7 +254,7 @@ impl Outline {
     }
 }
 
-/// For each side between neighbouring `points` that has a bend (see [`Outline::bends`]) its number and that point.
+/// For each side between neighboring `points` that has a bend (see [`Outline::bends`]) its number and that point.
 fn bends_of_sides(points: &[[f64; 2]]) -> impl Iterator<Item = (usize, [f64; 2])> {
     let last = points.len() - 1;
     let mirrored = |p: [f64; 2]| [p[0], -p[1]];
@@ -279,7 +279,7 @@ fn bend(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> Option<[f64; 2]> 
     let (ab, dc, bc) = (minus(b, a), minus(c, d), minus(c, b));
     let s = cross(bc, dc) / cross(ab, dc);
     let apex = [b[0] + s * ab[0], b[1] + s * ab[1]];
-    // Nearly parallel lines meet far off. A true corner reaches 1.2 times as far as its neighbours only
+    // Nearly parallel lines meet far off. A true corner reaches 1.2 times as far as its neighbors only
     // if it is much sharper than a right angle.
     let factor = reach(b, c, apex);
     (s > 0.0 && factor > 1.0 && factor < 1.2).then_some(apex)

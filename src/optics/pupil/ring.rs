@@ -1,7 +1,7 @@
 //! The region of one ring of film radii: a star-shaped polygon that changes with the film radius.
 //!
 //! Corners are known at the ring's inner and outer radius and move on straight lines in between. At both ends
-//! the triangles between the middle and two neighbouring corners have the same area (`draft`), and between the ends all
+//! the triangles between the middle and two neighboring corners have the same area (`draft`), and between the ends all
 //! but: so the triangle for a sample of the unit square is found without a search and without trigonometry
 //! (`table`), and the sample's weight carries the triangle's own area.
 

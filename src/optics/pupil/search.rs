@@ -4,10 +4,10 @@
 const TOLERANCE: f64 = 1e-5;
 
 /// Steps 1 + 2^k/64 leave the range of f64 within so many either way.
-const MOST_STEPS_OUT: u32 = 60;
+const MAX_STEPS_OUT: u32 = 60;
 
 /// False position needs a handful of steps; every fourth is a bisection, so that none takes more than 4·17.
-const MOST_STEPS: u32 = 80;
+const MAX_STEPS: u32 = 80;
 
 /// The search for the smallest t, to [`TOLERANCE`] and not below, where a function becomes positive; it is not at
 /// t = 0. Brackets it from a guess by steps that double each time, then narrows the bracket by false
@@ -103,7 +103,7 @@ impl Search {
         *moved(self) = end;
         self.factor *= 2.0;
         self.steps += 1;
-        if self.steps == MOST_STEPS_OUT {
+        if self.steps == MAX_STEPS_OUT {
             // Nothing inside, or nothing outside.
             (self.high, self.stage) = (end, Stage::Done);
         }
@@ -143,7 +143,7 @@ impl Search {
                 }
                 self.steps += 1;
                 let narrow = !(width > tolerance && high.t.is_finite());
-                if narrow || self.steps == MOST_STEPS {
+                if narrow || self.steps == MAX_STEPS {
                     self.stage = Stage::Done;
                     return;
                 }

@@ -12,7 +12,7 @@ use crate::optics::lanes::{Doubles, FilmTracer, Kernel, vectorize};
 const WASTE: f64 = 0.005;
 
 /// ... or there are this many.
-const MOST_RINGS: usize = 96;
+const MAX_RINGS: usize = 96;
 
 /// The film radius where light ends is found to this part of the largest.
 const EDGE: f64 = 1e-7;
@@ -212,7 +212,7 @@ impl Survey {
         if let (Some([_, middle, _]), Some(draft)) = (&span.inside, &span.draft) {
             let plain = middle.area();
             // What any ring wastes, however narrow, is no reason to split it.
-            let least = span.least_waste(middle);
+            let least = span.min_waste(middle);
             span.waste = (1.0 - plain / draft.area(0.5) - least).max(0.0);
         }
         span
@@ -226,7 +226,7 @@ impl Survey {
             let total: f64 = spans.iter().map(wasted).sum();
             let worst =
                 (0..spans.len()).max_by(|a, b| wasted(&spans[*a]).total_cmp(&wasted(&spans[*b])));
-            let (Some(worst), true) = (worst, total > WASTE * lit && spans.len() < MOST_RINGS)
+            let (Some(worst), true) = (worst, total > WASTE * lit && spans.len() < MAX_RINGS)
             else {
                 return;
             };
@@ -356,7 +356,7 @@ impl Span {
     }
 
     /// What the margins alone waste.
-    fn least_waste(&self, middle: &Outline) -> f64 {
+    fn min_waste(&self, middle: &Outline) -> f64 {
         let draft = Draft::between([middle, middle], [].into_iter());
         1.0 - middle.area() / draft.area(0.5)
     }

@@ -13,12 +13,12 @@ const HEADER: usize = 5;
 const CORNER: usize = 4;
 
 /// Parts into which the reach may be divided to find rings.
-const MOST_PARTS: usize = 1024;
+const MAX_PARTS: usize = 1024;
 
 /// The polygons of all rings, in precision `B`.
 #[derive(Clone, Debug)]
 pub(super) struct PupilTable<B> {
-    /// Equal parts of the reach in a millimetre.
+    /// Equal parts of the reach in a millimeter.
     parts_per_mm: B,
     /// For each part the first ring that may serve it.
     first: Vec<B>,
@@ -63,7 +63,7 @@ impl PupilTable<f64> {
         };
         let mut first = first_rings(parts);
         // Where light ends lie two boundaries, however narrow the parts.
-        while most(&first) > 2 && 2 * parts <= MOST_PARTS {
+        while most(&first) > 2 && 2 * parts <= MAX_PARTS {
             parts *= 2;
             first = first_rings(parts);
         }

@@ -259,7 +259,7 @@ impl Search<'_> {
     /// A piece that is nearly straight.
     fn meet(&mut self, curve: &Bezier, [u0, u1]: [f64; 2]) {
         let flat = |i: usize| curve.0[i].truncate();
-        // Beyond the lines across the ends it is the neighbours' turn.
+        // Beyond the lines across the ends it is the neighbors' turn.
         let before = |end: DVec2, inner: DVec2| (inner - end).dot(-end) < 0.0;
         if before(flat(0), flat(1)) || before(flat(3), flat(2)) {
             return;

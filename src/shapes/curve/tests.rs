@@ -130,7 +130,7 @@ fn ribbons_face_their_normals() {
     assert!(meet(&even, DVec3::new(0.21, 0.1, -5.0), DVec3::Z).is_none());
 }
 
-/// Rays toward the neighbourhood of the curve, from all sides.
+/// Rays toward the neighborhood of the curve, from all sides.
 fn rays() -> impl Iterator<Item = (DVec3, DVec3)> {
     points(3000).zip(points(6000).skip(3000)).map(|(a, b)| {
         let z = 2.0 * a.x - 1.0;

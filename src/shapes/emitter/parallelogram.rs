@@ -1,6 +1,6 @@
-//! A flat emitter of two triangles, as rectangular lamps are made of.
+//! A flat emitter of two triangles, as rectangular lights are made of.
 //!
-//! Sampled as one piece: its points are spread over the whole lamp by one pair of numbers, where a choice
+//! Sampled as one piece: its points are spread over the whole light by one pair of numbers, where a choice
 //! between the triangles would need a third, and there is one light to choose instead of two.
 
 use super::{EmitterSample, sample_at};

@@ -20,7 +20,7 @@ fn reference(p: Vec3) -> ReferencePoint {
         p_error: Vec3::ZERO,
         n: Vec3::ZERO,
         time: 0.0,
-        reception: Default::default(),
+        receiver_side: Default::default(),
     }
 }
 
@@ -412,12 +412,12 @@ fn two_triangles_are_one_lamp_where_they_make_a_parallelogram() {
         corner(1.7, 1.1),
         corner(0.4, 1.0),
     );
-    let lamp =
+    let emitter =
         |first, second| ParallelogramEmitter::of_triangles(first, second, Orientation::default());
     for turn in 0..3 {
         let turned = |[p, q, r]: [Vec3; 3]| [[p, q, r], [q, r, p], [r, p, q]][turn];
-        let piece = lamp(turned([a, b, c]), [a, c, d]).unwrap();
-        assert!(lamp([a, b, c], turned([a, c, d])).is_some());
+        let piece = emitter(turned([a, b, c]), [a, c, d]).unwrap();
+        assert!(emitter([a, b, c], turned([a, c, d])).is_some());
         let triangles = [flat([a, b, c]), flat([a, c, d])];
         let area = |t: &Triangle| 0.5 * (t.p[1] - t.p[0]).cross(t.p[2] - t.p[0]).length();
         // Corners are off by a rounding of 100, four millionths of the sides.
@@ -435,10 +435,10 @@ fn two_triangles_are_one_lamp_where_they_make_a_parallelogram() {
         );
     }
     // Turned against each other, not closed, not flat, without area, the same twice, apart.
-    assert!(lamp([a, b, c], [a, d, c]).is_none());
-    assert!(lamp([a, b, c], [a, c, d + 0.001 * Vec3::X]).is_none());
-    assert!(lamp([a, b, c], [a, c, d + 0.01 * Vec3::Y]).is_none());
-    assert!(lamp([a, a, c], [a, c, c]).is_none());
-    assert!(lamp([a, b, c], [a, b, c]).is_none());
-    assert!(lamp([a, b, c], [a, b, c].map(|p| p + Vec3::X)).is_none());
+    assert!(emitter([a, b, c], [a, d, c]).is_none());
+    assert!(emitter([a, b, c], [a, c, d + 0.001 * Vec3::X]).is_none());
+    assert!(emitter([a, b, c], [a, c, d + 0.01 * Vec3::Y]).is_none());
+    assert!(emitter([a, a, c], [a, c, c]).is_none());
+    assert!(emitter([a, b, c], [a, b, c]).is_none());
+    assert!(emitter([a, b, c], [a, b, c].map(|p| p + Vec3::X)).is_none());
 }

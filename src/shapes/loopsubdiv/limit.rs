@@ -20,7 +20,7 @@ pub(super) fn limit_positions(topology: &Topology, positions: &[DVec3]) -> Vec<D
 /// Unit normals from the positions on the limit surface, on the side from which the triangles turn
 /// clockwise, as the rings do.
 pub(super) fn limit_normals(topology: &Topology, limit: &[DVec3]) -> Vec<Vec3> {
-    // Most vertices have six neighbours.
+    // Most vertices have six neighbors.
     let six: [(f64, f64); 6] = std::array::from_fn(|i| (TAU * i as f64 / 6.0).sin_cos());
     let mut ring = Vec::new();
     let normal = |(vertex, &p): (&Vertex, &DVec3)| {
@@ -34,10 +34,10 @@ pub(super) fn limit_normals(topology: &Topology, limit: &[DVec3]) -> Vec<Vec3> {
                 n => (TAU * i as f64 / n as f64).sin_cos(),
             };
             let (mut s, mut t) = (DVec3::ZERO, DVec3::ZERO);
-            for (i, &neighbour) in ring.iter().enumerate() {
+            for (i, &neighbor) in ring.iter().enumerate() {
                 let (sin, cos) = weight(i);
-                s += cos * (neighbour - p);
-                t += sin * (neighbour - p);
+                s += cos * (neighbor - p);
+                t += sin * (neighbor - p);
             }
             (s, t)
         };
@@ -47,7 +47,7 @@ pub(super) fn limit_normals(topology: &Topology, limit: &[DVec3]) -> Vec<Vec3> {
     topology.vertices.iter().zip(limit).map(normal).collect()
 }
 
-/// Tangents along and across a boundary at `p` with the neighbours `ring` from end to end.
+/// Tangents along and across a boundary at `p` with the neighbors `ring` from end to end.
 fn boundary_tangents(p: DVec3, ring: &[DVec3]) -> (DVec3, DVec3) {
     let (Some(&first), Some(&last)) = (ring.first(), ring.last()) else {
         return (DVec3::ZERO, DVec3::ZERO);

@@ -6,7 +6,7 @@ use crate::math::Vec3;
 use crate::params::testing::read;
 use std::collections::HashMap;
 
-/// A solid of eight triangles with six vertices of four neighbours.
+/// A solid of eight triangles with six vertices of four neighbors.
 fn octahedron() -> LoopSubdivSpec {
     let positions = [DVec3::X, DVec3::Y, DVec3::Z];
     LoopSubdivSpec {
@@ -156,7 +156,7 @@ fn what_is_no_manifold_is_said_and_ends() {
     assert!(said[5].contains("1 of 1 triangles"));
 }
 
-/// The mean of the corners' neighbours, the slow way: for closed meshes.
+/// The mean of the corners' neighbors, the slow way: for closed meshes.
 fn brute_refine(triangles: &[[u32; 3]], p: &[DVec3]) -> (Vec<[u32; 3]>, Vec<DVec3>) {
     let mut opposite: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
     for t in triangles {
@@ -245,7 +245,7 @@ fn the_limit_of_inner_vertices_does_not_depend_on_the_levels() {
         for i in fixed {
             let i = number(i);
             assert!((coarse.positions[i] - fine.positions[i]).length() < 1e-13);
-            // Tangents are taken from neighbours at their limits, not from the mesh before: those of
+            // Tangents are taken from neighbors at their limits, not from the mesh before: those of
             // a coarse mesh are rough.
             let cos = coarse.normals[i].dot(fine.normals[i]);
             assert!(cos > 0.95, "{cos}");
@@ -287,7 +287,7 @@ fn planes_stay_planes_and_boundaries_lines() {
 
 #[test]
 fn limits_of_boundaries_are_pbrt_v3s() {
-    // Two of the three corners of a lone triangle, after no level: 3/5 of it, 1/5 of its neighbours.
+    // Two of the three corners of a lone triangle, after no level: 3/5 of it, 1/5 of its neighbors.
     let spec = LoopSubdivSpec {
         levels: 0,
         positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],

@@ -17,13 +17,13 @@ const REGULAR: [u32; 2] = [6, 4];
 pub(super) struct Vertex {
     /// One of the half-edges that leave it.
     pub start: u32,
-    /// Neighbours.
+    /// Neighbors.
     pub valence: u32,
     /// Lies on a boundary.
     pub boundary: bool,
 }
 
-/// Triangles with their neighbours.
+/// Triangles with their neighbors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Topology {
     /// Corners.
@@ -155,7 +155,7 @@ impl Topology {
         self.twin(previous(h))
     }
 
-    /// The neighbours of a vertex in turn; those of a boundary vertex from one end of the boundary
+    /// The neighbors of a vertex in turn; those of a boundary vertex from one end of the boundary
     /// to the other.
     pub fn ring(&self, vertex: &Vertex, mut visit: impl FnMut(u32)) {
         if !vertex.boundary {
@@ -299,14 +299,14 @@ impl Topology {
         refined
     }
 
-    /// Each neighbour with `weight`, and what is left of 1 for `p` itself.
+    /// Each neighbor with `weight`, and what is left of 1 for `p` itself.
     pub fn ring_mean(&self, vertex: &Vertex, p: DVec3, positions: &[DVec3], weight: f64) -> DVec3 {
         let mut sum = DVec3::ZERO;
         self.ring(vertex, |i| sum += positions[i as usize]);
         (1.0 - f64::from(vertex.valence) * weight) * p + weight * sum
     }
 
-    /// The two neighbours along the boundary with `weight` each, and what is left of 1 for `p`.
+    /// The two neighbors along the boundary with `weight` each, and what is left of 1 for `p`.
     pub fn boundary_mean(
         &self,
         vertex: &Vertex,
@@ -323,7 +323,7 @@ impl Topology {
     }
 }
 
-/// Warren's weight of a neighbour, as pbrt-v3 has it (Pharr, Jakob and Humphreys 2016, §3.8.2).
+/// Warren's weight of a neighbor, as pbrt-v3 has it (Pharr, Jakob and Humphreys 2016, §3.8.2).
 pub(super) fn beta(valence: u32) -> f64 {
     match valence {
         3 => 3.0 / 16.0,

@@ -43,7 +43,7 @@ fn imagemap(path: &Path, decoding: Decoding, top_first: bool) -> ImagemapSpec {
     let filter = Filter::Ewa {
         max_anisotropy: 8.0,
     };
-    let settings = PictureSettings {
+    let settings = ImageSettings {
         wrap: Wrap::Repeat,
         filter,
         decoding,
@@ -73,7 +73,7 @@ const PLAIN: Decoding = Decoding::Scaled {
     scale: 1.0,
 };
 
-/// Two rows of two texels: red and green above blue and grey.
+/// Two rows of two texels: red and green above blue and gray.
 fn quadrants(directory: &Path) -> PathBuf {
     let path = directory.join("quadrants.png");
     let texels = [[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [128, 128, 128]]];
@@ -123,7 +123,7 @@ fn scale_mix_bilerp_and_uv_combine() {
 }
 
 #[test]
-fn pictures_stand_on_their_lower_left_corner() {
+fn images_stand_on_their_lower_left_corner() {
     let directory = tempfile::tempdir().unwrap();
     let path = quadrants(directory.path());
     let s = [
@@ -150,28 +150,28 @@ fn pictures_stand_on_their_lower_left_corner() {
 fn texels_are_decoded_before_or_after_as_the_dialect_says() {
     let directory = tempfile::tempdir().unwrap();
     let path = quadrants(directory.path());
-    let grey = 128.0 / 255.0;
+    let gray = 128.0 / 255.0;
     for (decoding, expected) in [
         (
             Decoding::Scaled {
                 srgb: true,
                 scale: 2.0,
             },
-            2.0 * linear_from_srgb(grey),
+            2.0 * linear_from_srgb(gray),
         ),
         (
             Decoding::Scaled {
                 srgb: false,
                 scale: 2.0,
             },
-            2.0 * grey,
+            2.0 * gray,
         ),
         (
             Decoding::Power {
                 scale: 2.0,
                 gamma: 2.2,
             },
-            (2.0 * grey).powf(2.2),
+            (2.0 * gray).powf(2.2),
         ),
     ] {
         let (textures, _) = compile(
@@ -185,7 +185,7 @@ fn texels_are_decoded_before_or_after_as_the_dialect_says() {
         );
         assert!((textures.float(&float(0), &at(0.75, 0.25)) - expected).abs() < 1e-5);
     }
-    // A float texture decodes the luminance of the encoded colour, not the colours.
+    // A float texture decodes the luminance of the encoded color, not the colors.
     let (textures, _) = compile(
         &[TextureSpec::Imagemap(imagemap(
             &path,
@@ -202,7 +202,7 @@ fn texels_are_decoded_before_or_after_as_the_dialect_says() {
 }
 
 #[test]
-fn textures_share_filtered_pictures() {
+fn textures_share_filtered_images() {
     let directory = tempfile::tempdir().unwrap();
     let path = quadrants(directory.path());
     let other = Decoding::Scaled {
@@ -221,7 +221,7 @@ fn textures_share_filtered_pictures() {
 }
 
 #[test]
-fn a_missing_picture_is_grey_and_reported_once() {
+fn a_missing_image_is_gray_and_reported_once() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("missing.png");
     let spec = imagemap(
@@ -248,7 +248,7 @@ fn a_missing_picture_is_grey_and_reported_once() {
 
 /// One report for a file, at a texture that matters if there is one.
 #[test]
-fn a_broken_picture_is_reported_where_it_is_used() {
+fn a_broken_image_is_reported_where_it_is_used() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("broken.png");
     std::fs::write(&path, [0x89, b'P', b'N', b'G']).unwrap();
@@ -276,7 +276,7 @@ fn a_broken_picture_is_reported_where_it_is_used() {
             &Transform::IDENTITY,
             &Budget::unlimited(),
         );
-        let [TextureProblem::Picture { span, used, .. }] = &problems[..] else {
+        let [TextureProblem::ImageData { span, used, .. }] = &problems[..] else {
             panic!("{problems:?}");
         };
         assert_eq!((span.start, *used), expected, "{users:?}");

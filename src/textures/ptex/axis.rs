@@ -3,9 +3,9 @@
 use crate::assets::ptex::Border;
 
 /// Most texels that a kernel covers in a direction.
-pub(super) const MOST_TAPS: usize = 8;
+pub(super) const MAX_TAPS: usize = 8;
 
-/// Weights of neighbouring texels in one direction of a face.
+/// Weights of neighboring texels in one direction of a face.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
     /// The face has 2^`log2` texels in this direction.
@@ -13,7 +13,7 @@ pub(super) struct Axis {
     /// Where the first weight's texel is; those below 0 are beyond the face's low edge.
     pub start: i32,
     taps: usize,
-    weights: [f32; MOST_TAPS],
+    weights: [f32; MAX_TAPS],
 }
 
 /// Cubic B-spline (Mitchell and Netravali 1988, B = 1, C = 0), of width 4.
@@ -45,7 +45,7 @@ impl Axis {
     /// texels.
     ///
     /// The resolution is the coarsest with texels no wider than the footprint, so that the B-spline
-    /// covers four to eight of them. Beyond a quarter of a face it would reach past neighbours on both
+    /// covers four to eight of them. Beyond a quarter of a face it would reach past neighbors on both
     /// sides: first its width stays that of four texels of a quarter each, then two texels a face, and in
     /// the end one, are interpolated by Hermite steps.
     pub fn new(u: f32, width: f32, finest: u8) -> Axis {
@@ -75,10 +75,10 @@ impl Axis {
         Axis::around(log2, u * texels - 0.5, width * texels)
     }
 
-    /// A B-spline around `at`, in texels from the first one's centre, stretched by `width`.
+    /// A B-spline around `at`, in texels from the first one's center, stretched by `width`.
     fn around(log2: u8, at: f32, width: f32) -> Axis {
         let [start, end] = [at - 2.0 * width, at + 2.0 * width].map(|x| x.ceil() as i32);
-        let taps = (end - start).clamp(0, MOST_TAPS as i32) as usize;
+        let taps = (end - start).clamp(0, MAX_TAPS as i32) as usize;
         Axis::of(log2, start, taps, |i| {
             bspline(((start + i as i32) as f32 - at) / width)
         })
@@ -133,7 +133,7 @@ impl Axis {
     }
 
     /// Takes off what is beyond the edge: the high one, or the low one. It is then counted from the
-    /// neighbour's edge, as if this was turned as the face is.
+    /// neighbor's edge, as if this was turned as the face is.
     pub fn split(&mut self, high: bool) -> Axis {
         let size = self.size();
         let mut beyond = *self;
@@ -151,7 +151,7 @@ impl Axis {
         beyond
     }
 
-    /// Where there is no neighbour, what is beyond the edge counts for the outermost texel, or for
+    /// Where there is no neighbor, what is beyond the edge counts for the outermost texel, or for
     /// nothing.
     pub fn merge(&mut self, high: bool, border: Border) {
         let size = self.size();
@@ -180,7 +180,7 @@ impl Axis {
     /// For texels twice as wide: the weights of each two are added up.
     pub fn halve(&mut self) {
         let first = self.start.div_euclid(2);
-        let mut sums = [0.0; MOST_TAPS];
+        let mut sums = [0.0; MAX_TAPS];
         for (i, weight) in (self.start..).zip(self.weights()) {
             sums[(i.div_euclid(2) - first) as usize] += weight;
         }
@@ -197,7 +197,7 @@ impl Axis {
 
     /// For texels half as wide: each weight is divided among two. Only kernels of few texels may be.
     fn double(&mut self) {
-        let taps = (2 * self.taps).min(MOST_TAPS);
+        let taps = (2 * self.taps).min(MAX_TAPS);
         self.weights = std::array::from_fn(|i| 0.5 * self.weights[i / 2]);
         self.taps = taps;
         self.start *= 2;

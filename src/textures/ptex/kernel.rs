@@ -74,7 +74,7 @@ impl Kernel {
         beyond
     }
 
-    /// Puts what is beyond an edge without neighbour back: see [`Axis::merge`].
+    /// Puts what is beyond an edge without neighbor back: see [`Axis::merge`].
     pub fn merge(&mut self, edge: u8, [u, v]: [Border; 2]) {
         match edge & 3 {
             BOTTOM => self.v.merge(false, v),

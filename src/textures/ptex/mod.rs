@@ -12,14 +12,14 @@ use crate::math::{Rgb, Vec2};
 use crate::params::{NamedFile, ParamReader};
 use crate::surface::{Footprint, TexturePoint};
 
-/// A picture of its own for every face of a mesh, filtered across the faces' edges by a cubic B-spline
+/// An image of its own for every face of a mesh, filtered across the faces' edges by a cubic B-spline
 /// on quadrilaterals and by a Gaussian on triangles (Burley and Lacewell 2008, "Ptex: Per-Face Texture
 /// Mapping for Production Rendering", EGSR; the rules at edges, corners and between sizes of faces are
 /// those of its authors' library). The face is what the mesh says (`faceIndices`, or `face_indices` of
 /// a PLY file), the place on it the surface's (u, v).
 ///
 /// Parameters: string `filename`; float `gamma` 2.2: numbers between 0 and 1 are raised to that power
-/// after filtering, others stay as they are. A float texture of a coloured file is the mean of the
+/// after filtering, others stay as they are. A float texture of a colored file is the mean of the
 /// three results. A face that the file does not have, and all of a file that cannot be read, is black.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PtexSpec {
@@ -75,7 +75,7 @@ impl Ptex {
     }
 }
 
-/// A filtered number to the power `gamma`: what is beyond 0 and 1 is no encoded colour, and stays.
+/// A filtered number to the power `gamma`: what is beyond 0 and 1 is no encoded color, and stays.
 fn decode(v: f32, gamma: f32) -> f32 {
     match gamma != 1.0 && (0.0..=1.0).contains(&v) {
         true => v.powf(gamma),

@@ -1,5 +1,5 @@
 //! The filter on quadrilaterals: a separable kernel, cut where it crosses edges, its pieces weighed on
-//! the neighbours.
+//! the neighbors.
 
 use super::axis::Axis;
 use super::kernel::{BOTTOM, Kernel, LEFT, RIGHT, TOP};
@@ -8,11 +8,11 @@ use crate::assets::ptex::{Border, Face, PtexFile};
 use crate::math::{Rgb, Vec2};
 
 /// Most faces around a corner that are gathered.
-const MOST_AROUND: usize = 10;
+const MAX_AROUND: usize = 10;
 
 /// How often a piece that came to a subface may be cut again: one may reach past a subface in both
-/// directions and not farther. Neighbours that make no sense would lead on.
-const MOST_CUTS: u8 = 4;
+/// directions and not farther. Neighbors that make no sense would lead on.
+const MAX_CUTS: u8 = 4;
 
 /// The filtered value at `uv` of a face that exists, of footprint [∂(u,v)/∂x, ∂(u,v)/∂y].
 pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, [x, y]: [Vec2; 2]) -> Rgb {
@@ -68,11 +68,11 @@ struct Beside<'a> {
 impl<'a> Gathering<'a> {
     /// What lies beyond an edge.
     fn beyond(&self, face: &Face, edge: u8) -> Option<Beside<'a>> {
-        let neighbour = face.neighbour(edge)?;
+        let neighbor = face.neighbor(edge)?;
         Some(Beside {
-            number: neighbour.face,
-            face: self.file.face(neighbour.face)?,
-            edge: neighbour.edge,
+            number: neighbor.face,
+            face: self.file.face(neighbor.face)?,
+            edge: neighbor.edge,
         })
     }
 
@@ -84,7 +84,7 @@ impl<'a> Gathering<'a> {
             if !kernel.crosses(side) {
                 continue;
             }
-            if cuts == MOST_CUTS || face.neighbour(side).is_none() {
+            if cuts == MAX_CUTS || face.neighbor(side).is_none() {
                 kernel.merge(side, borders);
                 continue;
             }
@@ -93,7 +93,7 @@ impl<'a> Gathering<'a> {
                 if !beyond.crosses(end) {
                     continue;
                 }
-                if face.neighbour(end).is_none() {
+                if face.neighbor(end).is_none() {
                     beyond.merge(end, borders);
                     continue;
                 }
@@ -113,7 +113,7 @@ impl<'a> Gathering<'a> {
             if !kernel.crosses(end) {
                 continue;
             }
-            if cuts == MOST_CUTS || face.neighbour(end).is_none() {
+            if cuts == MAX_CUTS || face.neighbor(end).is_none() {
                 kernel.merge(end, borders);
                 continue;
             }
@@ -148,7 +148,7 @@ impl<'a> Gathering<'a> {
         } else if face.is_subface() && !to_subface {
             // A whole face refers to the first of two subfaces. From the second it is as from the first
             // beyond the next edge.
-            let back = beside.face.neighbour(beside.edge);
+            let back = beside.face.neighbor(beside.edge);
             let is_first = back.is_some_and(|back| back.face == number);
             kernel.leave_subface(edge + 4 - u8::from(is_first));
         }
@@ -158,7 +158,7 @@ impl<'a> Gathering<'a> {
 
     /// Adds a kernel that counts from where `beside` is. On a subface it may have to be cut again.
     fn add_turned(&mut self, kernel: Kernel, beside: Beside<'a>, cut: bool, cuts: u8) {
-        match cut && cuts < MOST_CUTS {
+        match cut && cuts < MAX_CUTS {
             true => self.add_across(kernel, beside.number, beside.face, cuts + 1),
             false => self.add(kernel, beside.face),
         }
@@ -169,7 +169,7 @@ impl<'a> Gathering<'a> {
         if kernel.is_empty() {
             return;
         }
-        let mut around: [Option<Beside>; MOST_AROUND] = [None; MOST_AROUND];
+        let mut around: [Option<Beside>; MAX_AROUND] = [None; MAX_AROUND];
         let mut last = Beside { number, face, edge };
         let mut closed = None;
         for (i, place) in around.iter_mut().enumerate() {
@@ -185,7 +185,7 @@ impl<'a> Gathering<'a> {
                     break;
                 }
             };
-            let back = next.face.neighbour(next.edge + 3);
+            let back = next.face.neighbor(next.edge + 3);
             let from_first = back.is_some_and(|back| back.face == last.number);
             if last.face.is_subface() && !next.face.is_subface() && from_first {
                 // The corner is in the middle of a whole face's edge: a single face is beyond it.
@@ -198,7 +198,7 @@ impl<'a> Gathering<'a> {
             *place = Some(next);
             last = next;
         }
-        // Faces besides this one and its neighbours across both edges.
+        // Faces besides this one and its neighbors across both edges.
         let count = closed.map_or(0, |faces| faces.saturating_sub(2));
         let corners = around.iter().flatten().skip(1).take(count);
         match count {
@@ -257,7 +257,7 @@ impl<'a> Gathering<'a> {
             && before.1 <= kernel.u.size()
             && before.3 <= kernel.v.size();
         if !inside {
-            // Only where neighbours do not fit together.
+            // Only where neighbors do not fit together.
             let weight = kernel.weight();
             kernel.u.clip();
             kernel.v.clip();

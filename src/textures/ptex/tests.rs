@@ -31,7 +31,7 @@ fn value(file: &PtexFile, face: u32, uv: Vec2, width: f32) -> f32 {
     filtered(file, face, uv, &footprint(Vec2::X * width, Vec2::Y * width)).x
 }
 
-/// Texels of a function of (u, v) at their centres.
+/// Texels of a function of (u, v) at their centers.
 fn sampled(at: Resolution, f: impl Fn(Vec2) -> f32) -> Vec<f32> {
     let size = Vec2::new(at.width() as f32, at.height() as f32);
     let texel = |i: usize| Vec2::new((i % at.width()) as f32, (i / at.width()) as f32) + 0.5;
@@ -177,7 +177,7 @@ fn wide_footprints_give_the_mean() {
     let ramp = |p: Vec2| 0.2 + 0.2 * p.x + 0.15 * p.y;
     let whole = four(res(4, 4), ramp);
     let file = file(&whole);
-    // Centre of a face, one texel a face: the face's own mean.
+    // Center of a face, one texel a face: the face's own mean.
     let v = value(&file, 0, Vec2::splat(0.5), 1.0);
     assert!((v - ramp(Vec2::splat(0.5))).abs() < 1e-5, "{v}");
     // At the corner the mean of four.
@@ -243,21 +243,21 @@ fn gamma_applies_between_0_and_1_after_filtering() {
 }
 
 #[test]
-fn constant_neighbourhoods_are_looked_up_at_once() {
+fn constant_neighborhoods_are_looked_up_at_once() {
     let at = res(5, 5);
     let mut writer = four(at, |_| 0.0);
     writer.faces[0] = (Face::new(at, [None; 4]).as_constant(true), vec![0.75]);
-    // Neighbours are not asked: here they do not agree.
+    // Neighbors are not asked: here they do not agree.
     assert_eq!(value(&file(&writer), 0, Vec2::ONE, 0.3), 0.75);
 }
 
-/// Logarithms of the resolution, whether it is a subface, and neighbours.
+/// Logarithms of the resolution, whether it is a subface, and neighbors.
 type WildFace = (u8, u8, bool, [Option<(u32, u8)>; 4]);
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
-    fn wild_neighbours_and_footprints_give_what_is_between_the_texels(
+    fn wild_neighbors_and_footprints_give_what_is_between_the_texels(
         triangles in any::<bool>(),
         faces in proptest::collection::vec(
             (0u8..4, 0u8..4, any::<bool>(), proptest::array::uniform4(proptest::option::of((0u32..4, 0u8..3)))),
@@ -270,9 +270,9 @@ proptest! {
         ),
     ) {
         let mesh = if triangles { MeshKind::Triangles } else { MeshKind::Quads };
-        let face = |i: usize, (u, v, sub, neighbours): WildFace| {
+        let face = |i: usize, (u, v, sub, neighbors): WildFace| {
             let at = if triangles { res(u, u) } else { res(u, v) };
-            let face = Face::new(at, neighbours);
+            let face = Face::new(at, neighbors);
             let texel = |k| 0.25 + 0.5 * unit_float(mix2(i as u64, k));
             (if sub { face.as_subface() } else { face }, (0..at.texels() as u64).map(texel).collect())
         };

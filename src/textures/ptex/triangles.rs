@@ -1,10 +1,10 @@
 //! The filter on triangles: a Gaussian over an ellipse, cut along edges, its pieces weighed on the
-//! neighbours.
+//! neighbors.
 //!
 //! A place on a triangle has three heights, one over each edge in units of the triangle's: v over the edge
 //! v = 0, w = 1 − u − v over the edge w = 0, and u over the edge u = 0. They add up to 1. The file's
 //! square of texels holds the triangles of corners (i, j), (i + 1, j), (i, j + 1) below its diagonal, and
-//! above it, turned about the square's centre line, those of (i + 1, j + 1), (i, j + 1), (i + 1, j).
+//! above it, turned about the square's center line, those of (i + 1, j + 1), (i, j + 1), (i + 1, j).
 
 use super::sum::{self, Weighted};
 use crate::assets::ptex::{Face, PtexFile, Resolution, Sample};
@@ -16,11 +16,11 @@ use std::cell::Cell;
 const KERNEL_WIDTH: f32 = 3.5;
 
 /// Longest ellipses, as length by breadth.
-const MOST_ECCENTRIC: f32 = 15.0;
+const MAX_ECCENTRIC: f32 = 15.0;
 
 /// Edges one may have to cross: six triangles are around a corner of a regular mesh, and an ellipse is no
 /// wider than twice a triangle. Each piece is smaller than what it is of, so that this is never reached.
-const MOST_CROSSED: u8 = 8;
+const MAX_CROSSED: u8 = 8;
 
 /// Positions of heights in arrays: edge by edge.
 const V: usize = 0;
@@ -44,13 +44,13 @@ pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, footprint: [Vec2;
     let value = gathering.sum / (gathering.weight * file.texels().one());
     match value.is_finite() {
         true => value,
-        // No texel's centre is in the ellipse.
+        // No texel's center is in the ellipse.
         false => sum::constant(file, face),
     }
 }
 
 /// An ellipse, or a part of it: within heights, and where a quadratic form of the differences to the
-/// centre's heights is below 1.
+/// center's heights is below 1.
 #[derive(Clone, Copy, Debug)]
 struct Ellipse {
     center: [f32; 3],
@@ -62,7 +62,7 @@ struct Ellipse {
 
 impl Ellipse {
     /// Around `uv`, with the logarithm of the resolution to take. In the plane of an equilateral triangle it
-    /// is no smaller than a texel and no longer than [`MOST_ECCENTRIC`] times its breadth.
+    /// is no smaller than a texel and no longer than [`MAX_ECCENTRIC`] times its breadth.
     fn new(uv: Vec2, [x, y]: [Vec2; 2], finest: u8) -> (Ellipse, u8) {
         let root3 = 3.0f32.sqrt();
         // a du² + b du dv + c dv² = ac − b²/4 on its border (Heckbert 1989, §3.2).
@@ -72,7 +72,7 @@ impl Ellipse {
         // The same for the equilateral triangle.
         let (mut ac, bc, mut cc) = (0.75 * a, 0.5 * root3 * (b - a), 0.25 * a - 0.5 * b + c);
         let spread = ((ac - cc) * (ac - cc) + bc * bc).sqrt();
-        let squared = MOST_ECCENTRIC * MOST_ECCENTRIC;
+        let squared = MAX_ECCENTRIC * MAX_ECCENTRIC;
         let for_length = 0.5 * ((squared + 1.0) / (squared - 1.0) * spread - (ac + cc));
         let texel = 0.5 / (1u32 << finest) as f32;
         let widening = for_length.max(texel * texel);
@@ -99,7 +99,7 @@ impl Ellipse {
         (ellipse, log2.clamp(0, i32::from(finest)) as u8)
     }
 
-    /// Takes off what is beyond an edge, and counts it from the neighbour whose edge `theirs` it is. The
+    /// Takes off what is beyond an edge, and counts it from the neighbor whose edge `theirs` it is. The
     /// height over that edge changes its sign; the edges that follow it, counterclockwise, face those that
     /// follow this one, and heights over both add up to 1.
     fn split(&mut self, edge: usize, theirs: usize) -> Ellipse {
@@ -159,19 +159,19 @@ struct Gathering<'a> {
 }
 
 impl Gathering<'_> {
-    /// Adds what is on a face and beyond its edges. What is beyond an edge without neighbour is left out.
+    /// Adds what is on a face and beyond its edges. What is beyond an edge without neighbor is left out.
     fn add_across(&mut self, mut ellipse: Ellipse, face: &Face, crossed: u8) {
         if ellipse.is_empty() {
             return;
         }
         for edge in [U, V, W] {
-            if ellipse.low[edge] >= 0.0 || crossed == MOST_CROSSED {
+            if ellipse.low[edge] >= 0.0 || crossed == MAX_CROSSED {
                 continue;
             }
-            if let Some(neighbour) = face.neighbour(edge as u8)
-                && let Some(beside) = self.file.face(neighbour.face)
+            if let Some(neighbor) = face.neighbor(edge as u8)
+                && let Some(beside) = self.file.face(neighbor.face)
             {
-                let beyond = ellipse.split(edge, usize::from(neighbour.edge));
+                let beyond = ellipse.split(edge, usize::from(neighbor.edge));
                 self.add_across(beyond, beside, crossed + 1);
             }
         }
@@ -212,7 +212,7 @@ struct Half<'a> {
 impl Half<'_> {
     fn new(ellipse: &Ellipse, log2: u8) -> Half<'_> {
         let side = 1 << log2;
-        // A texel's centre is a third of it over its edges.
+        // A texel's center is a third of it over its edges.
         let number = |height: f32| (height * side as f32 - 1.0 / 3.0).ceil() as i32;
         Half {
             ellipse,

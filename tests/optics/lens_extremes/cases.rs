@@ -17,7 +17,7 @@ pub fn case(name: impl Into<String>, text: impl Into<String>, film_distance: f64
     }
 }
 
-/// Radii from a tenth of a millimetre to a thousand kilometres, both ways round, and planes.
+/// Radii from a tenth of a millimeter to a thousand kilometers, both ways round, and planes.
 pub fn radii() -> Vec<Case> {
     let mut cases = vec![case("plane", "inf 5 1.5 20\ninf 0 1 20\n", 50.0)];
     for exponent in -1..=9 {

@@ -3,7 +3,7 @@
 use super::cases::{self, Case, prescription};
 use super::exact_optics::ExactLens;
 use super::exact_optics::dd::Dd;
-use super::neighbourhood::{DOUBLE, PATTERNS, ROUNDINGS};
+use super::neighborhood::{DOUBLE, PATTERNS, ROUNDINGS};
 use super::rays::lens;
 use fstop::optics::{
     FocusError, Lens, LensRay, LensTracer, Paraxial, Prescription, Surface, best_focus, focus,
@@ -53,7 +53,7 @@ fn check_first_order(surfaces: &[Surface]) -> Result<(), String> {
     let power = |l: &ExactLens| -(l.rows[l.rows.len() - 1].index * l.matrix()[2]);
     match p.cardinals {
         None => {
-            // A focal length of a million kilometres counts as none.
+            // A focal length of a million kilometers counts as none.
             let weak = power(&exact).hi.abs() <= 1.1e-12;
             let far = (l_over(&exact, 0)).max(l_over(&exact, 3)) >= 0.9e12;
             right(&exact, 0.0, power)
@@ -226,7 +226,7 @@ fn focusing_at_just_above_and_below_the_least_distance() {
 #[test]
 fn the_smallest_spot_of_a_perfect_surface_is_its_focus() {
     // An ellipsoid of conic constant −1/n² unites all rays of a distant point in its far focus, nR/(n − 1) behind its
-    // vertex (Born and Wolf §4.2.2): from a tenth of a millimetre to a thousand kilometres.
+    // vertex (Born and Wolf §4.2.2): from a tenth of a millimeter to a thousand kilometers.
     for exponent in -1..=9 {
         for n in [1.3, 1.5, 4.0] {
             let radius = 10f64.powi(exponent);
@@ -286,7 +286,7 @@ fn the_smallest_spot_is_found_or_the_reason_told() {
             let edge = edge(&tracer, object_z);
             let spot = |q: f64| spot(&tracer, object_z, edge, length, q);
             let least = spot(q);
-            // A hundredth of a millimetre either way, or what counts for such a lens.
+            // A hundredth of a millimeter either way, or what counts for such a lens.
             for shift in [-1e-4 * q, 1e-4 * q] {
                 // Squares have twice the relative rounding, and rays start as far away as the object.
                 assert!(

@@ -2,7 +2,7 @@
 
 use super::cases::{self, prescription};
 use super::exact_optics::ExactLens;
-use super::neighbourhood::{DOUBLE, Found, Neighbourhood, SINGLE};
+use super::neighborhood::{DOUBLE, Found, Neighborhood, SINGLE};
 use fstop::optics::lanes::{FilmTracer, Lanes};
 use fstop::optics::real::{Plain, Real};
 use fstop::optics::{Cause, Lens, LensRay, LensTracer, Prescription, Surface};
@@ -81,13 +81,13 @@ pub fn check_rays(
         let told = |what: &str, e: String| {
             format!("{name}, {what}, ray {i} from {film:?} to {rear:?}: {e}")
         };
-        Neighbourhood::new(&exact, ray.o, ray.d, false, DOUBLE)
+        Neighborhood::new(&exact, ray.o, ray.d, false, DOUBLE)
             .holds(found, length)
             .map_err(|e| told("f64", e))?;
         // In lens coordinates an f32 cannot tell film from lens where they are closer than this; FilmTracer can, below.
         if film_distance > 1e3 * SINGLE * length {
             let (ray, narrow) = trace_in(&single, &start);
-            Neighbourhood::new(&exact, ray.o, ray.d, false, SINGLE)
+            Neighborhood::new(&exact, ray.o, ray.d, false, SINGLE)
                 .holds(narrow, length)
                 .map_err(|e| told("f32", e))?;
         }
@@ -98,11 +98,11 @@ pub fn check_rays(
                 d: d.map(|x| -x),
             };
             let (ray, found) = trace_in(&double, &back);
-            Neighbourhood::new(&exact, ray.o, ray.d, false, DOUBLE)
+            Neighborhood::new(&exact, ray.o, ray.d, false, DOUBLE)
                 .holds(found, length)
                 .map_err(|e| told("f64 to the film", e))?;
             let (ray, narrow) = trace_in(&single, &back);
-            Neighbourhood::new(&exact, ray.o, ray.d, false, SINGLE)
+            Neighborhood::new(&exact, ray.o, ray.d, false, SINGLE)
                 .holds(narrow, length)
                 .map_err(|e| told("f32 to the film", e))?;
         }
@@ -154,7 +154,7 @@ fn check_lanes(
                 -film_distance,
             ];
             let told = |e| format!("{name}, lane {lane} from {o:?} along {d:?}: {e}");
-            Neighbourhood::new(exact, o, d, true, SINGLE)
+            Neighborhood::new(exact, o, d, true, SINGLE)
                 .holds(found, exact.length().hi)
                 .map_err(told)?;
         }
@@ -359,7 +359,7 @@ fn total_reflection_begins_where_it_does() {
                     } else {
                         trace_in(&single, &ray)
                     };
-                    Neighbourhood::new(&exact, traced.o, traced.d, false, epsilon)
+                    Neighborhood::new(&exact, traced.o, traced.d, false, epsilon)
                         .holds(found, 0.0)
                         .unwrap_or_else(|e| panic!("{n} {radius} {units}: {e}"));
                     if let Ok((_, d)) = found {
@@ -377,7 +377,7 @@ fn total_reflection_begins_where_it_does() {
 }
 
 #[test]
-fn numbers_that_are_none_make_no_rays_and_harm_no_neighbour() {
+fn numbers_that_are_none_make_no_rays_and_harm_no_neighbor() {
     let surfaces = prescription(
         "50 5 1.5 20\n-50 2 1 20\n0 3 0 10\n60 4 1.62 20 k=-0.3 A4=1e-6\n-45 0 1 20\n",
     )

@@ -3,7 +3,7 @@
 use super::{read, root};
 use crate::common::rendering::Render;
 use fstop::bsdf::fresnel_moments::FresnelMoments;
-use fstop::bssrdf::{Bssrdf, NormalisedChannel, Profile, ProfileTable, TabulatedChannel};
+use fstop::bssrdf::{Bssrdf, NormalizedChannel, Profile, ProfileTable, TabulatedChannel};
 use fstop::film::{self, Image, PixelBounds};
 use fstop::math::color::luminance;
 use fstop::math::frame::Frame;
@@ -19,7 +19,7 @@ const SIGMAS: f64 = 4.0;
 /// Half-width of a 95 % confidence interval in standard errors.
 const CONFIDENCE: f64 = 1.96;
 
-/// The mean luminance of a picture, and its standard error.
+/// The mean luminance of an image, and its standard error.
 struct Light {
     mean: f64,
     error: f64,
@@ -38,7 +38,7 @@ impl Light {
         Light::within(&image, image.bounds)
     }
 
-    /// Of the part `bounds` of a picture with variances.
+    /// Of the part `bounds` of an image with variances.
     fn within(image: &Image, bounds: PixelBounds) -> Light {
         let variances = image.variance.as_ref().expect("variances");
         let (mut count, mut sum, mut variance) = (0.0, 0.0, 0.0);
@@ -76,9 +76,9 @@ impl Light {
 const FLOOR: &str = "Material \"matte\"\nShape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
     \"point P\" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]\n";
 
-/// A floor and a lamp above it, out of sight.
-fn lit(lamp: &str) -> Light {
-    let world = format!("{FLOOR}Translate 0 2 0\n{lamp}");
+/// A floor and a light above it, out of sight.
+fn lit(source: &str) -> Light {
+    let world = format!("{FLOOR}Translate 0 2 0\n{source}");
     Light::of("random", "directlighting", &world)
 }
 
@@ -135,28 +135,28 @@ pub fn shadow_holes() -> String {
 
 /// A cylinder stretched along its axis, and the same written longer.
 pub fn stretched_cylinder() -> String {
-    let lamp = |scale: f32, end: f32| {
+    let source = |scale: f32, end: f32| {
         format!(
             "Scale 1 1 {scale}\nAreaLightSource \"diffuse\" \"rgb L\" [9 9 9] \"integer samples\" [8]\n\
              Shape \"cylinder\" \"float radius\" [.2] \"float zmin\" [-{end}] \"float zmax\" [{end}]"
         )
     };
-    let ratio = lit(&lamp(3.0, 0.3)).equal_to(&lit(&lamp(1.0, 0.9)), 0.0);
+    let ratio = lit(&source(3.0, 0.3)).equal_to(&lit(&source(1.0, 0.9)), 0.0);
     format!("a cylinder's light under `Scale 1 1 3` over that of one three times as long: {ratio}")
 }
 
 /// A projector under a large scale and under none.
 pub fn scaled_projector() -> String {
-    let lamp = |scale: f32| {
+    let source = |scale: f32| {
         format!(
             "Rotate 90 1 0 0\nScale {scale} {scale} {scale}\nLightSource \"projection\" \"float fov\" [60]"
         )
     };
-    let ratio = lit(&lamp(5000.0)).equal_to(&lit(&lamp(1.0)), 1e-4);
+    let ratio = lit(&source(5000.0)).equal_to(&lit(&source(1.0)), 1e-4);
     format!("light under a scale of 5000 over that under none: {ratio}")
 }
 
-/// pbrt-v3 blends and normalises quaternions whose cosine is above 0.9995; the largest error of the
+/// pbrt-v3 blends and normalizes quaternions whose cosine is above 0.9995; the largest error of the
 /// angle on the way, as a part of the whole angle.
 pub fn small_turns() -> String {
     let half = 0.9995f64.acos();
@@ -179,10 +179,10 @@ pub fn small_turns() -> String {
 
 /// The samplers that one stands in for, and `random`.
 pub fn samplers() -> String {
-    let lamp = format!(
+    let source = format!(
         "{FLOOR}LightSource \"infinite\"\nMaterial \"plastic\"\nShape \"sphere\" \"float radius\" [.8]"
     );
-    let random = Light::of("random", "path", &lamp);
+    let random = Light::of("random", "path", &source);
     let names = [
         "halton",
         "sobol",
@@ -191,7 +191,7 @@ pub fn samplers() -> String {
         "maxmindist",
     ];
     let texts = names.map(|name| {
-        let light = Light::of(name, "path", &lamp);
+        let light = Light::of(name, "path", &source);
         format!("`{name}` {}", light.equal_to(&random, 0.0))
     });
     format!("mean over that with `random`: {}", texts.join(", "))
@@ -234,11 +234,11 @@ pub fn chalk_and_milk() -> String {
     )
 }
 
-/// A lamp that is an instance, above a floor.
+/// A light that is an instance, above a floor.
 pub fn instanced_lamp() -> String {
-    let lamp = "ObjectBegin \"lamp\"\nAreaLightSource \"diffuse\" \"rgb L\" [9 9 9]\n\
-        Shape \"sphere\"\nObjectEnd\nObjectInstance \"lamp\"";
-    let floor = lit(lamp).mean;
+    let source = "ObjectBegin \"light\"\nAreaLightSource \"diffuse\" \"rgb L\" [9 9 9]\n\
+        Shape \"sphere\"\nObjectEnd\nObjectInstance \"light\"";
+    let floor = lit(source).mean;
     assert_eq!(floor, 0.0);
     format!("a floor receives {floor} from such a light")
 }
@@ -248,16 +248,16 @@ pub fn below_a_ball() -> String {
     let table = ProfileTable::new(0.0, 1.33);
     let (albedos, lengths) = ([0.5, 0.9, 0.98], [0.02, 0.01, 0.005]);
     let tabulated = |c: usize| TabulatedChannel::new(table.row(albedos[c]), lengths[c], 1e-12);
-    let normalised = |c: usize| NormalisedChannel::new(albedos[c], lengths[c], 1e-12);
+    let normalized = |c: usize| NormalizedChannel::new(albedos[c], lengths[c], 1e-12);
     let tabulated = Profile::Tabulated([0, 1, 2].map(tabulated));
-    let normalised = Profile::Normalised([0, 1, 2].map(normalised));
-    let [tabulated, normalised] = [tabulated, normalised].map(|profile| lost(profile, &table));
+    let normalized = Profile::Normalized([0, 1, 2].map(normalized));
+    let [tabulated, normalized] = [tabulated, normalized].map(|profile| lost(profile, &table));
     assert!(
-        tabulated >= 0.0 && normalised > 1.0,
-        "{tabulated}, {normalised}"
+        tabulated >= 0.0 && normalized > 1.0,
+        "{tabulated}, {normalized}"
     );
     format!(
-        "{tabulated:.1} % of the longest channel below `subsurface`, {normalised:.1} % below `disney`, for \
+        "{tabulated:.1} % of the longest channel below `subsurface`, {normalized:.1} % below `disney`, for \
          lengths 4 : 2 : 1 on a ball of 50 lengths"
     )
 }
@@ -302,14 +302,14 @@ fn lost(profile: Profile, table: &ProfileTable) -> f64 {
         let Some(probe) = bssrdf.probe(number(0), Vec2::new(number(1), number(2))) else {
             continue;
         };
-        let centre = -Vec3::Z.as_dvec3();
-        let (o, d) = (probe.o.as_dvec3() - centre, probe.d.as_dvec3());
+        let center = -Vec3::Z.as_dvec3();
+        let (o, d) = (probe.o.as_dvec3() - center, probe.d.as_dvec3());
         let b = o.dot(d);
         let root = (b * b - o.length_squared() + 1.0).sqrt();
         for t in [-b - root, -b + root] {
             if (0.0..=f64::from(probe.length)).contains(&t) {
                 let n = o + t * d;
-                let p = (centre + n).as_vec3();
+                let p = (center + n).as_vec3();
                 let value = bssrdf.value(p).x;
                 ours += f64::from(value / bssrdf.pdf(p, n.as_vec3()));
                 theirs += f64::from(value / all_channels(p, n.as_vec3()));
@@ -386,14 +386,14 @@ pub fn black_channels() -> String {
 /// An emitter without material above a glossy floor, and one that is black.
 pub fn bare_emitter() -> String {
     let floor = FLOOR.replace("\"matte\"", "\"metal\" \"float roughness\" [.1]");
-    let lamp = |material: &str| {
+    let source = |material: &str| {
         let world = format!(
             "{floor}Material {material}\nAreaLightSource \"diffuse\" \"rgb L\" [5 5 5]\n\
              Translate 0 2 1\nShape \"sphere\" \"float radius\" [.5]"
         );
         Light::of("random", "volpath", &world)
     };
-    let black = lamp("\"matte\" \"rgb Kd\" [0 0 0]");
-    let ratio = lamp("\"none\"").equal_to(&black, 0.0);
+    let black = source("\"matte\" \"rgb Kd\" [0 0 0]");
+    let ratio = source("\"none\"").equal_to(&black, 0.0);
     format!("its light over that with a black material: {ratio}")
 }

@@ -46,7 +46,7 @@ enum Proof {
     /// A scene of `tests/scenes/valid`, and a line of the messages that it is rendered with, empty
     /// for none.
     Scene(&'static str, &'static str),
-    /// A scene compared with pbrt-v3's picture.
+    /// A scene compared with pbrt-v3's image.
     Reference(&'static str),
     /// The measurement in the row.
     Measurement,
@@ -170,7 +170,7 @@ fn every_row_has_its_section() {
 
 #[test]
 fn the_page_is_current() {
-    // An unoptimised program would take minutes.
+    // An unoptimized program would take minutes.
     if cfg!(debug_assertions) {
         return;
     }

@@ -314,7 +314,7 @@ pub const ROWS: &[Row] = &[
         what: "Rough dielectrics with an index near 1",
         much: &[Words("black, or all of the light")],
         held: &[Test(
-            "src/materials/wild.rs",
+            "src/materials/robustness.rs",
             "nothing_is_ever_not_a_number",
         )],
     },
@@ -338,7 +338,7 @@ pub const ROWS: &[Row] = &[
         what: "Texture values that are not numbers",
         much: NO_IMAGE,
         held: &[Test(
-            "src/materials/wild.rs",
+            "src/materials/robustness.rs",
             "nothing_is_ever_not_a_number",
         )],
     },

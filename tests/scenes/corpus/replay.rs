@@ -67,7 +67,7 @@ fn every_target_can_run() {
     }
 }
 
-/// The grammar is of use only where its scenes get past the parser: of random bytes most make a picture.
+/// The grammar is of use only where its scenes get past the parser: of random bytes most make an image.
 #[test]
 fn most_scenes_of_the_grammar_render() {
     const SCENES: u64 = 300;

@@ -1,6 +1,6 @@
 //! `tests/scenes/valid`: scenes in every spelling that public scene files have. Each is rendered by
-//! the program, must end well, say exactly what is recorded beside it, and give a finite picture.
-//! `tests/scenes/passable`: scenes with the mistakes that pbrt-v3 reports and renders on after. They
+//! the program, must end well, say exactly what is recorded beside it, and give a finite image.
+//! `tests/scenes/recoverable`: scenes with the mistakes that pbrt-v3 reports and renders on after. They
 //! are refused, and rendered with `--keep-going`.
 
 use crate::common::program::{differs_from_recorded, fstop, scenes};
@@ -47,13 +47,13 @@ fn render(scene: &Path, more: &[&str], code: i32) -> Result<(), String> {
     }
     for entry in std::fs::read_dir(folder.path()).expect("the folder") {
         let path = entry.expect("an entry").path();
-        let picture = fstop::film::read(&path).map_err(|e| e.to_string())?.image;
-        if !picture
+        let image = fstop::film::read(&path).map_err(|e| e.to_string())?.image;
+        if !image
             .pixels
             .iter()
             .all(|p| p.is_finite() && p.min_element() >= 0.0)
         {
-            return Err(format!("{}: not a finite picture", scene.display()));
+            return Err(format!("{}: not a finite image", scene.display()));
         }
     }
     Ok(())
@@ -81,15 +81,15 @@ fn every_valid_scene_renders() {
 }
 
 #[test]
-fn every_passable_scene_renders_when_asked_to() {
-    for scene in scenes("passable") {
+fn every_recoverable_scene_renders_when_asked_to() {
+    for scene in scenes("recoverable") {
         let refused = fstop(["render".as_ref(), scene.as_os_str()]);
         assert_eq!(refused.code, 2, "{}: {}", scene.display(), refused.stderr);
     }
-    render_all("passable", 3, &["--keep-going"], 1);
+    render_all("recoverable", 3, &["--keep-going"], 1);
 }
 
-/// Mean of all channels of the picture of one scene, with all its samples.
+/// Mean of all channels of the image of one scene, with all its samples.
 fn mean(scene: &str) -> f64 {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let output = folder.path().join("picture.exr");
@@ -97,13 +97,13 @@ fn mean(scene: &str) -> f64 {
     let arguments = ["render", "--strict", "--quiet", scene.as_str(), "-o"];
     let run = fstop((arguments.map(std::ffi::OsStr::new).into_iter()).chain([output.as_os_str()]));
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{scene}");
-    let picture = fstop::film::read(&output).expect("a picture").image;
-    let sum: f64 = picture
+    let image = fstop::film::read(&output).expect("an image").image;
+    let sum: f64 = image
         .pixels
         .iter()
         .map(|p| f64::from(p.element_sum()))
         .sum();
-    sum / (3 * picture.pixels.len()) as f64
+    sum / (3 * image.pixels.len()) as f64
 }
 
 /// Where an object begins inside a scope of attributes that ends before it does, the outer

@@ -43,7 +43,7 @@ fn read() -> String {
     std::fs::read_to_string(page()).unwrap_or_default()
 }
 
-/// Takes over a scene's row, or checks that it is there already. An unoptimised program takes fewer
+/// Takes over a scene's row, or checks that it is there already. An unoptimized program takes fewer
 /// samples: its rows differ and nothing is checked.
 pub fn record(entries: &[Entry], reasons: &[Reason], name: &str, cells: [String; 4]) {
     if cfg!(debug_assertions) {

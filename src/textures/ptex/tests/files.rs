@@ -4,7 +4,7 @@ use super::*;
 
 /// The files of `tests/scenes/valid`: what they are called, and how they are written.
 fn small_files() -> [(&'static str, Writer); 2] {
-    // Four squares, in each of which a colour prevails, and of the four numbers a texel one is alpha.
+    // Four squares, in each of which a color prevails, and of the four numbers a texel one is alpha.
     let colors = [
         [0.8, 0.2, 0.1],
         [0.2, 0.7, 0.3],

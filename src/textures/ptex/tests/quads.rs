@@ -41,10 +41,10 @@ fn a_ramp_goes_on_over_an_edge_however_the_faces_are_turned() {
             };
             // Its edge that lies along u = 1 of the square is the one before, `turn` times.
             let own = (1 + 4 - turn) & 3;
-            let mut neighbours = [None; 4];
-            neighbours[usize::from(own)] = Some((1, edge));
+            let mut neighbors = [None; 4];
+            neighbors[usize::from(own)] = Some((1, edge));
             first[0] = (
-                Face::new(res(5, 5), neighbours),
+                Face::new(res(5, 5), neighbors),
                 sampled(res(5, 5), |uv| ramp(spin(uv))),
             );
             let mut back = [None; 4];
@@ -135,7 +135,7 @@ fn all_faces_around_a_corner_agree_there() {
 }
 
 #[test]
-fn missing_neighbours_are_as_the_border_says() {
+fn missing_neighbors_are_as_the_border_says() {
     let at = res(3, 3);
     let with = |borders| {
         let face = (Face::new(at, [None; 4]), vec![1.0; 64]);
@@ -159,7 +159,7 @@ fn missing_neighbours_are_as_the_border_says() {
         let v = value(&black, 0, uv, 0.0);
         assert!(v.abs() < 0.3, "{v}");
     }
-    // A torus of one face: its own neighbour all around.
+    // A torus of one face: its own neighbor all around.
     let torus = Face::new(at, [Some((0, 2)), Some((0, 3)), Some((0, 0)), Some((0, 1))]);
     let periodic = file(&Writer {
         borders: [2, 2],
@@ -222,10 +222,10 @@ fn subfaces(at: Resolution, f: impl Fn(Vec2) -> f32) -> (Writer, impl Fn(u32, Ve
     };
     // Whole faces refer to the first subface counterclockwise around themselves.
     let whole = |face: u32| {
-        let mut neighbours = [None; 4];
+        let mut neighbors = [None; 4];
         let first = 5 + face % 4;
-        neighbours[((face + 1) & 3) as usize] = Some((first, 3));
-        Face::new(res(at.u + 1, at.v + 1), neighbours)
+        neighbors[((face + 1) & 3) as usize] = Some((first, 3));
+        Face::new(res(at.u + 1, at.v + 1), neighbors)
     };
     let mut faces = vec![(Face::new(res(0, 0), [None; 4]), vec![0.0])];
     for face in 1..9 {

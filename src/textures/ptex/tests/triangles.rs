@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn triangles_join_their_neighbours_on_every_edge() {
+fn triangles_join_their_neighbors_on_every_edge() {
     // Two equilateral triangles in the plane, joined on any two edges, and a ramp over both.
     let corners = [Vec2::ZERO, Vec2::X, Vec2::new(0.5, 0.75f32.sqrt())];
     let plane = |[a, b, c]: [Vec2; 3]| move |uv: Vec2| a + uv.x * (b - a) + uv.y * (c - a);
@@ -18,18 +18,18 @@ fn triangles_join_their_neighbours_on_every_edge() {
         others[(theirs + 1) % 3] = start;
         others[(theirs + 2) % 3] = start + end - off;
         let [here, there] = [plane(corners), plane(others)];
-        let mut neighbours = [[None; 4]; 2];
-        neighbours[0][mine] = Some((1, theirs as u8));
-        neighbours[1][theirs] = Some((0, mine as u8));
+        let mut neighbors = [[None; 4]; 2];
+        neighbors[0][mine] = Some((1, theirs as u8));
+        neighbors[1][theirs] = Some((0, mine as u8));
         let writer = Writer {
             mesh: MeshKind::Triangles,
             faces: vec![
                 (
-                    Face::new(at, neighbours[0]),
+                    Face::new(at, neighbors[0]),
                     sampled_triangle(at, |uv| ramp(here(uv))),
                 ),
                 (
-                    Face::new(at, neighbours[1]),
+                    Face::new(at, neighbors[1]),
                     sampled_triangle(at, |uv| ramp(there(uv))),
                 ),
             ],
@@ -37,7 +37,7 @@ fn triangles_join_their_neighbours_on_every_edge() {
         };
         let file = file(&writer);
         let corner_uv = [Vec2::ZERO, Vec2::X, Vec2::Y];
-        // Not in its middle, where a neighbour that is turned over looks the same.
+        // Not in its middle, where a neighbor that is turned over looks the same.
         let on = |edge: usize| corner_uv[edge].lerp(corner_uv[(edge + 1) % 3], 0.4);
         for face in 0..2 {
             let edge = if face == 0 { mine } else { theirs };
@@ -45,7 +45,7 @@ fn triangles_join_their_neighbours_on_every_edge() {
             for into in [0.0, 0.05, 0.15] {
                 let uv = on(edge).lerp(Vec2::splat(1.0 / 3.0), into);
                 let v = value(&file, face, uv, 0.0);
-                // The lattice of centres is not quite even in the ellipse: a hundredth of a texel.
+                // The lattice of centers is not quite even in the ellipse: a hundredth of a texel.
                 assert!(
                     (v - ramp(map(uv))).abs() < 3e-4,
                     "{v} {} {mine} {theirs}",

@@ -1,6 +1,6 @@
 //! Optics in numbers of 32 digits, written independently of the program: what its own are measured against.
 //!
-//! Rays are traced with the textbook's other form (sphere by its centre, Snell's law with vectors; Born and Wolf,
+//! Rays are traced with the textbook's other form (sphere by its center, Snell's law with vectors; Born and Wolf,
 //! *Principles of Optics*, §4.6 and 3.2.2), which cancels for weak curvatures and therefore needs the digits.
 
 #![allow(dead_code, reason = "not every test needs all of it")]
@@ -207,7 +207,7 @@ fn cross(
             let center = [Dd::ZERO, Dd::ZERO, vertex + radius];
             let from_center = minus(o, center);
             let b = dot(d, from_center);
-            // The squared distance of the line from the centre, not the difference of two large numbers.
+            // The squared distance of the line from the center, not the difference of two large numbers.
             let foot = minus(from_center, d.map(|x| x * b));
             let square = radius * radius - dot(foot, foot);
             near(square / (radius * radius));

@@ -1,4 +1,4 @@
-//! Pictures on disk: textures and light maps.
+//! Images on disk: textures and light maps.
 
 use super::{openexr, pfm};
 use crate::budget::{Budget, OverBudget};
@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-/// Memory every picture may take, whatever its file's size: 22 million texels.
+/// Memory every image may take, whatever its file's size: 22 million texels.
 pub(super) const FREE_BYTES: u64 = 256 << 20;
 
 /// Beyond [`FREE_BYTES`], decoded bytes per byte of the file. Deflate reaches at most 1032:1 and
@@ -27,11 +27,11 @@ pub enum Encoding {
     Srgb,
 }
 
-/// A picture of RGB texels as stored in its file: integer formats scaled to 0…1 but *not* decoded
-/// from sRGB, float formats unchanged; grey ones have three equal channels; alpha is dropped.
+/// An image of RGB texels as stored in its file: integer formats scaled to 0…1 but *not* decoded
+/// from sRGB, float formats unchanged; gray ones have three equal channels; alpha is dropped.
 /// Of an OpenEXR file this is the data window, wherever it lies.
 #[derive(Clone, Debug)]
-pub struct Picture {
+pub struct ImageData {
     /// Texels in a row; at least 1.
     pub width: usize,
     /// Rows; at least 1.
@@ -41,9 +41,9 @@ pub struct Picture {
     texels: Vec<Rgb>,
 }
 
-/// Why a picture cannot be used.
+/// Why an image cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum PictureError {
+pub enum ImageFileError {
     /// The file cannot be read at all.
     #[error("cannot read '{}': {problem}", path.display())]
     Unreadable {
@@ -53,7 +53,7 @@ pub enum PictureError {
         problem: FileProblem,
     },
     /// Neither the content nor the extension is of a format known here.
-    #[error("'{}' is not a picture format fstop reads (.exr, .png, .jpg, .tga, .hdr, .pfm)", path.display())]
+    #[error("'{}' is not an image format fstop reads (.exr, .png, .jpg, .tga, .hdr, .pfm)", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -76,17 +76,17 @@ pub enum PictureError {
     },
 }
 
-impl PictureError {
-    /// The bytes of a file that holds pictures.
-    pub(super) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, PictureError> {
-        files::read_within(path, budget).map_err(|problem| PictureError::Unreadable {
+impl ImageFileError {
+    /// The bytes of a file that holds images.
+    pub(super) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, ImageFileError> {
+        files::read_within(path, budget).map_err(|problem| ImageFileError::Unreadable {
             path: path.into(),
             problem,
         })
     }
 }
 
-/// Picture sizes a decoder may trust: checked before anything of that size is allocated.
+/// ImageData sizes a decoder may trust: checked before anything of that size is allocated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SizeLimit {
     /// That the file's size justifies.
@@ -148,29 +148,30 @@ impl SizeLimit {
     }
 }
 
-impl Picture {
+impl ImageData {
     /// Reads `path`; the content's signature decides the format, where there is one, else the
     /// extension. Corrupted files are errors and never allocate more than their size justifies, nor
     /// more than `budget` has.
-    pub fn load(path: &Path, budget: &Budget) -> Result<Picture, PictureError> {
-        let bytes = PictureError::read(path, budget)?;
-        let too_large = |source| PictureError::TooLarge {
+    pub fn load(path: &Path, budget: &Budget) -> Result<ImageData, ImageFileError> {
+        let bytes = ImageFileError::read(path, budget)?;
+        let too_large = |source| ImageFileError::TooLarge {
             path: path.into(),
             source,
         };
         let _file = budget.hold(bytes.len() as u64).map_err(too_large)?;
         let format = Format::of(path, &bytes)
-            .ok_or_else(|| PictureError::UnknownFormat { path: path.into() })?;
+            .ok_or_else(|| ImageFileError::UnknownFormat { path: path.into() })?;
         let limit = SizeLimit::for_file(bytes.len()).within(budget);
-        let picture =
-            Picture::decode(&bytes, format, limit).map_err(|message| PictureError::Malformed {
+        let image = ImageData::decode(&bytes, format, limit).map_err(|message| {
+            ImageFileError::Malformed {
                 path: path.into(),
                 message,
-            })?;
+            }
+        })?;
         // What becomes of it: a pyramid of maps, each a quarter of the last.
-        let bytes = size_of_val(picture.texels()) as u64;
+        let bytes = size_of_val(image.texels()) as u64;
         budget.take(bytes / 3 * 4).map_err(too_large)?;
-        Ok(picture)
+        Ok(image)
     }
 
     /// From `height` rows of `width` texels, top row first; `None` where the counts disagree or
@@ -180,9 +181,9 @@ impl Picture {
         height: usize,
         encoding: Encoding,
         texels: Vec<Rgb>,
-    ) -> Option<Picture> {
+    ) -> Option<ImageData> {
         let whole = !texels.is_empty() && width.checked_mul(height) == Some(texels.len());
-        whole.then_some(Picture {
+        whole.then_some(ImageData {
             width,
             height,
             encoding,
@@ -200,7 +201,7 @@ impl Picture {
         &self.texels
     }
 
-    fn decode(bytes: &[u8], format: Format, limit: SizeLimit) -> Result<Picture, String> {
+    fn decode(bytes: &[u8], format: Format, limit: SizeLimit) -> Result<ImageData, String> {
         match format {
             Format::OpenExr => openexr::read(bytes, limit),
             Format::Pfm => pfm::read(bytes, limit),
@@ -245,7 +246,7 @@ fn read_with_image_crate(
     bytes: &[u8],
     format: ImageFormat,
     limit: SizeLimit,
-) -> Result<Picture, String> {
+) -> Result<ImageData, String> {
     let size = ImageReader::with_format(Cursor::new(bytes), format)
         .into_dimensions()
         .map_err(|e| e.to_string())?;
@@ -264,7 +265,7 @@ fn read_with_image_crate(
     let rgb = decoded.into_rgb32f();
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);
     let texels = rgb.as_raw().chunks_exact(3).map(Rgb::from_slice).collect();
-    Picture::from_texels(width, height, encoding, texels).ok_or_else(|| "it has no pixels".into())
+    ImageData::from_texels(width, height, encoding, texels).ok_or_else(|| "it has no pixels".into())
 }
 
 #[cfg(test)]
@@ -274,12 +275,12 @@ mod tests {
     use image::{ImageBuffer, Luma};
     use proptest::prelude::*;
 
-    fn decode(bytes: &[u8], format: Format) -> std::result::Result<Picture, String> {
-        Picture::decode(bytes, format, SizeLimit::for_file(bytes.len()))
+    fn decode(bytes: &[u8], format: Format) -> std::result::Result<ImageData, String> {
+        ImageData::decode(bytes, format, SizeLimit::for_file(bytes.len()))
     }
 
-    fn load(path: &Path) -> std::result::Result<Picture, PictureError> {
-        Picture::load(path, &Budget::unlimited())
+    fn load(path: &Path) -> std::result::Result<ImageData, ImageFileError> {
+        ImageData::load(path, &Budget::unlimited())
     }
 
     /// Red grows to the right, green downwards; every value is a multiple of 1/256.
@@ -341,23 +342,23 @@ mod tests {
         bytes
     }
 
-    fn is_gradient(path: &Path) -> Picture {
-        let picture = load(path).unwrap();
-        assert_eq!((picture.width, picture.height), (WIDTH, HEIGHT));
-        picture
+    fn is_gradient(path: &Path) -> ImageData {
+        let image = load(path).unwrap();
+        assert_eq!((image.width, image.height), (WIDTH, HEIGHT));
+        image
     }
 
     #[test]
-    fn eight_bit_pictures_are_scaled_to_one_and_stay_encoded() {
+    fn eight_bit_images_are_scaled_to_one_and_stay_encoded() {
         let directory = tempfile::tempdir().unwrap();
         for name in ["a.png", "a.tga", "a.PNG"] {
             let path = write(directory.path(), name, |p| bytes8().save(p).unwrap());
-            let picture = is_gradient(&path);
-            assert_eq!(picture.encoding, super::Encoding::Srgb);
+            let image = is_gradient(&path);
+            assert_eq!(image.encoding, super::Encoding::Srgb);
             for (x, y) in [(0, 0), (8, 0), (3, 4)] {
                 let expected = gradient(x, y) * (256.0 / 255.0);
                 assert!(
-                    (picture.pixel(x, y) - expected).abs().max_element() < 1e-6,
+                    (image.pixel(x, y) - expected).abs().max_element() < 1e-6,
                     "{name} at {x}, {y}"
                 );
             }
@@ -374,7 +375,7 @@ mod tests {
             std::fs::copy(&path, &misnamed).unwrap();
             for path in [path, misnamed] {
                 let texel = load(&path).unwrap().pixel(15, 7) * 255.0;
-                // Lossy, and its colour transform rounds: within two steps of a flat colour.
+                // Lossy, and its color transform rounds: within two steps of a flat color.
                 assert!((texel - Rgb::new(200.0, 100.0, 50.0)).abs().max_element() <= 2.0);
             }
         }
@@ -383,26 +384,26 @@ mod tests {
     #[test]
     fn sixteen_bit_png_keeps_its_precision() {
         let directory = tempfile::tempdir().unwrap();
-        let grey = ImageBuffer::<Luma<u16>, _>::from_fn(3, 1, |x, _| {
+        let gray = ImageBuffer::<Luma<u16>, _>::from_fn(3, 1, |x, _| {
             Luma([[1, 12345, 65535][x as usize]])
         });
-        let path = write(directory.path(), "deep.png", |p| grey.save(p).unwrap());
-        let picture = load(&path).unwrap();
+        let path = write(directory.path(), "deep.png", |p| gray.save(p).unwrap());
+        let image = load(&path).unwrap();
         for (x, stored) in [1.0f32, 12345.0, 65535.0].into_iter().enumerate() {
-            assert!((picture.pixel(x, 0) * 65535.0 - stored).abs().max_element() < 1e-2);
+            assert!((image.pixel(x, 0) * 65535.0 - stored).abs().max_element() < 1e-2);
         }
     }
 
     #[test]
-    fn radiance_pictures_are_linear() {
+    fn radiance_images_are_linear() {
         let directory = tempfile::tempdir().unwrap();
         let image = image::Rgb32FImage::from_pixel(8, 4, image::Rgb([100.0, 1.0, 0.5]));
         let path = write(directory.path(), "a.hdr", |p| image.save(p).unwrap());
-        let picture = load(&path).unwrap();
-        assert_eq!(picture.encoding, super::Encoding::Linear);
+        let image = load(&path).unwrap();
+        assert_eq!(image.encoding, super::Encoding::Linear);
         // A common exponent for three 8-bit mantissas: steps of 128/256.
         assert!(
-            (picture.pixel(7, 3) - Rgb::new(100.0, 1.0, 0.5))
+            (image.pixel(7, 3) - Rgb::new(100.0, 1.0, 0.5))
                 .abs()
                 .max_element()
                 <= 0.5
@@ -423,16 +424,16 @@ mod tests {
             let path = write(directory.path(), "a.exr", |p| {
                 std::fs::write(p, bytes).unwrap()
             });
-            let picture = is_gradient(&path);
-            assert_eq!(picture.encoding, super::Encoding::Linear);
+            let image = is_gradient(&path);
+            assert_eq!(image.encoding, super::Encoding::Linear);
             for (x, y) in [(0, 0), (8, 0), (3, 4)] {
                 // Multiples of 1/256 below 1 are exact in half floats.
-                assert_eq!(picture.pixel(x, y), gradient(x, y));
+                assert_eq!(image.pixel(x, y), gradient(x, y));
             }
         }
-        let grey = exr_with(["Y", "U", "V"], "", true, (0, 0));
-        let path = write(directory.path(), "grey.exr", |p| {
-            std::fs::write(p, grey).unwrap()
+        let gray = exr_with(["Y", "U", "V"], "", true, (0, 0));
+        let path = write(directory.path(), "gray.exr", |p| {
+            std::fs::write(p, gray).unwrap()
         });
         assert_eq!(is_gradient(&path).pixel(4, 1), Rgb::splat(gradient(4, 1).x));
         let depth = exr_with(["X", "Z", "U"], "", true, (0, 0));
@@ -501,7 +502,7 @@ mod tests {
     }
 
     #[test]
-    fn truncated_files_are_errors_or_pictures_but_never_panics() {
+    fn truncated_files_are_errors_or_images_but_never_panics() {
         for (format, bytes) in samples() {
             assert!(decode(&bytes, format).is_ok(), "{format:?}");
             for end in 0..bytes.len() {
@@ -513,7 +514,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
-        fn corrupted_files_are_errors_or_pictures_but_never_panics(
+        fn corrupted_files_are_errors_or_images_but_never_panics(
             which in 0usize..6,
             edits in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 1..8),
         ) {
@@ -522,8 +523,8 @@ mod tests {
                 let at = at.index(bytes.len());
                 bytes[at] = value;
             }
-            if let Ok(picture) = decode(&bytes, format) {
-                prop_assert_eq!(picture.texels().len(), picture.width * picture.height);
+            if let Ok(image) = decode(&bytes, format) {
+                prop_assert_eq!(image.texels().len(), image.width * image.height);
             }
         }
     }

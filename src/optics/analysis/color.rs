@@ -1,4 +1,4 @@
-//! Colour errors: where the hydrogen lines C (red) and F (blue) go instead of d (yellow).
+//! Color errors: where the hydrogen lines C (red) and F (blue) go instead of d (yellow).
 
 use super::chief::ChiefFinder;
 use crate::optics::dispersion::{AbbeModel, LINE_C, LINE_F};
@@ -7,18 +7,18 @@ use crate::optics::paraxial::Paraxial;
 use crate::optics::prescription::Prescription;
 use serde::Serialize;
 
-/// Lateral and longitudinal colour of a lens whose file tells of dispersion.
+/// Lateral and longitudinal color of a lens whose file tells of dispersion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Colour {
+pub struct Color {
     /// Focal point of F minus that of C, mm: positive where blue focuses farther from the lens.
     pub longitudinal: Option<f64>,
     /// Over the field.
-    pub lateral: Vec<LateralColour>,
+    pub lateral: Vec<LateralColor>,
 }
 
 /// What becomes of the chief ray of one film point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LateralColour {
+pub struct LateralColor {
     /// Film height at the d line, mm.
     pub height: f64,
     /// Film height of light of the C line from the same direction minus that of d, mm.
@@ -30,10 +30,10 @@ pub struct LateralColour {
 /// Film heights of the curve.
 const HEIGHTS: u32 = 13;
 
-impl Colour {
+impl Color {
     /// Of the lens with its film `film_distance` mm behind it, up to the film height `edge`; `None` where the file tells nothing.
     /// Directions are those of a distant object.
-    pub fn new(prescription: &Prescription, film_distance: f64, edge: f64) -> Option<Colour> {
+    pub fn new(prescription: &Prescription, film_distance: f64, edge: f64) -> Option<Color> {
         if !prescription.disperses() {
             return None;
         }
@@ -53,14 +53,14 @@ impl Colour {
             .map(|i| edge * f64::from(i) / f64::from(HEIGHTS - 1))
             .filter_map(|height| {
                 let angle = yellow.find(height)?.signed_angle();
-                Some(LateralColour {
+                Some(LateralColor {
                     height,
                     red: height_of(&red_lens, angle, height)? - height,
                     blue: height_of(&blue_lens, angle, height)? - height,
                 })
             })
             .collect();
-        Some(Colour {
+        Some(Color {
             longitudinal: focus(&blue).zip(focus(&red)).map(|(b, r)| b - r),
             lateral,
         })
@@ -68,7 +68,7 @@ impl Colour {
 }
 
 /// The film height whose chief ray comes in at this signed field angle, near `guess`: the secant method, as
-/// colours land within a fraction of a millimetre of each other.
+/// colors land within a fraction of a millimeter of each other.
 fn height_of(chief: &ChiefFinder, angle: f64, guess: f64) -> Option<f64> {
     if guess == 0.0 {
         return Some(0.0);
@@ -97,21 +97,21 @@ mod tests {
         let p =
             Prescription::parse("0 0 0 0 10\n100 1e-6 1.5168 64.17 30\n-100 0 1 0 30\n").unwrap();
         let f = 100.0 / (2.0 * 0.5168);
-        let colour = Colour::new(&p, f, 20.0).unwrap();
-        let longitudinal = colour.longitudinal.unwrap();
+        let color = Color::new(&p, f, 20.0).unwrap();
+        let longitudinal = color.longitudinal.unwrap();
         // To first order in 1/V.
         assert!(
             (longitudinal / (-f / 64.17) - 1.0).abs() < 0.02,
             "{longitudinal}"
         );
-        // The stop at the lens: no lateral colour.
-        for point in &colour.lateral {
+        // The stop at the lens: no lateral color.
+        for point in &color.lateral {
             assert!(
                 point.red.abs() + point.blue.abs() < 1e-6 * 20.0,
                 "{point:?}"
             );
         }
         let plain = Prescription::parse("100 1 1.5168 30\n-100 0 1 30\n").unwrap();
-        assert_eq!(Colour::new(&plain, f, 20.0), None);
+        assert_eq!(Color::new(&plain, f, 20.0), None);
     }
 }

@@ -16,7 +16,7 @@ pub const SINGLE: f64 = f32::EPSILON as f64 / 2.0;
 pub type Found = Result<([f64; 3], [f64; 3]), Option<(usize, Cause)>>;
 
 /// The exact answer, and those for data that are off by some roundings.
-pub struct Neighbourhood {
+pub struct Neighborhood {
     center: Outcome,
     shaken: Vec<Outcome>,
     /// Relative rounding of the number type, times the square of the largest index.
@@ -30,7 +30,7 @@ pub const ROUNDINGS: f64 = 16.0;
 /// Patterns of up and down that are tried.
 pub const PATTERNS: u64 = 12;
 
-impl Neighbourhood {
+impl Neighborhood {
     /// Of the ray from `o` (z from the last vertex where `behind`) along `d`.
     pub fn new(
         lens: &ExactLens,
@@ -38,7 +38,7 @@ impl Neighbourhood {
         d: [f64; 3],
         behind: bool,
         epsilon: f64,
-    ) -> Neighbourhood {
+    ) -> Neighborhood {
         let trace = |lens: &ExactLens, o: [f64; 3], d: [f64; 3]| {
             let mut o = o.map(Dd::from);
             if behind {
@@ -63,7 +63,7 @@ impl Neighbourhood {
             let d = [turn(d[0], 1), turn(d[1], 2), turn(d[2], 0)];
             trace(&lens.shaken(by, pattern), o, d)
         });
-        Neighbourhood {
+        Neighborhood {
             center: trace(lens, o, d),
             shaken: shaken.collect(),
             epsilon,
@@ -99,7 +99,7 @@ impl Neighbourhood {
             _ if !decided => return Ok(()),
             (exact, found) => return Err(format!("found {found:?}, exact {exact:?}")),
         };
-        // Nor can it be told how far a ray may be off that hardly any of its neighbours follows.
+        // Nor can it be told how far a ray may be off that hardly any of its neighbors follows.
         if self.shaken.iter().filter(|o| o.end.is_ok()).count() < self.shaken.len() / 2 {
             return Ok(());
         }

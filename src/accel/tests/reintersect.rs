@@ -43,7 +43,7 @@ fn check_convex(geometry: &Geometry, center: Vec3, size: f32, random: &mut Rando
             p_error: Vec3::ZERO,
             n: Vec3::ZERO,
             time: 0.0,
-            reception: Default::default(),
+            receiver_side: Default::default(),
         };
         assert!(!geometry.occluded(&from.shadow_ray_to(s.p, s.p_error, s.n), &opaque));
     }

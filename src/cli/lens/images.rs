@@ -1,10 +1,10 @@
-//! The report's pictures as files, with an overview in Markdown.
+//! The report's images as files, with an overview in Markdown.
 
 use super::page::Content;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Writes the pictures of one lens to `folder/name`, and returns its part of the overview.
+/// Writes the images of one lens to `folder/name`, and returns its part of the overview.
 pub fn write_all(folder: &Path, content: &Content) -> Result<String, String> {
     let own = folder.join(&content.name);
     std::fs::create_dir_all(&own).map_err(|e| format!("cannot make {}: {e}", own.display()))?;

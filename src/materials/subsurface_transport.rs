@@ -16,16 +16,16 @@ use arrayvec::ArrayVec;
 use std::ops::Range;
 
 /// Where transmitted light goes on.
-pub struct Beneath<'a> {
+pub struct SubsurfaceTransport<'a> {
     /// Factor of its throughput: of light that several parts let through, one has been chosen.
     pub share: Rgb,
     /// How it wanders below the surface; `None` where it goes straight on.
     pub bssrdf: Option<Bssrdf<'a>>,
 }
 
-impl Beneath<'_> {
+impl SubsurfaceTransport<'_> {
     /// All of it on the way that it has.
-    pub const STRAIGHT_ON: Self = Beneath {
+    pub const STRAIGHT_ON: Self = SubsurfaceTransport {
         share: Rgb::ONE,
         bssrdf: None,
     };
@@ -45,7 +45,7 @@ impl Material {
     /// Where light goes on that this material's `bsdf` at `hit` has transmitted as `sample` says;
     /// `materials` are the scene's, for the handles of mixes, and `choice` gives a fresh number in
     /// [0, 1) if one is needed.
-    pub fn beneath<'a>(
+    pub fn subsurface_transport<'a>(
         &'a self,
         hit: &SurfaceHit,
         (bsdf, sample): (&Bsdf, &BsdfSample),
@@ -53,14 +53,14 @@ impl Material {
         textures: &Textures,
         materials: &'a [Material],
         choice: impl FnOnce() -> f32,
-    ) -> Beneath<'a> {
+    ) -> SubsurfaceTransport<'a> {
         let mix = match &self.kind {
             MaterialKind::Mix(mix) if mix.has_interior => mix,
-            MaterialKind::Mix(_) => return Beneath::STRAIGHT_ON,
+            MaterialKind::Mix(_) => return SubsurfaceTransport::STRAIGHT_ON,
             _ => {
-                return Beneath {
+                return SubsurfaceTransport {
                     bssrdf: self.bssrdf(hit, bsdf, footprint, textures),
-                    ..Beneath::STRAIGHT_ON
+                    ..SubsurfaceTransport::STRAIGHT_ON
                 };
             }
         };
@@ -75,10 +75,10 @@ impl Material {
             choose(&parts, (bsdf, sample), hit, choice)
         };
         let Some((id, share)) = chosen else {
-            return Beneath::STRAIGHT_ON;
+            return SubsurfaceTransport::STRAIGHT_ON;
         };
         let part = materials.get(id.index());
-        Beneath {
+        SubsurfaceTransport {
             share,
             bssrdf: part.and_then(|part| part.bssrdf(hit, bsdf, footprint, textures)),
         }

@@ -8,7 +8,7 @@ use std::ops::Range;
 /// The look-ups made for one directive, shared by its readers. All names lie in one string: a
 /// scene may have a million shapes, each asking for a dozen names.
 #[derive(Debug, Default)]
-pub(super) struct Asked {
+pub(super) struct ParamUse {
     log: RefCell<Log>,
 }
 
@@ -31,7 +31,7 @@ pub enum TextureRead {
 /// The textures that the parameters of one thing name, in the order in which they were read.
 pub type TexturesRead = Vec<TextureRead>;
 
-impl Asked {
+impl ParamUse {
     pub fn record(&self, name: &str, group: ParamGroup) {
         let Log { names, entries, .. } = &mut *self.log.borrow_mut();
         let start = names.len();

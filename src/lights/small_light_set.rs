@@ -1,24 +1,24 @@
 //! Choosing one of up to eight lights: as [`super::clusters`] does, with the same estimates and the same even share, but
 //! without a tree.
 
-use super::clusters::{Candidate, EVEN_SHARE, pick, sum};
 use super::lanes::{LANES, Lanes, Receiver};
+use super::light_tree::{Candidate, EVEN_SHARE, pick, sum};
 use crate::handles::LightId;
 
 /// Up to eight lights, in lanes of the same numbers.
 #[derive(Clone, Debug)]
-pub(super) struct Few {
+pub(super) struct SmallLightSet {
     lanes: Lanes,
     /// What is shared out evenly among groups: sums to 1.
     even: [f32; LANES],
     len: usize,
 }
 
-impl Few {
-    /// From the candidates for all lights, of which those beyond the eighth are left out. Distances below `least_distance`
+impl SmallLightSet {
+    /// From the candidates for all lights, of which those beyond the eighth are left out. Distances below `min_distance`
     /// do not count as nearer.
-    pub(super) fn new(candidates: &[Candidate], least_distance: f32) -> Few {
-        let mut few = Few {
+    pub(super) fn new(candidates: &[Candidate], min_distance: f32) -> SmallLightSet {
+        let mut few = SmallLightSet {
             lanes: Lanes::empty(),
             even: [0.0; LANES],
             len: candidates.len().min(LANES),
@@ -27,7 +27,7 @@ impl Few {
             let lane = candidate.light.index();
             if let Some(even) = few.even.get_mut(lane) {
                 *even = candidate.even;
-                few.lanes.set(lane, &candidate.reach, least_distance);
+                few.lanes.set(lane, &candidate.reach, min_distance);
             }
         }
         few
@@ -45,7 +45,7 @@ impl Few {
         Some((LightId(lane as u32), probabilities[lane]))
     }
 
-    /// Probability with which [`Few::sample`] chooses `light`.
+    /// Probability with which [`SmallLightSet::sample`] chooses `light`.
     pub(super) fn pmf(&self, to: &Receiver, light: LightId) -> f32 {
         let probabilities = self.probabilities(to);
         probabilities.get(light.index()).copied().unwrap_or(0.0)

@@ -13,7 +13,7 @@ use crate::scene::options::Options;
 
 /// What is turned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Knob {
+pub enum Setting {
     /// Nothing: the scene as it stands.
     Scene,
     /// Samples a pixel.
@@ -34,80 +34,80 @@ pub enum Knob {
     Filter,
 }
 
-impl Knob {
+impl Setting {
     /// For tables.
     pub fn name(self) -> &'static str {
         match self {
-            Knob::Scene => "scene",
-            Knob::Samples => "samples",
-            Knob::Sampler => "sampler",
-            Knob::LensModel => "lens model",
-            Knob::Precision => "precision",
-            Knob::PupilSampling => "pupil sampling",
-            Knob::MaxDepth => "maxdepth",
-            Knob::LightChoice => "light choice",
-            Knob::Filter => "filter",
+            Setting::Scene => "scene",
+            Setting::Samples => "samples",
+            Setting::Sampler => "sampler",
+            Setting::LensModel => "lens model",
+            Setting::Precision => "precision",
+            Setting::PupilSampling => "pupil sampling",
+            Setting::MaxDepth => "maxdepth",
+            Setting::LightChoice => "light choice",
+            Setting::Filter => "filter",
         }
     }
 
     /// May a recommendation turn it? A filter is a matter of taste.
     pub fn is_quality(self) -> bool {
-        !matches!(self, Knob::Scene | Knob::Samples | Knob::Filter)
+        !matches!(self, Setting::Scene | Setting::Samples | Setting::Filter)
     }
 }
 
 /// One setting.
 #[derive(Clone, Debug)]
-pub struct Rung {
+pub struct Candidate {
     /// What is turned.
-    pub knob: Knob,
+    pub setting: Setting,
     /// To what: as the scene file spells it.
-    pub setting: String,
+    pub value: String,
     /// All options, this one included.
     pub options: Options,
 }
 
-/// All settings for a scene, the scene's own first: the sample counts `counts`, every other knob at
+/// All settings for a scene, the scene's own first: the sample counts `counts`, every other setting at
 /// `spp` samples a pixel.
-pub fn ladder(options: &Options, spp: u32, counts: &[u32]) -> Vec<Rung> {
+pub fn candidates(options: &Options, spp: u32, counts: &[u32]) -> Vec<Candidate> {
     let base = with(options, |o| o.sampler = o.sampler.clone().with_spp(spp));
-    let mut rungs = vec![Rung {
-        knob: Knob::Scene,
-        setting: "as it stands".into(),
+    let mut candidates = vec![Candidate {
+        setting: Setting::Scene,
+        value: "as it stands".into(),
         options: base.clone(),
     }];
-    let mut add = |knob, setting: String, options| {
-        rungs.push(Rung {
-            knob,
+    let mut add = |setting, value: String, options| {
+        candidates.push(Candidate {
             setting,
+            value,
             options,
         })
     };
     for &n in counts {
         let options = with(&base, |o| o.sampler = o.sampler.clone().with_spp(n));
-        add(Knob::Samples, n.to_string(), options);
+        add(Setting::Samples, n.to_string(), options);
     }
     for (name, sampler) in samplers(&base.sampler) {
         add(
-            Knob::Sampler,
+            Setting::Sampler,
             name.into(),
             with(&base, |o| o.sampler = sampler),
         );
     }
-    for (knob, setting, camera) in cameras(&base.camera) {
-        add(knob, setting, with(&base, |o| o.camera = camera));
+    for (setting, value, camera) in cameras(&base.camera) {
+        add(setting, value, with(&base, |o| o.camera = camera));
     }
-    for (knob, setting, spec) in integrators(&base.integrator.spec) {
-        add(knob, setting, with(&base, |o| o.integrator.spec = spec));
+    for (setting, value, spec) in integrators(&base.integrator.spec) {
+        add(setting, value, with(&base, |o| o.integrator.spec = spec));
     }
     for (name, filter) in filters(&base.filter) {
         add(
-            Knob::Filter,
+            Setting::Filter,
             name.into(),
             with(&base, |o| o.filter = filter),
         );
     }
-    rungs
+    candidates
 }
 
 fn with(options: &Options, change: impl FnOnce(&mut Options)) -> Options {
@@ -138,7 +138,7 @@ fn samplers(own: &SamplerSpec) -> Vec<(&'static str, SamplerSpec)> {
 }
 
 /// Lens models, precisions and pupil samplings that the scene does not use.
-fn cameras(own: &CameraSpec) -> Vec<(Knob, String, CameraSpec)> {
+fn cameras(own: &CameraSpec) -> Vec<(Setting, String, CameraSpec)> {
     let CameraSpec::Realistic(own) = own else {
         return Vec::new();
     };
@@ -154,7 +154,7 @@ fn cameras(own: &CameraSpec) -> Vec<(Knob, String, CameraSpec)> {
         let mut spec = own.clone();
         spec.model = model;
         all.push((
-            Knob::LensModel,
+            Setting::LensModel,
             model.to_string(),
             CameraSpec::Realistic(spec),
         ));
@@ -163,7 +163,7 @@ fn cameras(own: &CameraSpec) -> Vec<(Knob, String, CameraSpec)> {
         let mut spec = own.clone();
         spec.precision = precision;
         all.push((
-            Knob::Precision,
+            Setting::Precision,
             name.to_string(),
             CameraSpec::Realistic(spec),
         ));
@@ -175,7 +175,7 @@ fn cameras(own: &CameraSpec) -> Vec<(Knob, String, CameraSpec)> {
         let mut spec = own.clone();
         spec.pupil_sampling = sampling;
         all.push((
-            Knob::PupilSampling,
+            Setting::PupilSampling,
             name.to_string(),
             CameraSpec::Realistic(spec),
         ));
@@ -184,7 +184,7 @@ fn cameras(own: &CameraSpec) -> Vec<(Knob, String, CameraSpec)> {
 }
 
 /// Depths and choices of lights that the scene does not use.
-fn integrators(own: &IntegratorSpec) -> Vec<(Knob, String, IntegratorSpec)> {
+fn integrators(own: &IntegratorSpec) -> Vec<(Setting, String, IntegratorSpec)> {
     let mut all = Vec::new();
     let depths = |own: u32| {
         // Half as deep each time, and twice as deep once: what the end of the path costs.
@@ -206,7 +206,7 @@ fn integrators(own: &IntegratorSpec) -> Vec<(Knob, String, IntegratorSpec)> {
             for depth in depths(path.max_depth) {
                 let mut path = path.clone();
                 path.max_depth = depth;
-                all.push((Knob::MaxDepth, depth.to_string(), rebuilt(path)));
+                all.push((Setting::MaxDepth, depth.to_string(), rebuilt(path)));
             }
             let strategies = [
                 ("spatial", SelectionStrategy::Spatial),
@@ -217,7 +217,7 @@ fn integrators(own: &IntegratorSpec) -> Vec<(Knob, String, IntegratorSpec)> {
                 if strategy != path.light_strategy {
                     let mut path = path.clone();
                     path.light_strategy = strategy;
-                    all.push((Knob::LightChoice, name.to_string(), rebuilt(path)));
+                    all.push((Setting::LightChoice, name.to_string(), rebuilt(path)));
                 }
             }
         }
@@ -226,7 +226,7 @@ fn integrators(own: &IntegratorSpec) -> Vec<(Knob, String, IntegratorSpec)> {
                 let mut direct = direct.clone();
                 direct.max_depth = depth;
                 all.push((
-                    Knob::MaxDepth,
+                    Setting::MaxDepth,
                     depth.to_string(),
                     IntegratorSpec::DirectLighting(direct),
                 ));
@@ -237,7 +237,7 @@ fn integrators(own: &IntegratorSpec) -> Vec<(Knob, String, IntegratorSpec)> {
                 let mut whitted = whitted.clone();
                 whitted.max_depth = depth;
                 all.push((
-                    Knob::MaxDepth,
+                    Setting::MaxDepth,
                     depth.to_string(),
                     IntegratorSpec::Whitted(whitted),
                 ));

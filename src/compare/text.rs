@@ -1,7 +1,7 @@
 //! What a comparison found, in sentences.
 
 use super::verdict::{Level, Statistic};
-use super::{Comparison, NoiseSource, Picture, Uniformity};
+use super::{Comparison, NoiseSource, Side, Uniformity};
 use crate::film::PixelBounds;
 
 /// Names of the channels.
@@ -11,19 +11,15 @@ impl Comparison {
     /// The verdict in a sentence.
     pub fn sentence(&self) -> String {
         if self.non_finite.unmatched > 0 {
-            return format!("The pictures differ: {}.", self.broken());
+            return format!("The images differ: {}.", self.broken());
         }
         let (p, alpha) = (self.verdict.p(), self.verdict.alpha);
         match self.verdict.worst() {
             Some(level) if !self.verdict.agrees() => {
-                format!(
-                    "The pictures differ: {}{}.",
-                    describe(level),
-                    self.chance(p)
-                )
+                format!("The images differ: {}{}.", describe(level), self.chance(p))
             }
             _ => format!(
-                "The pictures agree: {} (p = {}; below {alpha} they would differ).",
+                "The images agree: {} (p = {}; below {alpha} they would differ).",
                 match self.noise {
                     NoiseSource::None => "every value is the same but for the tolerance",
                     _ => "their differences are no larger than their noise explains",
@@ -54,13 +50,13 @@ impl Comparison {
                 capitalised(&self.broken())
             ));
         }
-        if self.neighbours.suspicious() && self.noise != NoiseSource::None {
+        if self.neighbors.suspicious() && self.noise != NoiseSource::None {
             cautions.push(format!(
-                "Differences of neighbouring pixels correlate ({:+.2}): either something moved, or the \
-                 pictures' noise is not independent from pixel to pixel (splatting filter, denoiser, \
+                "Differences of neighboring pixels correlate ({:+.2}): either something moved, or the \
+                 images' noise is not independent from pixel to pixel (splatting filter, denoiser, \
                  scaling) and tests of blocks are too sure; then compare renders with independent pixels, \
                  or without variances use a cell as wide as the filter (--noise spatial --cell N).",
-                self.neighbours.correlation
+                self.neighbors.correlation
             ));
         }
         cautions.extend(self.caution_of_p_values());
@@ -96,30 +92,27 @@ impl Comparison {
         let who = match self.noise {
             NoiseSource::Stored | NoiseSource::None => return None,
             NoiseSource::Spatial => String::new(),
-            NoiseSource::SpatialWithout(picture) => format!("{picture} has no variances: "),
-            NoiseSource::SpatialWithoutBoth => "Neither picture has variances: ".to_owned(),
+            NoiseSource::SpatialWithout(image) => format!("{image} has no variances: "),
+            NoiseSource::SpatialWithoutBoth => "Neither image has variances: ".to_owned(),
         };
         Some(capitalised(&format!(
             "{who}the noise is estimated from the scatter of the difference within blocks. That assumes \
-             pixels independent of each other and differences as likely up as down (pictures made alike); \
+             pixels independent of each other and differences as likely up as down (images made alike); \
              single wrong pixels are not found. For a sharper test render both with --variance."
         )))
     }
 
     /// Which values are no numbers.
     fn broken(&self) -> String {
-        let of = |picture: Picture| {
-            let (count, first) = self.non_finite.of(picture)?;
+        let of = |image: Side| {
+            let (count, first) = self.non_finite.of(image)?;
             let pixels = if count == 1 { "pixel" } else { "pixels" };
             Some(format!(
-                "{picture} has {count} {pixels} that are infinite or not a number (the first at {}, {})",
+                "{image} has {count} {pixels} that are infinite or not a number (the first at {}, {})",
                 first.x, first.y
             ))
         };
-        let found: Vec<String> = [Picture::A, Picture::B]
-            .into_iter()
-            .filter_map(of)
-            .collect();
+        let found: Vec<String> = [Side::A, Side::B].into_iter().filter_map(of).collect();
         found.join(" and ")
     }
 }
@@ -129,8 +122,8 @@ fn describe(level: &Level) -> String {
     let worst = &level.worst;
     let (place, channel) = (place(level, worst.bounds), CHANNELS[worst.channel.min(2)]);
     match level.statistic {
-        Statistic::Neighbours => format!(
-            "in {place} the differences of neighbouring pixels in {channel} belong together, as noise's do \
+        Statistic::Neighbors => format!(
+            "in {place} the differences of neighboring pixels in {channel} belong together, as noise's do \
              not ({:.1} standard errors)",
             worst.t.abs()
         ),
@@ -158,7 +151,7 @@ fn others(level: &Level) -> String {
 
 fn place(level: &Level, bounds: PixelBounds) -> String {
     match level.side {
-        None => "the whole picture".to_owned(),
+        None => "the whole image".to_owned(),
         Some(1) => format!("pixel {}, {}", bounds.min.x, bounds.min.y),
         Some(_) => format!("the block {}", extent(bounds)),
     }
@@ -189,7 +182,7 @@ fn difference(a: f64, b: f64) -> String {
 /// What the blocks of one side are called.
 pub fn blocks(side: Option<u32>) -> String {
     match side {
-        None => "the whole picture".to_owned(),
+        None => "the whole image".to_owned(),
         Some(1) => "single pixels".to_owned(),
         Some(side) => format!("blocks of {side} × {side}"),
     }

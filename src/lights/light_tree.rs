@@ -7,10 +7,10 @@
 //! in place of their adaptive splitting. What was tried and was slower: `docs/light-choice.md`.
 //!
 //! The estimate knows nothing of shadows, so a part of the probability is shared out evenly among
-//! *groups* (a lamp counts as much as a mesh of a thousand triangles), whatever the estimate says.
+//! *groups* (a light counts as much as a mesh of a thousand triangles), whatever the estimate says.
 
 use super::lanes::{LANES, Lanes, Receiver};
-use super::reach::Reach;
+use super::light_bounds::LightBounds;
 use super::tree::{Content, Leaf, Tree};
 use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
@@ -19,7 +19,7 @@ use crate::math::distribution::Distribution1D;
 const TOP: usize = 4;
 
 /// Of the parts at the top, those for lights without a place.
-const MOST_PLACELESS: usize = 16;
+const MAX_PLACELESS: usize = 16;
 
 /// Share of the probability that is spread evenly.
 pub(super) const EVEN_SHARE: f32 = 0.1;
@@ -28,7 +28,7 @@ pub(super) const EVEN_SHARE: f32 = 0.1;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) light: LightId,
-    pub(super) reach: Reach,
+    pub(super) reach: LightBounds,
     /// Luminance of its power; ≥ 0.
     pub(super) power: f32,
     /// Its part of what is shared out evenly; all sum to 1.
@@ -60,8 +60,8 @@ struct Node {
 
 /// All lights.
 #[derive(Clone, Debug)]
-pub(super) struct Clusters {
-    /// The first [`Clusters::top`] nodes stand side by side.
+pub(super) struct LightTree {
+    /// The first [`LightTree::top`] nodes stand side by side.
     nodes: Vec<Node>,
     top: usize,
     /// By light.
@@ -69,17 +69,17 @@ pub(super) struct Clusters {
     even: Distribution1D,
 }
 
-impl Clusters {
-    /// From the candidates for all of `lights` lights. Distances below `least_distance` do not count
+impl LightTree {
+    /// From the candidates for all of `lights` lights. Distances below `min_distance` do not count
     /// as nearer.
-    pub(super) fn new(candidates: &[Candidate], lights: usize, least_distance: f32) -> Clusters {
+    pub(super) fn new(candidates: &[Candidate], lights: usize, min_distance: f32) -> LightTree {
         let leaves = candidates.iter().map(|c| Leaf {
             light: c.light,
             reach: c.reach,
         });
         let (local, placeless): (Vec<_>, Vec<_>) = leaves.partition(|leaf| leaf.reach.is_local());
         let [local, placeless] = [local, placeless].map(Tree::new);
-        let first: Vec<_> = placeless.cut(0, MOST_PLACELESS);
+        let first: Vec<_> = placeless.cut(0, MAX_PLACELESS);
         let second = local.cut(0, TOP * LANES - first.len());
         let top = (first.iter().map(|&node| (&placeless, node)))
             .chain(second.iter().map(|&node| (&local, node)))
@@ -88,7 +88,7 @@ impl Clusters {
         let mut building = Building {
             nodes: vec![Node::empty(None); top.len().div_ceil(LANES)],
             places: vec![Place::default(); lights],
-            least_distance,
+            min_distance,
         };
         let count = building.nodes.len();
         for (position, (tree, node)) in top.into_iter().enumerate() {
@@ -98,7 +98,7 @@ impl Clusters {
             };
             building.put(tree, node, place);
         }
-        Clusters {
+        LightTree {
             nodes: building.nodes,
             top: count,
             places: building.places,
@@ -121,7 +121,7 @@ impl Clusters {
         Some((light, even_share * even + (1.0 - even_share) * chosen))
     }
 
-    /// Probability with which [`Clusters::sample`] chooses `light`.
+    /// Probability with which [`LightTree::sample`] chooses `light`.
     pub(super) fn pmf(&self, to: &Receiver, light: LightId) -> f32 {
         self.probability(to, &self.top_estimates(to), light)
     }
@@ -272,7 +272,7 @@ impl Node {
 struct Building {
     nodes: Vec<Node>,
     places: Vec<Place>,
-    least_distance: f32,
+    min_distance: f32,
 }
 
 impl Building {
@@ -302,7 +302,7 @@ impl Building {
             };
             if let Some(above) = self.nodes.get_mut(place.node as usize) {
                 let lane = usize::from(place.lane);
-                above.lanes.set(lane, &found.reach, self.least_distance);
+                above.lanes.set(lane, &found.reach, self.min_distance);
                 above.parts[lane] = part;
             }
         }

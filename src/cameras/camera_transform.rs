@@ -11,7 +11,7 @@ use crate::optics::trace::LensRay;
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Debug)]
-pub struct Mount {
+pub struct CameraTransform {
     /// The matrix alone: the inverse is not needed here.
     render_from_camera: DMat4,
     /// Of a camera that moves.
@@ -28,10 +28,10 @@ pub struct CameraSpaceRay {
     pub d: DVec3,
 }
 
-impl Mount {
+impl CameraTransform {
     /// A camera placed by `render_from_camera`.
-    pub fn new(render_from_camera: &Transform, clip: Clip) -> Mount {
-        Mount {
+    pub fn new(render_from_camera: &Transform, clip: Clip) -> CameraTransform {
+        CameraTransform {
             render_from_camera: render_from_camera.m,
             motion: None,
             clip,
@@ -65,7 +65,7 @@ impl Mount {
         }
     }
 
-    /// The rays of the neighbouring pixels at `time`, each through its own origin in camera space.
+    /// The rays of the neighboring pixels at `time`, each through its own origin in camera space.
     pub fn differentials(
         &self,
         x: &CameraSpaceRay,
@@ -92,10 +92,10 @@ impl Mount {
     }
 }
 
-/// A [`Mount`] for bundles of rays of lens coordinates, in single precision: every matrix is multiplied out beforehand,
+/// A [`CameraTransform`] for bundles of rays of lens coordinates, in single precision: every matrix is multiplied out beforehand,
 /// in double precision.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placing {
+pub(super) struct BatchTransform {
     /// Rows that take a point of lens coordinates (mm) to render space.
     points: [[f32; 4]; 3],
     /// The same for directions; they do not keep their length.
@@ -106,10 +106,10 @@ pub(super) struct Placing {
     clip: Option<[f32; 2]>,
 }
 
-impl Mount {
+impl CameraTransform {
     /// For lens coordinates whose points `camera_from_lens` takes to camera space, and whose directions go to camera space by turning z
     /// round. `None` for a camera placed by a projection, which a bundle cannot follow.
-    pub(super) fn placing(&self, camera_from_lens: &DMat4) -> Option<Placing> {
+    pub(super) fn placing(&self, camera_from_lens: &DMat4) -> Option<BatchTransform> {
         let m = self.render_from_camera;
         if m.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
             return None;
@@ -117,7 +117,7 @@ impl Mount {
         let whole = m * *camera_from_lens;
         let turned = m * DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0));
         let row = |m: &DMat4, i: usize| m.row(i).as_vec4().to_array();
-        Some(Placing {
+        Some(BatchTransform {
             points: [0, 1, 2].map(|i| row(&whole, i)),
             directions: [0, 1, 2].map(|i| {
                 let [x, y, z, _] = row(&turned, i);
@@ -133,8 +133,8 @@ impl Mount {
 /// Origin and unit direction of a bundle of rays.
 type Lines<const N: usize> = [[Lanes<N>; 3]; 2];
 
-impl Placing {
-    /// Origin, unit direction and t_max in render space, as [`Mount::ray`].
+impl BatchTransform {
+    /// Origin, unit direction and t_max in render space, as [`CameraTransform::ray`].
     #[inline(always)]
     pub fn ray<const N: usize>(
         &self,
@@ -189,13 +189,13 @@ mod tests {
 
     #[test]
     fn directions_have_unit_length_and_clip_distances_are_in_render_units() {
-        // Camera units are millimetres, render units metres.
+        // Camera units are millimeters, render units meters.
         let clip = Clip {
             hither: 10.0,
             yon: 2000.0,
         };
-        let mount = Mount::new(&Transform::scale(DVec3::splat(1e-3)), clip);
-        let ray = mount.ray(
+        let transform = CameraTransform::new(&Transform::scale(DVec3::splat(1e-3)), clip);
+        let ray = transform.ray(
             &CameraSpaceRay {
                 o: DVec3::ZERO,
                 d: DVec3::new(0.0, 0.6, 0.8),
@@ -211,20 +211,20 @@ mod tests {
     #[test]
     fn a_moving_camera_is_where_it_is_at_the_rays_time() {
         let end = Transform::translate(DVec3::X) * Transform::rotate(90.0, DVec3::Y);
-        let mut mount = Mount::new(&Transform::IDENTITY, Clip::NONE);
+        let mut transform = CameraTransform::new(&Transform::IDENTITY, Clip::NONE);
         let motion = Motion::new(&Transform::IDENTITY, &end, [2.0, 4.0]);
-        mount.set_motion(motion.expect("both can be inverted"));
+        transform.set_motion(motion.expect("both can be inverted"));
         let ahead = CameraSpaceRay {
             o: DVec3::ZERO,
             d: DVec3::Z,
         };
         for (time, o, angle) in [(0.0, 0.0, 0.0), (3.0, 0.5, 45.0f32), (9.0, 1.0, 90.0)] {
-            let ray = mount.ray(&ahead, time);
+            let ray = transform.ray(&ahead, time);
             let (sin, cos) = angle.to_radians().sin_cos();
             assert!((ray.o - Vec3::X * o).length() < 1e-6);
             assert!((ray.d - Vec3::new(sin, 0.0, cos)).length() < 1e-6);
-            let neighbours = mount.differentials(&ahead, &ahead, time);
-            assert_eq!((neighbours.rx_o, neighbours.ry_d), (ray.o, ray.d));
+            let neighbors = transform.differentials(&ahead, &ahead, time);
+            assert_eq!((neighbors.rx_o, neighbors.ry_d), (ray.o, ray.d));
         }
     }
 }

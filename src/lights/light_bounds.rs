@@ -9,7 +9,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 /// where the lights are and where they shine, as in Conty Estevez and Kulla, "Importance Sampling
 /// of Many Lights with Adaptive Tree Splitting" (2018).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Reach {
+pub(super) struct LightBounds {
     /// Corner of the box that holds the lights, with the least coordinates.
     pub(super) low: Vec3,
     /// The opposite corner.
@@ -26,10 +26,10 @@ pub(super) struct Reach {
     pub(super) everywhere: f32,
 }
 
-impl Reach {
+impl LightBounds {
     /// Of a light that reaches nothing.
-    pub(super) fn nowhere() -> Reach {
-        Reach {
+    pub(super) fn nowhere() -> LightBounds {
+        LightBounds {
             low: Vec3::ZERO,
             high: Vec3::ZERO,
             intensity: 0.0,
@@ -41,34 +41,34 @@ impl Reach {
     }
 
     /// Of a point with the same intensity in all directions.
-    pub(super) fn point(center: Vec3, intensity: Rgb) -> Reach {
-        Reach::area(center, center, intensity)
+    pub(super) fn point(center: Vec3, intensity: Rgb) -> LightBounds {
+        LightBounds::area(center, center, intensity)
     }
 
     /// Of something in the box between two corners.
-    pub(super) fn area(low: Vec3, high: Vec3, intensity: Rgb) -> Reach {
+    pub(super) fn area(low: Vec3, high: Vec3, intensity: Rgb) -> LightBounds {
         if !low.is_finite() || !high.is_finite() {
-            return Reach::nowhere();
+            return LightBounds::nowhere();
         }
-        Reach {
+        LightBounds {
             low,
             high,
             intensity: magnitude(intensity),
-            ..Reach::nowhere()
+            ..LightBounds::nowhere()
         }
     }
 
     /// Of a light that brings the same irradiance to every place.
-    pub(super) fn everywhere(irradiance: Rgb) -> Reach {
-        Reach {
+    pub(super) fn everywhere(irradiance: Rgb) -> LightBounds {
+        LightBounds {
             everywhere: magnitude(irradiance),
-            ..Reach::nowhere()
+            ..LightBounds::nowhere()
         }
     }
 
     /// A flat emitter: only on the side of the unit normal `n`, falling with the cosine.
-    pub(super) fn on_side(self, n: Vec3) -> Reach {
-        Reach {
+    pub(super) fn on_side(self, n: Vec3) -> LightBounds {
+        LightBounds {
             axis: n,
             spread: 0.0,
             falloff: FRAC_PI_2,
@@ -77,11 +77,11 @@ impl Reach {
     }
 
     /// Nothing where the cosine to the unit `axis` is below `dark`, all of it from `full` on.
-    pub(super) fn within_cone(self, axis: Vec3, dark: f32, full: f32) -> Reach {
+    pub(super) fn within_cone(self, axis: Vec3, dark: f32, full: f32) -> LightBounds {
         /// A sharp edge is softened by so many radians: rounding may not make it dark.
         const SHARPEST: f32 = 1e-3;
         let spread = full.clamp(-1.0, 1.0).acos();
-        Reach {
+        LightBounds {
             axis,
             spread,
             falloff: (dark.clamp(-1.0, 1.0).acos() - spread).max(SHARPEST),
@@ -105,17 +105,17 @@ impl Reach {
     }
 
     /// One model for both.
-    pub(super) fn merged(&self, other: &Reach) -> Reach {
+    pub(super) fn merged(&self, other: &LightBounds) -> LightBounds {
         // What is dark or placeless bounds nothing.
         if other.intensity == 0.0 || self.intensity == 0.0 {
             let kept = if other.intensity == 0.0 { self } else { other };
-            return Reach {
+            return LightBounds {
                 everywhere: self.everywhere + other.everywhere,
                 ..*kept
             };
         }
         let (axis, spread) = merged_cones(self, other);
-        Reach {
+        LightBounds {
             low: self.low.min(other.low),
             high: self.high.max(other.high),
             intensity: self.intensity + other.intensity,
@@ -144,7 +144,7 @@ fn directions(spread: f32, falloff: f32) -> f32 {
 }
 
 /// Axis and half angle of the narrowest cone around two (the same paper's union of cones).
-fn merged_cones(a: &Reach, b: &Reach) -> (Vec3, f32) {
+fn merged_cones(a: &LightBounds, b: &LightBounds) -> (Vec3, f32) {
     let (wide, narrow) = if a.spread >= b.spread { (a, b) } else { (b, a) };
     if wide.spread >= PI {
         return (wide.axis, PI);
@@ -168,7 +168,7 @@ fn merged_cones(a: &Reach, b: &Reach) -> (Vec3, f32) {
     }
 }
 
-/// How bright a colour is, channels of either sign; 0 where it is not finite.
+/// How bright a color is, channels of either sign; 0 where it is not finite.
 pub(super) fn magnitude(rgb: Rgb) -> f32 {
     let y = luminance(rgb.abs());
     if y.is_finite() { y } else { 0.0 }
@@ -178,9 +178,9 @@ pub(super) fn magnitude(rgb: Rgb) -> f32 {
 mod tests {
     use super::*;
 
-    fn face(x: f32, n: Vec3) -> Reach {
+    fn face(x: f32, n: Vec3) -> LightBounds {
         let half = Vec3::new(0.5, 0.0, 0.5);
-        Reach::area(Vec3::X * x - half, Vec3::X * x + half, Rgb::ONE).on_side(n.normalize())
+        LightBounds::area(Vec3::X * x - half, Vec3::X * x + half, Rgb::ONE).on_side(n.normalize())
     }
 
     #[test]
@@ -226,11 +226,11 @@ mod tests {
 
     #[test]
     fn the_dark_changes_nothing() {
-        let dark = Reach::area(Vec3::splat(9.0), Vec3::splat(10.0), Rgb::ZERO);
-        let lamp = face(1.0, Vec3::Y);
-        assert_eq!(lamp.merged(&dark), lamp);
-        assert_eq!(dark.merged(&lamp), lamp);
-        let sky = Reach::everywhere(Rgb::ONE);
-        assert_eq!(lamp.merged(&sky).everywhere, sky.everywhere);
+        let dark = LightBounds::area(Vec3::splat(9.0), Vec3::splat(10.0), Rgb::ZERO);
+        let light = face(1.0, Vec3::Y);
+        assert_eq!(light.merged(&dark), light);
+        assert_eq!(dark.merged(&light), light);
+        let sky = LightBounds::everywhere(Rgb::ONE);
+        assert_eq!(light.merged(&sky).everywhere, sky.everywhere);
     }
 }
