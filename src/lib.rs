@@ -40,6 +40,7 @@ mod processor;
 pub mod render;
 pub mod samplers;
 pub mod scene;
+pub mod session;
 pub mod shapes;
 pub mod surface;
 pub mod syntax;

@@ -41,10 +41,10 @@ pub enum MerlFileError {
     #[error("it starts with {0:?}, where the three sizes of a MERL table were expected")]
     Counts([i32; 3]),
     /// The file is shorter than its header says.
-    #[error("it ends early: {found} bytes, {needed} needed")]
+    #[error("it ends early, or is no MERL table: {found} bytes, where its sizes ask for {needed}")]
     Truncated {
         /// Bytes that the header asks for.
-        needed: u64,
+        needed: u128,
         /// Bytes that there are.
         found: u64,
     },
@@ -62,7 +62,7 @@ impl MerlFile {
     /// Decodes a whole file. Bytes after the values are left out, as by pbrt-v2.
     pub fn parse(bytes: &[u8]) -> Result<MerlFile, MerlFileError> {
         let truncated = |needed: u128| MerlFileError::Truncated {
-            needed: u64::try_from(needed).unwrap_or(u64::MAX),
+            needed,
             found: bytes.len() as u64,
         };
         let too_short = || truncated(HEADER as u128);
@@ -163,9 +163,15 @@ mod tests {
             );
         }
         let most = says(&with_counts([i32::MAX; 3]));
-        assert!(most.starts_with("it ends early: 1452 bytes, "), "{most}");
+        assert!(
+            most.starts_with("it ends early, or is no MERL table: 1452 bytes, "),
+            "{most}"
+        );
         let more = says(&with_counts([4, 3, 6]));
-        assert_eq!(more, "it ends early: 1452 bytes, 1740 needed");
+        assert_eq!(
+            more,
+            "it ends early, or is no MERL table: 1452 bytes, where its sizes ask for 1740"
+        );
         for cut in 0..small().len() {
             let error = MerlFile::parse(&small()[..cut]).unwrap_err();
             assert!(matches!(error, MerlFileError::Truncated { .. }), "{error}");

@@ -60,7 +60,7 @@ fn parse_within(bytes: &[u8], budget: &Budget) -> Result<MeshData, String> {
             .map_err(|e| format!("damaged gzip data: {e}"))?;
         let _held = budget
             .hold((plain.len() as u64).saturating_mul(1 + GROWTH))
-            .map_err(|e| format!("the mesh, when decompressed, {e}"))?;
+            .map_err(|e| format!("the mesh, when decompressed, at least {e}"))?;
         return parse_plain(&plain);
     }
     let _held = budget

@@ -3,7 +3,7 @@
 
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::console;
-use crate::scene::ReadSettings;
+use crate::session::Scene;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -46,22 +46,18 @@ pub fn run(args: &CheckArgs) -> ExitCode {
     }
 }
 
-/// Whether it is fit to render.
+/// Returns `true` if it is fit to render.
 fn check(path: &Path, args: &CheckArgs) -> Result<bool, String> {
-    let sources = args.read.sources()?;
-    let settings = ReadSettings {
-        details: args.verbose,
-        ..args.read.settings()
+    let mut options = args.read.options(args.read.policy());
+    options.details = args.verbose;
+    let problems = Scene::check(path, &options);
+    messages::print(&problems);
+    let verdict = match problems.refused() {
+        false => "ok",
+        true => "not fit to render",
     };
-    let (scene, diagnostics) = messages::read(path, &settings, &sources);
-    if let Some(scene) = scene {
-        messages::examine(&scene.frames, &sources, &diagnostics);
-    }
-    messages::print(&diagnostics, &sources);
-    let fit = !messages::refused(&diagnostics, args.read.rigor());
-    let verdict = if fit { "ok" } else { "not fit to render" };
-    let summary = diagnostics.summary();
+    let summary = problems.summary();
     let found = summary.map_or_else(String::new, |found| format!(" ({found})"));
     console::answer(format_args!("{}: {verdict}{found}", path.display()))?;
-    Ok(fit)
+    Ok(!problems.refused())
 }

@@ -1,6 +1,5 @@
 //! `--error` and `--time`: until when to render.
 
-use crate::render::Goal;
 use clap::Args;
 use std::time::Duration;
 
@@ -10,21 +9,17 @@ use std::time::Duration;
 pub struct GoalArgs {
     /// Render until the image's estimated relative error is this: 0.01 or 1%
     #[arg(long, value_parser = relative, allow_hyphen_values = true, value_name = "REL")]
-    error: Option<f64>,
+    pub(super) error: Option<f64>,
     /// Render until this many seconds have passed; an image without the time for a sample in each pixel is
     /// coarse
     #[arg(long, value_parser = seconds, allow_hyphen_values = true, value_name = "SECONDS")]
-    time: Option<Duration>,
+    pub(super) time: Option<Duration>,
 }
 
 impl GoalArgs {
-    /// What to render until, with `spp` samples a pixel at most; `None` for the scene's number of samples.
-    pub fn goal(&self, spp: Option<u32>) -> Option<Goal> {
-        (self.error.is_some() || self.time.is_some()).then(|| Goal {
-            error: self.error,
-            time: self.time,
-            max_spp: spp.unwrap_or(Goal::MAX_SPP),
-        })
+    /// Returns `true` if there is one.
+    pub(super) fn is_given(&self) -> bool {
+        self.error.is_some() || self.time.is_some()
     }
 }
 

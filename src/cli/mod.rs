@@ -7,7 +7,7 @@ mod compare;
 mod goal;
 mod lens;
 mod messages;
-mod outputs;
+mod progress;
 mod render;
 mod tradeoff;
 
@@ -16,12 +16,10 @@ use crate::cameras::Compat;
 use crate::console;
 use crate::optics::models::ModelKind;
 use crate::params::Dialect;
-use crate::scene::ReadSettings;
 use crate::scene::dialect::DialectChoice;
-use crate::syntax::SourceMap;
+use crate::session::{Policy, ReadOptions};
 use crate::syntax::suggest::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use messages::Rigor;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -105,39 +103,30 @@ enum CompatArg {
 }
 
 impl ReadArgs {
-    fn rigor(&self) -> Rigor {
-        if self.strict {
-            Rigor::Strict
-        } else {
-            Rigor::Usual
+    fn policy(&self) -> Policy {
+        match self.strict {
+            true => Policy::Warnings,
+            false => Policy::Errors,
         }
     }
 
-    /// For the files of one scene.
-    fn sources(&self) -> Result<SourceMap, String> {
-        let Some(folder) = &self.files_within else {
-            return Ok(SourceMap::new());
+    fn options(&self, policy: Policy) -> ReadOptions {
+        let mut options = ReadOptions::default();
+        options.policy = policy;
+        options.dialect = match self.dialect {
+            None => DialectChoice::Auto,
+            Some(DialectArg::V2) => DialectChoice::Fixed(Dialect::V2),
+            Some(DialectArg::V3) => DialectChoice::Fixed(Dialect::V3),
         };
-        SourceMap::within(folder)
-            .map_err(|problem| format!("--files-within {}: {problem}", folder.display()))
-    }
-
-    fn settings(&self) -> ReadSettings {
-        ReadSettings {
-            dialect: match self.dialect {
-                None => DialectChoice::Auto,
-                Some(DialectArg::V2) => DialectChoice::Fixed(Dialect::V2),
-                Some(DialectArg::V3) => DialectChoice::Fixed(Dialect::V3),
-            },
-            max_memory: self.max_memory,
-            compat: self.compat.map(|CompatArg::PbrtV2| Compat::PbrtV2),
-            details: false,
-            lens_model: self.lens_model.map(|model| match model {
-                LensModelArg::Exact => ModelKind::Exact,
-                LensModelArg::Thick => ModelKind::Thick,
-                LensModelArg::Thin => ModelKind::Thin,
-            }),
-        }
+        options.max_memory = self.max_memory;
+        options.compat = self.compat.map(|CompatArg::PbrtV2| Compat::PbrtV2);
+        options.lens_model = self.lens_model.map(|model| match model {
+            LensModelArg::Exact => ModelKind::Exact,
+            LensModelArg::Thick => ModelKind::Thick,
+            LensModelArg::Thin => ModelKind::Thin,
+        });
+        options.files_within = self.files_within.clone();
+        options
     }
 }
 

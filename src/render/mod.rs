@@ -10,7 +10,7 @@ mod progress;
 mod progressive;
 
 pub use goal::{Ended, Goal};
-pub use progress::Progress;
+pub use progress::{Progress, Step};
 pub use progressive::{Progressive, render_until};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};

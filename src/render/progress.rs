@@ -1,167 +1,62 @@
-//! Progress: on a terminal a bar with rate and time left; elsewhere, as in a log file, now and then a
-//! line.
+//! Progress, for whoever shows it.
 
-use crate::console;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::IsTerminal;
-use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// Between two lines of a log passes at least this, so that short renders print none …
-const SHORTEST: Duration = Duration::from_secs(10);
-
-/// … and at most this, however little is done meanwhile.
-const LONGEST: Duration = Duration::from_secs(300);
-
-/// Part of the work that is worth a line.
-const STEP: f64 = 0.1;
-
-/// Counts finished pixels. May be shared by threads.
-#[derive(Debug)]
-pub struct Progress {
-    bar: ProgressBar,
-    /// Where nobody watches, but somebody may read later.
-    log: Option<Log>,
+/// What is reported while an image is rendered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Step {
+    /// So many of all samples are done.
+    Samples {
+        /// Done.
+        done: u64,
+        /// In all.
+        all: u64,
+    },
+    /// A pass is done, of a render whose length is not known in advance.
+    Pass {
+        /// Its number, from 1.
+        number: u32,
+        /// Samples a pixel so far, on average.
+        spp: f64,
+        /// Estimated relative error, if it is known.
+        error: Option<f64>,
+    },
 }
 
-impl Progress {
-    /// For `pixels` pixels of `spp` samples, on standard error; nothing at all where `quiet` is
-    /// asked for.
-    pub fn new(pixels: u64, spp: u32, quiet: bool) -> Progress {
-        let template = "{elapsed_precise} {wide_bar} {percent}% {per_sec} ETA {eta}";
-        Progress::on_stderr(Some(pixels * u64::from(spp)), template, quiet)
-    }
+/// Counts finished samples. Shared by threads.
+pub struct Progress<'a> {
+    report: &'a (dyn Fn(Step) + Sync),
+    done: AtomicU64,
+    all: u64,
+}
 
-    /// Progress of a render in passes, whose length is not known in advance.
-    pub fn of_passes(quiet: bool) -> Progress {
-        Progress::on_stderr(None, "{elapsed_precise} {msg}", quiet)
-    }
-
-    fn on_stderr(samples: Option<u64>, template: &str, quiet: bool) -> Progress {
-        if quiet {
-            return Progress::hidden();
-        }
-        let is_watched = std::io::stderr().is_terminal();
-        let bar = match is_watched {
-            true => ProgressBar::with_draw_target(samples, ProgressDrawTarget::stderr()),
-            false => ProgressBar::with_draw_target(samples, ProgressDrawTarget::hidden()),
-        };
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            let rate = |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
-                // A formatter has nowhere to report to; a missing rate is only missing.
-                let _ = write!(out, "{:.2} M samples/s", state.per_sec() / 1e6);
-            };
-            bar.set_style(style.with_key("per_sec", rate));
-        }
-        let log = (!is_watched).then(Log::default);
-        Progress { bar, log }
-    }
-
-    /// No bar at all.
-    pub fn hidden() -> Progress {
+impl<'a> Progress<'a> {
+    /// Of `all` samples, told to `report`, which any thread may call.
+    pub fn new(all: u64, report: &'a (dyn Fn(Step) + Sync)) -> Progress<'a> {
         Progress {
-            bar: ProgressBar::hidden(),
-            log: None,
+            report,
+            done: AtomicU64::new(0),
+            all,
         }
+    }
+
+    /// Told to nobody.
+    pub fn hidden() -> Progress<'static> {
+        Progress::new(0, &|_| ())
     }
 
     /// `samples` more are done.
     pub fn advance(&self, samples: u64) {
-        self.bar.inc(samples);
-        if let (Some(log), Some(all)) = (&self.log, self.bar.length()) {
-            let (done, elapsed) = (self.bar.position(), self.bar.elapsed());
-            let share = done as f64 / all.max(1) as f64;
-            if share < 1.0 && log.is_due(elapsed, share) {
-                let rate = done as f64 / elapsed.as_secs_f64() / 1e6;
-                let left = elapsed.mul_f64((1.0 - share) / share.max(1e-9));
-                let (percent, left) = (100.0 * share, clock(left));
-                let message = format!("{percent:.0} %, {rate:.2} M samples/s, about {left} left");
-                print(elapsed, &message);
-            }
-        }
+        let done = self.done.fetch_add(samples, Relaxed) + samples;
+        (self.report)(Step::Samples {
+            done,
+            all: self.all,
+        });
     }
 
-    /// A pass is done: the image has so many samples a pixel on average, and this relative error, if it is known.
-    pub fn pass_done(&self, pass: u32, spp: f64, error: Option<f64>) {
-        let error = error.map_or("unknown".into(), |e| format!("{:.3} %", 100.0 * e));
-        let message = format!("pass {pass}: {spp:.1} samples a pixel, error {error}");
-        // Each pass takes longer than the one before.
-        if let Some(log) = &self.log
-            && log.is_due(self.bar.elapsed(), f64::from(pass))
-        {
-            print(self.bar.elapsed(), &message);
-        }
-        self.bar.set_message(message);
-        self.bar.tick();
-    }
-
-    /// Takes the bar away.
-    pub fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// When a log had its last line.
-#[derive(Debug, Default)]
-struct Log {
-    /// Time since the start, and share of the work done.
-    last: Mutex<(Duration, f64)>,
-}
-
-impl Log {
-    /// Is it time for a line? Then the next one is due after this.
-    fn is_due(&self, elapsed: Duration, share: f64) -> bool {
-        // Whoever panicked elsewhere left two numbers that are as good as ever.
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        let (before, share_before) = *last;
-        let passed = elapsed.saturating_sub(before);
-        let due = passed >= SHORTEST && (share >= share_before + STEP || passed >= LONGEST);
-        if due {
-            *last = (elapsed, share);
-        }
-        due
-    }
-}
-
-/// One line of a log.
-fn print(elapsed: Duration, message: &str) {
-    console::say(format!("{} {message}", clock(elapsed)));
-}
-
-/// `1:02:03`.
-fn clock(time: Duration) -> String {
-    let seconds = time.as_secs();
-    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    format!("{hours}:{minutes:02}:{seconds:02}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The shares at which lines are printed of a render that takes `seconds`, in `steps` tiles.
-    fn lines(seconds: f64, steps: u32) -> Vec<f64> {
-        let log = Log::default();
-        let shares = (1..=steps).map(|i| f64::from(i) / f64::from(steps));
-        shares
-            .filter(|share| log.is_due(Duration::from_secs_f64(seconds * share), *share))
-            .collect()
-    }
-
-    #[test]
-    fn a_log_gets_a_line_every_tenth_but_neither_many_nor_none() {
-        assert_eq!(lines(9.0, 1000).len(), 0);
-        // Every 10 seconds.
-        assert_eq!(lines(35.0, 3500).len(), 3);
-        // Every tenth; rounding may shift the last one beyond the end.
-        assert!((9..=10).contains(&lines(1000.0, 100_000).len()));
-        // Every five minutes of ten hours.
-        assert!((115..=120).contains(&lines(36_000.0, 100_000).len()));
-    }
-
-    #[test]
-    fn clocks() {
-        assert_eq!(clock(Duration::from_secs(3723)), "1:02:03");
-        assert_eq!(clock(Duration::from_millis(59_900)), "0:00:59");
+    /// A pass is done.
+    pub fn pass_done(&self, number: u32, spp: f64, error: Option<f64>) {
+        (self.report)(Step::Pass { number, spp, error });
     }
 }

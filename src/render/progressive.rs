@@ -55,8 +55,8 @@ pub fn render_until(
     goal: &Goal,
     progress: &Progress,
 ) -> Progressive {
-    let mut passes = Passes::new(job, tile_size);
     let started = Instant::now();
+    let mut passes = Passes::new(job, tile_size);
     let deadline = goal.time.and_then(|time| started.checked_add(time));
     let most = (goal.max_spp.max(Goal::PILOT) / 2).max(1);
     let mut number = 0;

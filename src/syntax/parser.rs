@@ -67,6 +67,22 @@ pub(super) struct OpenFile {
     canonical: PathBuf,
 }
 
+/// Words that pbrt-v4, LuxRender and pbrt-v1 have.
+const FOREIGN: [&str; 12] = [
+    "Option",
+    "Attribute",
+    "ColorSpace",
+    "Import",
+    "LightGroup",
+    "Exterior",
+    "Interior",
+    "PortalShape",
+    "MakeNamedVolume",
+    "MotionBegin",
+    "MotionEnd",
+    "SearchPath",
+];
+
 /// Reads directives one by one; an iterator. Problems go to the diagnostics it was given.
 pub struct Parser<'a> {
     pub(super) sources: &'a SourceMap,
@@ -237,11 +253,16 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Is this the first token of a file that was included? Such a file need not be a scene at all.
-    fn begins_included_file(&self, token: &Token) -> bool {
+    /// Returns `true` if this token, which no directive begins with, is the first of a file on disk, and nothing that a
+    /// person would write there by mistake: the file need not be a scene at all.
+    fn begins_something_else(&self, token: &Token) -> bool {
         let before = token.bytes.get(..token.span.start as usize);
         let is_first = lexeme(before.unwrap_or_default()).is_none();
-        is_first && self.sources.included_at(token.span.file).is_some()
+        let text = String::from_utf8_lossy(token.text());
+        is_first
+            && self.sources.is_on_disk(token.span.file)
+            && !FOREIGN.contains(&text.as_ref())
+            && nearest(&text, WORDS).is_none()
     }
 
     /// Reports, without a word of it, that the file which begins with `token` is not a scene, and leaves it.
@@ -458,8 +479,7 @@ impl Iterator for Parser<'_> {
                 Some("Include") => self.include_directives(token.span).map(|()| None),
                 Some(word) => self.statement(word).map(Some),
                 None => {
-                    let text = String::from_utf8_lossy(token.text());
-                    if self.begins_included_file(&token) && nearest(&text, WORDS).is_none() {
+                    if self.begins_something_else(&token) {
                         self.not_a_scene(&token);
                     } else {
                         self.not_a_directive(&token);

@@ -187,6 +187,14 @@ impl SourceMap {
         }
     }
 
+    /// Returns `true` if a file was read from disk, and not from a pipe or from memory.
+    pub fn is_on_disk(&self, file: FileId) -> bool {
+        let files = self.files.borrow();
+        files
+            .get(file.0 as usize)
+            .is_some_and(|source| source.on_disk)
+    }
+
     /// The `Include` that brought a file in; `None` for a main file.
     pub fn included_at(&self, file: FileId) -> Option<Span> {
         self.files.borrow().get(file.0 as usize)?.included_at

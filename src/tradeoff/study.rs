@@ -8,6 +8,7 @@ use crate::build::{PreparedScene, reset};
 use crate::cameras::CameraError;
 use crate::render::{Ended, Goal, Progress, RenderJob, TILE_SIZE, render, render_until};
 use crate::scene::options::Options;
+use crate::session::{Prepared, on_threads};
 use std::time::{Duration, Instant};
 
 /// How a study is made.
@@ -57,9 +58,22 @@ const FOR_REFERENCE: f64 = 0.45;
 /// Part for the settings; the rest is for the recommendation.
 const FOR_SETTINGS: f64 = 0.4;
 
-/// Studies `built`, made of a frame with these `options`, on the current rayon pool. `say` hears
-/// what is being done.
+/// Studies a frame, on its threads. `say` hears what is being done.
+///
+/// # Errors
+/// The threads that the system does not give; a camera that cannot be made anew, in words.
 pub fn study(
+    frame: Prepared,
+    settings: &Settings,
+    say: &(dyn Fn(String) + Sync),
+) -> Result<Study, String> {
+    let threads = frame.threads();
+    let (scene, options) = (frame.scene, frame.scene_options);
+    let study = || study_scene(scene, &options, settings, say).map_err(|error| error.to_string());
+    on_threads(threads, study)?
+}
+
+fn study_scene(
     mut built: PreparedScene,
     options: &Options,
     settings: &Settings,

@@ -151,8 +151,11 @@ fn what_lies_in_the_folder_is_read() {
     ] {
         let run = place.run(&["check", "--files-within", folder, "scene/scene.pbrt"]);
         assert_eq!(
-            (run.code, run.stderr),
-            (2, format!("error: --files-within {folder}: {problem}\n"))
+            (run.code, run.stderr.trim_end()),
+            (
+                2,
+                format!("error: --files-within {folder}: {problem}").as_str()
+            )
         );
     }
 }
@@ -207,7 +210,13 @@ fn files_that_are_no_scenes_are_not_repeated() {
     place.write("b.brdf", &format!("1\n{SECRET}\n"));
     let run = place.run(&["check", "--dialect", "v2", "a.pbrt"]);
     assert!(run.stderr.contains("expected a number"), "{}", run.stderr);
-    // A scene with a misspelt word is told so.
+    let run = place.run(&["check", "secret"]);
+    assert!(
+        run.stderr.contains("`secret` is not a scene file"),
+        "{}",
+        run.stderr
+    );
+    // A scene with a misspelled word is told so.
     place.write("a.pbrt", "WorldBegin\nInclude \"part\"\nWorldEnd\n");
     place.write("part", "Shap \"sphere\"\n");
     assert!(place.run(&["check", "a.pbrt"]).stderr.contains("`Shap`"));

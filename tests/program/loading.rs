@@ -145,7 +145,7 @@ fn samples_that_are_not_finite_are_located() {
         let options = ["s.pbrt", "-o", "a.exr", "--tile-size", tiles];
         let run = folder.run(options.iter().chain(&crop));
         assert_eq!(run.code, 0, "{}", run.stderr);
-        let words = "warning: 24 of the samples were not finite and count as black; \
+        let words = "warning: 24 of the samples were negative or not finite, and count as black; \
                      the first is sample 0 of pixel 4, 3 (both from 0), \
                      in the light from beyond the scene at depth 0";
         assert!(run.stderr.contains(words), "{}", run.stderr);

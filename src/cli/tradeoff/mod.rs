@@ -4,12 +4,12 @@ mod chart;
 mod page;
 mod text;
 
+use super::ReadArgs;
 use super::goal::relative;
-use super::{BAD_INPUT, ReadArgs, messages};
-use crate::build;
+use super::messages::{self, Failure};
 use crate::console;
 use crate::output;
-use crate::scene::Frame;
+use crate::session::{Problems, RenderOptions, Scene};
 use crate::tradeoff::{Estimate, Measurement, Settings, Study, study};
 use clap::Args;
 use serde_json::{Value, json};
@@ -63,53 +63,34 @@ pub struct TradeoffArgs {
 
 /// Studies the scene; exit code 0, or 2 where there is nothing to study.
 pub fn run(args: &TradeoffArgs) -> ExitCode {
-    match study_scene(args) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            if let Some(message) = message {
-                messages::error(message);
-            }
-            ExitCode::from(BAD_INPUT)
-        }
-    }
+    study_scene(args).map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
 }
 
 /// More pixels than that make no number sharper that their samples would not.
 const PIXELS: u32 = 40_000;
 
-/// `Err(None)` where the trouble has been printed already.
-fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
+fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
     if let Some(path) = &args.html {
-        output::check(path).map_err(|e| Some(e.to_string()))?;
+        output::check(path).map_err(|error| error.to_string())?;
     }
-    let sources = args.read.sources().map_err(Some)?;
-    // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
-    let threads = match args.threads {
-        0 => super::processors(),
-        threads => threads,
+    let print = |problems: &Problems| {
+        if !args.quiet {
+            messages::print(problems);
+        }
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| Some(format!("cannot start {threads} threads: {e}")))?;
-    let (scene, diagnostics) = messages::read(&args.scene, &args.read.settings(), &sources);
-    let refused = messages::refused(&diagnostics, args.read.rigor());
-    if !args.quiet || refused {
-        messages::print(&diagnostics, &sources);
-    }
-    let scene = scene.filter(|_| !refused).ok_or(None)?;
-    let mut frame: Frame = scene.frames.into_iter().next().ok_or(None)?;
-    let full = frame.options.film.resolution;
+    let scene = Scene::load(&args.scene, &args.read.options(args.read.policy()))?;
+    print(scene.problems());
+    let frames = scene.into_frames();
+    let mut frame = frames.into_iter().next().ok_or("no frame".to_string())?;
+    let full = frame.resolution();
     if !args.full_size {
-        frame.options.film.shrink(PIXELS);
+        frame.shrink(PIXELS);
     }
-    let options = frame.options.clone();
-    let (built, diagnostics) = pool.install(|| build::build(frame, args.seed));
-    let refused = messages::refused(&diagnostics, args.read.rigor());
-    if !args.quiet || refused {
-        messages::print(&diagnostics, &sources);
-    }
-    let built = built.filter(|_| !refused).ok_or(None)?;
+    let shrunk = frame.resolution() != full;
+    let mut options = RenderOptions::default();
+    (options.seed, options.threads) = (args.seed, args.threads);
+    let frame = frame.prepare(&options)?;
+    print(frame.problems());
     let settings = Settings {
         time: args.time,
         target: args.error,
@@ -120,20 +101,20 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Option<String>> {
             console::say(format_args!("{what} ..."));
         }
     };
-    let result = pool.install(|| study(built, &options, &settings, &say));
-    let result = result.map_err(|e| Some(e.to_string()))?;
+    let result = study(frame, &settings, &say)?;
     let name = args.scene.file_name().unwrap_or_default().to_string_lossy();
-    let shrunk = options.film.resolution != full;
-    if let Some(path) = &args.html {
-        let page = page::html(&result, &name, shrunk).map_err(Some)?;
-        output::write(path, page.as_bytes()).map_err(|e| Some(e.to_string()))?;
-    }
     let answer = if args.json {
         format!("{:#}", json_of(&result, &name))
     } else {
         text::report(&result, &name, shrunk)
     };
-    console::answer(answer.trim_end()).map_err(Some)
+    // Each is written wherever the other goes.
+    let told = console::answer(answer.trim_end());
+    if let Some(path) = &args.html {
+        let page = page::html(&result, &name, shrunk)?;
+        output::write(path, page.as_bytes()).map_err(|error| error.to_string())?;
+    }
+    Ok(told?)
 }
 
 fn json_of(study: &Study, scene: &str) -> Value {

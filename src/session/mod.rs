@@ -1,0 +1,320 @@
+//! From a scene file to an image, as programs that embed fstop do it, `fstop render` among them.
+//!
+//! ```text
+//! Scene::load ──▶ Scene ──into_frames──▶ Frame ──prepare──▶ Prepared ──render──▶ Rendered ──write──▶ file
+//!  or Problems     Problems                     or Problems   Problems   Step
+//! ```
+
+mod options;
+mod outputs;
+mod problems;
+mod rendered;
+
+pub use options::{Policy, ReadOptions, RenderOptions};
+pub use outputs::{OutputNames, Outputs};
+pub use problems::Problems;
+pub use rendered::{DroppedSamples, Rendered};
+
+use crate::build::{self, PreparedScene};
+use crate::film;
+use crate::params::NamedFile;
+use crate::render::Step;
+use crate::scene::{self, read_scene};
+use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
+use std::path::Path;
+use std::rc::Rc;
+
+/// A scene file that was read: fit to be rendered as far as its text tells.
+pub struct Scene {
+    name: String,
+    sources: Rc<SourceMap>,
+    policy: Policy,
+    frames: Vec<scene::Frame>,
+    problems: Problems,
+}
+
+impl Scene {
+    /// Reads a scene file with all that it includes. Meshes and images are loaded by [`Frame::prepare`].
+    ///
+    /// # Errors
+    /// All problems, those of meshes and images among them, if the policy of `options` refuses the scene.
+    pub fn load(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Scene, Problems> {
+        Reading::new(options)?.file(path.as_ref())?.scene()
+    }
+
+    /// Reads a scene from a text; messages call it `name`. Its files are looked for in the working directory.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn parse(
+        name: &str,
+        text: impl Into<Vec<u8>>,
+        options: &ReadOptions,
+    ) -> Result<Scene, Problems> {
+        let mut reading = Reading::new(options)?;
+        let main = reading.sources.add_text(name, text);
+        reading.read(main);
+        reading.scene()
+    }
+
+    /// Finds every problem of a scene file, of what it includes and of the meshes and images that it names.
+    #[must_use]
+    pub fn check(path: impl AsRef<Path>, options: &ReadOptions) -> Problems {
+        let reading = Reading::new(options).and_then(|reading| reading.file(path.as_ref()));
+        match reading {
+            Ok(reading) => reading.all_problems(),
+            Err(problems) => problems,
+        }
+    }
+
+    /// What was found in the file: warnings, notes, and errors that the policy forgives.
+    pub fn problems(&self) -> &Problems {
+        &self.problems
+    }
+
+    /// The images that the file describes; nearly always one.
+    pub fn into_frames(self) -> Vec<Frame> {
+        let frame = |frame| Frame {
+            name: self.name.clone(),
+            sources: Rc::clone(&self.sources),
+            policy: self.policy,
+            frame,
+        };
+        self.frames.into_iter().map(frame).collect()
+    }
+
+    /// Renders the first frame. `progress` is called now and then, by any of the threads.
+    ///
+    /// # Errors
+    /// As [`Frame::prepare`].
+    pub fn render(
+        self,
+        options: &RenderOptions,
+        progress: &(dyn Fn(Step) + Sync),
+    ) -> Result<Rendered, Problems> {
+        let first = self.into_frames().into_iter().next();
+        // A scene without a frame has been refused.
+        let frame = first.ok_or_else(|| Problems::one("the file describes no image"))?;
+        Ok(frame.prepare(options)?.render(progress))
+    }
+
+    /// The files that the frames are written to, and what is odd about their names. None of them exists yet; that they
+    /// can be written is checked as far as it can be before rendering.
+    ///
+    /// # Errors
+    /// A file that cannot be written, or a problem that the policy refuses.
+    pub fn outputs(&self, names: &OutputNames) -> Result<(Vec<Outputs>, Problems), Problems> {
+        let diagnostics = Diagnostics::new();
+        let outputs = outputs::of_frames(names, &self.frames, &diagnostics);
+        outputs::check(names, &self.frames, &outputs, &self.sources, &diagnostics);
+        let problems = Problems::new(&diagnostics, &self.sources, self.policy);
+        if problems.refused() {
+            Err(problems)
+        } else {
+            Ok((outputs, problems))
+        }
+    }
+
+    /// Loads the files of all frames but the first, and lets them go again, on `threads` threads: a broken mesh of the
+    /// last frame is found before the first one is rendered.
+    ///
+    /// # Errors
+    /// What the policy refuses; all else is reported when the frame's turn comes.
+    pub fn check_later_frames(&self, threads: usize) -> Result<(), Problems> {
+        let Some((_, later)) = self.frames.split_first() else {
+            return Ok(());
+        };
+        let diagnostics = on_threads(threads, || {
+            let diagnostics = Diagnostics::new();
+            for frame in later {
+                build::check(frame, &diagnostics);
+            }
+            diagnostics
+        })
+        .map_err(Problems::one)?;
+        let problems = Problems::new(&diagnostics, &self.sources, self.policy);
+        if problems.refused() {
+            Err(problems)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// One image of a scene.
+pub struct Frame {
+    name: String,
+    sources: Rc<SourceMap>,
+    policy: Policy,
+    frame: scene::Frame,
+}
+
+impl Frame {
+    /// Width and height of the whole film in pixels.
+    pub fn resolution(&self) -> [u32; 2] {
+        self.frame.options.film.resolution.to_array()
+    }
+
+    /// Makes the film smaller, at the same aspect, until it has at most `pixels` pixels.
+    pub fn shrink(&mut self, pixels: u32) {
+        self.frame.options.film.shrink(pixels);
+    }
+
+    /// Loads meshes and images, and builds the trees.
+    ///
+    /// # Errors
+    /// Files that cannot be used, what memory has no room for, and whatever else the policy refuses; a crop window
+    /// without a pixel; threads that the system does not give.
+    pub fn prepare(mut self, options: &RenderOptions) -> Result<Prepared, Problems> {
+        options.apply(&mut self.frame).map_err(Problems::one)?;
+        let (frame, seed) = (self.frame, options.seed);
+        let scene_options = frame.options.clone();
+        let (scene, diagnostics) =
+            on_threads(options.threads, || build::build(frame, seed)).map_err(Problems::one)?;
+        let problems = Problems::new(&diagnostics, &self.sources, self.policy);
+        match scene.filter(|_| !problems.refused()) {
+            Some(scene) => Ok(Prepared {
+                name: self.name,
+                scene,
+                scene_options,
+                options: options.clone(),
+                problems,
+            }),
+            None => Err(problems),
+        }
+    }
+}
+
+/// A frame with all that rendering needs in memory.
+pub struct Prepared {
+    name: String,
+    pub(crate) scene: PreparedScene,
+    pub(crate) scene_options: scene::options::Options,
+    options: RenderOptions,
+    problems: Problems,
+}
+
+impl Prepared {
+    /// What was found in the files: warnings, notes, and errors that the policy forgives.
+    pub fn problems(&self) -> &Problems {
+        &self.problems
+    }
+
+    pub(crate) fn threads(&self) -> usize {
+        self.options.threads
+    }
+
+    /// What a photographer wants to know of the camera, one fact a line.
+    pub fn description(&self) -> &[String] {
+        &self.scene.description
+    }
+
+    /// Renders the image: a pure function of scene, options and seed, but for the options that count time.
+    /// `progress` is called now and then, by any of the threads.
+    pub fn render(&self, progress: &(dyn Fn(Step) + Sync)) -> Rendered {
+        let take = || rendered::take(&self.scene, &self.name, &self.options, progress);
+        // Threads that were there a moment ago: if the system refuses them now, those that are there do it.
+        on_threads(self.options.threads, &take).unwrap_or_else(|_| take())
+    }
+}
+
+/// Runs `work` on so many threads of their own; 0 is one for each processor.
+pub(crate) fn on_threads<T: Send>(
+    threads: usize,
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, String> {
+    let threads = match threads {
+        // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        threads => threads,
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| format!("cannot start {threads} threads: {error}"))?;
+    Ok(pool.install(work))
+}
+
+/// A scene file being read.
+struct Reading<'a> {
+    name: String,
+    sources: Rc<SourceMap>,
+    options: &'a ReadOptions,
+    frames: Vec<scene::Frame>,
+    diagnostics: Diagnostics,
+}
+
+impl<'a> Reading<'a> {
+    fn new(options: &'a ReadOptions) -> Result<Reading<'a>, Problems> {
+        Ok(Reading {
+            name: String::new(),
+            sources: Rc::new(options.sources().map_err(Problems::one)?),
+            options,
+            frames: Vec::new(),
+            diagnostics: Diagnostics::new(),
+        })
+    }
+
+    /// `-` is standard input.
+    fn file(mut self, path: &Path) -> Result<Self, Problems> {
+        let main: Result<FileId, SourceError> = match path == Path::new("-") {
+            true => self.sources.open_stdin(),
+            false => self.sources.open(path),
+        };
+        self.name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let main = main.map_err(|error| Problems::one(error.to_string()))?;
+        self.read(main);
+        Ok(self)
+    }
+
+    fn read(&mut self, main: FileId) {
+        let (scene, diagnostics) = read_scene(&self.sources, main, &self.options.settings());
+        (self.frames, self.diagnostics) = (scene.frames, diagnostics);
+    }
+
+    fn problems(&self) -> Problems {
+        Problems::new(&self.diagnostics, &self.sources, self.options.policy)
+    }
+
+    fn scene(self) -> Result<Scene, Problems> {
+        let problems = self.problems();
+        if problems.refused() {
+            // Whoever mends the scene wants to know all at once.
+            return Err(self.all_problems());
+        }
+        Ok(Scene {
+            name: self.name,
+            sources: self.sources,
+            policy: self.options.policy,
+            frames: self.frames,
+            problems,
+        })
+    }
+
+    /// Adds what only shows when the files of the frames are loaded, and what is wrong with the names of their images.
+    fn all_problems(self) -> Problems {
+        for frame in &self.frames {
+            if let Some(file) = &frame.options.film.filename {
+                if let Err(error) = film::check_name(&file.path) {
+                    self.diagnostics
+                        .push(Diagnostic::error(error.to_string()).at(file.span));
+                }
+                check_place(file, &self.sources, &self.diagnostics);
+            }
+            build::check(frame, &self.diagnostics);
+        }
+        self.problems()
+    }
+}
+
+/// Reports an image that the scene would have written outside of the only folder it may use.
+fn check_place(file: &NamedFile, sources: &SourceMap, diagnostics: &Diagnostics) {
+    let folder = sources.search_folder(file.span.file);
+    if let Err(problem) = folder.admits_output(&file.path) {
+        let message = format!("the image cannot be `{}`: {problem}", file.path.display());
+        let diagnostic = Diagnostic::error(message).at(file.span);
+        diagnostics.push(diagnostic.with_help("name another: -o image.exr"));
+    }
+}

@@ -1,0 +1,146 @@
+//! What a caller decides about reading and rendering a scene.
+
+use crate::cameras::Compat;
+use crate::optics::models::ModelKind;
+use crate::render::{Goal, TILE_SIZE};
+use crate::scene::dialect::DialectChoice;
+use crate::scene::{Frame, ReadSettings};
+use crate::syntax::{Diagnostics, SourceMap};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What a scene is refused for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Policy {
+    /// Errors.
+    #[default]
+    Errors,
+    /// Warnings too (`--strict`).
+    Warnings,
+    /// Errors, but not those that leave a scene to render, such as a missing mesh (`--keep-going`).
+    KeepGoing,
+}
+
+impl Policy {
+    pub(super) fn refuses(self, diagnostics: &Diagnostics) -> bool {
+        let (errors, warnings) = (diagnostics.errors(), diagnostics.warnings());
+        match self {
+            Policy::Errors => errors > 0,
+            Policy::Warnings => errors + warnings > 0,
+            Policy::KeepGoing => errors > diagnostics.recoverable_errors(),
+        }
+    }
+}
+
+/// How a scene is read. Made by `ReadOptions::default()` and changed field by field.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct ReadOptions {
+    /// What it is refused for.
+    pub policy: Policy,
+    /// pbrt-v3, pbrt-v2, or decided by its content.
+    pub dialect: DialectChoice,
+    /// The renderer whose quirks of the realistic camera are reproduced.
+    pub compat: Option<Compat>,
+    /// Realistic cameras: what rays are made with, instead of the scene's choice.
+    pub lens_model: Option<ModelKind>,
+    /// Bytes that images, meshes and film may take; `None` for what the machine has to give.
+    pub max_memory: Option<u64>,
+    /// The only folder that files are read from, for scenes of strangers; `None` for any.
+    pub files_within: Option<PathBuf>,
+    /// Say also what changes nothing but the noise.
+    pub details: bool,
+}
+
+impl ReadOptions {
+    pub(super) fn settings(&self) -> ReadSettings {
+        ReadSettings {
+            dialect: self.dialect,
+            compat: self.compat,
+            lens_model: self.lens_model,
+            details: self.details,
+            max_memory: self.max_memory,
+        }
+    }
+
+    pub(super) fn sources(&self) -> Result<SourceMap, String> {
+        let Some(folder) = &self.files_within else {
+            return Ok(SourceMap::new());
+        };
+        let outside = |problem| format!("--files-within {}: {problem}", folder.display());
+        SourceMap::within(folder).map_err(outside)
+    }
+}
+
+/// How a frame is rendered. Made by `RenderOptions::default()` and changed field by field.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct RenderOptions {
+    /// Samples a pixel, instead of the scene's; with `error` or `time` the most.
+    pub spp: Option<u32>,
+    /// Render until the image's estimated relative error is this.
+    pub error: Option<f64>,
+    /// Render until this time has passed since the first sample.
+    pub time: Option<Duration>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Threads; 0 for one for each processor. The image does not depend on it.
+    pub threads: usize,
+    /// Part of the image, as fractions of its size: x0, x1, y0, y1. Instead of the scene's.
+    pub crop: Option<[f64; 4]>,
+    /// As `crop`, but only where the scene gives none (pbrt's `--cropwindow`).
+    pub default_crop: Option<[f64; 4]>,
+    /// A quarter of the width and height, one sample a pixel, a quarter of the lights' samples.
+    pub quick: bool,
+    /// Keep the variance of each pixel's mean in the image.
+    pub variance: bool,
+    /// Side of the square tiles that threads work on, in pixels; changes no bit of the image.
+    pub tile_size: u32,
+}
+
+impl Default for RenderOptions {
+    fn default() -> RenderOptions {
+        RenderOptions {
+            spp: None,
+            error: None,
+            time: None,
+            seed: 0,
+            threads: 0,
+            crop: None,
+            default_crop: None,
+            quick: false,
+            variance: false,
+            tile_size: TILE_SIZE,
+        }
+    }
+}
+
+impl RenderOptions {
+    /// What to render until, if not the scene's number of samples.
+    pub(super) fn goal(&self) -> Option<Goal> {
+        (self.error.is_some() || self.time.is_some()).then(|| Goal {
+            error: self.error,
+            time: self.time,
+            max_spp: self.spp.unwrap_or(Goal::MAX_SPP),
+        })
+    }
+
+    pub(super) fn apply(&self, frame: &mut Frame) -> Result<(), String> {
+        if self.quick {
+            frame.make_quick();
+        }
+        let options = &mut frame.options;
+        // Where it is only the most, the scene's own number still says how textures are filtered.
+        if let Some(spp) = self.spp.filter(|_| self.goal().is_none()) {
+            options.sampler = options.sampler.clone().with_spp(spp);
+        }
+        let scene_crops = options.film.crop_window != [0.0, 1.0, 0.0, 1.0];
+        match self.crop.or(self.default_crop.filter(|_| !scene_crops)) {
+            Some(crop) => options
+                .film
+                .set_crop(&crop)
+                .map_err(|error| format!("--crop: {error}")),
+            None => Ok(()),
+        }
+    }
+}

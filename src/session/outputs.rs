@@ -1,0 +1,143 @@
+//! What files a frame's image goes to.
+
+use super::check_place;
+use crate::film;
+use crate::output::numbered;
+use crate::scene::Frame;
+use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
+use std::path::{Path, PathBuf};
+
+/// Names of files that the caller chooses.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct OutputNames {
+    /// The image, `.exr`, `.png`, `.pfm` or `.tga`; `None` for what the scene's `Film` names. Later frames of a scene get
+    /// their number added.
+    pub image: Option<PathBuf>,
+    /// A PNG beside it.
+    pub png: Option<PathBuf>,
+}
+
+/// The files of one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outputs {
+    image: PathBuf,
+    png: Option<PathBuf>,
+}
+
+impl Outputs {
+    fn new(names: &OutputNames, frame: &Frame, number: usize) -> Outputs {
+        let of_frame = |path: &PathBuf| numbered(path, number);
+        let image = names.image.as_ref().map(of_frame);
+        Outputs {
+            image: image.unwrap_or_else(|| frame.options.film.output()),
+            png: names.png.as_ref().map(of_frame),
+        }
+    }
+
+    /// The image's file.
+    pub fn image(&self) -> &Path {
+        &self.image
+    }
+
+    fn same_image(&self, other: &Outputs) -> bool {
+        same_file(&self.image, &other.image)
+    }
+
+    /// Can all of them be written, as far as is known before rendering?
+    fn check(&self) -> Result<(), String> {
+        for path in self.paths() {
+            film::check_output(path).map_err(|e| e.to_string())?;
+        }
+        let Some(png) = &self.png else { return Ok(()) };
+        if !png
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png"))
+        {
+            return Err(format!(
+                "--png {}: expected a name ending in .png",
+                png.display()
+            ));
+        }
+        if same_file(png, &self.image) {
+            let png = png.display();
+            return Err(format!(
+                "--png {png}: the image itself is written there already"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Returns `true` if one of the files can hold the variances of pixels.
+    pub fn keep_variances(&self) -> bool {
+        self.paths().any(film::keeps_variances)
+    }
+
+    /// The image, then the PNG beside it.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        [Some(self.image.as_path()), self.png.as_deref()]
+            .into_iter()
+            .flatten()
+    }
+}
+
+/// The files of all frames. Two frames that name the same image get one each, which pbrt-v3 does not do: there the last
+/// one is all that is left.
+pub(super) fn of_frames(
+    names: &OutputNames,
+    frames: &[Frame],
+    diagnostics: &Diagnostics,
+) -> Vec<Outputs> {
+    let mut all: Vec<Outputs> = Vec::with_capacity(frames.len());
+    for (number, frame) in (1..).zip(frames) {
+        let mut outputs = Outputs::new(names, frame, number);
+        if all.iter().any(|earlier| earlier.same_image(&outputs)) {
+            outputs.image = numbered(&outputs.image, number);
+            let message = format!(
+                "an earlier frame is written to this file: `{}` is used for frame {number}",
+                outputs.image.display()
+            );
+            let diagnostic = Diagnostic::warning(message);
+            diagnostics.push(match &frame.options.film.filename {
+                Some(file) => diagnostic.at(file.span),
+                None => diagnostic,
+            });
+        }
+        all.push(outputs);
+    }
+    all
+}
+
+/// Reports outputs that cannot be written; where the scene names them, at that place.
+pub(super) fn check(
+    names: &OutputNames,
+    frames: &[Frame],
+    outputs: &[Outputs],
+    sources: &SourceMap,
+    diagnostics: &Diagnostics,
+) {
+    for (frame, outputs) in frames.iter().zip(outputs) {
+        let named = frame.options.film.filename.as_ref();
+        let named = named.filter(|_| names.image.is_none());
+        if let Some(file) = named {
+            check_place(file, sources, diagnostics);
+        }
+        if let Some(file) = named
+            && let Err(error) = film::check_output(&file.path)
+        {
+            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
+        } else if let Err(error) = outputs.check() {
+            diagnostics.push(Diagnostic::error(error));
+        }
+    }
+}
+
+/// Do two names, whose folders exist, mean one file?
+fn same_file(a: &Path, b: &Path) -> bool {
+    let resolved = |path: &Path| {
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    a == b || (resolved(a).is_some() && resolved(a) == resolved(b))
+}

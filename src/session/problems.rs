@@ -1,0 +1,75 @@
+//! What was found in a scene, for people.
+
+use super::Policy;
+use crate::syntax::{Diagnostic, Diagnostics, SourceMap, Style};
+use std::fmt;
+
+/// All messages about a scene, each with its line and a caret; no messages where all is well. As an error: why a scene
+/// is not rendered.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Problems {
+    plain: String,
+    colored: String,
+    summary: Option<String>,
+    errors: usize,
+    recoverable: usize,
+    refused: bool,
+}
+
+impl Problems {
+    pub(super) fn new(diagnostics: &Diagnostics, sources: &SourceMap, policy: Policy) -> Problems {
+        Problems {
+            plain: diagnostics.render(sources, Style::Plain),
+            colored: diagnostics.render(sources, Style::Colored),
+            summary: diagnostics.summary(),
+            errors: diagnostics.errors(),
+            recoverable: diagnostics.recoverable_errors(),
+            refused: policy.refuses(diagnostics),
+        }
+    }
+
+    /// An error without a place in a file.
+    pub(super) fn one(message: impl Into<String>) -> Problems {
+        let diagnostics = Diagnostics::new();
+        diagnostics.push(Diagnostic::error(message));
+        Problems::new(&diagnostics, &SourceMap::new(), Policy::Errors)
+    }
+
+    /// Returns `true` if there is nothing to say.
+    pub fn is_empty(&self) -> bool {
+        self.plain.is_empty()
+    }
+
+    /// Number of errors, forgiven ones among them.
+    pub fn errors(&self) -> usize {
+        self.errors
+    }
+
+    /// Number of errors after which pbrt-v3 goes on, and `Policy::KeepGoing` too.
+    pub fn recoverable_errors(&self) -> usize {
+        self.recoverable
+    }
+
+    /// Returns `true` if the policy that the scene was read with refuses it.
+    pub fn refused(&self) -> bool {
+        self.refused
+    }
+
+    /// Such as `2 errors and 1 warning`; `None` where there is neither.
+    pub fn summary(&self) -> Option<&str> {
+        self.summary.as_deref()
+    }
+
+    /// The messages with ANSI colors, for a terminal.
+    pub fn colored(&self) -> &str {
+        &self.colored
+    }
+}
+
+impl fmt::Display for Problems {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.plain)
+    }
+}
+
+impl std::error::Error for Problems {}

@@ -1,0 +1,151 @@
+//! A finished image, and how it came to be.
+
+use super::RenderOptions;
+use crate::build::PreparedScene;
+use crate::film::{self, DroppedSample, FilmMetadata, Image, WriteError};
+use crate::integrators::witness::{Met, Place};
+use crate::materials::Material;
+use crate::render::{self, Ended, Progress, RenderJob, Step};
+use std::path::Path;
+
+/// A rendered image.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Rendered {
+    /// The pixels.
+    pub image: Image,
+    /// What a file says of it.
+    pub metadata: FilmMetadata,
+    /// Samples a pixel, on average.
+    pub spp: f64,
+    /// Samples in all.
+    pub samples: f64,
+    /// Where it was rendered to an error or a time: passes, and why it ended.
+    pub passes: Option<(u32, Ended)>,
+    /// Samples that were not finite.
+    pub dropped: Option<DroppedSamples>,
+}
+
+/// Samples that were not finite, and count as black.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DroppedSamples {
+    /// How many.
+    pub count: u64,
+    /// The first one's pixel, from 0, in order of rows.
+    pub pixel: [u32; 2],
+    /// Its number in the pixel, from 0.
+    pub sample: u64,
+    /// In words, where its path went wrong.
+    pub place: String,
+}
+
+impl Rendered {
+    /// Writes the image; the ending names the format: `.exr`, `.png`, `.pfm` or `.tga`.
+    ///
+    /// # Errors
+    /// A file that cannot be written; an image that the format cannot hold.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
+        film::write(path.as_ref(), &self.image, &self.metadata)
+    }
+
+    /// As [`Rendered::write`], but where the file cannot be made the image is saved to another place, which the
+    /// error names.
+    ///
+    /// # Errors
+    /// As [`Rendered::write`]; [`WriteError::Elsewhere`] where the image is safe, but not where it was wanted.
+    pub fn write_or_rescue(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
+        film::write_somewhere(path.as_ref(), &self.image, &self.metadata)
+    }
+
+    /// Returns `true` if no light was found at all.
+    pub fn is_black(&self) -> bool {
+        self.image
+            .pixels
+            .iter()
+            .all(|pixel| *pixel == crate::math::Rgb::ZERO)
+    }
+}
+
+/// Renders on the current rayon pool: with the scene's number of samples, or until the image is good enough.
+pub(super) fn take(
+    scene: &PreparedScene,
+    name: &str,
+    options: &RenderOptions,
+    report: &(dyn Fn(Step) + Sync),
+) -> Rendered {
+    let job = &scene.job;
+    let (film, spp, first_dropped, error, passes) = match options.goal() {
+        None => {
+            let spp = job.sampler.spp();
+            let pixels = job.film.pixel_bounds().area() as u64;
+            let progress = Progress::new(pixels * u64::from(spp), report);
+            let film = render::render(job, options.tile_size, &progress);
+            let first = film.first_dropped();
+            let first = first.map(|dropped| (dropped, render::locate(job, &job.sampler, dropped)));
+            (film, f64::from(spp), first, None, None)
+        }
+        Some(goal) => {
+            // The size of tiles decides which pixels share their number of samples.
+            let progress = Progress::new(0, report);
+            let done = render::render_until(job, render::TILE_SIZE, &goal, &progress);
+            let first = done.first_dropped;
+            let first = first.map(|(dropped, s)| (dropped, render::locate(job, &s, dropped)));
+            (
+                done.film,
+                done.spp,
+                first,
+                done.error,
+                Some((done.passes, done.ended)),
+            )
+        }
+    };
+    let mut image = film.develop();
+    if !options.variance {
+        image.variance = None;
+    }
+    Rendered {
+        samples: film.bounds().area() as f64 * spp,
+        dropped: first_dropped.map(|first| dropped(job, film.dropped(), first)),
+        metadata: FilmMetadata {
+            seed: options.seed,
+            spp: spp.round().clamp(1.0, f64::from(u32::MAX)) as u32,
+            relative_error: error,
+            scene: name.to_string(),
+            ..scene.metadata.clone()
+        },
+        image,
+        spp,
+        passes,
+    }
+}
+
+fn dropped(
+    job: &RenderJob,
+    count: u64,
+    (first, at): (DroppedSample, Option<Place>),
+) -> DroppedSamples {
+    DroppedSamples {
+        count,
+        pixel: first.pixel.to_array(),
+        sample: first.sample,
+        place: place(job, at),
+    }
+}
+
+/// In words, where a path went wrong.
+fn place(job: &RenderJob, place: Option<Place>) -> String {
+    let Some(Place { depth, met }) = place else {
+        return "before its path began".to_string();
+    };
+    let met = match met {
+        Met::Background => "in the light from beyond the scene".to_string(),
+        Met::Medium => "in a medium".to_string(),
+        Met::Surface(None) => "at a surface without material".to_string(),
+        Met::Surface(Some(id)) => {
+            let material = job.world.materials.get(id.index());
+            format!("at a `{}`", material.map_or("?", Material::name))
+        }
+    };
+    format!("{met} at depth {depth}")
+}
