@@ -5,6 +5,12 @@
 //! time where Linux tells it: on a machine that others use, half the processor time of two threads is
 //! nearer to what an idle one would show.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
 #![allow(clippy::print_stdout)]
 
 use fstop::accel::{Geometry, GeometryBuilder, PrimitiveAttributes};

@@ -4,6 +4,13 @@
 //! pupil's regions and nearly all pass; `useful_*` count the rays that passed, with all that a camera does for
 //! one: pupil sample, trace, transform to the world, weight.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use divan::counter::ItemsCount;
 use fstop::cameras::{Clip, FilmGeometry, Form, Realistic, RealisticSpec, Shutter, Weighting};
 use fstop::math::transform::Transform;

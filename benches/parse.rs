@@ -2,6 +2,13 @@
 //!
 //! `cargo bench --bench parse`. The goal is at least 100 MB/s on the meshes.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use divan::Bencher;
 use divan::counter::BytesCount;
 use fstop::syntax::{Diagnostics, Parser, SourceMap};

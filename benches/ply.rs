@@ -3,6 +3,13 @@
 //! `cargo bench --bench ply`. Wall time of one thread; megabytes of the uncompressed file, so that
 //! gzip shows what it costs.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use divan::Bencher;
 use divan::counter::BytesCount;
 use flate2::Compression;

@@ -3,6 +3,13 @@
 //! Items are camera samples: divan prints samples a second. `built_from_text` is the time from text to
 //! world. One thread, but for `rendered_on_two_threads`.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use fstop::build::{PreparedScene, build};

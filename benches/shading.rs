@@ -5,6 +5,13 @@
 //! material's textures and builds its lobes, `bsdf_sampled` also samples a direction, `bsdf_evaluated` also
 //! evaluates value and density of another.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use fstop::accel::GeometryHit;

@@ -3,6 +3,13 @@
 //!
 //! `cargo run --release --example lens_precision`
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use fstop::optics::lanes::{FilmTracer, Lanes};
 use fstop::optics::pupil::RINGS;
 use fstop::optics::{ExitPupil, Lens, LensRay, LensTracer, Prescription, Surface};

@@ -8,6 +8,12 @@
 //!
 //! "Maximum resident set size" is the memory; `docs/performance.md` holds what was measured.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use std::fs::File;

@@ -3,6 +3,13 @@
 //!
 //! `cargo run --release --example make_creature`
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use fstop::math::{DVec3, Vec3};
 use std::io::Write;
 

@@ -3,6 +3,13 @@
 //!
 //! `cargo run --release --example make_meadow -- FOLDER`
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use fstop::math::hash::{mix2, unit_float};
 use fstop::math::{DVec2, DVec3};
 use image::codecs::hdr::HdrEncoder;

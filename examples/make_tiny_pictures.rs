@@ -1,6 +1,13 @@
 //! Makes the images of `tests/scenes/valid/textures`: one for each format that the reference
 //! scenes' textures do not cover. Run from the project's folder.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use image::{ImageFormat, Rgb, Rgb32FImage, RgbImage};
 use std::path::Path;
 

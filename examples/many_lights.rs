@@ -5,6 +5,12 @@
 //! `cargo run --release --example many_lights -- FOLDER` writes the scenes there instead;
 //! `-- build COUNT` measures the making of the choice alone, for so many lights.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
 #![allow(clippy::print_stdout)]
 
 use fstop::build::{PreparedScene, build};

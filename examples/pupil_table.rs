@@ -4,6 +4,12 @@
 //! The lenses, their film planes and image circles are those of `tests/golden`. With lens names as
 //! arguments only those are measured, and nothing is written.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
 #![allow(clippy::print_stdout)]
 
 use fstop::cameras::pbrt_pupil_box::{self, PupilBox, pupil_box};

@@ -5,6 +5,13 @@
 //! What is left are allocations for each image and each tile (its pixels); one that a single sample
 //! made would show, for a tile of 16 × 16 pixels takes hundreds of them.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use fstop::build::{PreparedScene, build, reset};
 use fstop::render::{Progress, RenderJob, TILE_SIZE, render};
 use fstop::samplers::Sampler;

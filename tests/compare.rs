@@ -1,5 +1,12 @@
 //! `fstop compare`: what it says, in which form, with which exit code; and that its page is whole.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 mod common;
 
 use base64::Engine;

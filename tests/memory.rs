@@ -2,6 +2,13 @@
 //!
 //! One test in a binary of its own, so that nothing else allocates meanwhile.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 use fstop::accel::{Geometry, GeometryBuilder, PrimitiveAttributes};
 use fstop::assets::ply;
 use fstop::budget::Budget;

@@ -6,6 +6,12 @@
 //! Each scene has a long reference of other random numbers, rendered in two halves whose difference tells its
 //! own error, which is taken off. Every point is the mean of [`PICTURES`] images.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
 #![allow(clippy::print_stderr)]
 
 mod figure;

@@ -111,22 +111,23 @@ impl ReadArgs {
     }
 
     fn options(&self, policy: Policy) -> ReadOptions {
-        let mut options = ReadOptions::default();
-        options.policy = policy;
-        options.dialect = match self.dialect {
-            None => DialectChoice::Auto,
-            Some(DialectArg::V2) => DialectChoice::Fixed(Dialect::V2),
-            Some(DialectArg::V3) => DialectChoice::Fixed(Dialect::V3),
-        };
-        options.max_memory = self.max_memory;
-        options.compat = self.compat.map(|CompatArg::PbrtV2| Compat::PbrtV2);
-        options.lens_model = self.lens_model.map(|model| match model {
-            LensModelArg::Exact => ModelKind::Exact,
-            LensModelArg::Thick => ModelKind::Thick,
-            LensModelArg::Thin => ModelKind::Thin,
-        });
-        options.files_within = self.files_within.clone();
-        options
+        ReadOptions {
+            policy,
+            dialect: match self.dialect {
+                None => DialectChoice::Auto,
+                Some(DialectArg::V2) => DialectChoice::Fixed(Dialect::V2),
+                Some(DialectArg::V3) => DialectChoice::Fixed(Dialect::V3),
+            },
+            compat: self.compat.map(|CompatArg::PbrtV2| Compat::PbrtV2),
+            lens_model: self.lens_model.map(|model| match model {
+                LensModelArg::Exact => ModelKind::Exact,
+                LensModelArg::Thick => ModelKind::Thick,
+                LensModelArg::Thin => ModelKind::Thin,
+            }),
+            max_memory: self.max_memory,
+            files_within: self.files_within.clone(),
+            details: false,
+        }
     }
 }
 

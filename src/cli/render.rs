@@ -135,14 +135,18 @@ impl RenderArgs {
                 .transpose()
                 .map_err(|_| "--crop: expected four numbers x0,x1,y0,y1".to_string())
         };
-        let mut options = RenderOptions::default();
-        options.spp = self.spp;
-        (options.error, options.time) = (self.goal.error, self.goal.time);
-        (options.seed, options.threads) = (self.seed, threads(self));
-        (options.crop, options.default_crop) = (crop(&self.crop)?, crop(&self.cropwindow)?);
-        (options.quick, options.variance) = (self.quick, self.variance);
-        options.tile_size = self.tile_size;
-        Ok(options)
+        Ok(RenderOptions {
+            spp: self.spp,
+            error: self.goal.error,
+            time: self.goal.time,
+            seed: self.seed,
+            threads: threads(self),
+            crop: crop(&self.crop)?,
+            default_crop: crop(&self.cropwindow)?,
+            quick: self.quick,
+            variance: self.variance,
+            tile_size: self.tile_size,
+        })
     }
 
     /// Prints what was found, as far as it is asked for. Errors always are.
@@ -169,8 +173,10 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, Failure> {
         passed: scene.problems().recoverable_errors(),
         unwritten: 0,
     };
-    let mut names = OutputNames::default();
-    (names.image, names.png) = (args.output.clone(), args.png.clone());
+    let names = OutputNames {
+        image: args.output.clone(),
+        png: args.png.clone(),
+    };
     // All of them before the first is rendered: a misspelled folder should not be noticed after a night's work.
     let (outputs, problems) = scene.outputs(&names)?;
     args.print(&problems);

@@ -214,7 +214,7 @@ impl Prepared {
     pub fn render(&self, progress: &(dyn Fn(Step) + Sync)) -> Rendered {
         let take = || rendered::take(&self.scene, &self.name, &self.options, progress);
         // Threads that were there a moment ago: if the system refuses them now, those that are there do it.
-        on_threads(self.options.threads, &take).unwrap_or_else(|_| take())
+        on_threads(self.options.threads, take).unwrap_or_else(|_| take())
     }
 }
 

@@ -1,5 +1,12 @@
 //! What the documentation says, held against the code.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,6 +1,13 @@
 //! The optics without a scene: golden data computed by others, the exit pupil, stops and planes, and
 //! lenses at the ends of what can be written down.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 mod analysis_golden;
 mod asphere_golden;
 #[path = "../common/mod.rs"]

@@ -1,5 +1,12 @@
 //! The program `fstop` as a user runs it: its commands, what they print, and the files they write.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;

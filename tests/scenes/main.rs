@@ -1,6 +1,13 @@
 //! Whole scenes: what is rendered, against pbrt-v3's images, the course's, laws of light, and the
 //! messages recorded beside each scene file.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 #[path = "../common/mod.rs"]
 mod common;
 mod compatibility;

@@ -1,6 +1,13 @@
 //! The scene language from outside: every directive and form of parameter, recovery, includes,
 //! and the messages exactly as they are printed.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+
 mod includes;
 mod language;
 mod messages;

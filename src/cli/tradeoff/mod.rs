@@ -87,8 +87,11 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
         frame.shrink(PIXELS);
     }
     let shrunk = frame.resolution() != full;
-    let mut options = RenderOptions::default();
-    (options.seed, options.threads) = (args.seed, args.threads);
+    let options = RenderOptions {
+        seed: args.seed,
+        threads: args.threads,
+        ..RenderOptions::default()
+    };
     let frame = frame.prepare(&options)?;
     print(frame.problems());
     let settings = Settings {
