@@ -41,6 +41,7 @@ pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, PlyError> {
 }
 
 /// Reads a PLY file from memory; the error is a sentence without the file's name.
+#[cfg(any(test, feature = "internals"))]
 pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
     parse_within(bytes, &Budget::unlimited())
 }

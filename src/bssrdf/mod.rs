@@ -10,7 +10,7 @@ mod profile;
 mod table;
 
 pub use profile::{NormalizedChannel, Profile, TabulatedChannel};
-pub use table::{ProfileTable, Row};
+pub use table::ProfileTable;
 
 use crate::bsdf::subsurface_exit::SubsurfaceExit;
 use crate::math::frame::Frame;

@@ -106,7 +106,7 @@ fn listed(names: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use crate::scene::{ReadSettings, read_scene};
-    use crate::syntax::{Diagnostics, Severity, SourceMap};
+    use crate::syntax::{Diagnostics, SourceMap, diagnostic::Severity};
 
     const SPOT: &str = "LightSource \"spot\" ";
     const FLOOR: &str = "Material \"matte\" Shape \"disk\" ";

@@ -34,11 +34,15 @@ pub use clip::Clip;
 pub use environment::{Environment, EnvironmentSpec};
 pub use orthographic::{Orthographic, OrthographicSpec};
 pub use perspective::{Perspective, PerspectiveSpec};
-pub use realistic::{Compat, Form, Precision, Realistic, RealisticSpec, Weighting};
-pub use realistic_bands::Band;
+pub use realistic::{Compat, Precision, Realistic, RealisticSpec};
 pub use screen::Screen;
 pub use shutter::Shutter;
 pub use thin_lens::ThinLens;
+#[cfg(any(test, feature = "internals"))]
+pub use {
+    realistic::{Form, Weighting},
+    realistic_bands::Band,
+};
 
 use crate::math::motion::Motion;
 use crate::math::ray::{Ray, RayDifferentials};

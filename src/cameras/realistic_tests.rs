@@ -1,7 +1,8 @@
 //! Laws of the realistic camera, on lenses small enough to reason about and on measured images.
 
 use super::realistic::{Compat, Form, Realistic, RealisticSpec, Weighting};
-use super::{BUNDLE, Band, CameraSample, Clip, FilmGeometry, Shutter};
+use super::realistic_bands::Band;
+use super::{BUNDLE, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec2, Vec2, Vec3};
 use crate::optics::models::ModelKind;

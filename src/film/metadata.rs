@@ -15,7 +15,7 @@ pub struct FilmMetadata {
     /// Samples per pixel; on average, and rounded, where tiles have different numbers.
     pub spp: u32,
     /// Estimated relative error of an image that was rendered until it was good enough or the time was
-    /// up ([`crate::render::Progressive::error`]).
+    /// up (`render::Progressive::error`).
     pub relative_error: Option<f64>,
     /// Seed of the sampler.
     pub seed: u64,

@@ -73,7 +73,7 @@ pub fn check_name(path: &Path) -> Result<(), WriteError> {
 /// Will [`write()`] to this path work, as far as can be known before rendering? Leaves no trace.
 ///
 /// # Errors
-/// An extension that no format has; what [`output::check`] finds.
+/// An extension that no format has; what `output::check` finds.
 pub fn check_output(path: &Path) -> Result<(), WriteError> {
     Format::of(path)?;
     Ok(output::check(path)?)
@@ -82,7 +82,7 @@ pub fn check_output(path: &Path) -> Result<(), WriteError> {
 /// Writes `image` to `path`, in the format that the name's extension says: `.exr` (linear, with
 /// variances and metadata), `.pfm` (linear), `.png`, `.tga` (8-bit sRGB).
 ///
-/// The file appears under its name only when it is complete ([`output::write`]). A file that was there
+/// The file appears under its name only when it is complete (`output::write`). A file that was there
 /// before is replaced.
 ///
 /// # Errors
@@ -93,7 +93,7 @@ pub fn write(path: &Path, image: &Image, metadata: &FilmMetadata) -> Result<(), 
 }
 
 /// As [`write()`], for images that took long to render: where the file cannot be made, it goes to the
-/// current folder or to that for temporary files ([`output::rescue`]).
+/// current folder or to that for temporary files (`output::rescue`).
 ///
 /// # Errors
 /// See [`write()`]; [`WriteError::Elsewhere`] where the image is safe, but not where it was wanted.

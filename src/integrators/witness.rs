@@ -57,7 +57,7 @@ impl Watch {
 
 impl Witness for Watch {
     fn arrive(&mut self, place: Place, radiance: Rgb) {
-        // What is wrong on mis went wrong at the point before.
+        // What is wrong on arrival went wrong at the point before.
         self.wrong |= !radiance.is_finite();
         if !self.wrong {
             self.last = Some(place);

@@ -26,7 +26,6 @@ mod tree;
 
 pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
 pub use distant::{DistantLight, DistantSpec};
-pub use environment_map::EnvironmentMap;
 pub use goniometric::{GoniometricLight, GoniometricSpec};
 pub use groups::{LightGroup, LightGroups};
 pub use infinite::{InfiniteLight, InfiniteSpec};

@@ -57,7 +57,7 @@ impl Named {
 ///
 /// As in pbrt the frame and its bumps are the first material's, and `bumpmap` is no parameter here.
 /// `none` lets its share of the light straight on (pbrt-v3 crashes), and light that a part lets in
-/// wanders below that part ([`super::beneath`]).
+/// wanders below that part ([`super::subsurface_transport`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mix {
     /// The two materials; `None` scatters nothing.

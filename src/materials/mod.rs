@@ -35,9 +35,8 @@ pub use bump::Bump;
 pub use disney::Disney;
 pub use fourier::Fourier;
 pub use glass::Glass;
-pub use hair::{Hair, Pigment};
-pub use interior::Interior;
-pub use kdsubsurface::{KdSubsurface, MeanFreePath};
+pub use hair::Hair;
+pub use kdsubsurface::KdSubsurface;
 pub use kinds::MaterialKind;
 pub use matte::Matte;
 pub use measured::Measured;
@@ -127,7 +126,7 @@ impl Material {
         self.kind.name()
     }
 
-    /// Fills the [empty](Bsdf::nowhere) `bsdf` for a point; `materials` are the scene's, for the handles of
+    /// Fills the [empty](Bsdf::empty) `bsdf` for a point; `materials` are the scene's, for the handles of
     /// mixes.
     pub fn fill_bsdf<'a>(
         &'a self,

@@ -14,7 +14,7 @@ pub struct Distribution1D {
 
 impl Distribution1D {
     /// From non-negative cell values (negative and non-finite ones count as 0).
-    /// Where all are zero the density is uniform and [`Distribution1D::integral`] is 0.
+    /// Where all are zero the density is uniform and integral is 0.
     pub fn new(values: impl IntoIterator<Item = f32>) -> Distribution1D {
         let function: Vec<f32> = values
             .into_iter()
@@ -44,16 +44,6 @@ impl Distribution1D {
     /// Number of cells.
     pub fn len(&self) -> usize {
         self.function.len()
-    }
-
-    /// True without cells.
-    pub fn is_empty(&self) -> bool {
-        self.function.is_empty()
-    }
-
-    /// Integral of the function over [0, 1): the mean of its cells.
-    pub fn integral(&self) -> f32 {
-        self.integral
     }
 
     /// The cell of `u` in [0, 1), with the position inside the cell in [0, 1).
@@ -180,7 +170,7 @@ mod tests {
     #[test]
     fn all_zero_is_uniform() {
         let d = Distribution1D::new([0.0; 4]);
-        assert_eq!(d.integral(), 0.0);
+        assert_eq!(d.integral, 0.0);
         assert_eq!(d.sample_continuous(0.6).1, 1.0);
     }
 }

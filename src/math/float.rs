@@ -5,13 +5,6 @@ use super::Vec3;
 /// Half the spacing of `f32` at 1: the largest relative error of one rounded operation.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 
-/// The bound γₙ = nε / (1 − nε) on the relative error of n chained operations
-/// (Higham 2002, §3.1; Pharr, Jakob and Humphreys 2016, §3.9.1).
-pub const fn gamma(n: u32) -> f32 {
-    let ne = n as f32 * UNIT_ROUNDOFF;
-    ne / (1.0 - ne)
-}
-
 /// `x` moved into `low`…`high`; what is no number counts as `low`, where `clamp` would keep it.
 pub fn clamp_nan_low(x: f32, low: f32, high: f32) -> f32 {
     x.max(low).min(high)
@@ -60,6 +53,13 @@ pub fn floor(x: f32) -> (i64, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The bound γₙ = nε / (1 − nε) on the relative error of n chained operations
+    /// (Higham 2002, §3.1; Pharr, Jakob and Humphreys 2016, §3.9.1).
+    const fn gamma(n: u32) -> f32 {
+        let ne = n as f32 * UNIT_ROUNDOFF;
+        ne / (1.0 - ne)
+    }
 
     #[test]
     fn what_is_no_number_is_within_the_range_too() {

@@ -78,6 +78,7 @@ impl Default for InstructionSet {
 
 impl InstructionSet {
     /// All that this processor has, the best last.
+    #[cfg(any(test, feature = "internals"))]
     pub fn available() -> Vec<InstructionSet> {
         let mut sets = vec![InstructionSet::default()];
         #[cfg(target_arch = "x86_64")]
@@ -121,6 +122,7 @@ impl InstructionSet {
     }
 
     /// Its usual name.
+    #[cfg(any(test, feature = "internals"))]
     pub fn name(self) -> &'static str {
         match self.0 {
             Proof::Baseline if cfg!(target_arch = "x86_64") => "SSE2",

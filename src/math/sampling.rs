@@ -1,7 +1,7 @@
 //! Warping uniform numbers to directions and points; each density is beside its sampler.
 
 use super::float::floor;
-use super::{Rgb, Vec2, Vec3};
+use super::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
 /// The unit square to the unit disk, area-preserving and continuous (Shirley and Chiu 1997).
@@ -86,11 +86,6 @@ pub fn power_heuristic(f: f32, g: f32) -> f32 {
     }
     let r = g / f;
     1.0 / (1.0 + r * r)
-}
-
-/// Largest channel.
-pub fn max_component(v: Rgb) -> f32 {
-    v.max_element()
 }
 
 #[cfg(test)]

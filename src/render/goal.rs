@@ -5,7 +5,7 @@ use std::time::Duration;
 /// What to render until; whichever is reached first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// The image's relative error: see [`super::Progressive::error`].
+    /// The image's relative error: see `Progressive::error`.
     pub error: Option<f64>,
     /// Time since the first sample: no tile is begun later.
     pub time: Option<Duration>,
@@ -29,6 +29,6 @@ pub enum Ended {
     Error,
     /// The time is up.
     Time,
-    /// Every pixel has [`Goal::max_spp`] samples.
+    /// Every pixel has its most samples.
     Samples,
 }

@@ -11,7 +11,7 @@ mod progressive;
 
 pub use goal::{Ended, Goal};
 pub use progress::{Progress, Step};
-pub use progressive::{Progressive, render_until};
+pub use progressive::render_until;
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, Tile};

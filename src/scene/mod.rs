@@ -18,5 +18,5 @@ pub mod transforms;
 mod unused_transforms;
 mod world_block;
 
-pub use description::{Frame, SceneDescription};
+pub use description::Frame;
 pub use interpreter::{ReadSettings, read_scene};

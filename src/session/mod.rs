@@ -17,7 +17,7 @@ pub use rendered::{DroppedSamples, Rendered};
 
 use crate::build::{self, PreparedScene};
 use crate::film;
-use crate::params::NamedFile;
+use crate::params::{Dialect, NamedFile};
 use crate::render::Step;
 use crate::scene::{self, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
@@ -29,6 +29,7 @@ pub struct Scene {
     name: String,
     sources: Rc<SourceMap>,
     policy: Policy,
+    dialect: Dialect,
     frames: Vec<scene::Frame>,
     problems: Problems,
 }
@@ -70,6 +71,11 @@ impl Scene {
     /// What was found in the file: warnings, notes, and errors that the policy forgives.
     pub fn problems(&self) -> &Problems {
         &self.problems
+    }
+
+    /// Whose defaults and meanings the file was read with.
+    pub fn dialect(&self) -> Dialect {
+        self.dialect
     }
 
     /// The images that the file describes; nearly always one.
@@ -238,6 +244,7 @@ struct Reading<'a> {
     name: String,
     sources: Rc<SourceMap>,
     options: &'a ReadOptions,
+    dialect: Dialect,
     frames: Vec<scene::Frame>,
     diagnostics: Diagnostics,
 }
@@ -248,6 +255,7 @@ impl<'a> Reading<'a> {
             name: String::new(),
             sources: Rc::new(options.sources().map_err(Problems::one)?),
             options,
+            dialect: Dialect::V3,
             frames: Vec::new(),
             diagnostics: Diagnostics::new(),
         })
@@ -271,7 +279,8 @@ impl<'a> Reading<'a> {
 
     fn read(&mut self, main: FileId) {
         let (scene, diagnostics) = read_scene(&self.sources, main, &self.options.settings());
-        (self.frames, self.diagnostics) = (scene.frames, diagnostics);
+        (self.dialect, self.frames) = (scene.dialect, scene.frames);
+        self.diagnostics = diagnostics;
     }
 
     fn problems(&self) -> Problems {
@@ -288,6 +297,7 @@ impl<'a> Reading<'a> {
             name: self.name,
             sources: self.sources,
             policy: self.options.policy,
+            dialect: self.dialect,
             frames: self.frames,
             problems,
         })

@@ -1,7 +1,7 @@
 //! One triangle of a mesh: where exactly a ray meets it, and the surface there.
 
 use super::local::LocalSurface;
-use crate::math::{DVec2, DVec3, Vec2};
+use crate::math::{DVec2, DVec3};
 
 /// A triangle with its corners' attributes, widened from the mesh's single precision.
 #[derive(Clone, Copy, Debug)]
@@ -12,7 +12,7 @@ pub struct Triangle {
     pub normals: Option<[DVec3; 3]>,
     /// Tangents at the corners, if the mesh has them.
     pub tangents: Option<[DVec3; 3]>,
-    /// Texture coordinates, if the mesh has them; else they are [`DEFAULT_UV`].
+    /// Texture coordinates, if the mesh has them; else (0, 0), (1, 0) and (1, 1).
     pub uv: Option<[DVec2; 3]>,
     /// Turns.
     pub orientation: Orientation,
@@ -28,7 +28,12 @@ pub struct Orientation {
 }
 
 /// Corner parameters of a triangle without texture coordinates.
-pub const DEFAULT_UV: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::ONE];
+#[cfg(test)]
+const DEFAULT_UV: [crate::math::Vec2; 3] = [
+    crate::math::Vec2::ZERO,
+    crate::math::Vec2::X,
+    crate::math::Vec2::ONE,
+];
 
 /// ∂p/∂u and ∂p/∂v are taken from the texture coordinates where their determinant is at least this.
 const SMALLEST_UV_DETERMINANT: f64 = 1e-8;
@@ -71,6 +76,7 @@ impl Triangle {
 
     /// The unit geometric normal at `b`: the corners' order and the orientation decide its side,
     /// or else the interpolated normal does.
+    #[cfg(any(test, feature = "internals"))]
     pub fn geometric_normal(&self, b: [f64; 3]) -> DVec3 {
         self.normal_beside(self.interpolated_normal(b))
     }
@@ -218,7 +224,7 @@ mod tests {
         let t = triangle();
         let s = t.surface([0.2, 0.3, 0.5]);
         assert_eq!(s.n, DVec3::Z);
-        for (p, uv) in t.p.iter().zip(DEFAULT_UV.map(Vec2::as_dvec2)) {
+        for (p, uv) in t.p.iter().zip(DEFAULT_UV.map(crate::math::Vec2::as_dvec2)) {
             let moved =
                 s.p + s.dpdu * (uv.x - f64::from(s.uv.x)) + s.dpdv * (uv.y - f64::from(s.uv.y));
             assert!((*p - moved).length() < 1e-6); // uv are single precision
@@ -239,7 +245,7 @@ mod tests {
                 ..triangle()
             };
             let with = Triangle {
-                uv: Some(DEFAULT_UV.map(Vec2::as_dvec2)),
+                uv: Some(DEFAULT_UV.map(crate::math::Vec2::as_dvec2)),
                 ..without
             };
             let b = [0.2, 0.3, 0.5];

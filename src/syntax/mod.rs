@@ -43,9 +43,9 @@ pub mod suggest;
 mod token;
 mod value;
 
-pub use diagnostic::{Diagnostic, Diagnostics, Severity, Style};
+pub use diagnostic::{Diagnostic, Diagnostics, Style};
 pub use directive::{ActiveTransform, Directive, DirectiveKind, Name, Typed};
 pub use files::SearchFolder;
 pub use parameter::{Param, ParamGroup, ParamList, ParamType, ParamValue};
 pub use parser::Parser;
-pub use source::{FileId, Location, SourceError, SourceMap, Span};
+pub use source::{FileId, SourceError, SourceMap, Span};

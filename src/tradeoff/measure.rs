@@ -76,7 +76,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// An image with its estimated relative error ([`crate::render::Progressive::error`]).
+    /// An image with its estimated relative error (`render::Progressive::error`).
     pub fn new(image: Image, error: f64) -> Reference {
         let count = 3.0 * image.pixels.len().max(1) as f64;
         let sum: f64 = image

@@ -82,7 +82,7 @@ impl World {
             .intersect(ray, &|input, point| self.textures.float(input, point))
     }
 
-    /// The light of the nearest surface along a ray; see [`Geometry::look`].
+    /// The light of the nearest surface along a ray; see [`Geometry::intersect_emitter`].
     pub fn intersect_emitter(&self, ray: &Ray) -> EmitterHit {
         self.geometry
             .intersect_emitter(ray, &|input, point| self.textures.float(input, point))
@@ -118,7 +118,7 @@ impl World {
         self.materials.get(id?.index())
     }
 
-    /// How the surface scatters at a hit: fills the [empty](Bsdf::nowhere) `bsdf`. Not an answer, which
+    /// How the surface scatters at a hit: fills the [empty](Bsdf::empty) `bsdf`. Not an answer, which
     /// would be half a thousand bytes to move.
     pub fn fill_bsdf<'a>(
         &'a self,

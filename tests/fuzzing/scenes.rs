@@ -5,7 +5,7 @@ use fstop::build::build;
 use fstop::film::FilmSpec;
 use fstop::math::{Rgb, UVec2};
 use fstop::render::{Progress, render};
-use fstop::scene::{Frame, ReadSettings, SceneDescription, read_scene};
+use fstop::scene::{Frame, ReadSettings, description::SceneDescription, read_scene};
 use fstop::syntax::{Diagnostics, SourceMap, Style};
 use std::path::Path;
 

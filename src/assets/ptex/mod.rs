@@ -34,7 +34,7 @@ mod tests;
 #[cfg(test)]
 pub(crate) mod writer;
 
-pub use face::{Face, Neighbor, Resolution};
+pub use face::{Face, Resolution};
 pub use header::{Border, MeshKind};
 pub use sample::{Sample, Texels};
 
@@ -77,6 +77,7 @@ impl PtexFile {
     }
 
     /// Reads a file from memory; the error is a sentence without the file's name.
+    #[cfg(any(test, feature = "internals"))]
     pub fn parse(bytes: &[u8]) -> Result<PtexFile, String> {
         PtexFile::parse_within(bytes, &Budget::unlimited())
     }
@@ -106,6 +107,7 @@ impl PtexFile {
     }
 
     /// The faces.
+    #[cfg(any(test, feature = "internals"))]
     pub fn faces(&self) -> &[Face] {
         &self.faces
     }

@@ -1,5 +1,6 @@
 //! Files written and read again; files that are damaged.
 
+use super::face::Neighbor;
 use super::header::MeshKind;
 use super::sample::SampleKind;
 use super::writer::{Packing, Writer, halved};

@@ -9,7 +9,8 @@ use crate::params::{FloatInput, SpectrumInput};
 use crate::surface::{Footprint, TexturePoint};
 use crate::syntax::FileId;
 use crate::textures::imagemap::{Decoding, ImagemapSpec};
-use crate::textures::{Bilerp, Filter, MappingSpec, Mix, Scale, Uv, Wrap};
+use crate::textures::mipmap::{Filter, Wrap};
+use crate::textures::{Bilerp, MappingSpec, Mix, Scale, Uv};
 use std::path::Path;
 
 const UV: MappingSpec = MappingSpec::Uv {
