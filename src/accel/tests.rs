@@ -6,8 +6,8 @@ use crate::math::hash::{mix2, unit_float};
 use crate::math::sampling::uniform_sphere;
 use crate::math::{Vec2, Vec3};
 use crate::shapes::mesh::TriangleMesh;
-use crate::shapes::quadric::{Form, Quadric};
 use crate::shapes::sphere::Sphere;
+use crate::shapes::{Form, quadric::Quadric};
 
 mod degenerate;
 mod hair;

@@ -233,8 +233,8 @@ impl Adder<'_> {
             material: shape.material,
             light,
             paired_lights,
-            alpha: shape.spec.alpha(),
-            shadow_alpha: shape.spec.shadow_alpha(),
+            alpha: shape.spec.alpha,
+            shadow_alpha: shape.spec.shadow_alpha,
             interface: shape.interface,
         };
         Some((compiled, attributes))

@@ -55,7 +55,7 @@ fn usage(frame: &Frame) -> TextureUsage {
     let mut seen = vec![false; frame.materials.len()];
     let objects = frame.objects.iter().flat_map(|object| &object.shapes);
     for shape in frame.shapes.iter().chain(objects) {
-        for alpha in [shape.spec.alpha(), shape.spec.shadow_alpha()] {
+        for alpha in [shape.spec.alpha, shape.spec.shadow_alpha] {
             alpha.into_iter().for_each(|input| usage.float(input));
         }
         if let Some(id) = shape.material.map(|material| material.index())

@@ -29,13 +29,12 @@ impl Interpreter<'_> {
         self.find_late_material();
         let (material, spec) = self.read_shape(span, typed);
         let Some(spec) = spec else { return };
-        let is_curve = matches!(spec, ShapeSpec::Curve(_));
         let entity = ShapeEntity {
+            area_light: self.area_light_of_shape(span, &spec),
             spec,
             world_from_shape: self.placement(),
             reverse_orientation: self.current.state.reverse_orientation,
             material,
-            area_light: self.area_light_of_shape(span, is_curve),
             interface: self.interface_of_shape(),
             span: file_name_span(typed).unwrap_or(span),
         };
@@ -59,7 +58,7 @@ impl Interpreter<'_> {
         let mut overridden = None;
         let named = self.materials_in_scope(None);
         let spec = self.reading(&names).read("Shape", span, typed, |reader| {
-            let spec = read_spec(reader);
+            let spec = ShapeSpec::from_params(reader);
             if overrides {
                 overridden = Some(read_overridden(reader, current.as_deref(), &named));
             }
@@ -77,9 +76,9 @@ impl Interpreter<'_> {
         (material, spec)
     }
 
-    fn area_light_of_shape(&mut self, shape: Span, is_curve: bool) -> Option<usize> {
+    fn area_light_of_shape(&mut self, shape: Span, spec: &ShapeSpec) -> Option<usize> {
         let area_light = self.current.state.area_light?;
-        if is_curve {
+        if !spec.can_emit() {
             let error = Diagnostic::error("a curve cannot be an area light (pbrt-v3 aborts here)");
             let hint = "end the light before it with AttributeEnd, or give the curve's place to thin cylinders";
             self.diagnostics.push(error.at(shape).with_help(hint));
@@ -108,17 +107,6 @@ impl Interpreter<'_> {
 fn file_name_span(shape: &Typed) -> Option<Span> {
     let name = shape.params.get("filename", ParamGroup::String)?;
     Some(name.value_span)
-}
-
-/// The shape; what cannot be made is reported and left out.
-fn read_spec(reader: &ParamReader) -> Option<ShapeSpec> {
-    const LEFT_OUT: &str = "the shape is left out";
-    let kind = reader.kind();
-    if !ShapeSpec::KINDS.contains(&kind) {
-        reader.unknown_kind_replaced(&ShapeSpec::KINDS, LEFT_OUT);
-        return None;
-    }
-    ShapeSpec::from_params(reader)
 }
 
 /// The material of a shape whose own parameters come before the material's.

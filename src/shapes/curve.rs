@@ -23,6 +23,8 @@ mod segment;
 pub use bezier::Bezier;
 pub use segment::{CurveHit, Segment};
 
+use super::site::{ShapeType, Site};
+use super::{CompiledShape, ShapeError};
 use crate::math::transform::Transform;
 use crate::math::{DMat4, DVec3, Vec3};
 use crate::params::ParamReader;
@@ -173,6 +175,14 @@ impl CurveSpec {
                 .collect(),
             split_depth: self.split_depth,
         }
+    }
+}
+
+impl ShapeType for CurveSpec {
+    fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+        site.needs_inverse()?;
+        let curves = self.place(site.level_from_object, site.reverse_orientation);
+        Ok(CompiledShape::Curves(Box::new(curves)))
     }
 }
 

@@ -5,8 +5,9 @@
 //! of the piece sampled, so that any affine transformation gives the right light. (The reference ignores
 //! scale and cuts here: docs/scene-language.md §4.5. We do not.) Curves cannot emit, as in pbrt-v3.
 
+use super::Form;
 use super::mesh::TriangleMesh;
-use super::quadric::{Form, ObjectSurface, Quadric};
+use super::quadric::{ObjectSurface, Quadric};
 use super::triangle::Orientation;
 use crate::math::float::{UNIT_ROUNDOFF, offset_ray_origin};
 use crate::math::sampling::{concentric_disk, uniform_triangle};

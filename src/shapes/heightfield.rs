@@ -8,7 +8,8 @@
 //! (u, v) = (x, y) from 0 to 1; the normal points up (docs/scene-language.md §3.7; Pharr and Humphreys 2004,
 //! §3, exercise 1). pbrt-v3 aborts where numbers are missing; here that is an error.
 
-use super::grid;
+use super::site::{ShapeType, Site};
+use super::{CompiledShape, ShapeError, grid};
 use crate::assets::mesh::MeshData;
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
@@ -76,6 +77,13 @@ impl HeightfieldSpec {
             positions,
             ..MeshData::default()
         }
+    }
+}
+
+impl ShapeType for HeightfieldSpec {
+    fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+        site.charge(2 * self.heights.len())?;
+        Ok(site.mesh(self.mesh()))
     }
 }
 

@@ -22,7 +22,9 @@
 mod limit;
 mod topology;
 
+use super::site::{ShapeType, Site};
 use super::trianglemesh::vertices_and_triangles;
+use super::{CompiledShape, ShapeError};
 use crate::assets::mesh::MeshData;
 use crate::math::DVec3;
 use crate::params::ParamReader;
@@ -101,6 +103,13 @@ impl LoopSubdivSpec {
             warnings,
             ..MeshData::default()
         }
+    }
+}
+
+impl ShapeType for LoopSubdivSpec {
+    fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+        site.charge(self.triangles_made())?;
+        Ok(site.mesh(self.subdivide()))
     }
 }
 

@@ -12,7 +12,8 @@
 //! normal is along ∂p/∂u × ∂p/∂v (docs/scene-language.md §3.7; Piegl and Tiller, "The NURBS Book", 1997, §4;
 //! Rogers, "An Introduction to NURBS", 2001).
 
-use super::grid;
+use super::site::{ShapeType, Site};
+use super::{CompiledShape, ShapeError, grid};
 use crate::assets::mesh::MeshData;
 use crate::math::{DVec3, Vec2};
 use crate::params::ParamReader;
@@ -103,6 +104,12 @@ impl NurbsSpec {
         let p = value.truncate() / value.w;
         let divided = |d: DVec4| (d.truncate() - p * d.w) / value.w;
         [p, divided(by_u), divided(by_v)]
+    }
+}
+
+impl ShapeType for NurbsSpec {
+    fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+        site.charged_mesh(self.mesh())
     }
 }
 

@@ -7,11 +7,10 @@
 //!
 //! See [`crate::assets::obj`] for what is read.
 
-use super::ShapeError;
-use crate::assets::mesh::MeshData;
+use super::site::{ShapeType, Site};
+use super::{CompiledShape, ShapeError, mesh_file};
 use crate::assets::obj;
-use crate::budget::Budget;
-use crate::params::{FloatInput, ParamReader};
+use crate::params::ParamReader;
 use std::path::PathBuf;
 
 /// See the module.
@@ -19,33 +18,24 @@ use std::path::PathBuf;
 pub struct ObjMeshSpec {
     /// The file.
     pub path: PathBuf,
-    /// Cut-outs.
-    pub alpha: Option<FloatInput>,
-    /// Cut-outs for shadow rays only.
-    pub shadow_alpha: Option<FloatInput>,
 }
 
 impl ObjMeshSpec {
     /// Reads the parameters; `None` where there is no such file (reported).
     pub fn from_params(reader: &ParamReader) -> Option<ObjMeshSpec> {
-        let alpha = reader.find_float_input("alpha");
-        let shadow_alpha = reader.find_float_input("shadowalpha");
-        if !reader.has("filename") {
-            reader.error("filename", "a objmesh needs a \"string filename\"");
-            return None;
-        }
-        Some(ObjMeshSpec {
-            path: reader.file("filename")?,
-            alpha,
-            shadow_alpha,
-        })
+        let path = mesh_file(reader)?;
+        Some(ObjMeshSpec { path })
     }
+}
 
-    /// Loads the file.
-    pub fn load(&self, budget: &Budget) -> Result<MeshData, ShapeError> {
-        obj::load(&self.path, budget).map_err(|e| ShapeError::File {
+impl ShapeType for ObjMeshSpec {
+    const CUTOUTS: bool = true;
+
+    fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+        let loaded = obj::load(&self.path, site.budget).map_err(|e| ShapeError::File {
             path: e.path,
             message: e.message,
-        })
+        });
+        site.charged_mesh(loaded?)
     }
 }

@@ -8,11 +8,10 @@
 //! See [`crate::assets::ply`] for what is read; the number `face_indices` of a face tells its face in
 //! `ptex` textures.
 
-use super::ShapeError;
-use crate::assets::mesh::MeshData;
+use super::site::{ShapeType, Site};
+use super::{CompiledShape, ShapeError, mesh_file};
 use crate::assets::ply;
-use crate::budget::Budget;
-use crate::params::{FloatInput, ParamReader};
+use crate::params::ParamReader;
 use std::path::PathBuf;
 
 /// See the module.
@@ -20,33 +19,24 @@ use std::path::PathBuf;
 pub struct PlyMeshSpec {
     /// The file.
     pub path: PathBuf,
-    /// Cut-outs.
-    pub alpha: Option<FloatInput>,
-    /// Cut-outs for shadow rays only.
-    pub shadow_alpha: Option<FloatInput>,
 }
 
 impl PlyMeshSpec {
     /// Reads the parameters; `None` where there is no such file (reported).
     pub fn from_params(reader: &ParamReader) -> Option<PlyMeshSpec> {
-        let alpha = reader.find_float_input("alpha");
-        let shadow_alpha = reader.find_float_input("shadowalpha");
-        if !reader.has("filename") {
-            reader.error("filename", "a plymesh needs a \"string filename\"");
-            return None;
-        }
-        Some(PlyMeshSpec {
-            path: reader.file("filename")?,
-            alpha,
-            shadow_alpha,
-        })
+        let path = mesh_file(reader)?;
+        Some(PlyMeshSpec { path })
     }
+}
 
-    /// Loads the file.
-    pub fn load(&self, budget: &Budget) -> Result<MeshData, ShapeError> {
-        ply::load(&self.path, budget).map_err(|e| ShapeError::File {
+impl ShapeType for PlyMeshSpec {
+    const CUTOUTS: bool = true;
+
+    fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+        let loaded = ply::load(&self.path, site.budget).map_err(|e| ShapeError::File {
             path: e.path,
             message: e.message,
-        })
+        });
+        site.charged_mesh(loaded?)
     }
 }

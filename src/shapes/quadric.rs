@@ -5,13 +5,8 @@
 //! back onto the surface, so that its error is a few units of double rounding whatever the
 //! distance it was seen from. What single precision then loses is the rounding of the result.
 
-use super::cone::Cone;
-use super::cylinder::Cylinder;
-use super::disk::Disk;
-use super::hyperboloid::Hyperboloid;
+use super::Form;
 use super::local::{LocalSurface, abs_matrix};
-use super::paraboloid::Paraboloid;
-use super::sphere::Sphere;
 use crate::math::transform::{Transform, box_corners};
 use crate::math::{DVec2, DVec3};
 use glam::DMat3;
@@ -67,67 +62,6 @@ pub trait ObjectSurface {
     /// What is shaded with at a point of the surface, where that is not the surface itself.
     fn shading(&self, _p: DVec3) -> Option<ShadingFrame> {
         None
-    }
-}
-
-/// The quadrics.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Form {
-    /// See [`Sphere`].
-    Sphere(Sphere),
-    /// See [`Disk`].
-    Disk(Disk),
-    /// See [`Cone`].
-    Cone(Cone),
-    /// See [`Cylinder`].
-    Cylinder(Cylinder),
-    /// See [`Paraboloid`].
-    Paraboloid(Paraboloid),
-    /// See [`Hyperboloid`].
-    Hyperboloid(Hyperboloid),
-}
-
-/// Calls the same method of whichever quadric it is.
-macro_rules! each {
-    ($form:expr, $shape:ident => $call:expr) => {
-        match $form {
-            Form::Sphere($shape) => $call,
-            Form::Disk($shape) => $call,
-            Form::Cone($shape) => $call,
-            Form::Cylinder($shape) => $call,
-            Form::Paraboloid($shape) => $call,
-            Form::Hyperboloid($shape) => $call,
-        }
-    };
-}
-
-impl ObjectSurface for Form {
-    fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
-        each!(self, shape => shape.intersect(o, d))
-    }
-
-    fn at(&self, p: DVec3) -> ObjectPoint {
-        each!(self, shape => shape.at(p))
-    }
-
-    fn normal(&self, p: DVec3) -> DVec3 {
-        each!(self, shape => shape.normal(p))
-    }
-
-    fn bounds(&self) -> (DVec3, DVec3) {
-        each!(self, shape => shape.bounds())
-    }
-
-    fn sample(&self, u: DVec2) -> DVec3 {
-        each!(self, shape => shape.sample(u))
-    }
-
-    fn area(&self) -> f64 {
-        each!(self, shape => shape.area())
-    }
-
-    fn shading(&self, p: DVec3) -> Option<ShadingFrame> {
-        each!(self, shape => shape.shading(p))
     }
 }
 

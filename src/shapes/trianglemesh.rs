@@ -13,26 +13,22 @@
 //!
 //! Arrays of the wrong length are reported and left out (docs/scene-language.md §3.7).
 
+use super::site::{ShapeType, Site};
+use super::{CompiledShape, ShapeError};
 use crate::assets::mesh::{MeshData, face_id};
 use crate::math::{DVec3, Vec2, Vec3};
-use crate::params::{Dialect, FloatInput, ParamReader};
+use crate::params::{Dialect, ParamReader};
 
 /// See the module.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriangleMeshSpec {
     /// The triangles, object space.
     pub data: MeshData,
-    /// Cut-outs.
-    pub alpha: Option<FloatInput>,
-    /// Cut-outs for shadow rays only.
-    pub shadow_alpha: Option<FloatInput>,
 }
 
 impl TriangleMeshSpec {
     /// Reads the parameters; `None` where vertices or indices are missing or wrong (reported).
     pub fn from_params(reader: &ParamReader) -> Option<TriangleMeshSpec> {
-        let alpha = reader.find_float_input("alpha");
-        let shadow_alpha = reader.find_float_input("shadowalpha");
         let normals = reader.normals("N");
         let tangents = reader.vectors3("S");
         let uv_name = if reader.has("uv") { "uv" } else { "st" };
@@ -80,11 +76,16 @@ impl TriangleMeshSpec {
             );
             data.uv.clear();
         }
-        Some(TriangleMeshSpec {
-            data,
-            alpha,
-            shadow_alpha,
-        })
+        Some(TriangleMeshSpec { data })
+    }
+}
+
+impl ShapeType for TriangleMeshSpec {
+    const CUTOUTS: bool = true;
+
+    fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+        site.charge(self.data.indices.len())?;
+        Ok(site.mesh(self.data.clone()))
     }
 }
 

@@ -1,4 +1,10 @@
 use super::*;
+use crate::shapes::cone::Cone;
+use crate::shapes::cylinder::Cylinder;
+use crate::shapes::disk::Disk;
+use crate::shapes::hyperboloid::Hyperboloid;
+use crate::shapes::paraboloid::Paraboloid;
+use crate::shapes::sphere::Sphere;
 
 /// Points of the unit square, evenly spread (Roberts' R2 sequence).
 pub fn points(n: usize) -> impl Iterator<Item = DVec2> {

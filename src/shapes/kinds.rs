@@ -1,0 +1,119 @@
+//! The types of shapes: one table for names, the reader and the dispatch.
+
+use super::quadric::{ObjectPoint, ObjectSurface, ShadingFrame};
+use super::site::{ShapeType, Site};
+use super::*;
+use crate::math::{DVec2, DVec3};
+
+macro_rules! shape_types {
+    (
+        quadrics { $($quadric:literal => $Quadric:ident,)* }
+        others { $($name:literal => $Kind:ident($Type:ty),)* }
+    ) => {
+        /// The quadrics.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Form {
+            $(#[doc = concat!("`", $quadric, "`")] $Quadric($Quadric),)*
+        }
+
+        /// The types of shapes.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum ShapeKind {
+            /// Any of the quadrics.
+            Quadric(Form),
+            $(#[doc = concat!("`", $name, "`")] $Kind($Type),)*
+        }
+
+        impl ShapeSpec {
+            /// The types that a scene may name.
+            pub const KINDS: &'static [&'static str] = &[$($quadric,)* $($name,)*];
+
+            /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported).
+            pub fn from_params(reader: &ParamReader) -> Option<ShapeSpec> {
+                match reader.kind() {
+                    $($quadric => Some(ShapeSpec {
+                        kind: ShapeKind::Quadric(Form::$Quadric($Quadric::from_params(reader)?)),
+                        alpha: None,
+                        shadow_alpha: None,
+                    }),)*
+                    $($name => {
+                        let cutout = |name| match <$Type>::CUTOUTS {
+                            true => reader.find_float_input(name),
+                            false => None,
+                        };
+                        Some(ShapeSpec {
+                            alpha: cutout("alpha"),
+                            shadow_alpha: cutout("shadowalpha"),
+                            kind: ShapeKind::$Kind(<$Type>::from_params(reader)?),
+                        })
+                    })*
+                    _ => {
+                        reader.unknown_kind_replaced(ShapeSpec::KINDS, "the shape is left out");
+                        None
+                    }
+                }
+            }
+        }
+
+        impl ShapeKind {
+            pub(super) fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+                match self {
+                    ShapeKind::Quadric(form) => site.quadric(*form),
+                    $(ShapeKind::$Kind(shape) => shape.compile(site),)*
+                }
+            }
+        }
+
+        impl ObjectSurface for Form {
+            fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
+                match self { $(Form::$Quadric(shape) => shape.intersect(o, d),)* }
+            }
+
+            fn at(&self, p: DVec3) -> ObjectPoint {
+                match self { $(Form::$Quadric(shape) => shape.at(p),)* }
+            }
+
+            fn normal(&self, p: DVec3) -> DVec3 {
+                match self { $(Form::$Quadric(shape) => shape.normal(p),)* }
+            }
+
+            fn bounds(&self) -> (DVec3, DVec3) {
+                match self { $(Form::$Quadric(shape) => shape.bounds(),)* }
+            }
+
+            fn sample(&self, u: DVec2) -> DVec3 {
+                match self { $(Form::$Quadric(shape) => shape.sample(u),)* }
+            }
+
+            fn area(&self) -> f64 {
+                match self { $(Form::$Quadric(shape) => shape.area(),)* }
+            }
+
+            fn shading(&self, p: DVec3) -> Option<ShadingFrame> {
+                match self { $(Form::$Quadric(shape) => shape.shading(p),)* }
+            }
+        }
+    };
+}
+
+// A new type: its file, which implements `from_params` and `ShapeType` (a quadric: `ObjectSurface`), and a
+// line here.
+shape_types! {
+    quadrics {
+        "sphere" => Sphere,
+        "disk" => Disk,
+        "cone" => Cone,
+        "cylinder" => Cylinder,
+        "paraboloid" => Paraboloid,
+        "hyperboloid" => Hyperboloid,
+    }
+    others {
+        "trianglemesh" => TriangleMesh(trianglemesh::TriangleMeshSpec),
+        "plymesh" => PlyMesh(plymesh::PlyMeshSpec),
+        "objmesh" => ObjMesh(objmesh::ObjMeshSpec),
+        "loopsubdiv" => LoopSubdiv(loopsubdiv::LoopSubdivSpec),
+        "heightfield" => Heightfield(heightfield::HeightfieldSpec),
+        "nurbs" => Nurbs(nurbs::NurbsSpec),
+        "curve" => Curve(curve::CurveSpec),
+    }
+}
