@@ -18,7 +18,10 @@ pub fn place(
     specs
         .iter()
         .map(|spec| {
-            let map = spec.map().and_then(|file| load(file, diagnostics, budget));
+            let map = spec
+                .map
+                .as_ref()
+                .and_then(|file| load(file, diagnostics, budget));
             Light::new(spec, map, render_from_world)
         })
         .collect()

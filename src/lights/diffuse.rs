@@ -7,6 +7,7 @@
 
 use super::LightSample;
 use super::light_bounds::LightBounds;
+use super::light_type::LightType;
 use super::sample_count::{quick, sample_count};
 use super::strength::strength;
 use crate::math::color::is_black;
@@ -93,13 +94,35 @@ impl DiffuseAreaLight {
         }
     }
 
-    /// See [`super::Light::emitted`].
-    pub fn emitted(&self, hit: &SurfaceHit) -> Rgb {
-        self.toward(hit.n, hit.wo)
+    /// Does it count as a part of its group's one light?
+    pub fn is_part(&self) -> bool {
+        self.one_light
     }
 
-    /// See [`super::Light::sample`].
-    pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
+    /// Area of the emitter, render space.
+    pub fn area(&self) -> f64 {
+        self.emitter.area()
+    }
+
+    /// A point of the emitter that `p` sees, and the normal there.
+    fn look_from(&self, p: Vec3, u: f32) -> Option<(Vec3, Vec3)> {
+        let eye = ReferencePoint {
+            p,
+            p_error: Vec3::ZERO,
+            n: Vec3::ZERO,
+            time: 0.0,
+            receiver_side: Default::default(),
+        };
+        // The second number goes round while the first goes through.
+        let chosen = self.emitter.sample(&eye, Vec2::new(u, (u * 7.0).fract()))?;
+        (chosen.p.is_finite() && chosen.n.is_finite()).then_some((chosen.p, chosen.n))
+    }
+}
+
+impl LightType for DiffuseAreaLight {
+    const IS_DELTA: bool = false;
+
+    fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
         let chosen = self.emitter.sample(from, u)?;
         let wi = chosen.wi;
         let radiance = self.toward(chosen.n, -wi);
@@ -116,39 +139,31 @@ impl DiffuseAreaLight {
         })
     }
 
-    /// See [`super::Light::pdf`].
-    pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: &SurfaceHit) -> f32 {
-        self.emitter.pdf(from, wi, hit)
+    fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: Option<&SurfaceHit>) -> f32 {
+        hit.map_or(0.0, |hit| self.emitter.pdf(from, wi, hit))
+    }
+
+    fn emitted(&self, hit: &SurfaceHit) -> Rgb {
+        self.toward(hit.n, hit.wo)
     }
 
     /// Flux.
-    pub fn power(&self) -> Rgb {
+    fn power(&self, _scene_radius: f32) -> Rgb {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         sides * PI * self.emitter.area() as f32 * self.radiance
     }
 
-    /// Samples at each point in `directlighting`.
-    pub fn sample_count(&self) -> u32 {
+    fn sample_count(&self) -> u32 {
         self.samples
     }
 
-    /// Does it count as a part of its group's one light?
-    pub fn is_part(&self) -> bool {
-        self.one_light
-    }
-
-    /// Area of the emitter, render space.
-    pub fn area(&self) -> f64 {
-        self.emitter.area()
-    }
-
     /// The mesh this emitter is a piece of.
-    pub fn group(&self) -> u32 {
-        self.group
+    fn group(&self) -> Option<u32> {
+        Some(self.group)
     }
 
     /// Looks at the emitter from six sides to see roughly where it lies and whether it is flat.
-    pub(super) fn reach(&self) -> LightBounds {
+    fn reach(&self) -> LightBounds {
         // From one point of a sphere, this far away is outside it; a piece of a plane cannot be
         // seen edge-on from all of these at once.
         let size = 2.0 * (self.emitter.area() as f32).sqrt();
@@ -175,20 +190,6 @@ impl DiffuseAreaLight {
             // A convex shape shows a quarter of its area, on average over all directions (Cauchy).
             (false, _) => LightBounds::area(low, high, 0.25 * area * self.radiance),
         }
-    }
-
-    /// A point of the emitter that `p` sees, and the normal there.
-    fn look_from(&self, p: Vec3, u: f32) -> Option<(Vec3, Vec3)> {
-        let eye = ReferencePoint {
-            p,
-            p_error: Vec3::ZERO,
-            n: Vec3::ZERO,
-            time: 0.0,
-            receiver_side: Default::default(),
-        };
-        // The second number goes round while the first goes through.
-        let chosen = self.emitter.sample(&eye, Vec2::new(u, (u * 7.0).fract()))?;
-        (chosen.p.is_finite() && chosen.n.is_finite()).then_some((chosen.p, chosen.n))
     }
 }
 
@@ -285,7 +286,7 @@ mod tests {
             let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
             let s = l.sample(&from, u).unwrap();
             let p = s.shadow.at(s.shadow.t_max);
-            let pdf = l.pdf(&from, s.wi, &hit(p, -s.wi));
+            let pdf = l.pdf(&from, s.wi, Some(&hit(p, -s.wi)));
             // The shadow ray ends a ten-thousandth early.
             assert!((pdf / s.pdf - 1.0).abs() < 1e-3);
             assert!((s.wi.length() - 1.0).abs() < 1e-6 && s.shadow.time == 0.25);
@@ -306,7 +307,7 @@ mod tests {
     #[test]
     fn power_counts_sides() {
         let area = light(false).emitter.area() as f32;
-        assert!((light(false).power().x - 3.0 * PI * area).abs() < 1e-4);
-        assert_eq!(light(true).power(), 2.0 * light(false).power());
+        assert!((light(false).power(1.0).x - 3.0 * PI * area).abs() < 1e-4);
+        assert_eq!(light(true).power(1.0), 2.0 * light(false).power(1.0));
     }
 }

@@ -7,10 +7,12 @@
 
 use super::LightSample;
 use super::light_bounds::LightBounds;
+use super::light_map::LightMap;
+use super::light_type::LightType;
 use super::strength::strength;
 use crate::math::color::is_black;
 use crate::math::transform::Transform;
-use crate::math::{DVec3, Rgb, Vec3};
+use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
 use crate::surface::ReferencePoint;
 use std::f32::consts::PI;
@@ -52,7 +54,11 @@ pub struct DistantLight {
 
 impl DistantLight {
     /// Compiles `spec`.
-    pub fn new(spec: &DistantSpec, render_from_world: &Transform) -> DistantLight {
+    pub fn new(
+        spec: &DistantSpec,
+        _map: Option<LightMap>,
+        render_from_world: &Transform,
+    ) -> DistantLight {
         let toward = render_from_world
             .vector(spec.toward)
             .normalize_or(-DVec3::Z)
@@ -62,9 +68,10 @@ impl DistantLight {
             irradiance: spec.irradiance,
         }
     }
+}
 
-    /// The one way light comes from here.
-    pub fn sample(&self, from: &ReferencePoint) -> Option<LightSample> {
+impl LightType for DistantLight {
+    fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
         if is_black(self.irradiance) {
             return None;
         }
@@ -79,11 +86,11 @@ impl DistantLight {
     }
 
     /// Flux through the disk that the scene shows the light.
-    pub fn power(&self, scene_radius: f32) -> Rgb {
+    fn power(&self, scene_radius: f32) -> Rgb {
         PI * scene_radius * scene_radius * self.irradiance
     }
 
-    pub(super) fn reach(&self) -> LightBounds {
+    fn reach(&self) -> LightBounds {
         LightBounds::everywhere(self.irradiance)
     }
 }
@@ -98,7 +105,7 @@ mod tests {
             toward: DVec3::Y,
             irradiance: Rgb::new(1.0, 2.0, 3.0),
         };
-        let light = DistantLight::new(&spec, &Transform::translate(DVec3::splat(7.0)));
+        let light = DistantLight::new(&spec, None, &Transform::translate(DVec3::splat(7.0)));
         for p in [Vec3::ZERO, Vec3::splat(1e6)] {
             let from = ReferencePoint {
                 p,
@@ -107,7 +114,7 @@ mod tests {
                 time: 0.0,
                 receiver_side: Default::default(),
             };
-            let s = light.sample(&from).unwrap();
+            let s = light.sample(&from, Vec2::ZERO).unwrap();
             assert_eq!(
                 (s.radiance, s.wi, s.pdf, s.delta),
                 (spec.irradiance, Vec3::Y, 1.0, true)

@@ -9,11 +9,12 @@
 use super::LightSample;
 use super::light_bounds::LightBounds;
 use super::light_map::LightMap;
+use super::light_type::LightType;
 use super::point::sample_point;
 use super::strength::strength;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
-use crate::params::{NamedFile, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::ReferencePoint;
 use glam::Mat3;
 use std::f32::consts::PI;
@@ -25,17 +26,14 @@ pub struct GoniometricSpec {
     pub light_to_world: Transform,
     /// Flux per solid angle, or factor of the image's texels.
     pub intensity: Rgb,
-    /// File of the image; the same in all directions without one.
-    pub map: Option<NamedFile>,
 }
 
 impl GoniometricSpec {
-    /// Reads the parameters. An image that does not exist is reported.
+    /// Reads the parameters.
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> GoniometricSpec {
         GoniometricSpec {
             light_to_world: *light_to_world,
             intensity: strength(reader, "I"),
-            map: reader.optional_file("mapname"),
         }
     }
 }
@@ -68,11 +66,6 @@ impl GoniometricLight {
         }
     }
 
-    /// The one way light comes from here.
-    pub fn sample(&self, from: &ReferencePoint) -> Option<LightSample> {
-        sample_point(self.p, from, |w| self.intensity * self.factor(w))
-    }
-
     /// The image in the unit direction `w` away from the light.
     fn factor(&self, w: Vec3) -> Rgb {
         let Some(map) = &self.map else {
@@ -87,13 +80,21 @@ impl GoniometricLight {
         };
         map.lookup(Vec2::new(u, w.x.hypot(w.z).atan2(w.y) / PI))
     }
+}
+
+impl LightType for GoniometricLight {
+    const MAPPED: bool = true;
+
+    fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
+        sample_point(self.p, from, |w| self.intensity * self.factor(w))
+    }
 
     /// Flux: exact for a transformation that keeps angles.
-    pub fn power(&self) -> Rgb {
+    fn power(&self, _scene_radius: f32) -> Rgb {
         4.0 * PI * self.intensity * self.mean
     }
 
-    pub(super) fn reach(&self) -> LightBounds {
+    fn reach(&self) -> LightBounds {
         LightBounds::point(self.p, self.intensity * self.mean)
     }
 }
@@ -107,7 +108,6 @@ mod tests {
         let spec = GoniometricSpec {
             light_to_world,
             intensity: Rgb::new(1.0, 2.0, 3.0),
-            map: None,
         };
         GoniometricLight::new(&spec, map, &Transform::translate(DVec3::X))
     }
@@ -151,7 +151,7 @@ mod tests {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
                 mean += f64::from(l.factor(uniform_sphere(u)).y) / f64::from(n * n);
             }
-            let expected = f64::from(l.power().x / (4.0 * PI));
+            let expected = f64::from(l.power(1.0).x / (4.0 * PI));
             // The mean takes sin θ at the middle of four rows.
             assert!((mean / expected - 1.0).abs() < 0.03, "{mean} {expected}");
         }
@@ -167,7 +167,10 @@ mod tests {
             time: 0.0,
             receiver_side: Default::default(),
         };
-        let (near, far) = (l.sample(&at(1.0)).unwrap(), l.sample(&at(4.0)).unwrap());
+        let (near, far) = (
+            l.sample(&at(1.0), Vec2::ZERO).unwrap(),
+            l.sample(&at(4.0), Vec2::ZERO).unwrap(),
+        );
         assert!((near.radiance / far.radiance - 16.0).abs().max_element() < 1e-3);
         assert!(near.delta && near.pdf == 1.0);
     }

@@ -117,7 +117,7 @@ mod tests {
             position: DVec3::ONE,
             intensity: Rgb::ONE,
         };
-        Light::Point(PointLight::new(&spec, &Transform::IDENTITY))
+        Light::Point(PointLight::new(&spec, None, &Transform::IDENTITY))
     }
 
     /// Triangles whose areas grow from the first, which has none.

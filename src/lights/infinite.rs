@@ -9,6 +9,7 @@ use super::LightSample;
 use super::environment_map::EnvironmentMap;
 use super::light_bounds::LightBounds;
 use super::light_map::LightMap;
+use super::light_type::LightType;
 use super::sample_count::sample_count;
 use super::sky_density::Receiver;
 use super::strength::strength;
@@ -19,8 +20,8 @@ use crate::math::sampling::{
 };
 use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::params::{NamedFile, ParamReader};
-use crate::surface::{ReceiverSide, ReferencePoint};
+use crate::params::ParamReader;
+use crate::surface::{ReceiverSide, ReferencePoint, SurfaceHit};
 use glam::{DMat3, Mat3};
 use std::f32::consts::PI;
 
@@ -31,19 +32,16 @@ pub struct InfiniteSpec {
     pub light_to_world: Transform,
     /// Radiance, or factor of the image.
     pub radiance: Rgb,
-    /// File of the image.
-    pub map: Option<NamedFile>,
     /// Samples at each point in `directlighting`.
     pub samples: u32,
 }
 
 impl InfiniteSpec {
-    /// Reads the parameters. An image that does not exist is reported, and the light constant.
+    /// Reads the parameters.
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> InfiniteSpec {
         InfiniteSpec {
             light_to_world: *light_to_world,
             radiance: strength(reader, "L"),
-            map: reader.optional_file("mapname"),
             samples: sample_count(reader),
         }
     }
@@ -73,16 +71,27 @@ impl InfiniteLight {
         }
     }
 
-    /// Radiance from the unit direction `d`.
-    pub fn radiance(&self, d: Vec3) -> Rgb {
+    /// Mean radiance over all directions.
+    fn mean(&self) -> Rgb {
+        self.map
+            .as_ref()
+            .map_or(self.radiance, |map| self.radiance * map.map.mean())
+    }
+}
+
+impl LightType for InfiniteLight {
+    const MAPPED: bool = true;
+    const IS_DELTA: bool = false;
+    const IS_INFINITE: bool = true;
+
+    fn escaped(&self, d: Vec3) -> Rgb {
         match &self.map {
             Some(map) => self.radiance * map.radiance(d),
             None => self.radiance,
         }
     }
 
-    /// See [`super::Light::sample`].
-    pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
+    fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
         let (wi, pdf, radiance) = match &self.map {
             Some(map) => map
                 .sample(map.receiver(from), u)
@@ -104,16 +113,14 @@ impl InfiniteLight {
         })
     }
 
-    /// See [`super::Light::pdf`].
-    pub fn pdf(&self, from: &ReferencePoint, wi: Vec3) -> f32 {
+    fn pdf(&self, from: &ReferencePoint, wi: Vec3, _hit: Option<&SurfaceHit>) -> f32 {
         match &self.map {
             Some(map) => map.pdf(map.receiver(from), wi),
             None => constant_pdf(from, wi),
         }
     }
 
-    /// [`InfiniteLight::radiance`] and [`InfiniteLight::pdf`] together.
-    pub fn radiance_and_pdf(&self, from: &ReferencePoint, d: Vec3) -> (Rgb, f32) {
+    fn escaped_and_pdf(&self, from: &ReferencePoint, d: Vec3) -> (Rgb, f32) {
         match &self.map {
             Some(map) => {
                 let (texel, pdf) = map.radiance_and_pdf(map.receiver(from), d);
@@ -124,24 +131,16 @@ impl InfiniteLight {
     }
 
     /// Flux through the sphere around the scene.
-    pub fn power(&self, scene_radius: f32) -> Rgb {
+    fn power(&self, scene_radius: f32) -> Rgb {
         let projected_area = PI * scene_radius * scene_radius;
         4.0 * PI * projected_area * self.mean()
     }
 
-    /// Mean radiance over all directions.
-    fn mean(&self) -> Rgb {
-        self.map
-            .as_ref()
-            .map_or(self.radiance, |map| self.radiance * map.map.mean())
-    }
-
-    /// Samples at each point in `directlighting`.
-    pub fn sample_count(&self) -> u32 {
+    fn sample_count(&self) -> u32 {
         self.samples
     }
 
-    pub(super) fn reach(&self) -> LightBounds {
+    fn reach(&self) -> LightBounds {
         // Irradiance under a sky of this mean radiance.
         LightBounds::everywhere(PI * self.mean())
     }
@@ -332,7 +331,6 @@ mod tests {
         let spec = InfiniteSpec {
             light_to_world,
             radiance: Rgb::ONE,
-            map: None,
             samples: 1,
         };
         InfiniteLight::new(
@@ -370,9 +368,9 @@ mod tests {
                     let corner = Vec2::new((i % side) as f32, (i / side) as f32);
                     let u = (corner + Vec2::from_array(jitter)) / side as f32;
                     let d = uniform_sphere(u);
-                    let pdf = light.pdf(&from, d);
+                    let pdf = light.pdf(&from, d, None);
                     total += f64::from(pdf / UNIFORM_SPHERE_PDF);
-                    integral += f64::from(received(d) * light.radiance(d).x / UNIFORM_SPHERE_PDF);
+                    integral += f64::from(received(d) * light.escaped(d).x / UNIFORM_SPHERE_PDF);
                     if let Some(s) = light.sample(&from, u) {
                         assert!((s.wi.length() - 1.0).abs() < 1e-5);
                         // Rounding may put a direction into the neighboring cell, so only the
@@ -405,7 +403,7 @@ mod tests {
                 let from = point(Vec3::Y, RECEIVER_SIDES[i % 4]);
                 let u = Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 1000.0);
                 let s = light.sample(&from, u).unwrap();
-                let pdf = light.pdf(&from, s.wi);
+                let pdf = light.pdf(&from, s.wi, None);
                 // Single-precision angles: a relative error of a few 1e-6 over sin θ.
                 agree += i32::from((pdf / s.pdf - 1.0).abs() < 1e-3);
             }
@@ -428,14 +426,13 @@ mod tests {
             let spec = InfiniteSpec {
                 light_to_world: Transform::IDENTITY,
                 radiance: Rgb::ONE,
-                map: None,
                 samples: 1,
             };
             let light =
                 InfiniteLight::new(&spec, LightMap::new(4, 2, texels), &Transform::IDENTITY);
-            let away = light.radiance(-direction.normalize()).x;
+            let away = light.escaped(-direction.normalize()).x;
             assert!(
-                light.radiance(direction.normalize()).x > 0.8 && away < 0.1,
+                light.escaped(direction.normalize()).x > 0.8 && away < 0.1,
                 "{texel}"
             );
         }
@@ -467,7 +464,6 @@ mod tests {
         let spec = InfiniteSpec {
             light_to_world: Transform::rotate(35.0, DVec3::Y) * Transform::rotate(-90.0, DVec3::X),
             radiance: Rgb::ONE,
-            map: None,
             samples: 1,
         };
         let even = LightMap::new(64, 32, vec![Rgb::ONE; 2048]);

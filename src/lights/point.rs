@@ -6,10 +6,12 @@
 
 use super::LightSample;
 use super::light_bounds::LightBounds;
+use super::light_map::LightMap;
+use super::light_type::LightType;
 use super::strength::strength;
 use crate::math::color::is_black;
 use crate::math::transform::Transform;
-use crate::math::{DVec3, Rgb, Vec3};
+use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
 use crate::surface::ReferencePoint;
 use std::f32::consts::PI;
@@ -47,24 +49,29 @@ pub struct PointLight {
 
 impl PointLight {
     /// Compiles `spec`.
-    pub fn new(spec: &PointSpec, render_from_world: &Transform) -> PointLight {
+    pub fn new(
+        spec: &PointSpec,
+        _map: Option<LightMap>,
+        render_from_world: &Transform,
+    ) -> PointLight {
         PointLight {
             p: render_from_world.point(spec.position).as_vec3(),
             intensity: spec.intensity,
         }
     }
+}
 
-    /// The one way light comes from here.
-    pub fn sample(&self, from: &ReferencePoint) -> Option<LightSample> {
+impl LightType for PointLight {
+    fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
         sample_point(self.p, from, |_| self.intensity)
     }
 
     /// Flux.
-    pub fn power(&self) -> Rgb {
+    fn power(&self, _scene_radius: f32) -> Rgb {
         4.0 * PI * self.intensity
     }
 
-    pub(super) fn reach(&self) -> LightBounds {
+    fn reach(&self) -> LightBounds {
         LightBounds::point(self.p, self.intensity)
     }
 }
@@ -114,7 +121,7 @@ mod tests {
             position: DVec3::new(0.0, 3.0, 4.0),
             intensity: Rgb::new(50.0, 25.0, 0.0),
         };
-        let light = PointLight::new(&spec, &Transform::translate(DVec3::X));
+        let light = PointLight::new(&spec, None, &Transform::translate(DVec3::X));
         let from = ReferencePoint {
             p: Vec3::X,
             p_error: Vec3::ZERO,
@@ -122,7 +129,7 @@ mod tests {
             time: 0.5,
             receiver_side: Default::default(),
         };
-        let s = light.sample(&from).unwrap();
+        let s = light.sample(&from, Vec2::ZERO).unwrap();
         assert!((s.radiance - Rgb::new(2.0, 1.0, 0.0)).length() < 1e-6);
         assert!((s.wi - Vec3::new(0.0, 0.6, 0.8)).length() < 1e-6);
         assert!(s.delta && s.pdf == 1.0 && s.shadow.time == 0.5);
@@ -134,7 +141,11 @@ mod tests {
             (Vec3::splat(1e25), Vec3::Y),
             (light.p, Vec3::ZERO),
         ] {
-            assert!(light.sample(&ReferencePoint { p, n, ..from }).is_none());
+            assert!(
+                light
+                    .sample(&ReferencePoint { p, n, ..from }, Vec2::ZERO)
+                    .is_none()
+            );
         }
     }
 }

@@ -9,11 +9,12 @@
 use super::LightSample;
 use super::light_bounds::LightBounds;
 use super::light_map::LightMap;
+use super::light_type::LightType;
 use super::point::sample_point;
 use super::strength::strength;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
-use crate::params::{NamedFile, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::ReferencePoint;
 use glam::Mat3;
 
@@ -26,18 +27,15 @@ pub struct ProjectionSpec {
     pub intensity: Rgb,
     /// Full angle of the shorter side, degrees.
     pub fov: f64,
-    /// File of the slide; a white square without one.
-    pub map: Option<NamedFile>,
 }
 
 impl ProjectionSpec {
-    /// Reads the parameters. An image that does not exist is reported.
+    /// Reads the parameters.
     pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> ProjectionSpec {
         ProjectionSpec {
             light_to_world: *light_to_world,
             intensity: strength(reader, "I"),
             fov: fov(reader),
-            map: reader.optional_file("mapname"),
         }
     }
 }
@@ -104,11 +102,6 @@ impl ProjectionLight {
         }
     }
 
-    /// The one way light comes from here.
-    pub fn sample(&self, from: &ReferencePoint) -> Option<LightSample> {
-        sample_point(self.p, from, |w| self.intensity * self.factor(w))
-    }
-
     /// The image in the unit direction `w` away from the light; black beyond it.
     fn factor(&self, w: Vec3) -> Rgb {
         /// Cosine below which there is no projection, as in pbrt-v3.
@@ -123,13 +116,21 @@ impl ProjectionLight {
             None => Rgb::ONE,
         }
     }
+}
+
+impl LightType for ProjectionLight {
+    const MAPPED: bool = true;
+
+    fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
+        sample_point(self.p, from, |w| self.intensity * self.factor(w))
+    }
 
     /// Flux: exact for a transformation that keeps angles.
-    pub fn power(&self) -> Rgb {
+    fn power(&self, _scene_radius: f32) -> Rgb {
         self.solid_angle * self.intensity * self.mean
     }
 
-    pub(super) fn reach(&self) -> LightBounds {
+    fn reach(&self) -> LightBounds {
         let cos = 1.0 / (1.0 + self.half.length_squared()).sqrt();
         LightBounds::point(self.p, self.intensity * self.mean).within_cone(self.axis, cos, cos)
     }
@@ -147,7 +148,6 @@ mod tests {
             light_to_world,
             intensity: Rgb::new(2.0, 1.0, 0.5),
             fov,
-            map: None,
         };
         ProjectionLight::new(&spec, map, &Transform::translate(DVec3::X))
     }
@@ -197,7 +197,7 @@ mod tests {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
                 mean += f64::from(l.factor(uniform_sphere(u)).y) / f64::from(n * n);
             }
-            let expected = f64::from(l.power().y / (4.0 * PI));
+            let expected = f64::from(l.power(1.0).y / (4.0 * PI));
             // Four by two texels over up to a third of the sphere, their cos³ taken at the centers.
             assert!((mean / expected - 1.0).abs() < 0.04, "{mean} {expected}");
         }

@@ -206,14 +206,13 @@ mod tests {
             position,
             intensity: Rgb::splat(intensity),
         };
-        Light::Point(PointLight::new(&spec, &Transform::IDENTITY))
+        Light::Point(PointLight::new(&spec, None, &Transform::IDENTITY))
     }
 
     fn sky() -> Light {
         let spec = InfiniteSpec {
             light_to_world: Transform::IDENTITY,
             radiance: Rgb::splat(0.2),
-            map: None,
             samples: 1,
         };
         Light::Infinite(InfiniteLight::new(&spec, None, &Transform::IDENTITY))
@@ -224,7 +223,7 @@ mod tests {
             toward: DVec3::Y,
             irradiance: Rgb::ONE,
         };
-        Light::Distant(DistantLight::new(&spec, &Transform::IDENTITY))
+        Light::Distant(DistantLight::new(&spec, None, &Transform::IDENTITY))
     }
 
     fn spot() -> Light {
@@ -236,7 +235,7 @@ mod tests {
             cone_angle: 20.0,
             cone_delta_angle: 0.0,
         };
-        Light::Spot(SpotLight::new(&spec, &Transform::IDENTITY))
+        Light::Spot(SpotLight::new(&spec, None, &Transform::IDENTITY))
     }
 
     /// A strip of triangles facing up.

@@ -8,10 +8,12 @@
 
 use super::LightSample;
 use super::light_bounds::LightBounds;
+use super::light_map::LightMap;
+use super::light_type::LightType;
 use super::point::sample_point;
 use super::strength::strength;
 use crate::math::transform::Transform;
-use crate::math::{DVec3, Rgb, Vec3};
+use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
 use crate::surface::ReferencePoint;
 use glam::Mat3;
@@ -120,7 +122,11 @@ pub struct SpotLight {
 
 impl SpotLight {
     /// Compiles `spec`.
-    pub fn new(spec: &SpotSpec, render_from_world: &Transform) -> SpotLight {
+    pub fn new(
+        spec: &SpotSpec,
+        _map: Option<LightMap>,
+        render_from_world: &Transform,
+    ) -> SpotLight {
         let render_from_light = *render_from_world * spec.light_to_world;
         let axis = (spec.to - spec.from).normalize_or(DVec3::Z);
         SpotLight {
@@ -132,11 +138,6 @@ impl SpotLight {
             cos_dark: spec.cone_angle.to_radians().cos() as f32,
             cos_full: (spec.cone_angle - spec.cone_delta_angle).to_radians().cos() as f32,
         }
-    }
-
-    /// The one way light comes from here.
-    pub fn sample(&self, from: &ReferencePoint) -> Option<LightSample> {
-        sample_point(self.p, from, |w| self.intensity * self.falloff(w))
     }
 
     /// Share of the intensity that goes in direction `w` away from the light.
@@ -152,15 +153,21 @@ impl SpotLight {
             ((cos - self.cos_dark) / (self.cos_full - self.cos_dark)).powi(4)
         }
     }
+}
+
+impl LightType for SpotLight {
+    fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
+        sample_point(self.p, from, |w| self.intensity * self.falloff(w))
+    }
 
     /// Flux: the bright cone and a fifth of the penumbra, over which δ⁴ averages 1/5.
-    pub fn power(&self) -> Rgb {
+    fn power(&self, _scene_radius: f32) -> Rgb {
         let bright = 1.0 - self.cos_full.max(self.cos_dark);
         let penumbra = (self.cos_full - self.cos_dark).max(0.0);
         2.0 * PI * (bright + penumbra / 5.0) * self.intensity
     }
 
-    pub(super) fn reach(&self) -> LightBounds {
+    fn reach(&self) -> LightBounds {
         LightBounds::point(self.p, self.intensity).within_cone(
             self.render_axis,
             self.cos_dark,
@@ -185,7 +192,7 @@ mod tests {
             cone_angle: 40.0,
             cone_delta_angle: 15.0,
         };
-        SpotLight::new(&spec, &Transform::translate(DVec3::X))
+        SpotLight::new(&spec, None, &Transform::translate(DVec3::X))
     }
 
     #[test]
@@ -232,7 +239,7 @@ mod tests {
             let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
             mean += f64::from(light.falloff(uniform_sphere(u))) / f64::from(n * n);
         }
-        let expected = light.power().x / (4.0 * PI);
+        let expected = light.power(1.0).x / (4.0 * PI);
         // A grid of 400² points over a function with a kink.
         assert!(
             (mean as f32 / expected - 1.0).abs() < 5e-3,

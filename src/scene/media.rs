@@ -176,7 +176,7 @@ impl Interpreter<'_> {
 mod tests {
     use crate::handles::MediumId;
     use crate::integrators::IntegratorSpec;
-    use crate::lights::LightSpec;
+    use crate::lights::LightKind;
     use crate::media::MediumInterface;
     use crate::scene::description::Frame;
     use crate::scene::{ReadSettings, read_scene};
@@ -274,8 +274,8 @@ mod tests {
             world,
         );
         frame.make_quick();
-        let infinite = frame.lights.iter().find_map(|light| match light {
-            LightSpec::Infinite(infinite) => Some(infinite.samples),
+        let infinite = frame.lights.iter().find_map(|light| match &light.kind {
+            LightKind::Infinite(infinite) => Some(infinite.samples),
             _ => None,
         });
         assert_eq!((infinite, frame.area_lights[0].samples), (Some(4), 1));

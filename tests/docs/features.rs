@@ -4,7 +4,7 @@
 
 use fstop::cameras::CAMERA_NAMES;
 use fstop::filters::FILTER_NAMES;
-use fstop::lights::LIGHT_NAMES;
+use fstop::lights::LightSpec;
 use fstop::materials::Material;
 use fstop::samplers::SAMPLER_NAMES;
 use fstop::shapes::ShapeSpec;
@@ -93,7 +93,7 @@ fn every_type_and_every_reference_is_in_the_table() {
     let scattering = Material::KINDS.iter().chain(&fstop::media::KINDS);
     let sampling = SAMPLER_NAMES.iter().chain(&FILTER_NAMES);
     let seeing = CAMERA_NAMES.iter().chain(fstop::integrators::NAMES);
-    let scenery = ShapeSpec::KINDS.iter().chain(&LIGHT_NAMES);
+    let scenery = ShapeSpec::KINDS.iter().chain(LightSpec::KINDS);
     // pbrt-v2's `metropolis` is a renderer, known as a misspelling only.
     let kinds = scattering.chain(sampling).chain(seeing).chain(scenery);
     for kind in kinds.filter(|kind| **kind != "metropolis") {

@@ -1,0 +1,147 @@
+//! The types of lights: one table for names, the reader and the dispatch.
+
+use super::light_type::LightType;
+use super::*;
+
+macro_rules! light_types {
+    (
+        sources { $($name:literal $(or $alias:literal)? => $Type:ident($Spec:ident, $Light:ident),)* }
+        areas { $($Area:ident($AreaLight:ident),)* }
+    ) => {
+        /// The types of `LightSource`, with their parameters.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum LightKind {
+            $(#[doc = concat!("`", $name, "`")] $Type($Spec),)*
+        }
+
+        impl LightSpec {
+            /// The types that a `LightSource` may name.
+            pub const KINDS: &'static [&'static str] = &[$($name, $($alias,)?)*];
+
+            /// Reads a `LightSource` under the transformation `light_to_world`. `None`, after a report,
+            /// where no light can be made of it.
+            pub fn from_params(reader: &ParamReader, light_to_world: &Transform) -> Option<LightSpec> {
+                if !light_to_world.is_invertible() {
+                    reader.accept_all();
+                    let problem = "the transformation of this light source cannot be inverted";
+                    reader.error("", format!("{problem}; {LEFT_OUT}"));
+                    return None;
+                }
+                match reader.kind() {
+                    $($name $(| $alias)? => Some(LightSpec {
+                        kind: LightKind::$Type($Spec::from_params(reader, light_to_world)),
+                        map: $Light::MAPPED.then(|| reader.optional_file("mapname")).flatten(),
+                    }),)*
+                    _ => {
+                        reader.unknown_kind_replaced(LightSpec::KINDS, LEFT_OUT);
+                        None
+                    }
+                }
+            }
+
+            /// The name of its type in scene files.
+            pub fn name(&self) -> &'static str {
+                match self.kind { $(LightKind::$Type(_) => $name,)* }
+            }
+        }
+
+        /// A light source in render space.
+        #[derive(Clone, Debug)]
+        pub enum Light {
+            $(#[doc = concat!("`", $name, "`")] $Type($Light),)*
+            $(#[doc = "A shape that emits."] $Area($AreaLight),)*
+        }
+
+        impl Light {
+            /// The light of a `LightSource`. `map` is the image of one that names one
+            /// ([`LightSpec::map`]) and whose file could be read.
+            pub fn new(spec: &LightSpec, map: Option<LightMap>, render_from_world: &Transform) -> Light {
+                match &spec.kind {
+                    $(LightKind::$Type(s) => Light::$Type($Light::new(s, map, render_from_world)),)*
+                }
+            }
+
+            /// Chooses a way for light to come to `from`, by `u` in [0, 1)². `None` where none was found:
+            /// it counts as a sample that brings nothing.
+            #[inline]
+            pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
+                match self { $(Light::$Type(l) => l.sample(from, u),)* $(Light::$Area(l) => l.sample(from, u),)* }
+            }
+
+            /// Density per solid angle with which [`Light::sample`] chooses the unit direction `wi`; 0 for
+            /// delta lights. An area light needs `hit`, where a ray from `from` along `wi` met it.
+            pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: Option<&SurfaceHit>) -> f32 {
+                match self {
+                    $(Light::$Type(l) => l.pdf(from, wi, hit),)*
+                    $(Light::$Area(l) => l.pdf(from, wi, hit),)*
+                }
+            }
+
+            /// Radiance along a ray in unit direction `d` that leaves the scene.
+            pub fn escaped(&self, d: Vec3) -> Rgb {
+                match self { $(Light::$Type(l) => l.escaped(d),)* $(Light::$Area(l) => l.escaped(d),)* }
+            }
+
+            /// [`Light::escaped`] and [`Light::pdf`] of a direction that meets nothing, together.
+            pub fn escaped_and_pdf(&self, from: &ReferencePoint, d: Vec3) -> (Rgb, f32) {
+                match self {
+                    $(Light::$Type(l) => l.escaped_and_pdf(from, d),)*
+                    $(Light::$Area(l) => l.escaped_and_pdf(from, d),)*
+                }
+            }
+
+            /// Radiance that leaves the surface point `hit` of this area light toward `hit.wo`.
+            pub fn emitted(&self, hit: &SurfaceHit) -> Rgb {
+                match self { $(Light::$Type(l) => l.emitted(hit),)* $(Light::$Area(l) => l.emitted(hit),)* }
+            }
+
+            /// Flux into a scene whose bounding sphere has radius `scene_radius`.
+            pub fn power(&self, scene_radius: f32) -> Rgb {
+                match self {
+                    $(Light::$Type(l) => l.power(scene_radius),)*
+                    $(Light::$Area(l) => l.power(scene_radius),)*
+                }
+            }
+
+            /// Returns `true` if no ray can meet the light by chance.
+            pub fn is_delta(&self) -> bool {
+                match self { $(Light::$Type(_) => $Light::IS_DELTA,)* $(Light::$Area(_) => $AreaLight::IS_DELTA,)* }
+            }
+
+            /// Returns `true` if rays that leave the scene see the light.
+            pub fn is_infinite(&self) -> bool {
+                match self { $(Light::$Type(_) => $Light::IS_INFINITE,)* $(Light::$Area(_) => false,)* }
+            }
+
+            /// How many samples `directlighting` takes of this light under its strategy "all".
+            pub fn sample_count(&self) -> u32 {
+                match self { $(Light::$Type(l) => l.sample_count(),)* $(Light::$Area(l) => l.sample_count(),)* }
+            }
+
+            /// Lights with the same number are pieces of one thing, such as a mesh's triangles.
+            pub(super) fn group(&self) -> Option<u32> {
+                match self { $(Light::$Type(l) => l.group(),)* $(Light::$Area(l) => l.group(),)* }
+            }
+
+            /// Roughly where, and how strongly, the light arrives.
+            pub(super) fn reach(&self) -> LightBounds {
+                match self { $(Light::$Type(l) => l.reach(),)* $(Light::$Area(l) => l.reach(),)* }
+            }
+        }
+    };
+}
+
+// A new type: its file, which implements `from_params`, `new` and `LightType`, and a line here.
+light_types! {
+    sources {
+        "distant" => Distant(DistantSpec, DistantLight),
+        "goniometric" => Goniometric(GoniometricSpec, GoniometricLight),
+        "infinite" or "exinfinite" => Infinite(InfiniteSpec, InfiniteLight),
+        "point" => Point(PointSpec, PointLight),
+        "projection" => Projection(ProjectionSpec, ProjectionLight),
+        "spot" => Spot(SpotSpec, SpotLight),
+    }
+    areas {
+        DiffuseArea(DiffuseAreaLight),
+    }
+}

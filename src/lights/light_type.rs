@@ -1,0 +1,48 @@
+//! What every type of light implements in its own file.
+
+use super::LightSample;
+use super::light_bounds::LightBounds;
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::surface::{ReferencePoint, SurfaceHit};
+
+/// A type of light, in render space. See [`super::Light`] for what the functions mean; their defaults are those of
+/// lights that no ray can meet by chance.
+pub(super) trait LightType {
+    /// Whether `mapname` is one of its parameters.
+    const MAPPED: bool = false;
+    /// Whether no ray can meet the light by chance.
+    const IS_DELTA: bool = true;
+    /// Whether rays that leave the scene see the light.
+    const IS_INFINITE: bool = false;
+
+    fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample>;
+
+    fn power(&self, scene_radius: f32) -> Rgb;
+
+    /// Roughly where, and how strongly, the light arrives.
+    fn reach(&self) -> LightBounds;
+
+    fn pdf(&self, _from: &ReferencePoint, _wi: Vec3, _hit: Option<&SurfaceHit>) -> f32 {
+        0.0
+    }
+
+    fn escaped(&self, _d: Vec3) -> Rgb {
+        Rgb::ZERO
+    }
+
+    fn escaped_and_pdf(&self, _from: &ReferencePoint, _d: Vec3) -> (Rgb, f32) {
+        (Rgb::ZERO, 0.0)
+    }
+
+    fn emitted(&self, _hit: &SurfaceHit) -> Rgb {
+        Rgb::ZERO
+    }
+
+    fn sample_count(&self) -> u32 {
+        1
+    }
+
+    fn group(&self) -> Option<u32> {
+        None
+    }
+}
