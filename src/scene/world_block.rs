@@ -137,7 +137,7 @@ impl Interpreter<'_> {
         let redefined = match value_type.text.as_str() {
             "float" => {
                 let spec = reading.read("Texture", span, &typed, |r| {
-                    crate::textures::from_params_float(r, &ctm)
+                    FloatTextureSpec::from_params(r, &ctm)
                 });
                 // A table still shared would be copied whole for every texture defined.
                 drop(names);
@@ -153,7 +153,7 @@ impl Interpreter<'_> {
             }
             "color" | "spectrum" => {
                 let spec = reading.read("Texture", span, &typed, |r| {
-                    crate::textures::from_params_spectrum(r, &ctm)
+                    SpectrumTextureSpec::from_params(r, &ctm)
                 });
                 drop(names);
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {

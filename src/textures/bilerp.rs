@@ -1,6 +1,6 @@
 //! `bilerp`.
 
-use super::{Mapping, MappingSpec, TextureValue};
+use super::{Compiler, Evaluate, Mapping, MappingSpec, TextureClass, TextureValue, Textures};
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
 use crate::surface::TexturePoint;
@@ -22,9 +22,10 @@ pub struct Bilerp<V, M> {
     pub v11: V,
 }
 
-impl<V: TextureValue> Bilerp<V, MappingSpec> {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
+impl<V: TextureValue> TextureClass<V> for Bilerp<V, MappingSpec> {
+    type Compiled = Bilerp<V, Mapping>;
+
+    fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
         Bilerp {
             mapping: MappingSpec::from_params(reader, ctm),
             v00: V::constant_from_params(reader, "v00", 0.0),
@@ -34,26 +35,21 @@ impl<V: TextureValue> Bilerp<V, MappingSpec> {
         }
     }
 
-    pub(super) fn compile(&self, render_from_world: &Transform) -> Bilerp<V, Mapping> {
-        let Bilerp {
-            mapping,
-            v00,
-            v01,
-            v10,
-            v11,
-        } = *self;
+    fn compile(&self, compiler: &mut Compiler) -> Bilerp<V, Mapping> {
         Bilerp {
-            mapping: mapping.compile(render_from_world),
-            v00,
-            v01,
-            v10,
-            v11,
+            mapping: self.mapping.compile(compiler.render_from_world),
+            v00: self.v00,
+            v01: self.v01,
+            v10: self.v10,
+            v11: self.v11,
         }
     }
 }
 
-impl<V: TextureValue> Bilerp<V, Mapping> {
-    pub(super) fn evaluate(&self, at: &TexturePoint) -> V {
+impl<V: TextureValue> Evaluate<V> for Bilerp<V, Mapping> {
+    const FILTERS: bool = false;
+
+    fn evaluate(&self, _textures: &Textures, at: &TexturePoint) -> V {
         let st = self.mapping.position(at);
         self.v00 * ((1.0 - st.x) * (1.0 - st.y))
             + self.v01 * ((1.0 - st.x) * st.y)

@@ -1,6 +1,8 @@
 //! `checkerboard`.
 
-use super::{Mapping, MappingSpec, SolidMapping, TextureValue, Textures};
+use super::{
+    Compiler, Evaluate, Mapping, MappingSpec, SolidMapping, TextureClass, TextureValue, Textures,
+};
 use crate::math::Vec2;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
@@ -39,9 +41,10 @@ pub enum Antialiasing {
     ClosedForm,
 }
 
-impl<V: TextureValue> Checkerboard<V, MappingSpec> {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
+impl<V: TextureValue> TextureClass<V> for Checkerboard<V, MappingSpec> {
+    type Compiled = Checkerboard<V, Mapping>;
+
+    fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
         let cells = match reader.integer("dimension", 2) {
             3 => Cells::Cubes(SolidMapping::new(ctm)),
             dimension => {
@@ -63,12 +66,16 @@ impl<V: TextureValue> Checkerboard<V, MappingSpec> {
         Checkerboard { cells, tex1, tex2 }
     }
 
-    pub(super) fn compile(&self, render_from_world: &Transform) -> Checkerboard<V, Mapping> {
+    fn inputs(&self) -> Vec<V::Input> {
+        vec![self.tex1, self.tex2]
+    }
+
+    fn compile(&self, compiler: &mut Compiler) -> Checkerboard<V, Mapping> {
         let cells = match self.cells {
             Cells::Squares(mapping, antialiasing) => {
-                Cells::Squares(mapping.compile(render_from_world), antialiasing)
+                Cells::Squares(mapping.compile(compiler.render_from_world), antialiasing)
             }
-            Cells::Cubes(map) => Cells::Cubes(map.from_render(render_from_world)),
+            Cells::Cubes(map) => Cells::Cubes(map.from_render(compiler.render_from_world)),
         };
         Checkerboard {
             cells,
@@ -78,12 +85,12 @@ impl<V: TextureValue> Checkerboard<V, MappingSpec> {
     }
 }
 
-impl<V: TextureValue> Checkerboard<V, Mapping> {
-    pub(super) fn needs_footprint(&self) -> bool {
+impl<V: TextureValue> Evaluate<V> for Checkerboard<V, Mapping> {
+    fn needs_footprint(&self) -> bool {
         matches!(self.cells, Cells::Squares(_, Antialiasing::ClosedForm))
     }
 
-    pub(super) fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
+    fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
         let odd = match &self.cells {
             Cells::Squares(mapping, Antialiasing::None) => {
                 odd_cell(&mapping.position(at).to_array())
@@ -142,10 +149,13 @@ fn odd_interval_share(low: f32, high: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::budget::Budget;
+    use crate::handles::FloatTextureId;
     use crate::math::hash::{mix2, unit_float};
     use crate::math::{DVec3, Vec3};
     use crate::params::FloatInput;
     use crate::surface::Footprint;
+    use crate::textures::{TextureSpec, TextureUsage};
 
     #[test]
     fn even_cells_come_first_on_both_sides_of_zero() {
@@ -191,7 +201,13 @@ mod tests {
             tex1: FloatInput::Constant(1.0),
             tex2: FloatInput::Constant(0.0),
         };
-        let board = board.compile(&Transform::translate(-camera));
+        let textures = Textures::compile(
+            &[TextureSpec::Checkerboard(board)],
+            &[],
+            &TextureUsage::new(1, 0),
+            &Transform::translate(-camera),
+            &Budget::unlimited(),
+        );
         let value = |world: DVec3| {
             let p: Vec3 = (world - camera).as_vec3();
             let at = TexturePoint {
@@ -200,7 +216,9 @@ mod tests {
                 footprint: Footprint::default(),
                 face: 0,
             };
-            board.evaluate(&Textures::default(), &at)
+            textures
+                .0
+                .float(&FloatInput::Texture(FloatTextureId(0)), &at)
         };
         assert_eq!(value(DVec3::new(0.1, 0.1, 0.5)), 1.0);
         assert_eq!(value(DVec3::new(0.3, 0.1, 0.5)), 0.0);

@@ -180,42 +180,41 @@ fn compile_all<V: TextureValue>(
     wanted: &mut MapRequest,
     list: fn(&mut MapRequest) -> &mut Vec<PendingMap>,
 ) -> Vec<Texture<V>> {
-    let is_used = |index: usize| used.get(index) == Some(&true);
-    let compile = |(index, (spec, depth)): (usize, (&TextureSpec<V>, &Option<usize>))| {
-        if depth.is_none() {
-            return Texture::Constant(Constant {
-                value: V::splat(0.5),
-            });
-        }
-        match spec {
-            TextureSpec::Constant(t) => Texture::Constant(*t),
-            TextureSpec::Scale(t) => Texture::Scale(*t),
-            TextureSpec::Mix(t) => Texture::Mix(*t),
-            TextureSpec::Bilerp(t) => Texture::Bilerp(t.compile(render_from_world)),
-            TextureSpec::Uv(t) => Texture::Uv(t.compile(render_from_world)),
-            TextureSpec::Checkerboard(t) => Texture::Checkerboard(t.compile(render_from_world)),
-            TextureSpec::Dots(t) => Texture::Dots(t.compile(render_from_world)),
-            TextureSpec::Fbm(t) => Texture::Fbm(t.compile(render_from_world)),
-            TextureSpec::Wrinkled(t) => Texture::Wrinkled(t.compile(render_from_world)),
-            TextureSpec::Windy(t) => Texture::Windy(t.compile(render_from_world)),
-            TextureSpec::Marble(t) => Texture::Marble(t.compile(render_from_world)),
-            TextureSpec::Imagemap(t) => {
-                let file = wanted.images.index(t.file.as_ref(), is_used(index));
-                let map = position_or_push(
-                    list(wanted),
-                    PendingMap {
-                        file,
-                        settings: t.settings,
-                    },
-                );
-                Texture::Imagemap(t.compile(render_from_world, map))
-            }
-            TextureSpec::Ptex(t) => {
-                Texture::Ptex(t.compile(wanted.ptex.index(t.file.as_ref(), is_used(index))))
-            }
-        }
+    let compile = |(index, (spec, depth)): (usize, (&TextureSpec<V>, &Option<usize>))| match depth {
+        None => Texture::Constant(Constant {
+            value: V::splat(0.5),
+        }),
+        Some(_) => spec.compile(&mut Compiler {
+            render_from_world,
+            used: used.get(index) == Some(&true),
+            wanted,
+            list,
+        }),
     };
     specs.iter().zip(depths).enumerate().map(compile).collect()
+}
+
+/// What a texture is compiled with.
+pub(super) struct Compiler<'a> {
+    pub(super) render_from_world: &'a Transform,
+    /// Does anything use the texture?
+    used: bool,
+    wanted: &'a mut MapRequest,
+    /// The maps for values of its kind.
+    list: fn(&mut MapRequest) -> &mut Vec<PendingMap>,
+}
+
+impl Compiler<'_> {
+    /// Where the filtered image of `file` will be; that of a gray texel without one.
+    pub(super) fn map(&mut self, file: Option<&NamedFile>, settings: ImageSettings) -> usize {
+        let file = self.wanted.images.index(file, self.used);
+        position_or_push((self.list)(self.wanted), PendingMap { file, settings })
+    }
+
+    /// Where the Ptex file will be.
+    pub(super) fn ptex(&mut self, file: Option<&NamedFile>) -> Option<usize> {
+        self.wanted.ptex.index(file, self.used)
+    }
 }
 
 /// The images and Ptex files a scene's textures ask for.

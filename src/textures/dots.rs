@@ -1,7 +1,7 @@
 //! `dots`.
 
 use super::noise::noise2;
-use super::{Mapping, MappingSpec, TextureValue, Textures};
+use super::{Compiler, Evaluate, Mapping, MappingSpec, TextureClass, TextureValue, Textures};
 use crate::math::Vec2;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
@@ -27,9 +27,10 @@ pub struct Dots<V: TextureValue, M> {
     pub outside: V::Input,
 }
 
-impl<V: TextureValue> Dots<V, MappingSpec> {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
+impl<V: TextureValue> TextureClass<V> for Dots<V, MappingSpec> {
+    type Compiled = Dots<V, Mapping>;
+
+    fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
         Dots {
             mapping: MappingSpec::from_params(reader, ctm),
             inside: V::input_from_params(reader, "inside", 1.0),
@@ -37,17 +38,23 @@ impl<V: TextureValue> Dots<V, MappingSpec> {
         }
     }
 
-    pub(super) fn compile(&self, render_from_world: &Transform) -> Dots<V, Mapping> {
+    fn inputs(&self) -> Vec<V::Input> {
+        vec![self.inside, self.outside]
+    }
+
+    fn compile(&self, compiler: &mut Compiler) -> Dots<V, Mapping> {
         Dots {
-            mapping: self.mapping.compile(render_from_world),
+            mapping: self.mapping.compile(compiler.render_from_world),
             inside: self.inside,
             outside: self.outside,
         }
     }
 }
 
-impl<V: TextureValue> Dots<V, Mapping> {
-    pub(super) fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
+impl<V: TextureValue> Evaluate<V> for Dots<V, Mapping> {
+    const FILTERS: bool = false;
+
+    fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
         let input = if in_dot(self.mapping.position(at)) {
             self.outside
         } else {

@@ -1,7 +1,7 @@
 //! `imagemap`.
 
 use super::mipmap::{Filter, Mipmap, Wrap};
-use super::{Mapping, MappingSpec, TextureValue, Textures};
+use super::{Compiler, Evaluate, Mapping, MappingSpec, TextureClass, TextureValue, Textures};
 use crate::assets::image_data::ImageData;
 use crate::math::color::linear_from_srgb;
 use crate::math::transform::Transform;
@@ -92,9 +92,10 @@ impl Decoding {
     }
 }
 
-impl ImagemapSpec {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> ImagemapSpec {
+impl<V: TextureValue> TextureClass<V> for ImagemapSpec {
+    type Compiled = Imagemap;
+
+    fn from_params(reader: &ParamReader, ctm: &Transform) -> ImagemapSpec {
         if !reader.has("filename") {
             reader.error(
                 "filename",
@@ -146,11 +147,10 @@ impl ImagemapSpec {
         }
     }
 
-    /// With the filtered image at position `map`.
-    pub(super) fn compile(&self, render_from_world: &Transform, map: usize) -> Imagemap {
+    fn compile(&self, compiler: &mut Compiler) -> Imagemap {
         Imagemap {
-            mapping: self.mapping.compile(render_from_world),
-            map,
+            mapping: self.mapping.compile(compiler.render_from_world),
+            map: compiler.map(self.file.as_ref(), self.settings),
         }
     }
 }
@@ -188,8 +188,8 @@ pub struct Imagemap {
     map: usize,
 }
 
-impl Imagemap {
-    pub(super) fn evaluate<V: TextureValue>(&self, textures: &Textures, at: &TexturePoint) -> V {
+impl<V: TextureValue> Evaluate<V> for Imagemap {
+    fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
         V::mipmap(textures, self.map).lookup(&self.mapping.coordinates(at))
     }
 }

@@ -1,8 +1,8 @@
 //! `marble`.
 
 use super::noise::Octaves;
-use super::octaves_from_params;
 use super::solid::SolidMapping;
+use super::{Compiler, Evaluate, TextureClass, TextureValue, Textures, octaves_from_params};
 use crate::math::Rgb;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
@@ -43,9 +43,12 @@ pub struct Marble {
     variation: f32,
 }
 
-impl Marble {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Marble {
+impl<V: TextureValue> TextureClass<V> for Marble {
+    type Compiled = Marble;
+
+    const COLORS_ONLY: bool = true;
+
+    fn from_params(reader: &ParamReader, ctm: &Transform) -> Marble {
         Marble {
             mapping: SolidMapping::new(ctm),
             octaves: octaves_from_params(reader),
@@ -54,17 +57,19 @@ impl Marble {
         }
     }
 
-    pub(super) fn compile(&self, render_from_world: &Transform) -> Marble {
+    fn compile(&self, compiler: &mut Compiler) -> Marble {
         Marble {
-            mapping: self.mapping.from_render(render_from_world),
+            mapping: self.mapping.from_render(compiler.render_from_world),
             ..*self
         }
     }
+}
 
-    pub(super) fn evaluate(&self, at: &TexturePoint) -> Rgb {
+impl<V: TextureValue> Evaluate<V> for Marble {
+    fn evaluate(&self, _textures: &Textures, at: &TexturePoint) -> V {
         let at = self.mapping.point(at).scaled(self.scale);
         let layer = at.p.y + self.variation * self.octaves.fbm(&at);
-        color(0.5 + 0.5 * layer.sin())
+        V::from_texel(color(0.5 + 0.5 * layer.sin()))
     }
 }
 

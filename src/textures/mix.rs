@@ -1,6 +1,7 @@
 //! `mix`.
 
-use super::{TextureValue, Textures};
+use super::{Compiler, Evaluate, TextureClass, TextureValue, Textures};
+use crate::math::transform::Transform;
 use crate::params::{FloatInput, ParamReader};
 use crate::surface::TexturePoint;
 
@@ -17,9 +18,10 @@ pub struct Mix<V: TextureValue> {
     pub amount: FloatInput,
 }
 
-impl<V: TextureValue> Mix<V> {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader) -> Mix<V> {
+impl<V: TextureValue> TextureClass<V> for Mix<V> {
+    type Compiled = Mix<V>;
+
+    fn from_params(reader: &ParamReader, _ctm: &Transform) -> Mix<V> {
         Mix {
             tex1: V::input_from_params(reader, "tex1", 0.0),
             tex2: V::input_from_params(reader, "tex2", 1.0),
@@ -27,7 +29,23 @@ impl<V: TextureValue> Mix<V> {
         }
     }
 
-    pub(super) fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
+    fn inputs(&self) -> Vec<V::Input> {
+        vec![self.tex1, self.tex2]
+    }
+
+    fn amount(&self) -> Option<FloatInput> {
+        Some(self.amount)
+    }
+
+    fn compile(&self, _compiler: &mut Compiler) -> Mix<V> {
+        *self
+    }
+}
+
+impl<V: TextureValue> Evaluate<V> for Mix<V> {
+    const FILTERS: bool = false;
+
+    fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
         let amount = textures.float(&self.amount, at);
         V::lookup(self.tex1, textures, at) * (1.0 - amount)
             + V::lookup(self.tex2, textures, at) * amount

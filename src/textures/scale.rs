@@ -1,6 +1,7 @@
 //! `scale`.
 
-use super::{TextureValue, Textures};
+use super::{Compiler, Evaluate, TextureClass, TextureValue, Textures};
+use crate::math::transform::Transform;
 use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 
@@ -13,16 +14,29 @@ pub struct Scale<V: TextureValue> {
     pub tex2: V::Input,
 }
 
-impl<V: TextureValue> Scale<V> {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader) -> Scale<V> {
+impl<V: TextureValue> TextureClass<V> for Scale<V> {
+    type Compiled = Scale<V>;
+
+    fn from_params(reader: &ParamReader, _ctm: &Transform) -> Scale<V> {
         Scale {
             tex1: V::input_from_params(reader, "tex1", 1.0),
             tex2: V::input_from_params(reader, "tex2", 1.0),
         }
     }
 
-    pub(super) fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
+    fn inputs(&self) -> Vec<V::Input> {
+        vec![self.tex1, self.tex2]
+    }
+
+    fn compile(&self, _compiler: &mut Compiler) -> Scale<V> {
+        *self
+    }
+}
+
+impl<V: TextureValue> Evaluate<V> for Scale<V> {
+    const FILTERS: bool = false;
+
+    fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
         V::lookup(self.tex1, textures, at) * V::lookup(self.tex2, textures, at)
     }
 }

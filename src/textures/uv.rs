@@ -1,6 +1,6 @@
 //! `uv`.
 
-use super::{Mapping, MappingSpec, TextureValue};
+use super::{Compiler, Evaluate, Mapping, MappingSpec, TextureClass, TextureValue, Textures};
 use crate::math::Rgb;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
@@ -14,23 +14,26 @@ pub struct Uv<M> {
     pub mapping: M,
 }
 
-impl Uv<MappingSpec> {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
-        Uv {
-            mapping: MappingSpec::from_params(reader, ctm),
-        }
+impl<V: TextureValue> TextureClass<V> for Uv<MappingSpec> {
+    type Compiled = Uv<Mapping>;
+
+    const COLORS_ONLY: bool = true;
+
+    fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
+        let mapping = MappingSpec::from_params(reader, ctm);
+        Uv { mapping }
     }
 
-    pub(super) fn compile(&self, render_from_world: &Transform) -> Uv<Mapping> {
-        Uv {
-            mapping: self.mapping.compile(render_from_world),
-        }
+    fn compile(&self, compiler: &mut Compiler) -> Uv<Mapping> {
+        let mapping = self.mapping.compile(compiler.render_from_world);
+        Uv { mapping }
     }
 }
 
-impl Uv<Mapping> {
-    pub(super) fn evaluate<V: TextureValue>(&self, at: &TexturePoint) -> V {
+impl<V: TextureValue> Evaluate<V> for Uv<Mapping> {
+    const FILTERS: bool = false;
+
+    fn evaluate(&self, _textures: &Textures, at: &TexturePoint) -> V {
         let st = self.mapping.position(at);
         V::from_texel(Rgb::new(st.x - st.x.floor(), st.y - st.y.floor(), 0.0))
     }

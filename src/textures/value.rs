@@ -26,6 +26,9 @@ pub trait TextureValue:
     /// A constant or a texture of this kind.
     type Input: Copy + Debug + Send + Sync;
 
+    /// Whether there are several channels.
+    const HAS_COLORS: bool;
+
     /// `v` in all channels.
     fn splat(v: f32) -> Self;
 
@@ -56,6 +59,8 @@ pub trait TextureValue:
 
 impl TextureValue for f32 {
     type Input = FloatInput;
+
+    const HAS_COLORS: bool = false;
 
     fn splat(v: f32) -> f32 {
         v
@@ -99,6 +104,8 @@ impl TextureValue for f32 {
 
 impl TextureValue for Rgb {
     type Input = SpectrumInput;
+
+    const HAS_COLORS: bool = true;
 
     fn splat(v: f32) -> Rgb {
         Rgb::splat(v)

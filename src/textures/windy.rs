@@ -2,7 +2,9 @@
 
 use super::noise::Octaves;
 use super::solid::SolidMapping;
+use super::{Compiler, Evaluate, TextureClass, TextureValue, Textures};
 use crate::math::transform::Transform;
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 
 /// How strongly the wind blows here: coarse noise, ten times as large as the waves.
@@ -24,22 +26,25 @@ pub struct Windy {
     mapping: SolidMapping,
 }
 
-impl Windy {
-    /// Under the transformation `ctm`.
-    pub fn new(ctm: &Transform) -> Windy {
+impl<V: TextureValue> TextureClass<V> for Windy {
+    type Compiled = Windy;
+
+    fn from_params(_reader: &ParamReader, ctm: &Transform) -> Windy {
         Windy {
             mapping: SolidMapping::new(ctm),
         }
     }
 
-    pub(super) fn compile(&self, render_from_world: &Transform) -> Windy {
+    fn compile(&self, compiler: &mut Compiler) -> Windy {
         Windy {
-            mapping: self.mapping.from_render(render_from_world),
+            mapping: self.mapping.from_render(compiler.render_from_world),
         }
     }
+}
 
-    pub(super) fn evaluate(&self, at: &TexturePoint) -> f32 {
+impl<V: TextureValue> Evaluate<V> for Windy {
+    fn evaluate(&self, _textures: &Textures, at: &TexturePoint) -> V {
         let at = self.mapping.point(at);
-        WIND.fbm(&at.scaled(0.1)).abs() * WAVES.fbm(&at)
+        V::splat(WIND.fbm(&at.scaled(0.1)).abs() * WAVES.fbm(&at))
     }
 }

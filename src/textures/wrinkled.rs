@@ -1,8 +1,8 @@
 //! `wrinkled`.
 
 use super::noise::Octaves;
-use super::octaves_from_params;
 use super::solid::SolidMapping;
+use super::{Compiler, Evaluate, TextureClass, TextureValue, Textures, octaves_from_params};
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
 use crate::surface::TexturePoint;
@@ -17,23 +17,26 @@ pub struct Wrinkled {
     octaves: Octaves,
 }
 
-impl Wrinkled {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Wrinkled {
+impl<V: TextureValue> TextureClass<V> for Wrinkled {
+    type Compiled = Wrinkled;
+
+    fn from_params(reader: &ParamReader, ctm: &Transform) -> Wrinkled {
         Wrinkled {
             mapping: SolidMapping::new(ctm),
             octaves: octaves_from_params(reader),
         }
     }
 
-    pub(super) fn compile(&self, render_from_world: &Transform) -> Wrinkled {
+    fn compile(&self, compiler: &mut Compiler) -> Wrinkled {
         Wrinkled {
-            mapping: self.mapping.from_render(render_from_world),
+            mapping: self.mapping.from_render(compiler.render_from_world),
             ..*self
         }
     }
+}
 
-    pub(super) fn evaluate(&self, at: &TexturePoint) -> f32 {
-        self.octaves.turbulence(&self.mapping.point(at))
+impl<V: TextureValue> Evaluate<V> for Wrinkled {
+    fn evaluate(&self, _textures: &Textures, at: &TexturePoint) -> V {
+        V::splat(self.octaves.turbulence(&self.mapping.point(at)))
     }
 }

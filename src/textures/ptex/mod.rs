@@ -6,8 +6,9 @@ mod quads;
 mod sum;
 mod triangles;
 
-use super::{TextureValue, Textures};
+use super::{Compiler, Evaluate, TextureClass, TextureValue, Textures};
 use crate::assets::ptex::{MeshKind, PtexFile};
+use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2};
 use crate::params::{NamedFile, ParamReader};
 use crate::surface::{Footprint, TexturePoint};
@@ -29,9 +30,10 @@ pub struct PtexSpec {
     pub gamma: f32,
 }
 
-impl PtexSpec {
-    /// Reads the parameters.
-    pub fn from_params(reader: &ParamReader) -> PtexSpec {
+impl<V: TextureValue> TextureClass<V> for PtexSpec {
+    type Compiled = Ptex;
+
+    fn from_params(reader: &ParamReader, _ctm: &Transform) -> PtexSpec {
         if !reader.has("filename") {
             reader.error(
                 "filename",
@@ -44,10 +46,9 @@ impl PtexSpec {
         }
     }
 
-    /// With the file at position `file`; `None` for black.
-    pub(super) fn compile(&self, file: Option<usize>) -> Ptex {
+    fn compile(&self, compiler: &mut Compiler) -> Ptex {
         Ptex {
-            file,
+            file: compiler.ptex(self.file.as_ref()),
             gamma: self.gamma,
         }
     }
@@ -61,8 +62,8 @@ pub struct Ptex {
     gamma: f32,
 }
 
-impl Ptex {
-    pub(super) fn evaluate<V: TextureValue>(&self, textures: &Textures, at: &TexturePoint) -> V {
+impl<V: TextureValue> Evaluate<V> for Ptex {
+    fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
         let Some(file) = self.file.and_then(|i| textures.ptex.get(i)?.as_ref()) else {
             return V::default();
         };

@@ -216,29 +216,23 @@ fn gamma_applies_between_0_and_1_after_filtering() {
         footprint: Footprint::default(),
         face: 0,
     };
-    let spec = |gamma| PtexSpec { file: None, gamma };
-    let color: Rgb = spec(2.2).compile(Some(0)).evaluate(&textures, &here);
+    let of = |file, gamma| Ptex { file, gamma };
+    let color: Rgb = of(Some(0), 2.2).evaluate(&textures, &here);
     assert!(
         (color - Rgb::new(0.5f32.powf(2.2), 4.0, -0.5))
             .abs()
             .max_element()
             < 1e-5
     );
-    let float: f32 = spec(1.0).compile(Some(0)).evaluate(&textures, &here);
+    let float: f32 = of(Some(0), 1.0).evaluate(&textures, &here);
     // The mean of what the channels come to.
     assert!((float - 4.0 / 3.0).abs() < 1e-5);
     let beyond = TexturePoint { face: 1, ..here };
-    assert_eq!(
-        spec(2.2)
-            .compile(Some(0))
-            .evaluate::<Rgb>(&textures, &beyond),
-        Rgb::ZERO
-    );
+    let black: Rgb = of(Some(0), 2.2).evaluate(&textures, &beyond);
+    assert_eq!(black, Rgb::ZERO);
     for file in [Some(1), Some(2), None] {
-        assert_eq!(
-            spec(2.2).compile(file).evaluate::<Rgb>(&textures, &here),
-            Rgb::ZERO
-        );
+        let black: Rgb = of(file, 2.2).evaluate(&textures, &here);
+        assert_eq!(black, Rgb::ZERO);
     }
 }
 
