@@ -153,6 +153,10 @@ mod handles;
 #[cfg(feature = "internals")]
 pub mod handles;
 #[cfg(not(feature = "internals"))]
+mod inputs;
+#[cfg(feature = "internals")]
+pub mod inputs;
+#[cfg(not(feature = "internals"))]
 mod integrators;
 #[cfg(feature = "internals")]
 pub mod integrators;

@@ -2,10 +2,10 @@
 
 use crate::meshes::Mesh;
 use fstop::accel::{Geometry, GeometryBuilder, GeometryStatistics, PrimitiveAttributes};
+use fstop::inputs::FloatInput;
 use fstop::math::Vec3;
 use fstop::math::ray::Ray;
 use fstop::math::transform::Transform;
-use fstop::params::FloatInput;
 use fstop::shapes::CompiledShape;
 use fstop::shapes::mesh::TriangleMesh;
 use fstop::surface::TexturePoint;

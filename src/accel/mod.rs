@@ -29,11 +29,11 @@ mod validate;
 pub use aabb::Aabb;
 
 use crate::handles::{InterfaceId, LightId, MaterialId, ObjectId};
+use crate::inputs::FloatInput;
 use crate::math::DVec3;
 use crate::math::motion::Motion;
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
-use crate::params::FloatInput;
 use crate::shapes::CompiledShape;
 use crate::shapes::local::LocalSurface;
 use crate::surface::{SurfaceHit, TexturePoint};

@@ -7,8 +7,8 @@ use super::primitive::{OtherKind, PrimitiveId};
 use super::stack::{LastFirst, NearestFirst};
 use super::tree::Visitor;
 use super::{Geometry, PrimitiveAttributes};
+use crate::inputs::FloatInput;
 use crate::math::{DVec3, Vec2, Vec3};
-use crate::params::FloatInput;
 use crate::surface::{Footprint, TexturePoint};
 use glam::DAffine3;
 

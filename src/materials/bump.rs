@@ -1,7 +1,8 @@
 //! Bump mapping (Blinn 1978; Pharr, Jakob and Humphreys 2016, §9.3; docs/scene-language.md §4.6).
 
+use crate::inputs::FloatInput;
 use crate::math::{Vec2, Vec3};
-use crate::params::{FloatInput, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::{ShadingGeometry, SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 

@@ -12,10 +12,11 @@ use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::bssrdf::Bssrdf;
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::{is_black, luminance};
 use crate::math::float::clamp_nan_low;
-use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::params::ParamReader;
 use crate::surface::{SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 

@@ -3,9 +3,10 @@
 use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
 use super::{Scattering, reflectance};
 use crate::bsdf::{self, Bsdf, Lobe};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::float::clamp_nan_low;
-use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 

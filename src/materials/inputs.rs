@@ -1,7 +1,8 @@
 //! Parameters that mean something in a range only, as numbers and as textures' values.
 
+use crate::inputs::FloatInput;
 use crate::math::float::clamp_nan_low;
-use crate::params::{Dialect, FloatInput, ParamReader};
+use crate::params::{Dialect, ParamReader};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 use std::ops::RangeInclusive;

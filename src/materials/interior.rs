@@ -5,8 +5,9 @@ use super::roughness::find_roughness;
 use super::{Glass, RoughnessMeaning};
 use crate::bsdf::Bsdf;
 use crate::bssrdf::{Bssrdf, Profile, ProfileTable, TabulatedChannel, finest_length};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
-use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
+use crate::params::{Dialect, ParamReader};
 use crate::surface::SurfaceHit;
 use std::sync::Arc;
 

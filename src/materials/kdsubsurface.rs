@@ -5,8 +5,9 @@ use super::prepare::Tables;
 use super::{Scattering, reflectance};
 use crate::bsdf::Bsdf;
 use crate::bssrdf::Bssrdf;
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
-use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
+use crate::params::{Dialect, ParamReader};
 use crate::surface::{SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 

@@ -4,10 +4,11 @@ use super::{Scattering, reflectance};
 use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::oren_nayar::OrenNayar;
 use crate::bsdf::{Bsdf, Lobe};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::math::float::clamp_nan_low;
-use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 

@@ -5,8 +5,9 @@ use super::{RoughnessMeaning, Scattering};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::{Bsdf, Lobe};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
-use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 

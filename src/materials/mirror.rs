@@ -4,9 +4,10 @@ use super::{Scattering, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::specular::SpecularReflection;
 use crate::bsdf::{Bsdf, Lobe};
+use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::params::{ParamReader, SpectrumInput};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 

@@ -55,10 +55,11 @@ pub use uber::Uber;
 
 use crate::bsdf::Bsdf;
 use crate::bssrdf::Bssrdf;
+use crate::inputs::{SpectrumInput, TexturesRead};
 use crate::math::color::is_black;
 use crate::math::float::clamp_nan_low;
 use crate::math::{Rgb, Vec3};
-use crate::params::{Dialect, ParamReader, SpectrumInput, TexturesRead};
+use crate::params::{Dialect, ParamReader};
 use crate::surface::{Footprint, ShadingGeometry, SurfaceHit, TexturePoint};
 use crate::textures::{TextureUsage, Textures};
 
@@ -145,8 +146,7 @@ impl Material {
     }
 
     /// Of constants alone, without bumps.
-    #[cfg(test)]
-    pub(crate) fn without_textures(kind: MaterialKind) -> Material {
+    pub fn without_textures(kind: MaterialKind) -> Material {
         Material {
             kind,
             bump: None,

@@ -6,9 +6,10 @@ use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::{Bsdf, Lobe};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 

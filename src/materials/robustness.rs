@@ -130,8 +130,8 @@ fn textures() -> (Textures, TextureNames) {
         let (float, spectrum) = (FloatTextureId(i as u32), SpectrumTextureId(i as u32));
         names.float.insert(format!("t{i}"), float);
         names.spectrum.insert(format!("t{i}"), spectrum);
-        usage.float(crate::params::FloatInput::Texture(float));
-        usage.spectrum(crate::params::SpectrumInput::Texture(spectrum));
+        usage.float(crate::inputs::FloatInput::Texture(float));
+        usage.spectrum(crate::inputs::SpectrumInput::Texture(spectrum));
     }
     let (textures, problems) = Textures::compile(
         &floats,

@@ -4,8 +4,9 @@ use crate::bsdf::microfacet::MicrofacetTransmission;
 use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
 use crate::bsdf::{Bsdf, Lobe};
+use crate::inputs::FloatInput;
 use crate::math::Rgb;
-use crate::params::{Dialect, FloatInput, ParamReader};
+use crate::params::{Dialect, ParamReader};
 
 /// The least roughness that is not smooth: pbrt-v3 takes all below it for this.
 const MIN: f32 = 1e-3;

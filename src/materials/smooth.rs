@@ -3,8 +3,8 @@
 use super::roughness::UNBENT;
 use super::{Glass, Material, MaterialKind, Mix, Uber, may_scatter};
 use crate::handles::MaterialId;
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
-use crate::params::{FloatInput, SpectrumInput};
 
 impl Material {
     /// Returns `true` if the material may reflect or transmit light in a single direction somewhere, beside

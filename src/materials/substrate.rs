@@ -4,9 +4,10 @@ use super::roughness::find_roughness;
 use super::{RoughnessMeaning, Scattering, reflectance};
 use crate::bsdf::fresnel_blend::FresnelBlend;
 use crate::bsdf::{Bsdf, Lobe};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 

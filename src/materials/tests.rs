@@ -3,7 +3,7 @@
 use super::inputs::refractive_index;
 use super::*;
 use crate::bsdf::testing::{direction, flat_hit, sky_by_sampling, sky_by_value};
-use crate::params::FloatInput;
+use crate::inputs::FloatInput;
 use crate::params::testing::read;
 
 /// No named materials.

@@ -7,9 +7,10 @@ use crate::bsdf::lambertian::{LambertianReflection, LambertianTransmission};
 use crate::bsdf::microfacet::{MicrofacetReflection, MicrofacetTransmission, MirroredReflection};
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
 use crate::bsdf::{Bsdf, Lobe};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
+use crate::params::{Dialect, ParamReader};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 

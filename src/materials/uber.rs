@@ -8,9 +8,10 @@ use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::specular::{SpecularReflection, SpecularTransmission};
 use crate::bsdf::{Bsdf, Lobe};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::params::{Dialect, FloatInput, ParamReader, SpectrumInput};
+use crate::params::{Dialect, ParamReader};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 

@@ -1,7 +1,7 @@
 //! Inputs that may be textures: `"float roughness" .1` or `"texture roughness" "scratches"`.
 
-use super::param_use::{TextureRead, TexturesRead};
-use super::{FloatInput, ParamReader, SpectrumInput, spectrum};
+use super::{ParamReader, spectrum};
+use crate::inputs::{FloatInput, SpectrumInput, TextureRead, TexturesRead};
 use crate::math::Rgb;
 use crate::syntax::{Diagnostic, Name, Param, ParamGroup, ParamValue};
 

@@ -50,31 +50,11 @@ mod v4;
 
 pub use layers::may_change_material;
 pub use named_file::NamedFile;
-pub use param_use::{TextureRead, TexturesRead};
 pub use reader::{ParamContext, ParamReader};
 pub use spectrum::SpectrumFiles;
 
 use crate::handles::{FloatTextureId, SpectrumTextureId};
-use crate::math::Rgb;
 use std::collections::HashMap;
-
-/// A float that may vary over a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FloatInput {
-    /// The same everywhere.
-    Constant(f32),
-    /// Looked up in a texture.
-    Texture(FloatTextureId),
-}
-
-/// A color or per-channel factor that may vary over a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SpectrumInput {
-    /// The same everywhere.
-    Constant(Rgb),
-    /// Looked up in a texture.
-    Texture(SpectrumTextureId),
-}
 
 /// Whose defaults and meanings a file gets (docs/scene-language.md §A).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

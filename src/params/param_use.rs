@@ -1,6 +1,6 @@
 //! What has been asked for: the names and types a scene type really has.
 
-use crate::handles::{FloatTextureId, SpectrumTextureId};
+use crate::inputs::{TextureRead, TexturesRead};
 use crate::syntax::ParamGroup;
 use std::cell::RefCell;
 use std::ops::Range;
@@ -18,18 +18,6 @@ struct Log {
     entries: Vec<(Range<usize>, ParamGroup)>,
     textures: Vec<TextureRead>,
 }
-
-/// A texture that a parameter names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TextureRead {
-    /// One of the float textures.
-    Float(FloatTextureId),
-    /// One of the spectrum textures.
-    Spectrum(SpectrumTextureId),
-}
-
-/// The textures that the parameters of one thing name, in the order in which they were read.
-pub type TexturesRead = Vec<TextureRead>;
 
 impl ParamUse {
     pub fn record(&self, name: &str, group: ParamGroup) {

@@ -2,7 +2,8 @@
 
 use super::testing::{Surroundings, read, read_in};
 use super::*;
-use crate::math::DVec3;
+use crate::inputs::{FloatInput, SpectrumInput};
+use crate::math::{DVec3, Rgb};
 use crate::syntax::{Diagnostics, DirectiveKind, Parser, SearchFolder, SourceMap, Span};
 
 /// Reads without any message.

@@ -29,8 +29,9 @@ pub mod trianglemesh;
 pub use kinds::{Form, ShapeKind};
 
 use crate::budget::{Budget, OverBudget};
+use crate::inputs::FloatInput;
 use crate::math::transform::Transform;
-use crate::params::{FloatInput, ParamReader};
+use crate::params::ParamReader;
 use cone::Cone;
 use curve::Curves;
 use cylinder::Cylinder;

@@ -151,9 +151,9 @@ mod tests {
     use super::*;
     use crate::budget::Budget;
     use crate::handles::FloatTextureId;
+    use crate::inputs::FloatInput;
     use crate::math::hash::{mix2, unit_float};
     use crate::math::{DVec3, Vec3};
-    use crate::params::FloatInput;
     use crate::surface::Footprint;
     use crate::textures::{TextureSpec, TextureUsage};
 

@@ -2,8 +2,9 @@
 
 use super::compile::Compiler;
 use super::{TextureValue, Textures};
+use crate::inputs::FloatInput;
 use crate::math::transform::Transform;
-use crate::params::{FloatInput, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 
 /// A class of texture with values of type `V`, as the scene file describes it.

@@ -1,8 +1,9 @@
 //! `mix`.
 
 use super::{Compiler, Evaluate, TextureClass, TextureValue, Textures};
+use crate::inputs::FloatInput;
 use crate::math::transform::Transform;
-use crate::params::{FloatInput, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 
 /// Linear interpolation between two textures: (1 − amount) · tex1 + amount · tex2, the opposite

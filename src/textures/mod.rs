@@ -3,7 +3,7 @@
 //! A [`TextureSpec`] is what the scene file says. [`Textures::compile`] loads the images, moves
 //! mappings to render space and freezes all textures of a scene into one [`Textures`], which
 //! materials and other textures look values up in by [`FloatInput`] and
-//! [`SpectrumInput`](crate::params::SpectrumInput).
+//! [`SpectrumInput`](crate::inputs::SpectrumInput).
 //! Float- and spectrum-valued textures share their code through [`TextureValue`].
 //!
 //! A texture may use only textures declared before it, so look-ups end; chains deeper than
@@ -58,9 +58,10 @@ pub use value::TextureValue;
 pub use windy::Windy;
 pub use wrinkled::Wrinkled;
 
+use crate::inputs::FloatInput;
 use crate::math::Rgb;
 use crate::math::transform::Transform;
-use crate::params::{FloatInput, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 
 /// Deepest nesting of textures in textures. Scenes in the wild stay below 10; the stack of a

@@ -1,8 +1,8 @@
 //! Which textures matter.
 
 use super::{FloatTextureSpec, SpectrumTextureSpec, TextureSpec, TextureValue};
+use crate::inputs::{FloatInput, SpectrumInput, TextureRead};
 use crate::math::Rgb;
-use crate::params::{FloatInput, SpectrumInput, TextureRead};
 
 /// Which textures of a scene are looked up by anything: a broken image in a texture that nothing
 /// uses does not spoil the rendering.

@@ -2,9 +2,10 @@
 
 use super::mipmap::Mipmap;
 use super::{Texture, Textures};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::luminance;
-use crate::params::{FloatInput, ParamReader, SpectrumInput};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Mul};

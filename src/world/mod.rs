@@ -181,3 +181,6 @@ impl World {
             .map_or(Rgb::ZERO, |id| self.light(id).emitted(&hit.surface))
     }
 }
+
+#[cfg(test)]
+mod tests;

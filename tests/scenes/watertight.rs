@@ -8,11 +8,11 @@
 use fstop::accel::{Geometry, GeometryBuilder, ObjectBuilder, PrimitiveAttributes};
 use fstop::assets::mesh::MeshData;
 use fstop::handles::ObjectId;
+use fstop::inputs::FloatInput;
 use fstop::math::hash::{mix2, unit_float};
 use fstop::math::ray::Ray;
 use fstop::math::transform::Transform;
 use fstop::math::{DVec3, Vec3};
-use fstop::params::FloatInput;
 use fstop::shapes::CompiledShape;
 use fstop::shapes::mesh::TriangleMesh;
 use fstop::surface::TexturePoint;

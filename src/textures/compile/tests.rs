@@ -3,9 +3,9 @@
 use super::*;
 use crate::budget::Budget;
 use crate::handles::{FloatTextureId, SpectrumTextureId};
+use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::color::linear_from_srgb;
 use crate::math::{Vec2, Vec3};
-use crate::params::{FloatInput, SpectrumInput};
 use crate::surface::{Footprint, TexturePoint};
 use crate::syntax::FileId;
 use crate::textures::imagemap::{Decoding, ImagemapSpec};
