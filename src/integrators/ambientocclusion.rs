@@ -1,38 +1,36 @@
 //! `Integrator "ambientocclusion"`: how open the surroundings of a point are (Zhukov, Iones and
 //! Kronin 1998; Pharr, Jakob and Humphreys 2016, §14.3, exercise 14.1; docs/scene-language.md §3.5).
 //!
-//! `cossample` (bool, true): directions follow the cosine, else they are uniform: noise only.
-//! `nsamples` (integer, 64): directions tried from each point.
+//! `cossample` (bool, true): cosine-weighted directions, else uniform ones: noise only.
+//! `nsamples` (integer, 64): directions per point.
 //!
-//! The value is ∫ V cosθ dω over the hemisphere of the true surface, V = 1 where nothing is in the
-//! way: π for an open point, as in pbrt-v3, which does not divide by π. What misses everything is
-//! black. Materials matter only where there is none: rays go on.
+//! The value is ∫ V cosθ dω over the hemisphere of the true surface, V = 1 where nothing occludes:
+//! π for an open point, as in pbrt-v3, which does not divide by π. Rays that miss everything are
+//! black. Rays pass surfaces without material; other materials do not matter.
 //!
 //! pbrt-v2's integrator of that name instead shows the free fraction of uniformly chosen
-//! directions: `nsamples` (2048), `maxdist` (∞): nothing farther is in the way.
+//! directions: `nsamples` (2048), `maxdist` (∞): nothing farther occludes.
 
-use super::MAX_NULL_SURFACES;
+use super::{Context, MAX_NULL_SURFACES};
 use crate::math::frame::Frame;
-use crate::math::ray::Ray;
+use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::sampling::cosine_hemisphere;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::{Dialect, ParamReader};
-use crate::samplers::SampleStream;
 use crate::surface::SurfaceHit;
-use crate::world::World;
 use std::f32::consts::PI;
 
-/// The most directions from one point: the error of so many is 0.2 %.
+/// The most directions per point: their error is 0.2 %.
 const MAX: i64 = 65_536;
 
-/// Which directions are tried, and what a free one counts.
+/// How directions are sampled, and the value of an unoccluded one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Directions {
-    /// With density cosθ/π: each counts π.
+    /// With density cosθ/π: π each.
     Cosine,
-    /// Uniform: each counts 2π cosθ.
+    /// Uniform: 2π cosθ each.
     Uniform,
-    /// Uniform: each counts 1 (pbrt-v2).
+    /// Uniform: 1 each (pbrt-v2).
     UniformFraction,
 }
 
@@ -43,7 +41,7 @@ pub struct AmbientOcclusion {
     pub directions: Directions,
     /// `nsamples`, from 1 to 65536.
     pub samples: u32,
-    /// `maxdist`: nothing farther is in the way.
+    /// `maxdist`: nothing farther occludes.
     pub max_distance: f32,
 }
 
@@ -77,22 +75,27 @@ impl AmbientOcclusion {
         };
     }
 
-    /// What is seen along a camera ray.
-    pub fn radiance(&self, world: &World, mut ray: Ray, stream: &mut SampleStream) -> Rgb {
+    /// The value for a camera ray. No vertex is reported: the value is always finite.
+    pub(super) fn radiance(
+        &self,
+        mut context: Context,
+        mut ray: Ray,
+        _: Option<&RayDifferentials>,
+    ) -> Rgb {
         for _ in 0..=MAX_NULL_SURFACES {
-            let Some(hit) = world.intersect(&ray) else {
+            let Some(hit) = context.world.intersect(&ray) else {
                 return Rgb::ZERO;
             };
             if hit.material.is_some() {
-                return Rgb::splat(self.openness(world, &hit.surface, stream));
+                return Rgb::splat(self.openness(&mut context, &hit.surface));
             }
             ray = hit.surface.spawn_ray(ray.d);
         }
         Rgb::ZERO
     }
 
-    /// The estimate at one point, on the side it is seen from.
-    fn openness(&self, world: &World, surface: &SurfaceHit, stream: &mut SampleStream) -> f32 {
+    /// The estimate at one point, on the side that the camera ray hits.
+    fn openness(&self, context: &mut Context, surface: &SurfaceHit) -> f32 {
         let frame = Frame::from_normal(if surface.n.dot(surface.wo) < 0.0 {
             -surface.n
         } else {
@@ -100,17 +103,17 @@ impl AmbientOcclusion {
         });
         let mut sum = 0.0;
         for _ in 0..self.samples {
-            let (wi, value) = self.direction(stream.next_2d());
+            let (wi, value) = self.direction(context.stream.next_2d());
             let mut ray = surface.spawn_ray(frame.to_world(wi));
             ray.t_max = self.max_distance;
-            if !world.occluded(&ray) {
+            if !context.world.occluded(&ray) {
                 sum += value;
             }
         }
         sum / self.samples as f32
     }
 
-    /// A direction about +z, and what it counts where it is free.
+    /// A direction about +z, and its value if unoccluded.
     fn direction(&self, u: Vec2) -> (Vec3, f32) {
         if self.directions == Directions::Cosine {
             return (cosine_hemisphere(u), PI);

@@ -1,25 +1,24 @@
 //! Direct light at a surface from one given light, whole or in pieces: one sample of the light and one of the BSDF,
 //! combined by the power heuristic (Veach 1997, §9.2; Pharr, Jakob and Humphreys 2016, §14.3.1).
 
+use super::Context;
 use super::vertex::receiver;
 use crate::accel::EmitterHit;
 use crate::bsdf::Bsdf;
 use crate::lights::LightGroup;
 use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, color::is_black};
-use crate::samplers::SampleStream;
 use crate::surface::SurfaceHit;
-use crate::world::World;
 
 /// One estimate of the light that `group` sends to `surface` and on toward its `wo`.
-/// Perfectly specular lobes take no part.
-pub fn estimate(
-    world: &World,
+/// Perfectly specular lobes are ignored.
+pub(super) fn estimate(
+    context: &mut Context,
     surface: &SurfaceHit,
     bsdf: &Bsdf,
     group: &LightGroup,
-    stream: &mut SampleStream,
 ) -> Rgb {
+    let (world, stream) = (context.world, &mut *context.stream);
     let (id, probability) = group.piece(stream.next_1d_if(group.chooses()));
     let light_u = stream.next_2d();
     let lobe = stream.next_1d_if(bsdf.chooses());

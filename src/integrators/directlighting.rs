@@ -1,14 +1,13 @@
 //! `Integrator "directlighting"`: emission, direct light and perfect mirrors and glass
 //! (Pharr, Jakob and Humphreys 2016, §14.3).
 
-use super::witness::Witness;
-use super::{direct, specular};
-use crate::lights::LightGroups;
+use super::{Context, direct, specular};
+use crate::bsdf::Bsdf;
+use crate::lights::LightGroup;
 use crate::math::Rgb;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::params::ParamReader;
-use crate::samplers::SampleStream;
-use crate::world::World;
+use crate::surface::SurfaceHit;
 
 /// Which lights are sampled at each hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,49 +49,36 @@ impl DirectLighting {
     }
 
     /// Radiance along a camera ray.
-    pub fn radiance(
+    pub(super) fn radiance(
         &self,
-        world: &World,
-        lights: &LightGroups,
+        context: Context,
         ray: Ray,
         differentials: Option<&RayDifferentials>,
-        stream: &mut SampleStream,
-        witness: &mut impl Witness,
     ) -> Rgb {
-        specular::trace(
-            world,
-            self.max_depth,
-            ray,
-            differentials,
-            stream,
-            witness,
-            |hit, bsdf, stream| {
-                if !bsdf.has_non_specular() {
-                    return Rgb::ZERO;
-                }
-                let choice = match self.strategy {
-                    Strategy::One => stream.next_1d(),
-                    Strategy::All => 0.0,
-                };
-                let mut estimate =
-                    |group| direct::estimate(world, &hit.surface, bsdf, group, stream);
-                match self.strategy {
-                    Strategy::One => {
-                        let Some((group, probability)) = lights.choose(choice) else {
-                            return Rgb::ZERO;
-                        };
-                        estimate(group) / probability
-                    }
-                    Strategy::All => lights
-                        .iter()
-                        .map(|group| {
-                            let samples = group.sample_count();
-                            let sum: Rgb = (0..samples).map(|_| estimate(group)).sum();
-                            sum / samples as f32
-                        })
-                        .sum(),
-                }
-            },
-        )
+        let sample_lights = match self.strategy {
+            Strategy::All => sample_all_lights,
+            Strategy::One => sample_one_light,
+        };
+        specular::trace(context, self.max_depth, ray, differentials, sample_lights)
+    }
+}
+
+fn sample_all_lights(context: &mut Context, surface: &SurfaceHit, bsdf: &Bsdf) -> Rgb {
+    let groups = &context.lights.groups;
+    let mean = |group: &LightGroup| {
+        let samples = group.sample_count();
+        let sum: Rgb = (0..samples)
+            .map(|_| direct::estimate(context, surface, bsdf, group))
+            .sum();
+        sum / samples as f32
+    };
+    groups.iter().map(mean).sum()
+}
+
+fn sample_one_light(context: &mut Context, surface: &SurfaceHit, bsdf: &Bsdf) -> Rgb {
+    let choice = context.stream.next_1d();
+    match context.lights.groups.choose(choice) {
+        Some((group, probability)) => direct::estimate(context, surface, bsdf, group) / probability,
+        None => Rgb::ZERO,
     }
 }

@@ -3,16 +3,17 @@
 //! One file per integrator, named as the scene file names it. What they share — direct light at a
 //! surface, and the recursion over perfect mirrors and glass — is in [`direct`] and [`specular`].
 
-pub mod ambientocclusion;
+mod ambientocclusion;
+mod context;
 mod differentials;
-pub mod direct;
-pub mod directlighting;
-pub mod path;
-pub mod specular;
-pub mod subsurface;
+mod direct;
+mod directlighting;
+mod path;
+mod specular;
+mod subsurface;
 mod vertex;
-pub mod volpath;
-pub mod whitted;
+mod volpath;
+mod whitted;
 pub mod witness;
 
 use crate::lights::{LightGroups, LightSelector};
@@ -22,7 +23,8 @@ use crate::params::{Dialect, ParamReader};
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
 use crate::world::World;
-use witness::{Unwatched, Witness};
+use context::{Context, Lights};
+use witness::Watch;
 
 pub use ambientocclusion::AmbientOcclusion;
 pub use directlighting::DirectLighting;
@@ -306,14 +308,11 @@ pub(crate) fn max_depth(reader: &ParamReader) -> u32 {
 #[derive(Debug)]
 pub struct Integrator {
     spec: IntegratorSpec,
-    /// For integrators of paths, which choose a light by what it brings.
-    selector: LightSelector,
-    /// For `directlighting` and `whitted`, which sample every light or any.
-    groups: LightGroups,
+    lights: Lights,
 }
 
 impl Integrator {
-    /// Prepares the choice among the world's lights.
+    /// Prepares the sampling of the world's lights.
     pub fn new(spec: &IntegratorSpec, world: &World) -> Integrator {
         let strategy = match spec {
             IntegratorSpec::Path(path) => Some(path.light_strategy),
@@ -328,8 +327,10 @@ impl Integrator {
         };
         Integrator {
             spec: spec.clone(),
-            selector: LightSelector::new(selected, strategy.unwrap_or_default(), radius),
-            groups: LightGroups::new(grouped),
+            lights: Lights {
+                selector: LightSelector::new(selected, strategy.unwrap_or_default(), radius),
+                groups: LightGroups::new(grouped),
+            },
         }
     }
 
@@ -341,34 +342,41 @@ impl Integrator {
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
     ) -> Rgb {
-        self.watched(world, ray, differentials, stream, &mut Unwatched)
+        self.trace((world, stream, None), ray, differentials)
     }
 
-    /// The same, with somebody told of every point of the path.
+    /// Like [`Integrator::radiance`], reporting every path vertex to `watch`.
     pub fn watched(
         &self,
         world: &World,
         ray: Ray,
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
-        witness: &mut impl Witness,
+        watch: &mut Watch,
     ) -> Rgb {
-        let (selector, lights) = (&self.selector, &self.groups);
+        self.trace((world, stream, Some(watch)), ray, differentials)
+    }
+
+    fn trace(
+        &self,
+        (world, stream, watch): (&World, &mut SampleStream, Option<&mut Watch>),
+        ray: Ray,
+        differentials: Option<&RayDifferentials>,
+    ) -> Rgb {
+        let context = Context {
+            world,
+            lights: &self.lights,
+            stream,
+            watch,
+        };
         match &self.spec {
-            IntegratorSpec::Path(path) => {
-                path.radiance::<false>(world, selector, ray, differentials, stream, witness)
+            IntegratorSpec::Path(path) => path.radiance::<false>(context, ray, differentials),
+            IntegratorSpec::VolPath(volpath) => volpath.radiance(context, ray, differentials),
+            IntegratorSpec::DirectLighting(direct) => direct.radiance(context, ray, differentials),
+            IntegratorSpec::Whitted(whitted) => whitted.radiance(context, ray, differentials),
+            IntegratorSpec::AmbientOcclusion(ambient) => {
+                ambient.radiance(context, ray, differentials)
             }
-            IntegratorSpec::VolPath(volpath) => {
-                volpath.radiance(world, selector, ray, differentials, stream, witness)
-            }
-            IntegratorSpec::DirectLighting(direct) => {
-                direct.radiance(world, lights, ray, differentials, stream, witness)
-            }
-            IntegratorSpec::Whitted(whitted) => {
-                whitted.radiance(world, lights, ray, differentials, stream, witness)
-            }
-            // Fractions of directions are always finite.
-            IntegratorSpec::AmbientOcclusion(ambient) => ambient.radiance(world, ray, stream),
         }
     }
 }

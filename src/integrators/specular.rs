@@ -1,18 +1,18 @@
 //! The tree of perfectly specular paths that `directlighting` and `whitted` follow: at every hit
-//! the reflected and the refracted ray. Walked with an explicit stack, so that no depth a scene
-//! asks for can exhaust the thread's.
+//! the reflected and the refracted ray. Traversed with an explicit stack, so that no `maxdepth` can exhaust
+//! the thread's.
 
-use super::witness::{Met, Place, Witness};
-use super::{MAX_NULL_SURFACES, differentials};
+use super::witness::Met;
+use super::{Context, MAX_NULL_SURFACES, differentials};
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
-use crate::world::World;
+use crate::surface::SurfaceHit;
 
-/// Recursion levels that are always followed in full; deeper ones play Russian roulette with
-/// their throughput, or two glass surfaces would double the work with every level.
+/// Recursion levels that are always followed in full; Russian roulette applies to deeper ones, or two glass surfaces
+/// would double the work with every level.
 const FULL_LEVELS: u32 = 8;
 
 struct Branch {
@@ -23,17 +23,16 @@ struct Branch {
     nulls: u32,
 }
 
-/// Sums emission and what `local` finds at each hit over the specular tree, down to
-/// `max_depth` levels (the camera ray's hit is the first).
-pub fn trace(
-    world: &World,
+/// Sums emission and `direct_light`, which is called at hits with lobes that are not perfectly specular, over the
+/// specular tree, down to `max_depth` levels (the camera ray's hit is the first).
+pub(super) fn trace(
+    mut context: Context,
     max_depth: u32,
     ray: Ray,
     differentials: Option<&RayDifferentials>,
-    stream: &mut SampleStream,
-    witness: &mut impl Witness,
-    mut local: impl FnMut(&GeometryHit, &Bsdf, &mut SampleStream) -> Rgb,
+    mut direct_light: impl FnMut(&mut Context, &SurfaceHit, &Bsdf) -> Rgb,
 ) -> Rgb {
+    let world = context.world;
     let mut radiance = Rgb::ZERO;
     let mut pending = arrayvec::ArrayVec::<Branch, 64>::new();
     let mut next = Some(Branch {
@@ -46,13 +45,11 @@ pub fn trace(
     while let Some(branch) = next.take().or_else(|| pending.pop()) {
         let depth = branch.level;
         let Some(hit) = world.intersect(&branch.ray) else {
-            let met = Met::Background;
-            witness.arrive(Place { depth, met }, radiance);
+            context.arrive(depth, Met::Background, radiance);
             radiance += branch.throughput * world.escaped_radiance(&branch.ray);
             continue;
         };
-        let met = Met::Surface(hit.material);
-        witness.arrive(Place { depth, met }, radiance);
+        context.arrive(depth, Met::Surface(hit.material), radiance);
         let Some(material) = world.material(hit.material) else {
             if branch.nulls < MAX_NULL_SURFACES {
                 let ray = hit.surface.spawn_ray(branch.ray.d);
@@ -69,18 +66,21 @@ pub fn trace(
         let mut bsdf = Bsdf::empty();
         let differentials = branch.differentials.as_ref();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
-        radiance += branch.throughput * (world.emitted_radiance(&hit) + local(&hit, &bsdf, stream));
+        let direct = match bsdf.has_non_specular() {
+            true => direct_light(&mut context, &hit.surface, &bsdf),
+            false => Rgb::ZERO,
+        };
+        radiance += branch.throughput * (world.emitted_radiance(&hit) + direct);
         if branch.level + 1 >= max_depth || !bsdf.has_specular() {
             continue;
         }
         for transmit in [false, true] {
-            let child = scatter(&hit, &bsdf, &branch, transmit, stream);
+            let child = scatter(&hit, &bsdf, &branch, transmit, context.stream);
             let Some(child) = child else { continue };
             if next.is_none() {
                 next = Some(child);
             } else if !pending.is_full() {
-                // Sixty-four undecided branches: only absurd depths would fill this, and roulette
-                // has thinned those long before.
+                // Only absurd depths would fill 64 pending branches, and Russian roulette prunes those long before.
                 pending.push(child);
             }
         }
@@ -88,7 +88,7 @@ pub fn trace(
     radiance
 }
 
-/// The specular ray that leaves a hit on one side, if there is one and roulette keeps it.
+/// The specular ray that leaves a hit on one side, if there is one and it survives Russian roulette.
 fn scatter(
     hit: &GeometryHit,
     bsdf: &Bsdf,

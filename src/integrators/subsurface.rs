@@ -1,6 +1,7 @@
-//! Light that wanders under a surface: from the point where a path has been let in to the one where
-//! it leaves (Pharr, Jakob and Humphreys 2016, §15.4).
+//! Subsurface scattering: from the point where a path enters a material to the one where it leaves
+//! (Pharr, Jakob and Humphreys 2016, §15.4).
 
+use super::Context;
 use crate::accel::GeometryHit;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::bssrdf::{Bssrdf, Probe};
@@ -8,16 +9,15 @@ use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::math::float::offset_ray_origin;
 use crate::math::ray::Ray;
-use crate::samplers::SampleStream;
 use crate::surface::SurfaceHit;
 use crate::world::World;
 
-/// Surfaces that one probe passes at most: more are a modelling error.
+/// The most surfaces along one probe: more are a modelling error.
 const MAX_CROSSINGS: u32 = 4096;
 
-/// The point where a path comes out again.
-pub struct Exit {
-    /// The point; the `wo` of its surface is its shading normal, which says all of the way inside that counts.
+/// The point where a path leaves a material.
+pub(super) struct Exit {
+    /// The point; the `wo` of its surface is its shading normal: the direction inside does not matter.
     pub hit: GeometryHit,
     /// How it scatters light from outside.
     pub bsdf: Bsdf<'static>,
@@ -25,30 +25,28 @@ pub struct Exit {
     pub weight: Rgb,
 }
 
-/// Finds a point where the path comes out of the material that it has entered at `entry`; `None`
+/// Samples a point where the path leaves the material that it entered at `entry`; `None`
 /// where it does not.
 ///
-/// A probe is sent through the surroundings, and one of the surfaces of the same material that it
-/// meets is chosen with equal chances while passing: the k-th replaces the one kept so far with
-/// chance 1/k.
-pub fn find_exit(
-    world: &World,
+/// Among the surfaces of the same material along a probe ray one is chosen uniformly by reservoir sampling: the k-th
+/// replaces the one kept so far with probability 1/k.
+pub(super) fn find_exit(
+    context: &mut Context,
     bssrdf: &Bssrdf,
     entry: &GeometryHit,
-    stream: &mut SampleStream,
 ) -> Option<Exit> {
-    let (uc, u) = (stream.next_1d(), stream.next_2d());
+    let (uc, u) = (context.stream.next_1d(), context.stream.next_2d());
     let probe = bssrdf.probe(uc, u)?;
     let (mut kept, mut found, mut choice) = (None, 0u32, probe.choice);
-    visit(world, &probe, entry.surface.time, |hit| {
+    visit(context.world, &probe, entry.surface.time, |hit| {
         if hit.material == entry.material {
             found += 1;
-            let chance = 1.0 / found as f32;
-            if choice < chance {
+            let probability = 1.0 / found as f32;
+            if choice < probability {
                 kept = Some(*hit);
-                choice /= chance;
+                choice /= probability;
             } else {
-                choice = (choice - chance) / (1.0 - chance);
+                choice = (choice - probability) / (1.0 - probability);
             }
         }
     });
@@ -65,7 +63,7 @@ pub fn find_exit(
     Some(Exit { hit, bsdf, weight })
 }
 
-/// All surfaces along a probe.
+/// Visits all surfaces along a probe.
 fn visit(world: &World, probe: &Probe, time: f32, mut meet: impl FnMut(&GeometryHit)) {
     let end = probe.o + probe.length * probe.d;
     let mut ray = Ray {

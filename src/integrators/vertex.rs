@@ -1,4 +1,4 @@
-//! Where a path scatters: at a surface or in a medium. What sampling a light asks of either.
+//! Vertices of a path, on a surface or in a medium, as emitter sampling needs them.
 
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
@@ -9,21 +9,21 @@ use crate::media::HenyeyGreenstein;
 use crate::surface::{ReceiverSide, ReferencePoint, SurfaceHit};
 use crate::world::World;
 
-/// A point of scattering. Directions are unit vectors away from it.
-pub trait Vertex {
+/// A scattering event. Directions are unit vectors away from it.
+pub(super) trait Vertex {
     /// The point that receives light.
     fn reference_point(&self) -> ReferencePoint;
 
-    /// How much of the radiance from `wi` goes on along the path, per steradian (the BSDF times the
-    /// cosine, or the phase function), and the density per steradian with which the path goes on along `wi`.
+    /// The BSDF times the cosine, or the phase function, for radiance from `wi`, and the density per steradian with
+    /// which the path samples `wi`.
     fn scattered_and_pdf(&self, wi: Vec3) -> (Rgb, f32);
 
-    /// The medium that a ray along `wi` gets into.
+    /// The medium that a ray along `wi` enters.
     fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId>;
 }
 
-/// A point that receives light by light sampling and by rays that the BSDF scatters.
-pub fn receiver(surface: &SurfaceHit, bsdf: &Bsdf) -> ReferencePoint {
+/// A point on a surface where emitter sampling and BSDF sampling are combined.
+pub(super) fn receiver(surface: &SurfaceHit, bsdf: &Bsdf) -> ReferencePoint {
     ReferencePoint {
         receiver_side: bsdf.receiver_side(surface.wo),
         ..surface.reference_point()
@@ -31,12 +31,12 @@ pub fn receiver(surface: &SurfaceHit, bsdf: &Bsdf) -> ReferencePoint {
 }
 
 /// A point on a surface.
-pub struct SurfaceVertex<'a> {
+pub(super) struct SurfaceVertex<'a> {
     /// The surface.
     pub hit: &'a GeometryHit,
     /// How it scatters.
     pub bsdf: &'a Bsdf<'a>,
-    /// What the path came through.
+    /// The medium that the path arrived through.
     pub medium: Option<MediumId>,
 }
 
@@ -57,19 +57,19 @@ impl Vertex for SurfaceVertex<'_> {
 }
 
 /// A point in a medium.
-pub struct MediumVertex {
-    /// Position; computed without an error that would matter: nothing is there to be missed.
+pub(super) struct MediumVertex {
+    /// Position; rounding errors do not matter, as no surface is there.
     pub p: Vec3,
-    /// Back along the path.
+    /// Toward the previous vertex.
     pub wo: Vec3,
-    /// How light turns.
+    /// The phase function.
     pub phase: HenyeyGreenstein,
     medium: MediumId,
     time: f32,
 }
 
 impl MediumVertex {
-    /// At the distance `t` along `ray`, in `medium`, where light turns by `phase`.
+    /// At the distance `t` along `ray`, in `medium`, with the phase function `phase`.
     pub fn new(medium: MediumId, phase: HenyeyGreenstein, ray: &Ray, t: f32) -> MediumVertex {
         MediumVertex {
             p: ray.at(t),

@@ -2,21 +2,16 @@
 //! Humphreys 2016, §15.3; docs/scene-language.md §4.2 and §4.3).
 //!
 //! Parameters are those of `path`. Scattering in a medium counts as a bounce. Unlike under `path`,
-//! light passes surfaces without material, dimmed by the media along the way; as in pbrt-v3 these
-//! shadow rays do not ask `shadowalpha`.
+//! light passes surfaces without material, attenuated by the media along the way; as in pbrt-v3 these
+//! shadow rays ignore `shadowalpha`.
 
-use super::witness::Witness;
-use super::{MAX_NULL_SURFACES, Path};
+use super::{Context, MAX_NULL_SURFACES, Path};
 use crate::handles::MediumId;
-use crate::lights::LightSelector;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
-use crate::samplers::SampleStream;
-use crate::world::World;
 
-/// Shadow rays end this part of the way before a light that is infinitely far away, as they do
-/// before others.
+/// Shadow rays toward lights that are infinitely far away end after this part of the way, as toward others.
 const SHORT_OF_THE_LIGHT: f32 = 1.0 - 1e-4;
 
 /// Parameters of `Integrator "volpath"`.
@@ -35,31 +30,27 @@ impl VolPath {
     }
 
     /// Radiance along a camera ray.
-    pub fn radiance(
+    pub(super) fn radiance(
         &self,
-        world: &World,
-        selector: &LightSelector,
+        context: Context,
         ray: Ray,
         differentials: Option<&RayDifferentials>,
-        stream: &mut SampleStream,
-        witness: &mut impl Witness,
     ) -> Rgb {
-        self.path
-            .radiance::<true>(world, selector, ray, differentials, stream, witness)
+        self.path.radiance::<true>(context, ray, differentials)
     }
 }
 
-/// The part of a light's radiance that comes along the shadow ray, which begins in `medium`: black
-/// behind anything with a material, dimmed by media and borders of media.
+/// Transmittance of the shadow ray, which begins in `medium`: black behind anything with a material, else the product
+/// over the media along it.
 ///
-/// Lights that are infinitely far away stand, for the media between, two radii of the scene's
-/// bounding sphere away, as in pbrt-v3: in fog without end the sun would be black. pbrt-v2's volumes end by themselves.
+/// For the media, infinite lights are two radii of the scene's bounding sphere away, as in pbrt-v3: in endless fog
+/// the sun would be black. pbrt-v2's volumes are finite.
 pub(super) fn transmittance(
-    world: &World,
+    context: &mut Context,
     shadow: &Ray,
     mut medium: Option<MediumId>,
-    stream: &mut SampleStream,
 ) -> Rgb {
+    let world = context.world;
     let mut ray = *shadow;
     let whole = medium.is_some_and(|id| world.media.medium(id).is_crossed_whole());
     if ray.t_max == f32::INFINITY && !whole {
@@ -70,19 +61,19 @@ pub(super) fn transmittance(
         return if world.occluded(&ray) {
             Rgb::ZERO
         } else {
-            dimmed(world, medium, &ray, ray.t_max, stream)
+            dimmed(context, medium, &ray, ray.t_max)
         };
     }
     let end = ray.at(ray.t_max);
     let mut left = Rgb::ONE;
     for _ in 0..MAX_NULL_SURFACES {
         let Some(hit) = world.intersect(&ray) else {
-            return left * dimmed(world, medium, &ray, ray.t_max, stream);
+            return left * dimmed(context, medium, &ray, ray.t_max);
         };
         if hit.material.is_some() {
             return Rgb::ZERO;
         }
-        left *= dimmed(world, medium, &ray, hit.t, stream);
+        left *= dimmed(context, medium, &ray, hit.t);
         if is_black(left) {
             return Rgb::ZERO;
         }
@@ -92,7 +83,7 @@ pub(super) fn transmittance(
         if finite {
             ray.t_max = (end - ray.o).dot(ray.d);
         }
-        // The surface stands where the light is.
+        // False where the surface is at the light.
         let ahead = ray.t_max > 0.0;
         if !ahead {
             return left;
@@ -101,16 +92,18 @@ pub(super) fn transmittance(
     Rgb::ZERO
 }
 
-/// What a medium leaves of light over the first `t_max` of a ray.
+/// Transmittance of a medium over the first `t_max` of a ray.
 pub(super) fn dimmed(
-    world: &World,
+    context: &mut Context,
     medium: Option<MediumId>,
     ray: &Ray,
     t_max: f32,
-    stream: &mut SampleStream,
 ) -> Rgb {
     match medium {
-        Some(id) => world.media.medium(id).transmittance(ray, t_max, stream),
+        Some(id) => {
+            let medium = context.world.media.medium(id);
+            medium.transmittance(ray, t_max, context.stream)
+        }
         None => Rgb::ONE,
     }
 }

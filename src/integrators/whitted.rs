@@ -1,14 +1,13 @@
 //! `Integrator "whitted"`: one sample of every light at each hit, perfect mirrors and glass
 //! (Whitted 1980; Pharr, Jakob and Humphreys 2016, §1.3).
 
-use super::specular;
-use super::witness::Witness;
-use crate::lights::LightGroups;
+use super::{Context, specular};
+use crate::bsdf::Bsdf;
+use crate::lights::LightGroup;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
-use crate::samplers::SampleStream;
-use crate::world::World;
+use crate::surface::SurfaceHit;
 
 /// Parameters of `Integrator "whitted"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,47 +25,34 @@ impl Whitted {
     }
 
     /// Radiance along a camera ray.
-    pub fn radiance(
+    pub(super) fn radiance(
         &self,
-        world: &World,
-        lights: &LightGroups,
+        context: Context,
         ray: Ray,
         differentials: Option<&RayDifferentials>,
-        stream: &mut SampleStream,
-        witness: &mut impl Witness,
     ) -> Rgb {
-        specular::trace(
-            world,
-            self.max_depth,
-            ray,
-            differentials,
-            stream,
-            witness,
-            |hit, bsdf, stream| {
-                if !bsdf.has_non_specular() {
-                    return Rgb::ZERO;
-                }
-                let surface = &hit.surface;
-                let from = surface.reference_point();
-                lights
-                    .iter()
-                    .map(|group| {
-                        let (id, probability) = group.piece(stream.next_1d_if(group.chooses()));
-                        let u = stream.next_2d();
-                        let Some(sample) = world.light(id).sample(&from, u) else {
-                            return Rgb::ZERO;
-                        };
-                        let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
-                        let weight = cosine / (probability * sample.pdf);
-                        let contribution = bsdf.f(surface.wo, sample.wi) * sample.radiance * weight;
-                        if is_black(contribution) || world.occluded(&sample.shadow) {
-                            Rgb::ZERO
-                        } else {
-                            contribution
-                        }
-                    })
-                    .sum()
-            },
-        )
+        specular::trace(context, self.max_depth, ray, differentials, sample_lights)
     }
+}
+
+/// Direct light by one sample of every light.
+fn sample_lights(context: &mut Context, surface: &SurfaceHit, bsdf: &Bsdf) -> Rgb {
+    let (world, stream) = (context.world, &mut *context.stream);
+    let from = surface.reference_point();
+    let sample_group = |group: &LightGroup| {
+        let (id, probability) = group.piece(stream.next_1d_if(group.chooses()));
+        let u = stream.next_2d();
+        let Some(sample) = world.light(id).sample(&from, u) else {
+            return Rgb::ZERO;
+        };
+        let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
+        let weight = cosine / (probability * sample.pdf);
+        let contribution = bsdf.f(surface.wo, sample.wi) * sample.radiance * weight;
+        if is_black(contribution) || world.occluded(&sample.shadow) {
+            Rgb::ZERO
+        } else {
+            contribution
+        }
+    };
+    context.lights.groups.iter().map(sample_group).sum()
 }

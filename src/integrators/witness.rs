@@ -1,7 +1,5 @@
-//! Watching a path, to say where its radiance stopped being a number.
-//!
-//! A sample that comes to nothing finite is taken again with a [`Watch`]; all others are walked
-//! [`Unwatched`], which costs nothing.
+//! Locates the vertex of a path at which its radiance stopped being finite: such a sample is traced again with a
+//! [`Watch`].
 
 use crate::handles::MaterialId;
 use crate::math::Rgb;
@@ -17,7 +15,7 @@ pub enum Met {
     Background,
 }
 
-/// A point of a path.
+/// A vertex of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Scattering events before it.
@@ -26,21 +24,7 @@ pub struct Place {
     pub met: Met,
 }
 
-/// Is told of every point of a path.
-pub trait Witness {
-    /// The path has come to a point, with the `radiance` gathered at those before it.
-    fn arrive(&mut self, place: Place, radiance: Rgb);
-}
-
-/// Nobody looks.
-pub struct Unwatched;
-
-impl Witness for Unwatched {
-    #[inline(always)]
-    fn arrive(&mut self, _: Place, _: Rgb) {}
-}
-
-/// Remembers where radiance stopped being finite.
+/// Records where radiance stopped being finite.
 #[derive(Debug, Default)]
 pub struct Watch {
     last: Option<Place>,
@@ -53,11 +37,11 @@ impl Watch {
     pub fn offender(self) -> Option<Place> {
         self.last
     }
-}
 
-impl Witness for Watch {
-    fn arrive(&mut self, place: Place, radiance: Rgb) {
-        // What is wrong on arrival went wrong at the point before.
+    /// The path has reached a vertex, with the `radiance` collected at those before it.
+    #[cold]
+    pub(super) fn arrive(&mut self, place: Place, radiance: Rgb) {
+        // What is wrong on arrival went wrong at the vertex before.
         self.wrong |= !radiance.is_finite();
         if !self.wrong {
             self.last = Some(place);

@@ -1,0 +1,89 @@
+//! BSDF sampling: where a path continues at a surface, or below it.
+
+use super::PathState;
+use super::emission::MisState;
+use crate::accel::GeometryHit;
+use crate::bsdf::{Bsdf, BsdfSample};
+use crate::integrators::subsurface::find_exit;
+use crate::math::color::is_black;
+use crate::math::ray::RayDifferentials;
+
+impl<const MEDIA: bool> PathState<'_, MEDIA> {
+    /// Samples the BSDF and updates the throughput.
+    #[inline(always)]
+    pub(super) fn sample_bsdf(&mut self, hit: &GeometryHit, bsdf: &Bsdf) -> Option<BsdfSample> {
+        let stream = &mut *self.context.stream;
+        let lobe = stream.next_1d_if(bsdf.chooses());
+        let sample = bsdf.sample(hit.surface.wo, lobe, stream.next_2d())?;
+        let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
+        self.throughput *= sample.f * (cosine / sample.pdf);
+        let valid = !is_black(self.throughput) && self.throughput.is_finite();
+        valid.then_some(sample)
+    }
+
+    /// Continues with light that a surface transmits: straight on, or by subsurface scattering from another
+    /// point of it.
+    #[inline(never)]
+    pub(super) fn sample_transmission(
+        &mut self,
+        hit: &GeometryHit,
+        (bsdf, sample): (&Bsdf, &BsdfSample),
+        differentials: Option<&RayDifferentials>,
+    ) -> Option<()> {
+        let surface = &hit.surface;
+        if sample.specular {
+            let entering = surface.wo.dot(surface.n) > 0.0;
+            let eta2 = sample.eta * sample.eta;
+            self.eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
+        }
+        let (world, stream) = (self.context.world, &mut *self.context.stream);
+        let (scattered, choice) = ((bsdf, sample), || stream.next_1d());
+        let subsurface =
+            world.subsurface_transport(hit.material, surface, scattered, differentials, choice);
+        self.throughput *= subsurface.share;
+        let Some(bssrdf) = subsurface.bssrdf else {
+            return self.continue_with(hit, bsdf, sample);
+        };
+        if !sample.specular {
+            let light = self.emission_along(hit, bsdf, sample);
+            self.radiance += light;
+        }
+        let exit = find_exit(&mut self.context, &bssrdf, hit)?;
+        self.throughput *= exit.weight;
+        self.sample_direct_at_surface(&exit.hit, &exit.bsdf);
+        let sample = self.sample_bsdf(&exit.hit, &exit.bsdf)?;
+        self.continue_with(&exit.hit, &exit.bsdf, &sample)
+    }
+
+    /// Continues along the direction of `sample`.
+    #[inline(always)]
+    pub(super) fn continue_with(
+        &mut self,
+        hit: &GeometryHit,
+        bsdf: &Bsdf,
+        sample: &BsdfSample,
+    ) -> Option<()> {
+        self.mirrors_apart &= sample.specular;
+        self.specular_only &= sample.specular;
+        if self.path.direct_only && !sample.specular {
+            self.max_depth = self.max_depth.min(self.depth + 1);
+        }
+        if self.mirrors_apart {
+            if self.depth + 1 >= self.path.max_depth {
+                return None;
+            }
+            self.max_depth += 1;
+        }
+        self.mis = if sample.specular {
+            MisState::Delta
+        } else {
+            self.mis_after(hit, bsdf, sample)
+        };
+        self.ray = hit.surface.spawn_ray(sample.wi);
+        if MEDIA {
+            let world = self.context.world;
+            self.medium = world.medium_beyond(hit, sample.wi, self.medium);
+        }
+        Some(())
+    }
+}

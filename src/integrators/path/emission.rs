@@ -1,0 +1,161 @@
+//! Emission that a path meets, weighted by multiple importance sampling: the counterpart of
+//! [emitter sampling](super::emitter_sampling).
+
+use super::{MAX_NULL_SURFACES, PathState};
+use crate::accel::GeometryHit;
+use crate::bsdf::{Bsdf, BsdfSample};
+use crate::handles::LightId;
+use crate::integrators::Context;
+use crate::integrators::vertex::receiver;
+use crate::integrators::volpath::dimmed;
+use crate::math::ray::Ray;
+use crate::math::sampling::power_heuristic;
+use crate::math::{Rgb, color::is_black};
+use crate::surface::ReferencePoint;
+
+/// How a ray was sampled: decides the weight of the emission that it meets.
+#[derive(Clone, Copy)]
+pub(super) enum MisState {
+    /// From the camera or by a perfectly specular lobe: emitter sampling does not compete.
+    Delta,
+    /// Scattered at this point with this density per steradian: the weight is the power heuristic's against emitter
+    /// sampling, there of all lights or of one.
+    Sampled {
+        from: ReferencePoint,
+        pdf: f32,
+        all_lights: bool,
+    },
+    /// Scattered, then past a surface without material, which blocks shadow rays:
+    /// as in pbrt-v3 the light behind it is not seen (docs/scene-language.md §4.3).
+    Blocked,
+}
+
+impl MisState {
+    /// Weighted emission of the surface hit, which is that of light `id`.
+    fn emitted(&self, context: &Context, ray: &Ray, (hit, id): (&GeometryHit, LightId)) -> Rgb {
+        let light = context.world.light(id);
+        let radiance = light.emitted(&hit.surface);
+        if is_black(radiance) {
+            return Rgb::ZERO;
+        }
+        match self {
+            MisState::Delta => radiance,
+            MisState::Blocked => Rgb::ZERO,
+            MisState::Sampled {
+                from,
+                pdf,
+                all_lights,
+            } => {
+                let pmf = light_pmf(context, from, id, *all_lights);
+                let light_pdf = pmf * light.pdf(from, ray.d, Some(&hit.surface));
+                // A light that is never chosen (an instanced emitter) glows but lights nothing, as in pbrt-v3.
+                if light_pdf > 0.0 {
+                    radiance * power_heuristic(*pdf, light_pdf)
+                } else {
+                    Rgb::ZERO
+                }
+            }
+        }
+    }
+
+    /// Weighted radiance of the infinite lights along a ray that leaves the scene.
+    fn escaped(&self, context: &Context, ray: &Ray) -> Rgb {
+        let world = context.world;
+        match self {
+            MisState::Delta => world.escaped_radiance(ray),
+            MisState::Blocked => Rgb::ZERO,
+            MisState::Sampled {
+                from,
+                pdf,
+                all_lights,
+            } => world
+                .infinite_lights
+                .iter()
+                .map(|&id| {
+                    let (radiance, light_pdf) = world.light(id).escaped_and_pdf(from, ray.d);
+                    let pmf = light_pmf(context, from, id, *all_lights);
+                    radiance * power_heuristic(*pdf, pmf * light_pdf)
+                })
+                .sum(),
+        }
+    }
+}
+
+/// Probability that emitter sampling at `from` samples light `id`: of all lights, or of one that is chosen.
+fn light_pmf(context: &Context, from: &ReferencePoint, id: LightId, all_lights: bool) -> f32 {
+    let selector = &context.lights.selector;
+    if !all_lights {
+        return selector.pmf(from, id);
+    }
+    let sampled = selector
+        .sample_all_count()
+        .is_some_and(|count| id.0 < count);
+    f32::from(u8::from(sampled))
+}
+
+impl<const MEDIA: bool> PathState<'_, MEDIA> {
+    /// Adds the emission of the surface hit.
+    #[inline(always)]
+    pub(super) fn add_emission(&mut self, hit: &GeometryHit) {
+        if let Some(id) = hit.light {
+            let light = self.mis.emitted(&self.context, &self.ray, (hit, id));
+            self.radiance += self.throughput * light;
+        }
+    }
+
+    /// Adds the radiance of the infinite lights.
+    #[inline(always)]
+    pub(super) fn add_escaped(&mut self) {
+        self.radiance += self.throughput * self.mis.escaped(&self.context, &self.ray);
+    }
+
+    /// Emission along the direction of `sample`, although the path continues elsewhere: the counterpart of
+    /// emitter sampling at a rough boundary, as in pbrt-v3.
+    pub(super) fn emission_along(
+        &mut self,
+        hit: &GeometryHit,
+        bsdf: &Bsdf,
+        sample: &BsdfSample,
+    ) -> Rgb {
+        let world = self.context.world;
+        let mis = self.mis_after(hit, bsdf, sample);
+        let mut ray = hit.surface.spawn_ray(sample.wi);
+        let mut medium = match MEDIA {
+            true => world.medium_beyond(hit, sample.wi, self.medium),
+            false => None,
+        };
+        let (mut light, mut throughput) = (Rgb::ZERO, self.throughput);
+        for _ in 0..MAX_NULL_SURFACES {
+            let next = world.intersect(&ray);
+            let t_max = next.as_ref().map_or(f32::INFINITY, |next| next.t);
+            throughput *= dimmed(&mut self.context, medium, &ray, t_max);
+            let Some(next) = next else {
+                return light + throughput * mis.escaped(&self.context, &ray);
+            };
+            if let Some(id) = next.light {
+                light += throughput * mis.emitted(&self.context, &ray, (&next, id));
+            }
+            if !MEDIA || next.material.is_some() || is_black(throughput) {
+                break;
+            }
+            medium = world.medium_beyond(&next, ray.d, medium);
+            ray = next.surface.spawn_ray(ray.d);
+        }
+        light
+    }
+
+    /// The state of a ray that the surface scatters as in `sample`, if not by a perfectly specular lobe.
+    #[inline]
+    pub(super) fn mis_after(
+        &self,
+        hit: &GeometryHit,
+        bsdf: &Bsdf,
+        sample: &BsdfSample,
+    ) -> MisState {
+        MisState::Sampled {
+            from: receiver(&hit.surface, bsdf),
+            pdf: sample.pdf,
+            all_lights: self.sample_all_count().is_some(),
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Emitter sampling (next-event estimation) at a vertex of a path: of one light, or of every one where few light
+//! what the camera sees.
+
+use super::PathState;
+use crate::accel::GeometryHit;
+use crate::bsdf::Bsdf;
+use crate::handles::LightId;
+use crate::integrators::vertex::{SurfaceVertex, Vertex};
+use crate::integrators::volpath::transmittance;
+use crate::math::sampling::power_heuristic;
+use crate::math::{Rgb, Vec2, color::is_black};
+use crate::surface::ReferencePoint;
+
+impl<const MEDIA: bool> PathState<'_, MEDIA> {
+    /// Adds direct light at a surface, unless all its lobes are perfectly specular.
+    #[inline(always)]
+    pub(super) fn sample_direct_at_surface(&mut self, hit: &GeometryHit, bsdf: &Bsdf) {
+        if bsdf.has_non_specular() {
+            let medium = self.medium;
+            self.sample_direct(&SurfaceVertex { hit, bsdf, medium });
+        } else {
+            self.context.stream.skip_1d();
+            self.context.stream.skip_2d();
+        }
+    }
+
+    /// Adds direct light by sampling every light or one, weighted against BSDF sampling.
+    #[inline(always)]
+    pub(super) fn sample_direct(&mut self, vertex: &impl Vertex) {
+        let from = vertex.reference_point();
+        if let Some(count) = self.sample_all_count() {
+            for id in 0..count {
+                self.sample_light((LightId(id), 1.0), vertex, &from);
+            }
+            return;
+        }
+        let selector = &self.context.lights.selector;
+        let choice = self.context.stream.next_1d_if(selector.chooses());
+        match selector.sample(&from, choice) {
+            Some(chosen) => self.sample_light(chosen, vertex, &from),
+            None => self.context.stream.skip_2d(),
+        }
+    }
+
+    /// The number of lights if each is sampled: at primary hits if there are few, because shadows are most of
+    /// their noise.
+    #[inline]
+    pub(super) fn sample_all_count(&self) -> Option<u32> {
+        match self.depth {
+            0 => self.context.lights.selector.sample_all_count(),
+            _ => None,
+        }
+    }
+
+    /// Adds a sample of a light that was chosen with this probability.
+    #[inline(always)]
+    fn sample_light(
+        &mut self,
+        chosen: (LightId, f32),
+        vertex: &impl Vertex,
+        from: &ReferencePoint,
+    ) {
+        let u = self.context.stream.next_2d();
+        if let Some(light) = self.light_sample(chosen, vertex, from, u) {
+            self.radiance += self.throughput * light;
+        }
+    }
+
+    /// The contribution of a light sample; `None` for nothing.
+    #[inline]
+    fn light_sample(
+        &mut self,
+        (id, pmf): (LightId, f32),
+        vertex: &impl Vertex,
+        from: &ReferencePoint,
+        u: Vec2,
+    ) -> Option<Rgb> {
+        let world = self.context.world;
+        let light = world.light(id).sample(from, u)?;
+        let (scattered, scattered_pdf) = vertex.scattered_and_pdf(light.wi);
+        let mut contribution = scattered * light.radiance;
+        if is_black(contribution) {
+            return None;
+        }
+        if MEDIA {
+            let medium = vertex.medium_toward(world, light.wi);
+            contribution *= transmittance(&mut self.context, &light.shadow, medium);
+            if is_black(contribution) {
+                return None;
+            }
+        } else if world.occluded(&light.shadow) {
+            return None;
+        }
+        let pdf = pmf * light.pdf;
+        let weight = if light.delta {
+            1.0
+        } else {
+            power_heuristic(pdf, scattered_pdf)
+        };
+        Some(contribution * (weight / pdf))
+    }
+}

@@ -1,0 +1,108 @@
+//! Paths through participating media, and through the surfaces without material that bound them.
+
+use super::emission::MisState;
+use super::{MAX_NULL_SURFACES, PathState};
+use crate::accel::GeometryHit;
+use crate::handles::MediumId;
+use crate::integrators::vertex::{MediumVertex, Vertex};
+use crate::math::ray::Ray;
+use crate::params::ParamReader;
+
+/// Which light transport in media is simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MediaSeen {
+    /// All of it.
+    #[default]
+    All,
+    /// pbrt-v2's `VolumeIntegrator "single"`: emission and single scattering in the media that the camera sees, directly or
+    /// by perfectly specular bounces; after other surfaces media only attenuate.
+    Single,
+    /// pbrt-v2's `VolumeIntegrator "emission"`: the same without scattering.
+    Emission,
+}
+
+impl MediaSeen {
+    /// Reads a `VolumeIntegrator`. `stepsize` (1): noise only, and none here, where nothing marches.
+    pub fn from_params(reader: &ParamReader) -> MediaSeen {
+        reader.accept("stepsize");
+        match reader.kind() {
+            "single" => MediaSeen::Single,
+            "emission" => MediaSeen::Emission,
+            _ => {
+                reader.unknown_kind(&["emission", "single"]);
+                MediaSeen::Emission
+            }
+        }
+    }
+}
+
+impl<const MEDIA: bool> PathState<'_, MEDIA> {
+    /// Crosses a medium up to `t_max`, or to the scattering event before it that is returned. The throughput may
+    /// become black.
+    pub(super) fn sample_medium(&mut self, id: MediumId, t_max: f32) -> Option<MediumVertex> {
+        let (world, stream) = (self.context.world, &mut *self.context.stream);
+        let medium = world.media.medium(id);
+        let (emits, scatters) = match self.path.media {
+            MediaSeen::All => (true, true),
+            MediaSeen::Single => (self.specular_only, self.specular_only),
+            MediaSeen::Emission => (self.specular_only, false),
+        };
+        if emits {
+            self.radiance += self.throughput * medium.emission(&self.ray, t_max, stream);
+        }
+        if !scatters {
+            self.throughput *= medium.transmittance(&self.ray, t_max, stream);
+            return None;
+        }
+        let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, stream);
+        self.throughput *= flight.weight;
+        let t = flight.scattered?;
+        Some(MediumVertex::new(id, phase, &self.ray, t))
+    }
+
+    /// Emitter sampling and phase function sampling at a point of a medium.
+    pub(super) fn scatter_in_medium(&mut self, vertex: &MediumVertex) -> Option<()> {
+        if self.depth >= self.max_depth || !vertex.p.is_finite() {
+            return None;
+        }
+        self.sample_direct(vertex);
+        let u = self.context.stream.next_2d();
+        let (wi, pdf) = vertex.phase.sample(vertex.wo, u);
+        let from = vertex.reference_point();
+        self.ray = Ray::new(vertex.p, wi, from.time);
+        self.mis = MisState::Sampled {
+            from,
+            pdf,
+            all_lights: self.sample_all_count().is_some(),
+        };
+        self.differentials = None;
+        self.specular_only = false;
+        if self.path.media == MediaSeen::Single {
+            self.max_depth = self.depth + 1;
+        }
+        Some(())
+    }
+
+    /// Continues through a surface without material, which is not a scattering event.
+    ///
+    /// At the last depth only scattered paths of `volpath` do: they find the BSDF-sampled half of their last vertex's
+    /// direct light, and the emitter-sampled half passes these surfaces too.
+    /// A path from the camera or a mirror ends there as in pbrt-v3.
+    pub(super) fn skip_null_surface(&mut self, hit: &GeometryHit) -> Option<()> {
+        let sampled = matches!(self.mis, MisState::Sampled { .. });
+        self.null_surfaces += 1;
+        let too_deep = self.depth >= self.max_depth && !(MEDIA && sampled);
+        if self.null_surfaces > MAX_NULL_SURFACES || too_deep {
+            return None;
+        }
+        if MEDIA {
+            let world = self.context.world;
+            self.medium = world.medium_beyond(hit, self.ray.d, self.medium);
+        } else if sampled {
+            self.mis = MisState::Blocked;
+        }
+        self.ray = hit.surface.spawn_ray(self.ray.d);
+        self.differentials = None;
+        Some(())
+    }
+}

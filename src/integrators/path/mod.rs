@@ -1,0 +1,191 @@
+//! `Integrator "path"`: unidirectional path tracing with next-event estimation, multiple
+//! importance sampling (Veach 1997, §9.2) and Russian roulette.
+//!
+//! The expectation is pbrt-v3's (docs/scene-language.md §4.2). Where pbrt traces one ray for direct light
+//! sampled by the BSDF and another to continue the path, one ray serves both here: the emission it
+//! meets is weighted by the power heuristic against emitter sampling.
+//!
+//! Each vertex of a path takes four steps, one file each: emission, emitter sampling, BSDF sampling,
+//! Russian roulette. `volpath` is the same with participating media, see [`volpath`](super::volpath).
+
+mod bsdf_sampling;
+mod emission;
+mod emitter_sampling;
+mod medium;
+mod roulette;
+
+pub use medium::MediaSeen;
+
+use super::witness::Met;
+use super::{Context, MAX_NULL_SURFACES};
+use crate::bsdf::Bsdf;
+use crate::handles::MediumId;
+use crate::lights::SelectionStrategy;
+use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::{Rgb, color::is_black};
+use crate::params::{Dialect, ParamReader};
+use emission::MisState;
+
+/// Parameters of `Integrator "path"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    /// `maxdepth` (5): largest number of scattering events; 0 shows only emitters.
+    pub max_depth: u32,
+    /// `rrthreshold` (1): Russian roulette applies only where the throughput's largest channel is below; up to the fourth
+    /// scattering event only below a quarter of it.
+    pub rr_threshold: f32,
+    /// `lightsamplestrategy` ("spatial"): noise only.
+    pub light_strategy: SelectionStrategy,
+    /// For `sppm`: up to `max_depth` − 1 perfectly specular bounces between the camera and the first other surface do
+    /// not count toward `max_depth`, because photons end at that surface.
+    pub mirrors_apart: bool,
+    /// For pbrt-v2's `directlighting` and `whitted` through volumes: paths end after their first scattering that is not
+    /// perfectly specular.
+    pub direct_only: bool,
+    /// Which light transport in media is simulated.
+    pub media: MediaSeen,
+}
+
+impl Default for Path {
+    fn default() -> Self {
+        Path {
+            max_depth: 5,
+            rr_threshold: 1.0,
+            light_strategy: SelectionStrategy::Spatial,
+            mirrors_apart: false,
+            direct_only: false,
+            media: MediaSeen::All,
+        }
+    }
+}
+
+impl Path {
+    /// Reads the parameters; v2 counts one scattering event more (docs/scene-language.md §A.3).
+    pub fn from_params(reader: &ParamReader) -> Path {
+        let extra = u32::from(reader.dialect() == Dialect::V2);
+        Path {
+            max_depth: super::max_depth(reader) + extra,
+            rr_threshold: reader.float("rrthreshold", 1.0) as f32,
+            light_strategy: SelectionStrategy::from_params(reader),
+            ..Path::default()
+        }
+    }
+
+    /// Radiance along a camera ray. `MEDIA`: as `volpath`, which simulates participating media and lets
+    /// light through surfaces without material; a constant, so that `path` pays nothing for it.
+    pub(super) fn radiance<const MEDIA: bool>(
+        &self,
+        context: Context,
+        ray: Ray,
+        differentials: Option<&RayDifferentials>,
+    ) -> Rgb {
+        let mut state = PathState::<MEDIA> {
+            path: self,
+            medium: if MEDIA {
+                context.world.media.camera
+            } else {
+                None
+            },
+            context,
+            ray,
+            differentials,
+            mis: MisState::Delta,
+            throughput: Rgb::ONE,
+            radiance: Rgb::ZERO,
+            eta_scale: 1.0,
+            depth: 0,
+            max_depth: self.max_depth,
+            mirrors_apart: self.mirrors_apart,
+            specular_only: true,
+            null_surfaces: 0,
+        };
+        while state.extend().is_some() {}
+        state.radiance
+    }
+}
+
+/// A path being traced. Its methods return `None` where it ends.
+struct PathState<'a, const MEDIA: bool> {
+    path: &'a Path,
+    context: Context<'a>,
+    /// To the next vertex.
+    ray: Ray,
+    /// Those of the camera ray, up to its hit.
+    differentials: Option<&'a RayDifferentials>,
+    mis: MisState,
+    /// Around the ray.
+    medium: Option<MediumId>,
+    throughput: Rgb,
+    /// Collected so far.
+    radiance: Rgb,
+    /// Undoes the scaling of radiance by refraction where Russian roulette judges the throughput.
+    eta_scale: f32,
+    /// Scattering events so far.
+    depth: u32,
+    max_depth: u32,
+    /// See [`Path::mirrors_apart`].
+    mirrors_apart: bool,
+    /// All scattering so far was perfectly specular.
+    specular_only: bool,
+    /// Surfaces without material so far.
+    null_surfaces: u32,
+}
+
+impl<const MEDIA: bool> PathState<'_, MEDIA> {
+    /// Extends the path by a vertex.
+    #[inline(always)]
+    fn extend(&mut self) -> Option<()> {
+        let world = self.context.world;
+        let hit = world.intersect(&self.ray);
+        if MEDIA && let Some(id) = self.medium {
+            let t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+            let vertex = self.sample_medium(id, t_max);
+            if is_black(self.throughput) {
+                return None;
+            }
+            if let Some(vertex) = vertex {
+                self.arrive(Met::Medium);
+                self.scatter_in_medium(&vertex)?;
+                return self.russian_roulette();
+            }
+        }
+        let Some(hit) = &hit else {
+            self.arrive(Met::Background);
+            self.add_escaped();
+            return None;
+        };
+        self.arrive(Met::Surface(hit.material));
+
+        // 1. Emission.
+        self.add_emission(hit);
+        let Some(material) = world.material(hit.material) else {
+            return self.skip_null_surface(hit);
+        };
+        if self.depth >= self.max_depth {
+            return None;
+        }
+        let differentials = self.differentials.take();
+        let mut bsdf = Bsdf::empty();
+        world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
+
+        // 2. Emitter sampling.
+        self.sample_direct_at_surface(hit, &bsdf);
+
+        // 3. BSDF sampling.
+        let sample = self.sample_bsdf(hit, &bsdf)?;
+        if sample.transmission {
+            self.sample_transmission(hit, (&bsdf, &sample), differentials)?;
+        } else {
+            self.continue_with(hit, &bsdf, &sample)?;
+        }
+
+        // 4. Stopping.
+        self.russian_roulette()
+    }
+
+    /// Reports the vertex just reached, for the search for samples that are not finite.
+    #[inline(always)]
+    fn arrive(&mut self, met: Met) {
+        self.context.arrive(self.depth, met, self.radiance);
+    }
+}
