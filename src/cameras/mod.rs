@@ -14,20 +14,10 @@ mod clip;
 mod environment;
 mod ndc;
 mod orthographic;
-pub mod pbrt_pupil_box;
 mod perspective;
 mod realistic;
-mod realistic_bands;
-mod realistic_lanes;
-#[cfg(test)]
-mod realistic_medium_tests;
-mod realistic_params;
-mod realistic_report;
-#[cfg(test)]
-mod realistic_tests;
 mod screen;
 mod shutter;
-mod stop_shape;
 mod thin_lens;
 
 pub use clip::Clip;
@@ -35,6 +25,8 @@ pub use environment::{Environment, EnvironmentSpec};
 pub use orthographic::{Orthographic, OrthographicSpec};
 pub use perspective::{Perspective, PerspectiveSpec};
 pub use realistic::{Compat, Precision, Realistic, RealisticSpec};
+#[cfg(any(test, feature = "internals"))]
+pub use realistic::{Band, Form, Weighting, pbrt_pupil_box};
 pub use screen::Screen;
 pub use shutter::Shutter;
 pub use thin_lens::ThinLens;

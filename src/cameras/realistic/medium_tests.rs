@@ -3,9 +3,9 @@
 //! Radiance over the squared index stays the same along a ray, so that a white sky puts n'²·∫cosθ dω on a film in a medium
 //! of index n' (Boyd, *Radiometry and the Detection of Optical Radiation*, 1983, §5.1).
 
-use super::realistic::{Form, Realistic, RealisticSpec, Weighting};
-use super::realistic_tests::{DGAUSS, camera, film, samples, spec};
-use super::{BUNDLE, CameraSample};
+use super::tests::{DGAUSS, camera, film, samples, spec};
+use super::{Form, Realistic, RealisticSpec, Weighting};
+use crate::cameras::{BUNDLE, CameraSample};
 use crate::math::Vec2;
 use crate::optics::models::ModelKind;
 use crate::optics::{Lens, LensRay, LensReport, Prescription};

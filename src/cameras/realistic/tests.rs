@@ -1,8 +1,7 @@
 //! Laws of the realistic camera, on lenses small enough to reason about and on measured images.
 
-use super::realistic::{Compat, Form, Realistic, RealisticSpec, Weighting};
-use super::realistic_bands::Band;
-use super::{BUNDLE, CameraSample, Clip, FilmGeometry, Shutter};
+use super::{Band, Compat, Form, Realistic, RealisticSpec, Weighting};
+use crate::cameras::{BUNDLE, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec2, Vec2, Vec3};
 use crate::optics::models::ModelKind;

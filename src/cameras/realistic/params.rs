@@ -1,8 +1,8 @@
 //! Reading `Camera "realistic"`: both spellings, and every problem of the lens file.
 
-use super::realistic::{Compat, Form, Precision, RealisticSpec, Weighting};
-use super::realistic_bands::Band;
-use super::{Clip, Shutter, stop_shape};
+use super::stop_shape;
+use super::{Band, Compat, Form, Precision, RealisticSpec, Weighting};
+use crate::cameras::{Clip, Shutter};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
 use crate::optics::{Lens, Prescription, PrescriptionError, best_focus};

@@ -28,149 +28,56 @@
 //! ([`crate::optics::stop_shape`]). The image darkens by the area that is covered; pbrt-v4 makes up for it.
 //!
 //! `"bool dispersion"` (false): each ray is traced at one of twelve wavelengths, for lens files that tell Abbe numbers or
-//! dispersion formulas; see [`super::Band`]. The pupil, the model and the weight are those of the wavelength, the film
+//! dispersion formulas; see [`Band`]. The pupil, the model and the weight are those of the wavelength, the film
 //! stays where the d line has it.
 //!
 //! In both the scene lies on +z and the image is upright. The course form is recognized by any of its
 //! own names. Sources: Kolb, Mitchell and Hanrahan, "A Realistic Camera Model for Computer Graphics",
 //! SIGGRAPH 1995; Pharr, Jakob and Humphreys, 3rd edition, §6.4.
 
+mod bands;
+mod lanes;
+#[cfg(test)]
+mod medium_tests;
+mod optics;
+mod params;
+pub mod pbrt_pupil_box;
+mod report;
+mod spec;
+mod stop_shape;
+#[cfg(test)]
+mod tests;
+
+pub use bands::Band;
+pub use spec::{Compat, Form, Precision, RealisticSpec, Weighting};
+
 use super::camera_transform::{BatchTransform, CameraSpaceRay, CameraTransform};
-use super::pbrt_pupil_box::innermost_box_area;
-use super::realistic_bands::Band;
-use super::{BUNDLE, CameraError, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
+use super::{BUNDLE, CameraError, CameraRay, CameraSample, FilmGeometry};
 use crate::math::motion::Motion;
-use crate::math::sampling::concentric_disk;
 use crate::math::transform::Transform;
 use crate::math::{DMat4, DVec3, Rgb, Vec2};
-use crate::optics::models::{LensModel, ModelKind};
-use crate::optics::pupil::{ExitPupil, PupilSample, PupilSampling, RINGS, projected_solid_angle};
+use crate::optics::pupil::projected_solid_angle;
 use crate::optics::real::Dual;
-use crate::optics::{Lens, LensRay, StopShape};
+use crate::optics::{Lens, LensRay};
 use arrayvec::ArrayVec;
-
-/// Which spelling a camera was written in: decides units and origin of camera space.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// Camera space in millimeters, origin at the front vertex.
-    Course,
-    /// Camera space in meters, origin at the film's center.
-    Pbrt3,
-}
-
-/// Whose habits to copy (`"string compat"`, `--compat`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Compat {
-    /// Nobody's: every film point sees its true exit pupil.
-    #[default]
-    None,
-    /// The course kit's on pbrt-v2: samples the rear element's disk, flat at its vertex (and so
-    /// misses what enters a curved element outside it), and drops a sample when the ray of the
-    /// next pixel in x or in y through the same point of the disk is vignetted.
-    PbrtV2,
-}
-
-/// What the radiance along a ray counts for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Weighting {
-    /// The pixel is the irradiance on the film (times the shutter's opening time, where that is
-    /// not 0): n'²·A·cos⁴θ/Z², as radiance in a medium of index n' is n'² times that in air.
-    Physical,
-    /// pbrt-v3's `simpleweighting`: cos⁴θ times the pupil's area relative to pbrt's box around
-    /// the pupil of the film's middle, so that a white scene gives at most 1. A relative weight, that knows no n'².
-    Simple,
-}
-
-/// The number type that an image's rays are traced in (`"string precision"`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Precision {
-    /// f32, side by side.
-    #[default]
-    Single,
-    /// f64, one ray at a time.
-    Double,
-}
-
-/// A realistic camera as the scene file describes it: lens file read, stop set, focused.
-#[derive(Clone, Debug)]
-pub struct RealisticSpec {
-    /// Name of the lens file, without folders.
-    pub lens_name: String,
-    /// The lens, its stop set and its film in place.
-    pub lens: Lens,
-    /// Units and origin of camera space.
-    pub form: Form,
-    /// What rays count for.
-    pub weighting: Weighting,
-    /// Whose habits to copy.
-    pub compat: Compat,
-    /// How lens samples are spread over the exit pupil.
-    pub pupil_sampling: PupilSampling,
-    /// What rays are made with.
-    pub model: ModelKind,
-    /// In which precision.
-    pub precision: Precision,
-    /// What the stop is shaped like, if not round.
-    pub stop_shape: Option<StopShape>,
-    /// The bands of the spectrum that rays are traced in; none: all at the d line.
-    pub bands: Vec<Band>,
-    /// Film diagonal in mm that overrides the film's own (`filmdiag`).
-    pub film_diagonal: Option<f64>,
-    /// When light is let in.
-    pub shutter: Shutter,
-    /// Clip planes, in camera units.
-    pub clip: Clip,
-}
-
-impl RealisticSpec {
-    /// The diagonal that counts, mm.
-    pub fn diagonal(&self, film: &FilmGeometry) -> f64 {
-        self.film_diagonal.unwrap_or(film.diagonal_mm)
-    }
-}
-
-/// Where rays are aimed.
-#[derive(Clone, Debug)]
-pub(super) enum PupilTarget {
-    /// At the true exit pupil.
-    Pupil(Box<ExitPupil>),
-    /// At the rear element's disk, flat at its vertex: radius in mm.
-    RearDisk(f64),
-}
-
-/// The lens at one wavelength, and what makes its rays.
-#[derive(Clone, Debug)]
-pub(super) struct Optics {
-    lens: Lens,
-    pub(super) aim: PupilTarget,
-    pub(super) model: LensModel,
-    /// The lens with its shaped stop, where rays need to be weighed by it: by an image, or because the model traces none.
-    stop_mask: Option<Box<Lens>>,
-    /// See [`CameraRay::tint`].
-    pub(super) tint: Rgb,
-    /// Weight over projected solid angle at the film.
-    pub(super) weight_scale: f64,
-}
+use optics::{Optics, PupilTarget, is_too_fine};
+use pbrt_pupil_box::innermost_box_area;
 
 /// A realistic camera ready to make rays.
 #[derive(Clone, Debug)]
 pub struct Realistic {
-    pub(super) spec: RealisticSpec,
+    spec: RealisticSpec,
     transform: CameraTransform,
     /// For bundles; `None` where rays are made one at a time.
-    pub(super) placing: Option<BatchTransform>,
+    placing: Option<BatchTransform>,
     /// At the d line.
-    pub(super) main: Optics,
+    main: Optics,
     /// Of the bands of the spectrum; none without dispersion.
-    pub(super) bands: Vec<Optics>,
+    bands: Vec<Optics>,
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
     corner: [f64; 2],
-    pub(super) per_pixel: [f64; 2],
+    per_pixel: [f64; 2],
 }
-
-/// The exit pupil is known for film points this many pixels outside the image: the widest reconstruction
-/// filter in use, a windowed sinc, reaches four. Farther out everything still works, with more rays lost.
-const FILTER_REACH: f64 = 4.0;
 
 impl Realistic {
     /// Puts `spec` in front of `film`, whose resolution is positive.
@@ -252,7 +159,7 @@ impl Realistic {
     }
 
     /// What makes the ray of `sample`.
-    pub(super) fn optics(&self, sample: &CameraSample) -> &Optics {
+    fn optics(&self, sample: &CameraSample) -> &Optics {
         let count = self.bands.len();
         let band = (f64::from(sample.wavelength) * count as f64) as usize;
         let band = self.bands.get(band.min(count.saturating_sub(1)));
@@ -291,7 +198,7 @@ impl Realistic {
     }
 
     /// The point of the film, mm, where the lens throws what belongs at `raster`.
-    pub(super) fn film_point(&self, raster: Vec2) -> [f64; 2] {
+    fn film_point(&self, raster: Vec2) -> [f64; 2] {
         let raster = raster.as_dvec2().to_array();
         std::array::from_fn(|i| self.corner[i] + self.per_pixel[i] * raster[i])
     }
@@ -304,7 +211,7 @@ impl Realistic {
     }
 
     /// From lens coordinates to camera space.
-    pub(super) fn camera_ray(&self, ray: &LensRay<f64>) -> CameraSpaceRay {
+    fn camera_ray(&self, ray: &LensRay<f64>) -> CameraSpaceRay {
         CameraSpaceRay {
             o: camera_from_lens(&self.spec).transform_point3(DVec3::from(ray.o)),
             d: DVec3::new(ray.d[0], ray.d[1], -ray.d[2]),
@@ -361,88 +268,6 @@ impl Realistic {
         let ray = self.spec.lens.film_ray([radius, 0.0], center);
         let out = self.spec.lens.tracer().to_scene_unclipped(&ray).ok()?;
         Some(out.d[0].hypot(out.d[1]).atan2(-out.d[2]))
-    }
-}
-
-impl Optics {
-    fn new(
-        spec: &RealisticSpec,
-        lens: &Lens,
-        tint: Rgb,
-        film_radius: f64,
-        pitch: f64,
-    ) -> Result<Optics, CameraError> {
-        let reach = film_radius + FILTER_REACH * pitch * std::f64::consts::SQRT_2;
-        let aim = match spec.compat {
-            Compat::None => {
-                let pupil = ExitPupil::new(lens, reach, RINGS);
-                PupilTarget::Pupil(Box::new(pupil.with_sampling(spec.pupil_sampling)))
-            }
-            Compat::PbrtV2 => PupilTarget::RearDisk(0.5 * lens.rear().aperture),
-        };
-        let model = match &aim {
-            PupilTarget::Pupil(pupil) => LensModel::new(spec.model, lens, pupil, film_radius)
-                .map_err(CameraError::LensModel)?,
-            PupilTarget::RearDisk(_) => LensModel::exact(lens, lens.length()),
-        };
-        let (model, stop_mask) = shaped(model, lens, spec.stop_shape.as_ref());
-        Ok(Optics {
-            lens: lens.clone(),
-            aim,
-            model,
-            stop_mask,
-            tint,
-            weight_scale: 1.0,
-        })
-    }
-
-    /// Part of the light of a ray that a shaped stop lets pass, where the model does not see to that.
-    fn transmission(&self, film: [f64; 2], pupil: [f64; 3]) -> f64 {
-        let stop_mask = self.stop_mask.as_ref();
-        stop_mask.map_or(1.0, |lens| lens.stop_transmission(film, pupil))
-    }
-
-    /// Where to send the ray from `film`; `None` where no light comes from.
-    pub(super) fn aim(&self, film: [f64; 2], u: Vec2) -> Option<PupilSample> {
-        match &self.aim {
-            PupilTarget::Pupil(pupil) => self.model.sample_pupil(pupil, film, u),
-            PupilTarget::RearDisk(radius) => {
-                let p = radius * concentric_disk(u).as_dvec2();
-                Some(PupilSample {
-                    point: [p.x, p.y, self.lens.length()],
-                    area: std::f64::consts::PI * radius * radius,
-                })
-            }
-        }
-    }
-}
-
-/// An aperture narrower than this part of the way to the film is met in double precision: in single precision a ray is
-/// off by some millionths of its coordinates there, and light would be lost.
-const FINEST_APERTURE: f64 = 1.0 / 262_144.0;
-
-/// Has the lens an aperture too small for rays in single precision?
-fn is_too_fine(lens: &Lens) -> bool {
-    let narrowest = lens.surfaces().iter().map(|s| s.aperture);
-    narrowest.fold(f64::INFINITY, f64::min) < FINEST_APERTURE * lens.film_z()
-}
-
-/// `model` with a stop of this shape, and the lens that weighs its rays where the model cannot.
-fn shaped(
-    model: LensModel,
-    lens: &Lens,
-    shape: Option<&StopShape>,
-) -> (LensModel, Option<Box<Lens>>) {
-    let Some(shape) = shape else {
-        return (model, None);
-    };
-    let lens = lens.clone().with_stop_shape(shape.clone());
-    match (model.kind(), shape) {
-        // Exact rays end at blades by themselves.
-        (ModelKind::Exact, StopShape::Polygon(_)) => {
-            (LensModel::exact(&lens, model.plane_z()), None)
-        }
-        _ => (model, Some(Box::new(lens))),
     }
 }
 

@@ -1,15 +1,14 @@
 //! What a photographer wants to know of a realistic camera before the image is taken.
 
-use super::FilmGeometry;
-use super::realistic::{Compat, Realistic, Weighting};
-use super::realistic_bands::Band;
+use super::{Band, Compat, Realistic, Weighting};
+use crate::cameras::FilmGeometry;
 use crate::optics::analysis::illumination::{effective_f_number, spread};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::projected_solid_angle;
 use crate::optics::report::length_text;
 
 impl Realistic {
-    /// See [`super::Camera::describe`].
+    /// See [`crate::cameras::Camera::describe`].
     pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
         let spec = &self.spec;
         let lens = &spec.lens;
@@ -113,7 +112,7 @@ impl Realistic {
         }
     }
 
-    /// See [`super::Camera::warnings`].
+    /// See [`crate::cameras::Camera::warnings`].
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let lens = &self.spec.lens;

@@ -1,9 +1,11 @@
 //! An image's rays, made side by side in single precision: pupil sampled, traced, weighted and placed in the
 //! scene, all in one [`Kernel`]. The bits of a ray do not depend on the others of its bundle, nor on the processor.
 
-use super::camera_transform::BatchTransform;
-use super::realistic::{Optics, PupilTarget, Realistic};
-use super::{BUNDLE, CameraRay, CameraSample};
+use super::Realistic;
+use super::optics::{Optics, PupilTarget};
+use crate::cameras::camera_transform::BatchTransform;
+
+use crate::cameras::{BUNDLE, CameraRay, CameraSample};
 use crate::math::Vec3;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::optics::lanes::{Kernel, LaneMask, Lanes, vectorize};

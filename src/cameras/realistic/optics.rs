@@ -1,0 +1,118 @@
+//! The lens of a realistic camera at one wavelength: where its rays are aimed, and with what they are made.
+
+use super::{Compat, RealisticSpec};
+use crate::cameras::CameraError;
+use crate::math::sampling::concentric_disk;
+use crate::math::{Rgb, Vec2};
+use crate::optics::models::{LensModel, ModelKind};
+use crate::optics::pupil::{ExitPupil, PupilSample, RINGS};
+use crate::optics::{Lens, StopShape};
+
+/// Where rays are aimed.
+#[derive(Clone, Debug)]
+pub(super) enum PupilTarget {
+    /// At the true exit pupil.
+    Pupil(Box<ExitPupil>),
+    /// At the rear element's disk, flat at its vertex: radius in mm.
+    RearDisk(f64),
+}
+
+/// The lens at one wavelength, and what makes its rays.
+#[derive(Clone, Debug)]
+pub(super) struct Optics {
+    pub(super) lens: Lens,
+    pub(super) aim: PupilTarget,
+    pub(super) model: LensModel,
+    /// The lens with its shaped stop, where rays need to be weighed by it: by an image, or because the model traces none.
+    pub(super) stop_mask: Option<Box<Lens>>,
+    /// See [`CameraRay::tint`].
+    pub(super) tint: Rgb,
+    /// Weight over projected solid angle at the film.
+    pub(super) weight_scale: f64,
+}
+
+/// The exit pupil is known for film points this many pixels outside the image: the widest reconstruction
+/// filter in use, a windowed sinc, reaches four. Farther out everything still works, with more rays lost.
+const FILTER_REACH: f64 = 4.0;
+
+impl Optics {
+    pub(super) fn new(
+        spec: &RealisticSpec,
+        lens: &Lens,
+        tint: Rgb,
+        film_radius: f64,
+        pitch: f64,
+    ) -> Result<Optics, CameraError> {
+        let reach = film_radius + FILTER_REACH * pitch * std::f64::consts::SQRT_2;
+        let aim = match spec.compat {
+            Compat::None => {
+                let pupil = ExitPupil::new(lens, reach, RINGS);
+                PupilTarget::Pupil(Box::new(pupil.with_sampling(spec.pupil_sampling)))
+            }
+            Compat::PbrtV2 => PupilTarget::RearDisk(0.5 * lens.rear().aperture),
+        };
+        let model = match &aim {
+            PupilTarget::Pupil(pupil) => LensModel::new(spec.model, lens, pupil, film_radius)
+                .map_err(CameraError::LensModel)?,
+            PupilTarget::RearDisk(_) => LensModel::exact(lens, lens.length()),
+        };
+        let (model, stop_mask) = shaped(model, lens, spec.stop_shape.as_ref());
+        Ok(Optics {
+            lens: lens.clone(),
+            aim,
+            model,
+            stop_mask,
+            tint,
+            weight_scale: 1.0,
+        })
+    }
+
+    /// Part of the light of a ray that a shaped stop lets pass, where the model does not see to that.
+    pub(super) fn transmission(&self, film: [f64; 2], pupil: [f64; 3]) -> f64 {
+        let stop_mask = self.stop_mask.as_ref();
+        stop_mask.map_or(1.0, |lens| lens.stop_transmission(film, pupil))
+    }
+
+    /// Where to send the ray from `film`; `None` where no light comes from.
+    pub(super) fn aim(&self, film: [f64; 2], u: Vec2) -> Option<PupilSample> {
+        match &self.aim {
+            PupilTarget::Pupil(pupil) => self.model.sample_pupil(pupil, film, u),
+            PupilTarget::RearDisk(radius) => {
+                let p = radius * concentric_disk(u).as_dvec2();
+                Some(PupilSample {
+                    point: [p.x, p.y, self.lens.length()],
+                    area: std::f64::consts::PI * radius * radius,
+                })
+            }
+        }
+    }
+}
+
+/// An aperture narrower than this part of the way to the film is met in double precision: in single precision a ray is
+/// off by some millionths of its coordinates there, and light would be lost.
+const FINEST_APERTURE: f64 = 1.0 / 262_144.0;
+
+/// Has the lens an aperture too small for rays in single precision?
+pub(super) fn is_too_fine(lens: &Lens) -> bool {
+    let narrowest = lens.surfaces().iter().map(|s| s.aperture);
+    narrowest.fold(f64::INFINITY, f64::min) < FINEST_APERTURE * lens.film_z()
+}
+
+/// `model` with a stop of this shape, and the lens that weighs its rays where the model cannot.
+fn shaped(
+    model: LensModel,
+    lens: &Lens,
+    shape: Option<&StopShape>,
+) -> (LensModel, Option<Box<Lens>>) {
+    let Some(shape) = shape else {
+        return (model, None);
+    };
+    let lens = lens.clone().with_stop_shape(shape.clone());
+    match (model.kind(), shape) {
+        // Exact rays end at blades by themselves.
+        (ModelKind::Exact, StopShape::Polygon(_)) => {
+            (LensModel::exact(&lens, model.plane_z()), None)
+        }
+        _ => (model, Some(Box::new(lens))),
+    }
+}

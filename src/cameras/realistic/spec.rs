@@ -1,0 +1,87 @@
+//! What the scene file says of a realistic camera.
+
+use super::Band;
+use crate::cameras::{Clip, FilmGeometry, Shutter};
+use crate::optics::models::ModelKind;
+use crate::optics::pupil::PupilSampling;
+use crate::optics::{Lens, StopShape};
+
+/// Which spelling a camera was written in: decides units and origin of camera space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Camera space in millimeters, origin at the front vertex.
+    Course,
+    /// Camera space in meters, origin at the film's center.
+    Pbrt3,
+}
+
+/// Whose habits to copy (`"string compat"`, `--compat`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compat {
+    /// Nobody's: every film point sees its true exit pupil.
+    #[default]
+    None,
+    /// The course kit's on pbrt-v2: samples the rear element's disk, flat at its vertex (and so
+    /// misses what enters a curved element outside it), and drops a sample when the ray of the
+    /// next pixel in x or in y through the same point of the disk is vignetted.
+    PbrtV2,
+}
+
+/// What the radiance along a ray counts for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weighting {
+    /// The pixel is the irradiance on the film (times the shutter's opening time, where that is
+    /// not 0): n'²·A·cos⁴θ/Z², as radiance in a medium of index n' is n'² times that in air.
+    Physical,
+    /// pbrt-v3's `simpleweighting`: cos⁴θ times the pupil's area relative to pbrt's box around
+    /// the pupil of the film's middle, so that a white scene gives at most 1. A relative weight, that knows no n'².
+    Simple,
+}
+
+/// The number type that an image's rays are traced in (`"string precision"`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// f32, side by side.
+    #[default]
+    Single,
+    /// f64, one ray at a time.
+    Double,
+}
+
+/// A realistic camera as the scene file describes it: lens file read, stop set, focused.
+#[derive(Clone, Debug)]
+pub struct RealisticSpec {
+    /// Name of the lens file, without folders.
+    pub lens_name: String,
+    /// The lens, its stop set and its film in place.
+    pub lens: Lens,
+    /// Units and origin of camera space.
+    pub form: Form,
+    /// What rays count for.
+    pub weighting: Weighting,
+    /// Whose habits to copy.
+    pub compat: Compat,
+    /// How lens samples are spread over the exit pupil.
+    pub pupil_sampling: PupilSampling,
+    /// What rays are made with.
+    pub model: ModelKind,
+    /// In which precision.
+    pub precision: Precision,
+    /// What the stop is shaped like, if not round.
+    pub stop_shape: Option<StopShape>,
+    /// The bands of the spectrum that rays are traced in; none: all at the d line.
+    pub bands: Vec<Band>,
+    /// Film diagonal in mm that overrides the film's own (`filmdiag`).
+    pub film_diagonal: Option<f64>,
+    /// When light is let in.
+    pub shutter: Shutter,
+    /// Clip planes, in camera units.
+    pub clip: Clip,
+}
+
+impl RealisticSpec {
+    /// The diagonal that counts, mm.
+    pub fn diagonal(&self, film: &FilmGeometry) -> f64 {
+        self.film_diagonal.unwrap_or(film.diagonal_mm)
+    }
+}
