@@ -13,11 +13,13 @@
 
 use divan::counter::ItemsCount;
 use fstop::cameras::{Clip, FilmGeometry, Form, Realistic, RealisticSpec, Shutter, Weighting};
+use fstop::math::instruction_set::{InstructionSet, Instructions, Kernel};
 use fstop::math::transform::Transform;
 use fstop::math::{DVec3, UVec2, Vec2};
-use fstop::optics::lanes::{FilmTracer, Instructions, Kernel, Lanes};
+use fstop::optics::lanes::{FilmTracer, Lanes, Traced};
+use fstop::optics::models::LensModel;
 use fstop::optics::pupil::{RINGS, projected_solid_angle};
-use fstop::optics::real::Number;
+use fstop::optics::real::{Dual, Number};
 use fstop::optics::{ExitPupil, Lens, LensRay, LensTracer, Prescription};
 use glam::DMat3;
 use std::hint::black_box;
@@ -144,62 +146,78 @@ fn trace_f32(bencher: divan::Bencher) {
 #[divan::bench(args = names(), consts = [8, 16, 32])]
 fn trace_lanes<const N: usize>(bencher: divan::Bencher, name: &str) {
     let setting = Setting::new();
-    let tracer = setting.tracer().with_instructions(instructions(name));
+    let (tracer, instructions) = (&setting.tracer(), instructions(name));
     let bundles = setting.bundles::<N>();
     bencher.counter(ItemsCount::new(RAYS)).bench_local(|| {
         for [film, pupil] in &bundles {
-            black_box(tracer.trace(film, pupil));
+            black_box(instructions.run(Bundle {
+                tracer,
+                film,
+                pupil,
+            }));
         }
     });
+}
+
+struct Bundle<'a, const N: usize> {
+    tracer: &'a FilmTracer,
+    film: &'a [Lanes<N>; 2],
+    pupil: &'a [Lanes<N>; 2],
+}
+
+impl<const N: usize> Kernel for Bundle<'_, N> {
+    type Output = Traced<Lanes<N>>;
+    #[inline(always)]
+    fn run(self, _: impl Instructions) -> Self::Output {
+        self.tracer.trace(self.film, self.pupil)
+    }
 }
 
 /// With derivatives by the film point, which texture filtering asks for.
 #[divan::bench(args = names(), consts = [8, 16, 32])]
 fn trace_lanes_with_derivatives<const N: usize>(bencher: divan::Bencher, name: &str) {
     let setting = Setting::new();
-    let tracer = setting.tracer().with_instructions(instructions(name));
+    let (tracer, instructions) = (&setting.tracer(), instructions(name));
     let bundles = setting.bundles::<N>();
     bencher.counter(ItemsCount::new(RAYS)).bench_local(|| {
         for [film, pupil] in &bundles {
-            black_box(tracer.trace_with_derivatives(film, pupil));
+            let bundle = Bundle {
+                tracer,
+                film,
+                pupil,
+            };
+            black_box(instructions.run(WithDerivatives(bundle)));
         }
     });
 }
 
-/// The sets of vector instructions of this processor.
-fn names() -> Vec<&'static str> {
-    Instructions::available().iter().map(|i| i.name()).collect()
+struct WithDerivatives<'a, const N: usize>(Bundle<'a, N>);
+
+impl<const N: usize> Kernel for WithDerivatives<'_, N> {
+    type Output = Traced<Dual<Lanes<N>>>;
+    #[inline(always)]
+    fn run(self, _: impl Instructions) -> Self::Output {
+        let ([x, y], pupil) = (*self.0.film, *self.0.pupil);
+        let film = [Dual::parameter(x, 0), Dual::parameter(y, 1)];
+        self.0.tracer.trace(&film, &pupil.map(Dual::fixed))
+    }
 }
 
-fn instructions(name: &str) -> Instructions {
-    let available = Instructions::available();
+/// The sets of vector instructions of this processor.
+fn names() -> Vec<&'static str> {
+    InstructionSet::available()
+        .iter()
+        .map(|i| i.name())
+        .collect()
+}
+
+fn instructions(name: &str) -> InstructionSet {
+    let available = InstructionSet::available();
     *available
         .iter()
         .find(|i| i.name() == name)
         .expect("one of them")
 }
-
-macro_rules! wide_bench {
-    ($($name:ident $t:ty, $n:literal);*) => {$(
-        /// In lanes of the `wide` crate.
-        #[divan::bench]
-        fn $name(bencher: divan::Bencher) {
-            let setting = Setting::new();
-            let tracer = setting.tracer();
-            let bundles: Vec<[[$t; 2]; 2]> = setting
-                .bundles::<$n>()
-                .into_iter()
-                .map(|b| b.map(|p| p.map(|x| <$t>::from(x.0))))
-                .collect();
-            bencher.counter(ItemsCount::new(RAYS)).bench_local(|| {
-                for [film, pupil] in &bundles {
-                    black_box(tracer.trace_inline(film, pupil));
-                }
-            });
-        }
-    )*};
-}
-wide_bench!(trace_wide_8 wide::f32x8, 8; trace_wide_16 wide::f32x16, 16);
 
 /// The same in f64, with derivatives by the film point.
 #[divan::bench]
@@ -260,7 +278,7 @@ fn useful_f64(bencher: divan::Bencher) {
 fn useful_lanes<const N: usize>(bencher: divan::Bencher, name: &str) {
     let setting = Setting::new();
     let (rotation, shift) = mount();
-    let tracer = setting.tracer();
+    let model = LensModel::exact(&setting.lens, setting.pupil.plane_z());
     let bundles: Vec<[[Lanes<N>; 2]; 2]> = setting
         .samples
         .chunks(N)
@@ -285,7 +303,7 @@ fn useful_lanes<const N: usize>(bencher: divan::Bencher, name: &str) {
         .bench_local(|| {
             for [film, u] in &bundles {
                 black_box(instructions.run(UsefulRays {
-                    tracer: &tracer,
+                    model: &model,
                     pupil: &setting.pupil,
                     film,
                     u,
@@ -297,7 +315,7 @@ fn useful_lanes<const N: usize>(bencher: divan::Bencher, name: &str) {
 }
 
 struct UsefulRays<'a, const N: usize> {
-    tracer: &'a FilmTracer,
+    model: &'a LensModel,
     pupil: &'a ExitPupil,
     film: &'a [Lanes<N>; 2],
     u: &'a [Lanes<N>; 2],
@@ -308,8 +326,8 @@ struct UsefulRays<'a, const N: usize> {
 impl<const N: usize> Kernel for UsefulRays<'_, N> {
     type Output = ([Lanes<N>; 3], [Lanes<N>; 3], Lanes<N>, u32);
     #[inline(always)]
-    fn run(self) -> Self::Output {
-        let rays = self.tracer.rays_inline(self.pupil, self.film, self.u);
+    fn run(self, _: impl Instructions) -> Self::Output {
+        let rays = self.model.rays(self.pupil, self.film, self.u);
         let LensRay { o, d } = rays.traced.ray;
         let turn = |v: &[Lanes<N>; 3], r: &[f32; 3]| {
             v[0].times(r[0]) + v[1].times(r[1]) + v[2].times(r[2])

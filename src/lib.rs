@@ -108,8 +108,6 @@ pub mod optics;
 pub mod tradeoff;
 
 mod console;
-#[cfg(target_arch = "x86_64")]
-mod processor;
 
 // What the renderer is made of. Tests and benchmarks see it (the feature `internals`), programs do not.
 #[cfg(not(feature = "internals"))]

@@ -43,6 +43,7 @@ pub mod analysis;
 pub mod asphere;
 pub mod best_focus;
 pub mod dispersion;
+mod element;
 pub mod focus;
 pub mod lanes;
 pub mod lens;

@@ -7,11 +7,12 @@ use crate::cameras::camera_transform::BatchTransform;
 
 use crate::cameras::{BUNDLE, CameraRay, CameraSample};
 use crate::math::Vec3;
+use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::math::ray::{Ray, RayDifferentials};
-use crate::optics::lanes::{Kernel, LaneMask, Lanes, vectorize};
-use crate::optics::models::LensModel;
+use crate::optics::lanes::{LaneMask, Lanes};
+use crate::optics::models::{LensModel, WeightedRays};
 use crate::optics::pupil::ExitPupil;
-use crate::optics::real::{Dual, Mask};
+use crate::optics::real::{Dual, Number};
 use crate::optics::trace::LensRay;
 use arrayvec::ArrayVec;
 
@@ -167,18 +168,27 @@ struct Placed<const N: usize> {
 impl<const N: usize> Kernel for Rays<'_, N> {
     type Output = Placed<N>;
     #[inline(always)]
-    fn run(self) -> Placed<N> {
-        let samples = self
-            .model
-            .sample_pupil_inline(self.pupil, self.film, self.u);
-        let traced = self.model.trace_inline(self.film, &samples.point);
-        let (o, d, t_max) = self.placing.ray(&traced.ray);
+    fn run(self, _: impl Instructions) -> Placed<N> {
+        let made = self.model.rays(self.pupil, self.film, self.u);
+        Placed::new(&self.placing, &made.traced.ray, &made)
+    }
+}
+
+impl<const N: usize> Placed<N> {
+    /// `ray`, one of `made` or its value.
+    #[inline(always)]
+    fn new<T: Number<Mask = LaneMask<N>>>(
+        placing: &BatchTransform,
+        ray: &LensRay<Lanes<N>>,
+        made: &WeightedRays<T, N>,
+    ) -> Placed<N> {
+        let (o, d, t_max) = placing.ray(ray);
         Placed {
             o,
             d,
             t_max,
-            projected_solid_angle: self.model.projected_solid_angle_inline(self.film, &samples),
-            passed: traced.passed.and(samples.lit),
+            projected_solid_angle: made.projected_solid_angle,
+            passed: made.traced.passed,
         }
     }
 }
@@ -216,39 +226,26 @@ impl<const N: usize> PlacedWithDifferentials<N> {
 impl<const N: usize> Kernel for RaysWithDifferentials<'_, N> {
     type Output = PlacedWithDifferentials<N>;
     #[inline(always)]
-    fn run(self) -> PlacedWithDifferentials<N> {
-        let Rays {
-            model,
-            pupil,
-            placing,
-            film,
-            u,
-        } = self.rays;
-        let samples = model.sample_pupil_inline(pupil, film, u);
-        let traced = model.trace_with_derivatives_inline(film, &samples.point);
+    fn run(self, _: impl Instructions) -> PlacedWithDifferentials<N> {
+        let Rays { model, placing, .. } = self.rays;
+        let made = model.rays_with_derivatives(self.rays.pupil, self.rays.film, self.rays.u);
+        let LensRay { o, d } = &made.traced.ray;
         let value = |x: &Dual<Lanes<N>>| x.value;
         let ray = LensRay {
-            o: traced.ray.o.each_ref().map(value),
-            d: traced.ray.d.each_ref().map(value),
+            o: o.each_ref().map(value),
+            d: d.each_ref().map(value),
         };
-        let (o, d, t_max) = placing.ray(&ray);
         let shifted = [0, 1].map(|axis| {
             // To first order.
             let shift = Lanes::splat(self.shift[axis]);
             let shifted = |x: &Dual<Lanes<N>>| x.value + x.by[axis] * shift;
             placing.unclipped(&LensRay {
-                o: traced.ray.o.each_ref().map(shifted),
-                d: traced.ray.d.each_ref().map(shifted),
+                o: o.each_ref().map(shifted),
+                d: d.each_ref().map(shifted),
             })
         });
         PlacedWithDifferentials {
-            rays: Placed {
-                o,
-                d,
-                t_max,
-                projected_solid_angle: model.projected_solid_angle_inline(film, &samples),
-                passed: traced.passed.and(samples.lit),
-            },
+            rays: Placed::new(&placing, &ray, &made),
             shifted,
         }
     }

@@ -2,7 +2,10 @@
 
 use super::*;
 use crate::math::Vec2;
+use crate::math::instruction_set::{InstructionSet, Instructions, Kernel};
+use crate::optics::models::LensModel;
 use crate::optics::pupil::{RINGS, projected_solid_angle};
+use crate::optics::real::Dual;
 use crate::optics::trace::LensTracer;
 use crate::optics::{ExitPupil, Lens, LensRay, Prescription, Surface};
 use proptest::prelude::*;
@@ -43,7 +46,21 @@ fn bits(ray: &LensRay<f32>) -> [u32; 6] {
     [a, b, c, d, e, f]
 }
 
-/// Bundles of N with every set of instructions, `wide`, and one at a time: the same bits.
+struct Bundle<'a, const N: usize> {
+    tracer: &'a FilmTracer,
+    film: &'a [Lanes<N>; 2],
+    pupil: &'a [Lanes<N>; 2],
+}
+
+impl<const N: usize> Kernel for Bundle<'_, N> {
+    type Output = Traced<Lanes<N>>;
+    #[inline(always)]
+    fn run(self, _: impl Instructions) -> Traced<Lanes<N>> {
+        self.tracer.trace(self.film, self.pupil)
+    }
+}
+
+/// Bundles of N with every set of instructions, and one at a time: the same bits.
 fn same_bits<const N: usize>() {
     for name in LENSES {
         let lens = lens(name);
@@ -52,14 +69,15 @@ fn same_bits<const N: usize>() {
         for bundle in 0..2048 / N {
             let (film, pupil) = aims::<N>(&lens, bundle);
             let alone = |i: usize| {
-                let t = tracer.trace_inline(&film.map(|x| x.0[i]), &pupil.map(|x| x.0[i]));
+                let t = tracer.trace(&film.map(|x| x.0[i]), &pupil.map(|x| x.0[i]));
                 t.passed.then_some(t.ray)
             };
-            for instructions in Instructions::available() {
-                let traced = tracer
-                    .clone()
-                    .with_instructions(instructions)
-                    .trace(&film, &pupil);
+            for instructions in InstructionSet::available() {
+                let traced = instructions.run(Bundle {
+                    tracer: &tracer,
+                    film: &film,
+                    pupil: &pupil,
+                });
                 for i in 0..N {
                     let (one, lane) = (alone(i), traced.get(i));
                     assert_eq!(
@@ -82,27 +100,6 @@ fn a_lane_has_the_bits_of_a_ray_alone() {
     same_bits::<8>();
     same_bits::<16>();
     same_bits::<32>();
-}
-
-#[test]
-fn lanes_have_the_bits_of_wides_lanes() {
-    let lens = lens("dgauss_50");
-    let tracer = FilmTracer::<f32>::new(&lens, lens.length());
-    for bundle in 0..64 {
-        let (film, pupil) = aims::<16>(&lens, bundle);
-        let ours = tracer.trace(&film, &pupil);
-        let wide = |x: &[Lanes<16>; 2]| x.map(|x| wide::f32x16::from(x.0));
-        let theirs = tracer.trace_inline(&wide(&film), &wide(&pupil));
-        let (o, d) = (theirs.ray.o, theirs.ray.d);
-        for i in 0..16 {
-            let passed = theirs.passed.to_array()[i].to_bits() != 0;
-            let ray = passed.then(|| LensRay {
-                o: o.map(|x| x.to_array()[i]),
-                d: d.map(|x| x.to_array()[i]),
-            });
-            assert_eq!(ours.get(i).as_ref().map(bits), ray.as_ref().map(bits));
-        }
-    }
 }
 
 #[test]
@@ -156,7 +153,8 @@ fn derivatives_in_lanes_are_those_of_f64() {
     let tracer = FilmTracer::<f32>::new(&lens, lens.length());
     for bundle in 0..64 {
         let (film, pupil) = aims::<16>(&lens, bundle);
-        let traced = tracer.trace_with_derivatives(&film, &pupil);
+        let parameters = [0, 1].map(|axis| Dual::parameter(film[axis], axis));
+        let traced = tracer.trace(&parameters, &pupil.map(Dual::fixed));
         for i in 0..16 {
             if !traced.passed.at(i) {
                 continue;
@@ -194,14 +192,14 @@ fn weighted_rays_are_those_made_one_at_a_time() {
     for name in ["dgauss_50", "petzval_50"] {
         let lens = lens(name);
         let pupil = ExitPupil::new(&lens, 20.0, RINGS);
-        let tracer = FilmTracer::<f32>::new(&lens, pupil.plane_z());
+        let model = LensModel::exact(&lens, pupil.plane_z());
         let (mut passed, mut other_triangle) = (0, 0);
         for bundle in 0..128 {
             let s: [[f64; 4]; 16] = std::array::from_fn(|i| spread(16 * bundle + i));
             let lane = |k: usize, a: f64, b: f64| Lanes(s.map(|s| (a * s[k] + b) as f32));
             let film = [lane(0, 20.0, -10.0), lane(1, 20.0, -10.0)];
             let u = [lane(2, 1.0, 0.0), lane(3, 1.0, 0.0)];
-            let rays = tracer.rays(&pupil, &film, &u);
+            let rays = model.rays(&pupil, &film, &u);
             for i in 0..16 {
                 let at = film.map(|x| f64::from(x.0[i]));
                 let Some(aim) = pupil.sample(at, Vec2::new(u[0].0[i], u[1].0[i])) else {
@@ -292,9 +290,9 @@ fn every_lens_is_right_to_a_fiftieth_of_a_pixel() {
 fn the_middle_of_the_square_is_the_middle_of_the_pupil() {
     let lens = lens("dgauss_50");
     let pupil = ExitPupil::new(&lens, 20.0, RINGS);
-    let tracer = FilmTracer::<f32>::new(&lens, pupil.plane_z());
+    let model = LensModel::exact(&lens, pupil.plane_z());
     let (zero, half) = (Lanes::<8>::splat(0.0), Lanes::<8>::splat(0.5));
-    let ray = tracer
+    let ray = model
         .rays(&pupil, &[zero; 2], &[half; 2])
         .traced
         .get(3)
@@ -348,7 +346,7 @@ proptest! {
         let (film, pupil) = (film.map(Lanes), pupil.map(Lanes));
         let traced = tracer.trace(&film, &pupil);
         for i in 0..8 {
-            let alone = tracer.trace_inline(&film.map(|x| x.0[i]), &pupil.map(|x| x.0[i]));
+            let alone = tracer.trace(&film.map(|x| x.0[i]), &pupil.map(|x| x.0[i]));
             let alone = alone.passed.then_some(alone.ray);
             let lane = traced.get(i);
             prop_assert_eq!(lane.as_ref().map(bits), alone.as_ref().map(bits));

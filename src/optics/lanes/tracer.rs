@@ -1,15 +1,14 @@
-//! Bundles of rays from the film through the lens.
+//! Rays from the film through the lens.
 
-use super::dispatch::{Instructions, Kernel};
 use super::lane::Lanes;
 use crate::optics::lens::Lens;
-use crate::optics::real::{Dual, Index, Number, Plain};
+use crate::optics::real::{Index, Number, Plain};
 use crate::optics::trace::{LensRay, LensTracer};
 
-/// A lens to be traced from its film in precision `B`, in single precision a bundle of rays at a time; all rays are aimed
+/// A lens to be traced from its film in precision `B`, a ray or a bundle of them at a time; all rays are aimed
 /// at points of one plane (the pupil's). Lens coordinates, mm.
 ///
-/// Error against f64: below 0.02 pixels of a 6000 × 4000 full-frame sensor for every lens in
+/// Error of f32 against f64: below 0.02 pixels of a 6000 × 4000 full-frame sensor for every lens in
 /// `tests/golden` (`docs/generated/lens-precision.md`).
 #[derive(Clone, Debug)]
 pub struct FilmTracer<B = f32> {
@@ -18,8 +17,6 @@ pub struct FilmTracer<B = f32> {
     film_distance: B,
     /// From the film to the plane aimed at, along z; rounded once, from double precision.
     to_plane: B,
-    /// The best for the width where none are chosen.
-    instructions: Option<Instructions>,
 }
 
 /// Rays side by side in the scene, and which of them are any: what a lane without an answer
@@ -40,13 +37,13 @@ impl<B: Plain> FilmTracer<B> {
             tracer: lens.tracer_in(),
             film_distance: B::round_from(lens.film_distance()),
             to_plane: B::round_from(plane_z - lens.film_z()),
-            instructions: None,
         }
     }
 
-    /// The calculation itself, for use inside a larger [`Kernel`]; for a number alone as well.
+    /// Traces the rays from the film points (x, y) mm along the lines through the points (x, y) mm of the plane. With the
+    /// vector instructions of the function around it: in a [`crate::math::instruction_set::Kernel`] those of the processor.
     #[inline(always)]
-    pub fn trace_inline<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
+    pub fn trace<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
         let (ray, passed) = self.tracer.to_scene_masked(&self.ray(film, pupil));
         Traced { ray, passed }
     }
@@ -76,105 +73,6 @@ impl<B: Plain> FilmTracer<B> {
             T::constant(self.to_plane * toward),
         ];
         LensRay::new([film[0], film[1], T::constant(self.film_distance)], d)
-    }
-
-    /// From the film to the plane aimed at, along z, mm.
-    #[inline(always)]
-    pub fn to_plane(&self) -> B {
-        self.to_plane
-    }
-}
-
-impl FilmTracer {
-    /// The same with other vector instructions, for comparison.
-    pub fn with_instructions(self, instructions: Instructions) -> FilmTracer {
-        FilmTracer {
-            instructions: Some(instructions),
-            ..self
-        }
-    }
-
-    /// The vector instructions in use for bundles of `lanes`.
-    #[inline(always)]
-    pub fn instructions(&self, lanes: usize) -> Instructions {
-        match self.instructions {
-            Some(chosen) => chosen,
-            None => Instructions::best(lanes),
-        }
-    }
-
-    /// Traces the rays from the film points (x, y) mm along the lines through the points (x, y) mm of the
-    /// plane, with the best instructions the processor has.
-    #[inline]
-    pub fn trace<const N: usize>(
-        &self,
-        film: &[Lanes<N>; 2],
-        pupil: &[Lanes<N>; 2],
-    ) -> Traced<Lanes<N>> {
-        self.instructions(N).run(Bundle {
-            tracer: self,
-            film,
-            pupil,
-        })
-    }
-
-    /// As [`FilmTracer::trace`], with the derivatives by the film point's x and y, the pupil
-    /// point held fixed.
-    #[inline]
-    pub fn trace_with_derivatives<const N: usize>(
-        &self,
-        film: &[Lanes<N>; 2],
-        pupil: &[Lanes<N>; 2],
-    ) -> Traced<Dual<Lanes<N>>> {
-        self.instructions(N).run(BundleWithDerivatives(Bundle {
-            tracer: self,
-            film,
-            pupil,
-        }))
-    }
-}
-
-/// A bundle about to be traced.
-struct Bundle<'a, const N: usize> {
-    tracer: &'a FilmTracer,
-    film: &'a [Lanes<N>; 2],
-    pupil: &'a [Lanes<N>; 2],
-}
-
-impl<const N: usize> Kernel for Bundle<'_, N> {
-    type Output = Traced<Lanes<N>>;
-    #[inline(always)]
-    fn run(self) -> Traced<Lanes<N>> {
-        self.tracer.trace_inline(self.film, self.pupil)
-    }
-}
-
-struct BundleWithDerivatives<'a, const N: usize>(Bundle<'a, N>);
-
-impl<const N: usize> Kernel for BundleWithDerivatives<'_, N> {
-    type Output = Traced<Dual<Lanes<N>>>;
-    #[inline(always)]
-    fn run(self) -> Traced<Dual<Lanes<N>>> {
-        let [x, y] = *self.0.film;
-        let [u, v] = *self.0.pupil;
-        self.0.tracer.trace_inline(
-            &[Dual::parameter(x, 0), Dual::parameter(y, 1)],
-            &[Dual::fixed(u), Dual::fixed(v)],
-        )
-    }
-}
-
-impl<const N: usize> Traced<Dual<Lanes<N>>> {
-    /// The ray in lane `i` with its derivatives; `None` where it did not pass.
-    pub fn get(&self, i: usize) -> Option<LensRay<Dual>> {
-        let number = |x: &Dual<Lanes<N>>| Dual {
-            value: f64::from(x.value.0[i]),
-            by: x.by.map(|by| f64::from(by.0[i])),
-        };
-        self.passed.at(i).then(|| LensRay {
-            o: self.ray.o.each_ref().map(number),
-            d: self.ray.d.each_ref().map(number),
-        })
     }
 }
 

@@ -31,11 +31,9 @@ pub use shape::PupilShape;
 pub use thick::Thick;
 pub use thin::Thin;
 
-use super::lanes::{
-    FilmTracer, Lanes, PupilSamples, Traced, projected_solid_angle, sample_disk, sample_pupil,
-};
+use super::lanes::{FilmTracer, Lanes, Traced};
 use super::lens::Lens;
-use super::pupil::{ExitPupil, PupilSample};
+use super::pupil::{ExitPupil, PupilSample, Spread};
 use super::real::{Dual, Index, Mask, Number, Plain};
 use super::trace::{Blocked, Cause, LensRay};
 use crate::math::Vec2;
@@ -91,7 +89,7 @@ impl<B: Plain> Map<B> {
     #[inline(always)]
     fn trace<T: Index<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
         let (ray, passed) = match self {
-            Map::Exact(tracer) => return tracer.trace_inline(film, pupil),
+            Map::Exact(tracer) => return tracer.trace(film, pupil),
             Map::Thick(t, shape) => (t.ray(film, pupil), shape.holds(film, pupil)),
             Map::Thin(t) => (t.ray(film, pupil), t.holds(pupil)),
         };
@@ -108,6 +106,14 @@ impl<B: Plain> Map<B> {
             passed: passed.and(o).and(d).and(unit),
         }
     }
+}
+
+/// Rays into the scene side by side, and what they count for.
+pub struct WeightedRays<T: Number, const N: usize> {
+    /// The rays and which of them passed.
+    pub traced: Traced<T>,
+    /// Projected solid angle, sr, that each stands for: the factor between radiance and irradiance.
+    pub projected_solid_angle: Lanes<N>,
 }
 
 /// A model of one lens, its stop and film in place. Lens coordinates, mm.
@@ -227,50 +233,70 @@ impl LensModel {
         self.outcome(traced)
     }
 
-    /// Points to aim at as [`LensModel::sample_pupil`] chooses them, for use inside a [`super::lanes::Kernel`].
+    /// From film points (mm) and samples of the unit square to weighted rays, in single precision: what
+    /// [`LensModel::sample_pupil`] and [`LensModel::trace_from_film`] do for one. For use inside a
+    /// [`crate::math::instruction_set::Kernel`].
     #[inline(always)]
-    pub fn sample_pupil_inline<const N: usize>(
+    pub fn rays<const N: usize>(
         &self,
         pupil: &ExitPupil,
         film: &[Lanes<N>; 2],
         u: &[Lanes<N>; 2],
-    ) -> PupilSamples<N> {
-        match &self.single {
-            Map::Thin(thin) => sample_disk(thin.radius(), u),
-            _ => sample_pupil(pupil, film, u),
+    ) -> WeightedRays<Lanes<N>, N> {
+        let samples = self.sample_lanes(pupil, film, u);
+        let mut traced = self.single.trace(film, &samples.point);
+        traced.passed = traced.passed.and(samples.lit);
+        WeightedRays {
+            traced,
+            projected_solid_angle: self.projected_solid_angle(film, &samples),
         }
     }
 
-    /// Projected solid angle, sr, that each of `samples` stands for, seen from `film`.
+    /// The same with derivatives by the film point's x and y, the pupil point held fixed.
     #[inline(always)]
-    pub fn projected_solid_angle_inline<const N: usize>(
+    pub fn rays_with_derivatives<const N: usize>(
+        &self,
+        pupil: &ExitPupil,
+        film: &[Lanes<N>; 2],
+        u: &[Lanes<N>; 2],
+    ) -> WeightedRays<Dual<Lanes<N>>, N> {
+        let samples = self.sample_lanes(pupil, film, u);
+        let from = [Dual::parameter(film[0], 0), Dual::parameter(film[1], 1)];
+        let mut traced = self.single.trace(&from, &samples.point.map(Dual::fixed));
+        traced.passed = traced.passed.and(samples.lit);
+        WeightedRays {
+            traced,
+            projected_solid_angle: self.projected_solid_angle(film, &samples),
+        }
+    }
+
+    #[inline(always)]
+    fn sample_lanes<const N: usize>(
+        &self,
+        pupil: &ExitPupil,
+        film: &[Lanes<N>; 2],
+        u: &[Lanes<N>; 2],
+    ) -> Spread<Lanes<N>> {
+        match &self.single {
+            Map::Thin(thin) => thin.sample(u),
+            _ => pupil.sample_lanes(film, u),
+        }
+    }
+
+    /// Projected solid angle, sr, that each of `samples` stands for, seen from `film`: A·cos⁴θ/Z² (see
+    /// [`crate::optics::pupil::projected_solid_angle`]).
+    #[inline(always)]
+    fn projected_solid_angle<const N: usize>(
         &self,
         film: &[Lanes<N>; 2],
-        samples: &PupilSamples<N>,
+        samples: &Spread<Lanes<N>>,
     ) -> Lanes<N> {
         let to_plane = (self.plane_z - self.lens.film_z()) as f32;
-        projected_solid_angle(to_plane, film, &samples.point, samples.area)
-    }
-
-    /// [`LensModel::trace_inline`] with derivatives by the film point's x and y, the pupil point held fixed.
-    #[inline(always)]
-    pub fn trace_with_derivatives_inline<const N: usize>(
-        &self,
-        film: &[Lanes<N>; 2],
-        pupil: &[Lanes<N>; 2],
-    ) -> Traced<Dual<Lanes<N>>> {
-        let ([x, y], [u, v]) = (*film, *pupil);
-        self.trace_inline(
-            &[Dual::parameter(x, 0), Dual::parameter(y, 1)],
-            &[Dual::fixed(u), Dual::fixed(v)],
-        )
-    }
-
-    /// A bundle of rays, or one, from film points through points of the plane at [`LensModel::plane_z`], for use inside a
-    /// [`super::lanes::Kernel`].
-    #[inline(always)]
-    pub fn trace_inline<T: Index<Base = f32>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
-        self.single.trace(film, pupil)
+        let (x, y) = (samples.point[0] - film[0], samples.point[1] - film[1]);
+        let z2 = to_plane * to_plane;
+        // Relative to the plane's distance: its fourth power would overflow for a distant pupil.
+        let r = (x * x + y * y).times(1.0 / z2).plus(1.0);
+        samples.area.times(1.0 / z2) / (r * r)
     }
 
     fn on_plane(&self, film: [f64; 2], pupil: [f64; 3]) -> [f64; 2] {

@@ -130,8 +130,9 @@ fn lanes_and_derivatives_are_those_of_the_model() {
             let lane = |f: &dyn Fn(usize) -> f64| Lanes::<16>(std::array::from_fn(|i| f(i) as f32));
             let film = [lane(&|i| aims[i].0[0]), lane(&|i| aims[i].0[1])];
             let point = [lane(&|i| aims[i].1[0]), lane(&|i| aims[i].1[1])];
-            let traced = model.trace_inline(&film, &point);
-            let dual = model.trace_with_derivatives_inline(&film, &point);
+            let traced = model.single.trace(&film, &point);
+            let from = [0, 1].map(|axis| Dual::parameter(film[axis], axis));
+            let dual = model.single.trace(&from, &point.map(Dual::fixed));
             for i in 0..16 {
                 let film = film.map(|x| f64::from(x.0[i]));
                 let [x, y] = point.each_ref().map(|x| f64::from(x.0[i]));
@@ -217,10 +218,10 @@ fn the_thin_lens_has_its_pupil_in_the_principal_plane() {
                 (0.5 + (16 * i + j) as f64 / 1.324_717_957_244_746f64.powi(k)).fract() as f32
             }))
         };
-        let samples = model.sample_pupil_inline(&pupil, &film, &[u(1), u(2)]);
-        assert_eq!(model.trace_inline(&film, &samples.point).passed.count(), 16);
-        let light = model.projected_solid_angle_inline(&film, &samples);
-        sum += light.0.iter().map(|x| f64::from(*x)).sum::<f64>();
+        let rays = model.rays(&pupil, &film, &[u(1), u(2)]);
+        assert_eq!(rays.traced.passed.count(), 16);
+        let light = rays.projected_solid_angle.0;
+        sum += light.iter().map(|x| f64::from(*x)).sum::<f64>();
     }
     let mean = sum / f64::from(16 * count as i32);
     // The weight varies by 2 % over the disk; a thousand well-spread samples of that.
@@ -243,11 +244,9 @@ fn thick_weighs_what_the_lens_weighs() {
                 Lanes(s.map(|s| s.0[1] as f32)),
             ];
             let u = [Lanes(s.map(|s| s.1.x)), Lanes(s.map(|s| s.1.y))];
-            let samples = model.sample_pupil_inline(&pupil, &film, &u);
-            let passed = model.trace_inline(&film, &samples.point).passed;
-            let light = model.projected_solid_angle_inline(&film, &samples);
-            for j in (0..16).filter(|j| passed.and(samples.lit).at(*j)) {
-                sum += f64::from(light.0[j]);
+            let rays = model.rays(&pupil, &film, &u);
+            for j in (0..16).filter(|j| rays.traced.passed.at(*j)) {
+                sum += f64::from(rays.projected_solid_angle.0[j]);
             }
         }
         sum

@@ -7,7 +7,8 @@
 
 use super::rear::Rear;
 use super::search::Search;
-use crate::optics::lanes::{Doubles, FilmTracer, Kernel, vectorize};
+use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::optics::lanes::{Doubles, FilmTracer};
 
 /// Rays that are traced side by side: their directions' searches need not wait for each other.
 const LANES: usize = 16;
@@ -59,7 +60,7 @@ pub(super) struct Outline {
 impl View<'_> {
     /// Does the ray through `p` reach the scene?
     pub fn passes(&self, p: [f64; 2]) -> bool {
-        self.tracer.trace_inline(&[self.radius, 0.0], &p).passed
+        self.tracer.trace(&[self.radius, 0.0], &p).passed
     }
 
     /// How far the rays through these points pass beyond the worst aperture; infinite where they end for
@@ -209,7 +210,7 @@ struct Excess<'a> {
 impl Kernel for Excess<'_> {
     type Output = [f64; LANES];
     #[inline(always)]
-    fn run(self) -> [f64; LANES] {
+    fn run(self, _: impl Instructions) -> [f64; LANES] {
         let (height2, whole) = self.tracer.largest_relative_height2(&self.film, &self.p);
         std::array::from_fn(|i| excess(height2.0[i], whole.at(i)))
     }

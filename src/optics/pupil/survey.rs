@@ -5,7 +5,8 @@ use super::ellipse::Ellipse;
 use super::outline::{Hint, Outline, View};
 use super::rear::Rear;
 use super::ring::Ring;
-use crate::optics::lanes::{Doubles, FilmTracer, Kernel, vectorize};
+use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::optics::lanes::{Doubles, FilmTracer};
 
 /// Rings are split until less than this part of the samples, averaged over the film, is lost to the pupil's
 /// change within a ring ...
@@ -377,8 +378,8 @@ struct Rays<'a> {
 impl Kernel for Rays<'_> {
     type Output = [bool; LANES];
     #[inline(always)]
-    fn run(self) -> [bool; LANES] {
-        let passed = self.tracer.trace_inline(&self.film, &self.p).passed;
+    fn run(self, _: impl Instructions) -> [bool; LANES] {
+        let passed = self.tracer.trace(&self.film, &self.p).passed;
         std::array::from_fn(|i| passed.at(i))
     }
 }
