@@ -12,13 +12,13 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box without points: the neutral element of [`Aabb::union`].
+    /// The empty box: the neutral element of [`Aabb::union`].
     pub const EMPTY: Aabb = Aabb {
         min: Vec3::INFINITY,
         max: Vec3::NEG_INFINITY,
     };
 
-    /// The smallest box in single precision around the points `min` to `max`.
+    /// The smallest single-precision box that contains `min` to `max`.
     pub fn around(min: DVec3, max: DVec3) -> Aabb {
         let down = |v: f64| {
             let r = v as f32;
@@ -34,7 +34,7 @@ impl Aabb {
         }
     }
 
-    /// The box around this one and the point `p`.
+    /// This box extended to contain the point `p`.
     pub fn with_point(self, p: Vec3) -> Aabb {
         Aabb {
             min: self.min.min(p),
@@ -42,7 +42,7 @@ impl Aabb {
         }
     }
 
-    /// The box around both.
+    /// The smallest box that contains both.
     pub fn union(self, other: Aabb) -> Aabb {
         Aabb {
             min: self.min.min(other.min),
@@ -50,23 +50,23 @@ impl Aabb {
         }
     }
 
-    /// Half the surface; infinite for boxes beyond about 1e19.
+    /// Half the surface area; infinite for boxes beyond about 1e19.
     pub fn half_area(&self) -> f32 {
         let d = self.max - self.min;
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
-    /// Holds no point.
+    /// Returns `true` if the box contains no point.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
 
-    /// Center and radius of the sphere around the box; radius 0 where the box is empty.
+    /// Center and radius of the bounding sphere; radius 0 if the box is empty.
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
         if self.is_empty() {
             return (Vec3::ZERO, 0.0);
         }
-        // Halved before adding: the sum of two large coordinates may overflow.
+        // Halved before the addition: the sum of two large coordinates may overflow.
         let center = self.min * 0.5 + self.max * 0.5;
         (center, (self.max - center).length())
     }

@@ -1,8 +1,8 @@
-//! The traversal's innermost steps, in the vector instructions of the processor at hand.
+//! The innermost steps of traversal (ray-box tests), in the processor's vector instructions.
 //!
-//! With AVX2 eight boxes are one register and not two; AVX-512 has an instruction that puts hit children side by side. Measured
-//! (`cargo bench --bench traversal`, AMD EPYC with AVX-512, geometric means over all rays): AVX2 saves 5 % of the time, fetching
-//! ahead 13 %, and AVX-512 another 3 %; searches for any hit save 4 % by its compression.
+//! With AVX2, eight boxes fit in one register instead of two; AVX-512 has an instruction that compresses the hit
+//! children. Measured (`cargo bench --bench traversal`, AMD EPYC with AVX-512, geometric means over all rays): AVX2
+//! saves 5 % of the time, prefetching 13 %, and AVX-512 another 3 %; any-hit searches gain 4 % from compression.
 
 use super::node::{Cell, Child, Node, NodeHits, StoredNode};
 use super::ray::TraversalRay;
@@ -12,7 +12,7 @@ use pulp::x86::V3;
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{__m256, _CMP_LE_OQ, _MM_HINT_T0, _mm_prefetch};
 
-/// Which children's boxes the ray meets between 0 and `t_max`, and where it enters them: [`StoredNode::test`].
+/// Which children's boxes the ray intersects between 0 and `t_max`, and where it enters them: [`StoredNode::test`].
 #[inline(always)]
 pub(super) fn test_boxes(
     with: impl Instructions,
@@ -29,8 +29,8 @@ pub(super) fn test_boxes(
     }
 }
 
-/// The children in these slots, side by side from the first; anything after them: [`NodeHits::compress`], with AVX-512 without
-/// branches for how many there are, which could not be foreseen.
+/// Compresses the children in these slots to the front; the remaining entries are unspecified: [`NodeHits::compress`].
+/// With AVX-512 there is no branch on their count, which would be mispredicted.
 #[inline(always)]
 pub(super) fn compress(
     with: impl Instructions,
@@ -49,16 +49,16 @@ pub(super) fn compress(
     }
 }
 
-/// Says that the node or packet in cell `at` will be wanted soon.
+/// Prefetches the node or packet in cell `at`.
 #[inline(always)]
 pub(super) fn prefetch(cells: &[Cell], at: usize) {
     #[cfg(target_arch = "x86_64")]
     {
-        /// Lines of the cache that a node takes; a packet takes three.
+        /// Cache lines that a node occupies; a packet occupies three.
         const LINES: usize = 4;
         let first = cells.as_ptr().wrapping_add(at);
         for line in 0..LINES {
-            // SAFETY: fetching ahead reads nothing: no address is wrong for it.
+            // SAFETY: a prefetch does not access memory, so any address is valid.
             #[expect(unsafe_code, reason = "measured: see above")]
             unsafe {
                 _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(2 * line).cast());
@@ -93,7 +93,7 @@ fn test_with_avx2(v3: V3, node: StoredNode, ray: &TraversalRay, t_max: f32) -> (
     (avx._mm256_movemask_ps(hit) as u32, bytemuck::cast(near))
 }
 
-/// Distances to the children's planes of one axis where the ray enters their slabs.
+/// Distances at which the ray enters the children's slabs in one axis.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn to_near_planes(v3: V3, node: StoredNode, ray: &TraversalRay, axis: usize) -> __m256 {
@@ -101,7 +101,7 @@ fn to_near_planes(v3: V3, node: StoredNode, ray: &TraversalRay, axis: usize) -> 
     to_planes(v3, planes, ray.near_origin[axis], ray.inverse[axis])
 }
 
-/// The same where it leaves them.
+/// Distances at which the ray leaves them.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn to_far_planes(v3: V3, node: StoredNode, ray: &TraversalRay, axis: usize) -> __m256 {
@@ -109,8 +109,8 @@ fn to_far_planes(v3: V3, node: StoredNode, ray: &TraversalRay, axis: usize) -> _
     to_planes(v3, planes, ray.far_origin[axis], ray.far_inverse[axis])
 }
 
-// A function and not a closure: closures are compiled without the instructions of the function around them where LLVM does not
-// inline them.
+// A function, not a closure: where LLVM does not inline a closure, it compiles it without the target features of the
+// enclosing function.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn to_planes(v3: V3, planes: __m256, origin: f32, inverse: f32) -> __m256 {
@@ -131,7 +131,7 @@ mod tests {
     use crate::math::hash::{mix2, unit_float};
     use crate::math::instruction_set::InstructionSet;
 
-    /// Writes down all that it is shown.
+    /// Records everything it visits.
     struct Recorder {
         t_max: f32,
         seen: Vec<(PrimitiveId, u64)>,
@@ -175,7 +175,7 @@ mod tests {
         for i in 0..2000 {
             let mut d = point(i, 11).normalize();
             if i % 4 == 0 {
-                // Along planes of boxes, and with a zero of either sign.
+                // Along the boxes' planes, with a zero of either sign.
                 d = Vec3::new(if i % 8 == 0 { 0.0 } else { -0.0 }, d.y, d.z).normalize();
             }
             let o = point(i, 10);
@@ -185,7 +185,7 @@ mod tests {
         assert!(hits > 1000, "{hits}");
     }
 
-    /// How many triangles all instructions see.
+    /// The number of triangles visited, the same with every instruction set.
     fn compare<O: Order>(tree: &mut Tree, o: Vec3, d: Vec3) -> usize {
         let records = InstructionSet::available().into_iter().map(|set| {
             let mut recorder = Recorder {

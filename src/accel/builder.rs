@@ -1,6 +1,6 @@
-//! Building the 8-wide tree: obvhs makes a binary one, [`Plan`] says which of its nodes to keep.
+//! Builds the 8-wide tree: obvhs makes a binary one, and [`Plan`] says which of its nodes to keep.
 //!
-//! The tree depends on the primitives alone, and not on how many threads build it.
+//! The tree depends only on the primitives, not on the number of threads that build it.
 
 use super::aabb::Aabb;
 use super::collapse::{Plan, Root};
@@ -17,23 +17,23 @@ use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2;
 use rayon::prelude::*;
 
-/// Down to this depth subtrees are built in parallel: 64 pieces, enough to keep threads busy though they
-/// differ in size.
+/// Subtrees are built in parallel down to this depth: 64 pieces, enough to keep threads busy even though their sizes
+/// differ.
 const PARALLEL_DEPTH: usize = 2;
 
-/// In trees of at least this many primitives; smaller ones are built in a millisecond.
+/// Trees with fewer primitives are built on one thread, in a millisecond.
 const PARALLEL_ITEMS: usize = 1 << 12;
 
-/// Leaves are joined although the one is visited more often than both were, by up to this share: rays
-/// are as fast, and a triangle takes 3 to 5 bytes less.
+/// Two leaves are merged even if that makes them more expensive to visit by up to this fraction: rays are as fast, and
+/// a triangle takes 3 to 5 bytes less.
 const SPARE: f32 = 0.4;
 
-/// Boxes times how often they cover the one around all of them, up to which the binary builder may look
-/// for better places as it likes: about a second. Ordinary meshes of a million triangles have 10⁷;
-/// 2.5 million triangles as large as the scene, 10¹², would take a minute.
+/// Limit on the number of boxes times their average overlap, up to which the binary builder's reinsertion runs in full:
+/// about a second. Ordinary meshes of a million triangles have 10⁷; 2.5 million triangles as large as the scene, 10¹²,
+/// would take a minute.
 const AFFORDABLE_VISITS: f64 = 5e9;
 
-/// What binary builder and plan leave, and what is built from.
+/// The output of the binary builder and the plan, and the primitives.
 struct Source<'a, F> {
     items: &'a [Item],
     corners: F,
@@ -43,7 +43,7 @@ struct Source<'a, F> {
     indices: Vec<u32>,
 }
 
-/// Builds a tree over `items` with finite boxes; `corners` gives the corners of triangles.
+/// Builds a tree over `items`, whose boxes are finite; `corners` returns a triangle's corners.
 pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] + Sync) -> Tree {
     if items.is_empty() {
         return Tree {
@@ -55,16 +55,16 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
     let groups = Groups::of(items);
     let usual = BvhBuildParams::very_fast_build();
     let parameters = BvhBuildParams {
-        // Leaves are for the plan to make.
+        // The plan forms the leaves.
         max_prims_per_leaf: 1,
-        // The plan evens out what slower presets do better: they take up to three times as long, for
-        // rays that are a few per cent faster at most.
+        // The plan makes up for what slower presets improve: they take up to three times as long, for rays that are a
+        // few per cent faster at most.
         reinsertion_batch_ratio: usual.reinsertion_batch_ratio * affordable_share(items),
         ..usual
     };
     let mut binary = build_bvh2(&groups.boxes(items), parameters, &mut Default::default());
     let plan = Plan::new(&binary, &groups, items);
-    // A third of the memory that building takes.
+    // Frees a third of the memory used while building.
     binary.nodes = Vec::new();
     let source = Source {
         items,
@@ -94,11 +94,11 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
     tree
 }
 
-/// How much of the usual search for better places of nodes can be afforded: all of it, unless boxes
-/// overlap without end. Such a search visits whatever overlaps, about as many nodes as the boxes
-/// together are larger than the one around all, and the number of searches grows with that of boxes.
+/// The share of the usual node reinsertions that is affordable: all of them, unless boxes overlap excessively. One
+/// search visits every overlapping node, about the summed area of the boxes divided by that of their bounding box, and
+/// there is one search per box.
 fn affordable_share(items: &[Item]) -> f32 {
-    // In parts, so that the sum depends on no number of threads.
+    // In fixed chunks, so that the sum does not depend on the number of threads.
     let parts = items.par_chunks(PARALLEL_ITEMS).map(|items| {
         items.iter().fold((0.0, Aabb::EMPTY), |(area, all), item| {
             let half_area = f64::from(item.bounds.half_area());
@@ -112,7 +112,7 @@ fn affordable_share(items: &[Item]) -> f32 {
         all = all.union(bounds);
     }
     let visits = items.len() as f64 * area / f64::from(all.half_area());
-    // NaN (areas that overflow, or none) is no reason to search less.
+    // NaN (areas that overflow, or no boxes) does not reduce the search.
     if visits > AFFORDABLE_VISITS {
         (AFFORDABLE_VISITS / visits) as f32
     } else {
@@ -120,20 +120,20 @@ fn affordable_share(items: &[Item]) -> f32 {
     }
 }
 
-/// What is to become a child of a node.
+/// A future child of a node.
 enum Part {
-    /// A leaf with up to four items of one kind, and the box around them.
+    /// A leaf with up to four items of one kind, and its bounding box.
     Leaf(ArrayVec<PrimitiveId, LANES>, Aabb),
     /// A node with these entries of the plan below it, and its depth.
     Planned(ArrayVec<usize, { Node::WIDTH }>, usize),
-    /// Items that the plan does not divide.
+    /// Items that the plan does not subdivide.
     Heap(Vec<u32>),
 }
 
 type Parts = ArrayVec<Part, { Node::WIDTH }>;
 
 impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
-    /// What becomes of an entry of the plan.
+    /// The part that an entry of the plan becomes.
     fn planned(&self, entry: usize, depth: usize) -> Part {
         match self.plan.root(entry) {
             Root::Node(children) if depth < MAX_DEPTH => Part::Planned(children, depth),
@@ -158,7 +158,7 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
         }
     }
 
-    /// A leaf where the items fit in one.
+    /// A leaf if the items fit in one.
     fn of_items(&self, mut items: impl Iterator<Item = u32>) -> Part {
         let first: ArrayVec<u32, LANES> = items.by_ref().take(LANES).collect();
         let Some(next) = items.next() else {
@@ -179,7 +179,7 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
         Part::Heap(items.collect())
     }
 
-    /// The children of what is no leaf.
+    /// The children of a part that is not a leaf.
     fn divided(&self, part: &Part) -> Parts {
         match part {
             Part::Leaf(..) => Parts::new(),
@@ -198,7 +198,7 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
         }
     }
 
-    /// Adds a node with `parts` as its children and all below it; gives the box around that.
+    /// Adds a node with `parts` as its children and everything below it; returns its bounding box.
     fn add(&self, parts: &[Part], to: &mut Tree) -> Aabb {
         let at = to.cells.len();
         let mut children = self.start(parts, to);
@@ -209,7 +209,7 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
         finish(children, &mut to.cells[at..])
     }
 
-    /// The same with what is below built in parallel, down to a depth.
+    /// Like `add`, building subtrees in parallel down to a depth.
     fn add_parallel(&self, parts: &[Part], depth: usize) -> (Pieces, Aabb) {
         let mut tree = Tree::default();
         let mut children = self.start(parts, &mut tree);
@@ -234,7 +234,7 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
         (Pieces([tree].into_iter().chain(below).collect()), all)
     }
 
-    /// Adds room for a node, and the leaves among its children.
+    /// Reserves a node, and adds the leaves among its children.
     fn start(&self, parts: &[Part], to: &mut Tree) -> Children {
         let at = to.cells.len();
         to.cells.extend(Node::empty().cells());
@@ -272,9 +272,9 @@ impl Part {
 /// A node's children with their boxes.
 type Children = ArrayVec<(Child, Aabb), { Node::WIDTH }>;
 
-/// Writes the node to the first cells; gives the box around it.
+/// Writes the node to the first cells; returns its bounding box.
 fn finish(mut children: Children, cells: &mut [Cell]) -> Aabb {
-    // A search for any hit takes what comes last, and is best served by the largest.
+    // An any-hit search pops the last child first, and is served best by the largest.
     children.sort_by(|(_, a), (_, b)| a.half_area().total_cmp(&b.half_area()));
     let (mut node, mut all) = (Node::empty(), Aabb::EMPTY);
     for (slot, &(child, bounds)) in children.iter().enumerate() {
@@ -293,15 +293,15 @@ impl Pieces {
         self.0.iter().map(|piece| piece.cells.len()).sum()
     }
 
-    /// Children count from their node, so pieces need only be put together. (Room for all at once:
-    /// a growing vector of cells would be copied every time, for the sake of their alignment.)
+    /// Children are addressed relative to their node, so concatenation suffices. (Space is reserved at once: a growing
+    /// vector of cells would be copied at every growth, because of their alignment.)
     fn joined(self) -> Tree {
         let mut tree = Tree {
             cells: Vec::with_capacity(self.cells()),
             nodes: 0,
             instructions: InstructionSet::best(),
         };
-        // Before anything touches it: zeros would be written in small pages already.
+        // Before the first access: even writing zeros would already map small pages.
         pages::ask_for_large(tree.cells.spare_capacity_mut());
         for piece in self.0 {
             tree.cells.extend_from_slice(&piece.cells);
@@ -311,7 +311,7 @@ impl Pieces {
     }
 }
 
-/// Makes one leaf of two among the parts, again and again, where that is cheaper.
+/// Merges two of the leaves among the parts, repeatedly, as long as that is cheaper.
 fn join_leaves(parts: &mut Parts) {
     let joined = |a: &Part, b: &Part| match (a, b) {
         (Part::Leaf(a, in_a), Part::Leaf(b, in_b))
@@ -343,7 +343,7 @@ mod tests {
 
     #[test]
     fn only_boxes_that_overlap_without_end_are_searched_less() {
-        // In a row; and each as large as all together, so many times.
+        // Boxes in a row, and boxes that all cover the whole, `i` times.
         let item = |i: u32, min: f32, max: f32| Item {
             id: PrimitiveId::triangle(i, false),
             bounds: Aabb {
@@ -359,7 +359,7 @@ mod tests {
         // 10⁵ boxes that cover everything 10⁵ times.
         let expected = AFFORDABLE_VISITS / 1e10;
         assert!((f64::from(affordable_share(&alike)) / expected - 1.0).abs() < 1e-6);
-        // Neither points nor nothing.
+        // Points, and no boxes at all.
         assert_eq!(affordable_share(&[item(0, 1.0, 1.0); 3]), 1.0);
     }
 }

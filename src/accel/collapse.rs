@@ -1,12 +1,11 @@
-//! Which nodes of the binary tree become nodes and leaves of the wide one: those for which a ray is
-//! expected to cost least (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs
-//! Through Compressed Wide BVHs", HPG 2017, §3.1).
+//! Selects the nodes of the binary tree that become nodes and leaves of the wide one, minimizing the expected cost of a
+//! ray by the surface area heuristic (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through
+//! Compressed Wide BVHs", HPG 2017, §3.1).
 //!
-//! Below a binary node there may be a forest of up to i roots, 1 ≤ i ≤ 7, each a wide node or a leaf.
-//! The cheapest forest is one of i − 1 roots, or one of k roots on the left and i − k on the right;
-//! a single root is a leaf, or a wide node over the cheapest forest of eight. Costs are those of
-//! visiting times the surface area, which is proportional to the chance that a ray comes by
-//! (Goldsmith and Salmon 1987). Working upwards, all decisions are found in one sweep.
+//! Below a binary node there may be a forest of up to i roots, 1 ≤ i ≤ 7, each a wide node or a leaf. The cheapest
+//! forest is one of i − 1 roots, or one of k roots on the left and i − k on the right; a single root is a leaf, or a
+//! wide node over the cheapest forest of eight. The cost of a visit is weighted by surface area, which is proportional
+//! to the probability that a ray hits the box (Goldsmith and Salmon 1987). One bottom-up sweep finds all decisions.
 
 use super::groups::Groups;
 use super::node::Node;
@@ -16,25 +15,25 @@ use arrayvec::ArrayVec;
 use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
 
-/// What testing a leaf's packet costs, in units of testing a node's eight boxes. (Rays are as fast with
-/// anything from 0.3 to 0.8, and slower above; less means fewer nodes.)
+/// Cost of testing a leaf's packet, in units of testing a node's eight boxes. (Ray times are the same for 0.3 to 0.8,
+/// and worse above; less means fewer nodes.)
 const PACKET_COST: f32 = 0.3;
 
-/// What a primitive costs that is no triangle, in the same units. Of a piece of a curve less than it
-/// takes, so that leaves hold several, as good for curves' memory as it is for their time.
+/// Cost of a non-triangle primitive, in the same units. That of a piece of a curve is below its true cost, so that
+/// leaves hold several, which serves curves' memory as well as their time.
 fn other_cost(kind: OtherKind) -> f32 {
     match kind {
         OtherKind::Curve => 0.3,
         OtherKind::Quadric => 2.0,
-        // The ray is taken there and prepared anew, and meets a tree.
+        // The ray is transformed, set up again, and traverses another tree.
         OtherKind::Instance | OtherKind::Moving => 6.0,
     }
 }
 
-/// Roots that a forest may have without being a node's children.
+/// Maximum number of roots in a forest whose roots are not yet the children of a node.
 const ROOTS: usize = Node::WIDTH - 1;
 
-/// Levels of the binary tree smaller than this are not worth sharing between threads.
+/// Levels of the binary tree smaller than this are not worth splitting between threads.
 const PARALLEL: usize = 2048;
 
 /// The binary tree, breadth first, with the decisions.
@@ -45,17 +44,17 @@ pub(super) struct Plan {
 /// A node of the binary tree.
 #[derive(Clone, Copy)]
 struct Entry {
-    /// Number of the left child, which the right one follows; of a leaf the first of its groups.
+    /// Index of the left child, which the right one follows; for a leaf, that of its first group.
     first: u32,
-    /// How many groups the leaf has; 0 for inner nodes.
+    /// Number of groups in a leaf; 0 for inner nodes.
     groups: u32,
-    /// Of the binary builder's box, which is up to a hundredth too large.
+    /// Half area of the binary builder's box, which is up to 1 % too large.
     half_area: f32,
     decision: Decision,
 }
 
-/// Three bits for each number of roots: how many are on the left. 0 for one root means a leaf, for
-/// more that one fewer is better. The split of a wide node's eight is kept for one root.
+/// Three bits for each number of roots: how many are on the left. 0 for one root means a leaf; for more, that one root
+/// fewer is cheaper. The split of a wide node's eight is stored for one root.
 #[derive(Clone, Copy, Default)]
 struct Decision(u32);
 
@@ -69,18 +68,18 @@ impl Decision {
     }
 }
 
-/// What is known below a node of the binary tree during the sweep.
+/// What the sweep knows about the subtree of a binary node.
 #[derive(Clone, Copy)]
 struct Below {
     items: u32,
     others: u32,
-    /// What the others cost.
+    /// Cost of the non-triangle primitives.
     others_cost: f32,
-    /// Of the cheapest forest with so many roots, less one.
+    /// Cost of the cheapest forest, by its number of roots minus one.
     cost: [f32; ROOTS],
 }
 
-/// What a node of the wide tree is made of.
+/// What a node of the wide tree consists of.
 pub(super) enum Root {
     /// A leaf with the items below the entry.
     Leaf,
@@ -106,7 +105,7 @@ impl Plan {
             let count = |&group: &u32| groups.members(group).len() as u32;
             let mut below = Below {
                 items: members.iter().map(count).sum(),
-                // Without others the items, which are anywhere in memory, need not be looked at.
+                // Without other primitives the items, which are scattered in memory, need not be read.
                 others: 0,
                 others_cost: 0.0,
                 cost: [0.0; ROOTS],
@@ -141,7 +140,7 @@ impl Plan {
         Plan { entries }
     }
 
-    /// What becomes of the entry where it is a root; entry 0 is that of the tree.
+    /// The leaf or node that the entry becomes as a root; entry 0 is the root of the tree.
     pub fn root(&self, entry: usize) -> Root {
         let Entry {
             groups, decision, ..
@@ -172,7 +171,7 @@ impl Plan {
                 roots -= 1;
             }
             if roots == 1 || groups > 0 {
-                // There is room: no more roots are asked for than a node has children.
+                // There is room: at most as many roots are requested as a node has children.
                 let _ = found.try_push(child);
             } else {
                 self.forest(child, roots, decision.left(roots), found);
@@ -182,7 +181,7 @@ impl Plan {
 
     /// The groups of an entry that is a leaf.
     pub fn groups_of_leaf(&self, entry: usize, binary: &[u32], found: &mut impl FnMut(u32)) {
-        // At most four levels: leaves of the plan hold few items.
+        // At most four levels deep: leaves of the plan hold few items.
         let Entry { first, groups, .. } = self.entries[entry];
         let first = first as usize;
         if groups == 0 {
@@ -212,7 +211,7 @@ impl Plan {
     }
 }
 
-/// The nodes of the binary tree level by level, and where levels are.
+/// The nodes of the binary tree level by level, and the range of each level.
 fn breadth_first(binary: &Bvh2) -> (Vec<Entry>, Vec<std::ops::Range<usize>>) {
     let mut entries = Vec::with_capacity(binary.nodes.len());
     let mut levels = Vec::new();
@@ -254,7 +253,7 @@ fn inner(entry: &mut Entry, left: &Below, right: &Below) -> Below {
         others_cost: left.others_cost + right.others_cost,
         cost: [f32::INFINITY; ROOTS],
     };
-    // Children of a node, or forests of so many roots, with k of them on the left.
+    // The children of a node, or a forest of that many roots, with k of them on the left.
     let cheapest = |roots: usize| {
         let mut best = (1, f32::INFINITY);
         for k in 1.max(roots.saturating_sub(ROOTS))..=ROOTS.min(roots - 1) {

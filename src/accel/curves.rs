@@ -1,6 +1,5 @@
-//! The curves of one tree. Each segment is a few boxes in the tree ("pieces"), whose leaves lead
-//! straight to its 64 bytes: a search touches nothing else, but for ribbons and for curves whose
-//! transformation does not keep angles.
+//! The curves of one tree. Each segment is a few boxes in the tree ("pieces"), whose leaves refer directly to its 64
+//! bytes: a search reads nothing else, except for ribbons and for curves whose transformation does not preserve angles.
 
 use super::PrimitiveAttributes;
 use super::aabb::Aabb;
@@ -9,20 +8,20 @@ use crate::math::{DVec3, Vec3};
 use crate::shapes::curve::{CurveHit, CurveKind, Curves, Placement, Segment};
 use crate::shapes::local::LocalSurface;
 
-/// A piece has its number within the segment in so many bits, since a segment has up to eight.
+/// Bits for a piece's index within its segment, since a segment has up to eight.
 const PIECE_BITS: u32 = 3;
 
-/// What all segments of a curve share.
+/// Data shared by all segments of a curve.
 struct Owner {
     kind: CurveKind,
     flip: bool,
     placement: Option<Box<Placement>>,
     attributes: PrimitiveAttributes,
-    /// Number of the curve's first segment.
+    /// Index of the curve's first segment.
     first: u32,
 }
 
-/// What a ray meets of a curve, what it carries and the light that shines from it.
+/// The surface at a hit on a curve, the curve's attributes, and its light.
 type CurveSurface<'a> = (LocalSurface, &'a PrimitiveAttributes, Option<LightId>);
 
 /// The curves.
@@ -50,12 +49,12 @@ impl CurveStore {
         });
     }
 
-    /// How many numbers pieces take.
+    /// The number of piece indices.
     pub fn piece_numbers(&self) -> usize {
         self.segments.len() << PIECE_BITS
     }
 
-    /// How many segments there are.
+    /// The number of segments.
     pub fn segments(&self) -> usize {
         self.segments.len()
     }
@@ -86,9 +85,9 @@ impl CurveStore {
         }
     }
 
-    /// The ray in the space that the segment's widths are measured in.
+    /// The ray in the space in which the segment's widths are measured.
     fn local(&self, segment: &Segment, o: DVec3, d: DVec3) -> (DVec3, DVec3) {
-        // Asked of the segment first: its owner is another cache miss.
+        // Check the segment first: reading its owner is another cache miss.
         if !segment.is_placed() {
             return (o, d);
         }
@@ -101,7 +100,7 @@ impl CurveStore {
         }
     }
 
-    /// The nearest meeting of the ray with a piece at 0 < t < `t_max`.
+    /// The nearest intersection of the ray with a piece at 0 < t < `t_max`.
     pub fn intersect(&self, number: usize, o: DVec3, d: DVec3, t_max: f64) -> Option<CurveHit> {
         let segment = &self.segments[number >> PIECE_BITS];
         let piece = number & ((1 << PIECE_BITS) - 1);
@@ -110,7 +109,7 @@ impl CurveStore {
         segment.intersect(piece, normals, o, d, t_max)
     }
 
-    /// The surface where [`CurveStore::intersect`] finds one.
+    /// The surface at the hit that [`CurveStore::intersect`] found.
     pub fn surface(&self, number: usize, o: DVec3, d: DVec3) -> Option<CurveSurface<'_>> {
         let hit = self.intersect(number, o, d, f64::INFINITY)?;
         let segment = &self.segments[number >> PIECE_BITS];
@@ -126,7 +125,7 @@ impl CurveStore {
         Some((surface, &owner.attributes, light))
     }
 
-    /// What the curve carries that primitive `number` is a piece of.
+    /// The attributes of the curve that primitive `number` is a piece of.
     pub fn attributes(&self, number: usize) -> &PrimitiveAttributes {
         &self.owners[self.segments[number >> PIECE_BITS].owner()].attributes
     }

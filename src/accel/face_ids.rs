@@ -1,22 +1,22 @@
-//! Which faces of their original meshes triangles are of.
+//! Face indices of triangles in their original meshes (Ptex).
 
-/// The faces of those meshes of a level that say so. Kept apart from the meshes, which have no room for
-/// it: few scenes use Ptex.
+/// The face indices of a level's meshes that have them. Kept apart from the meshes, which have no room for them: few
+/// scenes use Ptex.
 #[derive(Default)]
 pub(super) struct FaceIds {
-    /// By the number of the mesh's first triangle within the level, ascending.
+    /// By the index of the mesh's first triangle within the level, ascending.
     meshes: Vec<(u32, Box<[u32]>)>,
 }
 
 impl FaceIds {
-    /// Adds those of a mesh after all that are there; `ids` may be empty.
+    /// Appends those of a mesh; `ids` may be empty.
     pub fn push(&mut self, first: u32, ids: Vec<u32>) {
         if !ids.is_empty() {
             self.meshes.push((first, ids.into()));
         }
     }
 
-    /// The face that triangle `i` of the mesh with this first triangle is of; 0 where nothing says so.
+    /// The face of triangle `i` of the mesh that starts with triangle `first`; 0 if the mesh has no face indices.
     #[inline]
     pub fn of(&self, first: u32, i: usize) -> u32 {
         match self.meshes.is_empty() {

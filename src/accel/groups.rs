@@ -1,4 +1,4 @@
-//! What the binary builder is given: every box once, and no two quite alike.
+//! Input of the binary builder: every box once, and no two exactly alike.
 
 use super::aabb::Aabb;
 use super::primitive::Item;
@@ -6,25 +6,25 @@ use crate::math::Vec3;
 use crate::math::hash::{mix, mix2, unit_float};
 use rayon::prelude::*;
 
-/// Up to how much larger a box looks to the binary builder than it is ([`Groups::boxes`]). Boxes that
-/// grow faster than this from one to the next run out of single precision after 20,000.
+/// Maximum relative enlargement of a box for the binary builder ([`Groups::boxes`]). Boxes that grow faster than this
+/// from one to the next overflow single precision after 20,000.
 const UNEVENNESS: f32 = 0.01;
 
-/// Boxes are compared in so many parts, each with those whose hashes end alike: a part's table stays in
-/// the processor's cache.
+/// Number of parts in which boxes are compared, by the low bits of their hashes: a part's table stays in the
+/// processor's cache.
 const PARTS: usize = 8;
 
-/// Items by box: the binary builder pairs neighbors of least cost, and among thousands of equal
-/// ones finds a single pair a pass, which takes for ever. So it gets every box once.
+/// Items grouped by box: the binary builder merges the nearest neighbors, and among thousands of equal boxes finds only
+/// one pair per pass, which takes practically forever. So it gets every box once.
 pub(super) enum Groups {
     /// No two boxes are equal: every item is a group.
     Single(usize),
-    /// Some are. (The two triangles of a quad often.)
+    /// Some boxes are equal. (Often the two triangles of a quad.)
     Shared {
-        /// Items, those with equal boxes together: in the order of the first of each group, as
-        /// neighbors in a file are near each other in space and in memory.
+        /// Items with equal boxes are adjacent, in the order of the first of each group, as neighbors in a file are
+        /// near each other in space and in memory.
         order: Vec<u32>,
-        /// Where groups start in `order`, and its length.
+        /// Start of each group in `order`, followed by its length.
         starts: Vec<u32>,
     },
 }
@@ -62,7 +62,7 @@ impl Groups {
         Groups::Shared { order, starts }
     }
 
-    /// How many groups there are.
+    /// The number of groups.
     pub fn len(&self) -> usize {
         match self {
             Groups::Single(len) => *len,
@@ -72,7 +72,7 @@ impl Groups {
 
     /// The items of a group.
     pub fn members(&self, group: u32) -> impl ExactSizeIterator<Item = u32> + '_ {
-        // An item on its own stands for a slice of one.
+        // A single item is returned as a slice of one.
         let range = match self {
             Groups::Single(_) => group as usize..group as usize + 1,
             Groups::Shared { starts, .. } => {
@@ -93,11 +93,11 @@ impl Groups {
             .map_or(Aabb::EMPTY, |i| items[i as usize].bounds)
     }
 
-    /// What the binary builder sees: one box a group, each a little larger by a share of its own.
+    /// The boxes for the binary builder: one per group, each enlarged slightly by a different amount.
     ///
-    /// The builder pairs mutual nearest neighbors, pass by pass. Where every box's nearest is the
-    /// one before it (a row of equal boxes, boxes that grow from one to the next) there is one
-    /// mutual pair, and as many passes as boxes. Uneven sizes make a third of them mutual.
+    /// The builder merges mutual nearest neighbors, pass by pass. Where every box's nearest is the previous one (a row
+    /// of equal boxes, boxes that grow from one to the next) there is one mutual pair, and as many passes as boxes.
+    /// Uneven sizes make a third of them mutual.
     pub fn boxes(&self, items: &[Item]) -> Vec<obvhs::aabb::Aabb> {
         (0..self.len() as u32)
             .into_par_iter()
@@ -105,7 +105,7 @@ impl Groups {
                 let bounds = self.bounds(group, items);
                 let share = UNEVENNESS * unit_float(mix(u64::from(group)));
                 let grown = (bounds.max - bounds.min) * share;
-                // Where the sum overflows the box was as large as numbers are.
+                // If the sum overflows, the box already extends to the largest number.
                 let max = (bounds.max + grown).min(Vec3::MAX);
                 obvhs::aabb::Aabb::new(bounds.min.into(), max.into())
             })
@@ -113,21 +113,21 @@ impl Groups {
     }
 }
 
-/// An item with a box that an earlier one has, the first of them.
+/// An item whose box is that of an earlier one, and the first such item.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Later {
     first: u32,
     item: u32,
 }
 
-/// The later ones among the items that belong to a part.
+/// The duplicates among the items that belong to a part.
 fn later_of_part(items: &[Item], hashes: &[u64], part: usize) -> Vec<Later> {
     let parts = PARTS as u64;
     let belongs = |hash: &u64| hash % parts == part as u64;
-    // Half empty at least: the first empty place is not far.
+    // At least half empty: the first free slot is near.
     let count = hashes.iter().filter(|hash| belongs(hash)).count();
     let places = (2 * count).next_power_of_two();
-    // Numbers of items plus one.
+    // Indices of items plus one.
     let mut table = vec![0u32; places];
     let mut found = Vec::new();
     for (&hash, i) in hashes.iter().zip(0u32..).filter(|(hash, _)| belongs(hash)) {
@@ -147,7 +147,7 @@ fn later_of_part(items: &[Item], hashes: &[u64], part: usize) -> Vec<Later> {
     found
 }
 
-/// What makes boxes alike.
+/// The bits that identify a box.
 fn bits(item: &Item) -> [u64; 3] {
     let Aabb { min, max } = item.bounds;
     let pair = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
@@ -159,7 +159,7 @@ mod tests {
     use super::super::primitive::PrimitiveId;
     use super::*;
 
-    /// Items with boxes of these sizes about the origin.
+    /// Items with boxes of these sizes around the origin.
     fn items(sizes: &[f32]) -> Vec<Item> {
         let item = |(&size, i): (&f32, u32)| Item {
             id: PrimitiveId::triangle(i, false),

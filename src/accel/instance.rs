@@ -1,4 +1,4 @@
-//! Copies of objects.
+//! Instances: copies of objects.
 
 use super::aabb::Aabb;
 use super::level::Level;
@@ -7,30 +7,30 @@ use crate::math::DVec3;
 use crate::math::transform::{Transform, box_corners};
 use glam::DAffine3;
 
-/// Where a tree stands in another.
+/// The placement of one tree within another.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
-    /// The inner tree's coordinates, counted from its anchor, to the outer one's.
+    /// From the inner tree's coordinates, relative to its anchor, to the outer tree's.
     pub outer_from_inner: DAffine3,
     /// The inverse.
     pub inner_from_outer: DAffine3,
 }
 
-/// An object in a place.
+/// An object with its placement.
 pub(super) struct Instance {
-    /// Which object.
+    /// The object.
     pub object: ObjectId,
-    /// Where.
+    /// Its placement.
     pub place: Place,
 }
 
-/// A ray taken to an object's space and moved up to the object.
+/// A ray transformed to an object's space, with its origin moved up to the object.
 pub(super) struct InnerRay {
     /// Origin.
     pub o: DVec3,
     /// Unit direction.
     pub d: DVec3,
-    /// Inner distances are outer ones times `scale`, less `start`.
+    /// Inner distances are outer ones times `scale`, minus `start`.
     pub scale: f64,
     /// How far the origin was moved along the ray.
     pub start: f64,
@@ -54,9 +54,9 @@ impl Instance {
         })
     }
 
-    /// A box in render space around the object. That around its whole box, turned, would be up to twice
-    /// as wide as the object; so it is put around the boxes of the parts that the object's tree starts
-    /// with, as many fewer rays then enter in vain.
+    /// Bounding box of the object in render space. The transformed bounding box would be up to twice as wide as the
+    /// object, so this is the union of the transformed boxes of the root's children: correspondingly fewer rays enter
+    /// in vain.
     pub fn bounds(&self, level: &Level) -> Aabb {
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for (low, high) in level.padded_parts() {
@@ -75,14 +75,14 @@ impl Instance {
 }
 
 impl Place {
-    /// The ray `o + t d` in the inner space, starting near what is there: distances are then small,
-    /// and single precision is spent where it matters, however far away the ray began.
+    /// The ray `o + t d` in the inner space, starting near the object: distances are then small, and single precision
+    /// is spent where it matters, however far away the ray began.
     pub fn enter(&self, o: DVec3, d: DVec3, level: &Level) -> InnerRay {
         let inner_o = self.inner_from_outer.transform_point3(o);
         let inner_d = self.inner_from_outer.transform_vector3(d);
         let scale = inner_d.length();
         let d = inner_d / scale;
-        // The nearest the ray can be to the sphere around the object.
+        // The ray cannot reach the object's bounding sphere before this.
         let start = (-inner_o.dot(d) - level.radius * 1.001).max(0.0);
         InnerRay {
             o: inner_o + d * start,
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn the_box_of_a_turned_copy_is_around_the_object_and_not_around_its_box() {
-        // Sixteen small triangles in a row along a diagonal; turned by 45° they stand in a line.
+        // Sixteen small triangles along a diagonal; rotated by 45° they are aligned with an axis.
         let mut data = MeshData::default();
         for i in 0..16 {
             let p = DVec3::new(f64::from(i), f64::from(i), 0.0);
@@ -136,7 +136,7 @@ mod tests {
             let p = turn.m.transform_point3(*p).as_vec3();
             assert!(bounds.min.cmple(p).all() && bounds.max.cmpge(p).all());
         }
-        // Around its box it would be 15 √2 wide, as it is long.
+        // The transformed box would be 15 √2 wide, as wide as it is long.
         let size = bounds.max - bounds.min;
         assert!(size.x < 5.0, "{size}");
         assert!((20.0..23.0).contains(&size.y), "{size}");

@@ -19,22 +19,21 @@ use crate::shapes::quadric::Quadric;
 use crate::shapes::triangle::{Orientation, Triangle};
 use rayon::prelude::*;
 
-/// What is farther out, infinite or no number is left out: areas of boxes, which the builder
-/// compares, would overflow.
+/// Anything farther out, infinite or NaN is left out: box areas, which the builder compares, would overflow.
 const LARGEST_COORDINATE: f32 = 1e18;
 
-/// Every coordinate is a number within [`LARGEST_COORDINATE`]. A maximum of coordinates would not do: it
-/// passes over those that are no numbers.
+/// Returns `true` if every coordinate is within [`LARGEST_COORDINATE`]. A maximum of the coordinates would not do: it
+/// ignores NaN.
 fn is_place(p: Vec3) -> bool {
     p.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all()
 }
 
-/// Fewer vertices or triangles than this are not worth sharing between threads.
+/// Fewer vertices or triangles than this are not worth splitting between threads.
 const PARALLEL: usize = 1 << 12;
 
 /// A mesh rounded to single precision.
 pub(super) struct StoredMesh {
-    /// Number of its first triangle within the level.
+    /// Index of its first triangle within the level.
     pub first: u32,
     indices: Box<[[u32; 3]]>,
     positions: Box<[Vec3]>,
@@ -69,8 +68,7 @@ impl StoredMesh {
         }
     }
 
-    /// Triangle `i` for the builder. The box is empty where the triangle has no area or its corners
-    /// cannot be used.
+    /// Triangle `i` for the builder. The box is empty if the triangle has no area or unusable corners.
     fn item(&self, i: usize) -> Item {
         let corners = self.corners(i);
         let [a, b, c] = corners.map(Vec3::as_dvec3);
@@ -99,30 +97,30 @@ impl StoredMesh {
     }
 }
 
-/// A quadric with what it carries.
+/// A quadric with its attributes.
 pub(super) struct StoredQuadric {
     pub quadric: Quadric,
     pub attributes: PrimitiveAttributes,
 }
 
-/// Shapes being collected.
+/// Collects the shapes of a level.
 #[derive(Default)]
 pub(super) struct LevelBuilder {
-    /// Where single-precision coordinates count from; set by the first shape unless given. Any
-    /// point of the object serves: no coordinate is then larger than the object.
+    /// Origin of single-precision coordinates; set by the first shape unless given. Any point of the object will do: no
+    /// coordinate is then larger than the object.
     anchor: Option<DVec3>,
     meshes: Vec<StoredMesh>,
     face_ids: FaceIds,
     quadrics: Vec<StoredQuadric>,
     curves: CurveStore,
-    /// Shapes that move, each with a level of its own.
+    /// Moving shapes, each with a level of its own.
     moving: Vec<(LevelBuilder, Motion)>,
     triangles: usize,
     has_recoverable: bool,
 }
 
 impl LevelBuilder {
-    /// A level whose coordinates count from the origin.
+    /// A level whose coordinates are relative to the origin.
     pub fn at_origin() -> LevelBuilder {
         LevelBuilder {
             anchor: Some(DVec3::ZERO),
@@ -154,7 +152,7 @@ impl LevelBuilder {
         }
     }
 
-    /// Adds a shape, compiled for the space that `motion` takes to the level's.
+    /// Adds a shape, compiled in the space that `motion` maps to the level's.
     pub fn add_moving(
         &mut self,
         shape: CompiledShape,
@@ -164,7 +162,7 @@ impl LevelBuilder {
         let mut level = LevelBuilder::default();
         level.add(shape, attributes);
         if let (None, Some(center)) = (self.anchor, level.anchor) {
-            // Where it starts.
+            // Its position at the start of the motion.
             self.anchor = Some(motion.at(f64::NEG_INFINITY).transform_point3(center));
         }
         let motion = motion.shifted(-self.anchor.unwrap_or_default());
@@ -172,7 +170,7 @@ impl LevelBuilder {
     }
 
     fn add_mesh(&mut self, mesh: TriangleMesh, attributes: PrimitiveAttributes, anchor: DVec3) {
-        // A constant that is not 0 cuts nothing out, and need not be asked for every hit.
+        // A nonzero constant cuts nothing out, and need not be evaluated at every hit.
         let cuts =
             |alpha: &FloatInput| !matches!(alpha, FloatInput::Constant(value) if *value != 0.0);
         let attributes = PrimitiveAttributes {
@@ -201,8 +199,7 @@ impl LevelBuilder {
         });
     }
 
-    /// Builds the tree, with instances and moving objects beside the shapes, and the trees of
-    /// moving shapes.
+    /// Builds the tree, including instances and moving objects, and the trees of moving shapes.
     pub fn build(
         self,
         instances: Vec<(Instance, Aabb)>,
@@ -262,7 +259,7 @@ impl LevelBuilder {
 
 /// A tree with its shapes.
 pub(super) struct Level {
-    /// What coordinates count from.
+    /// The origin of coordinates.
     pub anchor: DVec3,
     /// Everything is within this distance of the anchor.
     pub radius: f64,
@@ -282,8 +279,8 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// What the tree is built over. Triangles without area or with unusable corners are left out
-    /// and counted.
+    /// The primitives that the tree is built over. Triangles without area or with unusable corners are skipped and
+    /// counted.
     fn items(&mut self, instances: &[Aabb], moving: &[Aabb]) -> Vec<Item> {
         let others = self.quadrics.len() + instances.len() + moving.len();
         let mut items = Vec::with_capacity(self.triangles() + others);
@@ -314,7 +311,7 @@ impl Level {
             }
         }
         for (i, bounds) in self.curves.pieces() {
-            // A curve seen by a ray may be off its box by what single precision loses in both.
+            // A ray may see a curve outside its box by what both lose in single precision.
             let slack = bounds.min.abs().max(bounds.max.abs()) * (2.0 * f32::EPSILON);
             let bounds = Aabb {
                 min: bounds.min - slack,
@@ -344,9 +341,8 @@ impl Level {
         items
     }
 
-    /// Corners of the level's box, with room for what rays lose that enter it: they are rounded to
-    /// single precision, which may move them by that much of the distance from the anchor. `None`
-    /// where it holds nothing.
+    /// Corners of the level's box, padded for the rounding of rays that enter it to single precision, which may move
+    /// them by that fraction of the distance from the anchor. `None` if the level is empty.
     pub fn padded_bounds(&self) -> Option<(DVec3, DVec3)> {
         if self.bounds.is_empty() {
             return None;
@@ -354,7 +350,7 @@ impl Level {
         Some(self.padded(self.bounds))
     }
 
-    /// The same of the parts that the tree starts with, which together hold everything.
+    /// The padded boxes of the root's children, which together contain everything.
     pub fn padded_parts(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
         self.tree.parts().map(|bounds| self.padded(bounds))
     }
@@ -365,7 +361,7 @@ impl Level {
         (low - margin, high + margin)
     }
 
-    /// The levels of shapes that move in this one.
+    /// The levels of moving shapes in this one.
     pub fn moving_shapes(&self) -> impl Iterator<Item = &Level> {
         self.moving.iter().filter_map(|m| match &m.inner {
             Inner::Shape(level) => Some(&**level),
@@ -373,23 +369,23 @@ impl Level {
         })
     }
 
-    /// How many triangles there are, those left out included.
+    /// The number of triangles, including those left out.
     pub fn triangles(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.indices.len()).sum()
     }
 
-    /// The mesh that triangle `id` of the level belongs to, and its number there.
+    /// The mesh that triangle `id` of the level belongs to, and its index there.
     #[inline]
     pub fn locate(&self, id: usize) -> (&StoredMesh, usize) {
         let after = self
             .meshes
             .partition_point(|mesh| mesh.first as usize <= id);
-        // Meshes without triangles share their number with the next one, which comes after them.
+        // A mesh without triangles shares its first index with the next mesh, which comes after it.
         let mesh = &self.meshes[after - 1];
         (mesh, id - mesh.first as usize)
     }
 
-    /// What the shape carries that `id`, a triangle, quadric or curve, is of.
+    /// The attributes of the shape that `id`, a triangle, quadric or curve, belongs to.
     pub fn attributes(&self, id: PrimitiveId) -> &PrimitiveAttributes {
         if id.is_triangle() {
             return &self.locate(id.index()).0.attributes;

@@ -1,10 +1,9 @@
-//! Finding what a ray meets: 8-wide bounding volume hierarchies over triangles, quadrics, curves
-//! and instances.
+//! Ray intersection: 8-wide bounding volume hierarchies (BVH) over triangles, quadrics, curves and instances.
 //!
-//! A [`Geometry`] has two levels. The top one is in render space and holds shapes and instances;
-//! each instance refers to an object with a tree of its own, stored about the object's own center
-//! (its anchor) so that single precision is spent on the object and not on where it stands. What
-//! moves is a kind of its own beside instances, and may also be in an object.
+//! A [`Geometry`] has two levels. The top one is in render space and holds shapes and instances; each instance refers
+//! to an object with a tree of its own, stored relative to the object's own center (its anchor), so that single
+//! precision is spent on the object and not on its position. Moving shapes and objects are a separate kind beside
+//! instances; moving shapes may also be part of an object.
 
 mod aabb;
 mod box_test;
@@ -43,7 +42,7 @@ use moving::{Inner, Moving};
 use primitive::{OtherKind, PrimitiveId};
 use search::{ClosestHit, Search};
 
-/// What a shape carries besides its geometry.
+/// The attributes of a shape besides its geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PrimitiveAttributes {
     /// `None` for a surface that rays pass through (media boundaries).
@@ -51,52 +50,51 @@ pub struct PrimitiveAttributes {
     /// First light of the shape: triangle i of a mesh is light `LightId(first.0 + i)`, or i/2 where
     /// `paired_lights`.
     pub light: Option<LightId>,
-    /// Is every two triangles of the mesh one light? See [`crate::shapes::emitter::Emitter::faces_per_piece`].
+    /// Every two triangles of the mesh are one light; see [`crate::shapes::emitter::Emitter::faces_per_piece`].
     pub paired_lights: bool,
-    /// Hits count only where this is not exactly 0. Quadrics ignore it, as pbrt-v3.
+    /// Hits count only where this is not exactly 0. Quadrics ignore it, as in pbrt-v3.
     pub alpha: Option<FloatInput>,
-    /// The same, for [`Geometry::occluded`] only.
+    /// Like `alpha`, for [`Geometry::occluded`] only.
     pub shadow_alpha: Option<FloatInput>,
-    /// The border it makes between media.
+    /// The interface it forms between media.
     pub interface: Option<InterfaceId>,
 }
 
 /// The closest hit of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct GeometryHit {
-    /// The point and its surroundings, render space.
+    /// The hit point and its local geometry, in render space.
     pub surface: SurfaceHit,
     /// The material there; `None` for a surface that rays pass through.
     pub material: Option<MaterialId>,
-    /// The light that shines from there.
+    /// The light that emits there.
     pub light: Option<LightId>,
-    /// The border between media there; `None` where both sides are the same.
+    /// The interface between media there; `None` if both sides are the same.
     pub interface: Option<InterfaceId>,
     /// Distance along the ray.
     pub t: f32,
 }
 
-/// What a ray meets that looks for light.
+/// What a ray that looks for emitters hits.
 #[derive(Clone, Copy, Debug)]
 pub enum EmitterHit {
-    /// Nothing: it leaves the scene.
+    /// Nothing: the ray leaves the scene.
     Escaped,
-    /// A surface that does not shine.
+    /// A surface that does not emit.
     NotEmissive,
-    /// A surface with a light.
+    /// A surface that emits.
     Emitter(GeometryHit),
 }
 
 /// Why geometry cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum GeometryError {
-    /// Numbers of primitives of a kind have 28 bits, and places in a tree (of 32 bytes) 30.
+    /// Primitive indices of each kind have 28 bits, and cell indices of a tree (32 bytes each) 30.
     #[error("too many primitives for one tree: {0}")]
     TooMany(usize),
 }
 
-/// Collects the shapes of one named object (`ObjectBegin`), placed by the transformation they
-/// had there.
+/// Collects the shapes of one named object (`ObjectBegin`), with the transformations they have there.
 #[derive(Default)]
 pub struct ObjectBuilder {
     level: LevelBuilder,
@@ -108,8 +106,7 @@ impl ObjectBuilder {
         self.level.add(shape, attributes);
     }
 
-    /// Adds a shape that moves: compiled without a transformation, and taken to the object's space
-    /// by `motion`.
+    /// Adds a moving shape: compiled without a transformation, and mapped to the object's space by `motion`.
     pub fn add_moving(
         &mut self,
         shape: CompiledShape,
@@ -143,8 +140,7 @@ impl GeometryBuilder {
         self.level.add(shape, attributes);
     }
 
-    /// Adds a shape that moves: compiled without a transformation, and taken to render space by
-    /// `motion`.
+    /// Adds a moving shape: compiled without a transformation, and mapped to render space by `motion`.
     pub fn add_moving(
         &mut self,
         shape: CompiledShape,
@@ -154,14 +150,13 @@ impl GeometryBuilder {
         self.level.add_moving(shape, attributes, motion);
     }
 
-    /// Adds a copy of `object` that moves, as [`GeometryBuilder::add_instance`] one that stands.
+    /// Adds a moving copy of `object`, as [`GeometryBuilder::add_instance`] adds a static one.
     pub fn add_moving_instance(&mut self, object: ObjectId, motion: Motion) {
         self.moving.push((object, motion));
     }
 
-    /// Adds a copy of `object` (an index into `build`'s argument; others are ignored).
-    /// `render_from_object` is render-from-world times the transformation at `ObjectInstance`;
-    /// one that is singular makes nothing.
+    /// Adds a copy of `object` (an index into `build`'s argument; others are ignored). `render_from_object` is
+    /// render-from-world times the transformation at `ObjectInstance`; a singular one adds nothing.
     pub fn add_instance(&mut self, object: ObjectId, render_from_object: &Transform) {
         self.instances.push((object, *render_from_object));
     }
@@ -194,18 +189,18 @@ impl GeometryBuilder {
     }
 }
 
-/// What was built.
+/// Statistics of a built geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GeometryStatistics {
-    /// Triangles in trees; those of an object once, however often it is instanced.
+    /// Triangles in trees; those of an object count once, however often it is instanced.
     pub triangles: usize,
     /// Quadrics in trees.
     pub quadrics: usize,
     /// Segments of curves in trees.
     pub curve_segments: usize,
-    /// Instances that stand.
+    /// Static instances.
     pub instances: usize,
-    /// Instances and shapes that move.
+    /// Moving instances and shapes.
     pub moving: usize,
     /// Triangles left out: zero area, or coordinates that are not finite or beyond 1e18.
     pub skipped: usize,
@@ -215,15 +210,14 @@ pub struct GeometryStatistics {
     pub bytes: usize,
 }
 
-/// All surfaces of a scene, ready for rays.
+/// All surfaces of a scene, ready to be intersected.
 pub struct Geometry {
     top: Level,
     objects: Vec<Level>,
 }
 
 impl Geometry {
-    /// The closest hit nearer than `ray.t_max`. `alpha` evaluates a texture for cut-outs, at
-    /// points in render space.
+    /// The closest hit nearer than `ray.t_max`. `alpha` evaluates a cut-out texture at points in render space.
     pub fn intersect(
         &self,
         ray: &Ray,
@@ -233,7 +227,7 @@ impl Geometry {
         self.resolve(ray, &found)
     }
 
-    /// The closest hit, for someone who asks for nothing but its light: surfaces without one are not worked out.
+    /// Closest hit; the surface is computed only if it emits.
     pub fn intersect_emitter(
         &self,
         ray: &Ray,
@@ -251,7 +245,7 @@ impl Geometry {
             .map_or(EmitterHit::Escaped, EmitterHit::Emitter)
     }
 
-    /// The level that an instance, or something that moves, of `level` holds.
+    /// The level that an instance or moving object of `level` refers to.
     fn inside<'a>(&'a self, level: &'a Level, id: PrimitiveId) -> &'a Level {
         if id.kind() == OtherKind::Instance {
             return &self.objects[level.instances[id.index()].object.index()];
@@ -262,7 +256,7 @@ impl Geometry {
         }
     }
 
-    /// How far along the ray that hit is, without the surface there.
+    /// Distance to the closest hit, without computing the surface there.
     pub fn distance(
         &self,
         ray: &Ray,
@@ -271,24 +265,24 @@ impl Geometry {
         Search::<_, false>::run(self, ray, alpha).map(|found| found.t)
     }
 
-    /// Is anything hit nearer than `ray.t_max`?
+    /// Returns `true` if anything is hit nearer than `ray.t_max`.
     pub fn occluded(&self, ray: &Ray, alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32) -> bool {
         Search::<_, true>::run(self, ray, alpha).is_some()
     }
 
-    /// Is there any surface without material, or with a cut-out for shadow rays only? Where there is
-    /// none, [`Geometry::occluded`] answers for light that passes surfaces without material too.
+    /// Returns `true` if there is any surface without material, or with a cut-out for shadow rays only. If not,
+    /// [`Geometry::occluded`] is also right for light that passes through surfaces without material.
     pub fn has_recoverable_surfaces(&self) -> bool {
         let mut levels = self.objects.iter().chain([&self.top]);
         levels.any(|level| level.has_recoverable)
     }
 
-    /// Works out the surface that a search found.
+    /// Computes the surface at the hit that a search found.
     #[inline]
     fn resolve(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         if found.path[0] == PrimitiveId::NONE && found.id.is_triangle() {
-            // What most rays meet; nothing is copied on its way to the answer.
+            // The most common hit; nothing is copied on its way out.
             let (local, attributes, light) = resolve_triangle(&self.top, o, d, found);
             return Some(hit(&local, attributes, light, ray, found));
         }
@@ -296,7 +290,7 @@ impl Geometry {
         Some(hit(&local, attributes, light, ray, found))
     }
 
-    /// The same in the space of `level`, from where the path of `found` starts.
+    /// The same in the space of `level`, where the path of `found` starts.
     fn resolve_along<'a>(
         &'a self,
         level: &'a Level,
@@ -319,7 +313,7 @@ impl Geometry {
             path: [rest, PrimitiveId::NONE],
             ..*found
         };
-        // Further in, the ray as the search had it.
+        // Deeper levels use the ray as the search had it.
         let (o, d) = if rest == PrimitiveId::NONE {
             (inner.o, inner.d)
         } else {
@@ -330,12 +324,12 @@ impl Geometry {
         Some((outer, attributes, light))
     }
 
-    /// The box around everything, render space; empty for an empty scene.
+    /// Bounding box of the scene, in render space; empty for an empty scene.
     pub fn bounds(&self) -> Aabb {
         self.top.bounds
     }
 
-    /// Counts and sizes.
+    /// Counts and memory.
     pub fn statistics(&self) -> GeometryStatistics {
         let mut statistics = GeometryStatistics {
             instances: self.top.instances.len(),
@@ -355,10 +349,10 @@ impl Geometry {
     }
 }
 
-/// A surface, what it carries and the light that shines from it.
+/// A surface, its attributes and its light.
 type Resolved<'a> = (LocalSurface, &'a PrimitiveAttributes, Option<LightId>);
 
-/// The hit of `ray` that a resolved surface makes.
+/// The hit of `ray` on a resolved surface.
 #[inline]
 fn hit(
     local: &LocalSurface,
@@ -376,12 +370,12 @@ fn hit(
     }
 }
 
-/// The surface in the space of `level` where the line `o + t d` meets the triangle that was found.
+/// The surface in the space of `level` where the line `o + t d` intersects the triangle found.
 #[inline(always)]
 fn resolve_triangle<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &ClosestHit) -> Resolved<'a> {
     let (mesh, i) = level.locate(found.id.index());
     let triangle = mesh.triangle(i);
-    // A ray within the plane of the triangle: any point of it is as good.
+    // For a ray in the triangle's plane any point of it will do.
     let b = triangle.barycentrics(o, d).unwrap_or([1.0 / 3.0; 3]);
     let light = mesh
         .attributes
@@ -392,7 +386,7 @@ fn resolve_triangle<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &ClosestHit
     (surface, &mesh.attributes, light)
 }
 
-/// The surface in the space of `level` where the line `o + t d` meets what was found.
+/// The surface in the space of `level` where the line `o + t d` intersects the primitive found.
 fn resolve_in<'a>(
     level: &'a Level,
     o: DVec3,
@@ -403,7 +397,7 @@ fn resolve_in<'a>(
         return Some(resolve_triangle(level, o, d, found));
     }
     let i = found.id.index();
-    // The ray as the search had it, so that the same point is found again.
+    // The ray as the search had it, so that it finds the same point again.
     let (o, d) = (o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3());
     if found.id.kind() == OtherKind::Curve {
         return level.curves.surface(i, o, d);

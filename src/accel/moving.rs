@@ -1,6 +1,6 @@
-//! What moves: objects and shapes whose place depends on the time of the ray.
+//! Motion: objects and shapes whose placement depends on the time of the ray.
 //!
-//! A scene without motion holds none of these, and its rays never come here.
+//! A scene without motion has none of these, and its rays never get here.
 
 use super::aabb::Aabb;
 use super::instance::Place;
@@ -9,7 +9,7 @@ use crate::handles::ObjectId;
 use crate::math::DVec3;
 use crate::math::motion::Motion;
 
-/// What it is that moves.
+/// What moves.
 pub(super) enum Inner {
     /// A shape, with a tree of its own.
     Shape(Box<Level>),
@@ -17,19 +17,18 @@ pub(super) enum Inner {
     Object(ObjectId),
 }
 
-/// Something that moves in the space of a tree.
+/// A moving shape or object in the space of a tree.
 pub(super) struct Moving {
     pub inner: Inner,
-    /// The inner level's coordinates, counted from the origin and not from its anchor, to those of
-    /// the tree.
+    /// From the inner level's coordinates, relative to the origin and not to its anchor, to those of the tree.
     motion: Motion,
-    /// The inner level's.
+    /// The inner level's anchor.
     anchor: DVec3,
 }
 
 impl Moving {
-    /// `inner`, a level with the given anchor; `motion` takes the space that its shapes were
-    /// compiled for to that of the outer tree.
+    /// A moving `inner`, a level with the given anchor; `motion` maps the space its shapes were compiled in to that of
+    /// the outer tree.
     pub fn new(inner: Inner, anchor: DVec3, motion: Motion) -> Moving {
         Moving {
             inner,
@@ -38,7 +37,7 @@ impl Moving {
         }
     }
 
-    /// Where it is at `time`.
+    /// Its placement at `time`.
     pub fn place(&self, time: f32) -> Place {
         let mut outer_from_inner = self.motion.at(f64::from(time));
         outer_from_inner.translation = outer_from_inner.transform_point3(self.anchor);
@@ -48,8 +47,7 @@ impl Moving {
         }
     }
 
-    /// A box in the outer space that holds it at all times, from that of the inner level
-    /// ([`Level::padded_bounds`]).
+    /// Bounding box in the outer space over all times, from that of the inner level ([`Level::padded_bounds`]).
     pub fn bounds(&self, inner: Option<(DVec3, DVec3)>) -> Aabb {
         let Some((low, high)) = inner else {
             return Aabb::EMPTY;

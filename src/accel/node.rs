@@ -1,8 +1,8 @@
 //! 8-wide nodes, and the cells that a tree is stored in.
 //!
-//! A tree is one array of cells of eight single-precision numbers. A node takes seven: its
-//! children's lower and upper planes in x, y and z, one lane a child, and the bits of the references
-//! to them. The leaves of a node follow it directly, so that they share its page of memory.
+//! A tree is one array of cells of eight single-precision numbers. A node takes seven: its children's lower and upper
+//! planes in x, y and z, one lane per child, and the bits of the references to them. The leaves of a node follow it
+//! directly, so that they share its page of memory.
 
 use super::aabb::Aabb;
 use super::ray::TraversalRay;
@@ -12,19 +12,19 @@ use wide::f32x8;
 /// 32 bytes of a tree.
 pub(super) type Cell = f32x8;
 
-/// Boxes are tested as if they ended this much later. Entering and leaving distances carry three
-/// roundings each; the triangle test's sheared coordinates about five, relative to the same
-/// differences. Eight units of roundoff and as many again for the other side keep every ray that
-/// the triangle test would accept (compare Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
+/// The far planes of boxes are moved out by this factor. Entry and exit distances carry three roundings each; the
+/// triangle test's sheared coordinates about five, relative to the same differences. Eight units of roundoff, and as
+/// many again for the other side, keep every ray that the triangle test would accept (compare Ize, "Robust BVH Ray
+/// Traversal", JCGT 2(2), 2013).
 pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
-/// Depth up to which the shape of the binary tree is kept. What is deeper (thousands of
-/// primitives in one place) is split evenly, which takes at most 11 levels for 2³² primitives, and
-/// one more where leaves would mix triangles and others.
+/// Depth up to which the structure of the binary tree is kept. Deeper subtrees (thousands of primitives in one place)
+/// are split evenly, which takes at most 11 levels for 2³² primitives, and one more where leaves would mix triangles
+/// and others.
 pub(super) const MAX_DEPTH: usize = 32;
 
-/// A reference to a node, to a packet of triangles or to a cell of other primitives: how many cells
-/// after the node that refers to it, or in all.
+/// A reference to a node, to a packet of triangles or to a cell of other primitives: a cell index, relative to the
+/// referring node or absolute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub(super) struct Child(u32);
@@ -32,7 +32,7 @@ pub(super) struct Child(u32);
 impl Child {
     const LEAF: u32 = 1 << 31;
     const OTHERS: u32 = 1 << 30;
-    /// Cells a tree can have.
+    /// Maximum number of cells in a tree.
     pub const MAX_CELLS: usize = 1 << 30;
 
     /// A node.
@@ -46,7 +46,7 @@ impl Child {
         Child(Self::LEAF | offset as u32)
     }
 
-    /// Primitives that are no triangles.
+    /// Non-triangle primitives.
     pub fn others(offset: usize) -> Child {
         Child(Self::LEAF | Self::OTHERS | offset as u32)
     }
@@ -61,7 +61,7 @@ impl Child {
         self.0
     }
 
-    /// What the node in cell `parent` calls so, in all cells.
+    /// The absolute reference for one relative to the node in cell `parent`.
     #[inline(always)]
     pub fn seen_from(self, parent: usize) -> Child {
         Child(self.0.wrapping_add(parent as u32))
@@ -72,7 +72,7 @@ impl Child {
         self.0 & Self::LEAF != 0
     }
 
-    /// Of a leaf.
+    /// Returns `true` if the leaf holds non-triangle primitives.
     #[inline(always)]
     pub fn has_others(self) -> bool {
         self.0 & Self::OTHERS != 0
@@ -84,7 +84,7 @@ impl Child {
     }
 }
 
-/// A node with up to eight children, being made.
+/// A node with up to eight children, under construction.
 pub(super) struct Node {
     /// Lower and upper planes in each axis; the boxes of unused children are empty.
     bounds: [[[f32; 8]; 2]; 3],
@@ -93,7 +93,7 @@ pub(super) struct Node {
 
 impl Node {
     pub const WIDTH: usize = 8;
-    /// Cells that a node takes.
+    /// Number of cells in a node.
     pub const CELLS: usize = 7;
 
     pub fn empty() -> Node {
@@ -103,7 +103,7 @@ impl Node {
         }
     }
 
-    /// Sets a child, which counts from this node.
+    /// Sets a child, whose reference is relative to this node.
     pub fn set(&mut self, slot: usize, child: Child, bounds: Aabb) {
         self.children[slot] = child;
         for axis in 0..3 {
@@ -124,19 +124,19 @@ impl Node {
 pub(super) struct StoredNode<'a>(&'a [Cell; Node::CELLS]);
 
 impl<'a> StoredNode<'a> {
-    /// The node in these cells and after them.
+    /// The node that starts with the first of these cells.
     #[inline(always)]
     pub fn first_of(cells: &'a [Cell]) -> Option<StoredNode<'a>> {
         cells.first_chunk().map(StoredNode)
     }
 
-    /// The lower (0) or upper (1) planes of the children in an axis.
+    /// The children's lower (`side` 0) or upper (1) planes in an axis.
     #[inline(always)]
     pub fn planes(self, axis: usize, side: usize) -> &'a Cell {
         &self.0[2 * axis + (side & 1)]
     }
 
-    /// The box of the child in `slot` (modulo 8); empty where there is none.
+    /// The box of the child in `slot` (modulo 8); empty if there is none.
     pub fn bounds(self, slot: usize) -> Aabb {
         let corner = |side: usize| {
             let at = |axis: usize| self.planes(axis, side).to_array()[slot & 7];
@@ -148,20 +148,20 @@ impl<'a> StoredNode<'a> {
         }
     }
 
-    /// The children's bits side by side.
+    /// The bits of all child references.
     #[inline(always)]
     pub fn children(self) -> &'a Cell {
         &self.0[6]
     }
 
-    /// The child in `slot` (modulo 8), as the node refers to it.
+    /// The child in `slot` (modulo 8), relative to the node.
     #[inline(always)]
     pub fn child(self, slot: usize) -> Child {
         let children: &[u32; 8] = bytemuck::cast_ref(&self.0[6]);
         Child(children[slot & 7])
     }
 
-    /// Which children's boxes the ray meets between 0 and `t_max`, and where it enters them.
+    /// Which children's boxes the ray intersects between 0 and `t_max` (a bit mask), and where it enters them.
     #[inline(always)]
     pub fn test(self, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
         let entering = |axis: usize| {
@@ -181,12 +181,12 @@ impl<'a> StoredNode<'a> {
     }
 }
 
-/// The children of a node that a ray may meet.
+/// The children of a node that a ray may hit.
 pub(super) struct NodeHits<'a> {
     pub node: StoredNode<'a>,
     /// The node's cell.
     pub at: usize,
-    /// A bit for each of them, at least one.
+    /// A bit per child, at least one of them set.
     pub mask: u32,
     /// Where the ray enters the boxes.
     pub near: [f32; 8],
@@ -199,7 +199,7 @@ impl NodeHits<'_> {
         self.node.child(slot as usize).seen_from(self.at)
     }
 
-    /// The children in these slots, side by side from the first; anything after them.
+    /// Compresses the children in these slots to the front; the remaining entries are unspecified.
     #[inline(always)]
     pub fn compress(&self, mut slots: u32) -> [Child; Node::WIDTH] {
         let mut children = [Child::node(0); Node::WIDTH];

@@ -1,15 +1,13 @@
-//! Four triangles side by side and the watertight test for them.
+//! Packets of four triangles and the watertight ray-triangle test.
 //!
-//! The test is that of Woop, Benthin and Wald ("Watertight Ray/Triangle Intersection", JCGT 2(1),
-//! 2013; Pharr, Jakob and Humphreys 2016, §3.6.2): in a space sheared so that the ray is the z
-//! axis, signs of edge functions decide, and both triangles of an edge compute the same one, so no
-//! ray slips between them. Where an edge function is 0 its sign is taken in double precision, in
-//! which products of single-precision numbers are exact.
+//! The test is that of Woop, Benthin and Wald ("Watertight Ray/Triangle Intersection", JCGT 2(1), 2013; Pharr, Jakob
+//! and Humphreys 2016, §3.6.2): in a space sheared so that the ray is the z axis, the signs of edge functions decide,
+//! and both triangles of an edge compute the same one, so no ray slips between them. Where an edge function is 0 its
+//! sign is computed in double precision, in which products of single-precision numbers are exact.
 //!
-//! The distance is then computed anew in double precision. The bound of the book on its error in
-//! single precision grows with the triangle, so that comparing with it makes a ground of 1e6 units
-//! vanish under the feet of whoever stands on it; and a ground that is off by 1e-7 of its size
-//! would swallow small things lying on it.
+//! The distance is then recomputed in double precision. The book's bound on its error in single precision grows with
+//! the triangle: comparing with it makes a ground of 1e6 units vanish below a nearby observer, and a ground that is off
+//! by 1e-7 of its size would swallow small objects lying on it.
 
 use super::node::Cell;
 use super::primitive::PrimitiveId;
@@ -17,24 +15,23 @@ use super::ray::TraversalRay;
 use crate::math::{DVec3, Vec3};
 use wide::f32x4;
 
-/// Lanes of a packet.
+/// Triangles in a packet.
 pub(super) const LANES: usize = 4;
 
-/// Rays that make an angle with a triangle whose sine is below this take the distance from the
-/// edge functions: what the sheared coordinates' rounding leaves open is then more than what the
-/// meeting with the plane could tell.
+/// For rays whose angle with a triangle has a sine below this, the distance comes from the edge functions: the rounding
+/// of the sheared coordinates then leaves more uncertainty than the intersection with the plane could resolve.
 const GRAZING_SINE: f64 = 1e-6;
 
-/// Up to four triangles, being made. Lanes without one hold NaN, which no test accepts.
+/// Up to four triangles, under construction. Unused lanes hold NaN, which no test accepts.
 pub(super) struct Packet {
-    /// Coordinates by corner and axis, then the bits of what the lanes are.
+    /// Coordinates by corner and axis, then the bits of the lanes' primitive ids.
     rows: [[f32; LANES]; Packet::ROWS],
 }
 
 impl Packet {
     const ROWS: usize = 10;
     const IDS: usize = 9;
-    /// Cells that a packet takes.
+    /// Number of cells in a packet.
     pub const CELLS: usize = Self::ROWS * LANES / 8;
 
     pub fn empty() -> Packet {
@@ -62,21 +59,21 @@ impl Packet {
 pub(super) struct StoredPacket<'a>(&'a [f32x4; Packet::ROWS]);
 
 impl<'a> StoredPacket<'a> {
-    /// The packet in these cells and after them.
+    /// The packet that starts with the first of these cells.
     #[inline(always)]
     pub fn first_of(cells: &'a [Cell]) -> Option<StoredPacket<'a>> {
         let cells = cells.first_chunk::<{ Packet::CELLS }>()?;
         Some(StoredPacket(bytemuck::cast_ref(cells)))
     }
 
-    /// What `lane` (modulo 4) is.
+    /// The primitive in `lane` (modulo 4).
     #[inline(always)]
     pub fn id(self, lane: usize) -> PrimitiveId {
         let ids: &[u32; LANES] = bytemuck::cast_ref(&self.0[Packet::IDS]);
         PrimitiveId::from_bits(ids[lane & 3])
     }
 
-    /// Coordinates of a corner in an axis (modulo 4; the fourth is no axis).
+    /// Coordinates of a corner in an axis (modulo 4; the fourth is not an axis).
     #[inline(always)]
     fn row(self, corner: usize, axis: usize) -> f32x4 {
         self.0[3 * corner + (axis & 3)]
@@ -91,8 +88,8 @@ impl<'a> StoredPacket<'a> {
         DVec3::new(at(0), at(1), at(2))
     }
 
-    /// Calls `accept(id, t)` for every triangle that the ray meets at 0 < t, possibly at or
-    /// beyond `t_max`, until it returns true.
+    /// Calls `accept(id, t)` for every triangle that the ray intersects at 0 < t, possibly at or beyond `t_max`, until
+    /// it returns `true`.
     #[inline(always)]
     pub fn test(
         self,
@@ -115,14 +112,13 @@ impl<'a> StoredPacket<'a> {
         let (x2, y2, z2) = sheared(2);
         let e = [x1 * y2 - y1 * x2, x2 * y0 - y2 * x0, x0 * y1 - y0 * x1];
         let zero = f32x4::ZERO;
-        // z are the distances of the corners, and the meeting point is between them.
+        // z holds the distances of the corners, and the intersection is between them.
         let reached = z0
             .fast_min(z1)
             .fast_min(z2)
             .simd_le(f32x4::splat(t_max * (1.0 + 8.0 * f32::EPSILON)));
         let ahead = z0.fast_max(z1).fast_max(z2).simd_ge(zero);
-        // An edge function that is 0 may have either sign, and what it has is asked only where
-        // that matters.
+        // An edge function that is 0 may have either sign, which is computed exactly only where it matters.
         let on_edge = e[0].simd_eq(zero) | e[1].simd_eq(zero) | e[2].simd_eq(zero);
         let near = reached & ahead;
         let (inside, area) = within(e);
@@ -145,8 +141,8 @@ impl<'a> StoredPacket<'a> {
         false
     }
 
-    /// Distance to the plane of the triangle in `lane`, which the ray is known to cross inside;
-    /// negative where that is behind the origin.
+    /// Distance to the plane of the triangle in `lane`, which the ray is known to cross inside; negative if that is
+    /// behind the origin.
     #[inline(always)]
     fn distance(self, ray: &TraversalRay, lane: usize) -> f64 {
         let p = self.corner(0, lane);
@@ -159,7 +155,7 @@ impl<'a> StoredPacket<'a> {
         }
     }
 
-    /// The same from the edge functions, for a triangle seen all but edge-on.
+    /// The distance from the edge functions, for a triangle seen almost edge-on.
     #[cold]
     fn grazing_distance(self, ray: &TraversalRay, lane: usize) -> f64 {
         let [ax, ay, az] = ray.axes;
@@ -179,8 +175,8 @@ impl<'a> StoredPacket<'a> {
     }
 }
 
-/// Where the ray is inside by the edge functions, and where they are not all 0: seen exactly edge-on
-/// there is nothing to meet.
+/// Lanes where the ray is inside by the edge functions, and those where these are not all 0: exactly edge-on, there is
+/// no intersection.
 #[inline(always)]
 fn within(e: [f32x4; 3]) -> (f32x4, f32x4) {
     let zero = f32x4::ZERO;
@@ -190,7 +186,7 @@ fn within(e: [f32x4; 3]) -> (f32x4, f32x4) {
     (least.simd_ge(zero) | most.simd_le(zero), area)
 }
 
-/// The edge functions from sheared coordinates with exact signs.
+/// The edge functions from sheared coordinates, with exact signs.
 #[cold]
 fn exact_edges(x: [f32x4; 3], y: [f32x4; 3]) -> [f32x4; 3] {
     let (x, y) = (x.map(|x| x.to_array()), y.map(|y| y.to_array()));

@@ -1,4 +1,4 @@
-//! What the leaves of a tree refer to.
+//! Primitives, which the leaves of a tree refer to.
 
 use super::aabb::Aabb;
 
@@ -9,11 +9,11 @@ pub(super) enum OtherKind {
     Instance,
     /// A piece of a curve.
     Curve,
-    /// An object that moves.
+    /// A moving shape or object.
     Moving,
 }
 
-/// A primitive of one level: its kind, and its place among its kind.
+/// A primitive of one level: its kind, and its index among that kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PrimitiveId(u32);
 
@@ -22,7 +22,7 @@ impl PrimitiveId {
     const OTHER: u32 = 1 << 30;
     /// Lowest bit of the kind of a non-triangle primitive.
     const KIND_SHIFT: u32 = 28;
-    /// How many triangles, and how many of each other kind, a tree can hold.
+    /// Maximum number of triangles, and of each other kind, in a tree.
     pub const LIMIT: usize = 1 << Self::KIND_SHIFT;
     /// An unused lane.
     pub const NONE: PrimitiveId = PrimitiveId(u32::MAX);
@@ -50,13 +50,13 @@ impl PrimitiveId {
         self.0
     }
 
-    /// No triangle, and not an unused lane.
+    /// Returns `true` for a non-triangle primitive, and `false` for an unused lane.
     #[inline(always)]
     pub fn is_other(self) -> bool {
         self.0 & (Self::OTHER | Self::CUT_OUT) == Self::OTHER
     }
 
-    /// Of a non-triangle primitive.
+    /// The kind of a non-triangle primitive.
     #[inline(always)]
     pub fn kind(self) -> OtherKind {
         match self.0 >> Self::KIND_SHIFT & 3 {
@@ -67,13 +67,13 @@ impl PrimitiveId {
         }
     }
 
-    /// A triangle with an alpha texture.
+    /// Returns `true` for a triangle with an alpha texture.
     #[inline(always)]
     pub fn is_cut_out(self) -> bool {
         self.0 & Self::CUT_OUT != 0
     }
 
-    /// Among its kind.
+    /// The index among its kind.
     #[inline(always)]
     pub fn index(self) -> usize {
         (self.0 & (Self::LIMIT as u32 - 1)) as usize

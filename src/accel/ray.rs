@@ -1,29 +1,29 @@
-//! A ray prepared for box and triangle tests.
+//! A ray set up for box and triangle tests.
 
 use super::node::FAR_MARGIN;
 use crate::math::Vec3;
 
-/// Directions with components below this are treated as if the component were 0: over distances
-/// of 1e10 the ray drifts by less than any single-precision coordinate can show.
+/// Direction components below this are treated as 0: over distances of 1e10 the ray drifts by less than any
+/// single-precision coordinate can show.
 const SMALLEST_COMPONENT: f32 = 1e-30;
 
-/// Stands for 1/0: large enough that the nudge of the origin below times this exceeds any
-/// distance, small enough that a product with it is infinite at worst, never NaN.
+/// Used for 1/0: large enough that the nudge of the origin below times this exceeds any distance, small enough that a
+/// product with it is infinite at worst, never NaN.
 const LARGEST_INVERSE: f32 = 1e38;
 
-/// What all tests of one ray share.
+/// Precomputed values shared by all tests of one ray.
 pub(super) struct TraversalRay {
     /// Origin.
     pub o: Vec3,
     /// Unit direction.
     pub d: Vec3,
-    /// Origin for the entering planes, one axis after the other.
+    /// Origin for the entry planes, by axis.
     pub near_origin: [f32; 3],
-    /// Origin for the leaving planes.
+    /// Origin for the exit planes.
     pub far_origin: [f32; 3],
-    /// 1/direction, for the entering planes.
+    /// 1/direction, for the entry planes.
     pub inverse: [f32; 3],
-    /// The same with [`FAR_MARGIN`], for the leaving planes.
+    /// 1/direction times [`FAR_MARGIN`], for the exit planes.
     pub far_inverse: [f32; 3],
     /// 0 where a box is entered through its lower plane, 1 for the upper.
     pub near_side: [usize; 3],
@@ -31,19 +31,18 @@ pub(super) struct TraversalRay {
     pub axes: [usize; 3],
     /// Origin in these axes.
     pub sheared_o: [f32; 3],
-    /// Shear in x and in y, scale in z: they take the direction to (0, 0, 1).
+    /// Shear in x and y, scale in z: they map the direction to (0, 0, 1).
     pub shear: [f32; 3],
 }
 
 impl TraversalRay {
-    /// Is inlined into the traversal, so that the numbers need not go through memory.
+    /// Inlined into the traversal, so that the values stay in registers.
     #[inline(always)]
     pub fn new(o: Vec3, d: Vec3) -> TraversalRay {
         let a = d.abs();
-        // Where the ray is parallel to planes, a slab must hold it for ever if the origin is inside
-        // or on one of its planes, which 0 × ∞ would not tell. So the origin moves a little inward
-        // for either plane. (All of this by selection: kept in memory for the sake of a branch,
-        // the ray takes a tenth of a short search.)
+        // Where the ray is parallel to an axis's planes, it must always be within their slab if the origin is inside or
+        // on one of the planes, which 0 × ∞ would not tell. So the origin moves a little inward for either plane. (All
+        // of this by selection: spilled to memory for the sake of a branch, the ray takes a tenth of a short search.)
         let parallel = [a.x, a.y, a.z].map(|a| a < SMALLEST_COMPONENT);
         let (o_of, d_of) = (o.to_array(), d.to_array());
         let nudge = |i: usize| {
@@ -59,9 +58,8 @@ impl TraversalRay {
             }
         };
         let upper_first = |i: usize| usize::from(d_of[i].is_sign_negative() & !parallel[i]);
-        // Woop, Benthin and Wald 2013, §3.1: permute so that the direction is largest in z. (The
-        // handedness does not matter: the test accepts both turning senses.) Without branches,
-        // which could not be foreseen.
+        // Woop, Benthin and Wald 2013, §3.1: permute so that the direction is largest in z. (The handedness does not
+        // matter: the test accepts both windings.) Without branches, which would be mispredicted.
         let x_largest = (a.x > a.y) & (a.x > a.z);
         let not_x = 2 - usize::from(a.y > a.z);
         let z = if x_largest { 0 } else { not_x };

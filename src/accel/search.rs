@@ -1,4 +1,4 @@
-//! What a traversal looks for: the closest hit, or any.
+//! Searches: the closest hit, or any hit.
 
 use super::instance::Place;
 use super::level::Level;
@@ -16,18 +16,18 @@ use glam::DAffine3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClosestHit {
     pub id: PrimitiveId,
-    /// What leads there from the level searched, outermost first: an instance or something that
-    /// moves, and in an object a shape that moves. [`PrimitiveId::NONE`] where there is no more.
+    /// The path to the hit from the level searched, outermost first: an instance or moving object, and within it a
+    /// moving shape. Unused entries are [`PrimitiveId::NONE`].
     pub path: [PrimitiveId; 2],
     /// Distance along the outer ray.
     pub t: f32,
 }
 
-/// A search in one level. `SHADOW` accepts any hit and asks shadow alpha too.
+/// A search in one level. `SHADOW` accepts any hit and evaluates shadow alpha too.
 pub(super) struct Search<'a, A, const SHADOW: bool> {
     geometry: &'a Geometry,
     level: &'a Level,
-    /// To render space, for all but the top level.
+    /// Transformation to render space, for all but the top level.
     render_from_level: Option<DAffine3>,
     time: f32,
     o: Vec3,
@@ -67,8 +67,8 @@ where
     #[inline(always)]
     fn go(&mut self) {
         let (tree, o, d) = (&self.level.tree, self.o, self.d);
-        // Comparisons with NaN would let such rays into unused slots of nodes. (Directions have unit
-        // length, so the sum is finite where both are.)
+        // Comparisons with NaN would let such rays into unused slots of nodes. (Directions have unit length, so the sum
+        // is finite if both are.)
         if !(o + d).is_finite() {
             return;
         }
@@ -79,7 +79,7 @@ where
         }
     }
 
-    /// The ray of this level in double precision, as shapes that are no triangles are met.
+    /// The ray of this level in double precision, for non-triangle primitives.
     fn precise(&self) -> (DVec3, DVec3) {
         (self.o.as_dvec3(), self.d.as_dvec3())
     }
@@ -94,7 +94,7 @@ where
         SHADOW
     }
 
-    /// Is there surface where the ray meets a triangle with cut-outs?
+    /// Returns `true` if the surface is not cut out where the ray hits a triangle with an alpha texture.
     #[cold]
     fn is_solid(&self, id: PrimitiveId) -> bool {
         let (mesh, i) = self.level.locate(id.index());
@@ -163,8 +163,8 @@ where
         self.search_inside(id, &moving.place(self.time), level)
     }
 
-    /// Searches the level that stands at `place`. Objects hold no instances, and shapes that move hold
-    /// nothing that does, so this goes two levels deep.
+    /// Searches the level at `place`. Objects hold no instances, and moving shapes hold nothing that moves, so this
+    /// recurses at most two levels deep.
     fn search_inside(&mut self, id: PrimitiveId, place: &Place, level: &'a Level) -> bool {
         let (o, d) = self.precise();
         let inner = place.enter(o, d, level);

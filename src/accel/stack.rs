@@ -1,17 +1,15 @@
-//! What waits for a ray: children of nodes that it has still to visit, and which of a node's children
-//! comes first.
+//! The traversal stack: child nodes still to be visited, and the order in which a node's children are visited.
 
 use super::box_test::{compress, prefetch};
 use super::node::{Cell, Child, MAX_DEPTH, Node, NodeHits};
 use crate::math::instruction_set::Instructions;
 use arrayvec::ArrayVec;
 
-/// Every level leaves at most seven siblings waiting, and the last one eight; what is deeper than
-/// [`MAX_DEPTH`] is split evenly, which takes at most 11 levels for 2³² primitives, and one more where
-/// leaves would mix triangles and others.
+/// Every level leaves at most seven siblings on the stack, and the last one eight; below [`MAX_DEPTH`], trees are split
+/// evenly, which takes at most 11 levels for 2³² primitives, and one more where leaves would mix triangles and others.
 const DEPTH: usize = (MAX_DEPTH + 12) * (Node::WIDTH - 1) + Node::WIDTH;
 
-/// Takes the first away.
+/// Removes and returns the first hit.
 #[inline(always)]
 fn take(hits: &mut NodeHits) -> StackEntry {
     let slot = hits.mask.trailing_zeros();
@@ -19,16 +17,16 @@ fn take(hits: &mut NodeHits) -> StackEntry {
     StackEntry::new(hits.child(slot), hits.near[slot as usize & 7])
 }
 
-/// The order in which a ray visits what it may meet.
+/// The order in which a ray visits nodes.
 pub(super) trait Order {
     fn new() -> Self;
-    /// The child to go on with. The others wait.
+    /// Returns the child to visit next and pushes the others.
     fn choose(&mut self, with: impl Instructions, hits: NodeHits, cells: &[Cell]) -> Child;
-    /// The next one that waits and is not beyond `t_max`.
+    /// Pops the next child that is not beyond `t_max`.
     fn pop(&mut self, t_max: f32) -> Option<Child>;
 }
 
-/// Nearer children first: for the closest hit.
+/// Nearest child first: for the closest hit.
 pub(super) struct NearestFirst(ArrayVec<StackEntry, DEPTH>);
 
 impl Order for NearestFirst {
@@ -47,7 +45,7 @@ impl Order for NearestFirst {
         let other = take(&mut hits);
         prefetch(cells, other.child().offset());
         let base = self.0.len();
-        // There is room here and below: see above.
+        // There is room here and below: see `DEPTH`.
         let _ = self.0.try_push(nearest.max(other));
         nearest = nearest.min(other);
         while hits.mask != 0 {
@@ -55,8 +53,8 @@ impl Order for NearestFirst {
             prefetch(cells, other.child().offset());
             let farther = nearest.max(other);
             nearest = nearest.min(other);
-            // Insertion sort: there are seldom more than four. (Sorting all eight in a register of
-            // AVX-512, without branches, took 5 % more time.)
+            // Insertion sort: there are seldom more than four. (Sorting all eight in an AVX-512 register, without
+            // branches, took 5 % more time.)
             let mut i = self.0.len();
             let _ = self.0.try_push(farther);
             while i > base && self.0[i - 1] < farther {
@@ -79,15 +77,15 @@ impl Order for NearestFirst {
     }
 }
 
-/// Later children first, wherever they are: for any hit.
+/// Last child first, regardless of distance: for any hit.
 pub(super) struct LastFirst(ArrayVec<Child, { DEPTH + Node::WIDTH }>);
 
 impl LastFirst {
-    /// Lets the first `count` (at most 8) of these wait.
+    /// Pushes the first `count` (at most 8) of these children.
     #[inline(always)]
     pub fn push_some(&mut self, children: [Child; Node::WIDTH], count: u32) {
         let len = self.0.len();
-        // All are written, as that is one move, and there is room for it.
+        // All eight are written, as that is one store, and there is room for them.
         let _ = self.0.try_extend_from_slice(&children);
         self.0.truncate(len + count as usize);
     }
@@ -104,7 +102,7 @@ impl Order for LastFirst {
         let last = (hits.mask.leading_zeros() ^ 31) & 7;
         let rest = hits.mask & !(1 << last);
         self.push_some(compress(with, &hits, rest), rest.count_ones());
-        // The next to come. (Where there is none, no harm is done.)
+        // The next child. (If there is none, the value is unused.)
         let next = hits.child(rest.leading_zeros() ^ 31);
         prefetch(cells, next.offset());
         hits.child(last)
@@ -116,8 +114,8 @@ impl Order for LastFirst {
     }
 }
 
-/// A child that waits, with where the ray enters its box: the number's upper half, so that numbers
-/// compare as distances do.
+/// A child on the stack, with the distance at which the ray enters its box in the upper half, so that entries compare
+/// as distances do.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct StackEntry(u64);
 

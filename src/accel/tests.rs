@@ -17,12 +17,12 @@ mod oracle;
 mod reintersect;
 mod watertight;
 
-/// Everything solid.
+/// Alpha 1 everywhere.
 fn opaque(_: &FloatInput, _: &TexturePoint) -> f32 {
     1.0
 }
 
-/// Deterministic numbers in [0, 1).
+/// Deterministic pseudo-random numbers in [0, 1).
 struct Random(u64);
 
 impl Random {
@@ -35,7 +35,7 @@ impl Random {
         Vec2::new(self.next(), self.next())
     }
 
-    /// In the cube from −1 to 1.
+    /// A point in the cube from −1 to 1.
     fn cube(&mut self) -> Vec3 {
         Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
     }
@@ -68,7 +68,7 @@ fn instanced(shapes: Vec<CompiledShape>, transform: &Transform) -> Geometry {
     builder.build(vec![object]).unwrap()
 }
 
-/// Anything given by its triangles.
+/// A mesh from its triangles.
 fn mesh(positions: Vec<DVec3>, indices: Vec<[u32; 3]>) -> MeshData {
     MeshData {
         indices,
@@ -105,7 +105,7 @@ fn ball(n: usize) -> MeshData {
     mesh(positions, indices)
 }
 
-/// Triangles anywhere in the unit cube.
+/// Random triangles in the unit cube.
 fn soup(n: usize, size: f32, seed: u64) -> MeshData {
     let mut random = Random(seed);
     let mut positions = Vec::new();

@@ -1,4 +1,4 @@
-//! The 8-wide tree and a ray's way through it.
+//! The 8-wide tree and its traversal.
 
 use super::aabb::Aabb;
 use super::box_test::test_boxes;
@@ -16,19 +16,19 @@ use std::marker::PhantomData;
 pub(super) struct Tree {
     /// Nodes and leaves; the root comes first.
     pub cells: Vec<Cell>,
-    /// How many nodes there are.
+    /// Number of nodes.
     pub nodes: usize,
-    /// What rays go through it with.
+    /// The instruction set used for traversal.
     pub instructions: InstructionSet,
 }
 
-/// What a traversal looks for.
+/// Receives the primitives that a traversal reaches.
 pub(super) trait Visitor {
-    /// Nothing at or beyond this distance is of interest.
+    /// Anything at or beyond this distance is ignored.
     fn t_max(&self) -> f32;
-    /// The ray meets a triangle at `t`. True ends the traversal.
+    /// The ray hits a triangle at `t`. Returning `true` ends the traversal.
     fn triangle(&mut self, id: PrimitiveId, t: f64) -> bool;
-    /// The ray may meet a quadric or an instance. True ends the traversal.
+    /// The ray may hit a non-triangle primitive. Returning `true` ends the traversal.
     fn other(&mut self, id: PrimitiveId) -> bool;
 }
 
@@ -45,8 +45,8 @@ impl Tree {
             .filter(|bounds| !bounds.is_empty())
     }
 
-    /// Shows `visitor` what the ray `o + t d` may meet, in the order that `O` says. Returns `true` where the visitor ended the
-    /// traversal.
+    /// Calls `visitor` for everything that the ray `o + t d` may hit, in the order given by `O`. Returns `true` if the
+    /// visitor ended the traversal.
     #[inline(always)]
     pub fn traverse<O: Order>(&self, o: Vec3, d: Vec3, visitor: &mut impl Visitor) -> bool {
         self.instructions.run(Traversal {
@@ -59,7 +59,7 @@ impl Tree {
     }
 }
 
-/// A ray's way through a tree.
+/// The traversal of a tree by one ray.
 struct Traversal<'a, O, V> {
     cells: &'a [Cell],
     o: Vec3,
@@ -108,7 +108,7 @@ impl<O: Order, V: Visitor> Kernel for Traversal<'_, O, V> {
     }
 }
 
-/// Shows the visitor what is in the leaf that starts with the first cell.
+/// Calls the visitor for the primitives of the leaf that starts with the first cell.
 #[inline(always)]
 fn visit_leaf(leaf: Child, cells: &[Cell], ray: &TraversalRay, visitor: &mut impl Visitor) -> bool {
     if leaf.has_others() {

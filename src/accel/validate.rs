@@ -11,9 +11,9 @@ use std::collections::HashMap;
 const LEVELS: usize = MAX_DEPTH + 12;
 
 impl Tree {
-    /// Walks the whole tree. The error says which of its invariants is broken: every reference leads to a node or a leaf, boxes
-    /// hold what is below them, every one of `items` is in one leaf, and there are as many nodes as counted, no deeper than the
-    /// stack of the traversal has room for.
+    /// Walks the whole tree; the error names the invariant that is broken: every reference leads to a node or a leaf,
+    /// boxes contain everything below them, every one of `items` is in exactly one leaf, and the number of nodes
+    /// matches the count, no deeper than the traversal stack allows.
     pub fn validate(&self, items: &[Item]) -> Result<(), String> {
         let bounds = items.iter().map(|item| (item.id.bits(), item.bounds));
         let mut walk = Validation {
@@ -32,10 +32,10 @@ impl Tree {
     }
 }
 
-/// A tree being walked.
+/// The state of a validation.
 struct Validation<'a> {
     tree: &'a Tree,
-    /// The boxes of the items not met yet, by the bits of their ids.
+    /// The boxes of the items not found yet, by the bits of their ids.
     expected: HashMap<u32, Aabb>,
     nodes: usize,
 }
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn built_trees_are_valid() {
-        // One leaf, one node, a tree of one thread, and one of several; every box stands three times.
+        // One leaf, one node, a tree built on one thread, and one on several; every box occurs three times.
         for count in [0, 1, 3, 20, 1000, 20_000] {
             let items = items(count);
             let tree = builder::build(&items, corners);

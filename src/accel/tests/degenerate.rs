@@ -1,4 +1,4 @@
-//! Inputs that no one would draw on purpose.
+//! Degenerate input.
 
 use super::*;
 
@@ -72,7 +72,7 @@ fn triangles_without_area_or_with_wild_corners_are_left_out_and_counted() {
     let geometry = scene(vec![compiled(&data, &Transform::IDENTITY)]);
     assert_eq!(geometry.statistics().skipped, 5);
     assert!(geometry.intersect(&down(0.25, 0.25), &opaque).is_some());
-    // A mesh pressed flat by its transformation is still there, seen from above.
+    // A mesh that its transformation flattens is still visible from above.
     let flat = Transform::scale(DVec3::new(1.0, 1.0, 0.0));
     assert!(
         scene(vec![compiled(&data, &flat)])
@@ -81,7 +81,7 @@ fn triangles_without_area_or_with_wild_corners_are_left_out_and_counted() {
     );
 }
 
-/// Each coordinate alone may be no number, whatever the others are.
+/// Each coordinate may be NaN, whatever the others are.
 #[test]
 fn corners_and_boxes_that_are_no_place_are_left_out() {
     for axis in 0..3 {
@@ -100,7 +100,7 @@ fn corners_and_boxes_that_are_no_place_are_left_out() {
 
 #[test]
 fn a_hundred_thousand_triangles_in_one_place_are_found() {
-    // A tree over these has no shape to follow.
+    // All boxes are equal, so a tree has no structure to follow.
     let data = mesh(
         vec![DVec3::ZERO, DVec3::X, DVec3::Y],
         vec![[0, 1, 2]; 100_000],
@@ -114,8 +114,8 @@ fn a_hundred_thousand_triangles_in_one_place_are_found() {
     assert!(geometry.occluded(&down(0.1, 0.1), &opaque));
 }
 
-/// Rows whose every box is nearest to the one before: the binary builder once took a pass for each
-/// (minutes for these).
+/// Rows in which every box is nearest to the one before: the binary builder once took a pass for each (minutes for
+/// these).
 #[test]
 fn long_rows_are_built_in_passing() {
     let count = 100_000;
@@ -137,7 +137,7 @@ fn long_rows_are_built_in_passing() {
     assert!(equal.intersect(&down(1.5, 0.25), &opaque).is_none());
     let growing = row(&|i| (i * i * 1e-3, 1e-3 * (i + 1.0)));
     assert!(growing.intersect(&down(40.0, 0.01), &opaque).is_some());
-    // One within the other, all with the right angle in the same place.
+    // Nested, all with the right angle in the same place.
     let nested = row(&|i| (0.0, 1.0 + 1e-5 * i));
     let hit = nested.intersect(&down(0.25, 0.25), &opaque);
     assert_eq!(hit.expect("the smallest").t, 6.0);
@@ -183,7 +183,7 @@ fn coordinates_over_the_whole_range_neither_panic_nor_hang() {
             }
         }
     }
-    // Rays that are no rays.
+    // Invalid rays.
     let geometry = scene(vec![
         compiled(&ball(8), &Transform::IDENTITY),
         full_sphere(Transform::IDENTITY),

@@ -1,4 +1,4 @@
-//! Many curves: the tree against asking every segment.
+//! Many curves: the tree against testing every segment.
 
 use super::*;
 use crate::shapes::curve::{Bezier, CurveKind, CurveSpec};

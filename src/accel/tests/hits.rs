@@ -1,4 +1,4 @@
-//! What a hit says: orientation, attributes, cut-outs, instances.
+//! What a hit reports: orientation, attributes, cut-outs, instances.
 
 use super::*;
 use crate::handles::FloatTextureId;
@@ -13,7 +13,7 @@ fn triangle(normals: Vec<Vec3>) -> MeshData {
     }
 }
 
-/// The normals of a hit on the triangle, looked at along its z axis.
+/// The normals of a hit on the triangle, viewed along its z axis.
 fn normals(
     data: &MeshData,
     transform: &Transform,
@@ -122,7 +122,7 @@ fn lights_and_materials_come_back() {
         }
         (hit.light, hit.material)
     };
-    // The triangle without area keeps its number.
+    // The triangle without area keeps its index.
     assert_eq!(at(0.2, 0.2), (Some(LightId(11)), Some(MaterialId(3))));
     assert_eq!(at(0.8, 0.8), (Some(LightId(12)), Some(MaterialId(3))));
     assert_eq!(at(5.0, 0.0), (Some(LightId(20)), None));
@@ -232,14 +232,14 @@ fn an_instance_is_what_it_would_be_in_place() {
                 in_place.intersect(&ray, &opaque),
             );
             let (Some(a), Some(b)) = (a, b) else { continue };
-            // Silhouettes may fall either way; shared edges change normals.
+            // Silhouettes may go either way; shared edges change normals.
             if (a.t - b.t).abs() > 1e-5 || a.surface.n.dot(a.surface.wo).abs() < 0.02 {
                 continue;
             }
             hits += 1;
             let (a, b) = (a.surface, b.surface);
             assert!((a.p - b.p).length() < 1e-4 && (a.uv - b.uv).length() < 1e-3);
-            // Vertex normals are given unit length before the instance stretches them, or after.
+            // Vertex normals are normalized either before or after the instance stretches them.
             assert!((a.shading.n - b.shading.n).length() < 0.05);
             if !mesh_not_sphere {
                 assert!((a.n - b.n).length() < 1e-4);

@@ -1,9 +1,9 @@
-//! What moves, against the same things standing where they are at the ray's time.
+//! Moving objects against static ones placed where they are at the ray's time.
 
 use super::*;
 use crate::math::motion::Motion;
 
-/// A few ways to move: along a line, turning, stretching, all of it far away.
+/// Various motions: translation, rotation, scaling, all of it far away.
 fn motions() -> Vec<(Transform, Transform)> {
     let there = Transform::translate(DVec3::new(2.0, -1.0, 0.5));
     let turn = Transform::rotate(160.0, DVec3::new(1.0, 2.0, -0.5));
@@ -27,8 +27,8 @@ fn shapes(transform: &Transform) -> Vec<CompiledShape> {
     ]
 }
 
-/// A geometry with the shapes moving by themselves, one with an object of them that moves, and one
-/// with moving shapes within an object that stands.
+/// Geometries with the shapes moving by themselves, with a moving object that holds them, and with moving shapes within
+/// a static object.
 fn moving(motion: Motion) -> [Geometry; 3] {
     let attributes = PrimitiveAttributes::default();
     let mut alone = GeometryBuilder::default();
@@ -78,7 +78,7 @@ fn moving_things_are_where_they_are_at_the_rays_time() {
                     match (&found, &expected) {
                         (Some(a), Some(b)) => {
                             met += 1;
-                            // Vertices are rounded in other places.
+                            // Vertices are rounded elsewhere.
                             let scale = 1e-6 * (f64::from(o.length()) + 1.0);
                             let apart = (a.surface.p.as_dvec3() - b.surface.p.as_dvec3()).length();
                             differ += usize::from(apart > 30.0 * scale);
@@ -89,7 +89,7 @@ fn moving_things_are_where_they_are_at_the_rays_time() {
                     }
                 }
             }
-            // Silhouettes and edges are met by few rays in a thousand.
+            // Few rays in a thousand hit silhouettes and edges.
             assert!(met > 150 && differ < 5, "{met} {differ}");
         }
     }
@@ -97,7 +97,7 @@ fn moving_things_are_where_they_are_at_the_rays_time() {
 
 #[test]
 fn rays_leave_moving_surfaces_at_their_own_time() {
-    // From points of the turning ball outward along the normal nothing of a convex body is met.
+    // From points of the rotating ball outward along the normal, a convex body is not hit again.
     let mut random = Random(12);
     for (start, end) in motions() {
         let motion = Motion::new(&start, &end, [0.0, 1.0]).unwrap();
@@ -119,7 +119,7 @@ fn rays_leave_moving_surfaces_at_their_own_time() {
                 d = -d;
             }
             assert!(!geometry.occluded(&hit.spawn_ray(d), &opaque));
-            // And inward the other side is.
+            // Inward, the other side is.
             assert!(geometry.occluded(&hit.spawn_ray(-hit.n), &opaque));
         }
     }

@@ -6,7 +6,7 @@ use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::ray::RayHit;
 use obvhs::triangle::Triangle as ObvhsTriangle;
 
-/// The closest hit by looking at every triangle: distance and how near an edge it is.
+/// The closest hit by testing every triangle: its distance, and how near an edge it is.
 fn brute_force(data: &MeshData, ray: &Ray) -> Option<(f64, f64)> {
     let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
     let mut best: Option<(f64, f64)> = None;
@@ -47,7 +47,7 @@ fn random_soups_agree_with_brute_force() {
             }
             let expected = brute_force(&data, &ray).filter(|(t, _)| *t < f64::from(ray.t_max));
             if expected.is_some_and(|(_, margin)| margin < 1e-5) {
-                // On an edge, to single precision: either answer will do.
+                // On an edge, to single precision: either answer is right.
                 unclear += 1;
                 continue;
             }
@@ -75,7 +75,7 @@ fn random_soups_agree_with_brute_force() {
     }
 }
 
-/// How many of 20,000 rays hit, and how many do so elsewhere than obvhs's own traversal says.
+/// The number of 20,000 rays that hit, and of those where obvhs's own traversal disagrees.
 fn beside_obvhs(data: &MeshData) -> (usize, usize) {
     let geometry = scene(vec![compiled(data, &Transform::IDENTITY)]);
     let triangles: Vec<ObvhsTriangle> = data
@@ -119,7 +119,7 @@ fn beside_obvhs(data: &MeshData) -> (usize, usize) {
 fn large_meshes_agree_with_obvhs() {
     for data in [soup(50_000, 0.03, 7), ball(150)] {
         let (hits, different) = beside_obvhs(&data);
-        // They lose some rays at edges: about one in 1e5 here.
+        // obvhs loses some rays at edges: about one in 1e5 here.
         assert!(
             hits > 5000 && different <= 3,
             "{hits} hits, {different} different"

@@ -1,4 +1,4 @@
-//! Rays that start on a surface do not meet it again where they start.
+//! Rays that start on a surface do not intersect it again at their origin.
 
 use super::*;
 use crate::shapes::curve::{Bezier, CurveKind, CurveSpec};
@@ -7,8 +7,7 @@ use crate::shapes::disk::Disk;
 use crate::shapes::hyperboloid::Hyperboloid;
 use crate::shapes::paraboloid::Paraboloid;
 
-/// Spawns rays to both sides of hits on a convex closed surface: outward ones meet nothing,
-/// inward ones the other side.
+/// Spawns rays to both sides of hits on a convex closed surface: outward ones hit nothing, inward ones the other side.
 fn check_convex(geometry: &Geometry, center: Vec3, size: f32, random: &mut Random) {
     let mut inside = 0;
     for _ in 0..2000 {
@@ -22,7 +21,7 @@ fn check_convex(geometry: &Geometry, center: Vec3, size: f32, random: &mut Rando
         for _ in 0..4 {
             let mut d = random.direction();
             if random.next() < 0.5 {
-                // Nearly along the surface.
+                // Almost along the surface.
                 d = (d - s.n * s.n.dot(d) * 0.9999).normalize();
             }
             let spawned = s.spawn_ray(d);
@@ -32,7 +31,7 @@ fn check_convex(geometry: &Geometry, center: Vec3, size: f32, random: &mut Rando
             } else if d.dot(s.n) < -0.01 {
                 inside += 1;
                 let again = again.expect("the far side");
-                // Another face may be as near as the edge is.
+                // Another face may be as near as the edge.
                 let same_face = again.surface.n.dot(s.n) > 0.9;
                 assert!(again.t > 1e-3 * size || !same_face, "{} at {size}", again.t);
             }
@@ -133,7 +132,7 @@ fn paraboloids_at_every_scale() {
         let geometry = scene(vec![quadric(bowl, place), quadric(lid, place)]);
         let center = transform.point(DVec3::ZERO).as_vec3();
         check_convex(&geometry, center, scale as f32, &mut random);
-        // Nothing leaks out, not at the rim nor at the apex.
+        // Nothing leaks out, neither at the rim nor at the apex.
         for _ in 0..500 {
             let ray = Ray::new(center, random.direction(), 0.0);
             assert!(geometry.occluded(&ray, &opaque));
@@ -143,7 +142,7 @@ fn paraboloids_at_every_scale() {
 
 #[test]
 fn sizes_of_a_scene_files_own_numbers_are_like_scaled_ones() {
-    // Radii from 1e-6 to 1e7 in the parameters instead of in the transformation.
+    // Radii from 1e-6 to 1e7 in the parameters rather than in the transformation.
     let mut random = Random(18);
     for r in [1e-6, 1e-3, 1.0, 1e4, 1e7] {
         let away = DVec3::new(1.0, -0.6, 0.8) * 20.0 * r;
@@ -158,7 +157,7 @@ fn sizes_of_a_scene_files_own_numbers_are_like_scaled_ones() {
                 ),
                 quadric(Form::Disk(Disk::new(0.7 * r, 0.7 * r, 0.0, 360.0)), place),
                 CompiledShape::Quadric(Box::new(Quadric::new(
-                    // Its own normal is up, into the body.
+                    // Its own normal points up, into the body.
                     Form::Disk(Disk::new(-0.7 * r, 0.7 * r, 0.0, 360.0)),
                     place,
                     true,
@@ -197,8 +196,8 @@ fn hyperboloids_at_every_scale() {
                 continue;
             };
             met += 1;
-            // Cut level, it is a circle: outward in that plane there is nothing, however nearly
-            // along it, and inward the other side.
+            // A horizontal section is a circle: outward in that plane there is nothing, however nearly tangential, and
+            // inward there is the other side.
             let s = &hit.surface;
             let outward = (s.n - axis * s.n.dot(axis)).normalize();
             let along = axis.cross(outward);
@@ -239,7 +238,7 @@ fn curves_at_every_scale() {
             let near = on + (random.cube() * 0.004).as_dvec3();
             let target = transform.point(near).as_vec3();
             let ray = Ray::new(o, (target - o).normalize(), 0.0);
-            // Far away single precision has no room for the width.
+            // Far away, single precision cannot resolve the width.
             if scale * 0.004 < f64::from(target.length()) * 4.0 * f64::from(f32::EPSILON) {
                 continue;
             }
@@ -249,7 +248,7 @@ fn curves_at_every_scale() {
             if d.dot(hit.surface.n) > 0.0 {
                 d = -d;
             }
-            // The strip's normal points along the ray that met it: back is the other side.
+            // The ribbon's normal points along the ray that hit it: backward is the other side.
             assert!(!geometry.occluded(&hit.surface.spawn_ray(d), &opaque));
         }
     }
@@ -307,7 +306,7 @@ fn a_ground_of_a_million_units_is_there_a_hundredth_below() {
                 continue;
             };
             assert_eq!(hit.surface.p.z, 0.0);
-            // The point is where the ray says, not only somewhere on the plane.
+            // The point is on the ray, not merely somewhere on the plane.
             let expected = o.as_dvec3() - d.as_dvec3() * (f64::from(o.z) / f64::from(d.z));
             assert!((hit.surface.p.as_dvec3() - expected).length() < 1e-7 * expected.length());
             assert!(
@@ -356,9 +355,8 @@ fn an_open_cylinder_sees_its_inside() {
     }
 }
 
-/// A disk in the plane through the camera: its height comes out as next to nothing after
-/// translations that cancel, and rays must still leave it (they met it again once: the light of
-/// `light_area_disk_sphere` reflected nothing).
+/// A disk in the plane through the camera: its height is nearly 0 after translations that cancel, and rays must still
+/// leave it (they once hit it again: `light_area_disk_sphere` rendered without reflected light).
 #[test]
 fn rays_leave_a_disk_at_the_cameras_own_height() {
     let mut random = Random(16);

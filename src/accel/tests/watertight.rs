@@ -1,8 +1,8 @@
-//! No ray from inside a closed surface may leave it, wherever it is aimed.
+//! Watertightness: no ray from inside a closed surface may leave it, wherever it is aimed.
 
 use super::*;
 
-/// Rays from points inside at every vertex, points of every edge, and centers of triangles.
+/// Aims rays from points inside at every vertex, at points on every edge, and at the centers of triangles.
 fn leaks(
     geometry: &Geometry,
     data: &MeshData,
@@ -91,7 +91,7 @@ fn rays_along_the_axes_and_in_the_planes_of_boxes_do_not_leak() {
                 for i in 0..=n {
                     for j in 0..=n {
                         let mut o = Vec3::ZERO;
-                        // At the very ends the ray runs within two sides of the box; stay inside.
+                        // At the very ends the ray runs in the plane of two sides of the box; stay inside.
                         o[(axis + 1) % 3] = (2.0 * i as f32 / n as f32 - 1.0) * 0.999_999;
                         o[(axis + 2) % 3] = 2.0 * j as f32 / n as f32 - 1.0;
                         if i % n != 0 {
