@@ -1,4 +1,4 @@
-//! `.brdf` files of pbrt-v2: isotropic BRDFs measured at arbitrary pairs of directions.
+//! `.brdf` files of pbrt-v2: isotropic BRDFs measured at arbitrary (scattered) pairs of directions.
 //!
 //! Numbers as text, separated by white space; `#` starts a comment. The first is the number n of wavelengths, which
 //! follow in nm. Then each sample has θ and φ of the direction to the light, θ and φ of the one to the viewer, in radians,
@@ -7,10 +7,10 @@
 use crate::files::{self, FileProblem};
 use std::path::Path;
 
-/// The largest file taken, in bytes; published ones have some ten thousand samples.
+/// Maximum file size in bytes; published files have some ten thousand samples.
 const LARGEST: u64 = 256 << 20;
 
-/// Most wavelengths: one for each nm between ultraviolet and infrared, and more.
+/// Maximum number of wavelengths: more than one per nm between ultraviolet and infrared.
 const MAX_WAVELENGTHS: usize = 1024;
 
 /// The contents of a file.
@@ -18,7 +18,7 @@ const MAX_WAVELENGTHS: usize = 1024;
 pub struct BrdfFile {
     /// In nm, positive, all different, at least one.
     pub wavelengths: Vec<f64>,
-    /// All samples one after another, at least one: four angles and a value for each wavelength.
+    /// All samples one after another, at least one: four angles and one value per wavelength.
     pub numbers: Vec<f64>,
 }
 
@@ -34,35 +34,35 @@ pub enum BrdfFileError {
         /// Counted from 1.
         line: usize,
     },
-    /// Nothing in it.
+    /// It holds no numbers.
     #[error("it has no numbers")]
     Empty,
-    /// Not the count of wavelengths.
+    /// The first number is not a count of wavelengths.
     #[error("it starts with {0}, where a number of wavelengths from 1 to {most} was expected", most = MAX_WAVELENGTHS)]
     Count(f64),
-    /// Fewer wavelengths than there should be.
+    /// Fewer wavelengths than announced.
     #[error("it ends after {found} of {count} wavelengths")]
     Wavelengths {
-        /// How many there should be.
+        /// How many were announced.
         count: usize,
         /// How many there are.
         found: usize,
     },
-    /// Not above zero.
+    /// Not positive.
     #[error("a wavelength is {0} nm")]
     Wavelength(f64),
-    /// Twice the same.
+    /// A repeated wavelength.
     #[error("the wavelength {0} nm is there twice")]
     Duplicate(f64),
-    /// Part of a sample, or none at all.
+    /// An incomplete sample, or no samples.
     #[error("{numbers} numbers after the wavelengths do not make samples of {each}")]
     Samples {
-        /// How many there are.
+        /// How many numbers there are.
         numbers: usize,
-        /// How many a sample takes.
+        /// How many numbers a sample takes.
         each: usize,
     },
-    /// Too large.
+    /// Not finite, or too large.
     #[error("sample {0} has the value {1}, which is no reflectance")]
     Value(usize, f64),
 }
@@ -104,7 +104,7 @@ impl BrdfFile {
         })
     }
 
-    /// The samples: the four angles, and the values.
+    /// The samples, each as four angles and its values.
     pub fn samples(&self) -> impl Iterator<Item = ([f64; 4], &[f64])> {
         let each = 4 + self.wavelengths.len();
         self.numbers
@@ -114,7 +114,7 @@ impl BrdfFile {
     }
 }
 
-/// All numbers of a file; all finite.
+/// All numbers of a file, all finite.
 fn numbers(bytes: &[u8]) -> Result<Vec<f64>, BrdfFileError> {
     let mut numbers = Vec::new();
     for (i, line) in bytes.split(|&byte| byte == b'\n').enumerate() {

@@ -2,19 +2,19 @@
 //! Marschner 2014, "A Comprehensive Framework for Rendering Layered Materials"; format `SCATFUN`,
 //! version 1).
 //!
-//! For each pair of cosines to the normal, μi and μo, the BSDF times |μi| is a series Σ aₖ cos kφ in
-//! the difference of azimuths. All numbers are little-endian and of 32 bits: a header of 64 bytes,
-//! the cosines, running integrals of a₀ (not used here: they follow from the rest), offset and
-//! length of each pair's series with μo the slower one, and the coefficients, where the channels'
-//! series follow one another. What comes after them is only a description.
+//! For each pair of cosines to the normal, μi and μo, the BSDF times |μi| is a Fourier series Σ aₖ cos kφ in the
+//! difference of azimuths. All numbers are little-endian 32-bit values: a header of 64 bytes, the cosines, running
+//! integrals of a₀ (not used here: they follow from the rest), offset and length of each pair's series with μo varying
+//! more slowly, and the coefficients, where the series of the channels follow one another. Anything after them is only
+//! a description.
 
 use crate::files::{self, FileProblem};
 use std::path::Path;
 
-/// Bytes before the cosines.
+/// Size of the header in bytes; the cosines follow.
 const HEADER: usize = 64;
 
-/// The largest file in bytes; published ones have some tens of megabytes.
+/// Maximum file size in bytes; published files have some tens of megabytes.
 const LARGEST: u64 = 1 << 30;
 
 /// The contents of a file.
@@ -27,19 +27,19 @@ pub struct BsdfFile {
     /// Cosines, ascending, in -1…1; at least two. The first two differ, and so do the last two;
     /// others may be equal, as layerlab writes 0 once for each side of the surface.
     pub cosines: Vec<f32>,
-    /// For each pair, μo the slower one: where its series starts among the coefficients, and how
-    /// many terms it has in each channel. Always within.
+    /// For each pair, μo varying more slowly: where its series starts among the coefficients, and how many terms it has
+    /// in each channel. Always in bounds.
     pub series: Vec<Series>,
     /// Coefficients, all finite.
     pub coefficients: Vec<f32>,
 }
 
-/// Where a series is.
+/// The location of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Series {
-    /// Its first coefficient.
+    /// Index of its first coefficient.
     pub start: usize,
-    /// Its terms in each channel.
+    /// Number of terms in each channel.
     pub length: usize,
 }
 
@@ -49,30 +49,30 @@ pub enum BsdfFileError {
     /// Reading failed.
     #[error("{0}")]
     Unreadable(#[from] FileProblem),
-    /// No such file.
+    /// Not a file of this format.
     #[error("it does not start with SCATFUN")]
     NotBsdf,
     /// Another version.
     #[error("it is of version {0}, and only version 1 is known")]
     Version(u8),
-    /// Flags other than "a BSDF".
+    /// Flags other than the one for a plain BSDF.
     #[error("it holds no plain BSDF (its flags are {0:#x}, not 0x1)")]
     Flags(u32),
-    /// Neither gray nor colored.
+    /// Neither monochrome nor color.
     #[error("it has {0} channels, not 1 or 3")]
     Channels(u32),
-    /// Blends of several BSDFs.
+    /// Several basis BSDFs.
     #[error("it has {0} bases, not 1")]
     Bases(u32),
-    /// Nothing to interpolate between.
+    /// Too few cosines to interpolate between.
     #[error("it has {0} cosines, fewer than 2")]
     TooFew(u32),
     /// The file is shorter than its header says.
     #[error("it ends early: {found} bytes, {needed} needed")]
     Truncated {
-        /// Bytes that the header asks for.
+        /// Bytes required by the header.
         needed: u64,
-        /// Bytes that there are.
+        /// Bytes in the file.
         found: u64,
     },
     /// Cosines out of order or range.
@@ -81,10 +81,10 @@ pub enum BsdfFileError {
     /// A series beyond the coefficients.
     #[error("series {0} goes beyond the coefficients")]
     Series(usize),
-    /// An index that is none.
+    /// An invalid refractive index.
     #[error("its refractive index is {0}")]
     Eta(f32),
-    /// Infinite or no number.
+    /// A coefficient that is infinite or NaN.
     #[error("coefficient {0} is not finite")]
     Coefficient(usize),
 }
@@ -109,7 +109,7 @@ impl BsdfFile {
             found: bytes.len() as u64,
         };
         let header = bytes.get(8..HEADER).ok_or(truncated(HEADER as u64))?;
-        // Flags, cosines, coefficients, longest series, channels, bases, three of no concern, η.
+        // Flags, cosines, coefficients, longest series, channels, bases, three unused words, η.
         let words: Vec<u32> = words(header).collect();
         let &[
             flags,
@@ -136,7 +136,7 @@ impl BsdfFile {
         if cosines < 2 {
             return Err(BsdfFileError::TooFew(cosines));
         }
-        // Nothing is allocated for more than the file holds.
+        // Never allocates more than the file holds.
         let (n, count) = (u128::from(cosines), u128::from(coefficients));
         let needed = HEADER as u128 + 4 * (n + 3 * n * n + count);
         if needed > bytes.len() as u128 {
@@ -159,7 +159,7 @@ impl BsdfFile {
     }
 }
 
-/// The 32-bit numbers in `bytes`; what is left over is left out.
+/// The 32-bit words in `bytes`; an incomplete last one is dropped.
 fn words(bytes: &[u8]) -> impl Iterator<Item = u32> + '_ {
     let (words, _) = bytes.as_chunks::<4>();
     words.iter().map(|word| u32::from_le_bytes(*word))
@@ -210,7 +210,7 @@ fn checked_coefficients(words: &[u32]) -> Result<Vec<f32>, BsdfFileError> {
     }
 }
 
-/// 0 is what a file says that has no use for it.
+/// Files that do not use the index store 0.
 fn checked_eta(eta: f32) -> Result<f32, BsdfFileError> {
     match eta {
         0.0 => Ok(1.0),
@@ -264,7 +264,7 @@ mod tests {
         assert_eq!(BsdfFile::parse(&described), BsdfFile::parse(&lambert(1)));
     }
 
-    /// As in every file of layerlab: one 0 for each side of the surface.
+    /// As in every layerlab file: 0 occurs once for each side of the surface.
     #[test]
     fn the_cosine_0_may_stand_twice() {
         let file = BsdfFile::parse(&lambert(3)).unwrap();

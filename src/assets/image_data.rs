@@ -1,4 +1,4 @@
-//! Images on disk: textures and light maps.
+//! Image files: textures, light maps and their decoders' limits.
 
 use super::{openexr, pfm};
 use crate::budget::{Budget, OverBudget};
@@ -8,17 +8,17 @@ use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-/// Memory every image may take, whatever its file's size: 22 million texels.
+/// Memory that any image may take, whatever its file size: 22 million texels.
 pub(super) const FREE_BYTES: u64 = 256 << 20;
 
-/// Beyond [`FREE_BYTES`], decoded bytes per byte of the file. Deflate reaches at most 1032:1 and
-/// packs bytes or half floats, which grow to floats here; a header that promises more lies.
+/// Beyond [`FREE_BYTES`], decoded bytes allowed per byte of the file. Deflate reaches at most 1032:1 and packs bytes or
+/// half floats, which become floats here; a header that claims more is corrupt.
 pub(super) const MAX_EXPANSION: u64 = 4128;
 
-/// Largest side in texels; also keeps all index arithmetic far from overflow.
+/// Maximum side in texels; also keeps all index arithmetic far from overflow.
 const MAX_SIDE: usize = 1 << 16;
 
-/// How stored values stand for light.
+/// How stored values encode light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// Proportional to light (.exr, .pfm, .hdr).
@@ -27,16 +27,16 @@ pub enum Encoding {
     Srgb,
 }
 
-/// An image of RGB texels as stored in its file: integer formats scaled to 0…1 but *not* decoded
-/// from sRGB, float formats unchanged; gray ones have three equal channels; alpha is dropped.
-/// Of an OpenEXR file this is the data window, wherever it lies.
+/// An image of RGB texels as stored in its file: integer formats are scaled to 0…1 but *not* decoded from sRGB, float
+/// formats are unchanged; grayscale images have three equal channels; alpha is dropped. Of an OpenEXR file this is the
+/// data window, wherever it is.
 #[derive(Clone, Debug)]
 pub struct ImageData {
     /// Texels in a row; at least 1.
     pub width: usize,
     /// Rows; at least 1.
     pub height: usize,
-    /// What the values mean.
+    /// The encoding of the values.
     pub encoding: Encoding,
     texels: Vec<Rgb>,
 }
@@ -47,29 +47,29 @@ pub enum ImageFileError {
     /// The file cannot be read at all.
     #[error("cannot read '{}': {problem}", path.display())]
     Unreadable {
-        /// The file.
+        /// The file's path.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         problem: FileProblem,
     },
-    /// Neither the content nor the extension is of a format known here.
+    /// Neither the contents nor the extension are of a supported format.
     #[error("'{}' is not an image format fstop reads (.exr, .png, .jpg, .tga, .hdr, .pfm)", path.display())]
     UnknownFormat {
-        /// The file.
+        /// The file's path.
         path: PathBuf,
     },
-    /// There is not enough memory for it.
+    /// It would exceed the memory budget.
     #[error("'{}' {source}", path.display())]
     TooLarge {
-        /// The file.
+        /// The file's path.
         path: PathBuf,
-        /// What it would take.
+        /// How much it would take.
         source: OverBudget,
     },
-    /// The content breaks its format's rules, or uses a part of it that is not supported.
+    /// The contents violate the format, or use an unsupported feature of it.
     #[error("cannot decode '{}': {message}", path.display())]
     Malformed {
-        /// The file.
+        /// The file's path.
         path: PathBuf,
         /// What is wrong.
         message: String,
@@ -77,7 +77,7 @@ pub enum ImageFileError {
 }
 
 impl ImageFileError {
-    /// The bytes of a file that holds images.
+    /// The bytes of an image file.
     pub(super) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, ImageFileError> {
         files::read_within(path, budget).map_err(|problem| ImageFileError::Unreadable {
             path: path.into(),
@@ -86,21 +86,20 @@ impl ImageFileError {
     }
 }
 
-/// ImageData sizes a decoder may trust: checked before anything of that size is allocated.
+/// Limit on image sizes that a decoder accepts: checked before anything of that size is allocated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SizeLimit {
-    /// That the file's size justifies.
+    /// Bytes justified by the file's size.
     max_bytes: u64,
-    /// That there are.
+    /// Bytes left in the memory budget.
     memory: u64,
 }
 
-/// Copies of an image that exist while it is decoded: what the decoder makes, that as floats, and
-/// texels of these.
+/// Copies of an image that exist during decoding: the decoder's output, its conversion to floats, and the texels.
 const COPIES: u64 = 3;
 
 impl SizeLimit {
-    /// For a file of `file_bytes` bytes.
+    /// The limit for a file of `file_bytes` bytes.
     pub(crate) fn for_file(file_bytes: usize) -> SizeLimit {
         SizeLimit {
             max_bytes: FREE_BYTES.max((file_bytes as u64).saturating_mul(MAX_EXPANSION)),
@@ -108,7 +107,7 @@ impl SizeLimit {
         }
     }
 
-    /// The same, for no more than what is left of the budget.
+    /// Limits it further to what is left of the budget.
     pub(crate) fn within(self, budget: &Budget) -> SizeLimit {
         SizeLimit {
             memory: budget.left(),
@@ -116,12 +115,12 @@ impl SizeLimit {
         }
     }
 
-    /// An error unless `width` × `height` texels may be allocated.
+    /// Fails unless `width` × `height` texels may be allocated.
     pub(crate) fn check(self, width: usize, height: usize) -> Result<(), String> {
         self.check_channels(width, height, 3)
     }
 
-    /// As [`SizeLimit::check`], for pixels of any number of channels.
+    /// Like [`SizeLimit::check`], for pixels with any number of channels.
     pub(crate) fn check_channels(
         self,
         width: usize,
@@ -149,9 +148,9 @@ impl SizeLimit {
 }
 
 impl ImageData {
-    /// Reads `path`; the content's signature decides the format, where there is one, else the
-    /// extension. Corrupted files are errors and never allocate more than their size justifies, nor
-    /// more than `budget` has.
+    /// Reads the image at `path`. The format is determined by the signature of the contents if there is one, otherwise
+    /// by the extension. Corrupt files are errors and never allocate more than their size justifies, nor more than is
+    /// left of `budget`.
     pub fn load(path: &Path, budget: &Budget) -> Result<ImageData, ImageFileError> {
         let bytes = ImageFileError::read(path, budget)?;
         let too_large = |source| ImageFileError::TooLarge {
@@ -168,14 +167,14 @@ impl ImageData {
                 message,
             }
         })?;
-        // What becomes of it: a pyramid of maps, each a quarter of the last.
+        // Reserves memory for the image pyramid, in which each level is a quarter of the last.
         let bytes = size_of_val(image.texels()) as u64;
         budget.take(bytes / 3 * 4).map_err(too_large)?;
         Ok(image)
     }
 
-    /// From `height` rows of `width` texels, top row first; `None` where the counts disagree or
-    /// there are no texels.
+    /// An image from `height` rows of `width` texels, top row first; `None` if the counts disagree or there are no
+    /// texels.
     pub fn from_texels(
         width: usize,
         height: usize,
@@ -210,7 +209,7 @@ impl ImageData {
     }
 }
 
-/// Which decoder a file needs.
+/// An image file format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Format {
     OpenExr,
@@ -283,7 +282,7 @@ mod tests {
         ImageData::load(path, &Budget::unlimited())
     }
 
-    /// Red grows to the right, green downwards; every value is a multiple of 1/256.
+    /// Red increases to the right, green downward; every value is a multiple of 1/256.
     fn gradient(x: usize, y: usize) -> Rgb {
         Rgb::new(x as f32 * 16.0 / 256.0, y as f32 * 32.0 / 256.0, 0.25)
     }

@@ -1,33 +1,33 @@
 //! Tables of the MERL BRDF database (Matusik, Pfister, Brand and McMillan 2003, "A Data-Driven Reflectance Model"):
 //! isotropic BRDFs over the angles of Rusinkiewicz 1998, "A New Change of Variables for Efficient BRDF Representation".
 //!
-//! Three 32-bit integers say how many half angles θh, difference angles θd and azimuths φd there are (90, 90 and 180 in
-//! the database). Then come all red values, all green and all blue ones, as 64-bit floats with φd the fastest and θh the
-//! slowest. All is little-endian. Values are the BRDF in 1/sr times 1500, 1500/1.15 and 1500/1.66; below 0 where nothing
-//! was measured, which counts as black.
+//! Three 32-bit integers give the numbers of half angles θh, difference angles θd and azimuths φd (90, 90 and 180 in
+//! the database). Then come all red, all green and all blue values, as 64-bit floats with φd varying fastest and θh
+//! slowest. Everything is little-endian. Values are the BRDF in 1/sr times 1500, 1500/1.15 and 1500/1.66; negative
+//! where nothing was measured, which counts as black.
 
 use crate::files::{self, FileProblem};
 use crate::math::Rgb;
 use std::path::Path;
 
-/// Bytes before the values.
+/// Size of the header in bytes; the values follow.
 const HEADER: usize = 12;
 
-/// The largest file in bytes; those of the database have 33 MB.
+/// Maximum file size in bytes; those of the database have 33 MB.
 const LARGEST: u64 = 1 << 30;
 
-/// Bytes of a value.
+/// Size of a value in bytes.
 const VALUE: usize = 8;
 
-/// What values are multiplied by.
+/// Scale factors of stored values, by channel.
 const SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 
 /// The contents of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MerlFile {
-    /// How many θh, θd and φd there are; none is 0.
+    /// Numbers of θh, θd and φd; none is 0.
     pub counts: [usize; 3],
-    /// BRDF in 1/sr, not negative, for all θh, of these all θd, of these all φd.
+    /// BRDF in 1/sr, not negative, with φd varying fastest and θh slowest.
     pub values: Vec<Rgb>,
 }
 
@@ -48,7 +48,7 @@ pub enum MerlFileError {
         /// Bytes that there are.
         found: u64,
     },
-    /// Infinite, no number, or too large.
+    /// Infinite, NaN, or too large.
     #[error("value {0} is {1}, which is no reflectance")]
     Value(usize, f64),
 }
@@ -59,7 +59,7 @@ impl MerlFile {
         MerlFile::parse(&files::read(path, LARGEST)?)
     }
 
-    /// Decodes a whole file. Bytes after the values are left out, as by pbrt-v2.
+    /// Decodes a whole file. Bytes after the values are ignored, as in pbrt-v2.
     pub fn parse(bytes: &[u8]) -> Result<MerlFile, MerlFileError> {
         let truncated = |needed: u128| MerlFileError::Truncated {
             needed,
@@ -75,7 +75,7 @@ impl MerlFile {
         if counts.iter().any(|&count| count < 1) {
             return Err(MerlFileError::Counts(counts));
         }
-        // Nothing is allocated for more than the file holds.
+        // Never allocates more than the file holds.
         let entries: u128 = counts.iter().map(|&count| count as u128).product();
         let needed = 3 * VALUE as u128 * entries;
         if needed > body.len() as u128 {
@@ -87,7 +87,7 @@ impl MerlFile {
             let at = channel * entries + entry;
             let raw = f64::from_le_bytes(numbers[at]);
             let value = raw * SCALES[channel];
-            // NaN is not within either.
+            // NaN fails either comparison.
             if value.abs() <= super::MAX_MEASURED {
                 Ok(value.max(0.0) as f32)
             } else {

@@ -1,11 +1,11 @@
-//! Polygon meshes as files hold them, cut into triangles.
+//! Polygon meshes read from files, triangulated.
 
 use crate::math::{DVec2, DVec3, Vec2, Vec3};
 
-/// A triangle mesh in object space. Arrays per vertex are empty where the file has none.
+/// A triangle mesh in object space. Per-vertex arrays are empty if the file has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshData {
-    /// Three vertex numbers a triangle, each below `positions.len()`.
+    /// Three vertex indices per triangle, each below `positions.len()`.
     pub indices: Vec<[u32; 3]>,
     /// Vertex positions.
     pub positions: Vec<DVec3>,
@@ -15,14 +15,13 @@ pub struct MeshData {
     pub tangents: Vec<Vec3>,
     /// Texture coordinates.
     pub uv: Vec<Vec2>,
-    /// For each triangle the face of the original mesh that it is of, for Ptex; empty where all are of
-    /// face 0.
+    /// For each triangle the face of the original mesh that it belongs to, for Ptex; empty if all belong to face 0.
     pub face_ids: Vec<u32>,
-    /// What was odd, in words.
+    /// Warnings about the file, in words.
     pub warnings: Vec<String>,
 }
 
-/// The face that a mesh gives number `number`; what is no number of a face is beyond all of them.
+/// The face index for the number that a mesh gives; an invalid number maps to an index beyond all faces.
 pub fn face_id(number: f64) -> u32 {
     match number >= 0.0 {
         // Saturates.
@@ -31,14 +30,13 @@ pub fn face_id(number: f64) -> u32 {
     }
 }
 
-/// Polygons of up to this many corners are cut by ear clipping, whose cost grows with the square;
-/// larger ones become fans.
+/// Polygons of up to this many corners are triangulated by ear clipping, whose cost grows quadratically; larger ones as
+/// fans.
 const EAR_CLIPPING_LIMIT: usize = 1024;
 
-/// Cuts polygons into triangles: `arities[i]` corners of polygon i follow each other in `corners`.
-/// Quads become (0,1,2) (3,0,2) as in pbrt, larger polygons are cut by ear clipping, so that
-/// concave ones keep their outline. Polygons with fewer than three corners are left out.
-/// Every corner must be below `positions.len()`.
+/// Triangulates polygons: the `arities[i]` corners of polygon i follow one another in `corners`. Quads become (0,1,2)
+/// (3,0,2) as in pbrt; larger polygons are triangulated by ear clipping, so that concave ones keep their outline.
+/// Polygons with fewer than three corners are dropped. Every corner must be below `positions.len()`.
 pub fn triangulate(arities: &[u32], corners: &[u32], positions: &[DVec3]) -> Vec<[u32; 3]> {
     let mut triangles = Vec::with_capacity(arities.len());
     let mut rest = corners;
@@ -70,7 +68,7 @@ fn clip_ears(polygon: &[u32], positions: &[DVec3], triangles: &mut Vec<[u32; 3]>
             (at(polygon[i]) - origin).cross(at(next) - origin)
         })
         .sum::<DVec3>();
-    // Drop the axis the normal leans on most; keep the turning sense.
+    // Drop the normal's dominant axis; keep the orientation.
     let flat = |v: u32| {
         let (p, a) = (at(v) - origin, normal.abs());
         if a.x > a.y && a.x > a.z {
@@ -85,7 +83,7 @@ fn clip_ears(polygon: &[u32], positions: &[DVec3], triangles: &mut Vec<[u32; 3]>
     while left.len() > 3 {
         let n = left.len();
         let corner = |i: usize| [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
-        // A self-crossing or flat polygon may have no ear: then any corner will do.
+        // A self-intersecting or degenerate polygon may have no ear: then any corner will do.
         let ear = (0..n).find(|&i| is_ear(corner(i), &left)).unwrap_or(0);
         triangles.push(corner(ear).map(|(v, _)| v));
         left.remove(ear);
@@ -93,7 +91,7 @@ fn clip_ears(polygon: &[u32], positions: &[DVec3], triangles: &mut Vec<[u32; 3]>
     triangles.push([left[0].0, left[1].0, left[2].0]);
 }
 
-/// Does the corner turn left with no other corner of the polygon inside its triangle?
+/// Returns `true` if the corner turns left and no other corner of the polygon is inside its triangle.
 fn is_ear([a, b, c]: [(u32, DVec2); 3], polygon: &[(u32, DVec2)]) -> bool {
     let turn = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
     if turn(a.1, b.1, c.1) <= 0.0 {
@@ -123,7 +121,7 @@ mod tests {
 
     #[test]
     fn concave_polygons_keep_their_outline() {
-        // An L of area 3, in three planes and both turning senses.
+        // An L of area 3, in three planes and both orientations.
         let outline = [
             (0.0, 0.0),
             (2.0, 0.0),
@@ -151,7 +149,7 @@ mod tests {
                 let triangles = triangulate(&[6], &corners, &positions);
                 assert_eq!(triangles.len(), 4);
                 let sum = area(&triangles, &positions);
-                // Neither more nor less than the outline: no triangle is turned over or outside.
+                // Exactly the outline: no triangle is flipped or outside.
                 let separate: f64 = triangles
                     .iter()
                     .map(|&t| area(&[t], &positions).length())

@@ -1,4 +1,4 @@
-//! Files that scenes refer to: meshes, images, spectra and BSDFs.
+//! Readers of the files that scenes refer to: meshes, images, spectra and BSDFs.
 
 pub mod brdf_file;
 pub mod bsdf_file;
@@ -12,6 +12,6 @@ pub mod ply;
 pub mod ptex;
 pub mod spd;
 
-/// Largest measured reflectance that is taken for one, in 1/sr: the peak of a mirror as sharp as the finest angle of a
-/// MERL table is a hundredth of it.
+/// Largest accepted measured reflectance, in 1/sr: the peak of a mirror as sharp as the finest angle of a MERL table is
+/// a hundredth of it.
 const MAX_MEASURED: f64 = 1e9;

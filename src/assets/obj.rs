@@ -1,5 +1,5 @@
-//! Wavefront OBJ meshes (our extension to the scene language): all objects and groups of a file
-//! become one mesh; materials are not read.
+//! Wavefront OBJ meshes (our extension to the scene language): all objects and groups of a file become one mesh;
+//! materials are ignored.
 
 use super::mesh::{MeshData, triangulate};
 use crate::budget::Budget;
@@ -11,16 +11,16 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {message}", path.display())]
 pub struct ObjError {
-    /// The file.
+    /// The file's path.
     pub path: PathBuf,
     /// What is wrong with it.
     pub message: String,
 }
 
-/// Vertices and faces beside the text they are read from take at most so many times its bytes.
+/// Vertices and faces take at most this many times the bytes of the text they are read from.
 const GROWTH: u64 = 4;
 
-/// Loads the mesh in `path`, unless that takes more memory than `budget` has.
+/// Loads the mesh at `path`, unless that takes more memory than is left of `budget`.
 pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, ObjError> {
     let parse_within = |bytes: Vec<u8>| {
         let needed = (bytes.len() as u64).saturating_mul(1 + GROWTH);
@@ -36,17 +36,17 @@ pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, ObjError> {
     })
 }
 
-/// Reads an OBJ file from memory; the error is a sentence without the file's name.
+/// Reads an OBJ file from memory; the error message omits the file's name.
 pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
     let options = tobj::LoadOptions {
-        // One index for position, normal and texture coordinate, as our meshes have it.
+        // One index for position, normal and texture coordinate, as in our meshes.
         single_index: true,
-        // Polygons are cut by our own ear clipping: the reader's fans are wrong where concave.
+        // Polygons are triangulated by our own ear clipping: the reader's fans are wrong for concave ones.
         triangulate: false,
         ignore_points: true,
         ignore_lines: true,
     };
-    // Names and comments may be in any encoding, but the reader wants UTF-8.
+    // Names and comments may be in any encoding, but the reader requires UTF-8.
     let text = String::from_utf8_lossy(bytes);
     check_references(&text)?;
     let no_materials = |_: &Path| Ok(Default::default());
@@ -59,8 +59,8 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
         let (points, _) = part.positions.as_chunks::<3>();
         let (normals, _) = part.normals.as_chunks::<3>();
         let (uv, _) = part.texcoords.as_chunks::<2>();
-        // Corners without a normal or texture coordinate make those lists shorter, and nothing
-        // says which corners they were.
+        // Corners without a normal or texture coordinate make those lists shorter, and which corners they were is
+        // unknown.
         with_normals &= normals.len() == points.len();
         with_uv &= uv.len() == points.len();
         let positions: Vec<DVec3> = points
@@ -99,11 +99,11 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
     Ok(mesh)
 }
 
-/// An error where a face refers back to before the first vertex, or further on than a file can go: the
-/// reader computes with such numbers before it looks whether they lead anywhere.
+/// Fails if a face refers back to before the first vertex, or further ahead than a file can be long: the reader
+/// computes with such indices before it checks them.
 fn check_references(text: &str) -> Result<(), String> {
     const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
-    // How many of each there are so far.
+    // Counts of each kind so far.
     let mut counts = [0_i64; 3];
     for (index, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
@@ -114,7 +114,7 @@ fn check_references(text: &str) -> Result<(), String> {
             Some("f" | "l" | "p") => {
                 let parts = words.flat_map(|word| word.split('/').zip(counts).zip(KINDS));
                 for ((part, count), kind) in parts {
-                    // What is no number the reader refuses.
+                    // The reader rejects anything that is not a number.
                     let number: i64 = part.parse().unwrap_or(0);
                     if number < -count || number > i64::from(u32::MAX) {
                         return Err(format!(
@@ -130,7 +130,7 @@ fn check_references(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Per-vertex data that some vertices lack is not used.
+/// Drops per-vertex data that some vertices lack.
 fn drop_incomplete(mesh: &mut MeshData, with_normals: bool, with_uv: bool) {
     if !with_normals && !mesh.normals.is_empty() {
         mesh.warnings
@@ -218,7 +218,7 @@ mod tests {
                 0.5 * (b - a).cross(c - a).length()
             })
             .sum();
-        // The L of area 3 less the triangle (1,1) (2,1) (1.5,0.5).
+        // The L of area 3 minus the triangle (1,1) (2,1) (1.5,0.5).
         assert!((area - 2.75).abs() < 1e-12);
     }
 

@@ -1,4 +1,4 @@
-//! OpenEXR files: the first flat layer's data window, whatever its channels are called.
+//! OpenEXR files: the first flat layer's data window, whatever its channels are named.
 
 use super::image_data::{Encoding, ImageData, SizeLimit};
 use crate::math::Rgb;
@@ -41,7 +41,7 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
         .ok_or_else(|| "it has no pixels".into())
 }
 
-/// Looks at sizes first, because the decoder allocates what the header asks for.
+/// Checks sizes first, because the decoder allocates whatever the header asks for.
 pub(crate) fn check_sizes(bytes: &[u8], limit: SizeLimit) -> Result<(), String> {
     let meta =
         MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
@@ -90,7 +90,7 @@ fn choose_channels(
     }
 }
 
-/// Sample `i` of a channel, 0 beyond its end.
+/// Sample `i` of a channel; 0 past its end.
 fn sample(samples: &FlatSamples, i: usize) -> f32 {
     match samples {
         FlatSamples::F16(v) => v.get(i).map_or(0.0, |h| h.to_f32()),

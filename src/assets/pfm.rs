@@ -1,6 +1,6 @@
-//! The portable float map: `PF` (color) or `Pf` (gray), width, height, scale, then 32-bit floats,
-//! bottom row first. A negative scale marks little-endian numbers; its size has no agreed meaning
-//! and is ignored, as it is by pbrt for files it writes itself (scale −1).
+//! The portable float map: `PF` (color) or `Pf` (grayscale), width, height, scale, then 32-bit floats, bottom row
+//! first. A negative scale marks little-endian numbers; its magnitude has no agreed meaning and is ignored, as pbrt
+//! does for files it writes itself (scale −1).
 
 use super::image_data::{Encoding, ImageData, SizeLimit};
 use crate::math::Rgb;
@@ -20,7 +20,7 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
         return Err(format!("its scale is {scale}"));
     }
     limit.check(width, height)?;
-    // Exactly one white-space byte stands between the header and the numbers.
+    // Exactly one white-space byte separates the header from the numbers.
     let data = bytes.get(header.at + 1..).unwrap_or_default();
     let row_bytes = width * channels * 4;
     if data.len() < row_bytes * height {
@@ -50,14 +50,14 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
         .ok_or_else(|| "it has no pixels".into())
 }
 
-/// White-space separated words of the text part.
+/// White-space separated words of the header.
 struct Header<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
 impl<'a> Header<'a> {
-    /// The next word; `at` is left on the byte behind it.
+    /// The next word; `at` is left on the byte after it.
     fn word(&mut self) -> Option<&'a str> {
         let start = self.at
             + self.bytes[self.at..]

@@ -1,9 +1,9 @@
-//! PLY meshes: ascii, binary of both byte orders, and any of them compressed with gzip.
+//! PLY meshes: ASCII, binary of both byte orders, and any of them compressed with gzip.
 //!
-//! Vertices: x y z of any scalar type; nx ny nz; texture coordinates by the first complete pair of
-//! u v, s t, texture_u texture_v, texture_s texture_t. Faces: lists `vertex_indices` or
-//! `vertex_index` of any length, and the number `face_indices` of each, for Ptex. Other elements and
-//! properties are passed over (Turk, "The PLY Polygon File Format", 1994; docs/scene-language.md §3.7).
+//! Vertices: x y z of any scalar type; nx ny nz; texture coordinates by the first complete pair of u v, s t, texture_u
+//! texture_v, texture_s texture_t. Faces: lists `vertex_indices` or `vertex_index` of any length, and the scalar
+//! `face_indices` of each, for Ptex. Other elements and properties are skipped (Turk, "The PLY Polygon File Format",
+//! 1994; docs/scene-language.md §3.7).
 
 use super::mesh::{MeshData, face_id, triangulate};
 use crate::budget::{Budget, OverBudget};
@@ -23,13 +23,13 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {message}", path.display())]
 pub struct PlyError {
-    /// The file.
+    /// The file's path.
     pub path: PathBuf,
     /// What is wrong with it.
     pub message: String,
 }
 
-/// Loads the mesh in `path`, unless that takes more memory than `budget` has.
+/// Loads the mesh at `path`, unless that takes more memory than is left of `budget`.
 pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, PlyError> {
     let parsed = files::read_within(path, budget)
         .map_err(|e| format!("cannot read: {e}"))
@@ -46,13 +46,13 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
     parse_within(bytes, &Budget::unlimited())
 }
 
-/// Vertices and faces beside the file they are read from take at most so many times its bytes.
+/// Vertices and faces take at most this many times the bytes of the file they are read from.
 const GROWTH: u64 = 2;
 
 fn parse_within(bytes: &[u8], budget: &Budget) -> Result<MeshData, String> {
     let over = |e: OverBudget| format!("the mesh {e}");
     if bytes.starts_with(&[0x1f, 0x8b]) {
-        // The file does not say how much it holds; a byte may stand for a thousand.
+        // The file does not record its uncompressed size; one byte may expand to a thousand.
         let most = budget.left() / (1 + GROWTH);
         let mut plain = Vec::new();
         let mut decoder = MultiGzDecoder::new(bytes).take(most.saturating_add(1));
@@ -76,9 +76,9 @@ fn parse_plain(bytes: &[u8]) -> Result<MeshData, String> {
     }
     let (header, body) =
         bytes.split_at(header_length(bytes).ok_or("the header has no end_header line")?);
-    // Comments may be in any encoding, but the reader wants UTF-8; the last number of an ascii
-    // file may lack the blank that the reader needs after it. The usual file is read as it is: taking
-    // bytes from a single slice is several times as fast as from a chain.
+    // Comments may be in any encoding, but the reader requires UTF-8; the last number of an ASCII file may lack the
+    // white space that the reader needs after it. Other files are read in place: a single slice is several times as
+    // fast to read as a chain.
     match std::str::from_utf8(header) {
         Ok(header) if header.contains('\n') && !header.contains("format ascii") => read(bytes),
         _ => {
@@ -127,7 +127,7 @@ fn next<T: for<'a> Deserialize<'a>>(
     reader.next_element()
 }
 
-/// Length of the header with its last line break: LF, CR LF, or the CR of old Macintosh files.
+/// Length of the header with its final line break: LF, CR LF, or the CR of old Macintosh files.
 fn header_length(bytes: &[u8]) -> Option<usize> {
     let mut start = 0;
     for line in bytes.split_inclusive(|&b| b == b'\n') {
@@ -143,9 +143,9 @@ fn header_length(bytes: &[u8]) -> Option<usize> {
     Some(found + LAST.len())
 }
 
-/// Refuses what cannot be meant, and what would make reading endless.
+/// Rejects nonsensical elements, and those that would make reading endless.
 fn check_element(element: &ElementDef) -> Result<(), String> {
-    // Such rows take no bytes, so a damaged count would never run out of file.
+    // Such rows take no bytes, so a corrupt count would never reach the end of the file.
     if element.properties.is_empty() && element.count > 0 {
         return Err(format!("element {} has no properties", element.name));
     }
@@ -165,7 +165,7 @@ fn check_element(element: &ElementDef) -> Result<(), String> {
     Ok(())
 }
 
-/// Do faces have numbers?
+/// Returns `true` if faces have indices.
 fn is_numbered(faces: &ElementDef) -> bool {
     let numbers = faces.get_property("face_indices");
     numbers.is_some_and(|p| matches!(p.property_type, PropertyType::Scalar(_)))
@@ -214,8 +214,8 @@ fn assemble(
     })
 }
 
-/// One row of element vertex. Absent columns must have a default: binary rows of scalars arrive as
-/// sequences that end at the first absent one. That x, y and z are there has been checked.
+/// One row of element vertex. Absent columns need a default: binary rows of scalars arrive as sequences that end at the
+/// first absent one. The presence of x, y and z has been checked.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct VertexRow {
@@ -282,12 +282,12 @@ impl<'de> Deserialize<'de> for Vertices {
     }
 }
 
-/// One row of an element we do not use; takes no memory.
+/// One row of an unused element; takes no memory.
 struct SkippedRow;
 
 impl<'de> Deserialize<'de> for SkippedRow {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<SkippedRow, D::Error> {
-        // The reader gives rows as maps only.
+        // The reader provides rows as maps only.
         deserializer.deserialize_map(IgnoredAny).map(|_| SkippedRow)
     }
 }
@@ -299,7 +299,7 @@ struct FaceRow {
     vertex_indices: Corners,
 }
 
-/// The same with the number of the face, which may be of any scalar type.
+/// The same with the index of the face, which may be of any scalar type.
 #[derive(Deserialize)]
 struct NumberedFaceRow {
     #[serde(alias = "vertex_index")]
@@ -307,7 +307,7 @@ struct NumberedFaceRow {
     face_indices: f64,
 }
 
-/// What faces are read from.
+/// A row that faces are read from.
 trait Row {
     fn corners(&self) -> &Corners;
     fn id(&self) -> Option<u32>;
@@ -333,7 +333,7 @@ impl Row for NumberedFaceRow {
     }
 }
 
-/// A list of vertex numbers, on the stack where it is short.
+/// A list of vertex indices, on the stack if it is short.
 #[derive(Default)]
 struct Corners {
     first: ArrayVec<i64, 4>,
@@ -367,14 +367,14 @@ impl<'de> Deserialize<'de> for Corners {
 /// Element face.
 #[derive(Default)]
 struct Faces {
-    /// The faces before the first that is no triangle.
+    /// The faces before the first non-triangle.
     triangles: Vec<[u32; 3]>,
-    /// How many corners each of the others has, and these one after the other.
+    /// The numbers of corners of the remaining faces, and their corners one after another.
     arities: Vec<u32>,
     corners: Vec<u32>,
-    /// Numbers of the faces, or none.
+    /// Indices of the faces, if any.
     ids: Vec<u32>,
-    /// The first corner that is no 32-bit number.
+    /// The first corner that is not a 32-bit number.
     beyond: Option<i64>,
 }
 
@@ -391,14 +391,14 @@ impl Faces {
             self.triangles.push([number(a), number(b), number(c)]);
             return;
         }
-        // A list's count is 32 bits in the file.
+        // A list's count has 32 bits in the file.
         self.arities
             .push((face.first.len() + face.rest.len()) as u32);
         let all = face.first.iter().chain(&face.rest);
         self.corners.extend(all.map(number));
     }
 
-    /// A corner that is none of `count` vertices.
+    /// A corner that is not one of `count` vertices.
     fn bad_corner(&self, count: usize) -> Option<i64> {
         let bad = |i: &&u32| **i as usize >= count;
         let in_triangles = self.triangles.as_flattened().iter().find(bad);
@@ -407,8 +407,8 @@ impl Faces {
             .map(|&i| i64::from(i)))
     }
 
-    /// The number of each triangle's face, where faces have numbers. A polygon is cut into two triangles
-    /// fewer than it has corners ([`triangulate`]).
+    /// The face index of each triangle, if faces have indices. A polygon becomes two triangles fewer than it has
+    /// corners ([`triangulate`]).
     fn ids_of_triangles(&self) -> Vec<u32> {
         let alone = std::iter::repeat_n(1, self.triangles.len());
         let counts = alone.chain(self.arities.iter().map(|&n| n.saturating_sub(2) as usize));
@@ -417,7 +417,7 @@ impl Faces {
             .collect()
     }
 
-    /// All faces in triangles.
+    /// All faces, triangulated.
     fn triangles(self, positions: &[DVec3]) -> Vec<[u32; 3]> {
         let mut triangles = self.triangles;
         triangles.extend(triangulate(&self.arities, &self.corners, positions));
@@ -425,7 +425,7 @@ impl Faces {
     }
 }
 
-/// [`Faces`] from rows of a kind.
+/// [`Faces`] from rows of one kind.
 struct Rows<R> {
     faces: Faces,
     row: PhantomData<R>,

@@ -1,14 +1,14 @@
-//! `.spd` files: sampled spectra as text, wavelength in nm and value by turns.
+//! `.spd` files: sampled spectra as text, alternating wavelength in nm and value.
 //!
-//! Read as pbrt-v3 reads them (docs/scene-language.md §1.5): numbers separated by white space, `#` starts a
-//! comment. Its accidents are not copied: a last number without a line break behind it counts, a
-//! comment may follow a number directly, `1E5` is a number. Samples out of order are sorted; two
-//! of the same wavelength are an error, as there is no telling which was meant.
+//! Read as pbrt-v3 does (docs/scene-language.md §1.5): numbers separated by white space, `#` starts a comment. Its
+//! quirks are not reproduced: a last number without a line break after it counts, a comment may directly follow a
+//! number, `1E5` is a number. Samples out of order are sorted; two at the same wavelength are an error, as it is
+//! unclear which was meant.
 
 use crate::files::{self, FileProblem};
 use std::path::Path;
 
-/// Why a spectrum could not be had.
+/// Why a spectrum file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SpdError {
     /// The file could not be read.
@@ -20,25 +20,24 @@ pub enum SpdError {
         /// Counted from 1.
         line: usize,
     },
-    /// Nothing in it.
+    /// It holds no numbers.
     #[error("it has no samples")]
     Empty,
     /// A wavelength without a value.
     #[error("{0} numbers do not make pairs of wavelength and value")]
     OddCount(usize),
-    /// Infinite, or not above zero.
+    /// Infinite, or not positive.
     #[error("a wavelength is {0} nm")]
     Wavelength(f64),
     /// Infinite.
     #[error("the value at {0} nm is not finite")]
     Value(f64),
-    /// Twice the same wavelength.
+    /// A repeated wavelength.
     #[error("it has two values at {0} nm")]
     Duplicate(f64),
 }
 
-/// The largest file taken for a spectrum, in bytes; the largest published ones have some
-/// thousand samples.
+/// Maximum file size in bytes; the largest published files have some thousand samples.
 const LARGEST: u64 = 16 << 20;
 
 /// Reads a file into (wavelength in nm, value) pairs, ascending.
@@ -46,7 +45,7 @@ pub fn read(path: &Path) -> Result<Vec<(f64, f64)>, SpdError> {
     parse(&String::from_utf8_lossy(&files::read(path, LARGEST)?))
 }
 
-/// The text of a file.
+/// Parses the text of a file.
 ///
 /// ```
 /// use fstop::assets::spd::parse;
@@ -66,7 +65,7 @@ pub fn parse(text: &str) -> Result<Vec<(f64, f64)>, SpdError> {
     samples(&numbers)
 }
 
-/// Wavelengths in nm and values by turns to pairs, ascending.
+/// Converts alternating wavelengths in nm and values to pairs, ascending.
 pub fn samples(numbers: &[f64]) -> Result<Vec<(f64, f64)>, SpdError> {
     let (pairs, rest) = numbers.as_chunks::<2>();
     if !rest.is_empty() {

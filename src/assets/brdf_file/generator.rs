@@ -1,4 +1,4 @@
-//! Writes `.brdf` files from formulas, for tests: of this crate and, by its path, of the program. Knows nothing of the
+//! Writes `.brdf` files from formulas, for tests of this crate and, by its path, of the program. Independent of the
 //! reader.
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -8,7 +8,7 @@ pub fn pairs(thetas: usize, phis: usize) -> Vec<[f64; 4]> {
     let theta = |i: usize| FRAC_PI_2 * (i as f64 + 0.5) / thetas as f64;
     let all = (0..thetas).flat_map(|i| (0..thetas).map(move |o| (i, o)));
     all.flat_map(|(i, o)| {
-        // Only the difference counts, whatever the azimuths.
+        // Only the difference of azimuths matters.
         let phi_o = (i + 2 * o) as f64;
         let phi = move |k: usize| phi_o + PI * k as f64 / (phis - 1) as f64;
         (0..phis).map(move |k| [theta(i), phi(k), theta(o), phi_o])
@@ -16,7 +16,7 @@ pub fn pairs(thetas: usize, phis: usize) -> Vec<[f64; 4]> {
     .collect()
 }
 
-/// The text of a file of these wavelengths and pairs of directions, with the values that the formula has there.
+/// The text of a file with these wavelengths and pairs of directions, and the formula's values there.
 pub fn encode(
     wavelengths: &[f64],
     pairs: &[[f64; 4]],

@@ -1,21 +1,21 @@
-//! Writes `.bsdf` files from formulas, for tests: of this crate and, by its path, of the program.
-//! Knows nothing of the reader.
+//! Writes `.bsdf` files from formulas, for tests of this crate and, by its path, of the program. Independent of the
+//! reader.
 
 use std::f64::consts::PI;
 
-/// A BSDF in closed form, and how finely it is tabulated.
+/// A BSDF in closed form, with the resolution of its table.
 pub struct Analytic<'a> {
     /// Refractive index of the inside over that of the outside.
     pub eta: f32,
     /// 1 or 3.
     pub channels: usize,
-    /// Number of cosines, even: 0 is there twice, as layerlab writes it, once for either side.
+    /// Number of cosines, even: 0 occurs twice, as layerlab writes it, once for either side.
     pub cosines: usize,
-    /// Terms of the longest series.
+    /// Number of terms in the longest series.
     pub terms: usize,
-    /// π times the BSDF of red, green and blue (before the radiance's change with the medium), from
-    /// the cosines of the direction light travels in and of the one it leaves in, which are on
-    /// different sides of 0 where it is reflected, and the difference of azimuths of these two.
+    /// π times the BSDF in red, green and blue (before the scaling of radiance between media), from the cosines of the
+    /// incoming light's direction of travel and of the outgoing direction, which have opposite signs for reflection,
+    /// and the difference of their azimuths.
     pub value: &'a dyn Fn(f64, f64, f64) -> [f64; 3],
 }
 
@@ -53,10 +53,10 @@ pub fn encode(analytic: &Analytic) -> Vec<u8> {
     bytes
 }
 
-/// Stands for the cosine 0 of either side, so that a formula sees which side it is.
+/// Used for the cosine 0 on either side, so that a formula sees which side it is.
 const GRAZING: f64 = 1e-9;
 
-/// A cosine as the file has it.
+/// A cosine as stored in the file.
 fn written(mu: f64) -> f32 {
     if mu.abs() > GRAZING { mu as f32 } else { 0.0 }
 }
@@ -77,15 +77,15 @@ fn cosines(count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The coefficients of one pair of cosines: luminance alone, or luminance, red and blue. Terms that
-/// are 0 to single precision at the end are left out.
+/// The coefficients of one pair of cosines: luminance alone, or luminance, red and blue. Trailing terms that are 0 in
+/// single precision are dropped.
 fn project(analytic: &Analytic, mu_i: f64, mu_o: f64) -> Vec<Vec<f64>> {
     let steps = 4 * analytic.terms.max(8);
     let mut terms = vec![vec![0.0; analytic.terms]; analytic.channels];
     for step in 0..steps {
         let phi = PI * (step as f64 + 0.5) / steps as f64;
         let [r, g, b] = (analytic.value)(mu_i, mu_o, phi);
-        // The weights by which the reader's green is made of the other three.
+        // The weights by which the reader computes green from the other three.
         let luminance = (g + 0.100913 * b + 0.297375 * r) / 1.39829;
         for (channel, value) in terms.iter_mut().zip([luminance, r, b]) {
             for (k, a) in channel.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! PLY files as written by this and that program.
+//! PLY files as written by various programs.
 
 use super::*;
 use flate2::{Compression, write::GzEncoder};
@@ -24,7 +24,7 @@ fn ascii() -> Vec<u8> {
 fn binary(big: bool) -> Vec<u8> {
     let kind = if big { "big" } else { "little" };
     let mut out = format!("ply\r\nformat binary_{kind}_endian 1.0\r\n").into_bytes();
-    // A comment that is no UTF-8.
+    // A comment that is not UTF-8.
     out.extend(b"comment caf\xe9\n");
     out.extend(HEADER.replace("INDEX", "ushort").bytes());
     macro_rules! put {
@@ -113,7 +113,7 @@ fn numbers_of_faces_are_those_of_their_triangles() {
         "{:?}",
         mesh.warnings
     );
-    // A list of that name is something else.
+    // A list of that name has another meaning.
     let mesh = read("list uchar int", "1 9 3 0 1 2\n0 3 0 2 3\n2 1 1 3 1 2 3\n");
     assert_eq!((mesh.face_ids.len(), mesh.indices.len()), (0, 3));
 }
@@ -139,14 +139,14 @@ fn errors_say_what_is_wrong() {
 
 #[test]
 fn damaged_files_neither_panic_nor_swallow_memory() {
-    // Every byte of every encoding changed to a few telling values, and every truncation.
+    // Every byte of every encoding replaced by a few revealing values, and every truncation.
     for file in [ascii(), binary(false), binary(true)] {
         for at in 0..file.len() {
             let _ = parse(&file[..at]);
             for value in [0u8, 0xff, b'9', b'-', b'\n', file[at] ^ 1] {
                 let mut damaged = file.clone();
                 damaged[at] = value;
-                // Whatever is accepted is consistent.
+                // Anything accepted is consistent.
                 if let Ok(mesh) = parse(&damaged) {
                     assert!(
                         mesh.indices

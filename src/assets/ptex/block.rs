@@ -1,31 +1,31 @@
-//! The texels of one face at one resolution, in the four ways that files hold them.
+//! The texels of one face at one resolution, in the four encodings of the format.
 
 use super::bytes::{Bytes, inflate};
 use super::face::Resolution;
 use super::header::Header;
 use super::sample::Sample;
 
-/// How a block holds texels.
+/// How a block encodes texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
-    /// One texel stands for all.
+    /// A single texel for all.
     Constant,
     /// Compressed, channel by channel.
     Zipped,
-    /// Compressed differences, channel by channel.
+    /// Differences, compressed channel by channel.
     Differences,
-    /// A block for each rectangle of the face.
+    /// A block for each rectangular tile of the face.
     Tiled,
 }
 
-/// Texels as they are in the file.
+/// Texels as encoded in the file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<'a> {
     encoding: Encoding,
     bytes: &'a [u8],
 }
 
-/// Encoding and size of a block, from the two highest and the other bits of its entry in a table.
+/// Encoding and size of a block, from the top two bits and the rest of its table entry.
 fn encoding_and_size(entry: u32) -> (Encoding, u64) {
     let encoding = match entry >> 30 {
         0 => Encoding::Constant,
@@ -37,15 +37,14 @@ fn encoding_and_size(entry: u32) -> (Encoding, u64) {
 }
 
 impl<'a> Block<'a> {
-    /// The next block of `bytes`, which a table has an entry for.
+    /// The next block of `bytes`, described by a table entry.
     pub fn take(entry: u32, bytes: &mut Bytes<'a>) -> Result<Block<'a>, String> {
         let (encoding, size) = encoding_and_size(entry);
         let bytes = bytes.take(size)?;
         Ok(Block { encoding, bytes })
     }
 
-    /// The blocks that a table of `zipped` compressed bytes at the front of `bytes` has entries for, and
-    /// that follow it.
+    /// The blocks described by a table of `zipped` compressed bytes at the front of `bytes`, and which follow it.
     pub fn take_table(
         bytes: &mut Bytes<'a>,
         zipped: u32,
@@ -58,7 +57,7 @@ impl<'a> Block<'a> {
             .collect()
     }
 
-    /// Writes the texels of a face of `resolution` to `into`, multiplied by alpha where that is wanted.
+    /// Writes the texels of a face of `resolution` to `into`, multiplied by alpha if requested.
     pub fn decode<S: Sample>(
         &self,
         header: &Header,
@@ -112,7 +111,7 @@ impl<'a> Block<'a> {
         let header = target.header;
         let texels = target.resolution.texels();
         let bytes = header.samples.bytes();
-        // One number of every texel follows another, then the next of all.
+        // Planar: one channel of every texel follows another.
         let (numbers, apart): (Vec<S>, usize) = match self.encoding {
             Encoding::Constant => {
                 let texel = Bytes::new(self.bytes, "texels").take(header.texel_bytes() as u64)?;
@@ -145,7 +144,7 @@ impl<'a> Block<'a> {
     }
 }
 
-/// What a block is decoded to.
+/// The destination of a decoded block.
 #[derive(Clone, Copy)]
 struct Target<'a> {
     header: &'a Header,
@@ -159,7 +158,7 @@ fn numbers<S: Sample>(bytes: &[u8], each: usize) -> Vec<S> {
     bytes.chunks_exact(each).map(S::from_bytes).collect()
 }
 
-/// Writes what is kept of a texel whose numbers `of` tells by channel.
+/// Writes the channels that are kept of a texel; `of` returns its samples by channel.
 fn keep<S: Sample>(header: &Header, multiply: bool, of: impl Fn(usize) -> S, texel: &mut [S]) {
     let channels = &header.channels;
     for (number, &channel) in texel.iter_mut().zip(channels.kept()) {
@@ -172,7 +171,7 @@ fn keep<S: Sample>(header: &Header, multiply: bool, of: impl Fn(usize) -> S, tex
     }
 }
 
-/// The means of all faces, one texel each.
+/// The mean values of all faces, one texel each.
 pub(super) fn constants<S: Sample>(header: &Header, file: &[u8]) -> Result<Vec<S>, String> {
     let section = header.constants;
     let size = header.texel_bytes() as u64 * u64::from(header.faces);

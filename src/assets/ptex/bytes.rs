@@ -1,18 +1,18 @@
-//! Reading numbers and compressed blocks from a file in memory, never beyond its end.
+//! Reads numbers and compressed blocks from a file in memory, with bounds checks.
 
 use flate2::{Decompress, FlushDecompress};
 
-/// How much deflate can grow a byte at most (zlib's own figure), …
+/// Maximum expansion of a byte by deflate (zlib's own figure), …
 const MAX_GROWTH: usize = 1032;
 
 /// … and what its first bytes may add to that: a match of 258 bytes.
 const GROWTH_SLACK: usize = 258;
 
-/// What has not been read yet of some bytes.
+/// The unread rest of some bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bytes<'a> {
     rest: &'a [u8],
-    /// What the bytes are, for messages.
+    /// What the bytes contain, for messages.
     what: &'static str,
 }
 
@@ -21,7 +21,7 @@ impl<'a> Bytes<'a> {
         Bytes { rest: bytes, what }
     }
 
-    /// Those of `file` that start at `start`.
+    /// The bytes of `file` from `start`.
     pub fn from(file: &'a [u8], start: u64, what: &'static str) -> Result<Bytes<'a>, String> {
         let rest = usize::try_from(start).ok().and_then(|s| file.get(s..));
         rest.map(|rest| Bytes { rest, what })
@@ -64,14 +64,14 @@ impl<'a> Bytes<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    /// The next `zipped` bytes, decompressed: exactly `size` bytes.
+    /// Decompresses the next `zipped` bytes to exactly `size` bytes.
     pub fn inflate(&mut self, zipped: u64, size: u64) -> Result<Vec<u8>, String> {
         let what = self.what;
         inflate(self.take(zipped)?, size, what)
     }
 }
 
-/// The `size` bytes that `zipped` stands for. Nothing is allocated for what it cannot hold.
+/// Decompresses `zipped` to `size` bytes. Never allocates more than it can expand to.
 pub(super) fn inflate(zipped: &[u8], size: u64, what: &str) -> Result<Vec<u8>, String> {
     let most = zipped.len().saturating_mul(MAX_GROWTH) + GROWTH_SLACK;
     let size = usize::try_from(size)

@@ -1,4 +1,4 @@
-//! Edits: faces that were written anew, after all the rest of the file.
+//! Edits: replaced faces, at the end of the file.
 
 use super::block::{Block, constant};
 use super::bytes::Bytes;
@@ -6,15 +6,15 @@ use super::face::Face;
 use super::header::Header;
 use super::sample::Sample;
 
-/// Number of the kind of edit that replaces a face. Others are of meta data.
+/// The kind of edit that replaces a face. Others concern metadata.
 const FACE: u8 = 0;
 
-/// A face written anew.
+/// A replaced face.
 pub(super) struct Edit<'a> {
     pub number: usize,
     face: Face,
     mean: &'a [u8],
-    /// Its texels; `None` of a constant face.
+    /// Its texels; `None` for a constant face.
     pub block: Option<Block<'a>>,
 }
 
@@ -29,7 +29,7 @@ pub(super) fn read<'a>(header: &Header, file: &'a [u8]) -> Result<Vec<Edit<'a>>,
     }
     let mut bytes = Bytes::new(given, "edits");
     let mut edits = Vec::new();
-    // Kind and size of an edit are five bytes; fewer are none.
+    // Kind and size of an edit take five bytes; fewer are not an edit.
     while let (Ok(kind), Ok(size)) = (bytes.u8(), bytes.u32()) {
         if size == 0 {
             break;
@@ -64,7 +64,7 @@ fn face<'a>(header: &Header, edit: &'a [u8]) -> Result<Option<Edit<'a>>, String>
     }))
 }
 
-/// Puts what the edits say of faces and their means in place.
+/// Applies the edits to faces and their means.
 pub(super) fn apply<S: Sample>(
     edits: &[Edit],
     header: &Header,

@@ -1,13 +1,12 @@
-//! The face table: how fine each face is, and what lies beyond its edges.
+//! The face table: the resolution of each face, and its neighbors.
 
 use super::bytes::Bytes;
 use super::header::{Header, MeshKind};
 
-/// Bytes of a face in the table.
+/// Bytes per face in the table.
 const FACE_BYTES: u64 = 20;
 
-/// Largest side of a face, as a power of two: as large as other images may be, and all indices
-/// stay far from overflow.
+/// Maximum side of a face, as a power of two: the same as for other images, and all indices stay far from overflow.
 const MAX_LOG2: i8 = 16;
 
 /// 2ᵘ × 2ᵛ texels.
@@ -55,27 +54,26 @@ impl Resolution {
     }
 }
 
-/// What lies beyond an edge.
+/// The neighbor across an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Neighbor {
-    /// Number of the face.
+    /// Index of the face.
     pub face: u32,
-    /// Which of its edges the common one is. Quadrilaterals: v = 0, u = 1, v = 1, u = 0. Triangles: v = 0,
-    /// u + v = 1, u = 0.
+    /// Which of its edges is shared. Quadrilaterals: v = 0, u = 1, v = 1, u = 0. Triangles: v = 0, u + v = 1, u = 0.
     pub edge: u8,
 }
 
-/// A face.
+/// A face of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face {
-    /// How fine it is; also said of a constant face.
+    /// Its resolution; constant faces have one too.
     pub resolution: Resolution,
-    /// Edges of the neighbors, two bits each.
+    /// The neighbors' edges, two bits each.
     edges: u8,
     flags: u8,
-    /// Below 0 for none.
+    /// Below 0 if there is none.
     neighbors: [i32; 4],
-    /// Number of its first sample.
+    /// Index of its first sample.
     pub(super) first: usize,
 }
 
@@ -85,26 +83,26 @@ impl Face {
     const CONSTANT_AROUND: u8 = 4;
     const SUBFACE: u8 = 8;
 
-    /// Is it of one value?
+    /// Returns `true` if the face has a single value.
     #[inline]
     pub fn is_constant(&self) -> bool {
         self.flags & Face::CONSTANT != 0
     }
 
-    /// Has the whole neighborhood the same single value?
+    /// Returns `true` if the face and all its neighbors have the same single value.
     #[inline]
     pub fn is_constant_around(&self) -> bool {
         self.flags & Face::CONSTANT_AROUND != 0
     }
 
-    /// Is it one of the quadrilaterals that a face of other than four corners was cut into? Its edges are
-    /// half as long as those of whole faces beside it.
+    /// Returns `true` if the face is one of the quadrilaterals that a non-quadrilateral face was split into. Its edges
+    /// are half as long as those of whole faces beside it.
     #[inline]
     pub fn is_subface(&self) -> bool {
         self.flags & Face::SUBFACE != 0
     }
 
-    /// Was it written anew? Stored reductions are then of what it was before.
+    /// Returns `true` if the face was replaced by an edit. Stored reductions are then out of date.
     pub(super) fn is_edited(&self) -> bool {
         self.flags & Face::EDITED != 0
     }
@@ -113,7 +111,7 @@ impl Face {
         self.flags |= Face::EDITED;
     }
 
-    /// What lies beyond edge `edge`, of which the last two bits count.
+    /// The neighbor across edge `edge`, of which only the lowest two bits count.
     #[inline]
     pub fn neighbor(&self, edge: u8) -> Option<Neighbor> {
         let edge = edge & 3;
@@ -124,7 +122,7 @@ impl Face {
         })
     }
 
-    /// Reads a face, the texels of which have no place yet. `number` is for messages.
+    /// Reads a face whose texels have not been placed yet. `number` is for messages.
     pub(super) fn read(bytes: &mut Bytes, header: &Header, number: u32) -> Result<Face, String> {
         let located = |message: String| format!("face {number}: {message}");
         let resolution = Resolution::read(bytes).map_err(located)?;

@@ -1,11 +1,11 @@
-//! What a file says of itself: header and extended header.
+//! The header and extended header of a file.
 
 use super::bytes::Bytes;
 use super::face::Resolution;
 use super::sample::SampleKind;
 use arrayvec::ArrayVec;
 
-/// What the faces of a mesh are.
+/// The shape of a mesh's faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshKind {
     /// Triangles: u and v are barycentric, and the file's squares hold two triangular halves.
@@ -15,7 +15,7 @@ pub enum MeshKind {
 }
 
 impl MeshKind {
-    /// Edges of a face.
+    /// Number of edges of a face.
     pub fn edges(self) -> u8 {
         match self {
             MeshKind::Triangles => 3,
@@ -23,20 +23,20 @@ impl MeshKind {
         }
     }
 
-    /// How many texels of a face of resolution `full` come before those of its reduction to `at`, the
-    /// coarsest being first: halved in u and v independently, or in both at once for triangles.
+    /// Number of texels of a face of resolution `full` that precede its reduction to `at`, the coarsest being first:
+    /// halved in u and v independently, or in both at once for triangles.
     #[inline]
     pub(super) fn texels_before(self, full: Resolution, at: Resolution) -> usize {
         match self {
             MeshKind::Triangles => ((1 << (2 * at.u)) - 1) / 3,
-            // Rows of reductions by v; in each, by u.
+            // Reductions are ordered by v, then by u.
             MeshKind::Quads => {
                 (at.height() - 1) * (2 * full.width() - 1) + at.height() * (at.width() - 1)
             }
         }
     }
 
-    /// Texels of a face and all its reductions.
+    /// Number of texels of a face with all its reductions.
     pub(super) fn texels_in_all(self, full: Resolution) -> usize {
         match self {
             MeshKind::Triangles => ((1 << (2 * (full.u + 1))) - 1) / 3,
@@ -45,14 +45,14 @@ impl MeshKind {
     }
 }
 
-/// What lies beyond an edge that has no neighbor.
+/// The border mode for edges without a neighbor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Border {
-    /// The outermost texels.
+    /// Repeats the outermost texels.
     Clamp,
-    /// Nothing: zero.
+    /// Zero.
     Black,
-    /// The face again, from its other side.
+    /// Wraps around to the opposite side.
     Periodic,
 }
 
@@ -67,19 +67,19 @@ impl Border {
     }
 }
 
-/// Which numbers of a texel are kept.
+/// Which channels of a texel are kept.
 #[derive(Clone, Debug)]
 pub(super) struct Channels {
-    /// Numbers a texel in the file.
+    /// Channels per texel in the file.
     pub stored: usize,
-    /// Which of them is alpha.
+    /// The alpha channel, if any.
     pub alpha: Option<usize>,
     kept: ArrayVec<usize, 3>,
 }
 
 impl Channels {
-    /// One channel or three are all kept, as in pbrt-v3, whatever alpha is said to be. Of two or four
-    /// those besides alpha are; pbrt-v3 refuses such files.
+    /// One channel or three are all kept, as in pbrt-v3, whichever is marked as alpha. Of two or four, those other than
+    /// alpha are kept; pbrt-v3 rejects such files.
     fn new(stored: usize, alpha: i32) -> Result<Channels, String> {
         let alpha = usize::try_from(alpha).ok().filter(|&a| a < stored);
         let kept: Option<ArrayVec<usize, 3>> = match (stored, alpha) {
@@ -97,12 +97,13 @@ impl Channels {
         })
     }
 
-    /// The numbers kept.
+    /// The channels that are kept.
     pub fn kept(&self) -> &[usize] {
         &self.kept
     }
 
-    /// Is a channel to be multiplied by alpha? All besides it where it is the first, else all before it.
+    /// Returns `true` if the channel is to be multiplied by alpha: all others if alpha comes first, otherwise those
+    /// before it.
     pub fn is_multiplied(&self, channel: usize) -> bool {
         match self.alpha {
             None => false,
@@ -112,7 +113,7 @@ impl Channels {
     }
 }
 
-/// Header and extended header, and where the sections are.
+/// Header and extended header, and the locations of the sections.
 #[derive(Debug)]
 pub(super) struct Header {
     pub mesh: MeshKind,
@@ -125,35 +126,35 @@ pub(super) struct Header {
     pub face_table: Section,
     pub constants: Section,
     pub level_table: Section,
-    /// Where the levels start.
+    /// Offset of the levels.
     pub level_data: u64,
     pub edits: Edits,
-    /// Bytes of the file, by which what it claims is judged.
+    /// Size of the file in bytes, against which its claims are checked.
     pub file_bytes: usize,
 }
 
-/// Where a section is.
+/// The location of a section.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Section {
     pub start: u64,
     pub size: u64,
 }
 
-/// Where edits are.
+/// The location of the edits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edits {
     pub start: u64,
-    /// `None` in older files: up to the end.
+    /// `None` in older files: up to the end of the file.
     pub size: Option<u64>,
 }
 
 /// Size of the header.
 const HEADER_SIZE: u64 = 64;
 
-/// Size of as much of the extended header as is known.
+/// Size of the known part of the extended header.
 const EXTENDED_SIZE: u32 = 40;
 
-/// Zeros after the meta data, at which the first readers stopped.
+/// Zeros after the metadata, at which the earliest readers stopped.
 const BARRIER: u64 = 8;
 
 impl Header {
@@ -217,13 +218,13 @@ impl Header {
         })
     }
 
-    /// Bytes of a texel in the file.
+    /// Bytes per texel in the file.
     pub fn texel_bytes(&self) -> usize {
         self.channels.stored * self.samples.bytes()
     }
 }
 
-/// The extended header. What older files lack counts as 0.
+/// The extended header. Fields missing from older files are 0.
 struct Extended {
     borders: [Border; 2],
     tangent_vectors: bool,

@@ -1,4 +1,4 @@
-//! The levels of a file, and all reductions of its faces from them.
+//! The levels of a file, and all reductions of its faces made from them.
 
 use super::block::Block;
 use super::bytes::Bytes;
@@ -12,11 +12,11 @@ use crate::budget::Budget;
 use rayon::prelude::*;
 use std::cmp::Reverse;
 
-/// Levels that faces can have; whatever more a file has is of no face.
+/// Number of levels that faces can have; further levels in a file belong to no face.
 const MAX_LEVELS: u16 = 17;
 
-/// Where each face stands in the levels of reductions: the faces of larger shorter side come first, and
-/// constant ones count as two texels wide.
+/// Rank of each face in the levels of reductions: faces with a larger shorter side come first, and constant ones count
+/// as two texels wide.
 pub(super) fn reduction_order(faces: &[Face]) -> Vec<u32> {
     let shorter_side = |face: &Face| match face.is_constant() {
         true => 1,
@@ -31,9 +31,9 @@ pub(super) fn reduction_order(faces: &[Face]) -> Vec<u32> {
     ranks
 }
 
-/// What the file stores of each face.
+/// The stored blocks of each face.
 pub(super) struct Stored<'a> {
-    /// By level: of the finest the blocks of all faces, of the others by `ranks`.
+    /// By level: in the finest, the blocks of all faces; in the others, ordered by `ranks`.
     levels: Vec<Vec<Block<'a>>>,
     ranks: &'a [u32],
 }
@@ -73,14 +73,14 @@ impl<'a> Stored<'a> {
         let level = self.levels.get(usize::from(halvings))?;
         match halvings {
             0 => level.get(number),
-            // Reductions were made before the edit.
+            // Reductions predate the edit.
             _ if face.is_edited() => None,
             _ => level.get(*self.ranks.get(number)? as usize),
         }
     }
 }
 
-/// Gives every face its place, and fills them all.
+/// Assigns every face its position, and fills in its texels.
 pub(super) fn fill<S: Sample>(
     header: &Header,
     faces: &mut [Face],
@@ -114,7 +114,7 @@ pub(super) fn fill<S: Sample>(
         places.push(place);
         rest = others;
     }
-    // All, so that the first problem in the file's order is the one told.
+    // All, so that the first problem in file order is the one reported.
     let results: Vec<Result<(), String>> = places
         .into_par_iter()
         .zip(faces.par_iter())
@@ -129,7 +129,7 @@ pub(super) fn fill<S: Sample>(
     Ok(texels)
 }
 
-/// A face with all its reductions. That to one texel is its mean in the file.
+/// A face with all its reductions. The one-texel reduction is its mean from the file.
 fn fill_face<S: Sample>(
     header: &Header,
     (number, face): (usize, &Face),

@@ -10,16 +10,16 @@
 //! | face table | resolution, flags and neighbors of each face |
 //! | constants | the mean of each face |
 //! | level table, levels | the texels of all faces; then halved once, twice … for the large ones |
-//! | meta data | passed over |
-//! | edits | faces written anew after the rest |
+//! | meta data | skipped |
+//! | edits | replaced faces |
 //!
-//! [`PtexFile`] holds all of it in flat arrays: of a quadrilateral every resolution that a filter may
-//! ask for, halved in u and v independently, which takes less than four times the finest.
-//! A reduction that the file stores is used; others are made as the format's authors make them, in
-//! the file's own kind of sample, so that the same numbers come out.
+//! [`PtexFile`] holds everything in flat arrays: for a quadrilateral, every resolution that a filter may request,
+//! halved in u and v independently, which takes less than four times the finest. Reductions stored in the file are
+//! used; the others are computed as the format's authors do, in the file's own sample type, so that the same values
+//! result.
 //!
-//! Texels are multiplied by alpha where there is such a channel, as pbrt-v3 has them read; the
-//! file's reductions are stored that way in any case.
+//! Texels are multiplied by alpha if there is such a channel, as pbrt-v3 has them read; the file's reductions are
+//! stored that way in any case.
 
 mod block;
 mod bytes;
@@ -45,24 +45,24 @@ use header::Header;
 use sample::SampleKind;
 use std::path::Path;
 
-/// A Ptex file, ready for look-ups.
+/// A Ptex file (per-face textures), ready for lookups.
 #[derive(Clone, Debug)]
 pub struct PtexFile {
-    /// What the faces are.
+    /// The shape of the faces.
     pub mesh: MeshKind,
-    /// What lies beyond edges without a neighbor, in u and in v.
+    /// Border modes for edges without a neighbor, in u and in v.
     pub borders: [Border; 2],
-    /// Are the first two channels a vector in a face's own (u, v), to be turned from face to face?
+    /// Whether the first two channels are a vector in a face's own (u, v), to be rotated from face to face.
     pub tangent_vectors: bool,
-    /// Numbers a texel: 1 or 3.
+    /// Channels per texel: 1 or 3.
     pub channels: usize,
     faces: Box<[Face]>,
     texels: Texels,
 }
 
 impl PtexFile {
-    /// Reads `path`. Damaged files are errors and never take more memory than their size justifies, nor
-    /// more than `budget` has.
+    /// Reads the file at `path`. Corrupt files are errors and never take more memory than their size justifies, nor
+    /// more than is left of `budget`.
     pub fn load(path: &Path, budget: &Budget) -> Result<PtexFile, ImageFileError> {
         let bytes = ImageFileError::read(path, budget)?;
         let held = budget.hold(bytes.len() as u64);
@@ -112,20 +112,19 @@ impl PtexFile {
         &self.faces
     }
 
-    /// Face `id`; `None` where the file has none of that number.
+    /// Face `id`; `None` if there is no such face.
     #[inline]
     pub fn face(&self, id: u32) -> Option<&Face> {
         self.faces.get(id as usize)
     }
 
-    /// All texels; where those of a face are [`PtexFile::position`] tells.
+    /// The texels of all faces; [`PtexFile::position`] locates those of one.
     pub fn texels(&self) -> &Texels {
         &self.texels
     }
 
-    /// Number of the first sample of `face` at a resolution, which is none finer than its own and
-    /// for a triangle as fine in u as in v. Rows of u follow each other. A constant face has a
-    /// single texel for all.
+    /// Index of the first sample of `face` at a resolution, which must be no finer than its own, and for a triangle
+    /// equal in u and v. Rows along u follow one another. A constant face has a single texel.
     #[inline]
     pub fn position(&self, face: &Face, at: Resolution) -> usize {
         match face.is_constant() {
@@ -135,7 +134,7 @@ impl PtexFile {
     }
 }
 
-/// Faces, and the texels of all.
+/// The faces, and the texels of all of them.
 type Filled<S> = (Box<[Face]>, Box<[S]>);
 
 /// The faces with their texels.

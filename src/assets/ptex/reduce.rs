@@ -4,8 +4,8 @@ use super::face::Resolution;
 use super::header::MeshKind;
 use super::sample::Sample;
 
-/// Fills all reductions of a quadrilateral that are not `given`, those halved as often in u as in v; all
-/// but that to a single texel. Where both ways lead to one, u and v are halved in turn.
+/// Computes all reductions of a quadrilateral that are not `given` (those halved equally often in u and v), except the
+/// one to a single texel. Where a reduction can be reached both ways, u and v are halved in turn.
 pub(super) fn quadrilateral<S: Sample>(
     texels: &mut [S],
     full: Resolution,
@@ -29,7 +29,7 @@ pub(super) fn quadrilateral<S: Sample>(
                 u: u + u8::from(along_u),
                 v: v + u8::from(!along_u),
             };
-            // Finer ones come after.
+            // Finer ones are stored later.
             let (before, source) = texels.split_at_mut(position(from));
             let target = &mut before[position(at)..][..at.texels() * channels];
             let row = from.width() * channels;
@@ -49,8 +49,8 @@ pub(super) fn quadrilateral<S: Sample>(
     }
 }
 
-/// The same of a triangle, which is halved in u and v at once: each triangle of texels is the mean of the
-/// four within it. The turned one of them stands in the other half of the square, mirrored.
+/// The same for a triangle, which is halved in u and v at once: each triangular texel is the mean of the four within
+/// it. The inverted one of them is in the other half of the square, mirrored.
 pub(super) fn triangle<S: Sample>(
     texels: &mut [S],
     full: Resolution,

@@ -1,9 +1,9 @@
-//! The four kinds of numbers that files hold.
+//! The four sample types of the format.
 
 use half::f16;
 use std::fmt::Debug;
 
-/// What the numbers of a file are.
+/// The type of a file's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SampleKind {
     U8,
@@ -32,13 +32,12 @@ impl SampleKind {
     }
 }
 
-/// Texels of all faces, in the file's kind of number: as floats eight-bit ones would take four times
-/// the memory.
+/// Texels of all faces, in the file's sample type: eight-bit ones would take four times the memory as floats.
 #[derive(Clone, Debug)]
 pub enum Texels {
-    /// 255 is 1.
+    /// 8-bit integers; 255 is 1.
     U8(Box<[u8]>),
-    /// 65535 is 1.
+    /// 16-bit integers; 65535 is 1.
     U16(Box<[u16]>),
     /// Half floats.
     F16(Box<[f16]>),
@@ -47,7 +46,7 @@ pub enum Texels {
 }
 
 impl Texels {
-    /// What counts as 1.
+    /// The stored value that represents 1.
     #[inline]
     pub fn one(&self) -> f32 {
         match self {
@@ -58,28 +57,28 @@ impl Texels {
     }
 }
 
-/// A number of a texel. Integers are cut and not rounded where they are averaged or multiplied, as
-/// the format's authors do it.
+/// A sample of a texel. Integers are truncated, not rounded, when they are averaged or multiplied, as the format's
+/// authors do it.
 pub trait Sample: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
-    /// What counts as 1.
+    /// The stored value that represents 1.
     const ONE: f32;
 
-    /// Its value; [`Sample::ONE`] times what it stands for.
+    /// The stored value: [`Sample::ONE`] times the value it represents.
     fn value(self) -> f32;
 
-    /// From the number's bytes, little-endian; the first that make one.
+    /// Decodes the first little-endian sample in `bytes`.
     fn from_bytes(bytes: &[u8]) -> Self;
 
-    /// The mean of two.
+    /// The mean of two samples.
     fn mean2(a: Self, b: Self) -> Self;
 
-    /// The mean of four.
+    /// The mean of four samples.
     fn mean4(four: [Self; 4]) -> Self;
 
-    /// Times a factor.
+    /// The sample times a factor.
     fn scaled(self, factor: f32) -> Self;
 
-    /// Undoes differences: each number was stored less the one before it. Floats are never stored so.
+    /// Undoes difference encoding: each sample was stored minus the one before it. Floats are never stored this way.
     fn sum_up(differences: &mut [Self]);
 }
 

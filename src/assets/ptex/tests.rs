@@ -1,4 +1,4 @@
-//! Files written and read again; files that are damaged.
+//! Round trips of written files, and corrupt files.
 
 use super::face::Neighbor;
 use super::header::MeshKind;
@@ -18,8 +18,7 @@ const fn res(u: u8, v: u8) -> Resolution {
     Resolution { u, v }
 }
 
-/// Values that differ from texel to texel and from face to face; in integers, halves and floats alike
-/// within half a step of 1/255.
+/// Values that differ from texel to texel and from face to face, within half a step of 1/255 in every sample type.
 fn pattern(at: Resolution, channels: usize, seed: usize) -> Vec<f32> {
     (0..at.texels() * channels)
         .map(|i| ((i * 37 + seed * 101) % 256) as f32 / 255.0)
@@ -208,7 +207,7 @@ fn stored_reductions_are_used_in_the_order_of_the_faces_sizes() {
                 ));
             }
         }
-        // Stored as constants, they are seen to be the file's.
+        // Stored as constants, they are recognized as those of the file.
         writer.packing = Packing::Constant;
         let stored = PtexFile::parse(&writer.to_bytes()).unwrap();
         let half = texels(&stored, 5, res(3, 3));
@@ -330,7 +329,7 @@ fn neighbors_borders_and_flags_are_read() {
     assert_eq!(file.face(3), None);
 }
 
-/// A file with something of everything.
+/// A file that uses every feature.
 fn sample() -> Writer {
     Writer {
         samples: SampleKind::U8,
@@ -425,7 +424,7 @@ fn truncated_files_are_errors() {
     }
 }
 
-/// Whole files to damage. Compressing them anew for every case took all the time.
+/// Whole files to corrupt. Compressing them again for every case took most of the time.
 fn whole_files() -> &'static [Vec<u8>; 2] {
     static FILES: std::sync::OnceLock<[Vec<u8>; 2]> = std::sync::OnceLock::new();
     FILES.get_or_init(|| {

@@ -10,32 +10,32 @@ use std::io::Write;
 /// How texels are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Packing {
-    /// The first texel stands for all.
+    /// Only the first texel, as a constant.
     Constant,
     Zipped,
     Differences,
-    /// In tiles of this size, each as differences if integer, and as a constant where it is one.
+    /// Tiles of this size, each difference-encoded if integer, or constant if it is.
     Tiled(Resolution),
 }
 
-/// A file to be.
+/// A file to be written.
 #[derive(Clone, Debug)]
 pub(crate) struct Writer {
     pub mesh: MeshKind,
     pub samples: SampleKind,
     pub channels: usize,
-    /// -1 for none.
+    /// -1 if there is none.
     pub alpha: i32,
     pub borders: [u16; 2],
     pub tangent_vectors: bool,
     pub packing: Packing,
     /// How many reductions to store.
     pub reductions: u8,
-    /// Is there meta data, small and large, to be passed over?
+    /// Whether to include metadata, small and large, to be skipped.
     pub meta_data: bool,
-    /// Each with its texels, rows of u, channels together; a constant one with a single texel.
+    /// Each with its texels, rows along u, channels interleaved; a constant face with a single texel.
     pub faces: Vec<(Face, Vec<f32>)>,
-    /// Faces written anew, by number.
+    /// Replaced faces, by index.
     pub edits: Vec<(u32, Face, Vec<f32>)>,
 }
 
@@ -70,7 +70,7 @@ fn shorter_side(face: &Face) -> u8 {
     }
 }
 
-/// Means of the texels within each of half the size.
+/// Halves the resolution by taking means.
 pub(crate) fn halved(mesh: MeshKind, at: Resolution, channels: usize, texels: &[f32]) -> Vec<f32> {
     let (width, height) = (at.width(), at.height());
     let of = |x: usize, y: usize, c: usize| texels[(y * width + x) * channels + c];
@@ -91,7 +91,7 @@ pub(crate) fn halved(mesh: MeshKind, at: Resolution, channels: usize, texels: &[
 }
 
 impl Writer {
-    /// The number as it is stored.
+    /// The bytes of a sample.
     fn number(&self, value: f32) -> Vec<u8> {
         match self.samples {
             SampleKind::U8 => vec![(value * 255.0 + 0.5) as u8],
@@ -111,7 +111,7 @@ impl Writer {
         (0..self.channels).map(|c| sum(c) / count as f32).collect()
     }
 
-    /// Channel by channel; as differences where that is asked for.
+    /// Planar, channel by channel; as differences if requested.
     fn planes(&self, texels: &[f32], differences: bool) -> Vec<u8> {
         let planes = (0..self.channels).flat_map(|c| texels.iter().skip(c).step_by(self.channels));
         let plain: Vec<u8> = planes.flat_map(|&v| self.number(v)).collect();
@@ -135,7 +135,7 @@ impl Writer {
         }
     }
 
-    /// Entry in the table, and block.
+    /// The block and its table entry.
     fn block(&self, at: Resolution, texels: &[f32], packing: Packing) -> (u32, Vec<u8>) {
         let (code, bytes) = match packing {
             Packing::Constant => (0u32, self.texel(&texels[..self.channels])),
@@ -177,7 +177,7 @@ impl Writer {
         [&[tile.u, tile.v], &size[..], &table, &blocks].concat()
     }
 
-    /// Multiplied by alpha, as reductions are.
+    /// Multiplied by alpha, as reductions are stored.
     fn multiplied(&self, texels: &[f32]) -> Vec<f32> {
         let Ok(alpha) = usize::try_from(self.alpha) else {
             return texels.into();
@@ -193,7 +193,7 @@ impl Writer {
         texels.chunks(self.channels).flat_map(texel).collect()
     }
 
-    /// The table's entry in the table of levels, and the level.
+    /// The entry in the level table, and the level.
     fn level(&self, halvings: u8) -> (Vec<u8>, Vec<u8>) {
         let mut faces: Vec<&(Face, Vec<f32>)> = self.faces.iter().collect();
         if halvings > 0 {
