@@ -1,19 +1,19 @@
-//! The diffuse half of Disney's model: base, thin-surface subsurface imitation, retro-reflection and
-//! sheen (Burley, "Physically Based Shading at Disney", 2012, §5.3 and §5.5; "Extending the Disney
-//! BRDF to a BSDF", 2015, §5 and §6.2). Directions are local.
+//! Diffuse lobes of the Disney BRDF: base, approximate (thin-surface) subsurface scattering, retro-reflection and sheen
+//! (Burley, "Physically Based Shading at Disney", 2012, §5.3 and §5.5; "Extending the Disney BRDF to a BSDF", 2015, §5
+//! and §6.2). Directions are local.
 
 use super::fresnel::schlick_weight;
 use crate::math::{Rgb, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// All that is sampled by the cosine in one lobe; pbrt-v3 has a lobe for each term.
+/// All cosine-sampled terms in one lobe; pbrt-v3 has a lobe for each term.
 #[derive(Clone, Copy, Debug)]
 pub struct DisneyDiffuse {
-    /// Reflectance, of which `base` and `flat` are shares; the retro-reflection gets it whole.
+    /// Reflectance, which `base` and `flat` scale; retro-reflection uses all of it.
     pub reflectance: Rgb,
-    /// Share of the base.
+    /// Fraction of the base.
     pub base: f32,
-    /// Share of the imitated subsurface scattering.
+    /// Fraction of the approximate subsurface scattering.
     pub flat: f32,
     /// Reflectance of the sheen.
     pub sheen: Rgb,
@@ -22,8 +22,8 @@ pub struct DisneyDiffuse {
 }
 
 impl DisneyDiffuse {
-    /// The BRDF, in 1/sr: f_base of Burley 2015, equation 4, with f_lambert and f_retro weighted
-    /// each for itself, the Hanrahan–Krueger imitation of Burley 2012, §5.3, and the sheen of §5.5.
+    /// The BRDF, in 1/sr: f_base of Burley 2015, equation 4, with f_lambert and f_retro weighted separately, the
+    /// Hanrahan–Krueger approximation of subsurface scattering of Burley 2012, §5.3, and the sheen of §5.5.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let Some(h) = (wo + wi).try_normalize() else {
             return Rgb::ZERO;

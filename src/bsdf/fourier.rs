@@ -1,8 +1,8 @@
 //! Tabulated isotropic BSDFs as splines of Fourier series (Pharr, Jakob and Humphreys 2016, §8.6 and
 //! §14.1.4; Jakob et al. 2014). Directions are local.
 //!
-//! Cosines here are pbrt's: μi is that of the direction light travels in, which points to the
-//! surface, μo that of the one it leaves in; so μi μo < 0 is reflection.
+//! The cosines follow pbrt's convention: μi is that of the incident light's direction of travel, which points toward
+//! the surface, μo that of the outgoing direction; so μi μo < 0 is reflection.
 
 use super::lobe::LobeSample;
 use crate::assets::bsdf_file::{BsdfFile, Series};
@@ -12,18 +12,18 @@ use arrayvec::ArrayVec;
 use std::f64::consts::PI;
 use std::fmt;
 
-/// Cosines worked out at a time, so that sums over them are of arrays.
+/// Number of cosines computed at a time, so that sums over them are over arrays.
 const CHUNK: usize = 64;
 
-/// Series of up to this length are added up once before a direction is searched among their values;
-/// longer ones, which glossy surfaces at grazing angles have, are added in each step.
+/// Series of up to this length are combined once before they are inverted; longer ones, as of glossy surfaces at
+/// grazing angles, are summed in each step.
 const MIXED: usize = 1024;
 
 /// A tabulated BSDF.
 #[derive(Clone, PartialEq)]
 pub struct FourierTable {
     file: BsdfFile,
-    /// a₀ of luminance for each pair, μo the slower one: the mean over azimuth.
+    /// a₀ of luminance for each pair, μo varying more slowly: the mean over azimuth.
     means: Vec<f32>,
     /// Running integrals over μi of the splines through `means`, for each μo.
     integrals: Vec<f32>,
@@ -45,7 +45,7 @@ impl fmt::Debug for FourierTable {
     }
 }
 
-/// The series of one pair of directions, as a weighted sum of tabulated ones: of one channel.
+/// The Fourier series of one pair of directions and one channel, as a weighted sum of tabulated ones.
 type Terms<'a> = ArrayVec<(f32, &'a [f32]), 16>;
 
 impl FourierTable {
@@ -67,12 +67,12 @@ impl FourierTable {
         }
     }
 
-    /// Is nothing scattered at all?
+    /// Returns `true` if nothing is scattered at all.
     pub fn is_black(&self) -> bool {
         self.means.iter().all(|&a| a <= 0.0)
     }
 
-    /// The series at these cosines in `channel`; none where a cosine is outside the table.
+    /// The series at these cosines in `channel`; empty if a cosine is outside the table.
     fn terms(&self, mu_i: f32, mu_o: f32, channel: usize) -> Terms<'_> {
         let mut terms = Terms::new();
         let n = self.file.cosines.len();
@@ -93,8 +93,8 @@ impl FourierTable {
         terms
     }
 
-    /// Factor from the tabulated BSDF times |μi| to the BSDF for radiance: with the radiance's change
-    /// where light passes through.
+    /// Factor from the tabulated BSDF times |μi| to the BSDF for radiance, including the scaling of radiance for
+    /// transmission.
     fn scale(&self, mu_i: f32, mu_o: f32) -> f32 {
         let medium = if mu_i * mu_o > 0.0 {
             self.eta(mu_o).powi(-2)
@@ -108,7 +108,7 @@ impl FourierTable {
         }
     }
 
-    /// Refractive index on the far side over that on the side of cosine `mu_o`.
+    /// Relative refractive index: that of the opposite side over that on the side of cosine `mu_o`.
     fn eta(&self, mu_o: f32) -> f32 {
         if mu_o > 0.0 {
             self.file.eta
@@ -117,7 +117,7 @@ impl FourierTable {
         }
     }
 
-    /// ∫ of luminance times |μi| over all directions light may travel in.
+    /// ∫ of luminance times |μi| over all incident directions.
     fn whole(&self, mu_o: f32) -> f32 {
         let n = self.file.cosines.len();
         let whole = |weights: Weights| weights.sum(|o| self.integrals[o * n + n - 1]);
@@ -125,17 +125,17 @@ impl FourierTable {
     }
 }
 
-/// Scattering as a table says.
+/// A lobe that scatters according to a table.
 #[derive(Clone, Copy, Debug)]
 pub struct FourierLobe<'a> {
     /// The table.
     pub table: &'a FourierTable,
-    /// What all is multiplied by: the share of a mix.
+    /// Scale of everything: the weight in a mix.
     share: Rgb,
 }
 
 impl<'a> FourierLobe<'a> {
-    /// All that the table says.
+    /// The whole table, unscaled.
     pub fn new(table: &'a FourierTable) -> FourierLobe<'a> {
         FourierLobe {
             table,
@@ -143,7 +143,7 @@ impl<'a> FourierLobe<'a> {
         }
     }
 
-    /// Multiplies all that is scattered by `share`.
+    /// Multiplies everything that is scattered by `share`.
     pub fn scale(&mut self, share: Rgb) {
         self.share *= share;
     }
@@ -175,8 +175,8 @@ impl<'a> FourierLobe<'a> {
         }
     }
 
-    /// Draws a direction in proportion to luminance times cosine: first μi from the spline of the
-    /// means, then the azimuth from the series there.
+    /// Samples a direction in proportion to luminance times cosine: first μi from the spline of the means, then the
+    /// azimuth from the series there.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
         let FourierTable {
             file,
@@ -195,7 +195,7 @@ impl<'a> FourierLobe<'a> {
         let mu_i = drawn.x;
         let phi = sample_azimuth(&self.table.terms(mu_i, wo.z, 0), u.x)?;
         let (sin, cos) = phi.sin_cos();
-        // `wo` turned by φ and tilted to μi; straight up any azimuth is as good.
+        // `wo` rotated by φ and tilted to μi; at the pole any azimuth will do.
         let sine = (1.0 - mu_i * mu_i).max(0.0).sqrt();
         let across = wo.truncate().try_normalize().unwrap_or(Vec2::X);
         let toward = Vec2::new(
@@ -220,7 +220,7 @@ impl<'a> FourierLobe<'a> {
     }
 }
 
-/// Cosine of the difference of azimuths; 1 where one has none.
+/// Cosine of the difference of azimuths; 1 if one of them is undefined.
 fn cos_azimuth(a: Vec3, b: Vec3) -> f32 {
     let (a, b) = (a.truncate(), b.truncate());
     let lengths = (a.length_squared() * b.length_squared()).sqrt();
@@ -254,7 +254,7 @@ fn sum(terms: &[(f32, &[f32])], mut factors: impl FnMut() -> f64) -> f64 {
     total
 }
 
-/// cos 0, cos φ, cos 2φ, …: cos (k+1)φ = 2 cos φ cos kφ − cos (k−1)φ, in double precision so that
+/// cos 0, cos φ, cos 2φ, … by the recurrence cos (k+1)φ = 2 cos φ cos kφ − cos (k−1)φ, in double precision so that
 /// errors stay small over thousands of terms.
 fn cosines(cos_phi: f64) -> impl FnMut() -> f64 {
     let (mut before, mut now) = (cos_phi, 1.0);
@@ -270,8 +270,8 @@ fn evaluate(terms: &[(f32, &[f32])], cos_phi: f32) -> f32 {
     sum(terms, cosines(f64::from(cos_phi))) as f32
 }
 
-/// An azimuth in 0…2π in proportion to a series, by inversion: the series is even, so one half of
-/// the circle is searched and a bit of `u` says which. `None` where its mean is not positive.
+/// Samples an azimuth in 0…2π in proportion to a series, by inversion: the series is even, so one half of the circle is
+/// searched and a bit of `u` says which. `None` if its mean is not positive.
 fn sample_azimuth(terms: &Terms, u: f32) -> Option<f32> {
     let longest = terms.iter().map(|(_, series)| series.len()).max()?;
     if longest > MIXED {

@@ -2,10 +2,10 @@
 
 use crate::math::Rgb;
 
-/// How much of the light a boundary reflects.
+/// Fresnel reflectance of a boundary, by the materials on its two sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fresnel {
-    /// Everything.
+    /// Reflects everything.
     NoOp,
     /// Between two dielectrics; `eta_i` is the refractive index on the normal's side.
     Dielectric {
@@ -14,7 +14,7 @@ pub enum Fresnel {
         /// Index on the other side.
         eta_t: f32,
     },
-    /// From vacuum onto a conductor, per color channel.
+    /// Conductor in vacuum, per color channel.
     Conductor {
         /// Real part of the refractive index.
         eta: Rgb,
@@ -23,9 +23,9 @@ pub enum Fresnel {
     },
     /// Disney's blend of a dielectric in vacuum and a metal (Burley 2015, §4).
     Disney {
-        /// Reflectance of the metal head-on, by Schlick's approximation white at grazing angles.
+        /// Reflectance of the metal at normal incidence; by Schlick's approximation it is white at grazing angles.
         r0: Rgb,
-        /// Share of the metal.
+        /// Fraction of the metal.
         metallic: f32,
         /// Refractive index of the dielectric.
         eta: f32,
@@ -33,7 +33,7 @@ pub enum Fresnel {
 }
 
 impl Fresnel {
-    /// Reflectance of unpolarized light arriving at signed cosine `cos_i` to the normal.
+    /// Reflectance for unpolarized light incident at signed cosine `cos_i` to the normal.
     pub fn evaluate(&self, cos_i: f32) -> Rgb {
         match *self {
             Fresnel::NoOp => Rgb::ONE,
@@ -47,8 +47,8 @@ impl Fresnel {
     }
 }
 
-/// Reflectance of a dielectric boundary, unpolarized: `cos_i` > 0 arrives on the side of index
-/// `eta_i`, < 0 on the other one. 1 under total reflection.
+/// Unpolarized reflectance of a dielectric boundary: light with `cos_i` > 0 is incident on the side of index `eta_i`,
+/// with `cos_i` < 0 on the other. 1 for total internal reflection.
 pub fn dielectric(cos_i: f32, eta_i: f32, eta_t: f32) -> f32 {
     let (eta_i, eta_t) = if cos_i > 0.0 {
         (eta_i, eta_t)
@@ -66,8 +66,7 @@ pub fn dielectric(cos_i: f32, eta_i: f32, eta_t: f32) -> f32 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
-/// Reflectance of a conductor of complex index `eta` + i `k` seen from vacuum, unpolarized, at
-/// cosine `cos_i` in 0…1.
+/// Unpolarized reflectance of a conductor of complex index `eta` + i `k` in vacuum, at cosine `cos_i` in 0…1.
 pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
     let cos = cos_i.clamp(0.0, 1.0);
     let cos2 = cos * cos;
@@ -85,7 +84,7 @@ pub fn conductor(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
     0.5 * (parallel + perpendicular)
 }
 
-/// (a − b)/(a + b), 1 where both are 0.
+/// (a − b)/(a + b), 1 if both are 0.
 fn contrast(a: Rgb, b: Rgb) -> Rgb {
     let sum = a + b;
     Rgb::select(sum.cmpgt(Rgb::ZERO), (a - b) / sum, Rgb::ONE)
@@ -132,7 +131,7 @@ mod tests {
                 (1.0 - sin_i * sin_i).sqrt(),
                 (1.0 - (sin_i / 1.5).powi(2)).sqrt(),
             );
-            // A few roundings of numbers up to 1.5.
+            // A few roundings of values up to 1.5.
             assert!((dielectric(cos_i, 1.0, 1.5) - dielectric(-cos_t, 1.0, 1.5)).abs() < 1e-5);
         }
     }

@@ -1,5 +1,5 @@
-//! A glossy coat over a diffuse base whose shares trade off by angle (Ashikhmin and Shirley 2000;
-//! Pharr, Jakob and Humphreys 2016, §8.5 and §14.1.3). Directions are local.
+//! Glossy coat over a diffuse base, blended by Fresnel reflectance (Ashikhmin and Shirley 2000; Pharr, Jakob and
+//! Humphreys 2016, §8.5 and §14.1.3). Directions are local.
 
 use super::fresnel::schlick_weight;
 use super::lobe::LobeSample;
@@ -8,18 +8,17 @@ use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Diffuse under glossy: the more the coat reflects at grazing angles, the less is left for the
-/// base. The glossy part has no masking, as published.
+/// Diffuse under glossy: the more the coat reflects at grazing angles, the less is left for the base. The glossy part
+/// has no masking term, as published.
 #[derive(Clone, Copy, Debug)]
 pub struct FresnelBlend {
     /// Reflectance of the base.
     pub diffuse: Rgb,
-    /// Reflectance of the coat head-on. Above 1 it leaves the base nothing: pbrt-v3 would take
-    /// light away there.
+    /// Reflectance of the coat at normal incidence. Above 1 the base gets nothing: pbrt-v3 would make it negative.
     pub specular: Rgb,
-    /// Facet normals of the coat.
+    /// Distribution of the coat's facet normals.
     pub distribution: TrowbridgeReitz,
-    /// Factor of the whole. The two reflectances cannot hold it, since the base depends on both.
+    /// Scale of the whole. The two reflectances cannot include it, since the base depends on both.
     pub scale: Rgb,
 }
 
@@ -36,7 +35,7 @@ impl FresnelBlend {
         let cos_h = wi.dot(h);
         let schlick = self.specular + (Rgb::ONE - self.specular) * schlick_weight(cos_h);
         let shape = self.distribution.d(h) / (4.0 * cos_h.abs() * cos_o.max(cos_i));
-        // Directions on two sides, which bent normals bring about, may lie across a facet's plane.
+        // Directions on opposite sides, possible with perturbed normals, may be perpendicular to the facet's normal.
         let shape = if shape.is_finite() { shape } else { 0.0 };
         self.scale * (diffuse + schlick * shape)
     }
@@ -53,8 +52,8 @@ impl FresnelBlend {
         0.5 * (cosine_hemisphere_pdf(wi.z.abs()) + glossy)
     }
 
-    /// A cosine-distributed direction for `uc` below ½, else one reflected on a facet; `None`
-    /// where that one would leave below.
+    /// Samples a cosine-distributed direction for `uc` below ½, otherwise one reflected about a facet; `None` if that
+    /// would leave below the surface.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         let wi = if uc < 0.5 {
             let wi = cosine_hemisphere(u);

@@ -1,5 +1,5 @@
-//! Moments of the Fresnel reflectance over the hemisphere (d'Eon and Irving 2011; Pharr, Jakob and
-//! Humphreys 2016, §11.4.3): how much of diffuse light a smooth boundary turns back.
+//! Moments of the Fresnel reflectance over the hemisphere (d'Eon and Irving 2011; Pharr, Jakob and Humphreys 2016,
+//! §11.4.3): how much diffuse light a smooth boundary reflects.
 //!
 //! The k-th moment is ∫ F(cosθ) cosᵏθ sinθ dθ over 0…π/2. Those from the optically thin side are
 //! integrals of a smooth function; those from the dense side follow from them by Snell's law, below
@@ -8,8 +8,8 @@
 
 use super::fresnel::dielectric;
 
-/// Points of the quadrature: the integrand is smooth but for its rise near grazing, which this
-/// resolves to 1e-6.
+/// Points of the quadrature: the integrand is smooth except for its rise near grazing angles, which this resolves to
+/// 1e-6.
 const STEPS: usize = 256;
 
 /// The first and second moment.
@@ -22,7 +22,7 @@ pub struct FresnelMoments {
 }
 
 impl FresnelMoments {
-    /// For light that arrives in a medium of index 1 at one of index `eta` (positive).
+    /// For light incident from a medium of index 1 on one of index `eta` (positive).
     pub fn outside(eta: f64) -> FresnelMoments {
         if eta < 1.0 {
             dense_side(1.0 / eta)
@@ -31,16 +31,16 @@ impl FresnelMoments {
         }
     }
 
-    /// For light that arrives in a medium of index `eta` (positive) at one of index 1.
+    /// For light incident from a medium of index `eta` (positive) on one of index 1.
     pub fn inside(eta: f64) -> FresnelMoments {
         FresnelMoments::outside(1.0 / eta)
     }
 }
 
-/// Sum over midpoints of the square of cosθ on the thin side: the measure is cosθ sinθ dθ, in all
-/// 1/2, and `weight` is told cosθ there and in the dense medium.
+/// Sum over midpoints of the square of cosθ on the thin side: the measure is cosθ sinθ dθ, whose integral is 1/2, and
+/// `weight` receives cosθ there and in the dense medium.
 fn integrate(eta: f64, weight: impl Fn(f64, f64) -> f64) -> f64 {
-    // Equal steps in the square root of cosθ crowd the points where F rises.
+    // Equal steps in the square root of cosθ concentrate points where F rises.
     let width = 1.0 / STEPS as f64;
     let mut sum = 0.0;
     for i in 0..STEPS {

@@ -2,8 +2,8 @@
 //! Model for Production Path Tracing", 2016; Pharr, "The Implementation of a Hair Scattering Model",
 //! 2016, sections cited by number below). Directions are local: x along the hair, z along the normal.
 //!
-//! Light is split by how often it was reflected inside the fibre: p = 0 off the surface, 1 straight
-//! through, 2 with one inner reflection, and all further ones together.
+//! Scattered light is split by the number of internal reflections in the fiber: p = 0 reflects off the surface, 1 is
+//! transmitted straight through, 2 has one internal reflection, and all further ones are combined.
 
 use super::fresnel::dielectric;
 use super::lobe::LobeSample;
@@ -12,23 +12,23 @@ use crate::math::float::clamp_nan_low;
 use crate::math::{Rgb, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
-/// Number of paths with a lobe of their own; the rest share one more.
+/// Number of paths with a lobe of their own; the others share one more.
 const PATHS: usize = 3;
 
-/// Roughness below which lobes are so narrow that single precision cannot hold them.
+/// Minimum roughness: narrower lobes exceed single precision.
 const MIN_ROUGHNESS: f32 = 0.01;
 
-/// A fibre where a ray meets it.
+/// A fiber at a ray's hit point.
 #[derive(Clone, Copy, Debug)]
 pub struct Hair {
-    /// Factor of the whole.
+    /// Scale of the whole.
     scale: Rgb,
-    /// Absorption per fibre radius.
+    /// Absorption coefficient, per fiber radius.
     sigma_a: Rgb,
-    /// Offset from the fibre's axis, −1 to 1.
+    /// Offset of the hit from the fiber's axis, −1 to 1.
     h: f32,
     eta: f32,
-    /// Longitudinal variance of p = 0; the others are a quarter and four times it.
+    /// Longitudinal variance of p = 0; that of the others is a quarter and four times as much.
     variance: f32,
     /// Scale of the azimuthal logistic distribution.
     spread: f32,
@@ -36,7 +36,7 @@ pub struct Hair {
     tilt: (f32, f32),
 }
 
-/// A direction in the fibre's own angles: θ to the plane across it, φ around it.
+/// A direction in the fiber's angles: θ to the normal plane, φ around the fiber.
 #[derive(Clone, Copy)]
 struct FibreAngles {
     sin: f32,
@@ -54,7 +54,7 @@ impl FibreAngles {
     }
 }
 
-/// What of the fibre depends on the outgoing direction only.
+/// Properties of the fiber that depend on the outgoing direction only.
 struct Seen {
     o: FibreAngles,
     gamma_o: f32,
@@ -66,13 +66,12 @@ struct Seen {
 }
 
 impl Hair {
-    /// The fibre of refractive index `eta` at offset `h` from its axis (−1 to 1), absorbing
-    /// `sigma_a` per radius; longitudinal and azimuthal roughness `beta_m` and `beta_n` in 0…1;
-    /// scales tilted by `alpha` degrees. Numbers out of range are moved into it; the index is at
-    /// least 1.
+    /// A fiber of refractive index `eta` at offset `h` from its axis (−1 to 1), with absorption `sigma_a` per radius,
+    /// longitudinal and azimuthal roughness `beta_m` and `beta_n` in 0…1, and scales tilted by `alpha` degrees. Values
+    /// out of range are clamped; the index is at least 1.
     pub fn new(h: f32, eta: f32, sigma_a: Rgb, beta: [f32; 2], alpha: f32) -> Hair {
         let [m, n] = beta.map(|beta| clamp_nan_low(beta, MIN_ROUGHNESS, 1.0));
-        // §2.1 and §2.4: fitted so that equal steps in β look equal.
+        // §2.1 and §2.4: fitted so that equal steps in β are perceptually equal.
         let deviation = 0.726 * m + 0.812 * m * m + 3.7 * m.powi(20);
         let spread = (PI / 8.0).sqrt() * (0.265 * n + 1.194 * n * n + 5.372 * n.powi(22));
         Hair {
@@ -90,13 +89,13 @@ impl Hair {
         self.scale *= share;
     }
 
-    /// The lobe's value in 1/sr (§2): the sum over paths of longitudinal, attenuation and azimuthal
-    /// terms, over the cosine that the scattering equation multiplies with.
+    /// The lobe's value in 1/sr (§2): the sum over paths of longitudinal, attenuation and azimuthal terms, divided by
+    /// the cosine of the scattering equation.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let seen = self.seen(wo);
         let mut sum = Rgb::ZERO;
         self.visit_paths(&seen, wi, |p, density| sum += seen.attenuation[p] * density);
-        // No direction is as flat as the bound: it keeps the value finite.
+        // No direction is as grazing as this bound, which keeps the value finite.
         self.scale * sum / wi.z.abs().max(1e-20)
     }
 
@@ -108,13 +107,13 @@ impl Hair {
         sum
     }
 
-    /// Draws a path in proportion to its attenuation, and a direction of its lobe (§2.6).
+    /// Samples a path in proportion to its attenuation, and a direction of its lobe (§2.6).
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         let seen = self.seen(wo);
         let (p, uc) = choose_path(&seen.chance, uc);
         let (sin_o, cos_o) = self.tilted(p, &seen.o);
         let v = self.variance_of(p);
-        // A sum of rounding errors must not take the logarithm of 0.
+        // Rounding errors must not lead to the logarithm of 0.
         let u_cos = u.x.max(1e-5);
         let cos = 1.0 + v * (u_cos + (1.0 - u_cos) * (-2.0 / v).exp()).ln();
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
@@ -137,7 +136,7 @@ impl Hair {
         })
     }
 
-    /// Hands out each path's density of going to `wi`, all but the attenuation.
+    /// Calls `visit` with each path's density of scattering to `wi`, without the attenuation.
     fn visit_paths(&self, seen: &Seen, wi: Vec3, mut visit: impl FnMut(usize, f32)) {
         let i = FibreAngles::new(wi);
         let phi = i.phi - seen.o.phi;
@@ -155,7 +154,7 @@ impl Hair {
 
     fn seen(&self, wo: Vec3) -> Seen {
         let o = FibreAngles::new(wo);
-        // Refraction into the fibre (§2.3): in the plane across it by Bravais' index.
+        // Refraction into the fiber (§2.3): in the normal plane by Bravais' index.
         let sin_t = o.sin / self.eta;
         let cos_t = (1.0 - sin_t * sin_t).max(f32::MIN_POSITIVE).sqrt();
         let across = (self.eta * self.eta - o.sin * o.sin).max(0.0).sqrt();
@@ -174,13 +173,13 @@ impl Hair {
         }
     }
 
-    /// What is left of light on each path (§2.3, equation 9 and its series' sum).
+    /// The attenuation of each path (§2.3, equation 9 and the sum of its series).
     fn attenuation(&self, cos_o: f32, transmittance: Rgb) -> [Rgb; PATHS + 1] {
         let cos_gamma_o = (1.0 - self.h * self.h).max(0.0).sqrt();
         let f = dielectric(cos_o * cos_gamma_o, 1.0, self.eta);
         let through = (1.0 - f) * (1.0 - f) * transmittance;
         let again = f * transmittance;
-        // Grazing reflection is total and lets nothing in to be reflected again.
+        // Grazing reflection is total and lets nothing in to be reflected internally.
         let rest = (Rgb::ONE - again).max(Rgb::splat(f32::MIN_POSITIVE));
         let further = through * again * again;
         [Rgb::splat(f), through, through * again, further / rest]
@@ -195,7 +194,7 @@ impl Hair {
         }
     }
 
-    /// Sine and cosine of the outgoing direction as tilted scales turn it for a path (§2.5).
+    /// Sine and cosine of the outgoing angle, rotated by the tilt of the scales for a path (§2.5).
     fn tilted(&self, p: usize, o: &FibreAngles) -> (f32, f32) {
         let double = |(sin, cos): (f32, f32)| (2.0 * sin * cos, cos * cos - sin * sin);
         let once = self.tilt;
@@ -212,7 +211,7 @@ impl Hair {
     }
 }
 
-/// One of the paths by its chance, and `u` stretched for reuse.
+/// Chooses a path by its probability, and rescales `u` for reuse.
 fn choose_path(chance: &[f32; PATHS + 1], mut u: f32) -> (usize, f32) {
     for (p, &c) in chance.iter().enumerate() {
         if u < c || p == PATHS {
@@ -224,8 +223,8 @@ fn choose_path(chance: &[f32; PATHS + 1], mut u: f32) -> (usize, f32) {
     (PATHS, u)
 }
 
-/// Longitudinal scattering (§2.2, equation 4; d'Eon et al. 2011): a density over the sphere's
-/// latitudes. The Bessel function is taken without its growth, so that all variances go one way.
+/// Longitudinal scattering (§2.2, equation 4; d'Eon et al. 2011): a density over the latitudes of the sphere. The
+/// Bessel function is exponentially scaled, so that one formula serves all variances.
 fn longitudinal(i: &FibreAngles, sin_o: f32, cos_o: f32, v: f32) -> f32 {
     let a = i.cos * cos_o / v;
     let exponent = a - i.sin * sin_o / v - 1.0 / v;
@@ -264,34 +263,34 @@ fn scaled_bessel_i0(x: f32) -> f32 {
     }
 }
 
-/// How far a path turns light around the fibre (§2.4).
+/// The angle by which a path deflects light around the fiber (§2.4).
 fn deflection(p: usize, seen: &Seen) -> f32 {
     let p = p as f32;
     2.0 * p * seen.gamma_t - 2.0 * seen.gamma_o + p * PI
 }
 
-/// The angle in −π…π.
+/// The angle wrapped to −π…π.
 fn wrapped(angle: f32) -> f32 {
     let turned = (angle + PI).rem_euclid(TAU) - PI;
     turned.clamp(-PI, PI)
 }
 
-/// The logistic distribution of scale `s`, its density cut to −π…π (§2.4).
+/// The logistic distribution of scale `s`, truncated to −π…π (§2.4).
 fn trimmed_logistic(x: f32, s: f32) -> f32 {
     let e = (-x.abs() / s).exp();
     e / (s * (1.0 + e) * (1.0 + e)) / (1.0 - 2.0 * logistic_tail(s))
 }
 
-/// Inverts the trimmed logistic distribution's integral.
+/// Samples the truncated logistic distribution by inversion.
 fn sample_trimmed_logistic(u: f32, s: f32) -> f32 {
     let tail = logistic_tail(s);
     let cumulated = tail + u * (1.0 - 2.0 * tail);
     (-s * (1.0 / cumulated - 1.0).ln()).clamp(-PI, PI)
 }
 
-/// The logistic distribution's share below −π.
+/// Probability of the logistic distribution below −π.
 fn logistic_tail(s: f32) -> f32 {
-    // e^(-π/s)/(1 + e^(-π/s)): no overflow for narrow ones.
+    // e^(-π/s)/(1 + e^(-π/s)): no overflow for narrow distributions.
     let e = (-PI / s).exp();
     e / (1.0 + e)
 }
@@ -304,8 +303,8 @@ mod tests {
 
     const WHITE: Rgb = Rgb::ZERO;
 
-    /// Pharr 2016, §2.6: white fibres under white light look white, for all roughnesses; here by
-    /// the integral of the value, in `laws.rs` by sampling.
+    /// White furnace (Pharr 2016, §2.6): white fibers under white light look white, for all roughnesses; here by
+    /// integrating the value, in `laws.rs` by sampling.
     #[test]
     fn white_hair_disappears_in_a_white_furnace() {
         for beta_m in [0.2, 0.5, 1.0] {
@@ -324,7 +323,7 @@ mod tests {
         }
     }
 
-    /// Attenuations of all paths add up to one where nothing absorbs (§2.3).
+    /// The attenuations of all paths sum to one if there is no absorption (§2.3).
     #[test]
     fn paths_share_the_light() {
         for h in [-1.0, -0.5, 0.0, 0.999] {
@@ -337,8 +336,7 @@ mod tests {
         }
     }
 
-    /// Samples of white hair have weight 1 exactly, whatever the path: value and density differ by
-    /// the cosine only.
+    /// Samples of white hair have weight exactly 1, whatever the path: value and density differ only by the cosine.
     #[test]
     fn samples_of_white_hair_weigh_one() {
         let hair = Hair::new(0.3, 1.55, WHITE, [0.3, 0.4], 2.0);
@@ -373,7 +371,7 @@ mod tests {
                 .map(|i| f64::from(trimmed_logistic(-PI + (i as f32 + 0.5) * step, s) * step))
                 .sum();
             assert!((sum - 1.0).abs() < 1e-4, "{s}: {sum}");
-            // The quarter point of the samples is the distribution's.
+            // The sample at the first quartile is that of the distribution.
             let x = sample_trimmed_logistic(0.25, s);
             let below: f64 = (0..n)
                 .map(|i| -PI + (i as f32 + 0.5) * step)
@@ -384,8 +382,8 @@ mod tests {
         }
     }
 
-    /// Without absorption but with a rough fibre light straight on dominates; off the axis p = 1
-    /// turns by 2γt − 2γo + π.
+    /// Without absorption but with a rough fiber, light transmitted straight through dominates; off the axis p = 1 is
+    /// deflected by 2γt − 2γo + π.
     #[test]
     fn light_through_the_middle_goes_straight_on() {
         let hair = Hair::new(0.0, 1.55, WHITE, [0.1, 0.1], 0.0);

@@ -17,7 +17,7 @@ impl LambertianReflection {
     }
 }
 
-/// Transmits the same radiance in all directions of the other side.
+/// Transmits the same radiance to all directions of the opposite side.
 #[derive(Clone, Copy, Debug)]
 pub struct LambertianTransmission {
     /// Transmittance.

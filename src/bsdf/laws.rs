@@ -1,10 +1,9 @@
-//! The laws that scattering keeps, tested on every lobe: samples follow their density and the density
-//! integrates to one, values and samples make the same image, no light is made, and light that
-//! goes back the same way loses the same.
+//! Physical laws of scattering, tested for every lobe: samples follow their density and the density integrates to one,
+//! evaluating and sampling give the same image, energy is conserved (white furnace), and scattering is reciprocal.
 //!
-//! [`table`] has a row for each. A new kind of lobe does not compile without a place in
-//! [`Lobe::kind`], and does not pass without a row of the table. Where a lobe breaks a law by its
-//! model, its row says so and why; what is left of the law is tested.
+//! [`table`] has a row for each. A new kind of lobe does not compile without an entry in [`Lobe::kind`], and does not
+//! pass without a row in the table. Where a lobe's model violates a law, its row says so and why; what remains of the
+//! law is tested.
 
 use super::clearcoat::Clearcoat;
 use super::disney_diffuse::DisneyDiffuse;
@@ -25,7 +24,7 @@ use super::*;
 use crate::assets::bsdf_file::BsdfFile;
 use crate::assets::bsdf_file::generator::{Analytic, encode};
 
-/// How many kinds of lobes there are.
+/// Number of kinds of lobes.
 const KINDS: usize = 16;
 
 impl Lobe<'_> {
@@ -52,25 +51,25 @@ impl Lobe<'_> {
     }
 }
 
-/// What becomes of the light that falls on a lobe of reflectance 1.
+/// The fraction of incident light that a lobe of reflectance 1 scatters.
 enum Energy {
-    /// All of it goes on.
+    /// All of it.
     All,
     /// Some is lost.
     Less,
-    /// The model makes light: up to so many times what falls on it, and why.
+    /// The model creates energy: the largest ratio to the incident light, and why.
     Made { most: f32, why: &'static str },
 }
 
-/// Is light that goes back the same way treated the same?
+/// Whether the BSDF is reciprocal.
 enum Reciprocity {
-    /// Yes, with this refractive index below the surface.
+    /// It is, with this refractive index below the surface.
     Holds { eta: f32 },
     /// By the model it is not, and why.
     Broken { why: &'static str },
 }
 
-/// One lobe or several, and what is expected of them.
+/// One lobe or several, and their expected properties.
 struct Row {
     name: &'static str,
     lobes: Vec<Lobe<'static>>,
@@ -189,10 +188,10 @@ fn measured() -> [Row; 2] {
     ]
 }
 
-/// The far end of a path under a surface of index 1.33.
+/// The exit of a path under a surface of index 1.33.
 fn subsurface_exit() -> Row {
     let made = Energy::Made {
-        // η² is 1.769; the rest for the noise.
+        // η² is 1.769; the rest is for noise.
         most: 1.78,
         why: "radiance is η² times as large inside, which the other end of the path takes back",
     };
@@ -232,7 +231,7 @@ fn hair(h: f32, sigma_a: f32, beta_m: f32, beta_n: f32) -> Row {
     }
 }
 
-/// Every kind of lobe, at settings that bring out its terms.
+/// Every kind of lobe, with settings that exercise its terms.
 fn table() -> Vec<Row> {
     let [half_angles, scattered] = measured();
     use Energy::{All, Less, Made};
@@ -356,8 +355,7 @@ fn every_kind_of_lobe_is_in_the_table() {
     assert_eq!(seen, [true; KINDS]);
 }
 
-/// Chi-squared, with the samples that come to nothing as one more bin: so the density, and what is
-/// lost, add up to one.
+/// Chi-squared test with failed samples as one more bin: so the density and what is lost sum to one.
 #[test]
 fn samples_follow_their_density() {
     for row in table().iter().filter(|row| !row.is_specular()) {

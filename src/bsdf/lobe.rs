@@ -14,26 +14,26 @@ use super::subsurface_exit::SubsurfaceExit;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
 
-/// One component of a BSDF. Directions are local (z along the shading normal) and point away.
+/// One component of a BSDF. Directions are local (z along the shading normal) and point away from the surface.
 #[derive(Clone, Copy, Debug)]
 pub enum Lobe<'a> {
-    /// Diffuse.
+    /// Diffuse reflection.
     LambertianReflection(LambertianReflection),
-    /// Diffuse on the other side.
+    /// Diffuse transmission.
     LambertianTransmission(LambertianTransmission),
-    /// Rough diffuse.
+    /// Rough diffuse reflection.
     OrenNayar(OrenNayar),
-    /// Mirror.
+    /// Perfect mirror.
     SpecularReflection(SpecularReflection),
-    /// Refraction, or passage straight on.
+    /// Perfect refraction, or straight transmission.
     SpecularTransmission(SpecularTransmission),
     /// Smooth glass.
     FresnelSpecular(FresnelSpecular),
-    /// Glossy.
+    /// Glossy reflection.
     MicrofacetReflection(MicrofacetReflection),
     /// Rough refraction.
     MicrofacetTransmission(MicrofacetTransmission),
-    /// Glossy passage straight on.
+    /// Glossy transmission without refraction.
     MirroredReflection(MirroredReflection),
     /// Glossy coat on a diffuse base.
     FresnelBlend(FresnelBlend),
@@ -41,33 +41,33 @@ pub enum Lobe<'a> {
     DisneyDiffuse(DisneyDiffuse),
     /// Disney's clearcoat.
     Clearcoat(Clearcoat),
-    /// A fibre, which scatters all around.
+    /// A hair fiber, which scatters in all directions.
     Hair(Hair),
-    /// The far end of a path under a surface.
+    /// The exit of a subsurface scattering path.
     SubsurfaceExit(SubsurfaceExit),
-    /// A table.
+    /// A tabulated BSDF.
     Fourier(FourierLobe<'a>),
     /// A measured BRDF.
     Measured(MeasuredLobe<'a>),
 }
 
-/// A direction drawn from a lobe.
+/// A direction sampled from a lobe.
 #[derive(Clone, Copy, Debug)]
 pub struct LobeSample {
-    /// Value for the pair of directions; of a specular lobe the delta's factor over the cosine.
+    /// Value for the pair of directions; for a specular lobe, the factor of the delta distribution over the cosine.
     pub f: Rgb,
     /// Sampled direction, local.
     pub wi: Vec3,
-    /// Density per solid angle; of a specular lobe the probability.
+    /// Density per solid angle; for a specular lobe, the probability.
     pub pdf: f32,
-    /// Has the light passed through?
+    /// Whether the light is transmitted.
     pub transmission: bool,
     /// Refractive index on `wi`'s side over that on `wo`'s.
     pub eta: f32,
 }
 
 impl Lobe<'_> {
-    /// Does it scatter into single directions only?
+    /// Returns `true` if the lobe is perfectly specular (a delta distribution).
     pub fn is_specular(&self) -> bool {
         matches!(
             self,
@@ -75,7 +75,7 @@ impl Lobe<'_> {
         )
     }
 
-    /// Does it reflect (`transmit` false) or transmit (true)?
+    /// Returns `true` if the lobe reflects (`transmit` false) or transmits (true).
     pub fn scatters(&self, transmit: bool) -> bool {
         match self {
             Lobe::LambertianReflection(_)
@@ -139,7 +139,7 @@ impl Lobe<'_> {
         }
     }
 
-    /// [`Lobe::f`] and [`Lobe::pdf`] of one pair of directions together.
+    /// [`Lobe::f`] and [`Lobe::pdf`] for one pair of directions together.
     #[inline]
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         match self {
@@ -149,7 +149,7 @@ impl Lobe<'_> {
         }
     }
 
-    /// Does [`Lobe::sample`] look at `uc`?
+    /// Returns `true` if [`Lobe::sample`] uses `uc`.
     pub fn chooses(&self) -> bool {
         matches!(
             self,
@@ -157,7 +157,7 @@ impl Lobe<'_> {
         )
     }
 
-    /// Draws a direction with `uc` and `u` in [0, 1); `None` where the lobe gives none.
+    /// Samples a direction with `uc` and `u` in [0, 1); `None` if there is none.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         match self {
             Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::DisneyDiffuse(_) => {
@@ -183,7 +183,7 @@ impl Lobe<'_> {
         }
     }
 
-    /// The sample that goes to `wi`, given above the surface, on `wo`'s side or the other.
+    /// The sample toward `wi`, which is given above the surface and flipped to `wo`'s side or the other.
     #[inline]
     fn cosine_sample(&self, wo: Vec3, wi: Vec3, transmission: bool) -> LobeSample {
         let side = if transmission { -wo.z } else { wo.z };
@@ -198,7 +198,7 @@ impl Lobe<'_> {
         }
     }
 
-    /// The lobe with everything it scatters multiplied by `share`.
+    /// The lobe with everything it scatters scaled by `share`.
     pub fn scaled(mut self, share: Rgb) -> Self {
         match &mut self {
             Lobe::LambertianReflection(l) => l.reflectance *= share,
@@ -227,7 +227,7 @@ impl Lobe<'_> {
         self
     }
 
-    /// The one direction a specular lobe reflects or transmits to; `None` for others.
+    /// The single direction a specular lobe reflects or transmits to; `None` for other lobes.
     pub fn specular_direction(&self, wo: Vec3, transmit: bool) -> Option<LobeSample> {
         match (self, transmit) {
             (Lobe::SpecularReflection(l), false) => Some(l.sample(wo)),
@@ -239,7 +239,7 @@ impl Lobe<'_> {
     }
 }
 
-/// Density of a cosine-distributed direction where it `may` go at all.
+/// Density of a cosine-distributed direction, 0 unless it `may` be scattered to.
 fn cosine_pdf(may: bool, wi: Vec3) -> f32 {
     if may {
         cosine_hemisphere_pdf(wi.z.abs())

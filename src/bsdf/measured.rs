@@ -1,4 +1,4 @@
-//! MeasuredSample isotropic BRDFs, evaluated as pbrt-v2 does. Directions are local.
+//! Measured isotropic BRDFs, evaluated as pbrt-v2 does. Directions are local.
 
 mod facets;
 mod half_angle;
@@ -15,14 +15,14 @@ use scattered::Scattered;
 use std::fmt;
 use std::path::Path;
 
-/// Bins of the half angle that samples of arbitrary directions are drawn by.
+/// Bins of the half angle by which directions are sampled for scattered measurements.
 const BINS: usize = 64;
 
 /// A measured BRDF.
 #[derive(Clone, PartialEq)]
 pub struct MeasuredTable {
     data: Data,
-    /// Where light is reflected to, roughly.
+    /// Approximate distribution of reflected light.
     facets: Facets,
 }
 
@@ -81,7 +81,7 @@ impl MeasuredTable {
         MeasuredTable { data, facets }
     }
 
-    /// Is nothing reflected at all?
+    /// Returns `true` if nothing is reflected at all.
     pub fn is_black(&self) -> bool {
         match &self.data {
             Data::HalfAngle(table) => table.is_black(),
@@ -100,16 +100,16 @@ impl Data {
     }
 }
 
-/// Reflection as measured.
+/// A lobe that reflects as measured.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasuredLobe<'a> {
     table: &'a MeasuredTable,
-    /// What all is multiplied by: the share of a mix.
+    /// Scale of everything: the weight in a mix.
     share: Rgb,
 }
 
 impl<'a> MeasuredLobe<'a> {
-    /// All that the table says.
+    /// The whole table, unscaled.
     pub fn new(table: &'a MeasuredTable) -> MeasuredLobe<'a> {
         MeasuredLobe {
             table,
@@ -117,7 +117,7 @@ impl<'a> MeasuredLobe<'a> {
         }
     }
 
-    /// Multiplies all that is reflected by `share`.
+    /// Multiplies everything that is reflected by `share`.
     pub fn scale(&mut self, share: Rgb) {
         self.share *= share;
     }
@@ -135,8 +135,8 @@ impl<'a> MeasuredLobe<'a> {
         0.5 * (cosine_hemisphere_pdf(wi.z.abs()) + self.table.facets.pdf(wo, wi))
     }
 
-    /// A cosine-distributed direction for `uc` below ½, as all are in pbrt-v2, else one reflected on a facet drawn by the
-    /// mean over the table; `None` where that one would leave below.
+    /// Samples a cosine-distributed direction for `uc` below ½, as pbrt-v2 always does, otherwise one reflected about a
+    /// facet whose normal follows the mean over the table; `None` if that would leave below the surface.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
         let wi = if uc < 0.5 {
             let wi = cosine_hemisphere(u);

@@ -1,5 +1,5 @@
-//! Rough boundaries made of small smooth facets (Torrance and Sparrow 1967; Walter et al. 2007;
-//! Pharr, Jakob and Humphreys 2016, §8.4.4 and §14.1.1–14.1.3). Directions are local.
+//! Microfacet BRDF and BTDF: rough boundaries made of small smooth facets (Torrance and Sparrow 1967; Walter et al.
+//! 2007; Pharr, Jakob and Humphreys 2016, §8.4.4 and §14.1.1–14.1.3). Directions are local.
 
 use super::fresnel::{Fresnel, dielectric};
 use super::lobe::LobeSample;
@@ -7,14 +7,14 @@ use super::specular::refract;
 use super::trowbridge_reitz::TrowbridgeReitz;
 use crate::math::{Rgb, Vec2, Vec3};
 
-/// Glossy reflection.
+/// Glossy reflection (Torrance–Sparrow).
 #[derive(Clone, Copy, Debug)]
 pub struct MicrofacetReflection {
-    /// Factor of the reflected light.
+    /// Scale of the reflected light.
     pub reflectance: Rgb,
-    /// Facet normals.
+    /// Distribution of facet normals.
     pub distribution: TrowbridgeReitz,
-    /// Share of the light that a facet reflects.
+    /// Fresnel reflectance of a facet.
     pub fresnel: Fresnel,
 }
 
@@ -25,7 +25,7 @@ impl MicrofacetReflection {
         let Some(h) = (wo + wi).try_normalize().filter(|_| cosines > 0.0) else {
             return Rgb::ZERO;
         };
-        // The facet's side that the surface's normal is on.
+        // The facet normal on the side of the surface normal.
         let f = self
             .fresnel
             .evaluate(wi.dot(if h.z < 0.0 { -h } else { h }));
@@ -45,7 +45,7 @@ impl MicrofacetReflection {
         self.distribution.pdf(wo, h) / (4.0 * wo.dot(h).abs())
     }
 
-    /// Both together, which share the facet, the density of such and what hides it from `wo`.
+    /// Value and density together, which share the half vector, its density and the masking of `wo`.
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         let cosines = wo.z * wi.z;
         let Some(h) = (wo + wi).try_normalize().filter(|_| cosines != 0.0) else {
@@ -57,7 +57,7 @@ impl MicrofacetReflection {
         let d = self.distribution.d(h);
         let (g, g1) = self.distribution.g_and_g1(wo, wi);
         let f = self.reflectance * fresnel * (d * g / (4.0 * cosines.abs()));
-        // The cosine of the density of facets and that of the reflection's Jacobian cancel.
+        // The cosine in the density of facets cancels with that of the reflection's Jacobian.
         let pdf = if cosines > 0.0 {
             d * g1 / (4.0 * wo.z.abs())
         } else {
@@ -66,7 +66,7 @@ impl MicrofacetReflection {
         (f, pdf)
     }
 
-    /// Reflects on a facet drawn from those visible; `None` where the light would leave below.
+    /// Reflects about a facet sampled from the visible ones; `None` if the light would leave below the surface.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
         let h = self.distribution.sample(wo, u);
         let wi = 2.0 * wo.dot(h) * h - wo;
@@ -84,13 +84,13 @@ impl MicrofacetReflection {
     }
 }
 
-/// Glossy reflection mirrored through the surface: light goes on as a glossy reflection would, but on
-/// the other side, unbent. pbrt-v2's glossy transmission (its `BRDFToBTDF`), the same from both sides.
+/// Glossy reflection mirrored through the surface: light leaves as a glossy reflection would, but on the opposite side,
+/// without refraction. This is pbrt-v2's glossy transmission (its `BRDFToBTDF`), the same from both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct MirroredReflection(pub MicrofacetReflection);
 
 impl MirroredReflection {
-    /// The BTDF, in 1/sr; no factor of the radiance's change, as nothing is refracted.
+    /// The BTDF, in 1/sr; radiance is not scaled, as nothing is refracted.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         self.0.f(raised(wo), raised(wi))
     }
@@ -103,7 +103,7 @@ impl MirroredReflection {
         self.0.pdf(raised(wo), raised(wi))
     }
 
-    /// The reflection's sample, on the other side.
+    /// The reflection's sample, flipped to the opposite side.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
         let reflected = self.0.sample(raised(wo), u)?;
         Some(LobeSample {
@@ -114,7 +114,7 @@ impl MirroredReflection {
     }
 }
 
-/// The direction's image above the surface.
+/// The direction mirrored to above the surface.
 fn raised(w: Vec3) -> Vec3 {
     w.with_z(w.z.abs())
 }
@@ -122,9 +122,9 @@ fn raised(w: Vec3) -> Vec3 {
 /// Refraction through a rough boundary.
 #[derive(Clone, Copy, Debug)]
 pub struct MicrofacetTransmission {
-    /// Factor of the refracted light.
+    /// Scale of the refracted light.
     pub transmittance: Rgb,
-    /// Facet normals.
+    /// Distribution of facet normals.
     pub distribution: TrowbridgeReitz,
     /// Refractive index on the normal's side.
     pub eta_a: f32,
@@ -133,7 +133,7 @@ pub struct MicrofacetTransmission {
 }
 
 impl MicrofacetTransmission {
-    /// Index on `wi`'s side over that on `wo`'s.
+    /// Relative refractive index: `wi`'s side over `wo`'s.
     fn eta(&self, wo: Vec3) -> f32 {
         if wo.z > 0.0 {
             self.eta_b / self.eta_a
@@ -142,9 +142,9 @@ impl MicrofacetTransmission {
         }
     }
 
-    /// The facet normal (z > 0) that refracts one direction to the other; `None` where none does,
-    /// or only one that is seen from behind. (pbrt-v3 counts those in values but never samples
-    /// them, so that its images of rough glass lie up to 1 % above these at grazing angles.)
+    /// The facet normal (z > 0) that refracts one direction to the other; `None` if there is none, or only one that is
+    /// back-facing. (pbrt-v3 includes those in values but never samples them, so that its images of rough glass are up
+    /// to 1 % brighter at grazing angles.)
     fn facet(&self, wo: Vec3, wi: Vec3) -> Option<Vec3> {
         if wo.z * wi.z >= 0.0 {
             return None;
@@ -163,7 +163,7 @@ impl MicrofacetTransmission {
         let (o, i) = (wo.dot(h), wi.dot(h));
         let share = 1.0 - dielectric(o, self.eta_a, self.eta_b);
         let denominator = o + eta * i;
-        // η² of the half-vector's Jacobian and 1/η² of the radiance cancel.
+        // η² of the half-vector's Jacobian and 1/η² of the radiance scaling cancel.
         let shape = self.distribution.d(h) * self.distribution.g(wo, wi) * o * i
             / (wo.z * wi.z * denominator * denominator);
         self.transmittance * (share * shape.abs())
@@ -179,7 +179,7 @@ impl MicrofacetTransmission {
         self.distribution.pdf(wo, h) * (eta * eta * wi.dot(h) / (denominator * denominator)).abs()
     }
 
-    /// Refracts through a facet drawn from those visible; `None` under total reflection.
+    /// Refracts through a facet sampled from the visible ones; `None` for total internal reflection.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
         let h = self.distribution.sample(wo, u);
         if wo.dot(h) <= 0.0 {

@@ -1,5 +1,5 @@
-//! How surfaces scatter light: lobes, and the [`Bsdf`] that adds them up at one point
-//! (Pharr, Jakob and Humphreys 2016, chapters 8 and 14; docs/scene-language.md §3.8).
+//! BSDFs, which describe how surfaces scatter light: lobes, and the [`Bsdf`] that sums them at a point (Pharr, Jakob
+//! and Humphreys 2016, chapters 8 and 14; docs/scene-language.md §3.8).
 
 pub mod clearcoat;
 pub mod disney_diffuse;
@@ -31,50 +31,49 @@ use arrayvec::ArrayVec;
 use lobe::LobeSample;
 use std::ops::Range;
 
-/// Most lobes at one point, as in pbrt-v3.
+/// Maximum number of lobes at a point, as in pbrt-v3.
 pub const MAX_LOBES: usize = 8;
 
-/// The scattering of light at one point: a sum of lobes around the shading normal.
-/// All directions are unit vectors in render space that point away from the surface.
+/// The bidirectional scattering distribution function at a point: a sum of lobes around the shading normal. All
+/// directions are unit vectors in render space that point away from the surface.
 #[derive(Clone, Debug)]
 pub struct Bsdf<'a> {
-    /// Geometric normal: tells reflection from transmission.
+    /// Geometric normal: distinguishes reflection from transmission.
     ng: Vec3,
     frame: Frame,
     lobes: ArrayVec<Lobe<'a>, MAX_LOBES>,
 }
 
-/// A direction drawn from a BSDF.
+/// A direction sampled from a BSDF.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
-    /// Value, in 1/sr; for a specular sample the delta's factor over the cosine: either way the
-    /// estimate is f |cos| / pdf, the cosine to the shading normal.
+    /// Value, in 1/sr; for a specular sample, the factor of the delta distribution over the cosine: either way the
+    /// estimate is f |cos| / pdf, with the cosine to the shading normal.
     pub f: Rgb,
     /// Sampled direction.
     pub wi: Vec3,
-    /// Density per solid angle; of a specular sample its probability.
+    /// Density per solid angle; for a specular sample, its probability.
     pub pdf: f32,
-    /// Does it come from a lobe of single directions? Then light sampling cannot make it.
+    /// Whether the lobe is a delta distribution, which light sampling cannot match.
     pub specular: bool,
-    /// Has it passed through the surface?
+    /// Whether the direction is transmitted through the surface.
     pub transmission: bool,
-    /// Refractive index on `wi`'s side over that on `wo`'s; 1 for reflection. `f` of a
-    /// transmission holds a factor 1/eta² for the radiance's change with the medium.
+    /// Relative refractive index: `wi`'s side over `wo`'s; 1 for reflection. `f` of a transmission includes a factor
+    /// 1/eta² for the scaling of radiance between media.
     pub eta: f32,
-    /// Position of the lobe that it was drawn from.
+    /// Index of the sampled lobe.
     pub lobe: u8,
 }
 
 impl<'a> Bsdf<'a> {
-    /// Without lobes: black. `ng` is the unit geometric normal.
+    /// A BSDF without lobes, which is black. `ng` is the unit geometric normal.
     pub fn new(ng: Vec3, shading: &ShadingGeometry) -> Bsdf<'a> {
         let mut bsdf = Bsdf::empty();
         bsdf.set_frame(ng, shading);
         bsdf
     }
 
-    /// Black, and on no surface yet: to be filled where it stands, as it is large
-    /// ([`crate::world::World::fill_bsdf`]).
+    /// An empty BSDF, to be filled in place, as it is large ([`crate::world::World::fill_bsdf`]).
     #[inline]
     pub fn empty() -> Bsdf<'a> {
         Bsdf {
@@ -88,25 +87,25 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    /// Puts it on a surface with the unit geometric normal `ng`.
+    /// Sets the frame to that of a surface with the unit geometric normal `ng`.
     #[inline]
     pub fn set_frame(&mut self, ng: Vec3, shading: &ShadingGeometry) {
         self.ng = ng;
         self.frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
     }
 
-    /// Adds a lobe; more than [`MAX_LOBES`] are left out. Only mixes may have more, and they are
-    /// warned of when the scene is read.
+    /// Adds a lobe; those beyond [`MAX_LOBES`] are dropped. Only mixes may have more, and they are warned about when
+    /// the scene is read.
     pub fn add(&mut self, lobe: Lobe<'a>) {
         let _ = self.lobes.try_push(lobe);
     }
 
-    /// How many lobes there are.
+    /// The number of lobes.
     pub fn lobe_count(&self) -> usize {
         self.lobes.len()
     }
 
-    /// Multiplies what the lobes from position `first` on scatter by `share`.
+    /// Scales what the lobes from index `first` on scatter by `share`.
     pub fn scale_from(&mut self, first: usize, share: Rgb) {
         for lobe in self.lobes.iter_mut().skip(first) {
             *lobe = lobe.scaled(share);
@@ -123,22 +122,22 @@ impl<'a> Bsdf<'a> {
         self.frame.n
     }
 
-    /// Is there any lobe?
+    /// Returns `true` if the BSDF has no lobes.
     pub fn is_black(&self) -> bool {
         self.lobes.is_empty()
     }
 
-    /// Is there a lobe that light sampling can find?
+    /// Returns `true` if there is a lobe that light sampling can evaluate.
     pub fn has_non_specular(&self) -> bool {
         self.lobes.iter().any(|l| !l.is_specular())
     }
 
-    /// Is there a lobe of single directions?
+    /// Returns `true` if there is a perfectly specular lobe.
     pub fn has_specular(&self) -> bool {
         self.lobes.iter().any(Lobe::is_specular)
     }
 
-    /// From where the light comes that reaches `wo` by lobes other than specular ones, if scattered rays find it too.
+    /// The hemisphere whose light the non-specular lobes scatter to `wo`; BSDF sampling competes (MIS).
     pub fn receiver_side(&self, wo: Vec3) -> ReceiverSide {
         let through = |l: &Lobe| !l.is_specular() && l.scatters(true);
         if self.lobes.iter().any(through) {
@@ -150,14 +149,13 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    /// Value in 1/sr of all but the specular lobes. The geometric normal decides whether the pair
-    /// of directions reflects or transmits, the shading normal gives the cosines; black for `wo`
-    /// in the shading plane.
+    /// Value in 1/sr of all but the specular lobes. The geometric normal decides whether the pair of directions is
+    /// reflection or transmission, the shading normal gives the cosines; black if `wo` is in the shading plane.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         self.f_of(0..self.lobes.len(), wo, wi)
     }
 
-    /// The part of [`Bsdf::f`] that the lobes at these positions have.
+    /// The contribution to [`Bsdf::f`] of the lobes with these indices.
     pub fn f_of(&self, lobes: Range<usize>, wo: Vec3, wi: Vec3) -> Rgb {
         let (local_wo, local_wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
         if local_wo.z == 0.0 {
@@ -169,7 +167,7 @@ impl<'a> Bsdf<'a> {
         matching.map(|l| l.f(local_wo, local_wi)).sum()
     }
 
-    /// Density with which [`Bsdf::sample`] draws `wi` other than from a specular lobe.
+    /// Density with which [`Bsdf::sample`] samples `wi` from non-specular lobes.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let (wo, wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
         if wo.z == 0.0 || self.lobes.is_empty() {
@@ -178,7 +176,7 @@ impl<'a> Bsdf<'a> {
         self.lobes.iter().map(|l| l.pdf(wo, wi)).sum::<f32>() / self.lobes.len() as f32
     }
 
-    /// [`Bsdf::f`] and [`Bsdf::pdf`] of one pair of directions together, for less than both.
+    /// [`Bsdf::f`] and [`Bsdf::pdf`] for one pair of directions, at less than the cost of both.
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         let (local_wo, local_wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
         if local_wo.z == 0.0 {
@@ -202,7 +200,7 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    /// Sums of values and densities over all lobes but the one at position `but`; directions are local.
+    /// Sums of values and densities over all lobes except the one at index `but`; directions are local.
     #[inline(never)]
     fn sums(&self, but: usize, transmit: bool, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         let (mut f, mut pdf) = (Rgb::ZERO, 0.0);
@@ -216,23 +214,23 @@ impl<'a> Bsdf<'a> {
         (f, pdf)
     }
 
-    /// Are the directions on two sides of the surface?
+    /// Returns `true` if the directions are on opposite sides of the surface.
     #[inline]
     fn transmits(&self, wo: Vec3, wi: Vec3) -> bool {
         wi.dot(self.ng) * wo.dot(self.ng) <= 0.0
     }
 
-    /// A sum over lobes that are equally likely.
+    /// Averages a sum over lobes that are equally likely.
     #[inline]
     fn shared(&self, sum: f32) -> f32 {
         match self.lobes.len() {
-            // Most surfaces, and no division.
+            // The common case, without a division.
             0 | 1 => sum,
             lobes => sum / lobes as f32,
         }
     }
 
-    /// Does [`Bsdf::sample`] look at its first number here?
+    /// Returns `true` if [`Bsdf::sample`] uses `uc`.
     pub fn chooses(&self) -> bool {
         match &self.lobes[..] {
             [] => false,
@@ -241,8 +239,8 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    /// Draws a direction from one of the lobes, all equally likely; `uc` and `u` in [0, 1).
-    /// `None` where no light would come from the direction.
+    /// Samples a direction from one of the lobes, all equally likely; `uc` and `u` in [0, 1). `None` if the sample
+    /// contributes nothing.
     #[inline]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
         let local_wo = self.frame.to_local(wo);
@@ -278,8 +276,8 @@ impl<'a> Bsdf<'a> {
         })
     }
 
-    /// The direction of one of the specular lobes that reflect (`transmit` false) or transmit
-    /// (true), all equally likely: `pdf` is one over their number.
+    /// Samples one of the specular lobes that reflect (`transmit` false) or transmit (true), all equally likely: `pdf`
+    /// is one over their number.
     pub fn sample_specular(&self, wo: Vec3, transmit: bool, uc: f32) -> Option<BsdfSample> {
         let local_wo = self.frame.to_local(wo);
         if local_wo.z == 0.0 {
@@ -318,7 +316,7 @@ impl<'a> Bsdf<'a> {
     }
 }
 
-/// One of `count` things, all equally likely, and `u` stretched for reuse.
+/// Chooses one of `count` equally likely items, and rescales `u` for reuse.
 #[inline]
 fn choose(count: usize, u: f32) -> Option<(usize, f32)> {
     let scaled = u * count as f32;
@@ -362,7 +360,7 @@ mod tests {
         for degrees in [0.0, 30.0, 70.0, 89.0] {
             let wo = direction(degrees, 70.0);
             for lobe in [LAMBERT, MIRROR] {
-                // Nothing but rounding.
+                // Only rounding error.
                 assert!((sky_by_sampling(&bsdf(&[lobe]), wo, 8).x - 1.0).abs() < 1e-5);
             }
             // Smooth glass loses nothing either, once the radiance's 1/η² is undone.
@@ -470,17 +468,17 @@ mod tests {
                 let wo = direction(angles[i % 5], 40.0);
                 let wi = direction(i as f32 * 0.9, i as f32 * 37.0);
                 let (f, pdf) = bsdf.f_and_pdf(wo, wi);
-                // The same numbers, multiplied in another order.
+                // The same factors, multiplied in another order.
                 let near = |a: f32, b: f32| (a - b).abs() <= 1e-5 * b.abs();
                 let expected = bsdf.f(wo, wi);
                 assert!(near(pdf, bsdf.pdf(wo, wi)) && near(f.x, expected.x));
                 assert!(near(f.y, expected.y) && near(f.z, expected.z));
-                // What a lobe that is drawn from says of itself is that too.
+                // The sample of a single lobe has that lobe's own value and density.
                 let u = Vec2::new(i as f32 / 200.0, (i as f32 * 0.618).fract());
                 let Some(s) = bsdf.sample(wo, u.y, u).filter(|s| !s.specular) else {
                     continue;
                 };
-                // Directions are rounded on their way to the world and back, and the lobe's slope magnifies that.
+                // Directions are rounded when transformed to the world and back, and the lobe's slope magnifies that.
                 let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 * b.abs();
                 let (f, pdf) = bsdf.f_and_pdf(wo, s.wi);
                 assert!(near(s.f.x, f.x) && near(s.pdf, pdf), "{s:?} {f} {pdf}");

@@ -4,7 +4,7 @@
 use crate::math::{Rgb, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// Diffuse facets whose slopes have a Gaussian spread.
+/// Diffuse facets whose slopes have a Gaussian distribution.
 #[derive(Clone, Copy, Debug)]
 pub struct OrenNayar {
     pub(super) reflectance: Rgb,
@@ -13,7 +13,7 @@ pub struct OrenNayar {
 }
 
 impl OrenNayar {
-    /// With the facets' reflectance and the standard deviation of their inclination in degrees.
+    /// A lobe from the facets' reflectance and the standard deviation of their inclination in degrees.
     pub fn new(reflectance: Rgb, sigma_degrees: f32) -> OrenNayar {
         let sigma2 = sigma_degrees.to_radians().powi(2);
         OrenNayar {
@@ -26,7 +26,7 @@ impl OrenNayar {
     /// The BRDF, in 1/sr: R/π (A + B max(0, cos(φi − φo)) sin α tan β), α the larger and β the
     /// smaller of the two angles to the normal.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
-        // sin θi sin θo cos(φi − φo) is the product of the parts along the surface.
+        // sin θi sin θo cos(φi − φo) is the dot product of the tangential components.
         let along = (wo.x * wi.x + wo.y * wi.y).max(0.0);
         // sin α tan β = sin θi sin θo / cos β, and β has the larger cosine.
         let cos_beta = wo.z.abs().max(wi.z.abs());

@@ -1,8 +1,8 @@
-//! Perfectly smooth boundaries (Pharr, Jakob and Humphreys 2016, §8.2). Directions are local.
+//! Perfectly specular boundaries: mirrors and smooth glass (Pharr, Jakob and Humphreys 2016, §8.2). Directions are
+//! local.
 //!
-//! These are distributions, not functions: they have no value for a given pair of directions, only
-//! samples, whose `f` is the factor of the direction's delta, divided by the cosine as the
-//! scattering equation multiplies with it.
+//! These are delta distributions, not functions: they have no value for a given pair of directions, only samples, whose
+//! `f` is the factor of the delta, divided by the cosine because the scattering equation multiplies by it.
 
 use super::fresnel::{Fresnel, dielectric};
 use super::lobe::LobeSample;
@@ -11,14 +11,14 @@ use crate::math::{Rgb, Vec3};
 /// A mirror.
 #[derive(Clone, Copy, Debug)]
 pub struct SpecularReflection {
-    /// Factor of the reflected light.
+    /// Scale of the reflected light.
     pub reflectance: Rgb,
-    /// Share of the light that is reflected.
+    /// Fresnel reflectance.
     pub fresnel: Fresnel,
 }
 
 impl SpecularReflection {
-    /// The mirrored direction.
+    /// Samples the mirror direction.
     pub fn sample(&self, wo: Vec3) -> LobeSample {
         reflected(wo, self.reflectance * self.fresnel.evaluate(wo.z), 1.0)
     }
@@ -27,29 +27,29 @@ impl SpecularReflection {
 /// Refraction through a boundary.
 #[derive(Clone, Copy, Debug)]
 pub struct SpecularTransmission {
-    /// Factor of the refracted light.
+    /// Scale of the refracted light.
     pub transmittance: Rgb,
     /// Refractive index on the normal's side.
     pub eta_a: f32,
-    /// Refractive index on the other side; equal indices pass light straight on.
+    /// Refractive index on the other side; with equal indices light is transmitted straight.
     pub eta_b: f32,
 }
 
 impl SpecularTransmission {
-    /// The refracted direction; `None` under total reflection. Radiance is scaled by the squared
-    /// ratio of indices, as rays that start at the camera see it (§8.2.3).
+    /// Samples the refracted direction; `None` for total internal reflection. Radiance is scaled by the squared ratio
+    /// of indices, as for paths that start at the camera (§8.2.3).
     pub fn sample(&self, wo: Vec3) -> Option<LobeSample> {
         let share = 1.0 - dielectric(wo.z, self.eta_a, self.eta_b);
         refracted(wo, self.transmittance * share, self.eta_a, self.eta_b, 1.0)
     }
 }
 
-/// A smooth dielectric: reflects or refracts, chosen in proportion to the Fresnel reflectance.
+/// A smooth dielectric: reflects or refracts with probability given by the Fresnel reflectance.
 #[derive(Clone, Copy, Debug)]
 pub struct FresnelSpecular {
-    /// Factor of the reflected light.
+    /// Scale of the reflected light.
     pub reflectance: Rgb,
-    /// Factor of the refracted light.
+    /// Scale of the refracted light.
     pub transmittance: Rgb,
     /// Refractive index on the normal's side.
     pub eta_a: f32,
@@ -58,7 +58,7 @@ pub struct FresnelSpecular {
 }
 
 impl FresnelSpecular {
-    /// Reflection where `uc` in [0, 1) is below the Fresnel reflectance, else refraction.
+    /// Samples reflection if `uc` in [0, 1) is below the Fresnel reflectance, otherwise refraction.
     pub fn sample(&self, wo: Vec3, uc: f32) -> Option<LobeSample> {
         let f = dielectric(wo.z, self.eta_a, self.eta_b);
         if uc < f {
@@ -74,7 +74,7 @@ impl FresnelSpecular {
         }
     }
 
-    /// Its reflection alone.
+    /// The reflection alone.
     pub fn reflection(&self) -> SpecularReflection {
         let fresnel = Fresnel::Dielectric {
             eta_i: self.eta_a,
@@ -86,7 +86,7 @@ impl FresnelSpecular {
         }
     }
 
-    /// Its refraction alone.
+    /// The refraction alone.
     pub fn transmission(&self) -> SpecularTransmission {
         SpecularTransmission {
             transmittance: self.transmittance,
@@ -126,10 +126,10 @@ fn refracted(wo: Vec3, factor: Rgb, eta_a: f32, eta_b: f32, pdf: f32) -> Option<
     })
 }
 
-/// The direction that light from `wo` (pointing away, on the side of `n`) goes on in beyond a
-/// boundary whose far index is `eta` times the near one; `None` under total reflection.
+/// The direction in which light from `wo` (pointing away, on the side of `n`) is refracted by a boundary whose far
+/// index is `eta` times the near one (Snell's law); `None` for total internal reflection.
 pub fn refract(wo: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
-    // From the part along the surface, not from 1 − cos²: near the normal that has no digits left.
+    // From the tangential component, not from 1 − cos²: near the normal that has no significant digits left.
     let along = (wo.dot(n) * n - wo) / eta;
     let sin2_t = along.length_squared();
     (sin2_t < 1.0).then(|| along - (1.0 - sin2_t).sqrt() * n)

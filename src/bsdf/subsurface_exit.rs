@@ -1,23 +1,22 @@
-//! The far end of a path under a surface (Pharr, Jakob and Humphreys 2016, §11.4.1 and §15.4.3).
+//! Exit of a subsurface scattering path (Pharr, Jakob and Humphreys 2016, §11.4.1 and §15.4.3).
 
 use super::fresnel::dielectric;
 use super::fresnel_moments::FresnelMoments;
 use crate::math::{Rgb, Vec3};
 use std::f32::consts::PI;
 
-/// Light that enters a medium diffusely through a smooth boundary: what Fresnel's reflectance lets
-/// through, normalized over the hemisphere (equation 11.7), for radiance (times η², which undoes
-/// the 1/η² of the other end).
+/// Light that enters a medium diffusely through a smooth boundary: the Fresnel transmittance, normalized over the
+/// hemisphere (equation 11.7), for radiance (times η², which cancels the 1/η² at the other end).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SubsurfaceExit {
     /// Refractive index relative to the outside.
     eta: f32,
-    /// η² over the integral of the transmittance times the cosine.
+    /// η² over the cosine-weighted integral of the transmittance.
     factor: Rgb,
 }
 
 impl SubsurfaceExit {
-    /// For a medium of relative index `eta`, positive.
+    /// The lobe for a medium of relative index `eta`, positive.
     pub fn new(eta: f32) -> SubsurfaceExit {
         let through = 1.0 - 2.0 * FresnelMoments::outside(f64::from(eta)).first as f32;
         SubsurfaceExit {
@@ -26,12 +25,12 @@ impl SubsurfaceExit {
         }
     }
 
-    /// Multiplies all that is let through by `share`.
+    /// Scales everything that is transmitted by `share`.
     pub fn scale(&mut self, share: Rgb) {
         self.factor *= share;
     }
 
-    /// Value in 1/sr; directions local. There is light from outside only.
+    /// Value in 1/sr; directions are local. Light arrives from outside only.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Rgb::ZERO;

@@ -1,4 +1,4 @@
-//! Statistical tests that every BSDF has to pass, and numeric integrals over directions.
+//! Statistical tests for BSDFs, and numerical integration over directions.
 
 use super::{Bsdf, BsdfSample};
 use crate::math::hash::{mix2, unit_float};
@@ -7,11 +7,11 @@ use crate::surface::{ShadingGeometry, SurfaceHit};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;
 
-/// Chance that a right BSDF fails one chi-squared test. Samples are fixed, so a test that passes
-/// once always does; a few dozen tests together have a chance of 1 in 300 of ever being unlucky.
+/// Probability that a correct BSDF fails one chi-squared test. Samples are fixed, so a test that passes once always
+/// does; a few dozen tests together have a probability of 1 in 300 of ever failing.
 const FALSE_ALARM: f64 = 1e-4;
 
-/// Fewest expected samples in a bin for the chi-squared statistic to follow its distribution.
+/// Minimum expected samples in a bin for the chi-squared statistic to follow its distribution.
 const MIN_EXPECTED: f64 = 5.0;
 
 /// A flat surface at the origin, normal +z, seen from `wo`.
@@ -37,14 +37,14 @@ pub(crate) fn flat_hit(wo: Vec3) -> SurfaceHit {
     }
 }
 
-/// The direction at `degrees` to the normal +z, at azimuth `azimuth` degrees.
+/// The direction at `degrees` from the normal +z, with azimuth `azimuth` in degrees.
 pub(crate) fn direction(degrees: f32, azimuth: f32) -> Vec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let (sin_phi, cos_phi) = azimuth.to_radians().sin_cos();
     Vec3::new(sin * cos_phi, sin * sin_phi, cos)
 }
 
-/// Three independent numbers in [0, 1).
+/// Three independent uniform samples in [0, 1).
 pub(crate) fn random(i: u64) -> (f32, Vec2) {
     (
         unit_float(mix2(i, 1)),
@@ -77,12 +77,12 @@ fn visit_sphere(steps: usize, mut visit: impl FnMut(Vec3, f64)) {
     }
 }
 
-/// Radiance toward `wo` under a white sky of 1 all around, by integrating [`Bsdf::f`] and adding
-/// the specular directions.
+/// Radiance toward `wo` under a uniform sky of radiance 1, by integrating [`Bsdf::f`] and adding the specular
+/// directions.
 pub(crate) fn sky_by_value(bsdf: &Bsdf, wo: Vec3, steps: usize) -> Rgb {
     let mut sum = integrate(steps, |wi| bsdf.f(wo, wi) * wi.z.abs());
     for transmit in [false, true] {
-        // Enough equally spaced numbers to meet each of up to eight lobes in equal shares.
+        // Enough equally spaced samples to choose each of up to eight lobes equally often.
         let picks = 840;
         for i in 0..picks {
             if let Some(s) = bsdf.sample_specular(wo, transmit, (i as f32 + 0.5) / picks as f32) {
@@ -93,12 +93,12 @@ pub(crate) fn sky_by_value(bsdf: &Bsdf, wo: Vec3, steps: usize) -> Rgb {
     sum
 }
 
-/// The same by sampling, as an integrator does: mean of f |cos| / pdf over `n`³ stratified samples.
+/// The same by sampling, as an integrator does: the mean of f |cos| / pdf over `n`³ stratified samples.
 pub(crate) fn sky_by_sampling(bsdf: &Bsdf, wo: Vec3, n: u64) -> Rgb {
     mean_of_samples(bsdf, wo, n, |s| s.f * (s.wi.z.abs() / s.pdf))
 }
 
-/// Mean over `n`³ stratified samples; those that come to nothing count as black.
+/// Mean over `n`³ stratified samples; failed samples count as black.
 fn mean_of_samples(bsdf: &Bsdf, wo: Vec3, n: u64, of: impl Fn(&BsdfSample) -> Rgb) -> Rgb {
     let mut sum = glam::DVec3::ZERO;
     for i in 0..n * n * n {
@@ -113,11 +113,10 @@ fn mean_of_samples(bsdf: &Bsdf, wo: Vec3, n: u64, of: impl Fn(&BsdfSample) -> Rg
     (sum / (n * n * n) as f64).as_vec3()
 }
 
-/// Checks by Pearson's chi-squared test that [`Bsdf::sample`] draws non-specular directions with
-/// the density [`Bsdf::pdf`] says, on a grid of directions; samples that come to nothing are one
-/// more bin.
+/// Checks by Pearson's chi-squared test that [`Bsdf::sample`] samples non-specular directions with the density of
+/// [`Bsdf::pdf`], on a grid of directions; failed samples are one more bin.
 pub(crate) fn check_sampling(name: &str, bsdf: &Bsdf, wo: Vec3) {
-    // Bins in angle to z and azimuth; each bin's expectation by a midpoint rule of 12 × 12 points.
+    // Bins in angle to z and azimuth; each bin's expectation is computed by a midpoint rule of 12 × 12 points.
     let (rows, columns, fine) = (24, 48, 12);
     let samples = 200_000u64;
     let mut observed = vec![0.0f64; rows * columns + 1];
@@ -132,8 +131,8 @@ pub(crate) fn check_sampling(name: &str, bsdf: &Bsdf, wo: Vec3) {
         let sample = bsdf.sample(wo, uc, u).filter(|s| !s.specular);
         if let Some(s) = sample {
             let said = bsdf.pdf(wo, s.wi);
-            // The same formula on directions that went through the frame and back; peaked lobes
-            // magnify the rounding by at most the lobe's inverse width.
+            // The same formula on directions transformed to the frame and back; narrow lobes magnify the rounding by at
+            // most the inverse of their width.
             assert!(
                 (said - s.pdf).abs() <= 1e-2 * s.pdf,
                 "{name}: pdf {said} at a sample of pdf {}",
@@ -162,7 +161,7 @@ pub(crate) fn check_sampling(name: &str, bsdf: &Bsdf, wo: Vec3) {
     );
 }
 
-/// The statistic and its degrees of freedom, with bins of small expectation taken together.
+/// The statistic and its degrees of freedom, with bins of small expectation merged.
 fn pearson(observed: &[f64], expected: &[f64]) -> (f64, f64) {
     let (mut statistic, mut bins) = (0.0, 0);
     let (mut pooled_observed, mut pooled_expected) = (0.0, 0.0);
@@ -181,7 +180,7 @@ fn pearson(observed: &[f64], expected: &[f64]) -> (f64, f64) {
     if pooled_expected >= MIN_EXPECTED {
         term(pooled_observed, pooled_expected);
     } else {
-        // Too few to judge by the statistic, but not more than Poisson's law lets through.
+        // Too few for the statistic, but no more than the Poisson distribution allows.
         assert!(
             pooled_observed <= pooled_expected + 25.0,
             "{pooled_observed} samples where {pooled_expected:.2} belong"
@@ -190,8 +189,8 @@ fn pearson(observed: &[f64], expected: &[f64]) -> (f64, f64) {
     (statistic, (bins - 1).max(1) as f64)
 }
 
-/// Checks f(wo, wi)/η_o² = f(wi, wo)/η_i² between all directions (Veach 1997, equation 5.14), with
-/// the index 1 above the surface and `eta` below.
+/// Checks reciprocity, f(wo, wi)/η_o² = f(wi, wo)/η_i², between all directions (Veach 1997, equation 5.14), with the
+/// index 1 above the surface and `eta` below.
 pub(crate) fn check_reciprocity(name: &str, bsdf: &Bsdf, eta: f32) {
     let scaled = |wo: Vec3, wi: Vec3| {
         let index = if wo.z > 0.0 { 1.0 } else { eta };
@@ -222,8 +221,8 @@ pub(crate) fn check_reciprocity(name: &str, bsdf: &Bsdf, eta: f32) {
     assert!(lit > 100, "{name}: only {lit} pairs see one another");
 }
 
-/// Share of the light from `wo` that is scattered at all: the mean of f |cos| η² / pdf over `n`³
-/// stratified samples, where η² undoes the radiance's change with the medium.
+/// Albedo for light from `wo`: the mean of f |cos| η² / pdf over `n`³ stratified samples, where η² undoes the scaling
+/// of radiance between media.
 pub(crate) fn albedo(bsdf: &Bsdf, wo: Vec3, n: u64) -> f32 {
     mean_of_samples(bsdf, wo, n, |s| {
         s.f * (s.wi.z.abs() * s.eta * s.eta / s.pdf)

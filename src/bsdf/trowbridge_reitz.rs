@@ -5,23 +5,23 @@ use crate::math::float::clamp_nan_low;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
-/// Smallest width: narrower lobes lose all precision in single precision.
+/// Minimum width: narrower lobes exceed single precision.
 const MIN_ALPHA: f32 = 0.001;
 
-/// Largest width: far beyond all use, and its powers are finite.
+/// Maximum width: far beyond practical use, and its powers are finite.
 const MAX_ALPHA: f32 = 1e6;
 
-/// Widths of the distribution of slopes along the frame's s and t.
+/// Widths α of the distribution of slopes along the frame's s and t (x and y).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrowbridgeReitz {
     alpha_x: f32,
     alpha_y: f32,
-    /// Is a facet seen from one direction whether or not it is seen from the other?
+    /// Uncorrelated Smith masking: G1(wo)·G1(wi).
     separable: bool,
 }
 
 impl TrowbridgeReitz {
-    /// Widths below 0.001, and those that are no numbers, are raised to it.
+    /// Widths below 0.001, and NaN, are raised to it.
     pub fn new(alpha_x: f32, alpha_y: f32) -> TrowbridgeReitz {
         TrowbridgeReitz {
             alpha_x: clamp_nan_low(alpha_x, MIN_ALPHA, MAX_ALPHA),
@@ -30,8 +30,7 @@ impl TrowbridgeReitz {
         }
     }
 
-    /// The same facets with masking and shadowing independent of one another, as Disney's model has
-    /// them.
+    /// The same distribution with uncorrelated masking and shadowing, as in the Disney model.
     pub fn separable(self) -> TrowbridgeReitz {
         TrowbridgeReitz {
             separable: true,
@@ -39,26 +38,27 @@ impl TrowbridgeReitz {
         }
     }
 
-    /// Area of facets facing `h`, per area of surface and solid angle: equation 8.10, written
-    /// without the tangent so that narrow lobes keep their precision near the pole.
+    /// Differential area of facets with normal `h`, per area of surface and solid angle: equation 8.10, written without
+    /// the tangent so that narrow lobes keep their precision near the pole.
     pub fn d(&self, h: Vec3) -> f32 {
         let (x, y) = (h.x / self.alpha_x, h.y / self.alpha_y);
         let e = x * x + y * y + h.z * h.z;
         1.0 / (PI * self.alpha_x * self.alpha_y * e * e)
     }
 
-    /// Hidden over visible facet area seen from `w` (§8.4.3); infinite along the surface.
+    /// Smith's Λ: the ratio of masked to visible facet area seen from `w` (§8.4.3); infinite at grazing directions.
     pub fn lambda(&self, w: Vec3) -> f32 {
         let (x, y) = (w.x * self.alpha_x, w.y * self.alpha_y);
         0.5 * ((1.0 + (x * x + y * y) / (w.z * w.z)).sqrt() - 1.0)
     }
 
-    /// Share of facets visible from `w`.
+    /// Smith masking G1: the fraction of facets visible from `w`.
     pub fn g1(&self, w: Vec3) -> f32 {
         1.0 / (1.0 + self.lambda(w))
     }
 
-    /// Share of facets visible from both, correlated by height (§8.4.3) or independent.
+    /// Smith masking-shadowing G: the fraction of facets visible from both directions, height-correlated (§8.4.3) or
+    /// uncorrelated.
     pub fn g(&self, wo: Vec3, wi: Vec3) -> f32 {
         if self.separable {
             return self.g1(wo) * self.g1(wi);
@@ -78,8 +78,8 @@ impl TrowbridgeReitz {
         (g, g1)
     }
 
-    /// A facet normal (z ≥ 0 where `wo` is above the surface) drawn from those visible from `wo`
-    /// (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4), 2018).
+    /// Samples a facet normal (z ≥ 0 if `wo` is above the surface) from those visible from `wo` (Heitz, "Sampling the
+    /// GGX Distribution of Visible Normals", JCGT 7(4), 2018).
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let side = 1.0f32.copysign(wo.z);
         let wo = wo * side;

@@ -43,8 +43,8 @@ fn lambert(mu_i: f64, mu_o: f64, _: f64) -> [f64; 3] {
     }
 }
 
-/// Light scattered about the mirrored direction (or straight on, where `through`) by
-/// Henyey–Greenstein's function with mean cosine 0.5: smooth, and not constant in azimuth.
+/// A Henyey–Greenstein lobe with mean cosine 0.5 about the mirror direction (or, if `through`, the forward direction):
+/// smooth, and not constant in azimuth.
 fn glossy(through: bool) -> impl Fn(f64, f64, f64) -> [f64; 3] {
     move |mu_i, mu_o, phi| {
         if (mu_i * mu_o > 0.0) != through {
@@ -57,8 +57,8 @@ fn glossy(through: bool) -> impl Fn(f64, f64, f64) -> [f64; 3] {
     }
 }
 
-/// Checks that the table's lobe is the formula away from grazing angles, where a spline cannot follow
-/// the step from one side to the other.
+/// Checks that the table's lobe matches the formula away from grazing angles, where a spline cannot follow the step
+/// from one side to the other.
 fn check_against(
     name: &str,
     table: &FourierTable,
@@ -76,7 +76,7 @@ fn check_against(
         let exact =
             value(f64::from(-wi.z), f64::from(wo.z), cos_phi.acos()).map(|v| (v / PI) as f32);
         let exact = match table.file.channels {
-            // Luminance, as the generator weighs it.
+            // Luminance, with the generator's weights.
             1 => Rgb::splat((exact[1] + 0.100913 * exact[2] + 0.297375 * exact[0]) / 1.39829),
             _ => Rgb::from_array(exact),
         };
@@ -99,16 +99,16 @@ fn check_against(
 #[test]
 fn a_table_is_the_formula_it_was_made_from() {
     for channels in [1, 3] {
-        // Linear in |μi| on either side: nothing is lost but at the step between the sides, whose
-        // traces at 80° are below a thousandth.
+        // Linear in |μi| on either side: nothing is lost except at the step between the sides, whose effect at 80° is
+        // below a thousandth.
         let flat = tabulated(channels, 24, 1, 1.0, &lambert);
         check_against("Lambert", &flat, &lambert, 1e-3);
         for (through, eta) in [(false, 1.5), (true, 1.5)] {
             let value = glossy(through);
             let table = tabulated(channels, 48, 32, eta, &value);
-            // Odd coefficients go with sin θ = √(1 − μ²), which no spline follows at the pole: in the
-            // last interval, from sin θ = 0.1 to 0, it is up to 0.024 off, and the slope with sin θ
-            // of these lobes is up to 0.6. That is where a hundredth of the pairs are.
+            // Odd coefficients are proportional to sin θ = √(1 − μ²), which no spline follows at the pole: in the last
+            // interval, from sin θ = 0.1 to 0, the error is up to 0.024, and the slope of these lobes with sin θ is up
+            // to 0.6. A hundredth of the pairs lie there.
             check_against("glossy", &table, &value, 2e-2);
         }
     }
@@ -131,8 +131,8 @@ fn samples_follow_the_density() {
     );
 }
 
-/// Seen along the surface, where the tables hold the cosine 0 twice: directions are drawn from
-/// either side of it and never from between.
+/// At grazing angles, where the tables hold the cosine 0 twice, directions are sampled on either side of it and never
+/// in between.
 #[test]
 fn samples_at_grazing_angles_follow_the_density() {
     for through in [false, true] {
@@ -140,7 +140,7 @@ fn samples_at_grazing_angles_follow_the_density() {
         let table = tabulated(3, 24, 16, 1.3, &value);
         let zeros = |t: &FourierTable| t.file.cosines.iter().filter(|&&mu| mu == 0.0).count();
         assert_eq!(zeros(&table), 2);
-        // Within the first interval on either side. (Seen along the surface itself it is black.)
+        // Within the first interval on either side. (Exactly along the surface it is black.)
         for z in [1e-2, 1e-7, -1e-4] {
             let wo = Vec3::new(1.0, 0.0, z).normalize();
             check_sampling(&format!("through {through}, cosine {z}"), &bsdf(&table), wo);
@@ -169,7 +169,7 @@ fn a_lambertian_table_reflects_its_albedo() {
     let table = tabulated(3, 32, 1, 1.0, &lambert);
     for degrees in [0.0, 40.0, 70.0, 160.0] {
         let shown = sky_by_value(&bsdf(&table), direction(degrees, 0.0), 200);
-        // Traces of the step between the sides.
+        // The effect of the step between the sides.
         let error = (shown - Rgb::new(0.2, 0.5, 0.8)).abs().max_element();
         assert!(error < 2e-3, "{degrees}°: {shown}");
     }
@@ -186,7 +186,7 @@ fn symmetric_tables_are_reciprocal() {
             direction(a * 75.0, u.x * 360.0),
             direction(b * 75.0, u.y * 360.0),
         );
-        // The table holds f |μi|, which is not symmetric: it is so up to the splines' error.
+        // The table holds f |μi|, which is not symmetric: reciprocity holds up to the splines' error.
         assert!((exact.f(wo, wi) - exact.f(wi, wo)).abs().max_element() < 5e-3);
     }
 }
@@ -205,7 +205,7 @@ fn azimuths_follow_series_of_any_length() {
                 }
             })
             .collect();
-        // In two halves, as a mixture of tables is.
+        // In two halves, like an interpolated series.
         let terms: Terms = [(0.25, &series[..]), (0.75, &series[..])]
             .into_iter()
             .collect();
@@ -237,7 +237,7 @@ fn nothing_comes_of_empty_and_negative_tables() {
     assert_eq!(bsdf(&negative).f(wo, wo), Rgb::ZERO);
 }
 
-/// Whatever the table holds, wild directions neither panic nor give densities that are none.
+/// Extreme directions neither panic nor yield invalid densities, whatever the table holds.
 pub(crate) fn do_no_harm(table: &FourierTable) {
     let lobe = FourierLobe::new(table);
     let grazing = Vec3::new(1.0, 0.0, 1e-7);

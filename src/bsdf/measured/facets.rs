@@ -1,4 +1,4 @@
-//! A distribution of facet normals in place of a measured BRDF, to draw directions by.
+//! Distribution of facet normals that approximates a measured BRDF, for importance sampling.
 
 use super::half_angle::{bin, half_angle};
 use crate::math::color::luminance;
@@ -8,15 +8,15 @@ use crate::math::{Rgb, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
 /// Normals whose density over their angle θh to the surface's normal is cos θh times a constant in each bin. Bins are
-/// equal in √θh, as those of MERL tables: narrow where highlights are.
+/// equal in √θh, like those of MERL tables: narrow around highlights.
 #[derive(Clone, PartialEq)]
 pub(super) struct Facets {
-    /// Of the bins.
+    /// Probabilities of the bins.
     bins: Distribution1D,
 }
 
 impl Facets {
-    /// As if the BRDF `f` were a distribution of facets and nothing else: its mean over difference angles is taken.
+    /// Treats the BRDF `f` as if it were purely a distribution of facets, averaging over difference angles.
     pub fn new(bins: usize, f: impl Fn(Vec3, Vec3) -> Rgb) -> Facets {
         let share = |i: usize| {
             let (low, high) = (squared_sine(i, bins), squared_sine(i + 1, bins));
@@ -28,7 +28,7 @@ impl Facets {
         }
     }
 
-    /// A normal above the surface.
+    /// Samples a normal above the surface.
     pub fn sample(&self, u: Vec2) -> Vec3 {
         let (i, _, inside) = self.bins.sample_discrete(u.x);
         let low = squared_sine(i, self.bins.len());
@@ -39,7 +39,7 @@ impl Facets {
         across.extend((1.0 - squared_sine).max(0.0).sqrt())
     }
 
-    /// Density per solid angle of the direction that `wo` is reflected to; both on the same side.
+    /// Density per solid angle of the direction to which `wo` is reflected; both are on the same side.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let h = wo + wi;
         let count = self.bins.len();
@@ -58,7 +58,7 @@ fn squared_sine(i: usize, bins: usize) -> f32 {
     (FRAC_PI_2 * root * root).sin().powi(2)
 }
 
-/// Mean luminance over pairs of directions above the surface with this half angle; 0 where there are none.
+/// Mean luminance over pairs of directions above the surface with this half angle; 0 if there are none.
 fn mean(theta_h: f32, f: &impl Fn(Vec3, Vec3) -> Rgb) -> f32 {
     const DIFFERENCES: usize = 8;
     const AZIMUTHS: usize = 4;

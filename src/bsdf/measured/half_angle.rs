@@ -5,17 +5,17 @@ use crate::math::color::is_black;
 use crate::math::{Rgb, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
-/// A table with equal steps in √θh, θd and φd. The nearest entry counts, as in pbrt-v2: between the last entries that
-/// were measured and the black ones of directions below the surface there is nothing to interpolate.
+/// A table with equal steps in √θh, θd and φd. The nearest entry is used, as in pbrt-v2: between the last measured
+/// entries and the black ones of directions below the surface there is nothing to interpolate.
 #[derive(Clone, PartialEq)]
 pub(super) struct HalfAngleTable(MerlFile);
 
-/// Angles in radians: of the half vector to the normal, and in its frame of the light's direction to it, and around it
-/// from the plane that holds the normal.
+/// Angles in radians: between half vector and normal, and, in the frame of the half vector, of the light's direction to
+/// it, and around it from the plane that contains the normal.
 struct Angles {
     theta_h: f32,
     theta_d: f32,
-    /// From 0 to π: light that goes back the same way has the azimuth plus π, and the same value.
+    /// From 0 to π: by reciprocity, swapping the directions adds π and leaves the value unchanged.
     phi_d: f32,
 }
 
@@ -24,7 +24,7 @@ impl HalfAngleTable {
         HalfAngleTable(file)
     }
 
-    /// How many θh, θd and φd there are.
+    /// Numbers of θh, θd and φd.
     pub fn counts(&self) -> [usize; 3] {
         self.0.counts
     }
@@ -33,7 +33,7 @@ impl HalfAngleTable {
         self.0.values.iter().all(|value| is_black(*value))
     }
 
-    /// The BRDF, in 1/sr. Below the surface it is the same as above.
+    /// The BRDF, in 1/sr. The same below the surface as above.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let Some(angles) = Angles::new(wo, wi) else {
             return Rgb::ZERO;
@@ -47,26 +47,26 @@ impl HalfAngleTable {
     }
 }
 
-/// The bin of `count` that a fraction of the range falls in.
+/// The bin, of `count`, for a fraction of the range.
 pub(super) fn bin(fraction: f32, count: usize) -> usize {
     ((fraction * count as f32) as usize).min(count - 1)
 }
 
-/// Angle between the normal, or the one below, and `h`, of any length. Arccosines, which pbrt-v2 takes, cannot tell the
+/// Angle between the normal, or its opposite, and `h`, of any length. The arccosine that pbrt-v2 uses cannot tell the
 /// first angles of MERL tables apart in single precision.
 pub(super) fn half_angle(h: Vec3) -> f32 {
     h.truncate().length().atan2(h.z.abs())
 }
 
 impl Angles {
-    /// `None` for opposite directions. Exchanging them changes no bit.
+    /// `None` for opposite directions. Swapping the directions does not change a bit.
     fn new(wo: Vec3, wi: Vec3) -> Option<Angles> {
         let (sum, difference) = (wo + wi, wi - wo);
         let length = sum.length();
         if length.is_nan() || length <= 0.0 {
             return None;
         }
-        // Below the surface all is turned about; the difference would be too, but φd does not notice.
+        // Below the surface everything is flipped; the difference would be too, but φd does not depend on its sign.
         let h = if sum.z < 0.0 { -sum } else { sum } / length;
         let around = h.truncate().try_normalize().unwrap_or(Vec2::X);
         let sine = h.truncate().length();

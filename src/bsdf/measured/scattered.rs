@@ -1,6 +1,6 @@
-//! BRDFs known at arbitrary pairs of directions, interpolated as pbrt-v2 does (Pharr and Humphreys 2010, §8.6.1): pairs are
-//! points in space, placed as Marschner et al. 1999 ("Image-Based BRDF Measurement Including Human Skin") do, and the
-//! measured ones around the wanted one are averaged.
+//! BRDFs known at scattered pairs of directions, interpolated as pbrt-v2 does (Pharr and Humphreys 2010, §8.6.1): pairs
+//! are mapped to points in space as by Marschner et al. 1999 ("Image-Based BRDF Measurement Including Human Skin"), and
+//! the measured ones around a query point are averaged.
 
 use crate::assets::brdf_file::BrdfFile;
 use crate::math::color::is_black;
@@ -9,17 +9,17 @@ use crate::math::{Rgb, Vec3};
 use glam::DVec3;
 use std::f32::consts::FRAC_1_PI;
 
-/// Square of the radius first searched.
+/// Square of the initial search radius.
 const FIRST: f32 = 0.001;
 
-/// Doublings of it after which all points are within: no two are farther apart than √6.
+/// Number of doublings after which all points are within: no two are farther apart than √6.
 const DOUBLINGS: i32 = 13;
 
-/// Square of the radius beyond which one measured pair is enough, and three are wanted within.
+/// Square of the radius beyond which one measured pair is enough; within it, three are required.
 const ENOUGH: f32 = 1.5;
 
-/// The measured pairs as a k-d tree (Bentley 1975): the middle one of a range divides it in two along an axis, and the axes
-/// take turns. A search allocates nothing and takes any number of equal points, which those of the usual crates do not.
+/// The measured pairs as a k-d tree (Bentley 1975): the median of a range splits it along an axis, and axes alternate.
+/// A search does not allocate and handles any number of equal points, unlike the usual crates.
 #[derive(Clone, PartialEq)]
 pub(super) struct Scattered {
     points: Vec<MeasuredSample>,
@@ -33,12 +33,12 @@ struct MeasuredSample {
     value: Rgb,
 }
 
-/// What a search has found.
+/// The result of a search.
 #[derive(Default)]
 struct Found {
     count: usize,
     weights: f64,
-    /// Weighted.
+    /// Weighted sum of values.
     sum: DVec3,
 }
 
@@ -68,7 +68,7 @@ impl Scattered {
         self.points.iter().all(black)
     }
 
-    /// The BRDF, in 1/sr. Below the surface it is the same as above.
+    /// The BRDF, in 1/sr. The same below the surface as above.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let at = place(wo, wi);
         for doubling in 0..=DOUBLINGS {
@@ -79,12 +79,12 @@ impl Scattered {
                 return (found.sum / found.weights).as_vec3().max(Rgb::ZERO);
             }
         }
-        // Of a direction that is no number.
+        // For NaN directions.
         Rgb::ZERO
     }
 }
 
-/// What a value of 1 at each wavelength, and 0 at the others, adds to a color: the conversion is linear.
+/// The color of a value of 1 at each wavelength and 0 at the others: the conversion is linear.
 fn channel_weights(wavelengths: &[f64]) -> Vec<DVec3> {
     let mut order: Vec<usize> = (0..wavelengths.len()).collect();
     order.sort_by(|&a, &b| wavelengths[a].total_cmp(&wavelengths[b]));
@@ -103,14 +103,15 @@ fn direction(theta: f64, phi: f64) -> Vec3 {
     DVec3::new(sin * cos_phi, sin * sin_phi, cos).as_vec3()
 }
 
-/// sin θi sin θo, the difference of azimuths over π (0 to 1), cos θi cos θo. Exchanging the directions changes no bit.
+/// sin θi sin θo, the difference of azimuths over π (0 to 1), cos θi cos θo. Swapping the directions does not change a
+/// bit.
 fn place(wo: Vec3, wi: Vec3) -> Vec3 {
     let (o, i) = (wo.truncate(), wi.truncate());
     let between = o.perp_dot(i).abs().atan2(o.dot(i));
     Vec3::new(o.length() * i.length(), between * FRAC_1_PI, wo.z * wi.z)
 }
 
-/// Makes a tree whose root divides along `axis`.
+/// Builds a tree whose root splits along `axis`.
 fn arrange(points: &mut [MeasuredSample], axis: usize) {
     if points.len() > 1 {
         let middle = points.len() / 2;
@@ -130,7 +131,7 @@ fn visit(points: &[MeasuredSample], axis: usize, at: Vec3, within: f32, found: &
     };
     let squared = point.at.distance_squared(at);
     if squared < within {
-        // exp(-100 d²), times what keeps it from underflow where all points are far; shares stay the same.
+        // exp(-100 d²), scaled against underflow when all points are far; the ratios stay the same.
         let weight = f64::from(100.0 * (within - squared)).exp();
         found.count += 1;
         found.weights += weight;

@@ -8,15 +8,15 @@ use crate::math::spectrum::rgb_from_samples;
 use glam::{DQuat, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// What rounding to single precision leaves.
+/// Rounding error of single precision.
 const ROUNDING: f32 = 1e-5;
 
-/// A diffuse surface under a broad highlight around the half vector: reciprocal, and keeps less than all light.
+/// A diffuse surface with a broad highlight around the half vector: reciprocal and energy-conserving.
 fn glossy(theta_h: f64) -> f64 {
     0.4 / PI + 0.1 * theta_h.cos().max(0.0).powi(16)
 }
 
-/// The table of [`glossy`] with so many half angles, difference angles and azimuths.
+/// The table of [`glossy`] with these numbers of half angles, difference angles and azimuths.
 pub(crate) fn glossy_table(counts: [usize; 3]) -> MeasuredTable {
     table(counts, &|h, _, _| [glossy(h); 3])
 }
@@ -26,7 +26,7 @@ fn table(counts: [usize; 3], value: &dyn Fn(f64, f64, f64) -> [f64; 3]) -> Measu
     MeasuredTable::from_merl(file)
 }
 
-/// [`glossy`] at pairs of so many angles, in steps of azimuth.
+/// [`glossy`] at pairs of `thetas` angles, in `phis` steps of azimuth.
 pub(crate) fn glossy_list(thetas: usize, phis: usize) -> MeasuredTable {
     let text = list::encode(&[550.0], &pairs(thetas, phis), &|angles| {
         let (wo, wi) = directions(angles);
@@ -41,7 +41,7 @@ fn scattered(text: &str) -> MeasuredTable {
     MeasuredTable::from_brdf(&BrdfFile::parse(text.as_bytes()).expect("a good file"))
 }
 
-/// The direction to the viewer and that to the light.
+/// The directions to the viewer and to the light.
 fn directions([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> (DVec3, DVec3) {
     let at = |theta: f64, phi: f64| {
         DVec3::new(
@@ -62,7 +62,7 @@ fn pair(i: u64) -> (Vec3, Vec3) {
     )
 }
 
-/// No number comes out that is none, whatever the table.
+/// All results are valid numbers, whatever the table.
 pub(crate) fn do_no_harm(table: &MeasuredTable) {
     let lobe = MeasuredLobe::new(table);
     for i in 0..20 {
@@ -77,7 +77,7 @@ pub(crate) fn do_no_harm(table: &MeasuredTable) {
     }
 }
 
-/// Half and difference angles by the two turns of Rusinkiewicz's paper.
+/// Half and difference angles by the two rotations of Rusinkiewicz's paper.
 fn turned(wo: Vec3, wi: Vec3) -> [f64; 3] {
     let (wo, wi) = (wo.as_dvec3().normalize(), wi.as_dvec3().normalize());
     let h = (wo + wi).normalize();
@@ -89,7 +89,7 @@ fn turned(wo: Vec3, wi: Vec3) -> [f64; 3] {
 #[test]
 fn each_pair_of_directions_finds_its_cell() {
     let counts = [18, 10, 12];
-    // A color that says which cell it is.
+    // A color that identifies the cell.
     let value = |h: f64, d: f64, phi: f64| [0.1 + h, 0.1 + d, 0.1 + phi];
     let table = table(counts, &value);
     let lobe = MeasuredLobe::new(&table);
@@ -102,7 +102,7 @@ fn each_pair_of_directions_finds_its_cell() {
             d / FRAC_PI_2 * 10.0,
             phi / PI * 12.0,
         ];
-        // Next to the side of a cell, rounding decides.
+        // Near the boundary of a cell, rounding decides.
         if at.iter().any(|x| (x - x.round()).abs() < 1e-3) {
             continue;
         }
@@ -124,8 +124,8 @@ fn each_pair_of_directions_finds_its_cell() {
     assert!(checked > 4900, "{checked}");
 }
 
-/// The innermost cells of the database are 0.011°, 0.033°, 0.056° … wide: half angles of directions that are given in
-/// single precision are told apart.
+/// The innermost cells of the database are 0.011°, 0.033°, 0.056° … wide: half angles of single-precision directions
+/// can be told apart.
 #[test]
 fn the_narrowest_cells_are_told_apart() {
     let table = table([90, 2, 2], &|h, _, _| [h * 1000.0; 3]);
@@ -145,7 +145,7 @@ fn a_fine_table_is_its_formula() {
         let (wo, wi) = pair(i);
         let expected = glossy(turned(wo, wi)[0]);
         let f = f64::from(MeasuredLobe::new(&table).f(wo, wi).x);
-        // Half a cell is up to 0.0174 of θh, and the highlight falls by up to 0.246 a radian.
+        // Half a cell is up to 0.0174 of θh, and the highlight falls by up to 0.246 per radian.
         assert!((f - expected).abs() < 0.0174 * 0.25, "{f} {expected}");
     }
 }
@@ -176,7 +176,7 @@ fn equal_samples_are_that_value_everywhere() {
     );
 }
 
-/// pbrt-v2's search, written down again without a tree and in double precision.
+/// pbrt-v2's search, reimplemented without a tree and in double precision.
 #[test]
 fn samples_around_are_weighted_as_by_pbrt_v2() {
     let value = |[ti, pi, to, po]: [f64; 4]| vec![0.2 + 0.1 * (ti * to).sin() + 0.05 * (pi - po)];
@@ -201,7 +201,7 @@ fn samples_around_are_weighted_as_by_pbrt_v2() {
             while !enough(within) && within <= 1.5 {
                 within *= 2.0;
             }
-            // Next to the rim of the ball that is searched, rounding decides.
+            // Near the boundary of the search radius, rounding decides.
             if distances
                 .iter()
                 .any(|d| (d / within - 1.0).abs() < 1e-4 || (2.0 * d / within - 1.0).abs() < 1e-4)
@@ -231,14 +231,14 @@ fn many_samples_are_their_formula() {
         let (wo, wi) = pair(i);
         let expected = glossy(turned(wo, wi)[0]) as f32 * scale.x;
         let f = MeasuredLobe::new(&table).f(wo, wi).x;
-        // Cosines and sines within the first radius of 0.03 are of half angles within 0.12, where the highlight has fallen by a
-        // quarter of its 0.1.
+        // Cosines and sines within the first radius of 0.03 belong to half angles within 0.12, over which the highlight
+        // falls by a quarter of its 0.1.
         assert!((f - expected).abs() < 0.025, "{wo} {wi}: {f} {expected}");
     }
 }
 
-/// A highlight of 5° is found as well as it can be where f cos / pdf hardly changes: its variance is a small part of that
-/// of cosine-distributed directions, which pbrt-v2 draws.
+/// A highlight of 5° is sampled nearly as well as possible when f cos / pdf is almost constant: its variance is a small
+/// fraction of that of cosine-distributed directions, which pbrt-v2 samples.
 #[test]
 fn highlights_are_sampled_by_their_half_angle() {
     let table = table([90, 4, 4], &|h, _, _| [0.05 + 20.0 * h.cos().powi(700); 3]);
