@@ -1,33 +1,32 @@
-//! Photon beam diffusion (Habel, Christensen and Jarosz 2013; Pharr, Jakob and Humphreys 2016,
-//! §15.5): the light that leaves a flat, infinitely deep medium at a distance from where a
-//! perpendicular pencil of light enters it, per unit area and of unit entering flux.
+//! Photon beam diffusion (Habel, Christensen and Jarosz 2013; Pharr, Jakob and Humphreys 2016, §15.5): the radiant
+//! exitance of a flat, semi-infinite medium at a distance from the entry point of a perpendicular pencil beam, per unit
+//! area and unit incident flux.
 //!
-//! Light scattered many times is that of dipoles along the refracted beam, in Grosjean's
-//! non-classical diffusion; light scattered once is integrated along the beam exactly.
-//! Lengths are in mean free paths, so the extinction is 1 and the albedo is all that counts.
+//! Multiple scattering is modeled by dipoles along the refracted beam, with Grosjean's non-classical diffusion; single
+//! scattering is integrated along the beam exactly. Lengths are in mean free paths, so extinction is 1 and only the
+//! albedo matters.
 
 use crate::bsdf::fresnel::dielectric;
 use crate::bsdf::fresnel_moments::FresnelMoments;
 use std::f64::consts::PI;
 
-/// Points along the beam, equally probable under exponential decay. The number is pbrt-v3's: near
-/// the entry the sum depends on it, so that another one would give other images.
+/// Number of points along the beam, equally probable under exponential attenuation. The number is pbrt-v3's: near the
+/// entry point the sum depends on it, so that another one would change images.
 const DEPTHS: usize = 100;
 
-/// Half-spaces of one boundary and one phase function, whatever their albedo: scattering over
-/// extinction, 0…1.
+/// Half-spaces of one boundary and one phase function, whatever their albedo (scattering over extinction, 0…1).
 #[derive(Clone, Debug)]
 pub struct BeamDiffusion {
     g: f64,
     eta: f64,
     moments: FresnelMoments,
-    /// In mean free paths.
+    /// Depths along the beam, in mean free paths.
     depths: [f64; DEPTHS],
 }
 
 impl BeamDiffusion {
-    /// For a mean cosine of scattering `g` in -1…1 (Henyey–Greenstein) and a refractive index `eta`,
-    /// positive, relative to the outside.
+    /// A medium with mean scattering cosine `g` in -1…1 (Henyey–Greenstein) and refractive index `eta`, positive,
+    /// relative to the outside.
     pub fn new(g: f64, eta: f64) -> BeamDiffusion {
         BeamDiffusion {
             g,
@@ -44,7 +43,7 @@ impl BeamDiffusion {
         if e.is_finite() { e.max(0.0) } else { 0.0 }
     }
 
-    /// Light scattered several times (equations 15.24–15.32).
+    /// Multiple scattering (equations 15.24–15.32).
     fn multiple(&self, albedo: f64, r: f64) -> f64 {
         let scattering = albedo * (1.0 - self.g);
         let absorption = 1.0 - albedo;
@@ -56,14 +55,14 @@ impl BeamDiffusion {
         let diffusion = (2.0 * absorption + scattering) / (3.0 * extinction * extinction);
         let transport = (absorption / diffusion).sqrt();
         let FresnelMoments { first, second } = self.moments;
-        // Where the fluence, continued linearly, vanishes outside.
+        // Where the linearly extrapolated fluence vanishes outside.
         let vanishing = -2.0 * diffusion * (1.0 + 3.0 * second) / (1.0 - 2.0 * first);
         let from_fluence = 0.25 * (1.0 - 2.0 * first) / diffusion;
         let from_flux = 0.5 * (1.0 - 3.0 * second);
         let mut sum = 0.0;
         for depth in self.depths {
             let real = depth / extinction;
-            // Fluence (but for the factor 1/D) and flux of a source of unit power, times 4π.
+            // Fluence (except for the factor 1/D) and flux of a source of unit power, times 4π.
             let source = |z: f64| {
                 let d = (r * r + z * z).sqrt();
                 let fluence = (-transport * d).exp() / d;
@@ -73,16 +72,16 @@ impl BeamDiffusion {
             let (_, mirrored_fluence, mirrored_flux) = source(2.0 * vanishing - real);
             let exitance =
                 (fluence - mirrored_fluence) * from_fluence + (flux - mirrored_flux) * from_flux;
-            // Diffusion is too bright close to the beam: the empirical correction of the paper.
+            // Diffusion overestimates close to the beam: the paper's empirical correction.
             let correction = 1.0 - (-2.0 * extinction * (d + real)).exp();
             sum += correction * exitance;
         }
         reduced * reduced * sum / (4.0 * PI * DEPTHS as f64)
     }
 
-    /// Light scattered once at distance `r`, in mean free paths, over the albedo (equation 15.34).
+    /// Single scattering at distance `r`, in mean free paths, over the albedo (equation 15.34).
     pub fn single(&self, r: f64) -> f64 {
-        // Nearer to the surface than this the light meets it beyond the critical angle.
+        // From points nearer to the surface, light hits it beyond the critical angle.
         let least = r * (self.eta * self.eta - 1.0).max(0.0).sqrt();
         let mut sum = 0.0;
         for depth in self.depths {
@@ -97,8 +96,8 @@ impl BeamDiffusion {
     }
 }
 
-/// The phase function where `cos` is the cosine between both directions pointing away from the
-/// point, as pbrt has it: `g` > 0 scatters forward, to `cos` < 0.
+/// The Henyey–Greenstein phase function, where `cos` is the cosine between directions that both point away from the
+/// point, as in pbrt: `g` > 0 scatters forward, to `cos` < 0.
 fn henyey_greenstein(cos: f64, g: f64) -> f64 {
     let denominator = 1.0 + g * g + 2.0 * g * cos;
     (1.0 - g * g) / (4.0 * PI * denominator * denominator.max(0.0).sqrt())
@@ -112,7 +111,7 @@ mod tests {
         medium.exitance(albedo, r, medium.single(r))
     }
 
-    /// 2π ∫ E r dr, in the logarithm of r.
+    /// 2π ∫ E r dr, integrated over the logarithm of r.
     fn reflected(medium: &BeamDiffusion, albedo: f64) -> f64 {
         let (from, to, n) = (1e-5f64.ln(), 300f64.ln(), 2000);
         let width = (to - from) / f64::from(n);
@@ -143,8 +142,8 @@ mod tests {
                 assert!(now > before, "{albedo} returns {now}, less {before}");
                 before = now;
             }
-            // An approximation: where nothing is absorbed it returns up to 9 % more than enters,
-            // at a boundary without reflection; 2 % in water, 1 % in glass.
+            // This is an approximation: without absorption it returns up to 9 % more than enters at a boundary without
+            // reflection; 2 % in water, 1 % in glass.
             let all = reflected(&medium, 1.0);
             assert!((0.95..1.1).contains(&all), "η {eta}: {all}");
         }
@@ -152,7 +151,7 @@ mod tests {
 
     #[test]
     fn forward_scattering_spreads_the_light() {
-        // By similarity theory g is as good as less scattering: less returns close by.
+        // By similarity theory, forward scattering is equivalent to less scattering: less light returns close by.
         let [even, forward] = [0.0, 0.8].map(|g| BeamDiffusion::new(g, 1.33));
         assert!(exitance(&forward, 0.9, 0.3) < exitance(&even, 0.9, 0.3));
     }

@@ -1,9 +1,9 @@
-//! Light that enters a surface at one point and leaves it at another: separable BSSRDFs
+//! Subsurface scattering: light that enters a surface at one point and leaves it at another, by separable BSSRDFs
 //! (Pharr, Jakob and Humphreys 2016, §11.4 and §15.4).
 //!
-//! S(po, ωo, pi, ωi) = (1 − F(cosθo)) Sp(|po − pi|) Sw(ωi): Fresnel transmission at either end, and
-//! a profile of the distance between. The factor of ωo is the surface's own BSDF's, which has
-//! chosen to transmit; [`Bssrdf`] is Sp, and [`crate::bsdf::subsurface_exit`] is Sw.
+//! S(po, ωo, pi, ωi) = (1 − F(cosθo)) Sp(|po − pi|) Sw(ωi): Fresnel transmission at either end, and a profile of the
+//! distance in between. The factor for ωo belongs to the surface's own BSDF, which has sampled transmission; [`Bssrdf`]
+//! is Sp, and [`crate::bsdf::subsurface_exit`] is Sw.
 
 mod beam_diffusion;
 mod profile;
@@ -18,25 +18,25 @@ use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::SurfaceHit;
 use std::f32::consts::PI;
 
-/// Shortest mean free path in units of the position's error: finer ones cannot be told from it, and
-/// nor could they in the image.
+/// Shortest mean free path, in units of the hit point's position error: shorter ones cannot be resolved, and neither
+/// could the image.
 const FINEST_IN_ERRORS: f32 = 16.0;
 
-/// Chances of probing along the frame's s, t and n: most exits are found from above.
+/// Probabilities of probing along the frame's s, t and n: most exits are found along the normal.
 const AXIS_CHANCES: [f32; 3] = [0.25, 0.25, 0.5];
 
-/// Where light that leaves at one point may have entered.
+/// The BSSRDF at a point where light leaves; describes where it may have entered.
 #[derive(Clone, Copy, Debug)]
 pub struct Bssrdf<'a> {
     p: Vec3,
     frame: Frame,
     profile: Profile<'a>,
-    /// How far from here each channel's probes look; 0 for one that returns no light.
+    /// Probe radius of each channel; 0 for a channel that returns no light.
     reach: [f32; 3],
     exit: SubsurfaceExit,
 }
 
-/// A straight line on which to look for the other point.
+/// A line segment along which to look for the other point.
 #[derive(Clone, Copy, Debug)]
 pub struct Probe {
     /// Where it starts.
@@ -45,19 +45,19 @@ pub struct Probe {
     pub d: Vec3,
     /// Its length.
     pub length: f32,
-    /// A fresh number in [0, 1) to choose among what it meets.
+    /// A sample in [0, 1) to choose among the intersections.
     pub choice: f32,
 }
 
-/// The shortest length at which light in a medium is told from light at its surface, at a point.
+/// The shortest length at which subsurface scattering can be distinguished from surface scattering at a point.
 pub fn finest_length(surface: &SurfaceHit) -> f32 {
-    // At the origin itself positions are exact; one over the square of the length, times a large
-    // density, must stay a number.
+    // At the origin itself positions are exact; one over the square of the length, times a large density, must stay
+    // finite.
     (FINEST_IN_ERRORS * surface.p_error.max_element()).max(1e-15)
 }
 
 impl<'a> Bssrdf<'a> {
-    /// At `surface` with the shading frame `frame`, which light enters elsewhere as `exit` says.
+    /// At `surface` with the shading frame `frame`; where light enters, it is scattered as `exit` describes.
     pub fn new(
         surface: &SurfaceHit,
         frame: Frame,
@@ -73,9 +73,9 @@ impl<'a> Bssrdf<'a> {
         }
     }
 
-    /// Burley's normalized diffusion (Disney's material): `albedo` is the share of entering light that
-    /// comes out again, `distance` the scale of the shorter exponential in scene units, `eta` the
-    /// medium's relative refractive index, positive.
+    /// Burley's normalized diffusion (the Disney material): `albedo` is the fraction of entering light that exits
+    /// again, `distance` the scale of the shorter exponential in scene units, `eta` the medium's relative refractive
+    /// index, positive.
     pub fn normalized(
         surface: &SurfaceHit,
         frame: Frame,
@@ -90,8 +90,8 @@ impl<'a> Bssrdf<'a> {
         Bssrdf::new(surface, frame, Profile::Normalized(channels), exit)
     }
 
-    /// A line through the surroundings, along one of the three axes at a distance drawn for one of
-    /// the three channels (§15.4.2). `None` where no light comes out. `uc` and `u` in [0, 1).
+    /// Samples a probe segment along one of the three axes, at a radius sampled for one of the three channels
+    /// (§15.4.2). `None` if no light exits. `uc` and `u` in [0, 1).
     pub fn probe(&self, uc: f32, u: Vec2) -> Option<Probe> {
         let Frame { s, t, n } = self.frame;
         let ([x, y, z], uc) = match uc {
@@ -116,10 +116,10 @@ impl<'a> Bssrdf<'a> {
         })
     }
 
-    /// The density per area with which [`Bssrdf::probe`] meets the surface at `p`, whose unit
-    /// geometric normal is `n`: of all axes and channels together (multiple importance sampling with
-    /// the balance heuristic). A channel whose probes end before they come to `p` has no part in it;
-    /// pbrt-v3 counts its density all the same, and so loses light where a surface bends away.
+    /// The density per area with which [`Bssrdf::probe`] hits the surface at `p`, whose unit geometric normal is `n`:
+    /// the sum over all axes and channels (multiple importance sampling with the balance heuristic). A channel whose
+    /// probes end before they reach `p` does not contribute; pbrt-v3 counts its density all the same, and so loses
+    /// light where a surface curves away.
     pub fn pdf(&self, p: Vec3, n: Vec3) -> f32 {
         let d = self.frame.to_local(p - self.p);
         let distance = d.length();
@@ -134,12 +134,12 @@ impl<'a> Bssrdf<'a> {
         pdf
     }
 
-    /// Sp: the share of the light entering at `p` that comes out here, per area.
+    /// Sp: the fraction of the light entering at `p` that exits here, per area.
     pub fn value(&self, p: Vec3) -> Rgb {
         self.profile.value((p - self.p).length())
     }
 
-    /// How the light enters there.
+    /// The lobe by which light enters there.
     pub fn exit(&self) -> SubsurfaceExit {
         self.exit
     }

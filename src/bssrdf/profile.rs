@@ -1,15 +1,15 @@
-//! How much light comes out at a distance from where it went in, at one point of a surface.
+//! Radial scattering profiles: how much light exits at a distance from where it entered, at one point of a surface.
 
 use super::table::Row;
 use crate::math::Rgb;
 use std::f32::consts::PI;
 
-/// The part of a profile that probes reach: beyond the distance of this quantile pbrt-v3 looks for
-/// no exit, and so neither do we (a thousandth of the light is lost).
+/// Quantile of a profile up to which probes reach: beyond that distance pbrt-v3 does not look for exits, and neither do
+/// we (a thousandth of the light is lost).
 const REACH: f32 = 0.999;
 
-/// The radial profile of each color channel. Distances in scene units; densities are of distance
-/// in the plane, per area, and integrate to 1 where a channel returns light at all.
+/// The radial profile of each color channel. Distances are in scene units; densities are over the plane, per area, and
+/// integrate to 1 unless a channel returns no light.
 #[derive(Clone, Copy, Debug)]
 pub enum Profile<'a> {
     /// From a table of photon beam diffusion.
@@ -35,7 +35,7 @@ impl Profile<'_> {
         }
     }
 
-    /// A distance for one channel; `None` where it returns no light. `u` in [0, 1).
+    /// Samples a distance for one channel; `None` if it returns no light. `u` in [0, 1).
     pub fn sample(&self, channel: usize, u: f32) -> Option<f32> {
         match self {
             Profile::Tabulated(channels) => channels[channel].sample(u),
@@ -43,23 +43,23 @@ impl Profile<'_> {
         }
     }
 
-    /// Beyond this distance a channel's exits are not looked for.
+    /// The distance beyond which a channel's exits are not sampled.
     pub fn reach(&self, channel: usize) -> Option<f32> {
         self.sample(channel, REACH)
     }
 }
 
-/// One color in a scattering medium.
+/// One color channel of a scattering medium.
 #[derive(Clone, Copy, Debug)]
 pub struct TabulatedChannel<'a> {
     row: Row<'a>,
-    /// Mean free path in scene units, positive; infinite where the medium does nothing.
+    /// Mean free path in scene units, positive; infinite if the medium does nothing.
     mean_free_path: f32,
 }
 
 impl<'a> TabulatedChannel<'a> {
-    /// A medium with this mean free path and the albedo of `row`. Paths below `finest`, NaN among
-    /// them, count as that.
+    /// A medium with this mean free path and the albedo of `row`. Mean free paths below `finest`, and NaN, are raised
+    /// to it.
     pub fn new(row: Row<'a>, mean_free_path: f32, finest: f32) -> TabulatedChannel<'a> {
         TabulatedChannel {
             row,
@@ -71,7 +71,7 @@ impl<'a> TabulatedChannel<'a> {
         }
     }
 
-    /// E(r) per area.
+    /// Exitance E(r), per area.
     fn value(&self, r: f32) -> f32 {
         let optical = r / self.mean_free_path;
         if optical.is_nan() || optical <= 0.0 {
@@ -96,18 +96,18 @@ impl<'a> TabulatedChannel<'a> {
     }
 }
 
-/// One color of Burley's approximation of measured and simulated profiles by two exponentials
-/// (Burley 2015, "Extending the Disney BRDF to a BSDF"; Christensen and Burley 2015).
+/// One color channel of Burley's approximation of measured and simulated profiles by two exponentials (Burley 2015,
+/// "Extending the Disney BRDF to a BSDF"; Christensen and Burley 2015).
 #[derive(Clone, Copy, Debug)]
 pub struct NormalizedChannel {
-    /// Share of the light that comes out again.
+    /// Fraction of the light that exits again.
     albedo: f32,
-    /// Scale of the shorter exponential, in scene units; the other one is three times as long.
+    /// Scale of the shorter exponential, in scene units; the other is three times as long.
     length: f32,
 }
 
 impl NormalizedChannel {
-    /// Lengths below `finest`, NaN among them, count as that.
+    /// Lengths below `finest`, and NaN, are raised to it.
     pub fn new(albedo: f32, length: f32, finest: f32) -> NormalizedChannel {
         NormalizedChannel {
             albedo: if albedo > 0.0 { albedo } else { 0.0 },
@@ -121,7 +121,7 @@ impl NormalizedChannel {
         if !(r > 0.0 && d.is_finite()) {
             return 0.0;
         }
-        // The pole at 0 is integrable; what is cut off here is a millionth of the light.
+        // The pole at 0 is integrable; this cuts off a millionth of the light.
         let r = r.max(1e-6 * d);
         ((-r / d).exp() + (-r / (3.0 * d)).exp()) / (8.0 * PI * d * r)
     }
@@ -192,7 +192,7 @@ mod tests {
     fn distances_follow_their_density() {
         for (name, profile, _) in profiles() {
             for c in 0..3 {
-                // Quantiles of both exponentials do not ascend with u: count instead.
+                // Quantiles of the two exponentials are not monotonic in u, so count instead.
                 let n = 2000;
                 let median = profile.sample(c, 0.5).unwrap();
                 let drawn = (0..n).map(|k| profile.sample(c, (k as f32 + 0.5) / n as f32).unwrap());

@@ -7,32 +7,32 @@ use crate::math::spline::{self, Weights};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Albedos tabulated, as in pbrt-v3.
+/// Number of tabulated albedos, as in pbrt-v3.
 const ALBEDOS: usize = 100;
 
-/// Distances tabulated, as in pbrt-v3: 0, then from 0.0025 to 200 mean free paths.
+/// Number of tabulated distances, as in pbrt-v3: 0, then from 0.0025 to 200 mean free paths.
 const RADII: usize = 64;
 
-/// Profiles for one mean cosine of scattering and one refractive index: the albedo and the
-/// distance in mean free paths are all that they depend on otherwise.
+/// Profiles for one mean scattering cosine and one refractive index, tabulated over albedo and distance in mean free
+/// paths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileTable {
     albedos: Vec<f32>,
     radii: Vec<f32>,
-    /// 2πr E(r) of each albedo in turn: the density of light per unit of distance.
+    /// 2πr E(r) for each albedo: the density of light per unit of distance.
     profile: Vec<f32>,
-    /// Its running integral.
+    /// Its cumulative integral.
     integral: Vec<f32>,
-    /// The whole integral for each albedo: the share of the light that comes out again.
+    /// The whole integral for each albedo: the fraction of the light that exits again.
     effective_albedos: Vec<f32>,
     exit: SubsurfaceExit,
 }
 
 impl ProfileTable {
-    /// For a medium with mean cosine of scattering `g` (-1…1) and refractive index `eta`, positive,
-    /// relative to the outside. Takes some 10 ms on one core.
+    /// The table for a medium with mean scattering cosine `g` (-1…1) and refractive index `eta`, positive, relative to
+    /// the outside. Takes some 10 ms on one core.
     pub fn new(g: f32, eta: f32) -> ProfileTable {
-        // Dense near 1, where a little absorption changes much.
+        // Dense near 1, where a little absorption makes a large difference.
         let last = (ALBEDOS - 1) as f64;
         let albedo = |i: usize| (1.0 - (-8.0 * i as f64 / last).exp()) / (1.0 - (-8f64).exp());
         let albedos: Vec<f32> = (0..ALBEDOS).map(|i| albedo(i) as f32).collect();
@@ -61,12 +61,12 @@ impl ProfileTable {
         }
     }
 
-    /// How light enters the medium.
+    /// The lobe by which light enters the medium.
     pub fn exit(&self) -> SubsurfaceExit {
         self.exit
     }
 
-    /// The profile at `albedo`; values outside 0…1, and NaN, count as the nearer end and as 0.
+    /// The profile at `albedo`; values outside 0…1 are clamped, and NaN is taken as 0.
     pub fn row(&self, albedo: f32) -> Row<'_> {
         let albedo = if albedo > 0.0 { albedo.min(1.0) } else { 0.0 };
         let weights = Weights::new(&self.albedos, albedo);
@@ -78,8 +78,8 @@ impl ProfileTable {
         }
     }
 
-    /// The albedo of single scattering that makes the medium return the share `effective` of the
-    /// light (0…1); the nearest that can be where none does (§11.4.2).
+    /// The single-scattering albedo for which the medium returns the fraction `effective` of the light (0…1); the
+    /// nearest possible one if there is none (§11.4.2).
     pub fn invert(&self, effective: f32) -> f32 {
         spline::invert(&self.albedos, &self.effective_albedos, effective).unwrap_or(0.0)
     }
@@ -94,7 +94,7 @@ pub struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// The share of the light that comes out again.
+    /// The fraction of the light that exits again.
     pub fn effective_albedo(&self) -> f32 {
         self.effective
     }
@@ -108,8 +108,8 @@ impl Row<'_> {
         weights.sum(value).max(0.0)
     }
 
-    /// A distance with density [`Row::density`] over the effective albedo; `None` where nothing
-    /// comes out. `u` in [0, 1).
+    /// Samples a distance with density [`Row::density`] over the effective albedo; `None` if no light exits. `u` in [0,
+    /// 1).
     pub fn sample(&self, u: f32) -> Option<f32> {
         let weights = self.weights?;
         let mixed = |table: &[f32], j: usize| weights.sum(|i| table[i * RADII + j]);
@@ -129,7 +129,7 @@ pub(super) mod tests {
     use super::*;
     use std::sync::OnceLock;
 
-    /// Milk in water: made once for all tests.
+    /// Milk in water, computed once for all tests.
     pub(crate) fn water() -> &'static ProfileTable {
         static TABLE: OnceLock<ProfileTable> = OnceLock::new();
         TABLE.get_or_init(|| ProfileTable::new(0.0, 1.33))
@@ -181,7 +181,7 @@ pub(super) mod tests {
 
     #[test]
     fn distances_follow_the_profile() {
-        // The share of the light before the u-quantile is u.
+        // The fraction of the light within the u-quantile is u.
         for albedo in [0.2, 0.9, 1.0] {
             let row = water().row(albedo);
             for k in 0..20 {

@@ -1,16 +1,16 @@
-//! Probes against planes and spheres, whose hits and areas are known.
+//! Probes of planes and spheres, whose hits and areas are known.
 
 use super::table::tests::water;
 use super::*;
 use crate::bsdf::testing::{flat_hit, random};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Chance that right code fails the chi-squared test; samples are fixed, so that a pass is for good.
+/// Probability that correct code fails the chi-squared test; samples are fixed, so a pass is permanent.
 const FALSE_ALARM: f64 = 1e-4;
 
 fn bssrdf(albedos: [f32; 3], lengths: [f32; 3]) -> Bssrdf<'static> {
     let hit = flat_hit(Vec3::Z);
-    // A frame askew to the plane's own axes, around the same normal.
+    // A frame rotated from the plane's own axes, around the same normal.
     let frame = Frame::from_normal_and_tangent(Vec3::Z, Vec3::new(0.6, 0.8, 0.0));
     let channels = std::array::from_fn(|c| {
         TabulatedChannel::new(water().row(albedos[c]), lengths[c], finest_length(&hit))
@@ -23,8 +23,8 @@ fn probes_meet_a_plane_with_their_density() {
     let bssrdf = bssrdf([0.3, 0.9, 0.99], [1.0, 0.5, 0.4]);
     let nearest_reach = (0..3).map(|c| bssrdf.profile.reach(c).unwrap());
     let end = nearest_reach.fold(f32::INFINITY, f32::min);
-    // Bins of equal width in the square root of the distance up to where all channels reach, and
-    // one for all else: probes along the plane, and the far tails.
+    // Bins of equal width in the square root of the distance up to the reach of all channels, and one for everything
+    // else: probes along the plane, and the far tails.
     let (bins, samples) = (40, 100_000);
     let bin = |r: f32| ((r / end).sqrt() * bins as f32) as usize;
     let mut observed = vec![0.0; bins + 1];
@@ -48,7 +48,7 @@ fn probes_meet_a_plane_with_their_density() {
         expected[bin(r)] += f64::from(density * width) * samples as f64;
     }
     let rest = samples as f64 - expected.iter().sum::<f64>();
-    // A half probes along the plane; the tails hold a few hundredths.
+    // Half of the probes are along the plane; the tails hold a few hundredths.
     assert!((0.5..0.55).contains(&(rest / samples as f64)), "{rest}");
     expected[bins] = rest;
     let terms = observed.iter().zip(&expected);
@@ -104,9 +104,8 @@ fn check_sphere(bssrdf: &Bssrdf, effective: [f32; 3]) {
         let mean = sum[c] / n;
         let error = ((square[c] / n - mean * mean) / n).sqrt();
         let albedo = f64::from(albedo);
-        // Probes do not look beyond the distance within which 0.999 of the light comes out; and four
-        // standard errors. (With the densities that pbrt-v3 counts, channels of lengths 4 : 2 : 1
-        // would lose 2 % of the longest.)
+        // Probes are limited to the distance within which 0.999 of the light exits; plus four standard errors. (With
+        // the densities that pbrt-v3 counts, channels of lengths 4 : 2 : 1 would lose 2 % of the longest.)
         let (low, high) = (0.9985 * albedo - 4.0 * error, albedo + 4.0 * error);
         assert!((low..high).contains(&mean), "{mean} ± {error} for {albedo}");
     }
@@ -142,7 +141,7 @@ fn light_enters_without_loss_or_gain() {
         let mut bsdf = Bsdf::new(hit.n, &hit.shading);
         bsdf.add(Lobe::SubsurfaceExit(SubsurfaceExit::new(eta)));
         let sky = sky_by_sampling(&bsdf, direction(0.0, 0.0), 40).x / (eta * eta);
-        // Standard error of 40³ stratified samples of a function that ends abruptly at grazing.
+        // Standard error of 40³ stratified samples of a function that drops abruptly at grazing angles.
         assert!((sky - 1.0).abs() < 2e-3, "η {eta}: {sky}");
     }
 }

@@ -1,4 +1,4 @@
-//! Shapes placed, emitters made, trees built.
+//! Places shapes, creates emitters and builds the trees.
 
 use crate::accel::{Geometry, GeometryBuilder, ObjectBuilder, PrimitiveAttributes};
 use crate::budget::Budget;
@@ -16,30 +16,30 @@ use rayon::prelude::*;
 
 /// The shapes of a frame.
 pub struct Shapes {
-    /// PlacedGeometry in the world.
+    /// Shapes in the world.
     pub placed: Vec<ShapeEntity>,
     /// Named objects.
     pub objects: Vec<ObjectDefinition>,
-    /// Where objects stand.
+    /// Instances of objects.
     pub instances: Vec<InstanceEntity>,
-    /// Emission that shapes refer to.
+    /// Area lights that shapes refer to.
     pub area_lights: Vec<DiffuseAreaSpec>,
-    /// Does anything ask which face of a mesh a point is on?
+    /// Whether a texture needs face indices (Ptex).
     pub need_faces: bool,
 }
 
-/// Geometry with the lights that shapes make.
+/// Geometry with the lights that its shapes form.
 pub struct PlacedGeometry {
     /// The surfaces.
     pub geometry: Geometry,
-    /// All lights: those given, then the emitting shapes.
+    /// All lights: those given, then the emissive shapes.
     pub lights: Vec<Light>,
     /// How many of `lights`, from the front, are sampled; emitters inside objects are not.
     pub sampled_lights: usize,
 }
 
-/// Compiles all shapes (meshes are loaded in parallel) and builds the trees. What cannot be loaded
-/// is reported and left out.
+/// Compiles all shapes (meshes are loaded in parallel) and builds the trees. Shapes that cannot be loaded are reported
+/// and left out.
 pub fn build(
     shapes: Shapes,
     lights: Vec<Light>,
@@ -91,7 +91,7 @@ pub fn build(
                 let motion = motion.shifted(render_from_world.point(DVec3::ZERO));
                 top.add_moving_instance(instance.object, motion);
             }
-            // What cannot be inverted at its end was warned of, and is left out with both.
+            // A singular transformation at the end was warned about, and the shape is left out with both.
             None if place.end.is_some() => {}
             None => top.add_instance(instance.object, &(*render_from_world * place.start)),
         }
@@ -118,14 +118,14 @@ pub fn build(
     }
 }
 
-/// Loads all shapes and lets them go again, for the problems alone.
+/// Loads all shapes and discards them, only to report their problems.
 pub fn check(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) {
     let objects = frame.objects.iter().flat_map(|object| &object.shapes);
     let shapes: Vec<&ShapeEntity> = frame.shapes.iter().chain(objects).collect();
     let problems: Vec<Vec<Diagnostic>> = shapes
         .into_par_iter()
         .map(|shape| {
-            // Where the camera stands does not change what is wrong with a shape.
+            // The camera's position does not affect what is wrong with a shape.
             problems(shape, &compile(shape, &Transform::IDENTITY, budget))
         })
         .collect();
@@ -134,10 +134,10 @@ pub fn check(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) {
     }
 }
 
-/// What is wrong with a shape.
+/// The problems of a shape.
 fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> Vec<Diagnostic> {
     let problems = match result {
-        // A flattened shape shows nothing in pbrt either.
+        // A flattened shape is invisible in pbrt too.
         Err(error @ ShapeError::Singular) => {
             vec![Diagnostic::warning(format!("{error}; left out"))]
         }
@@ -154,7 +154,7 @@ fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> 
     problems.into_iter().map(|p| p.at(shape.span)).collect()
 }
 
-/// Places a shape in a level, or makes it for its own space where it moves there.
+/// Compiles a shape for a level, or in its own space if it moves within the level.
 fn compile(
     shape: &ShapeEntity,
     level_from_world: &Transform,
@@ -171,15 +171,15 @@ fn compile(
         .compile(&level_from_shape, shape.reverse_orientation, budget)
 }
 
-/// A shape with all that a tree needs of it.
+/// A compiled shape with everything that a tree needs.
 struct Compiled {
     shape: CompiledShape,
     attributes: PrimitiveAttributes,
-    /// From the shape's own space to the level's, where it moves.
+    /// From the shape's own space to the level's, if it moves.
     motion: Option<Motion>,
 }
 
-/// Turns shapes into primitives with attributes, collecting the lights they make.
+/// Turns shapes into primitives with attributes, collecting the lights they form.
 struct Adder<'a> {
     area_lights: &'a [DiffuseAreaSpec],
     need_faces: bool,
@@ -206,7 +206,7 @@ impl Adder<'_> {
                 Some(Compiled {
                     shape: compiled,
                     attributes,
-                    // A level is the world, or the world shifted.
+                    // A level's space is the world's, or a translation of it.
                     motion: motion.map(|m| m.shifted(level_from_world.point(DVec3::ZERO))),
                 })
             })
@@ -240,8 +240,8 @@ impl Adder<'_> {
         Some((compiled, attributes))
     }
 
-    /// One light for each piece of the shape; all pieces are one group. The first, and whether every two
-    /// triangles are one.
+    /// Adds one light for each piece of the shape; all pieces form one group. Returns the first, and whether every two
+    /// triangles are one light.
     fn add_lights(&mut self, shape: &CompiledShape, area_light: usize) -> (Option<LightId>, bool) {
         let first = LightId(self.lights.len() as u32);
         let spec = &self.area_lights[area_light];

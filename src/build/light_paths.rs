@@ -1,5 +1,5 @@
-//! Light that no path from the camera can find: from lights without area, through smooth glass or off
-//! mirrors (Veach 1997, §8.3.2: the paths that only light tracing samples).
+//! Caustics and other light that no path from the camera can find: from lights without area, through smooth glass or
+//! off mirrors (Veach 1997, §8.3.2: the paths that only light tracing samples).
 
 use crate::integrators::LightTracer;
 use crate::materials::Material;
@@ -9,7 +9,7 @@ use crate::syntax::{Diagnostic, Diagnostics};
 const GIVE_AREA: &str =
     "an `AreaLightSource` on a small shape instead of the light is found, with some noise";
 
-/// Says what stands in for an integrator that traces light: a warning where that loses light, else a note.
+/// Reports the substitute for an integrator that traces light: a warning if that loses light, otherwise a note.
 pub(super) fn warn(frame: &Frame, diagnostics: &Diagnostics) {
     let integrator = &frame.options.integrator;
     let Some(LightTracer {
@@ -30,7 +30,7 @@ pub(super) fn warn(frame: &Frame, diagnostics: &Diagnostics) {
     diagnostics.push(placed(diagnostic, frame));
 }
 
-/// The same of integrators that pbrt-v3 has no more of this light from either.
+/// Notes the same for integrators that lose this light in pbrt-v3 too.
 pub(super) fn note(frame: &Frame, diagnostics: &Diagnostics) {
     if frame.options.integrator.light_tracer.is_some() {
         return;
@@ -49,9 +49,9 @@ fn placed(diagnostic: Diagnostic, frame: &Frame) -> Diagnostic {
     }
 }
 
-/// The light that is not found, in words; `None` where there is none.
+/// Describes the light that is not found; `None` if there is none.
 fn lost_light(frame: &Frame) -> Option<String> {
-    // Once at what is smooth and once at what it lights.
+    // One bounce at the smooth surface and one at the surface it lights.
     let deep = frame.options.integrator.spec.max_depth()? >= 2;
     let lights = names(frame.lights.iter().filter_map(|light| light.delta_name()));
     if !deep || lights.is_empty() {
@@ -83,7 +83,7 @@ fn lost_light(frame: &Frame) -> Option<String> {
     })
 }
 
-/// Each once, in the order they come.
+/// Each name once, in order of appearance.
 fn names<S: Into<String>>(all: impl Iterator<Item = S>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for name in all.map(Into::into) {
@@ -94,7 +94,7 @@ fn names<S: Into<String>>(all: impl Iterator<Item = S>) -> Vec<String> {
     names
 }
 
-/// `a`, `b` and `c`, in backticks.
+/// Formats a list as `a`, `b` and `c`, in backticks.
 fn listed(names: &[String]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     match quoted.split_last() {
@@ -112,7 +112,7 @@ mod tests {
     const FLOOR: &str = "Material \"matte\" Shape \"disk\" ";
     const GLASS: &str = "Material \"glass\" Shape \"sphere\" ";
 
-    /// What `check` finds of light paths, in the words of its severity and message.
+    /// The diagnostics of `check` about light paths: severity and message.
     fn said(integrator: &str, world: &str) -> Vec<(Severity, String)> {
         let sources = SourceMap::new();
         let text = format!("{integrator} WorldBegin {world} WorldEnd");
@@ -149,9 +149,9 @@ mod tests {
             assert_eq!(of(&[SPOT, FLOOR, GLASS]), Some(Warning), "{name}");
             assert_eq!(of(&[emitter, sky, FLOOR, GLASS]), Some(Note));
             assert_eq!(of(&[SPOT, FLOOR]), Some(Note));
-            // Nothing there for the light to fall on.
+            // There is nothing for the light to fall on.
             assert_eq!(of(&[SPOT, GLASS]), Some(Note));
-            // Defined, and used by no shape.
+            // The material is defined, but no shape uses it.
             assert_eq!(of(&[SPOT, FLOOR, "Material \"mirror\" "]), Some(Note));
             let object = format!("ObjectBegin \"o\" {GLASS} ObjectEnd ");
             assert_eq!(of(&[SPOT, &object, FLOOR]), Some(Note));
@@ -236,7 +236,7 @@ mod tests {
         }
     }
 
-    /// pbrt-v3's `path` leaves the same light out.
+    /// pbrt-v3's `path` misses the same light.
     #[test]
     fn other_integrators_have_a_note() {
         let world = [SPOT, "LightSource \"point\" ", FLOOR, GLASS].concat();

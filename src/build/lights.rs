@@ -1,4 +1,4 @@
-//! Lights placed, their maps loaded.
+//! Places lights and loads their maps.
 
 use crate::assets::image_data::ImageData;
 use crate::budget::Budget;
@@ -7,8 +7,8 @@ use crate::math::transform::Transform;
 use crate::params::NamedFile;
 use crate::syntax::{Diagnostic, Diagnostics};
 
-/// Puts every light into render space. A map that cannot be read is reported; the light then
-/// shines as if it had none, as in pbrt-v3.
+/// Places every light in render space. A map that cannot be read is reported; the light then emits as if it had none,
+/// as in pbrt-v3.
 pub fn place(
     specs: &[LightSpec],
     render_from_world: &Transform,

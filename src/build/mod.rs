@@ -1,8 +1,8 @@
-//! From description to world: meshes and images are loaded, shapes placed, trees built.
+//! From scene description to world: loads meshes and images, places shapes, builds trees.
 //!
-//! The world is built in *render space*: world space moved so that the camera is at the origin.
-//! A rounding error of f32 then is 6e-8 of the distance from the camera, the same angle on the
-//! film for everything in the image, however far from the world's origin the scene was modeled.
+//! The world is built in *render space*: world space translated so that the camera is at the origin. A rounding error
+//! of f32 is then 6e-8 of the distance from the camera, the same angle on the film for everything in the image, however
+//! far from the world's origin the scene was modeled.
 
 mod geometry;
 mod light_paths;
@@ -30,24 +30,24 @@ use geometry::Shapes;
 
 /// A frame ready to be rendered.
 pub struct PreparedScene {
-    /// World, camera, integrator and the rest.
+    /// World, camera, integrator and film.
     pub job: RenderJob,
-    /// What the output file says of itself; scene name and seed are the caller's.
+    /// Metadata of the output file; the caller adds scene name and seed.
     pub metadata: FilmMetadata,
-    /// What a photographer wants to know, one fact a line.
+    /// Facts of interest to a photographer, one per line.
     pub description: Vec<String>,
 }
 
-/// Builds a frame on the current rayon pool. Files that cannot be loaded are among the problems
-/// returned; there is nothing built where there is no camera.
+/// Builds a frame on the current rayon pool. Files that cannot be loaded are among the diagnostics returned; the scene
+/// is `None` if there is no camera.
 pub fn build(frame: Frame, seed: u64) -> (Option<PreparedScene>, Diagnostics) {
     let diagnostics = Diagnostics::new();
     let built = build_frame(frame, seed, &diagnostics);
     (built, diagnostics)
 }
 
-/// Finds every problem that building a frame would, without building trees: loads all images and
-/// meshes and lets them go again.
+/// Reports every problem that building a frame would, without building trees: loads all images and meshes and discards
+/// them.
 pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
     light_paths::note(frame, diagnostics);
     let budget = Budget::new(frame.options.max_memory);
@@ -55,10 +55,10 @@ pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
     geometry::check(frame, diagnostics, &budget);
 }
 
-/// Memory of a pixel: its sums, the image, and that as a file.
+/// Memory per pixel in bytes: its sums, the image, and the encoded file.
 const PIXEL_BYTES: u64 = 128;
 
-/// All of a frame that is made before its shapes.
+/// Everything in a frame that is built before its shapes.
 struct FrameAssets {
     render_from_world: Transform,
     film: FilmGeometry,
@@ -83,7 +83,7 @@ impl FrameAssets {
         let render_from_world = render_from_world(&camera_from_world.start);
         let film = film_geometry(options);
         let camera = match camera(options) {
-            // Reported when the scene was read, at its place.
+            // Already reported when the scene was read, with its location.
             _ if !camera_from_world.is_invertible() => None,
             Ok(camera) => Some(camera),
             Err(error) => {
@@ -170,8 +170,8 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
     })
 }
 
-/// Gives a job other options and another seed, but for the film: the frame's own, changed in what its world
-/// does not depend on. The camera stays where it is, and textures are filtered for as many samples as before.
+/// Changes a job's options and seed, except for its film: the options are the frame's own, changed in ways that do not
+/// affect its world. The camera keeps its position, and textures are filtered for as many samples as before.
 pub fn reset(job: &mut RenderJob, options: &Options, seed: u64) -> Result<(), CameraError> {
     job.camera = camera(options)?;
     job.integrator = Integrator::new(&options.integrator.spec, &job.world);
@@ -212,7 +212,7 @@ fn render_from_world(camera_from_world: &Transform) -> Transform {
     Transform::translate(if eye.is_finite() { -eye } else { DVec3::ZERO })
 }
 
-/// What the output file says of itself, but for scene name and seed.
+/// Metadata of the output file, except scene name and seed.
 fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
     let world_to_camera = options.camera_from_world.start.m;
     let ndc_from_camera = options.camera.ndc_from_camera(film);
@@ -226,7 +226,7 @@ fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
     }
 }
 
-/// The film's pixels that `pixelbounds` (x0, x1, y0, y1) lets be sampled.
+/// The film's pixels within `pixelbounds` (x0, x1, y0, y1).
 fn sampled_bounds(film: PixelBounds, pixel_bounds: Option<[i32; 4]>) -> PixelBounds {
     match pixel_bounds {
         None => film,

@@ -1,4 +1,4 @@
-//! Textures compiled, their images loaded.
+//! Compiles textures and loads their images.
 
 use crate::budget::Budget;
 use crate::math::transform::Transform;
@@ -6,8 +6,8 @@ use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics};
 use crate::textures::{TextureProblem, TextureUsage, Textures};
 
-/// Makes all textures of a frame. An image that cannot be read is an error at its name; where
-/// nothing in the image uses it, only a warning.
+/// Creates all textures of a frame. An image that cannot be read is an error at its name; if nothing in the image uses
+/// the texture, only a warning.
 pub fn load(
     frame: &Frame,
     render_from_world: &Transform,
@@ -47,8 +47,8 @@ pub fn load(
     textures
 }
 
-/// The textures that shapes look up, by themselves or through their materials. Objects count
-/// whether or not they have an instance.
+/// The textures that shapes look up, directly or through their materials. Objects count whether or not they have an
+/// instance.
 fn usage(frame: &Frame) -> TextureUsage {
     let (floats, spectra) = (&frame.float_textures, &frame.spectrum_textures);
     let mut usage = TextureUsage::new(floats.len(), spectra.len());

@@ -1,5 +1,5 @@
-//! `fstop check SCENE...`: every problem of the files, of what they include and of the meshes and
-//! images they name; nothing is rendered.
+//! `fstop check SCENE...`: reports every problem of scene files, of what they include and of the meshes and images they
+//! name; renders nothing.
 
 use super::{BAD_INPUT, ReadArgs, messages};
 use crate::console;
@@ -8,7 +8,7 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Two lines of use, for the long help.
+/// Examples for the long help.
 const EXAMPLES: &str = "Examples:
   fstop check scenes/*.pbrt
   fstop check --strict --verbose scene.pbrt";
@@ -20,14 +20,14 @@ pub struct CheckArgs {
     /// Scene files; `-` is standard input
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
-    /// Say also what changes nothing but the noise: which sampler stands for the scene's
+    /// Also report what only affects noise: which sampler replaces the scene's
     #[arg(short, long, help_heading = "How the scene is read")]
     verbose: bool,
     #[command(flatten)]
     read: ReadArgs,
 }
 
-/// Checks every file; exit code 0 where all are fit to render, else 2.
+/// Checks every file; exit code 0 if all can be rendered, otherwise 2.
 pub fn run(args: &CheckArgs) -> ExitCode {
     let mut all_fit = true;
     for scene in &args.scenes {

@@ -1,4 +1,4 @@
-//! `--error` and `--time`: until when to render.
+//! `--error` and `--time`: when to stop rendering.
 
 use clap::Args;
 use std::time::Duration;
@@ -23,7 +23,7 @@ impl GoalArgs {
     }
 }
 
-/// A share: a number, or one in percent.
+/// Parses a fraction: a number or a percentage.
 pub(super) fn relative(text: &str) -> Result<f64, String> {
     let expected = || "expected a positive share such as 0.01 or 1%".to_string();
     let (number, unit) = match text.strip_suffix('%') {
@@ -32,7 +32,7 @@ pub(super) fn relative(text: &str) -> Result<f64, String> {
     };
     let share = number.parse::<f64>().map_err(|_| expected())? * unit;
     if unit == 1.0 && (1.0..).contains(&share) {
-        // 1 is more likely meant for 1 % than for an error as large as the image.
+        // 1 more likely means 1 % than an error as large as the image.
         return Err(format!(
             "{text} without % is {}%: for {text} % write {text}%",
             100.0 * share
@@ -43,7 +43,7 @@ pub(super) fn relative(text: &str) -> Result<f64, String> {
         .ok_or_else(expected)
 }
 
-/// A positive time.
+/// Parses a positive duration.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let expected = || "expected a positive number of seconds".to_string();
     let seconds = text.parse::<f64>().map_err(|_| expected())?;

@@ -1,6 +1,6 @@
-//! The command line: one file per command. Progress and messages go to standard error, results to
-//! standard output or files. Exit code 0: done; 1: the answer is no, or the image is not that of the
-//! whole scene (`--keep-going`); 2: bad input.
+//! The command line: one file per command. Progress and messages go to standard error, results to standard output or
+//! files. Exit code 0: done; 1: the answer is no, or the image does not show the whole scene (`--keep-going`); 2: bad
+//! input.
 
 mod check;
 mod compare;
@@ -25,13 +25,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Exit code of a question that was answered with no.
+/// Exit code of a question answered with no.
 pub(crate) const ANSWER_IS_NO: u8 = 1;
 
 /// Exit code for input that cannot be used.
 pub(crate) const BAD_INPUT: u8 = 2;
 
-/// Exit code for images of a scene that files are missing from.
+/// Exit code for images of a scene with missing files.
 pub(crate) const NOT_ALL: u8 = 1;
 
 #[derive(Parser)]
@@ -43,16 +43,16 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a scene to an EXR (or PNG, PFM, TGA by the output's ending). Exit code 0: done; 1: done
-    /// in spite of errors (--keep-going); 2: refused
+    /// Render a scene to an EXR (or PNG, PFM, TGA by the output's extension). Exit code 0: done; 1: done in spite of
+    /// errors (--keep-going); 2: refused
     Render(render::RenderArgs),
-    /// List every problem of scene files; nothing is rendered
+    /// List every problem of scene files without rendering
     Check(check::CheckArgs),
     /// Describe a lens: surfaces, focal length, f-number, planes and pupils
     Lens(lens::LensArgs),
-    /// Do two images show the same? Exit code 0: they agree; 1: they differ
+    /// Test whether two images agree. Exit code 0: they agree; 1: they differ
     Compare(compare::CompareArgs),
-    /// Measure what each knob costs and buys on a scene, and recommend the cheapest setting for an error
+    /// Measure what each setting costs and gains on a scene, and recommend the cheapest one for an error
     Tradeoff(tradeoff::TradeoffArgs),
 }
 
@@ -63,21 +63,21 @@ pub(crate) struct ReadArgs {
     /// Treat warnings as errors
     #[arg(long)]
     strict: bool,
-    /// Read the file as pbrt-v2 or pbrt-v3 instead of deciding from its content
+    /// Read the file as pbrt-v2 or pbrt-v3 instead of deciding from its contents
     #[arg(long, value_enum)]
     dialect: Option<DialectArg>,
-    /// Copy a habit of another renderer that changes the image
+    /// Reproduce a quirk of another renderer that changes the image
     #[arg(long, value_enum)]
     compat: Option<CompatArg>,
-    /// Realistic camera: what rays are made with, instead of the scene's choice
+    /// Realistic camera: lens model, instead of the scene's choice
     #[arg(long, value_enum)]
     lens_model: Option<LensModelArg>,
-    /// Memory that images, meshes and the film may take, such as 8G; what needs more is an error at its line.
-    /// By default what the machine, or this process's control group, has to give
+    /// Memory that images, meshes and the film may take, such as 8G; exceeding it is an error at the line that needs
+    /// more. By default what the machine, or this process's control group, provides
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
     max_memory: Option<u64>,
     /// Read no file outside this folder, whatever the scene names, nor write its image anywhere else unless -o says so:
-    /// for services that render the scenes of strangers
+    /// for services that render untrusted scenes
     #[arg(long, value_name = "DIR")]
     files_within: Option<PathBuf>,
 }
@@ -131,7 +131,7 @@ impl ReadArgs {
     }
 }
 
-/// Runs the command line and says with what code to exit.
+/// Runs the command line and returns the exit code.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args = match with_default_command(args.into_iter().collect()) {
         Ok(args) => args,
@@ -153,8 +153,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     let own_pool = matches!(cli.command, Command::Render(_) | Command::Tradeoff(_));
     if !own_pool {
-        // Rayon's own choice would take any number from RAYON_NUM_THREADS. It fails only where the pool has
-        // been started already.
+        // Rayon's own default would take any number from RAYON_NUM_THREADS. This fails only if the pool has already
+        // been started.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(processors());
         let _ = pool.build_global();
     }
@@ -167,13 +167,13 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-/// Processors that this process may use.
+/// Number of processors available to this process.
 fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// `fstop SCENE` means `fstop render SCENE`: where the first argument is no command and asks for
-/// no help, `render` is put before it. What is no file either but nearly a command is an error.
+/// `fstop SCENE` means `fstop render SCENE`: if the first argument is neither a command nor a request for help,
+/// `render` is inserted before it. If it is not a file either but nearly a command, that is an error.
 fn with_default_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, String> {
     const COMMANDS: [&str; 6] = ["render", "check", "lens", "compare", "tradeoff", "help"];
     const HELP: [&str; 4] = ["-h", "--help", "-V", "--version"];
@@ -228,13 +228,13 @@ mod tests {
                 "{message}"
             );
         }
-        // Options and names far from any command are for `render` to answer.
+        // Options, and names unlike any command, are left to `render`.
         for line in ["fstop --spp 4 a.pbrt", "fstop ball.pbrt", "fstop -"] {
             assert!(completed(line).is_ok(), "{line}");
         }
     }
 
-    /// Every long help ends with two examples, and its options stand under headings.
+    /// Every long help ends with two examples, and all options have headings.
     #[test]
     fn help_has_examples_and_headings() {
         for command in Cli::command().get_subcommands_mut() {

@@ -1,4 +1,4 @@
-//! `fstop render SCENE`: text to image.
+//! `fstop render SCENE`: renders a scene file to an image.
 
 use super::goal::GoalArgs;
 use super::messages::{self, Failure};
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Two lines of use, for the long help.
+/// Examples for the long help.
 const EXAMPLES: &str = "Examples:
   fstop render scene.pbrt --error 1% -o image.exr --png image.png
   fstop render scene.pbrt --quick --lens-model thin";
@@ -25,7 +25,7 @@ const EXAMPLES: &str = "Examples:
 pub struct RenderArgs {
     /// Scene file; `-` is standard input
     scene: PathBuf,
-    /// ImageData to write (.exr, .png, .pfm, .tga); by default what the scene's Film names
+    /// Image to write (.exr, .png, .pfm, .tga); by default the one named by the scene's Film
     #[arg(
         help_heading = "Output",
         short,
@@ -36,10 +36,10 @@ pub struct RenderArgs {
     /// Also write a PNG of the image here
     #[arg(help_heading = "Output", long)]
     png: Option<PathBuf>,
-    /// Samples a pixel, instead of the scene's; with --error or --time the most
+    /// Samples per pixel, instead of the scene's; with --error or --time the maximum
     #[arg(help_heading = "When it is done", long, value_parser = positive, allow_negative_numbers = true)]
     spp: Option<u32>,
-    /// Threads; by default one for each processor, at most eight times as many
+    /// Threads; by default one per processor, at most eight times as many
     #[arg(
         help_heading = "How it runs",
         long,
@@ -49,7 +49,7 @@ pub struct RenderArgs {
         allow_negative_numbers = true
     )]
     threads: usize,
-    /// Seed of all random numbers
+    /// Seed of all random samples
     #[arg(
         help_heading = "When it is done",
         long,
@@ -67,25 +67,25 @@ pub struct RenderArgs {
         value_name = "x0,x1,y0,y1"
     )]
     crop: Option<Vec<f64>>,
-    /// The same as four arguments, as pbrt; used only where the scene gives no crop window
+    /// The same as four arguments, as in pbrt; used only if the scene sets no crop window
     #[arg(help_heading = "What is rendered", long, num_args = 4, allow_negative_numbers = true, value_names = ["x0", "x1", "y0", "y1"])]
     cropwindow: Option<Vec<f64>>,
-    /// Side of the square tiles that threads work on, in pixels; changes no bit of the image
+    /// Side of the square tiles that threads work on, in pixels; does not affect the image
     #[arg(help_heading = "How it runs", long, default_value_t = render::TILE_SIZE, hide = true)]
     tile_size: u32,
     /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B)
     #[arg(help_heading = "Output", long)]
     variance: bool,
-    /// A quick look: a quarter of the width and height, one sample a pixel, a quarter of the lights' samples
+    /// A quick look: a quarter of the width and height, one sample per pixel, a quarter of the lights' samples
     #[arg(help_heading = "What is rendered", long)]
     quick: bool,
     /// Print only errors
     #[arg(help_heading = "How it runs", long)]
     quiet: bool,
-    /// Render although files are missing or names are not defined (whatever pbrt-v3 goes on after), and
-    /// exit with 1: textures' images become a gray of 0.5, lights shine without their maps, spectra
-    /// are black, meshes and includes are left out, a lens becomes a pinhole of 27 degrees; a parameter
-    /// that names nothing has its default, a directive that does is left out
+    /// Continue past errors that pbrt-v3 tolerates (missing files, undefined names), and exit with 1: textures' images
+    /// become a gray of 0.5, lights emit without their maps, spectra are black, meshes and includes are left out, a
+    /// lens becomes a pinhole of 27 degrees; a parameter with an undefined name gets its default, such a directive is
+    /// left out
     #[arg(
         help_heading = "How the scene is read",
         long,
@@ -159,9 +159,9 @@ impl RenderArgs {
 
 /// What is wrong with the images of a scene that was rendered.
 struct Flaws {
-    /// Errors that it was rendered in spite of.
+    /// Number of errors tolerated.
     passed: usize,
-    /// Files that are not where they should be.
+    /// Number of files that could not be written where they should be.
     unwritten: usize,
 }
 
@@ -195,8 +195,8 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, Failure> {
 /// Threads for each processor beyond which more of them only cost memory and time.
 const THREADS_PER_PROCESSOR: usize = 8;
 
-/// The number of threads to start: as asked for, 0 for one for each processor, and no more than
-/// [`THREADS_PER_PROCESSOR`]. The image does not depend on it.
+/// The number of threads to start: as requested, 0 for one per processor, and at most [`THREADS_PER_PROCESSOR`] times
+/// as many. The image does not depend on it.
 fn threads(args: &RenderArgs) -> usize {
     let processors = super::processors();
     let most = THREADS_PER_PROCESSOR * processors;
@@ -213,7 +213,7 @@ fn threads(args: &RenderArgs) -> usize {
     }
 }
 
-/// A count from the command line.
+/// Parses a positive count.
 fn positive(text: &str) -> Result<u32, String> {
     match text.parse() {
         Ok(0) | Err(_) => Err(format!("expected a whole number from 1 to {}", u32::MAX)),

@@ -1,4 +1,4 @@
-//! Images to compare, from files of any kind.
+//! Images to compare, from files of any supported format.
 
 use crate::assets::image_data::{Encoding, ImageData};
 use crate::budget::Budget;
@@ -7,18 +7,18 @@ use crate::math::color::linear_from_srgb;
 use crate::math::{Rgb, UVec2};
 use std::path::{Path, PathBuf};
 
-/// An image and what its file is.
+/// An image with its file's properties.
 pub struct Input {
     pub path: PathBuf,
     pub loaded: LoadedImage,
-    /// Values were decoded from sRGB: eight or sixteen bits, nothing brighter than white.
+    /// Values were decoded from sRGB: 8 or 16 bits, nothing brighter than white.
     pub srgb: bool,
-    /// The file knows what part of the full image it holds.
+    /// The file records which part of the full image it holds.
     windowed: bool,
 }
 
 impl Input {
-    /// What it is, in a few words.
+    /// A short description of the file.
     pub fn describe(&self) -> String {
         let size = self.loaded.image.bounds.size();
         let mut words = format!("{} × {} pixels", size.x, size.y);
@@ -43,8 +43,7 @@ impl Input {
     }
 }
 
-/// Reads both. Formats that do not know their crop window take the other's, if they have as many
-/// pixels.
+/// Reads both images. Formats that do not record a crop window take the other's if they have as many pixels.
 pub fn read_pair(a: &Path, b: &Path) -> Result<[Input; 2], String> {
     let (mut a, mut b) = (read(a)?, read(b)?);
     take_window(&mut a, &b);
@@ -71,7 +70,7 @@ fn read(path: &Path) -> Result<Input, String> {
             });
         }
         Err(error @ ReadError::Window(_)) => return Err(error.to_string()),
-        // Gray, or with channels of other names, or another format altogether.
+        // Grayscale, with other channel names, or another format.
         Err(_) => {}
     }
     let image = ImageData::load(path, &budget).map_err(|e| e.to_string())?;

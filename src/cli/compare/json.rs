@@ -1,4 +1,4 @@
-//! A comparison for programs.
+//! A comparison as JSON.
 
 use super::{Input, Report};
 use crate::compare::flip::FlipMap;
@@ -8,7 +8,7 @@ use crate::compare::{
 use crate::film::PixelBounds;
 use serde_json::{Map, Value, json};
 
-/// One object. Infinite numbers are `null`, as JSON has none.
+/// A single object. Infinite numbers are `null`, as JSON has none.
 pub fn text(report: &Report) -> Result<String, String> {
     serde_json::to_string_pretty(&value(report)).map_err(|e| e.to_string())
 }
@@ -143,7 +143,7 @@ fn flip_map(map: &FlipMap) -> Value {
     })
 }
 
-/// First column and row, and those after the last.
+/// First column and row, and one past the last.
 fn window(bounds: PixelBounds) -> [u32; 4] {
     [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y]
 }

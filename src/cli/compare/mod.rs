@@ -1,4 +1,4 @@
-//! `fstop compare A B`: do two images show the same?
+//! `fstop compare A B`: tests whether two images agree.
 
 mod input;
 mod json;
@@ -18,7 +18,7 @@ use input::Input;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Two lines of use, for the long help.
+/// Examples for the long help.
 const EXAMPLES: &str = "Examples:
   fstop compare image.exr reference.exr
   fstop compare a.exr b.exr --json --html page.html";
@@ -27,62 +27,62 @@ const EXAMPLES: &str = "Examples:
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct CompareArgs {
-    /// Side (.exr, .pfm, .hdr; .png, .tga, .jpg are taken for sRGB)
+    /// Image (.exr, .pfm, .hdr; .png, .tga, .jpg are taken for sRGB)
     #[arg(value_name = "A")]
     a: PathBuf,
-    /// Side to compare with: the reference
+    /// Image to compare with: the reference
     #[arg(value_name = "B")]
     b: PathBuf,
     /// Print JSON instead of text
     #[arg(help_heading = "Output", long)]
     json: bool,
-    /// Write one page with both images, their differences and all numbers, readable without network
+    /// Write one self-contained page with both images, their differences and all metrics
     #[arg(help_heading = "Output", long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Probability, at most, that images of the same expectation are said to differ
+    /// Maximum probability that images with the same expectation are reported as different
     #[arg(help_heading = "How they are compared", long, value_name = "P", default_value_t = Options::default().alpha, value_parser = probability, allow_negative_numbers = true)]
     alpha: f64,
-    /// Sides of the blocks of pixels that are tested, besides single pixels and the whole
+    /// Sides of the pixel blocks that are tested, besides single pixels and the whole
     #[arg(help_heading = "How they are compared", long, value_name = "PX", value_delimiter = ',', default_values_t = [8, 32], value_parser = clap::value_parser!(u32).range(2..))]
     tile: Vec<u32>,
-    /// How the probability is shared among the tests
+    /// How the probability is divided among the tests
     #[arg(help_heading = "How they are compared", long, value_enum, default_value_t = CorrectionArg::Holm)]
     correction: CorrectionArg,
-    /// Relative difference that does not count
+    /// Relative difference to ignore
     #[arg(help_heading = "How they are compared", long, value_name = "REL", default_value_t = Options::default().relative_tolerance, value_parser = tolerance, allow_negative_numbers = true)]
     tolerance: f64,
-    /// Where the noise is known from
+    /// Source of the noise estimate
     #[arg(help_heading = "How they are compared", long, value_enum, default_value_t = NoiseArg::Auto)]
     noise: NoiseArg,
-    /// Noise from the difference: side of the squares of pixels that are independent of each other,
-    /// the filter's width where samples are splatted
+    /// Noise estimated from the difference: side of the squares of pixels that are independent of each other, the
+    /// filter's width where samples are splatted
     #[arg(help_heading = "How they are compared", long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     cell: u32,
-    /// Welch's test as it is, without the common variance that guards against rare bright samples
+    /// Plain Welch's test, without the common variance that guards against rare bright samples
     #[arg(help_heading = "How they are compared", long)]
     plain_welch: bool,
-    /// Leave FLIP out, which takes the longest
+    /// Skip FLIP, which takes the longest
     #[arg(help_heading = "How they are compared", long)]
     no_flip: bool,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug)]
 enum CorrectionArg {
-    /// Holm's: holds however tests depend on each other
+    /// Holm's: valid however tests depend on each other
     Holm,
-    /// Šidák's: a trifle sharper
+    /// Šidák's: slightly more powerful
     Sidak,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug)]
 enum NoiseArg {
-    /// Variances in the files, else as spatial
+    /// Variances in the files if there are any, otherwise as spatial
     Auto,
     /// Variances in the files, or an error
     Stored,
     /// The scatter of the difference within blocks
     Spatial,
-    /// There is none: images of the same seed, drawings
+    /// No noise: images of the same seed, drawings
     None,
 }
 
@@ -124,7 +124,7 @@ impl CompareArgs {
     }
 }
 
-/// Everything there is to say.
+/// The whole report.
 struct Report {
     inputs: [Input; 2],
     comparison: Comparison,
@@ -133,9 +133,9 @@ struct Report {
 
 /// Both kinds of FLIP.
 struct Flip {
-    /// As a screen shows the images at exposure 0.
+    /// As displayed at exposure 0.
     ldr: FlipMap,
-    /// Over the reference's range of exposures; `None` where both images are LDR anyway.
+    /// Over the reference's range of exposures; `None` if both images are LDR anyway.
     hdr: Option<(ExposureRange, FlipMap)>,
 }
 
@@ -151,7 +151,7 @@ pub fn run(args: &CompareArgs) -> ExitCode {
     }
 }
 
-/// Whether they agree.
+/// Prints the report; returns `true` if the images agree.
 fn report(args: &CompareArgs) -> Result<bool, String> {
     if let Some(file) = &args.html {
         output::check(file).map_err(|e| e.to_string())?;
@@ -180,7 +180,7 @@ fn report(args: &CompareArgs) -> Result<bool, String> {
     Ok(report.comparison.agrees())
 }
 
-/// FLIP, of images whose broken pixels are black in both.
+/// FLIP, for images whose non-finite pixels are black in both.
 fn see(inputs: &[Input; 2]) -> Flip {
     let [a, b] = inputs.each_ref().map(|input| &input.loaded.image);
     let finite: Vec<bool> = a

@@ -1,4 +1,4 @@
-//! A comparison as one page that needs nothing else: images, maps, tables.
+//! A comparison as one self-contained HTML page: images, maps, tables.
 
 use super::raster::{MAX_PIXELS, Reduction};
 use super::text::{level_row, numbers, ratio};
@@ -10,10 +10,10 @@ use std::fmt::Write;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// Decades of p-values that a byte of the map holds.
+/// Decades of p-values that a byte of the map covers.
 const DECADES: f32 = 12.0;
 
-/// The whole page; `p` are the pixels' p-values.
+/// The whole page; `p` holds the pixels' p-values.
 pub fn html(report: &Report, p: &Image) -> String {
     let comparison = &report.comparison;
     let names = report.inputs.each_ref().map(name);
@@ -198,14 +198,14 @@ fn histograms(report: &Report) -> String {
     )
 }
 
-/// Bars of p-values in twentieths, the line where all would end were they uniform.
+/// A histogram of p-values in twentieths, with the expected height if they were uniform.
 fn histogram(uniformity: &Uniformity) -> String {
     const WIDTH: f64 = 320.0;
     const HEIGHT: f64 = 140.0;
     let total: u64 = uniformity.histogram.iter().sum();
     let even = total as f64 / BINS as f64;
     let most = uniformity.histogram.iter().copied().max().unwrap_or(0) as f64;
-    // Even a flat histogram leaves room above.
+    // Leaves room above even a flat histogram.
     let scale = HEIGHT / most.max(1.6 * even).max(1.0);
     let step = WIDTH / BINS as f64;
     let bars: String = (0..BINS)
@@ -234,7 +234,7 @@ fn histogram(uniformity: &Uniformity) -> String {
     )
 }
 
-/// The images and maps, as JSON that no browser runs.
+/// The images and maps, as JSON that browsers do not execute.
 fn data(report: &Report, p: &Image, reduction: Reduction) -> String {
     let [a, b] = report
         .inputs
@@ -265,7 +265,7 @@ fn data(report: &Report, p: &Image, reduction: Reduction) -> String {
     format!("<script type=\"application/json\" id=\"data\">{value}</script>\n")
 }
 
-/// Text for HTML.
+/// Escapes text for HTML.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,5 +1,4 @@
-//! Images and maps as the page carries them: base64 of half floats or of bytes, smaller where the
-//! image is large.
+//! Images and maps as embedded in the page: base64 of half floats or of bytes, reduced if the image is large.
 
 use crate::film::Image;
 use crate::math::{Rgb, UVec2};
@@ -7,10 +6,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use half::f16;
 
-/// Pixels an image may have on the page, 16 MB of text for both; larger ones are shown smaller.
+/// Maximum number of pixels of an image on the page, 16 MB of text for both; larger ones are reduced.
 pub const MAX_PIXELS: u64 = 1 << 20;
 
-/// How an image is cut into the squares of pixels that become one.
+/// Division of an image into squares of pixels that are merged into one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reduction {
     full: UVec2,
@@ -19,7 +18,7 @@ pub struct Reduction {
 }
 
 impl Reduction {
-    /// The least that makes an image fit into `most` pixels.
+    /// The smallest factor that makes an image fit into `most` pixels.
     pub fn new(full: UVec2, most: u64) -> Reduction {
         let fits = |factor: u32| {
             let size = full.map(|n| n.div_ceil(factor));
@@ -32,7 +31,7 @@ impl Reduction {
         }
     }
 
-    /// Width and height of what is shown.
+    /// Width and height of the reduced image.
     pub fn size(&self) -> UVec2 {
         self.full.map(|n| n.div_ceil(self.factor))
     }
@@ -52,8 +51,8 @@ impl Reduction {
         })
     }
 
-    /// The means of squares, as little-endian half floats R G B. Halves reach to 65504; what is brighter
-    /// or not a number is shown as that.
+    /// The means of squares, as little-endian half floats R G B. Halves reach up to 65504; brighter values and NaN stay
+    /// infinite and NaN.
     pub fn halves(&self, image: &Image) -> String {
         let mut bytes = Vec::new();
         for square in self.squares() {
@@ -75,7 +74,7 @@ impl Reduction {
         STANDARD.encode(bytes)
     }
 
-    /// The largest value of each square, 0…1 as a byte.
+    /// The maximum of each square, 0…1 as a byte.
     pub fn bytes(&self, value: impl Fn(usize) -> f32) -> String {
         let largest = |square: &mut dyn Iterator<Item = usize>| {
             let most = square.map(&value).fold(0.0, f32::max);

@@ -1,10 +1,10 @@
-//! A comparison for people at a terminal.
+//! A comparison as text for a terminal.
 
 use super::Report;
 use crate::compare::{CHANNELS, Level, NoiseSource, Statistic, blocks, extent, probability};
 use std::fmt::Write;
 
-/// The verdict, what to know about it, and tables.
+/// The verdict, cautions about it, and tables.
 pub fn text(report: &Report) -> String {
     let comparison = &report.comparison;
     let mut text = comparison.sentence() + "\n\n";
@@ -55,7 +55,7 @@ pub fn level_name(level: &Level) -> String {
     }
 }
 
-/// The cells of a level's row: [`text`] says of what.
+/// The cells of a level's row; see [`text`] for the columns.
 pub fn level_row(level: &Level) -> [String; 6] {
     let worst = &level.worst;
     let channel = CHANNELS[worst.channel.min(2)];
@@ -104,7 +104,7 @@ pub fn ratio(report: &Report, channel: usize) -> String {
     }
 }
 
-/// Names and values of all that is one number for the whole image.
+/// Names and values of all whole-image metrics.
 pub fn numbers(report: &Report) -> Vec<(&'static str, String)> {
     let metrics = &report.comparison.metrics;
     let mut mse = format!("{:.4e}", metrics.mse);

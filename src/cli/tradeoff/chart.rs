@@ -1,21 +1,21 @@
-//! Error against time, both on logarithmic axes.
+//! A log-log chart of error against time.
 
 use crate::cli::lens::chart::{FINE, Failure, failure, svg};
 use plotters::prelude::*;
 
-/// What is shown in one color.
+/// A series of points in one color.
 pub struct Series {
-    /// In the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Seconds of processor time, error in percent, and what stands beside the point.
+    /// Seconds of CPU time, error in percent, and a label for the point.
     pub points: Vec<(f64, f64, String)>,
-    /// Points are joined.
+    /// Whether the points are joined by lines.
     pub joined: bool,
 }
 
 const TEXT: u32 = 12 * FINE;
 
-/// One for each setting; they remain apart for color-blind eyes (Okabe and Ito 2008, yellow darkened).
+/// One color per series, distinguishable for color-blind readers (Okabe and Ito 2008, yellow darkened).
 const PALETTE: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),

@@ -1,4 +1,4 @@
-//! `fstop tradeoff SCENE`: what each setting costs and buys on this scene.
+//! `fstop tradeoff SCENE`: measures what each setting costs and gains on a scene.
 
 mod chart;
 mod page;
@@ -17,7 +17,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Two lines of use, for the long help.
+/// Examples for the long help.
 const EXAMPLES: &str = "Examples:
   fstop tradeoff scene.pbrt --error 1%
   fstop tradeoff scene.pbrt --time 300 --html page.html";
@@ -26,15 +26,15 @@ const EXAMPLES: &str = "Examples:
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct TradeoffArgs {
-    /// Scene file; of several frames the first
+    /// Scene file; if it has several frames, the first
     scene: PathBuf,
-    /// The relative error to recommend a setting for
+    /// Relative error to recommend a setting for
     #[arg(help_heading = "How it is measured", long, value_parser = relative, default_value = "1%", allow_hyphen_values = true, value_name = "REL")]
     error: f64,
-    /// Seconds the study may take; twice the time makes its numbers 1.4 times as sharp
+    /// Seconds that the study may take; twice the time makes its results 1.4 times as precise
     #[arg(help_heading = "How it is measured", long, value_parser = super::goal::seconds, default_value = "60", allow_hyphen_values = true, value_name = "SECONDS")]
     time: Duration,
-    /// Render the image at its full size; else it is made smaller where it has more than 40000 pixels
+    /// Render the image at full size; otherwise it is reduced if it has more than 40000 pixels
     #[arg(help_heading = "How it is measured", long)]
     full_size: bool,
     /// Print the result as JSON
@@ -43,7 +43,7 @@ pub struct TradeoffArgs {
     /// Also write a page with charts here
     #[arg(help_heading = "Output", long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Threads; by default one for each processor
+    /// Threads; by default one per processor
     #[arg(
         help_heading = "How it is measured",
         long,
@@ -51,7 +51,7 @@ pub struct TradeoffArgs {
         hide_default_value = true
     )]
     threads: usize,
-    /// Seed of all random numbers
+    /// Seed of all random samples
     #[arg(help_heading = "How it is measured", long, default_value_t = 0)]
     seed: u64,
     /// Print only the result
@@ -61,12 +61,12 @@ pub struct TradeoffArgs {
     read: ReadArgs,
 }
 
-/// Studies the scene; exit code 0, or 2 where there is nothing to study.
+/// Studies the scene; exit code 0, or 2 if there is nothing to study.
 pub fn run(args: &TradeoffArgs) -> ExitCode {
     study_scene(args).map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
 }
 
-/// More pixels than that make no number sharper that their samples would not.
+/// More pixels give no more precision than as many more samples.
 const PIXELS: u32 = 40_000;
 
 fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
@@ -178,7 +178,7 @@ fn json_of_measured(m: &Measurement) -> Value {
     })
 }
 
-/// JSON has no infinities.
+/// `None` for infinities, which JSON lacks.
 fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }

@@ -1,4 +1,4 @@
-//! The study as one HTML page that needs nothing else.
+//! The study as one self-contained HTML page.
 
 use super::chart::{Series, log_log};
 use super::text;
@@ -43,7 +43,7 @@ pub fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, Failure>
     ))
 }
 
-/// The sample candidates joined, then the other knobs.
+/// The candidates for sample counts, joined, then the other settings.
 fn series(study: &Study) -> Vec<Series> {
     let point = |(candidate, m): &(Candidate, Measurement)| {
         let label = candidate.value.clone();
@@ -106,7 +106,7 @@ fn table(study: &Study) -> String {
     rows + "</table>\n"
 }
 
-/// Text as HTML.
+/// Escapes text for HTML.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

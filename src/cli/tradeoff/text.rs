@@ -3,7 +3,7 @@
 use crate::tradeoff::{Estimate, Measurement, Setting, Study};
 use std::fmt::Write;
 
-/// The table and the sentence.
+/// The table and the recommendation.
 pub fn report(study: &Study, scene: &str, shrunk: bool) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -40,7 +40,7 @@ pub fn report(study: &Study, scene: &str, shrunk: bool) -> String {
     text
 }
 
-/// What was done, in a line.
+/// What was measured, in one line.
 pub fn heading(study: &Study, scene: &str, shrunk: bool) -> String {
     let [width, height] = study.resolution;
     let size = if shrunk {
@@ -112,11 +112,11 @@ pub fn sentence(study: &Study) -> String {
     )
 }
 
-/// Efficiency of a setting in units of another's.
+/// Efficiency of a setting relative to another's.
 pub fn relative_efficiency(m: &Measurement, base: &Measurement) -> Estimate {
     let value = m.efficiency.value / base.efficiency.value;
     let part = |e: &Estimate| (e.within / e.value).powi(2);
-    // To first order; the scene's own is what it is measured in.
+    // To first order; the scene's own setting is the unit.
     let within = match std::ptr::eq(m, base) {
         true => 0.0,
         false => value * (part(&m.efficiency) + part(&base.efficiency)).sqrt(),
@@ -124,7 +124,7 @@ pub fn relative_efficiency(m: &Measurement, base: &Measurement) -> Estimate {
     Estimate { value, within }
 }
 
-/// A bias, or a dash where nothing but noise is seen of it.
+/// A bias, or a dash if it cannot be told from noise.
 pub fn bias(m: &Measurement) -> String {
     match m.squared_bias.excludes(0.0) && m.squared_bias.value > 0.0 {
         true => percent(m.bias()),
@@ -132,7 +132,7 @@ pub fn bias(m: &Measurement) -> String {
     }
 }
 
-/// A share in percent.
+/// A fraction in percent.
 pub fn percent(e: Estimate) -> String {
     number(Estimate {
         value: 100.0 * e.value,
@@ -140,7 +140,7 @@ pub fn percent(e: Estimate) -> String {
     })
 }
 
-/// To the digits that are known.
+/// Rounded to its significant digits.
 pub fn number(e: Estimate) -> String {
     if !e.value.is_finite() {
         return "-".to_string();
