@@ -1,21 +1,21 @@
-//! Many questions, one false-alarm rate.
+//! Multiple-testing corrections: many tests, one false-alarm rate.
 
-/// How the false-alarm rate of one comparison is shared among its tests.
+/// How the false-alarm rate of one comparison is divided among its tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Correction {
-    /// Holm's step-down form of Bonferroni's inequality (S. Holm, "A simple sequentially rejective
-    /// multiple test procedure", Scand. J. Statist. 6, 1979). Holds however the tests depend on each
-    /// other: blocks that overlap, channels that share their paths.
+    /// Holm's step-down form of the Bonferroni correction (S. Holm, "A simple sequentially rejective multiple test
+    /// procedure", Scand. J. Statist. 6, 1979). Valid however the tests depend on each other: overlapping blocks,
+    /// channels that share their paths.
     #[default]
     Holm,
-    /// The same steps with Šidák's bound 1 − (1 − p)ⁿ (Z. Šidák, J. Am. Stat. Assoc. 62, 1967). Exact
-    /// for independent tests, and proven for two-sided tests of jointly normal variables however they
-    /// correlate. Finds a little more; by less than α of itself.
+    /// The same steps with Šidák's bound 1 − (1 − p)ⁿ (Z. Šidák, J. Am. Stat. Assoc. 62, 1967). Exact for independent
+    /// tests, and proven for two-sided tests of jointly normal variables however they correlate. Slightly more
+    /// powerful, by a relative difference of less than α.
     Sidak,
 }
 
 impl Correction {
-    /// The probability, at most, that the smallest of so many p-values is as small as `p`.
+    /// Upper bound on the probability that the smallest of `tests` p-values is as small as `p`.
     pub fn adjust(self, p: f64, tests: usize) -> f64 {
         match self {
             Correction::Holm => (p * tests as f64).min(1.0),
@@ -24,7 +24,7 @@ impl Correction {
         }
     }
 
-    /// What each of so many tests may claim, where all together may claim `alpha`: the inverse of
+    /// The significance level of each of `tests` tests for a family-wise level of `alpha`: the inverse of
     /// [`adjust`](Self::adjust).
     pub fn share(self, alpha: f64, tests: usize) -> f64 {
         let tests = tests.max(1) as f64;
@@ -34,12 +34,12 @@ impl Correction {
         }
     }
 
-    /// How many of `tests` hypotheses are rejected at a family-wise error rate of `alpha`. `smallest`
-    /// are the p-values, in any order; those above `alpha`, which never are, may be missing.
+    /// The number of `tests` hypotheses that are rejected at a family-wise error rate of `alpha`. `smallest` holds the
+    /// p-values, in any order; those above `alpha`, which are never rejected, may be missing.
     pub fn rejected(self, mut smallest: Vec<f64>, tests: usize, alpha: f64) -> usize {
         smallest.sort_by(f64::total_cmp);
         let steps = smallest.iter().enumerate();
-        // The kth smallest is asked among those that are left.
+        // The kth smallest is compared with the level for the remaining tests.
         let accepted = |(k, &p): (usize, &f64)| p >= self.share(alpha, tests.saturating_sub(k));
         steps.clone().position(accepted).unwrap_or(smallest.len())
     }
@@ -64,8 +64,8 @@ mod tests {
         }
     }
 
-    /// Holm's own kind of example: with four tests at 5 %, 0.05/4 = 0.0125, 0.05/3 = 0.0167 and
-    /// 0.05/2 = 0.025 are asked in turn; Bonferroni would stop after the first.
+    /// An example in the style of Holm's: with four tests at 5 %, the levels are 0.05/4 = 0.0125, 0.05/3 = 0.0167 and
+    /// 0.05/2 = 0.025 in turn; Bonferroni would stop after the first.
     #[test]
     fn stepping_down_by_hand() {
         let p = vec![0.03, 0.01, 0.016, 0.9];

@@ -1,17 +1,17 @@
-//! An image as the statistician sees it.
+//! An image as a statistical estimate.
 
 use super::Side;
 use crate::film::{Image, LoadedImage, PixelBounds};
 
-/// An image with how sure it is of itself.
+/// An image with its uncertainty.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate<'a> {
-    /// Mean and, where known, variance of that mean of every pixel.
+    /// Mean and, if known, variance of the mean of every pixel.
     pub image: &'a Image,
-    /// Degrees of freedom of each variance: observations it was estimated from, less one.
+    /// Degrees of freedom of each variance: the number of observations it was estimated from, minus one.
     pub freedom: f64,
-    /// Samples per pixel altogether, where known. Two images that both know theirs are compared
-    /// with a common variance per sample ([`Options`](super::Options) says why).
+    /// Samples per pixel in total, if known. If both images know theirs, they are compared with a common variance per
+    /// sample (see [`Options`](super::Options) for the reason).
     pub samples: Option<f64>,
 }
 
@@ -24,13 +24,13 @@ pub enum CompareError {
         .0.size().x, .0.size().y, .1.size().x, .1.size().y
     )]
     Size(PixelBounds, PixelBounds),
-    /// As many pixels, but of another part of the full image.
+    /// As many pixels, but from another part of the full image.
     #[error("the images differ in crop window: A holds {}, B {}", show(.0), show(.1))]
     Window(PixelBounds, PixelBounds),
     /// There is nothing to compare.
     #[error("the images have no pixels")]
     Empty,
-    /// Stored variances were asked for.
+    /// Stored variances were requested but are missing.
     #[error("{0} has no usable variances (channels var.R, var.G, var.B of two samples or more)")]
     NoVariance(Side),
 }
@@ -43,9 +43,9 @@ fn show(bounds: &PixelBounds) -> String {
 }
 
 impl<'a> Estimate<'a> {
-    /// What a file says of itself. A file with the attribute `runs` above 1 estimated its variance
-    /// from the scatter of its runs, any other from its samples; a file that counts neither is taken
-    /// at its word (infinitely many degrees of freedom).
+    /// The estimate according to a file's metadata. A file with the attribute `runs` above 1 has its variance estimated
+    /// from the scatter of its runs, any other from its samples; if a file has neither count, its variances are taken
+    /// as exact (infinitely many degrees of freedom).
     pub fn of(loaded: &'a LoadedImage) -> Estimate<'a> {
         let observations = loaded.runs.filter(|&runs| runs > 1).or(loaded.spp);
         let freedom = observations.map_or(f64::INFINITY, |n| f64::from(n) - 1.0);
@@ -59,7 +59,7 @@ impl<'a> Estimate<'a> {
         }
     }
 
-    /// Does it know how far its pixels scatter? A single sample does not.
+    /// Returns `true` if the variance of pixels is known. It is not for a single sample.
     pub fn has_variance(&self) -> bool {
         let known = |variance: &Vec<_>| {
             variance
@@ -70,7 +70,7 @@ impl<'a> Estimate<'a> {
     }
 }
 
-/// Both images must hold the same pixels, and at least one.
+/// Checks that both images hold the same pixels, and at least one.
 pub(super) fn check_pair(a: &Estimate, b: &Estimate) -> Result<(), CompareError> {
     let (x, y) = (a.image.bounds, b.image.bounds);
     if x.size() != y.size() || a.image.pixels.len() != b.image.pixels.len() {

@@ -1,4 +1,4 @@
-//! Differences of two images as plain numbers.
+//! Error metrics of an image: MSE, PSNR and others.
 
 use super::scatter::Scatter;
 use super::{Estimate, NoiseSource};
@@ -7,16 +7,15 @@ use crate::math::color::luminance;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// How far an image is from its reference. All over pixels and channels alike, in f64.
+/// Error metrics of an image against its reference, over all pixels and channels, in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metrics {
     /// Mean squared error.
     pub mse: f64,
-    /// The mean squared error that noise alone would make: the mean of both variances. `None` where a
-    /// image has no variances. `mse` minus this estimates the squared bias.
+    /// The mean squared error expected from noise alone: the mean of both variances. `None` if an image has no
+    /// variances. `mse` minus this estimates the squared bias.
     pub expected_mse: Option<f64>,
-    /// Mean of (a − b)² / (b² + ε²), ε being 1 % of the reference's mean (dark pixels would otherwise
-    /// decide alone).
+    /// Mean of (a − b)² / (b² + ε²), where ε is 1 % of the reference's mean (otherwise dark pixels would dominate).
     pub relative_mse: f64,
     /// Peak signal-to-noise ratio in dB, the peak being the reference's largest value; infinite for
     /// equal images.
@@ -25,14 +24,14 @@ pub struct Metrics {
     pub max_difference: f64,
     /// The means of red, green and blue.
     pub channels: [ChannelMeans; 3],
-    /// Where the mean luminance differs most.
+    /// The tile whose mean luminance differs most.
     pub largest_tile: TileDifference,
 }
 
-/// Mean luminances of one square of 32 × 32 pixels.
+/// Mean luminances of one tile of 32 × 32 pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileDifference {
-    /// The square, smaller at the right and bottom edges.
+    /// The tile, smaller at the right and bottom edges.
     pub bounds: PixelBounds,
     /// Mean luminance of the image.
     pub a: f64,
@@ -40,25 +39,25 @@ pub struct TileDifference {
     pub b: f64,
 }
 
-/// Side of the squares of [`TileDifference`]: large enough to average noise, small enough to say where.
+/// Side of a tile of [`TileDifference`]: large enough to average out noise, small enough to locate a difference.
 pub const TILE: u32 = 32;
 
 /// The means of one channel over the whole image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelMeans {
-    /// Of the image.
+    /// Mean of the image.
     pub a: f64,
-    /// Of the reference.
+    /// Mean of the reference.
     pub b: f64,
-    /// a / b; 1 where both are 0.
+    /// a / b; 1 if both are 0.
     pub ratio: f64,
-    /// Half the width of the ratio's 95 % confidence interval, to first order in the noise (delta
-    /// method). `None` where nothing is known of the noise.
+    /// Half the width of the ratio's 95 % confidence interval, to first order in the noise (delta method). `None` if
+    /// the noise is unknown.
     pub ratio_error: Option<f64>,
 }
 
 impl Metrics {
-    /// Of images that are black in the `left_out` pixels that must not count.
+    /// The metrics of images that are black in the `left_out` pixels, which do not count.
     pub(super) fn new(a: &Estimate, b: &Estimate, noise: NoiseSource, left_out: usize) -> Metrics {
         let count = a.image.pixels.len().saturating_sub(left_out).max(1) as f64;
         let pairs = || {
@@ -95,7 +94,7 @@ impl Metrics {
     }
 }
 
-/// Mean over the pixels of their variances.
+/// Mean of the variances of the pixels.
 fn mean_variance(estimate: &Estimate, count: f64) -> Option<DVec3> {
     let variance = estimate.image.variance.as_ref()?;
     Some(variance.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / count)
@@ -108,7 +107,7 @@ fn channel_means(a: &Estimate, b: &Estimate, noise: NoiseSource, count: f64) -> 
     [0, 1, 2].map(|i| {
         let (a, b) = (mean_a[i], mean_b[i]);
         let ratio = if a == b { 1.0 } else { a / b };
-        // 1.96: 97.5 % of the normal distribution.
+        // 1.96: the 97.5 % quantile of the normal distribution.
         let ratio_error = errors.map(|[u, v]| 1.96 * u[i].hypot(ratio * v[i]) / b.abs());
         ChannelMeans {
             a,
@@ -119,9 +118,9 @@ fn channel_means(a: &Estimate, b: &Estimate, noise: NoiseSource, count: f64) -> 
     })
 }
 
-/// Standard errors of both images' means. Pixels are independent: the variance of their mean is the
-/// mean variance over their number. Where only the scatter of the difference is known, it is all
-/// ascribed to A: right to first order for ratios near 1.
+/// Standard errors of both images' means. Pixels are independent: the variance of their mean is the mean variance over
+/// their number. If only the scatter of the difference is known, all of it is attributed to A, which is right to first
+/// order for ratios near 1.
 fn errors_of_means(
     a: &Estimate,
     b: &Estimate,
@@ -147,7 +146,7 @@ fn errors_of_means(
     }
 }
 
-/// The first of those whose mean luminances differ most.
+/// The first of the tiles whose mean luminances differ most.
 fn largest_tile(a: &Estimate, b: &Estimate) -> TileDifference {
     let tiles: Vec<PixelBounds> = a.image.bounds.tiles(TILE).collect();
     let mean = |e: &Estimate, tile: PixelBounds| {
@@ -198,7 +197,7 @@ mod tests {
         });
         let m = Metrics::new(&a, &b, NoiseSource::Stored, 0);
         assert_eq!(m.mse, 1.0 / 3.0);
-        // Two images' variance 0.01 each; single precision of the inputs.
+        // A variance of 0.01 in each image; single precision of the inputs.
         assert!((m.expected_mse.unwrap() - 0.02).abs() < 1e-9);
         // (1/16 + 1/4) / 6, but for ε² = (0.01·2)².
         assert!((m.relative_mse - (1.0 / (16.0 + 4e-4) + 1.0 / (4.0 + 4e-4)) / 6.0).abs() < 1e-12);
@@ -208,7 +207,7 @@ mod tests {
         // Variance of each mean 0.005: 1.96 √(0.005 (1 + 4/9)) / 3.
         let error = m.channels[2].ratio_error.unwrap();
         assert!((error - 1.96 * (0.005f64 * 13.0 / 9.0).sqrt() / 3.0).abs() < 1e-6);
-        // (0.072169 · −1) in both pixels: the only tile there is.
+        // (0.072169 · −1) in both pixels: there is only one tile.
         assert_eq!(m.largest_tile.bounds, a.image.bounds);
         assert!((m.largest_tile.a - m.largest_tile.b + 0.072169).abs() < 1e-6);
     }
@@ -226,7 +225,7 @@ mod tests {
         assert_eq!(m.channels[0].ratio, 1.0);
     }
 
-    /// Differences ±0.1 about 0.1: their mean's standard error is √(4·0.01 / (4·3)).
+    /// Differences of ±0.1 about 0.1: the standard error of their mean is √(4·0.01 / (4·3)).
     #[test]
     fn without_variances_the_difference_tells() {
         let mut a = Image::black(UVec2::new(2, 2));
@@ -245,7 +244,7 @@ mod tests {
         assert!((m.channels[1].ratio - 1.1).abs() < 1e-6);
     }
 
-    /// Pixels that are left out do not dilute what is said of the others.
+    /// Excluded pixels do not dilute the metrics of the others.
     #[test]
     fn left_out_pixels_do_not_count() {
         let mut a = Image::black(UVec2::new(2, 2));

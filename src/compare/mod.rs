@@ -1,12 +1,11 @@
-//! Do two renders show the same image?
+//! Statistical comparison: do two renders show the same image?
 //!
-//! Renders are random, so their difference says nothing until it is set against their noise. Where
-//! both files carry the variance of each pixel, [`compare`] asks Welch's t-test (Jung, Hanika,
-//! Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT 9(2), 2020) on
-//! pixels, on blocks of pixels and on the whole image, and corrects for the number of tests asked.
-//! Where one has none, the scatter of the difference itself stands in (`scatter.rs` says what that
-//! assumes). Besides, it reports differences as plain numbers ([`Metrics`]) and as a viewer would see
-//! them ([`flip`]). `docs/compare.md` explains all of it to users.
+//! Renders are random, so their difference is meaningless unless it is compared with their noise. If both files contain
+//! the variance of each pixel, [`compare`] applies Welch's t-test (Jung, Hanika, Dachsbacher, "Detecting Bias in Monte
+//! Carlo Renderers using Welch's t-test", JCGT 9(2), 2020) to pixels, to blocks of pixels and to the whole image, and
+//! corrects for the number of tests. If one has none, the scatter of the difference itself is used (`scatter.rs` states
+//! the assumptions). It also reports error metrics ([`Metrics`]) and the difference as seen by a viewer ([`flip`]).
+//! `docs/compare.md` explains all of it to users.
 
 mod correction;
 mod estimate;
@@ -43,7 +42,7 @@ use std::fmt;
 use verdict::{BlockTest, test_level};
 use welch::WelchTest;
 
-/// One of the two.
+/// One of the two images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// The image.
@@ -61,23 +60,23 @@ impl fmt::Display for Side {
 /// The answer of [`compare`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// What the t-tests say.
+    /// The result of the t-tests.
     pub verdict: Verdict,
-    /// What they judged by.
+    /// The noise estimate they used.
     pub noise: NoiseSource,
-    /// Values that are no numbers.
+    /// Values that are infinite or NaN.
     pub non_finite: NonFinite,
-    /// Whether the p-values are distributed as they should, for each block size with enough blocks.
+    /// Whether the p-values are uniformly distributed, for each block size with enough blocks.
     pub uniformity: Vec<Uniformity>,
     /// Whether pixels are independent of their neighbors, which the tests of blocks assume.
     pub neighbors: Neighbors,
-    /// Differences in numbers.
+    /// Error metrics.
     pub metrics: Metrics,
 }
 
 impl Comparison {
-    /// True where nothing says that the images differ: no test, and no value that is a number in one
-    /// image only.
+    /// Returns `true` if nothing indicates that the images differ: no test, and no value that is finite in one image
+    /// only.
     pub fn agrees(&self) -> bool {
         self.verdict.agrees() && self.non_finite.unmatched == 0
     }
@@ -101,8 +100,7 @@ impl Comparison {
 /// # Ok::<(), fstop::compare::CompareError>(())
 /// ```
 ///
-/// # Errors
-/// Images of different pixels, or of none; no variances where they were asked for.
+/// Fails if the images have different pixels, or none, or lack variances that were requested.
 pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparison, CompareError> {
     estimate::check_pair(a, b)?;
     let noise = NoiseSource::of(a, b, options)?;
@@ -123,9 +121,9 @@ pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparis
     })
 }
 
-/// The p-value of every pixel and channel, for an image of where two images differ. Where the noise
-/// is estimated from the scatter of the difference a pixel has no p-value of its own and shows that of
-/// its block (the smallest of [`Options::blocks`] that are tested).
+/// The p-value of every pixel and channel, for an image of where two images differ. If the noise is estimated from the
+/// scatter of the difference, a pixel has no p-value of its own and shows that of its block (the smallest of
+/// [`Options::blocks`] that is tested).
 ///
 /// # Errors
 /// As [`compare`].
@@ -142,7 +140,7 @@ pub fn p_values(a: &Estimate, b: &Estimate, options: &Options) -> Result<Image, 
     Ok(pair.p_values())
 }
 
-/// The same estimate of a mended image, where there is one.
+/// The same estimate with a cleaned image, if there is one.
 fn with_image<'a>(estimate: &Estimate<'a>, mended: &'a Option<Image>) -> Estimate<'a> {
     Estimate {
         image: mended.as_ref().unwrap_or(estimate.image),
@@ -158,8 +156,8 @@ struct Pair<'a> {
     options: &'a Options,
 }
 
-/// Observations a block must have for a test of its scatter to be worth asking: with fewer, signs
-/// alone ([`scatter`]) could never prove anything among the other blocks.
+/// Minimum observations in a block to test its scatter: with fewer, signs alone ([`scatter`]) could never be
+/// significant among the other blocks.
 const MIN_OBSERVATIONS: u32 = 16;
 
 impl<'a> Pair<'a> {
@@ -187,7 +185,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// The sizes of blocks that can be tested.
+    /// The block sizes that can be tested.
     fn sides(&self) -> Vec<u32> {
         let cell = self.options.cell.max(1);
         let observations = |side: u32| side.div_ceil(cell).saturating_pow(2);
@@ -225,7 +223,7 @@ impl<'a> Pair<'a> {
         test_level(test, self.bounds(), side, share, self.options.correction)
     }
 
-    /// By Welch's test proper, whose p-values would be uniform; the common variance's are too large.
+    /// By plain Welch's test, whose p-values would be uniform; those of the common variance are too large.
     fn uniformity(&self) -> Vec<Uniformity> {
         let of = |side| match self.noise {
             NoiseSource::None => None,

@@ -1,24 +1,24 @@
-//! Values that are no numbers: counted, located, and kept out of everything else.
+//! Infinite and NaN values: counted, located, and excluded from everything else.
 
 use super::Side;
 use crate::film::Image;
 use crate::math::{Rgb, UVec2};
 
-/// Pixels of a pair of images with a value that is infinite or not a number.
+/// Pixels of a pair of images with an infinite or NaN value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NonFinite {
-    /// How many in A and in B.
+    /// Their number in A and in B.
     pub counts: [usize; 2],
-    /// Where the first of each is, row by row.
+    /// The first in each image, row by row.
     pub first: [Option<UVec2>; 2],
-    /// Pixels that are finite in one image only: there the images differ for certain.
+    /// Pixels that are finite in one image only: the images certainly differ there.
     pub unmatched: usize,
-    /// Pixels left out of all tests and numbers: those of either image.
+    /// Pixels excluded from all tests and metrics: those of either image.
     pub left_out: usize,
 }
 
 impl NonFinite {
-    /// How many in one of the images, and where the first is.
+    /// Their number in one of the images, and the location of the first.
     pub fn of(&self, side: Side) -> Option<(usize, UVec2)> {
         let i = side as usize;
         self.first[i].map(|first| (self.counts[i], first))
@@ -43,15 +43,15 @@ impl NonFinite {
     }
 }
 
-/// The pixel at a position of the row-by-row list.
+/// The pixel at an index of the row-by-row list.
 fn place(image: &Image, index: usize) -> UVec2 {
     let width = image.bounds.size().x.max(1);
     let index = index as u32;
     image.bounds.min + UVec2::new(index % width, index / width)
 }
 
-/// Both images with black, noiseless pixels where either has no finite value, and unknown (infinite)
-/// variances where they are not numbers or negative. `None` for an image that needs no change.
+/// Both images with black, noiseless pixels where either has a non-finite value, and unknown (infinite) variances where
+/// these are NaN or negative. `None` for an image that needs no change.
 pub(super) fn clean(a: &Image, b: &Image) -> (Option<Image>, Option<Image>, NonFinite) {
     let found = NonFinite::find(a, b);
     let impossible = |v: &Rgb| v.is_nan() || v.min_element() < 0.0;

@@ -1,37 +1,36 @@
-//! How to compare.
+//! Options of a comparison.
 
 use super::{CompareError, Correction, Estimate, Side};
 
-/// How to test.
+/// Settings of the statistical tests.
 ///
-/// **Common variance.** Welch's test proper fails on rare bright samples: where an image of few
-/// samples has met none of them, its mean *and* its variance are too low, and the test is certain of a
-/// difference that is mere luck. So where both images know their number of samples, the larger
-/// variance *per sample* of the two is taken for both: an image that was spared cannot claim more
-/// certainty than the other's samples allow. Between images that were sampled alike this is Student's
-/// test with a slightly high variance; otherwise it errs towards "agree".
+/// **Common variance.** Plain Welch's test fails on rare bright samples (fireflies): if an image of few samples has
+/// none of them, its mean *and* its variance are too low, and the test is certain of a difference that is mere chance.
+/// So if both images know their number of samples, the larger variance *per sample* of the two is used for both: an
+/// image without fireflies cannot claim more certainty than the other's samples allow. For images sampled alike this is
+/// Student's test with a slightly high variance; otherwise it errs toward "agree".
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// The probability, at most, that images of the same expectation are said to differ: of one
-    /// whole comparison, all its tests together.
+    /// Maximum probability that images with the same expectation are reported as different, for the whole comparison
+    /// with all its tests.
     pub alpha: f64,
-    /// Sides, in pixels, of the square blocks whose means are tested; 1 tests single pixels. The mean
-    /// of the whole image is always tested too. Pixels find what is small and wrong, large blocks
-    /// what is everywhere and slight.
+    /// Sides, in pixels, of the square blocks whose means are tested; 1 tests single pixels. The mean of the whole
+    /// image is always tested too. Pixels reveal errors that are small and strong, large blocks those that are
+    /// widespread and weak.
     pub blocks: Vec<u32>,
-    /// Differences up to this fraction of the brightest channel's value do not count. The default,
-    /// 1e-5, is ten times what pbrt-v3's single-precision sums and its way through XYZ and back,
-    /// which mixes the channels, leave in a reference (1e-6); noise hides anything so small elsewhere.
+    /// Relative differences, to the brightest channel's value, up to this are ignored. The default, 1e-5, is ten times
+    /// what pbrt-v3's single-precision sums and its conversion to XYZ and back, which mixes the channels, leave in a
+    /// reference (1e-6); elsewhere noise hides anything this small.
     pub relative_tolerance: f64,
-    /// How `alpha` is shared among the tests.
+    /// How `alpha` is divided among the tests.
     pub correction: Correction,
-    /// Where the noise is known from.
+    /// Source of the noise estimate.
     pub noise: Noise,
-    /// Side in pixels of the squares that count as one observation where the noise is estimated from
-    /// the scatter of the difference: 1 for pixels that are independent of each other, the width of
-    /// the reconstruction filter where samples are splatted.
+    /// Side in pixels of the squares that count as one observation when noise is estimated from the scatter of the
+    /// difference: 1 for pixels that are independent of each other, the width of the reconstruction filter where
+    /// samples are splatted.
     pub cell: u32,
-    /// Take the common variance described above, where possible; otherwise Welch's test always.
+    /// Use the common variance described above if possible; otherwise always plain Welch's test.
     pub common_variance: bool,
 }
 
@@ -49,38 +48,38 @@ impl Default for Options {
     }
 }
 
-/// What the caller says about the noise.
+/// The noise, as specified by the caller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Noise {
-    /// Variances stored in the files; where one of them has none, the scatter of the difference.
+    /// Variances stored in the files; if one of them has none, the scatter of the difference.
     #[default]
     Auto,
     /// Variances stored in the files, or an error.
     Stored,
     /// The scatter of the difference between neighboring pixels.
     Spatial,
-    /// There is none: every pixel must be equal but for the tolerance. For images made from the same
-    /// random numbers, or from none.
+    /// No noise: every pixel must be equal within the tolerance. For images made from the same random samples, or from
+    /// none.
     None,
 }
 
-/// Where a verdict's noise was known from.
+/// The source of a verdict's noise estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoiseSource {
     /// Variances in both files.
     Stored,
-    /// The scatter of the difference, because the caller asked for it.
+    /// The scatter of the difference, as requested.
     Spatial,
     /// The scatter of the difference, because this image has no variances.
     SpatialWithout(Side),
-    /// The same, because neither has.
+    /// The scatter of the difference, because neither image has variances.
     SpatialWithoutBoth,
-    /// The caller said that there is none.
+    /// No noise, as specified by the caller.
     None,
 }
 
 impl NoiseSource {
-    /// Is the noise estimated from the scatter of the difference?
+    /// Returns `true` if the noise is estimated from the scatter of the difference.
     pub fn is_spatial(self) -> bool {
         !matches!(self, NoiseSource::Stored | NoiseSource::None)
     }

@@ -1,19 +1,17 @@
-//! Tests of images that do not know their noise, by the scatter of their difference.
+//! Tests for images without variances, by the scatter of their difference.
 //!
-//! The difference of two renders of the same expectation is noise and nothing else: what they show
-//! cancels. So within a block of pixels it scatters around 0, and Student's one-sample t-test on the
-//! difference (a paired test: pixel with pixel) asks whether its mean is 0. It needs no variances, but
-//! assumes that
-//! - pixels are independent of each other. Splatting filters and denoisers tie neighbors together;
-//!   squares of pixels wider than the filter (`cell`) are nearly independent again;
-//! - differences are as likely positive as negative: true for images that were made alike, and
-//!   nearly so for averages of many samples. Noise of one size is *not* assumed: for symmetric
-//!   differences of any sizes the test errs towards "agree" (B. Efron, "Student's t-test under
-//!   symmetry conditions", J. Am. Stat. Assoc. 64, 1969).
+//! The difference of two renders with the same expectation is pure noise: the image content cancels. So within a block
+//! of pixels it scatters around 0, and Student's one-sample t-test on the difference (a paired test, pixel by pixel)
+//! tests whether its mean is 0. It needs no variances, but assumes that
+//! - pixels are independent of each other. Splatting filters and denoisers correlate neighbors; squares of pixels wider
+//!   than the filter (`cell`) are nearly independent again;
+//! - differences are as likely positive as negative: true for images that were made alike, and nearly so for averages
+//!   of many samples. Noise of uniform size is *not* assumed: for symmetric differences of any sizes the test errs
+//!   toward "agree" (B. Efron, "Student's t-test under symmetry conditions", J. Am. Stat. Assoc. 64, 1969).
 //!
-//! A single pixel has no scatter: wrong pixels in ones and twos are not found. Differences that average
-//! to nothing (edges that moved, texture that got sharper) are found by asking whether neighboring
-//! differences are independent, which noise is: products of neighbors scatter around 0 as well.
+//! A single pixel has no scatter: one or two wrong pixels are not found. Differences that average to zero (edges that
+//! moved, texture that got sharper) are found by testing whether neighboring differences are independent, as noise is:
+//! products of neighbors scatter around 0 as well.
 
 use super::Estimate;
 use super::verdict::{BlockTest, Candidate, Statistic};
@@ -21,21 +19,21 @@ use crate::film::{Image, PixelBounds};
 use crate::math::{Rgb, UVec2};
 use glam::DVec3;
 
-/// Two images and what counts as one observation.
+/// Two images, and the definition of one observation.
 #[derive(Clone, Copy)]
 pub(super) struct Scatter<'a> {
     pub a: Estimate<'a>,
     pub b: Estimate<'a>,
-    /// Differences up to this fraction of the brightest channel do not count.
+    /// Relative differences, to the brightest channel, up to this are ignored.
     pub tolerance: f64,
     /// Side of the squares whose mean difference is one observation, at least 1.
     pub cell: u32,
 }
 
-/// Is the mean of the difference 0?
+/// Tests whether the mean of the difference is 0.
 pub(super) struct MeanScatter<'a>(pub Scatter<'a>);
 
-/// Are neighboring differences independent?
+/// Tests whether neighboring differences are independent.
 pub(super) struct NeighborScatter<'a>(pub Scatter<'a>);
 
 impl BlockTest for MeanScatter<'_> {
@@ -63,7 +61,7 @@ impl BlockTest for NeighborScatter<'_> {
             let products = pairs(grid.size)
                 .filter_map(|[i, j]| Some(beyond(grid.cells.get(i)?) * beyond(grid.cells.get(j)?)));
             let candidate = candidate([a[c], b[c]], products, 0.0);
-            // The products' signs follow from the differences' own, of which there are fewer.
+            // The products' signs follow from the signs of the differences, of which there are fewer.
             let signs = grid.cells.iter().filter(|cell| beyond(cell) != 0.0);
             Candidate {
                 floor: min_p(signs.count()).max(candidate.floor),
@@ -73,18 +71,18 @@ impl BlockTest for NeighborScatter<'_> {
     }
 }
 
-/// One observation. Single precision: there are as many as pixels, and their relative error of 6e-8
-/// is nothing beside their scatter.
+/// One observation. Single precision: there are as many as pixels, and their relative error of 6e-8 is negligible
+/// compared with their scatter.
 #[derive(Clone, Copy)]
 struct Cell {
-    /// Mean of A less mean of B.
+    /// Mean of A minus mean of B.
     difference: Rgb,
-    /// The largest channel of either.
+    /// The largest channel of either image.
     brightest: f32,
 }
 
 impl Cell {
-    /// What the difference is more than rounding, which is not random.
+    /// The difference beyond rounding, which is not random.
     fn beyond(&self, tolerance: f64, channel: usize) -> f64 {
         let difference = f64::from(self.difference[channel]);
         let excess = difference.abs() - tolerance * f64::from(self.brightest);
@@ -96,7 +94,7 @@ impl Cell {
 struct Grid {
     size: UVec2,
     cells: Vec<Cell>,
-    /// Of the cells' values in A and in B.
+    /// Means of the cells' values in A and in B.
     means: [DVec3; 2],
 }
 
@@ -141,7 +139,7 @@ fn mean(image: &Image, bounds: PixelBounds) -> DVec3 {
     values.sum::<DVec3>() / bounds.area().max(1) as f64
 }
 
-/// Positions of all pairs of cells side by side and one above the other.
+/// Indices of all pairs of horizontally and vertically adjacent cells.
 fn pairs(size: UVec2) -> impl Iterator<Item = [usize; 2]> + Clone {
     let (width, height) = (size.x as usize, size.y as usize);
     let across =
@@ -151,11 +149,11 @@ fn pairs(size: UVec2) -> impl Iterator<Item = [usize; 2]> + Clone {
     across.chain(down)
 }
 
-/// Student's t-test of the mean of some observations against 0.
+/// Student's t-test of whether the mean of some observations is 0.
 ///
-/// The degrees of freedom are n − 1 for normal observations and fewer where some are much larger than
-/// the rest: 3 (Σd²)² / Σd⁴ − 1, Satterthwaite's formula with d⁴ / 3 for the squared variance of each
-/// (a normal d has the fourth moment 3σ⁴).
+/// The degrees of freedom are n − 1 for normal observations and fewer if some are much larger than the rest: 3 (Σd²)² /
+/// Σd⁴ − 1, Satterthwaite's formula with d⁴ / 3 for the squared variance of each (a normal d has the fourth moment
+/// 3σ⁴).
 fn candidate(
     means: [f64; 2],
     observations: impl Iterator<Item = f64> + Clone,
@@ -191,24 +189,24 @@ fn candidate(
     }
 }
 
-/// What so many signs can prove at most: that all are the same has the probability 2·2⁻ⁿ.
+/// The smallest p-value that this many signs can give: all are equal with probability 2·2⁻ⁿ.
 fn min_p(signs: usize) -> f64 {
     2f64.powf(1.0 - signs as f64).min(1.0)
 }
 
-/// How the differences of horizontal neighbors correlate over the whole image.
+/// Correlation of the differences of horizontal neighbors over the whole image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbors {
-    /// Correlation coefficient, all channels together, of differences that are weighted by their
-    /// standard errors where both images know their variances.
+    /// Correlation coefficient over all channels, of differences that are weighted by their standard errors if both
+    /// images have variances.
     pub correlation: f64,
     /// Its standard error if the pixels are independent: 1/√n.
     pub error: f64,
 }
 
 impl Neighbors {
-    /// Is it far from what independent pixels have? Five standard errors (one false alarm in two
-    /// million) and more than the 5 % that change a standard error by a tenth at most.
+    /// Returns `true` if the correlation is far from that of independent pixels: by five standard errors (one false
+    /// alarm in two million) and by more than 5 %, which changes a standard error by a tenth at most.
     pub fn suspicious(&self) -> bool {
         self.correlation.abs() > (5.0 * self.error).max(0.05)
     }
@@ -237,7 +235,7 @@ impl Neighbors {
                 if x > 0 {
                     products += last.dot(here);
                     squares += 0.5 * (last.length_squared() + here.length_squared());
-                    // Pixels without any difference say nothing.
+                    // Pixels without any difference carry no information.
                     count += usize::from(last != DVec3::ZERO && here != DVec3::ZERO);
                 }
                 last = here;
@@ -266,7 +264,7 @@ mod tests {
         // 3 · 5² / (2 (1.5⁴ + 0.5⁴)) − 1 = 6.3, but no more than 3.
         assert_eq!(test.freedom, 3.0);
         assert_eq!(test.floor, 0.125);
-        // Within the tolerance it does not count; beyond, what is beyond does.
+        // Within the tolerance it does not count; beyond it, only the excess does.
         assert_eq!(candidate([0.0; 2], [1.0, 2.0].into_iter(), 1.5).t, 0.0);
         let beyond = candidate([0.0; 2], [1.0, 2.0, 3.0, 4.0].into_iter(), 1.25);
         assert!((beyond.t - 0.5 * 15f64.sqrt()).abs() < 1e-12);
@@ -278,7 +276,7 @@ mod tests {
         assert_eq!(candidate([0.0; 2], lonely, 0.0).p(), 1.0);
         assert_eq!(candidate([0.0; 2], std::iter::once(3.0), 0.0).p(), 1.0);
         assert_eq!(candidate([0.0; 2], std::iter::empty(), 0.0).p(), 1.0);
-        // The same difference everywhere is certain, as far as signs can be.
+        // The same difference everywhere is as significant as signs can be.
         let same = candidate([0.0; 2], std::iter::repeat_n(1.0, 40), 0.0);
         assert_eq!(same.p(), 2f64.powi(-39));
     }

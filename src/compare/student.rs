@@ -1,15 +1,15 @@
-//! Student's t distribution, by the incomplete beta function.
+//! Student's t distribution, computed with the incomplete beta function.
 
 use libm::{erfc, lgamma};
 
-/// Above this many degrees of freedom the normal distribution serves: its p-values are too small by
-/// about t⁴/4ν of themselves (Fisher 1925), 0.1 % at the t = 8 that decides among a million pixels.
+/// Above this many degrees of freedom the normal distribution is used: its p-values are too small by a relative error
+/// of about t⁴/4ν (Fisher 1925), 0.1 % at the t = 8 that is significant among a million pixels.
 const NORMAL_FROM: f64 = 1e6;
 
-/// The probability that |T| ≥ |t| for Student's distribution with `freedom` > 0 degrees of freedom
-/// (infinitely many: the normal distribution): I_x(ν/2, 1/2) with x = ν/(ν + t²), DLMF 8.17.
+/// The probability that |T| ≥ |t| for Student's distribution with `freedom` > 0 degrees of freedom (infinitely many:
+/// the normal distribution): I_x(ν/2, 1/2) with x = ν/(ν + t²), DLMF 8.17.
 ///
-/// 1 where `freedom` is not above 0 (nothing is known), 0 where `t` is infinite or not a number.
+/// 1 if `freedom` is not positive (nothing is known), 0 if `t` is infinite or NaN.
 pub fn two_sided_p(t: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 {
         return 1.0;
@@ -21,16 +21,16 @@ pub fn two_sided_p(t: f64, freedom: f64) -> f64 {
         return erfc(t.abs() * std::f64::consts::FRAC_1_SQRT_2);
     }
     let (a, b) = (freedom / 2.0, 0.5);
-    // Beyond this the square would overflow; below, it would vanish.
+    // Beyond this the square would overflow; below its inverse, underflow.
     let t = t.abs().min(1e150);
     let ratio = t * t / freedom;
     if ratio == 0.0 {
         return 1.0;
     }
-    // Both fractions straight from t: 1 − x would lose a small t in rounding.
+    // Both fractions directly from t: 1 − x would lose a small t to rounding.
     let (x, y) = (1.0 / (1.0 + ratio), ratio / (1.0 + ratio));
     let log_front = -a * ratio.ln_1p() + b * y.ln() + lgamma(a + b) - lgamma(a) - lgamma(b);
-    // The continued fraction converges fast below this point; above, the other tail's is used.
+    // The continued fraction converges fast below this point; above it, that of the other tail is used.
     let p = if x < (a + 1.0) / (a + b + 2.0) {
         log_front.exp() * continued_fraction(x, a, b) / a
     } else {
@@ -42,9 +42,9 @@ pub fn two_sided_p(t: f64, freedom: f64) -> f64 {
 /// The continued fraction of DLMF 8.17.22, evaluated by the modified Lentz method (Thompson and
 /// Barnett 1986).
 fn continued_fraction(x: f64, a: f64, b: f64) -> f64 {
-    // Stands in for a zero denominator.
+    // Replaces a zero denominator.
     const TINY: f64 = 1e-300;
-    // Convergence takes about √max(a, b) terms: 700 at the largest ν that comes here.
+    // Convergence takes about √max(a, b) terms: 700 at the largest ν that gets here.
     const TERMS: usize = 10_000;
     let away_from_zero = |v: f64| if v.abs() < TINY { TINY } else { v };
     let (mut c, mut d) = (1.0, 1.0 / away_from_zero(1.0 - (a + b) * x / (a + 1.0)));
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn closed_forms() {
-        // ν = 1 is Cauchy's distribution, ν = 2 has p = 1 − t/√(2 + t²).
+        // ν = 1 is the Cauchy distribution, ν = 2 has p = 1 − t/√(2 + t²).
         for t in [0.1f64, 1.0, 3.0, 30.0] {
             let cauchy = 1.0 - 2.0 * t.atan() / std::f64::consts::PI;
             assert!((two_sided_p(t, 1.0) - cauchy).abs() < 1e-13);
@@ -104,8 +104,8 @@ mod tests {
             // Fisher's expansion to first order in 1/ν: 2 φ(t) t (t² + 1) / 4ν more than normal.
             let density = (-0.5 * t * t).exp() / std::f64::consts::TAU.sqrt();
             let more = 2.0 * density * t * (t * t + 1.0) / (4.0 * freedom);
-            // The second order is about the square of the first; 1e-8 is lost in the logarithms of
-            // the gamma function, which are 1e7 and have 16 digits.
+            // The second order is about the square of the first; the logarithms of the gamma function, which are 1e7
+            // and have 16 digits, lose 1e-8.
             let tolerance = normal * ((more / normal).powi(2) + 1e-8);
             assert!(
                 (two_sided_p(t, freedom) - normal - more).abs() < tolerance,

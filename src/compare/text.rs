@@ -1,4 +1,4 @@
-//! What a comparison found, in sentences.
+//! The result of a comparison in sentences.
 
 use super::verdict::{Level, Statistic};
 use super::{Comparison, NoiseSource, Side, Uniformity};
@@ -8,7 +8,7 @@ use crate::film::PixelBounds;
 pub const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
 impl Comparison {
-    /// The verdict in a sentence.
+    /// The verdict in one sentence.
     pub fn sentence(&self) -> String {
         if self.non_finite.unmatched > 0 {
             return format!("The images differ: {}.", self.broken());
@@ -39,8 +39,7 @@ impl Comparison {
         }
     }
 
-    /// What a reader must know to trust the verdict: where it stands on assumptions, and what looks
-    /// wrong with them.
+    /// Cautions needed to trust the verdict: the assumptions it relies on, and signs that they are violated.
     pub fn cautions(&self) -> Vec<String> {
         let mut cautions = Vec::new();
         cautions.extend(self.caution_of_noise());
@@ -63,7 +62,7 @@ impl Comparison {
         cautions
     }
 
-    /// What the distribution of the p-values betrays: one sentence for all sizes of blocks.
+    /// Cautions from the distribution of the p-values: one sentence for all block sizes.
     fn caution_of_p_values(&self) -> Vec<String> {
         let shares = |bent: fn(&Uniformity) -> bool| -> Option<String> {
             let levels = self.uniformity.iter().filter(|u| bent(u));
@@ -102,7 +101,7 @@ impl Comparison {
         )))
     }
 
-    /// Which values are no numbers.
+    /// Describes the infinite and NaN values.
     fn broken(&self) -> String {
         let of = |image: Side| {
             let (count, first) = self.non_finite.of(image)?;
@@ -117,7 +116,7 @@ impl Comparison {
     }
 }
 
-/// What the loudest test of a level says.
+/// Describes the most significant test of a level.
 fn describe(level: &Level) -> String {
     let worst = &level.worst;
     let (place, channel) = (place(level, worst.bounds), CHANNELS[worst.channel.min(2)]);
@@ -141,7 +140,7 @@ fn describe(level: &Level) -> String {
     }
 }
 
-/// How many tests besides the worst speak.
+/// Describes the number of other significant tests.
 fn others(level: &Level) -> String {
     match level.rejected {
         0 | 1 => String::new(),
@@ -179,7 +178,7 @@ fn difference(a: f64, b: f64) -> String {
     }
 }
 
-/// What the blocks of one side are called.
+/// A name for the blocks of one size.
 pub fn blocks(side: Option<u32>) -> String {
     match side {
         None => "the whole image".to_owned(),
@@ -188,7 +187,7 @@ pub fn blocks(side: Option<u32>) -> String {
     }
 }
 
-/// A probability with two digits.
+/// A probability rounded to two digits.
 pub fn probability(p: f64) -> String {
     if p == 0.0 {
         "0".to_owned()

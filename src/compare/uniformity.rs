@@ -1,26 +1,26 @@
-//! Are the p-values uniform, as they must be where two images agree?
+//! Uniformity of the p-values, as expected if two images agree.
 //!
-//! Jung, Hanika and Dachsbacher (JCGT 9(2), 2020, §4) look at the histogram of all p-values: images of
-//! one expectation have a flat one, a peak at 0 betrays bias that no single test can prove. Here
-//! Kolmogorov's test says how far from flat it is. It is a diagnosis, no part of the verdict: t-tests
-//! of skewed samples are not exactly uniform, and stratified samples, whose variance is overestimated,
-//! have a lack of small p-values, so that its own false-alarm rate could not be promised.
+//! Jung, Hanika and Dachsbacher (JCGT 9(2), 2020, §4) look at the histogram of all p-values: for images with the same
+//! expectation it is flat, and a peak at 0 reveals bias that no single test can prove. Here Kolmogorov's test measures
+//! how far from flat it is. It is a diagnostic, not part of the verdict: t-tests of skewed samples are not exactly
+//! uniform, and stratified samples, whose variance is overestimated, have too few small p-values, so that its own
+//! false-alarm rate could not be guaranteed.
 
 use super::verdict::{BlockTest, Candidate};
 use crate::film::PixelBounds;
 use rayon::prelude::*;
 
-/// Bars of the histogram.
+/// Number of histogram bins.
 pub const BINS: usize = 20;
 
-/// Finer bins, of which Kolmogorov's statistic is taken.
+/// Number of finer bins, for Kolmogorov's statistic.
 const FINE: usize = 400;
 
-/// Blocks that are looked at: more would change nothing (Kolmogorov's test sees deviations of
-/// 1/√n = 0.2 %). They are spread over the image evenly.
+/// Maximum number of blocks examined: more would change nothing (Kolmogorov's test detects deviations of 1/√n = 0.2 %).
+/// They are spread evenly over the image.
 const ENOUGH: usize = 1 << 18;
 
-/// Below this many p-values a histogram says nothing.
+/// With fewer p-values than this a histogram says nothing.
 const FEW: u64 = 64;
 
 /// The distribution of the p-values of one level.
@@ -28,22 +28,21 @@ const FEW: u64 = 64;
 pub struct Uniformity {
     /// Side of the blocks in pixels.
     pub side: u32,
-    /// Number of p-values of one channel; blocks without noise have none.
+    /// Number of p-values in one channel; blocks without noise have none.
     pub tests: u64,
-    /// How many p-values of all three channels lie in each twentieth of 0…1.
+    /// Number of p-values of all three channels in each twentieth of 0…1.
     pub histogram: [u64; BINS],
-    /// The share of p-values below 0.05; 5 % where all is well.
+    /// Fraction of p-values below 0.05; 5 % is expected.
     pub small: f64,
-    /// Largest deviation of the distribution function from the diagonal, of the channel where it is
-    /// largest; positive where there are too many small p-values.
+    /// Largest deviation of the distribution function from the diagonal, over all channels; positive if there are too
+    /// many small p-values.
     pub deviation: f64,
-    /// The probability of so large a deviation where the p-values are uniform: Kolmogorov's, times 3
-    /// for as many channels.
+    /// Probability of so large a deviation if the p-values are uniform: Kolmogorov's, times 3 for as many channels.
     pub p: f64,
 }
 
 impl Uniformity {
-    /// Of all blocks of one size, by `test`; `None` where there are too few.
+    /// The uniformity of all blocks of one size, by `test`; `None` if there are too few.
     pub(super) fn of<T: BlockTest>(test: &T, image: PixelBounds, side: u32) -> Option<Uniformity> {
         let blocks: Vec<PixelBounds> = {
             let size = image.size().map(|n| n.div_ceil(side.max(1)));
@@ -78,18 +77,18 @@ impl Uniformity {
         })
     }
 
-    /// Are there too many small p-values to be chance? One in a thousand.
+    /// Returns `true` if there are significantly too many small p-values (at one in a thousand).
     pub fn too_small(&self) -> bool {
         self.p < 1e-3 && self.deviation > 0.0
     }
 
-    /// Are there too few?
+    /// Returns `true` if there are significantly too few.
     pub fn too_large(&self) -> bool {
         self.p < 1e-3 && self.deviation < 0.0
     }
 }
 
-/// The p-value of a test that had noise to judge by.
+/// The p-value of a test that had noise to compare with.
 fn informative(candidate: &Candidate) -> Option<f64> {
     let noisy = candidate.t.is_finite() && candidate.t != 0.0 && candidate.freedom > 0.0;
     noisy.then(|| candidate.p())
@@ -112,8 +111,8 @@ impl Channel {
         Channel { bins, count }
     }
 
-    /// Kolmogorov's statistic with its sign, taken at the bins' edges only: never larger than the true
-    /// one, so the test errs towards "uniform".
+    /// Kolmogorov's statistic with its sign, evaluated only at the bins' edges: never larger than the true one, so the
+    /// test errs toward "uniform".
     fn deviation(&self) -> f64 {
         let (mut below, mut most) = (0, 0.0f64);
         for (i, bin) in (1..FINE).zip(&self.bins) {
@@ -126,8 +125,8 @@ impl Channel {
         most
     }
 
-    /// Deviation in units of its own scatter, with Stephens' correction for few values (M. A.
-    /// Stephens, J. R. Statist. Soc. B 32, 1970).
+    /// The deviation in units of its own scatter, with Stephens' correction for few values (M. A. Stephens, J. R.
+    /// Statist. Soc. B 32, 1970).
     fn lambda(&self) -> f64 {
         let root = (self.count as f64).sqrt();
         self.deviation().abs() * (root + 0.12 + 0.11 / root)
@@ -136,7 +135,7 @@ impl Channel {
 
 /// Kolmogorov's distribution: the probability of a larger λ, 2 Σ (−1)ᵏ⁻¹ exp(−2 k² λ²).
 fn kolmogorov(lambda: f64) -> f64 {
-    // Below, the probability is 1 to ten digits and the series slow.
+    // Below this, the probability is 1 to ten digits and the series converges slowly.
     if lambda < 0.2 {
         return 1.0;
     }

@@ -9,11 +9,11 @@ use rayon::prelude::*;
 /// The outcome of all tests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// The false-alarm rate that was asked for.
+    /// The requested false-alarm rate.
     pub alpha: f64,
-    /// How it was shared: evenly among the levels, then among the tests of each.
+    /// How it was divided: evenly among the levels, then among the tests of each.
     pub correction: Correction,
-    /// One for each block size, then the whole image.
+    /// One for each block size, then one for the whole image.
     pub levels: Vec<Level>,
 }
 
@@ -22,29 +22,29 @@ pub struct Verdict {
 pub struct Level {
     /// Side of the blocks in pixels; `None` for the whole image.
     pub side: Option<u32>,
-    /// What is asked of each block.
+    /// The statistic tested in each block.
     pub statistic: Statistic,
     /// Number of tests: blocks × channels.
     pub tests: usize,
-    /// Tests that differ beyond the level's share of the false-alarm rate, all of them together.
+    /// Number of tests significant at the level's share of the false-alarm rate, corrected for all of them.
     pub rejected: usize,
     /// The test with the smallest p-value.
     pub worst: Finding,
-    /// The probability, at most, of a p-value as small as the worst's among so many tests.
+    /// Upper bound on the probability of a p-value as small as the worst one among that many tests.
     pub p: f64,
 }
 
-/// A question about a block.
+/// A statistic of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Statistic {
-    /// Is the mean of the difference 0?
+    /// The mean of the difference; 0 if the images agree.
     Mean,
-    /// Is the difference of one pixel independent of its right and lower neighbors'? Noise is;
-    /// what has moved, or is sharper than it was, is not.
+    /// The correlation of each pixel's difference with those of its right and lower neighbors. Noise has none; moved or
+    /// sharpened content does.
     Neighbors,
 }
 
-/// One test.
+/// The result of one test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
     /// The block.
@@ -59,23 +59,23 @@ pub struct Finding {
     pub t: f64,
     /// Degrees of freedom of that standard error.
     pub freedom: f64,
-    /// Probability of so large a |t| where the expectations are equal.
+    /// Probability of so large a |t| if the expectations are equal.
     pub p: f64,
 }
 
 impl Verdict {
-    /// The probability, at most, of images of the same expectation looking this different.
+    /// Upper bound on the probability that images with the same expectation look this different.
     pub fn p(&self) -> f64 {
         let smallest = self.levels.iter().fold(1.0f64, |p, level| p.min(level.p));
         self.correction.adjust(smallest, self.levels.len())
     }
 
-    /// True where no test says that the images differ.
+    /// Returns `true` if no test shows that the images differ.
     pub fn agrees(&self) -> bool {
         self.p() >= self.alpha
     }
 
-    /// The level that speaks loudest.
+    /// The most significant level.
     pub fn worst(&self) -> Option<&Level> {
         self.levels.iter().min_by(|x, y| {
             x.p.total_cmp(&y.p)
@@ -84,14 +84,14 @@ impl Verdict {
     }
 }
 
-/// A test before its p-value, which is the dear part, is known.
+/// A test before its p-value, which is expensive, has been computed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     /// The means in the image and in the reference.
     pub means: [f64; 2],
     pub t: f64,
     pub freedom: f64,
-    /// No test of this block may claim a smaller p-value.
+    /// Lower bound on the p-value of any test of this block.
     pub floor: f64,
 }
 
@@ -100,24 +100,24 @@ impl Candidate {
         two_sided_p(self.t, self.freedom).max(self.floor)
     }
 
-    /// A bound from below: Student's tails are heavier than the normal distribution's.
+    /// A lower bound: Student's tails are heavier than the normal distribution's.
     fn min_p(&self) -> f64 {
         erfc(self.t.abs() * std::f64::consts::FRAC_1_SQRT_2).max(self.floor)
     }
 }
 
-/// What is asked of every block, channel by channel.
+/// A statistical test applied to every block, channel by channel.
 pub(super) trait BlockTest: Sync {
     const STATISTIC: Statistic;
     fn ask(&self, bounds: PixelBounds) -> [Candidate; 3];
 }
 
-/// Some tests' outcome.
+/// The outcome of several tests.
 #[derive(Default)]
 struct Gathered {
     tests: usize,
     worst: Option<Finding>,
-    /// p-values that may be rejected.
+    /// p-values small enough to be rejected.
     small: Vec<f64>,
 }
 
@@ -157,7 +157,7 @@ impl Gathered {
         }
     }
 
-    /// Those of the rows below.
+    /// Appends the outcome of the rows below.
     fn append(mut self, below: Gathered) -> Gathered {
         self.tests += below.tests;
         self.small.extend(below.small);
@@ -174,7 +174,7 @@ fn precedes(finding: &Finding, other: &Finding) -> bool {
     finding.p < other.p || (finding.p == other.p && finding.t.abs() > other.t.abs())
 }
 
-/// Tests all blocks of one size, on all processors; `alpha` is the level's share.
+/// Tests all blocks of one size in parallel; `alpha` is the level's share.
 pub(super) fn test_level<T: BlockTest>(
     test: &T,
     image: PixelBounds,
@@ -206,7 +206,7 @@ pub(super) fn test_level<T: BlockTest>(
     })
 }
 
-/// The image cut into rows of blocks.
+/// The image divided into rows of blocks.
 fn image_rows(image: PixelBounds, side: Option<u32>) -> impl Iterator<Item = PixelBounds> {
     let side = side.unwrap_or(u32::MAX).max(1);
     let count = image.size().y.div_ceil(side);

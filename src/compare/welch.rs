@@ -5,17 +5,16 @@ use super::verdict::{BlockTest, Candidate, Statistic};
 use crate::film::PixelBounds;
 use glam::DVec3;
 
-/// The standard error of a difference is √(va + vb), its degrees of freedom are
-/// (va + vb)² / (va²/νa + vb²/νb) (Welch 1947; Satterthwaite 1946); or, where both images count
-/// their samples, that of the [common variance](super::Options).
+/// The standard error of a difference is √(va + vb), its degrees of freedom are (va + vb)² / (va²/νa + vb²/νb) (Welch
+/// 1947; Satterthwaite 1946); or, if both images have sample counts, that of the [common variance](super::Options).
 pub(super) struct WelchTest<'a> {
     pub a: Estimate<'a>,
     pub b: Estimate<'a>,
-    /// Differences up to this fraction of the brightest channel do not count.
+    /// Relative differences, to the brightest channel, up to this are ignored.
     pub tolerance: f64,
-    /// Samples per pixel of both, where the larger variance per sample is to be taken for both.
+    /// Samples per pixel of both images, if the larger variance per sample is to be used for both.
     pub common: Option<(f64, f64)>,
-    /// Take all variances for 0.
+    /// Treats all variances as 0.
     pub noiseless: bool,
 }
 
@@ -57,7 +56,7 @@ struct BlockMean {
     freedom: f64,
 }
 
-/// Standard error of the difference and its degrees of freedom: Welch and Satterthwaite.
+/// Standard error of the difference and its degrees of freedom, by Welch and Satterthwaite.
 fn welch_error(a: BlockMean, b: BlockMean) -> (f64, f64) {
     (
         (a.variance + b.variance).sqrt(),
@@ -79,8 +78,8 @@ fn common_error(a: BlockMean, b: BlockMean, samples_a: f64, samples_b: f64) -> (
     )
 }
 
-/// Degrees of freedom of a sum of independent variance estimates (Satterthwaite 1946). Without any
-/// variance there is none to be unsure of.
+/// Degrees of freedom of a sum of independent variance estimates (Satterthwaite 1946). Without any variance there is no
+/// uncertainty.
 fn pooled_freedom(parts: [(f64, f64); 2]) -> f64 {
     let sum: f64 = parts.iter().map(|(variance, _)| variance).sum();
     let squares: f64 = parts
@@ -94,8 +93,8 @@ fn pooled_freedom(parts: [(f64, f64); 2]) -> f64 {
     }
 }
 
-/// Means over a block, channel by channel: variances of independent pixels add, and so do their
-/// uncertainties: a block whose variance comes from one bright pixel has that pixel's freedom only.
+/// Means over a block, by channel: variances of independent pixels add, and so do their uncertainties: a block whose
+/// variance comes from one bright pixel has only that pixel's degrees of freedom.
 fn block_means(estimate: &Estimate, bounds: PixelBounds, noiseless: bool) -> [BlockMean; 3] {
     let image = estimate.image;
     let variances = image
@@ -132,7 +131,7 @@ fn block_means(estimate: &Estimate, bounds: PixelBounds, noiseless: bool) -> [Bl
 mod tests {
     use super::*;
 
-    /// Satterthwaite's own cases: equal variances double the freedom, one variance alone keeps its own.
+    /// Satterthwaite's own cases: equal variances double the degrees of freedom, a single variance keeps its own.
     #[test]
     fn freedom_of_a_difference() {
         assert_eq!(pooled_freedom([(0.5, 15.0), (0.5, 15.0)]), 30.0);

@@ -17,7 +17,7 @@ const XYZ_FROM_RGB: Mat3 = Mat3::from_cols_array(&[
     0.950_372_6,
 ]);
 
-/// Conversions relative to the white that RGB (1, 1, 1) is.
+/// Conversions relative to the white of RGB (1, 1, 1).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ColorSpaces {
     rgb_from_xyz: Mat3,
@@ -32,8 +32,8 @@ impl ColorSpaces {
         }
     }
 
-    /// Linear RGB to YCxCz, the linear opponent space in which eyes blur: 116 Y − 16, 500 (X − Y),
-    /// 200 (Y − Z), relative to white (Andersson et al. 2020, §4.1.1).
+    /// Linear RGB to YCxCz, the linear opponent space in which the eye's blur is applied: 116 Y − 16, 500 (X − Y), 200
+    /// (Y − Z), relative to white (Andersson et al. 2020, §4.1.1).
     pub fn ycxcz_from_rgb(&self, rgb: Rgb) -> Rgb {
         let xyz = XYZ_FROM_RGB * rgb / self.white;
         Rgb::new(
@@ -43,15 +43,15 @@ impl ColorSpaces {
         )
     }
 
-    /// The way back.
+    /// The inverse.
     pub fn rgb_from_ycxcz(&self, ycxcz: Rgb) -> Rgb {
         let y = (ycxcz.x + 16.0) / 116.0;
         let xyz = Rgb::new(y + ycxcz.y / 500.0, y, y - ycxcz.z / 200.0);
         self.rgb_from_xyz * (xyz * self.white)
     }
 
-    /// Linear RGB to CIE L*a*b*, chroma scaled by lightness: 0.01 L a, 0.01 L b, for the Hunt effect:
-    /// colors look the paler the darker they are (§4.1.2).
+    /// Linear RGB to CIE L*a*b*, with chroma scaled by lightness (0.01 L a, 0.01 L b) for the Hunt effect: darker
+    /// colors look less saturated (§4.1.2).
     pub fn hunt_lab_from_rgb(&self, rgb: Rgb) -> Rgb {
         let f = (XYZ_FROM_RGB * rgb / self.white).map(lab_curve);
         let lightness = 116.0 * f.y - 16.0;
@@ -64,7 +64,7 @@ impl ColorSpaces {
     }
 }
 
-/// CIE 15: the cube root, with a straight line below (6/29)³.
+/// CIE 15: the cube root, with a linear segment below (6/29)³.
 fn lab_curve(t: f32) -> f32 {
     const DELTA: f32 = 6.0 / 29.0;
     if t > DELTA * DELTA * DELTA {
@@ -74,8 +74,8 @@ fn lab_curve(t: f32) -> f32 {
     }
 }
 
-/// The distance of two colors of L*a*b* that holds for large ones, too: |ΔL| + √(Δa² + Δb²) (Abasi,
-/// Amani Tehran and Fairchild 2020).
+/// HyAB, a distance between colors in L*a*b* that also holds for large differences: |ΔL| + √(Δa² + Δb²) (Abasi, Amani
+/// Tehran and Fairchild 2020).
 pub(super) fn hyab(p: Rgb, q: Rgb) -> f32 {
     let d = p - q;
     d.x.abs() + (d.y * d.y + d.z * d.z).sqrt()

@@ -4,8 +4,8 @@ use crate::film::Image;
 use crate::math::Rgb;
 use crate::math::color::luminance;
 
-/// Coefficients of the rational curve (a x² + b x + c) / (d x² + e x + f) that Narkowicz (2016) fitted to
-/// the ACES film curve, his exposure factor of 0.6 worked in.
+/// Coefficients of the rational curve (a x² + b x + c) / (d x² + e x + f) that Narkowicz (2016) fitted to the ACES film
+/// curve, including his exposure factor of 0.6.
 const ACES: [f32; 6] = [
     0.6 * 0.6 * 2.51,
     0.6 * 0.03,
@@ -18,25 +18,25 @@ const ACES: [f32; 6] = [
 /// Tone-mapped values from here on count as bright (Andersson et al. 2021, §3).
 const BRIGHT: f32 = 0.85;
 
-/// As the camera's exposures, in stops (powers of two).
+/// A range of exposures, in stops (powers of two) as on a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExposureRange {
     /// The darkest: the brightest pixel is just bright.
     pub start: f32,
     /// The brightest: the median pixel is just bright.
     pub stop: f32,
-    /// How many, evenly spaced from start to stop: at least 2, and no more than a stop apart.
+    /// Number of exposures, evenly spaced from start to stop: at least 2, and at most one stop apart.
     pub count: usize,
 }
 
 impl ExposureRange {
-    /// The range that the papers choose automatically for a reference: between those where its
-    /// brightest and its median luminance are shown as 0.85.
+    /// The papers' automatic choice of range for a reference: between the exposures at which its maximum and its median
+    /// luminance are displayed as 0.85.
     pub fn of(reference: &Image) -> ExposureRange {
         let mut values: Vec<f32> = reference.pixels.iter().map(|&p| luminance(p)).collect();
         values.retain(|v| v.is_finite());
         values.sort_by(f32::total_cmp);
-        // Black images: the papers' logarithm needs something above 0.
+        // For black images: the papers' logarithm needs a positive value.
         let at = |index: usize| values.get(index).copied().unwrap_or(0.0).max(f32::EPSILON);
         let (median, most) = (at(values.len() / 2), at(values.len().saturating_sub(1)));
         let [start, stop] = [most, median].map(|v| (bright() / v).log2());
@@ -57,18 +57,18 @@ impl ExposureRange {
     }
 }
 
-/// What the tone curve shows as [`BRIGHT`]: the larger root of a quadratic equation.
+/// The luminance that the tone curve maps to [`BRIGHT`]: the larger root of a quadratic equation.
 fn bright() -> f32 {
     let [a, b, c, d, e, f] = ACES;
     let (p, q, r) = (a - BRIGHT * d, b - BRIGHT * e, c - BRIGHT * f);
     (-q + (q * q - 4.0 * p * r).sqrt()) / (2.0 * p)
 }
 
-/// Exposes by so many stops and shows what the tone curve makes of it, 0…1.
+/// Exposes by `stops` stops and applies the tone curve, 0…1.
 pub(super) fn tone_map(rgb: Rgb, stops: f32) -> Rgb {
     let [a, b, c, d, e, f] = ACES;
     let curve = |x: f32| {
-        // Beyond, the square would overflow; the curve is flat long before.
+        // Beyond this the square would overflow; the curve is flat long before.
         let x = x.clamp(0.0, 1e6);
         ((a * x * x + b * x + c) / (d * x * x + e * x + f)).clamp(0.0, 1.0)
     };

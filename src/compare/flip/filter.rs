@@ -1,4 +1,4 @@
-//! The blurs and edge detectors of FLIP, all made of Gaussians and so separable.
+//! The blurs and edge detectors of FLIP, all made of Gaussians and therefore separable.
 
 /// Filter weights along one axis, from −radius to +radius.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ impl Kernel {
         )
     }
 
-    /// exp(−x² · `falloff`), its weights summing to 1, and their sum before.
+    /// exp(−x² · `falloff`), normalized to sum to 1, and the sum before.
     fn gaussian(radius: i32, falloff: f64) -> (Kernel, f64) {
         let weight = |x: f64| (-falloff * x * x).exp();
         let sum: f64 = (-radius..=radius).map(|i| weight(f64::from(i))).sum();
@@ -33,25 +33,24 @@ impl Kernel {
         })
     }
 
-    /// Weights to either side.
+    /// Number of weights to either side of the center.
     pub fn radius(&self) -> usize {
         self.0.len() / 2
     }
 }
 
-/// The eye's contrast sensitivity: one Gaussian for luminance and red–green, two for blue–yellow
-/// (Andersson et al. 2020, §4.1.1 and table 1, after Mullen 1985 and others, as fitted by Johnson and
-/// Fairchild 2003).
+/// The eye's contrast sensitivity functions: one Gaussian each for luminance and red–green, two for blue–yellow
+/// (Andersson et al. 2020, §4.1.1 and table 1, after Mullen 1985 and others, as fitted by Johnson and Fairchild 2003).
 #[derive(Clone, Debug)]
 pub(super) struct ContrastSensitivity {
     pub luminance: Kernel,
     pub red_green: Kernel,
-    /// With their shares.
+    /// Kernels with their weights.
     pub blue_yellow: [(Kernel, f32); 2],
 }
 
 impl ContrastSensitivity {
-    /// For so many pixels per degree of the eye's field.
+    /// The functions for `pixels_per_degree` pixels per degree of the visual field.
     pub fn new(pixels_per_degree: f64) -> ContrastSensitivity {
         /// Width parameters of the three channels, in squared degrees.
         const LUMINANCE: f64 = 0.0047;
@@ -59,7 +58,7 @@ impl ContrastSensitivity {
         /// (weight, width) of both parts.
         const BLUE_YELLOW: [(f64, f64); 2] = [(34.1, 0.04), (13.5, 0.025)];
         use std::f64::consts::PI;
-        // Three standard deviations of the widest.
+        // Three standard deviations of the widest kernel.
         let widest = BLUE_YELLOW[0].1;
         let radius = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil();
         let radius = (radius as i32).max(1);
@@ -82,8 +81,7 @@ impl ContrastSensitivity {
     }
 }
 
-/// Detectors of edges and points: first and second derivative of a Gaussian as wide as the eye's
-/// (§4.2).
+/// Detectors of edges and points: first and second derivatives of a Gaussian as wide as the eye's (§4.2).
 #[derive(Clone, Debug)]
 pub(super) struct Features {
     pub smooth: Kernel,
@@ -107,17 +105,17 @@ impl Features {
     }
 }
 
-/// Some rows of one channel.
+/// A range of rows of one channel.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     pub width: usize,
-    /// Number in the image of the first row that is here.
+    /// Index in the image of the first row.
     pub first: usize,
     pub values: Vec<f32>,
 }
 
 impl Rows {
-    /// Along the rows, the last value repeated beyond their ends.
+    /// Filters along the rows, repeating the last value beyond their ends.
     pub fn across(&self, kernel: &Kernel) -> Rows {
         let radius = kernel.radius();
         let mut padded = vec![0.0; self.width + 2 * radius];
@@ -139,9 +137,8 @@ impl Rows {
         Rows { values, ..*self }
     }
 
-    /// Along the columns, of the image's rows `first..end`. What lies beyond the rows that are here
-    /// repeats the outermost: right at the image's edges, and elsewhere as many rows are here as the
-    /// kernel reaches.
+    /// Filters along the columns, for the image's rows `first..end`. Rows beyond those available repeat the outermost,
+    /// as is right at the image's edges; elsewhere as many rows are available as the kernel reaches.
     pub fn down(&self, kernel: &Kernel, first: usize, end: usize) -> Rows {
         let rows: Vec<&[f32]> = self.values.chunks_exact(self.width).collect();
         let mut values = vec![0.0; (end - first) * self.width];
@@ -206,7 +203,7 @@ mod tests {
         assert_eq!(rows.down(&kernel, 1, 2).values, [4.0, 4.0, 4.0]);
     }
 
-    /// Bands must not show: rows cut out with their surroundings give what the whole image gives.
+    /// Bands must be invisible: rows filtered with their surroundings give the same result as the whole image.
     #[test]
     fn bands_agree_with_the_whole() {
         let values: Vec<f32> = (0..9 * 40).map(|i| ((i * i) % 101) as f32).collect();

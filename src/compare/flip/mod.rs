@@ -1,5 +1,4 @@
-//! FLIP: how different two images look to someone who flips between them, pixel by pixel, 0 (not at
-//! all) to 1.
+//! FLIP: how different two images look to a viewer who flips between them, per pixel, from 0 (no difference) to 1.
 //!
 //! LDR-FLIP: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference
 //! Evaluator for Alternating Images", HPG 2020, with its erratum (p. 10: division by 116). HDR-FLIP:
@@ -22,12 +21,11 @@ use filter::{ContrastSensitivity, Features, Rows};
 use libm::powf;
 use rayon::prelude::*;
 
-/// Pixels per degree of a 0.7 m wide screen of 3840 pixels seen from 0.7 m: 3840 · π/180, the papers'
-/// default.
+/// Pixels per degree for a 0.7 m wide screen of 3840 pixels seen from 0.7 m: 3840 · π/180, the papers' default.
 pub const PIXELS_PER_DEGREE: f64 = 3840.0 * std::f64::consts::PI / 180.0;
 
-/// Rows that are worked on at once: enough that their surroundings, a dozen rows above and below, cost
-/// little, few enough that the dozen channels stay in the cache.
+/// Rows processed at once: enough that their surroundings, a dozen rows above and below, cost little, few enough that
+/// the dozen channels stay in the cache.
 const BAND: usize = 32;
 
 /// The error of every pixel, row by row.
@@ -38,7 +36,7 @@ pub struct FlipMap {
 }
 
 impl FlipMap {
-    /// The one number its authors recommend.
+    /// The mean error, which its authors recommend as the summary.
     pub fn mean(&self) -> f64 {
         self.values.iter().map(|&v| f64::from(v)).sum::<f64>() / self.values.len().max(1) as f64
     }
@@ -48,7 +46,7 @@ impl FlipMap {
         self.values.iter().fold(0.0, |most, &v| most.max(v))
     }
 
-    /// The value that this share (0…1) of all pixels stays below.
+    /// The value below which the fraction `share` (0…1) of all pixels lies.
     pub fn quantile(&self, share: f64) -> f32 {
         let mut sorted = self.values.clone();
         sorted.sort_by(f32::total_cmp);
@@ -60,10 +58,10 @@ impl FlipMap {
     }
 }
 
-/// LDR-FLIP of two images as a screen shows them: linear values, cut to 0…1. The papers' reference is
-/// `b`; the metric is symmetric.
+/// LDR-FLIP of two images as displayed on a screen: linear values, clamped to 0…1. The papers' reference is `b`; the
+/// metric is symmetric.
 ///
-/// Images of different sizes have no common pixels: an empty map.
+/// Images of different sizes have no common pixels: the map is empty.
 pub fn ldr(a: &Image, b: &Image, pixels_per_degree: f64) -> FlipMap {
     Flip::new(pixels_per_degree).map(a, b, |rgb| rgb.clamp(Rgb::ZERO, Rgb::ONE))
 }
@@ -83,22 +81,22 @@ pub fn hdr(a: &Image, b: &Image, exposures: &ExposureRange, pixels_per_degree: f
     worst
 }
 
-/// The metric for one distance from the screen.
+/// The metric for one viewing distance.
 struct Flip {
     spaces: ColorSpaces,
     csf: ContrastSensitivity,
     features: Features,
-    /// The largest color difference there is, between green and blue, to the power [`COLOR_POWER`].
+    /// The largest possible color difference, between green and blue, to the power [`COLOR_POWER`].
     most: f32,
 }
 
 /// Large color differences are compressed (Andersson et al. 2020, §4.1.2, q_c).
 const COLOR_POWER: f32 = 0.7;
 
-/// Color differences up to this share of the largest take up (§4.1.3, p_c)…
+/// Color differences up to this fraction of the largest map to (§4.1.3, p_c)…
 const COLOR_KNEE: f32 = 0.4;
 
-/// …this share of the result (p_t).
+/// …this fraction of the result (p_t).
 const ERROR_KNEE: f32 = 0.95;
 
 /// Feature differences are amplified (§4.2, q_f).
@@ -106,7 +104,7 @@ const FEATURE_POWER: f32 = 0.5;
 
 /// One image's filtered channels over a band.
 struct Seen {
-    /// L*a*b* with Hunt's adjustment, after the eye's blur.
+    /// L*a*b* with the Hunt adjustment, after the eye's blur.
     color: Vec<Rgb>,
     /// Strengths of edges and of points.
     features: Vec<[f32; 2]>,
@@ -116,7 +114,7 @@ impl Flip {
     fn new(pixels_per_degree: f64) -> Flip {
         let spaces = ColorSpaces::new();
         let [green, blue] = [Rgb::Y, Rgb::Z].map(|rgb| spaces.hunt_lab_from_rgb(rgb));
-        // An hour's walk from the screen or nose to glass: all that kernels need is to be finite.
+        // Extreme viewing distances either way: the kernels only need it to be finite.
         let pixels_per_degree = pixels_per_degree.clamp(1.0, 1000.0);
         Flip {
             spaces,
@@ -126,7 +124,7 @@ impl Flip {
         }
     }
 
-    /// The error of every pixel, of images as `show` puts them on a screen.
+    /// The error of every pixel, for images displayed through `show`.
     fn map(&self, a: &Image, b: &Image, show: impl Fn(Rgb) -> Rgb + Sync) -> FlipMap {
         let size = a.bounds.size();
         let (width, height) = (size.x as usize, size.y as usize);

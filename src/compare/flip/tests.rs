@@ -1,4 +1,4 @@
-//! FLIP against its authors' own program, and what must hold for any images.
+//! FLIP against its authors' own program, and invariants for any images.
 
 use super::*;
 use crate::film::PixelBounds;
@@ -26,7 +26,7 @@ fn reference() -> Image {
     image
 }
 
-/// The same with a darker stripe, a white pixel and a reddish patch.
+/// The same image with a darker stripe, a white pixel and a reddish patch.
 fn changed() -> Image {
     let mut image = reference();
     let bounds = image.bounds;
@@ -45,7 +45,7 @@ fn changed() -> Image {
     image
 }
 
-/// Squared, eight times as bright, with a light.
+/// Squared, eight times as bright, with an emitter.
 fn high_dynamic_range(mut image: Image, emitter: Rgb) -> Image {
     for p in &mut image.pixels {
         *p = *p * *p * 8.0 + 0.0625;
@@ -55,8 +55,8 @@ fn high_dynamic_range(mut image: Image, emitter: Rgb) -> Image {
 }
 
 fn check(map: &FlipMap, mean: f64, pixels: &[(usize, usize, f32)]) {
-    // Both work in single precision, with other powers and sums; the square root of small feature
-    // differences doubles the relative error.
+    // Both use single precision, with other powers and sums; the square root of small feature differences doubles the
+    // relative error.
     assert!((map.mean() - mean).abs() < 2e-5, "{} {mean}", map.mean());
     for &(x, y, value) in pixels {
         let ours = map.values[y * 40 + x];
@@ -91,8 +91,8 @@ fn hdr_agrees_with_its_authors() {
     let a = high_dynamic_range(changed(), Rgb::new(32.0, 48.0, 64.0));
     let b = high_dynamic_range(reference(), Rgb::new(64.0, 48.0, 32.0));
     let exposures = ExposureRange::of(&b);
-    // The authors take the mean of the two middle values for the median, we the upper one, and the
-    // luminance's weights differ in the fifth digit.
+    // The authors' median is the mean of the two middle values, ours the upper one, and the luminance weights differ in
+    // the fifth digit.
     assert!((exposures.start - -4.567651).abs() < 1e-3, "{exposures:?}");
     assert!((exposures.stop - 0.571467).abs() < 2e-2, "{exposures:?}");
     assert_eq!(exposures.count, 6);
@@ -116,7 +116,7 @@ fn hdr_agrees_with_its_authors() {
     );
 }
 
-/// The papers' scale: 0 for equal images, 1 for green against blue, the largest difference there is.
+/// The papers' scale: 0 for equal images, 1 for green against blue, the largest possible difference.
 #[test]
 fn ends_of_the_scale() {
     let b = reference();
@@ -130,8 +130,7 @@ fn ends_of_the_scale() {
     assert!((most.quantile(0.0) - 1.0).abs() < 1e-5);
 }
 
-/// A rotation by half a turn is nothing to a viewer, and images that do not belong together have no
-/// error.
+/// Rotating both images by half a turn does not change the error, and images of different sizes have none.
 #[test]
 fn turned_and_mismatched_images() {
     let turned = |mut image: Image| {

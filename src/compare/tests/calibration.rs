@@ -1,7 +1,7 @@
-//! The false-alarm rate is what it claims to be, over 1,000 pairs of renders of one expectation.
+//! The false-alarm rate is as claimed, over 1,000 pairs of renders with the same expectation.
 //!
-//! Seeds are fixed: each test passes or fails for ever. Its tolerance is the binomial scatter of 1,000
-//! pairs, ± 4.75 standard deviations, which a right program leaves once in 10⁶ changes of the seeds.
+//! Seeds are fixed: each test passes or fails permanently. Its tolerance is the binomial scatter of 1,000 pairs, ± 4.75
+//! standard deviations, which a correct program exceeds once in 10⁶ changes of the seeds.
 
 use super::super::*;
 use super::simulate::{Random, Render, fireflies, mild, skewed};
@@ -9,18 +9,18 @@ use crate::math::UVec2;
 
 const PAIRS: u64 = 1000;
 
-/// The rate that is asked for; large, that alarms are many enough to count.
+/// The requested rate; large, so that there are enough alarms to count.
 const ALPHA: f64 = 0.05;
 
-/// Side of the images: 144 pixels, 9 blocks of 4, 3 channels: 462 tests with the whole.
+/// Side of the images: 144 pixels, 9 blocks of 4, 3 channels: 462 tests including the whole image.
 const SIDE: u32 = 12;
 
-/// What [`ALPHA`] may scatter by among [`PAIRS`].
+/// The scatter of [`ALPHA`] over [`PAIRS`].
 fn scatter(rate: f64) -> f64 {
     4.75 * (rate * (1.0 - rate) / PAIRS as f64).sqrt()
 }
 
-/// How often pairs made by `pair` are said to differ, in several ways of asking.
+/// How often pairs made by `pair` are reported as different, with several options.
 fn false_alarms<const N: usize>(
     ways: [Options; N],
     pair: impl Fn(u64) -> [Render; 2] + Sync,
@@ -49,7 +49,7 @@ fn options(common_variance: bool) -> Options {
     }
 }
 
-/// Renders of so many samples, each variance from its own number of runs.
+/// Renders with given numbers of samples, each variance from its own number of runs.
 fn pair(
     draw: fn(UVec2, &mut Random) -> Rgb,
     [a, b]: [(u32, u32); 2],
@@ -62,8 +62,8 @@ fn pair(
     }
 }
 
-/// Normal noise, twice as many samples on one side, 12 and 24 observations for the variances: Welch's
-/// test keeps what it promises, neither more nor much less; the common variance errs towards "agree".
+/// Normal noise, twice as many samples on one side, 12 and 24 observations for the variances: Welch's test has the
+/// claimed rate, neither more nor much less; the common variance errs toward "agree".
 #[test]
 fn normal_noise() {
     let sidak = Options {
@@ -72,23 +72,23 @@ fn normal_noise() {
     };
     let ways = [options(false), sidak, options(true)];
     let [holm, sidak, common] = false_alarms(ways, pair(mild, [(12, 12), (24, 24)]));
-    // Below the claim by design: the levels look at the same pixels, which neither correction makes
-    // use of. Not by more than a third.
+    // Below the claim by design: the levels test the same pixels, which neither correction exploits. By no more than a
+    // third.
     let range = ALPHA / 1.5 - scatter(ALPHA)..ALPHA + scatter(ALPHA);
     assert!(range.contains(&holm), "{holm}");
     assert!(range.contains(&sidak), "{sidak}");
     assert!(holm <= sidak && common <= holm, "{holm} {sidak} {common}");
 }
 
-/// Samples as path tracers make them, few in the image and many in the reference: a pixel has met one
-/// light or none where the reference has met half a dozen. With the common variance at most the claim.
+/// Samples as from a path tracer, few in the image and many in the reference: a pixel has hit one light or none where
+/// the reference has hit half a dozen. With the common variance, the rate is at most as claimed.
 #[test]
 fn rare_bright_samples() {
     let ways = [options(true), options(false)];
     let [common, naive] = false_alarms(ways, pair(fireflies, [(16, 16), (128, 16)]));
     assert!(common < ALPHA + scatter(ALPHA), "{common}");
-    // The reason for the common variance: Welch's test alone cries wolf on these. The seeds are fixed;
-    // four times the claim only says that it is far from it.
+    // The reason for the common variance: Welch's test alone raises false alarms here. The seeds are fixed; four times
+    // the claim only shows that it is far exceeded.
     assert!(naive > 4.0 * ALPHA, "{naive}");
 }
 
@@ -112,8 +112,8 @@ fn without_variances() {
     }
 }
 
-/// The same with eight times as many samples on one side: the difference is as skewed as the noise of
-/// the poorer image, and symmetry fails. Twice the claim is stated (`docs/compare.md`).
+/// The same with eight times as many samples on one side: the difference is as skewed as the noise of the poorer image,
+/// and symmetry fails. Twice the claimed rate is documented (`docs/compare.md`).
 #[test]
 fn without_variances_and_not_alike() {
     let pair = pair(skewed, [(16, 16), (128, 16)]);

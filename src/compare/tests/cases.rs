@@ -1,4 +1,4 @@
-//! Images without noise, with unknown noise, with values that are no numbers.
+//! Images without noise, with unknown noise, with infinite and NaN values.
 
 use super::super::*;
 use super::simulate::{Render, mild};
@@ -12,7 +12,7 @@ fn estimate(image: &Image) -> Estimate<'_> {
     }
 }
 
-/// Where nothing is random, values must be equal, but for rounding.
+/// Without randomness, values must be equal within rounding.
 #[test]
 fn noiseless_images() {
     let mut a = Image::black(UVec2::splat(8));
@@ -20,7 +20,7 @@ fn noiseless_images() {
     a.variance = Some(vec![Rgb::ZERO; 64]);
     let agrees = |b: &Image| {
         let stored = compare(&estimate(&a), &estimate(b), &Options::default()).unwrap();
-        // Whether the files say so or the caller.
+        // Whether the files or the caller says so.
         let [a, b] = [&a, b].map(|image| Image {
             variance: None,
             ..image.clone()
@@ -38,7 +38,7 @@ fn noiseless_images() {
     let mut rounded = a.clone();
     rounded.pixels[5] *= 1.0 + 5e-6;
     assert!(agrees(&rounded));
-    // What comes back from XYZ in a channel that was black.
+    // The residue of the conversion from XYZ in a channel that was black.
     rounded.pixels[5].z = 1e-6;
     assert!(agrees(&rounded));
     for change in [
@@ -53,7 +53,7 @@ fn noiseless_images() {
     }
 }
 
-/// A single sample has no variance; then the difference must tell by its scatter.
+/// A single sample has no variance; then the scatter of the difference is used.
 #[test]
 fn unknown_variances_are_none() {
     let mut a = Image::black(UVec2::splat(8));
@@ -75,7 +75,7 @@ fn unknown_variances_are_none() {
     assert_eq!(refused, Err(CompareError::NoVariance(Side::A)));
 }
 
-/// A pixel of unknown variance among others proves nothing; nor do negative variances.
+/// A pixel of unknown variance among others proves nothing; neither do negative variances.
 #[test]
 fn broken_variances_prove_nothing() {
     let mut a = Image::black(UVec2::splat(4));
@@ -103,7 +103,7 @@ fn one_image_with_variances_and_one_without() {
     assert_eq!(comparison.noise, NoiseSource::SpatialWithout(Side::A));
 }
 
-/// Values that are no numbers: a difference where one image has them, a caution where both have.
+/// Infinite and NaN values: a difference if one image has them, a caution if both do.
 #[test]
 fn values_that_are_no_numbers() {
     let mut a = Render::new(1, 16, 16, 16, mild);
@@ -116,7 +116,7 @@ fn values_that_are_no_numbers() {
         sentence.contains("A has 1 pixel ") && sentence.contains("1, 1"),
         "{sentence}"
     );
-    // The numbers are of all other pixels.
+    // The metrics cover all other pixels.
     assert!(comparison.metrics.mse.is_finite() && comparison.metrics.channels[0].ratio > 0.9);
     b.image.pixels[17].y = f32::INFINITY;
     let comparison = compare(&a.estimate(), &b.estimate(), &Options::default()).unwrap();
@@ -124,8 +124,8 @@ fn values_that_are_no_numbers() {
     assert!(comparison.cautions().iter().any(|c| c.contains("left out")));
 }
 
-/// Noise that is spread over neighbors, as by a splatting filter, makes blocks too sure of themselves:
-/// it is noticed, and wider cells are fair again.
+/// Noise that is correlated between neighbors, as by a splatting filter, makes tests of blocks overconfident: this is
+/// detected, and wider cells restore the rate.
 #[test]
 fn correlated_noise_is_noticed() {
     let blurred = |seed| {
@@ -151,8 +151,7 @@ fn correlated_noise_is_noticed() {
     assert!(!comparison.agrees());
     assert!(comparison.neighbors.suspicious());
     assert!(comparison.cautions().iter().any(|c| c.contains("--cell")));
-    // Squares of eight pixels, twice the filter's width: neighbors share a quarter of their noise no
-    // more, but an eighth.
+    // Squares of eight pixels, twice the filter's width: neighbors share an eighth of their noise instead of a quarter.
     let wide = Options {
         cell: 16,
         blocks: vec![],

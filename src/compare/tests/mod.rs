@@ -1,4 +1,4 @@
-//! What comparisons say of made-up renders: how often they are wrong, and what they find.
+//! Comparisons of simulated renders: their false-alarm rate and their power.
 
 mod calibration;
 mod cases;

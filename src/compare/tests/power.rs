@@ -1,4 +1,4 @@
-//! What is found.
+//! Power: which differences are found.
 
 use super::super::*;
 use super::simulate::{Random, Render, mild};
@@ -6,7 +6,7 @@ use crate::math::UVec2;
 
 const SIDE: u32 = 64;
 
-/// A bias on the upper left quarter of the image.
+/// A bias in the upper left quarter of the image.
 fn biased(factor: f32) -> impl Fn(UVec2, &mut Random) -> Rgb {
     move |pixel, random| {
         let quarter = pixel.cmplt(UVec2::splat(SIDE / 2)).all();
@@ -14,10 +14,10 @@ fn biased(factor: f32) -> impl Fn(UVec2, &mut Random) -> Rgb {
     }
 }
 
-/// 1 % on a quarter of 64 × 64 pixels, 64 samples a pixel with 30 % noise each (so 3.75 % a pixel): the
-/// quarter's mean is known to 3.75 % √2 / 32 = 0.17 % , and 1 % is 6 of these. Found in each of 10
-/// pairs: with 3 channels and p < 10⁻³ among 3,207 tests on four levels, 5 standard errors in one
-/// channel are enough, which all three miss once in 400 pairs (fixed seeds).
+/// 1 % on a quarter of 64 × 64 pixels, 64 samples per pixel with 30 % noise each (so 3.75 % per pixel): the quarter's
+/// mean is known to 3.75 % √2 / 32 = 0.17 %, and 1 % is 6 of these. Found in each of 10 pairs: with 3 channels and p <
+/// 10⁻³ among 3,207 tests on four levels, 5 standard errors in one channel are enough, which all three miss once in 400
+/// pairs (fixed seeds).
 #[test]
 fn one_per_cent_on_a_quarter() {
     for seed in 0..10 {
@@ -31,15 +31,14 @@ fn one_per_cent_on_a_quarter() {
             .iter()
             .find(|l| l.side == Some(32));
         assert_eq!(quarter.unwrap().worst.bounds.min, UVec2::ZERO);
-        // The reverse of the calibration: the same pair without bias.
+        // The converse of the calibration: the same pair without bias.
         let a = Render::new(2 * seed, SIDE, 64, 64, biased(1.0));
         let comparison = compare(&a.estimate(), &b.estimate(), &Options::default()).unwrap();
         assert!(comparison.agrees(), "{seed}: {}", comparison.sentence());
     }
 }
 
-/// The same images without their variances: nothing is lost, as a block of 1024 pixels knows its
-/// scatter well.
+/// The same images without their variances: nothing is lost, as the scatter in a block of 1024 pixels is well known.
 #[test]
 fn one_per_cent_on_a_quarter_without_variances() {
     for seed in 0..10 {
@@ -51,8 +50,8 @@ fn one_per_cent_on_a_quarter_without_variances() {
     }
 }
 
-/// What no single test can prove shows in the distribution of all p-values: every pixel off by 4 %, up
-/// or down, about one standard error.
+/// Differences that no single test can prove show in the distribution of all p-values: every pixel is off by 4 %, up or
+/// down, about one standard error.
 #[test]
 fn many_slight_differences_bend_the_distribution() {
     let checked = |pixel: UVec2, random: &mut Random| {
@@ -96,8 +95,7 @@ fn one_wrong_pixel() {
     assert!(map.pixels[1000].z < 1e-7 && map.pixels[1000].x > 1e-7);
 }
 
-/// An edge that has moved by a pixel, in images that are equal otherwise and of which nobody said
-/// that they have no noise.
+/// An edge that has moved by a pixel, in images that are otherwise equal and not declared noiseless.
 #[test]
 fn a_moved_edge_without_variances() {
     let drawn = |edge: u32| {

@@ -1,11 +1,11 @@
-//! Renders without a renderer: pixels drawn from distributions whose expectation is known.
+//! Simulated renders: pixels drawn from distributions whose expectation is known.
 
 use super::super::Estimate;
 use crate::film::{Image, PixelStatistics};
 use crate::math::hash::mix2;
 use crate::math::{Rgb, UVec2};
 
-/// Numbers in (0, 1), one stream per seed.
+/// Uniform samples in (0, 1), one stream per seed.
 pub struct Random {
     seed: u64,
     drawn: u64,
@@ -17,14 +17,14 @@ impl Random {
         ((mix2(self.seed, self.drawn) >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    /// Box and Muller.
+    /// A normal sample, by the Box–Muller transform.
     pub fn normal(&mut self) -> f64 {
         let r = (-2.0 * self.uniform().ln()).sqrt();
         r * (std::f64::consts::TAU * self.uniform()).cos()
     }
 }
 
-/// A render and what its file would say of it.
+/// A render with the metadata of its file.
 pub struct Render {
     pub image: Image,
     groups: u32,
@@ -32,8 +32,8 @@ pub struct Render {
 }
 
 impl Render {
-    /// `samples` per pixel, their variance estimated from the scatter of `groups` equal groups of
-    /// samples (`groups = samples`: from the samples themselves).
+    /// `samples` per pixel, their variance estimated from the scatter of `groups` equal groups of samples (`groups =
+    /// samples`: from the samples themselves).
     pub fn new(
         seed: u64,
         side: u32,
@@ -70,21 +70,21 @@ impl Render {
         }
     }
 
-    /// The same image from a program that writes no variances.
+    /// The same image as from a program that writes no variances.
     pub fn without_variance(mut self) -> Render {
         self.image.variance = None;
         self
     }
 }
 
-/// Gray noise of 30 % a sample around a gradient, each channel its own.
+/// Noise of 30 % per sample around a gray gradient, independent for each channel.
 pub fn mild(pixel: UVec2, random: &mut Random) -> Rgb {
     let mean = 0.2 + 0.01 * (pixel.x + pixel.y) as f32;
     Rgb::from([(); 3].map(|()| mean * (1.0 + 0.3 * random.normal() as f32)))
 }
 
-/// What path tracers make: log-normal light (skewness 6), and one sample in 250 that meets a light 100
-/// times brighter, all channels in one stroke. Kurtosis of a sample: 240.
+/// Samples as from a path tracer: log-normal light (skewness 6), and one sample in 250 that hits a light 100 times
+/// brighter, in all channels at once. Kurtosis of a sample: 240.
 pub fn fireflies(_: UVec2, random: &mut Random) -> Rgb {
     let light = random.normal().exp();
     let emitter = if random.uniform() < 0.004 { 100.0 } else { 0.0 };
