@@ -13,7 +13,7 @@ pub struct PixelBounds {
 }
 
 impl PixelBounds {
-    /// The pixels from `min` up to but without `max`; empty where `max` does not lie beyond `min`.
+    /// The pixels from `min` up to, not including, `max`; empty unless `max` is beyond `min`.
     pub fn new(min: UVec2, max: UVec2) -> PixelBounds {
         PixelBounds {
             min,
@@ -31,17 +31,17 @@ impl PixelBounds {
         self.size().x as usize * self.size().y as usize
     }
 
-    /// True where there is no pixel at all.
+    /// Returns `true` if there are no pixels.
     pub fn is_empty(&self) -> bool {
         self.area() == 0
     }
 
-    /// Is `pixel` one of these?
+    /// Returns `true` if `pixel` is one of these.
     pub fn contains(&self, pixel: UVec2) -> bool {
         pixel.cmpge(self.min).all() && pixel.cmplt(self.max).all()
     }
 
-    /// The position of `pixel` in a row-by-row list of these pixels, `None` outside.
+    /// The index of `pixel` in a row-by-row list of these pixels; `None` if it is outside.
     pub fn index(&self, pixel: UVec2) -> Option<usize> {
         if !self.contains(pixel) {
             return None;
@@ -50,7 +50,7 @@ impl PixelBounds {
         Some(p.y as usize * self.size().x as usize + p.x as usize)
     }
 
-    /// The pixels that are in both.
+    /// The pixels that are in both rectangles.
     pub fn intersection(&self, other: PixelBounds) -> PixelBounds {
         let min = self.min.max(other.min);
         PixelBounds::new(min, self.max.min(other.max))
@@ -62,8 +62,8 @@ impl PixelBounds {
             .flat_map(move |y| (self.min.x..self.max.x).map(move |x| UVec2::new(x, y)))
     }
 
-    /// Squares of `side` pixels (at least 1) that cover these pixels exactly once, row by row from the
-    /// top left; those at the right and bottom edges may be smaller.
+    /// Square tiles of `side` pixels (at least 1) that cover these pixels exactly once, row by row from the top left;
+    /// those at the right and bottom edges may be smaller.
     pub fn tiles(self, side: u32) -> impl Iterator<Item = PixelBounds> {
         let side = side.max(1);
         let count = self.size().map(|n| n.div_ceil(side));

@@ -1,9 +1,9 @@
-//! OpenEXR: scene-linear images with their variance and the story of how they were made.
+//! OpenEXR: scene-linear images with their variance and metadata on how they were rendered.
 //!
-//! Channels `R` `G` `B`, and `var.R` `var.G` `var.B` where the image has variances: a layer named
-//! `var` to other programs. All are 32-bit floats: half floats would round a variance below 6e-8 to
-//! nothing and a mean by more than a well-converged render's noise. Scan lines in ZIP blocks of 16,
-//! data window = crop window, display window = full image, Rec. 709 primaries.
+//! Channels `R` `G` `B`, and `var.R` `var.G` `var.B` if the image has variances: a layer named `var` to other programs.
+//! All are 32-bit floats: half floats would round a variance below 6e-8 to zero and a mean by more than a
+//! well-converged render's noise. Scan lines in ZIP blocks of 16, data window = crop window, display window = full
+//! image, Rec. 709 primaries.
 
 use super::{FilmMetadata, Image};
 use crate::math::{DMat4, Rgb};
@@ -14,10 +14,10 @@ use ::exr::prelude::{
 };
 use std::io::Cursor;
 
-/// The whole file in memory.
+/// Encodes the whole file in memory.
 ///
 /// # Errors
-/// Whatever the encoder refuses, such as an image without pixels.
+/// Fails if the encoder does, for example for an image without pixels.
 pub(super) fn encode(image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, Error> {
     let size = image.bounds.size();
     let encoding = Encoding {
@@ -34,7 +34,7 @@ pub(super) fn encode(image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, 
     let mut file = ::exr::prelude::Image::from_layer(layer);
     file.attributes = image_attributes(image);
     let mut bytes = Vec::new();
-    // In parallel it would start as many threads as RAYON_NUM_THREADS says, a hundred thousand if need be.
+    // In parallel it would start as many threads as RAYON_NUM_THREADS says, even a hundred thousand.
     file.write()
         .non_parallel()
         .to_buffered(Cursor::new(&mut bytes))?;
@@ -104,22 +104,21 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     attributes
 }
 
-/// EXR strings are bytes; UTF-8 by today's custom.
+/// EXR strings are bytes; UTF-8 is today's convention.
 fn text(s: &str) -> Text {
     Text::from_slice_unchecked(s.as_bytes())
 }
 
-/// Imath multiplies row vectors from the left and stores row by row: the same sixteen numbers in the
-/// same order as column vectors stored column by column.
+/// Imath multiplies row vectors from the left and stores row by row: the same sixteen numbers in the same order as for
+/// column vectors stored column by column.
 fn matrix(m: &DMat4) -> [f32; 16] {
     m.to_cols_array().map(|v| v as f32)
 }
 
-/// Puts the header's attributes into alphabetical order.
+/// Sorts the header's attributes alphabetically.
 ///
-/// The encoder keeps our own attributes in a hash map and writes them in its order, which differs
-/// from run to run; equal renders must be equal files. The length stays the same, so the offsets that
-/// follow the header stay right.
+/// The encoder keeps custom attributes in a hash map and writes them in its order, which differs from run to run; equal
+/// renders must be equal files. The length stays the same, so the offsets after the header remain valid.
 fn sort_attributes(bytes: &mut [u8]) -> Result<(), Error> {
     // Four bytes of magic number and four of version come first.
     const START: usize = 8;
@@ -130,7 +129,7 @@ fn sort_attributes(bytes: &mut [u8]) -> Result<(), Error> {
         attributes.push(bytes.get(at..end).ok_or_else(broken)?.to_vec());
         at = end;
     }
-    // Each begins with its name and a zero byte, so whole attributes compare like their names.
+    // Each starts with its name and a zero byte, so whole attributes compare like their names.
     attributes.sort();
     bytes
         .get_mut(START..at)
@@ -139,7 +138,7 @@ fn sort_attributes(bytes: &mut [u8]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Where the attribute that begins at `start` ends: name, 0, type, 0, length in four bytes, value.
+/// The end of the attribute that starts at `start`: name, 0, type, 0, length in four bytes, value.
 fn attribute_end(bytes: &[u8], start: usize) -> Option<usize> {
     let after_zero =
         |from: usize| Some(from + bytes.get(from..)?.iter().position(|&b| b == 0)? + 1);

@@ -3,17 +3,17 @@
 use super::PixelBounds;
 use crate::math::{Rgb, UVec2};
 
-/// Linear RGB of the pixels inside `bounds`, with the variance of each where it is known.
+/// Linear RGB of the pixels inside `bounds`, with the variance of each if it is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Width and height of the full image (EXR's display window).
     pub resolution: UVec2,
-    /// The pixels that are here (EXR's data window).
+    /// The pixels stored here (EXR's data window).
     pub bounds: PixelBounds,
     /// Row by row from the top left of `bounds`.
     pub pixels: Vec<Rgb>,
-    /// Variance of each value in `pixels`, same order: how far it would scatter from render to
-    /// render, squared. Infinite where unknown.
+    /// Variance of each value in `pixels`, in the same order: that of its scatter from render to render. Infinite if
+    /// unknown.
     pub variance: Option<Vec<Rgb>>,
 }
 
@@ -29,7 +29,7 @@ impl Image {
         }
     }
 
-    /// The value at `pixel` (full-image coordinates), black outside.
+    /// The value at `pixel` (full-image coordinates); black outside `bounds`.
     pub fn pixel(&self, pixel: UVec2) -> Rgb {
         self.bounds
             .index(pixel)
@@ -38,7 +38,7 @@ impl Image {
             .unwrap_or(Rgb::ZERO)
     }
 
-    /// The row of pixels `y` lines below the top of `bounds`.
+    /// The row of pixels `y` rows below the top of `bounds`.
     pub(super) fn row(&self, y: usize) -> &[Rgb] {
         let width = self.bounds.size().x as usize;
         self.pixels.get(y * width..(y + 1) * width).unwrap_or(&[])

@@ -1,12 +1,12 @@
-//! The film: what a render's samples become, and how they become a file.
+//! The film: accumulates samples into pixels, and writes images to files.
 //!
-//! A [`FilmSpec`] is the scene file's `Film` line. Workers fill [`Tile`]s, each owned by one thread;
-//! the [`Film`] collects them. [`Film::develop`] gives an [`Image`], which [`write()`] puts into an
-//! EXR, PNG, TGA or PFM file and [`read()`] reads back.
+//! A [`FilmSpec`] is the scene file's `Film` directive. Workers fill [`Tile`]s, each owned by one thread; the [`Film`]
+//! collects them. [`Film::develop`] returns an [`Image`], which [`write()`] saves to an EXR, PNG, TGA or PFM file and
+//! [`read()`] reads back.
 //!
-//! A pixel is the mean of its own samples: reconstruction filters are importance-sampled (Ernst,
-//! Stamminger, Greiner 2006), nothing is splatted onto neighbors. So a pixel's variance can be
-//! estimated, and the image does not depend on the order or the size of tiles.
+//! A pixel is the mean of its own samples: reconstruction filters are importance-sampled (Ernst, Stamminger, Greiner
+//! 2006) and nothing is splatted onto neighbors. So a pixel's variance can be estimated, and the image does not depend
+//! on the order or the size of tiles.
 //!
 //! ```
 //! use fstop::film::{Film, FilmSpec, PixelBounds};
@@ -50,7 +50,7 @@ pub use write::{WriteError, check_name, check_output, keeps_variances, write, wr
 
 use crate::math::{Rgb, UVec2};
 
-/// The image being taken: statistics of every pixel inside the crop window.
+/// The image being rendered: statistics of every pixel inside the crop window.
 #[derive(Clone, Debug)]
 pub struct Film {
     resolution: UVec2,
@@ -77,41 +77,41 @@ impl Film {
         }
     }
 
-    /// Width and height of the full image in pixels, crop window or not.
+    /// Width and height of the full image in pixels, regardless of the crop window.
     pub fn resolution(&self) -> UVec2 {
         self.resolution
     }
 
-    /// The pixels that are taken: the crop window.
+    /// The pixels to be rendered: the crop window.
     pub fn bounds(&self) -> PixelBounds {
         self.bounds
     }
 
-    /// Samples that were dropped as not finite or clearly negative, each counted as black.
+    /// Number of samples dropped because they were not finite or clearly negative; each counts as black.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// The first of them, row by row; no matter how the film was cut into tiles.
+    /// The first of them, row by row, regardless of how the film was divided into tiles.
     pub fn first_dropped(&self) -> Option<DroppedSample> {
         self.first_dropped
     }
 
-    /// The statistics of one pixel, `None` outside the crop window.
+    /// The statistics of one pixel; `None` outside the crop window.
     pub fn statistics(&self, pixel: UVec2) -> Option<&PixelStatistics> {
         self.pixels.get(self.bounds.index(pixel)?)
     }
 
-    /// An empty tile for the part of `bounds` that lies inside the crop window.
+    /// An empty tile for the part of `bounds` inside the crop window.
     pub fn tile(&self, bounds: PixelBounds) -> Tile {
         Tile::new(bounds.intersection(self.bounds), self.max_sample_luminance)
     }
 
-    /// Takes over what `tile` has gathered.
+    /// Merges the samples of `tile` into the film.
     ///
-    /// A pixel that had no samples yet becomes a bit-for-bit copy of the tile's, so a film put
-    /// together from disjoint tiles is the same whatever their order and size. Where both have
-    /// samples they are pooled ([`PixelStatistics::merge`]).
+    /// A pixel that had no samples yet becomes a bit-for-bit copy of the tile's, so a film assembled from disjoint
+    /// tiles is the same whatever their order and size. If both have samples they are pooled
+    /// ([`PixelStatistics::merge`]).
     pub fn merge(&mut self, tile: &Tile) {
         for (pixel, statistics) in tile.iter() {
             if let Some(index) = self.bounds.index(pixel) {
@@ -122,8 +122,8 @@ impl Film {
         self.first_dropped = DroppedSample::first(self.first_dropped, tile.first_dropped());
     }
 
-    /// The film whose every pixel is the mean of its two halves' ([`PixelStatistics::mean_of`]): of
-    /// films of one [`FilmSpec`].
+    /// The film whose every pixel is the mean of its two halves' ([`PixelStatistics::mean_of`]); both films must have
+    /// the same [`FilmSpec`].
     pub fn mean_of(a: &Film, b: &Film) -> Film {
         let pairs = a.pixels.iter().zip(&b.pixels);
         Film {
@@ -134,7 +134,7 @@ impl Film {
         }
     }
 
-    /// Gives every pixel of `bounds` the statistics of another one.
+    /// Sets every pixel of `bounds` to the given statistics.
     pub fn fill(&mut self, bounds: PixelBounds, statistics: &PixelStatistics) {
         for pixel in bounds.pixels() {
             if let Some(index) = self.bounds.index(pixel) {
@@ -148,10 +148,10 @@ impl Film {
         &self.pixels
     }
 
-    /// The image: mean × film scale of every pixel, negative channels cut to 0 as pbrt-v3's
-    /// film does (docs/scene-language.md §4.1), with the variance of each mean.
+    /// The image: mean × film scale for every pixel, negative channels clamped to 0 as in pbrt-v3's film
+    /// (docs/scene-language.md §4.1), with the variance of each mean.
     ///
-    /// The variance is that of the mean before the cut at 0.
+    /// The variance is that of the mean before clamping.
     pub fn develop(&self) -> Image {
         let scale = f64::from(self.scale);
         let pixels = self

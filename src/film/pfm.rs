@@ -3,10 +3,10 @@
 
 use super::Image;
 
-/// The whole file in memory.
+/// Encodes the whole file in memory.
 pub(super) fn encode(image: &Image) -> Vec<u8> {
     let size = image.bounds.size();
-    // A negative scale says little-endian.
+    // A negative scale means little-endian.
     let mut bytes = format!("PF\n{} {}\n-1\n", size.x, size.y).into_bytes();
     for y in (0..size.y as usize).rev() {
         for pixel in image.row(y) {

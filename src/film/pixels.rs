@@ -1,15 +1,15 @@
-//! What one pixel remembers of its samples.
+//! Sample statistics of one pixel.
 
 use crate::math::Rgb;
 use glam::DVec3;
 
 /// Number of samples, their running mean, and the sum of squared deviations from it, per channel.
 ///
-/// Welford's update (B. P. Welford, Technometrics 4(3), 1962; Knuth, TAOCP vol. 2, 4.2.2) and the
-/// pooling of two such summaries by Chan, Golub and LeVeque ("Updating formulae and a pairwise
-/// algorithm for computing sample variances", 1979). Unlike sums of values and of squares it does
-/// not cancel where the deviation is small against the mean: equal samples have variance exactly 0.
-/// Double precision: a million single-precision samples lose nothing that the file could show.
+/// Welford's update (B. P. Welford, Technometrics 4(3), 1962; Knuth, TAOCP vol. 2, 4.2.2) and the pooling of two such
+/// summaries by Chan, Golub and LeVeque ("Updating formulae and a pairwise algorithm for computing sample variances",
+/// 1979). Unlike sums of values and of squares, it does not suffer cancellation when the deviation is small compared
+/// with the mean: equal samples have variance exactly 0. In double precision: a million single-precision samples lose
+/// nothing that the file could show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelStatistics {
     mean: DVec3,
@@ -27,8 +27,8 @@ impl PixelStatistics {
         self.squared_deviations += deviation * (value - self.mean);
     }
 
-    /// Pools these samples with `other`'s. Pooling with nothing, either way round, copies exactly;
-    /// otherwise the result depends on the order only in rounding.
+    /// Pools these samples with `other`'s. Pooling with empty statistics, either way round, copies exactly; otherwise
+    /// the order affects only rounding.
     pub fn merge(&mut self, other: &PixelStatistics) {
         if other.count == 0 {
             return;
@@ -45,9 +45,9 @@ impl PixelStatistics {
         self.count += other.count;
     }
 
-    /// The plain mean of two independent estimates of one pixel, whatever their numbers of samples, or the one
-    /// of them that has any; its variance is a quarter of the sum of theirs. A weight that knew the counts would bias the
-    /// mean where the counts were chosen by looking at samples.
+    /// The plain mean of two independent estimates of one pixel, regardless of their sample counts, or the one of them
+    /// that has samples; its variance is a quarter of the sum of theirs. Weighting by sample counts would bias the mean
+    /// if these were chosen adaptively.
     pub fn mean_of(a: &PixelStatistics, b: &PixelStatistics) -> PixelStatistics {
         if a.count == 0 || b.count == 0 {
             return if a.count == 0 { *b } else { *a };
@@ -56,7 +56,7 @@ impl PixelStatistics {
         let variance = (a.variance_of_mean() + b.variance_of_mean()) * 0.25;
         PixelStatistics {
             mean: (a.mean + b.mean) * 0.5,
-            // What makes `variance_of_mean` say that.
+            // Chosen so that `variance_of_mean` returns this variance.
             squared_deviations: variance * (count as f64 * (count.max(1) - 1) as f64),
             count,
         }
@@ -67,16 +67,16 @@ impl PixelStatistics {
         self.count
     }
 
-    /// Mean of the samples, 0 where there is none.
+    /// Mean of the samples; 0 if there are none.
     pub fn mean(&self) -> DVec3 {
         self.mean
     }
 
-    /// Unbiased estimate, for independent samples, of the variance of [`mean`](Self::mean):
-    /// M₂ / (n (n − 1)). Stratified samples make it too large, never too small on average.
+    /// Unbiased estimate, for independent samples, of the variance of [`mean`](Self::mean): M₂ / (n (n − 1)). For
+    /// stratified samples it is too large, never too small on average.
     ///
-    /// Infinite for a single sample, which says nothing about variance; 0 for a pixel that was not
-    /// sampled at all: it is black by definition.
+    /// Infinite for a single sample, which says nothing about variance; 0 for a pixel without samples, which is black
+    /// by definition.
     pub fn variance_of_mean(&self) -> DVec3 {
         match self.count {
             0 => DVec3::ZERO,

@@ -1,14 +1,14 @@
-//! Eight-bit images for looking at: PNG and TGA, sRGB-encoded, no tone mapping (docs/scene-language.md §4.8).
+//! Eight-bit images for viewing: PNG and TGA, sRGB-encoded, no tone mapping (docs/scene-language.md §4.8).
 
 use super::Image;
 use crate::math::color::srgb_from_linear;
 use image::{ExtendedColorType, ImageError, ImageFormat};
 use std::io::Cursor;
 
-/// The whole file in memory; only the crop window's pixels.
+/// Encodes the whole file in memory; only the crop window's pixels.
 ///
 /// # Errors
-/// What the format cannot hold: TGA ends at 65535 pixels a side.
+/// Fails if the format cannot hold the image: TGA is limited to 65535 pixels per side.
 pub(super) fn encode(image: &Image, format: ImageFormat) -> Result<Vec<u8>, ImageError> {
     let size = image.bounds.size();
     let bytes: Vec<u8> = image
@@ -28,7 +28,7 @@ pub(super) fn encode(image: &Image, format: ImageFormat) -> Result<Vec<u8>, Imag
     Ok(file.into_inner())
 }
 
-/// 255 × the sRGB curve + ½, clamped and cut, as pbrt-v3 rounds. Not a number becomes 0.
+/// 255 × the sRGB curve + ½, clamped and truncated, as pbrt-v3 rounds. NaN becomes 0.
 pub(super) fn quantize(linear: f32) -> u8 {
     // `as` saturates, so values below 0 and above 255 are clamped.
     (255.0 * srgb_from_linear(linear) + 0.5) as u8
@@ -53,7 +53,7 @@ mod tests {
         for (linear, byte) in cases {
             assert_eq!(quantize(linear), byte, "{linear}");
         }
-        // In the straight part: 12.92 × 0.002 × 255 + ½ = 7.09.
+        // In the linear segment: 12.92 × 0.002 × 255 + ½ = 7.09.
         assert_eq!(quantize(0.002), 7);
     }
 }

@@ -1,4 +1,4 @@
-//! Reading back what [`write()`](super::write()) wrote, and other programs' EXR files.
+//! Reads images written by [`write()`](super::write()), and other programs' EXR files.
 
 use super::{Image, PixelBounds};
 use crate::assets::image_data::SizeLimit;
@@ -12,38 +12,38 @@ use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-/// An image from a file, with what its header says about the number of samples behind it.
+/// An image read from a file, with the sample counts from its header.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedImage {
-    /// The image; with variances where the file has `var.R`, `var.G` and `var.B`.
+    /// The image; with variances if the file has `var.R`, `var.G` and `var.B`.
     pub image: Image,
     /// Attribute `spp`: samples per pixel of one run.
     pub spp: Option<u32>,
-    /// Attribute `runs`: independent renders averaged in the file; the variance was then estimated
-    /// from their scatter. `None` where a single render estimated it from its samples.
+    /// Attribute `runs`: number of independent renders averaged in the file; the variance was then estimated from their
+    /// scatter. `None` if a single render estimated it from its samples.
     pub runs: Option<u32>,
 }
 
 /// Why an image could not be read; always names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// Not there, or not an EXR file that can be understood.
+    /// Missing, or not a readable EXR file.
     #[error("{}: cannot read: {reason}", .path.display())]
     Exr {
-        /// The file.
+        /// The file's path.
         path: PathBuf,
-        /// What the decoder said.
+        /// The decoder's message.
         reason: String,
     },
-    /// The file is an EXR, but no image.
+    /// The file is an EXR, but has no RGB image.
     #[error("{}: has no channels R, G and B", .0.display())]
     NoColor(PathBuf),
-    /// A data window that reaches over the display window's left or upper edge, or is absurdly large.
+    /// A data window that extends past the display window's left or upper edge, or is absurdly large.
     #[error("{}: its data window lies outside its display window", .0.display())]
     Window(PathBuf),
 }
 
-/// Reads an EXR file: channels `R` `G` `B`, and `var.R` `var.G` `var.B` if there.
+/// Reads an EXR file: channels `R` `G` `B`, and `var.R` `var.G` `var.B` if present.
 ///
 /// # Errors
 /// See [`ReadError`].
@@ -51,7 +51,7 @@ pub fn read(path: &Path) -> Result<LoadedImage, ReadError> {
     read_within(path, &Budget::unlimited())
 }
 
-/// As [`read`], with no more memory than is left of `budget`; the image is not charged.
+/// Like [`read`], with no more memory than is left of `budget`; the image is not charged to it.
 ///
 /// # Errors
 /// See [`ReadError`].
@@ -69,7 +69,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        // As in `exr.rs`: its threads are not ours to count.
+        // As in `exr.rs`: the number of its threads would be out of our control.
         .non_parallel()
         .from_buffered(Cursor::new(&bytes))
         .map_err(|e| unreadable(e.to_string()))?;
@@ -94,7 +94,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
 
 type FlatLayer = Layer<AnyChannels<FlatSamples>>;
 
-/// Resolution and data window, counted from the display window's corner.
+/// Resolution and data window, relative to the display window's corner.
 fn window(
     layer: &FlatLayer,
     display: ::exr::meta::attribute::IntegerBounds,
@@ -117,7 +117,7 @@ fn window(
     Some((resolution, PixelBounds::new(min, max)))
 }
 
-/// Three channels as colors, `None` where one is missing or subsampled.
+/// Three channels as colors; `None` if one is missing or subsampled.
 fn colors(layer: &FlatLayer, names: [&str; 3]) -> Option<Vec<Rgb>> {
     let mut pixels = vec![Rgb::ZERO; layer.size.0.checked_mul(layer.size.1)?];
     for (i, name) in names.iter().enumerate() {
@@ -136,7 +136,7 @@ fn colors(layer: &FlatLayer, names: [&str; 3]) -> Option<Vec<Rgb>> {
     Some(pixels)
 }
 
-/// A whole number that may be spelt as an integer, a float or a string.
+/// An integer that may be encoded as an integer, a float or a string.
 fn number(attributes: &HashMap<Text, AttributeValue>, name: &str) -> Option<u32> {
     let value = attributes.get(&Text::from_slice_unchecked(name.as_bytes()))?;
     match value {

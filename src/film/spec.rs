@@ -1,17 +1,17 @@
-//! `Film "image"`.
+//! The `Film "image"` directive.
 
 use super::PixelBounds;
 use crate::math::UVec2;
 use crate::params::{Dialect, NamedFile, ParamReader};
 use std::path::PathBuf;
 
-/// Largest width or height in pixels: four times an 8K panorama's.
+/// Maximum width or height in pixels: four times an 8K panorama's.
 const MAX_SIDE: i64 = 1 << 16;
 
-/// Most pixels that are taken at once; their statistics are 15 GB then.
+/// Maximum number of pixels rendered at once; their statistics then take 15 GB.
 const MAX_PIXELS: usize = 1 << 28;
 
-/// The film as the scene file describes it (docs/scene-language.md §3.2).
+/// The film as specified in the scene file (docs/scene-language.md §3.2).
 ///
 /// | parameter | type | default | meaning |
 /// |---|---|---|---|
@@ -23,7 +23,7 @@ const MAX_PIXELS: usize = 1 << 28;
 /// | `maxsampleluminance` | float | infinite | brighter samples are scaled down to it |
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSpec {
-    /// Output file as the scene names it; see [`output`](Self::output).
+    /// Output file as named by the scene; see [`output`](Self::output).
     pub filename: Option<NamedFile>,
     /// Width and height of the full image in pixels.
     pub resolution: UVec2,
@@ -31,13 +31,13 @@ pub struct FilmSpec {
     pub crop_window: [f64; 4],
     /// Diagonal of the full image on the film in mm.
     pub diagonal_mm: f64,
-    /// Factor on the finished pixel.
+    /// Factor applied to the finished pixel.
     pub scale: f32,
-    /// Limit on a sample's luminance before the camera's weight.
+    /// Limit on a sample's luminance, before the camera's weight.
     pub max_sample_luminance: f32,
 }
 
-/// What is wrong with a film's measures.
+/// Why a film's dimensions are invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FilmError {
     /// Not four finite numbers.
@@ -46,7 +46,7 @@ pub enum FilmError {
     /// No pixel lies inside the crop window.
     #[error("the crop window {0:?} holds no pixel of a {1}×{2} image")]
     EmptyCrop([f64; 4], u32, u32),
-    /// More pixels than memory could hold.
+    /// Too many pixels for memory.
     #[error("an image of {0} pixels is more than this program takes (at most {MAX_PIXELS})")]
     TooManyPixels(usize),
 }
@@ -65,7 +65,7 @@ impl Default for FilmSpec {
 }
 
 impl FilmSpec {
-    /// The defaults of a dialect.
+    /// The defaults for a dialect.
     pub fn defaults(dialect: Dialect) -> FilmSpec {
         let resolution = match dialect {
             Dialect::V2 => UVec2::new(640, 480),
@@ -77,12 +77,12 @@ impl FilmSpec {
         }
     }
 
-    /// Reads a `Film` directive. What cannot be used is reported as an error and replaced by its
-    /// default, so that the rest of the file is still checked.
+    /// Reads a `Film` directive. Invalid values are reported as errors and replaced by defaults, so that the rest of
+    /// the file is still checked.
     pub fn from_params(reader: &ParamReader) -> FilmSpec {
         let defaults = FilmSpec::defaults(reader.dialect());
         if reader.dialect() == Dialect::V2 {
-            // pbrt-v2's switch for a preview window, which it reads and ignores.
+            // pbrt-v2's switch for a preview window, which it also reads and ignores.
             let _ = reader.find_boolean("display");
         }
         let mut film = FilmSpec {
@@ -108,17 +108,16 @@ impl FilmSpec {
         film
     }
 
-    /// The file to write: the one named, or pbrt's `pbrt.exr`.
+    /// The file to write: the one named, or pbrt's default `pbrt.exr`.
     pub fn output(&self) -> PathBuf {
         let named = self.filename.as_ref().map(|file| file.path.clone());
         named.unwrap_or_else(|| PathBuf::from("pbrt.exr"))
     }
 
-    /// Replaces the crop window (`--crop`, `cropwindow`): x0, x1, y0, y1, each clamped to 0…1 and put
-    /// in order.
+    /// Replaces the crop window (`--crop`, `cropwindow`): x0, x1, y0, y1, each clamped to 0…1 and sorted.
     ///
     /// # Errors
-    /// Not four numbers, a number that is not finite, or no pixel left; the film is unchanged then.
+    /// Fails, leaving the film unchanged, if there are not four numbers, one is not finite, or no pixel is left.
     pub fn set_crop(&mut self, window: &[f64]) -> Result<(), FilmError> {
         let &[a, b, c, d] = window else {
             return Err(FilmError::CropWindow);
@@ -136,8 +135,8 @@ impl FilmSpec {
         Ok(())
     }
 
-    /// A quarter of the width and height, for a quick look (`--quick`); at least one pixel. A crop
-    /// window that then holds no pixel is opened.
+    /// Reduces width and height to a quarter, for a quick look (`--quick`); at least one pixel. A crop window that then
+    /// contains no pixel is removed.
     pub fn make_quick(&mut self) {
         self.resolution = (self.resolution / 4).max(UVec2::ONE);
         if self.check().is_err() {
@@ -145,7 +144,7 @@ impl FilmSpec {
         }
     }
 
-    /// Makes the image smaller, in the same proportions, where it has more than `pixels` pixels.
+    /// Reduces the image, keeping its proportions, if it has more than `pixels` pixels.
     pub fn shrink(&mut self, pixels: u32) {
         let size = self.resolution.as_dvec2();
         let factor = (f64::from(pixels) / (size.x * size.y)).sqrt();
@@ -157,8 +156,8 @@ impl FilmSpec {
         }
     }
 
-    /// The pixels to take: pbrt's rule, ceil(resolution × fraction) at both ends, in single precision
-    /// as pbrt has it (0.07 of 100 pixels is 7 there, but 7.000000000000001 in double).
+    /// The pixels to render: pbrt's rule, ceil(resolution × fraction) at both ends, in single precision as in pbrt
+    /// (0.07 of 100 pixels is 7 there, but 7.000000000000001 in double).
     pub fn pixel_bounds(&self) -> PixelBounds {
         let edge =
             |resolution: u32, fraction: f64| (resolution as f32 * fraction as f32).ceil() as u32;
@@ -171,7 +170,7 @@ impl FilmSpec {
     }
 
     /// # Errors
-    /// No pixel at all, or too many.
+    /// Fails if there are no pixels, or too many.
     pub fn check(&self) -> Result<(), FilmError> {
         let bounds = self.pixel_bounds();
         if bounds.is_empty() {
@@ -210,10 +209,10 @@ fn side(reader: &ParamReader, name: &str, default: u32) -> u32 {
     }
 }
 
-/// A number above 0; infinity only where it is the default.
+/// A positive number; infinity only if it is the default.
 fn positive(reader: &ParamReader, name: &str, default: f64) -> f64 {
     let value = reader.float(name, default);
-    // What single precision rounds to 0 or infinity would not be the number asked for.
+    // Rounded to 0 or infinity in single precision, it would not be the number requested.
     if value as f32 > 0.0 && ((value as f32).is_finite() || default.is_infinite()) {
         return value;
     }

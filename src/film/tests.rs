@@ -1,4 +1,4 @@
-//! Films, tiles and files together.
+//! Films, tiles and files in combination.
 
 use super::*;
 use crate::math::DMat4;
@@ -6,8 +6,8 @@ use crate::output::OutputError;
 use glam::DVec3;
 use std::path::Path;
 
-/// A film with some hundred different sample values per pixel, rendered in tiles of `side` pixels that
-/// are merged in the order `order` makes of them.
+/// A film with some hundred different sample values per pixel, rendered in tiles of `side` pixels that are merged in
+/// the order given by `order`.
 fn expose(side: u32, order: impl Fn(&mut Vec<PixelBounds>)) -> Film {
     let spec = FilmSpec {
         resolution: UVec2::new(37, 21),
@@ -155,7 +155,7 @@ fn equal_images_are_equal_files() {
             .collect();
         assert!(files.iter().all(|f| *f == files[0]), "{name}");
     }
-    // Nothing temporary stays behind.
+    // No temporary files remain.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
 }
 

@@ -1,10 +1,10 @@
-//! A part of the film that one worker owns.
+//! A tile: the part of the film that one worker owns.
 
 use super::{PixelBounds, PixelStatistics};
 use crate::math::color::luminance;
 use crate::math::{Rgb, UVec2};
 
-/// Below this luminance a radiance is an error rather than rounding (docs/scene-language.md §4.1).
+/// Radiance with a luminance below this is an error rather than rounding (docs/scene-language.md §4.1).
 const MAX_NEGATIVE_LUMINANCE: f32 = -1e-5;
 
 /// A sample that was dropped.
@@ -12,12 +12,12 @@ const MAX_NEGATIVE_LUMINANCE: f32 = -1e-5;
 pub struct DroppedSample {
     /// Its pixel, in raster coordinates of the full image.
     pub pixel: UVec2,
-    /// Which of the pixel's samples, from 0.
+    /// Index of the sample within the pixel, from 0.
     pub sample: u64,
 }
 
 impl DroppedSample {
-    /// The one that comes first in the image, row by row; no matter in what order they were met.
+    /// The one that comes first in the image, row by row, regardless of the order in which they occurred.
     pub(super) fn first(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         a.into_iter()
             .chain(b)
@@ -25,7 +25,7 @@ impl DroppedSample {
     }
 }
 
-/// The pixels of a rectangle while one thread renders them: no lock is needed to add a sample.
+/// The pixels of a rectangle while one thread renders them: samples are added without a lock.
 #[derive(Clone, Debug)]
 pub struct Tile {
     bounds: PixelBounds,
@@ -37,8 +37,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// An empty tile. `max_sample_luminance`: brighter samples are scaled down to it; infinite for no
-    /// limit.
+    /// An empty tile. Samples brighter than `max_sample_luminance` are scaled down to it; infinite for no limit.
     pub fn new(bounds: PixelBounds, max_sample_luminance: f32) -> Tile {
         let pixels = vec![PixelStatistics::default(); bounds.area()];
         Tile {
@@ -51,7 +50,7 @@ impl Tile {
         }
     }
 
-    /// The same tile for pixels that have so many samples elsewhere already: its own are counted from there.
+    /// The same tile for pixels that already have this many samples elsewhere: its own are counted from there.
     pub fn after(self, first_sample: u64) -> Tile {
         Tile {
             first_sample,
@@ -64,20 +63,19 @@ impl Tile {
         self.bounds
     }
 
-    /// Adds a sample to `pixel` (full-image raster coordinates; nothing happens outside the tile).
+    /// Adds a sample to `pixel` (full-image raster coordinates; ignored outside the tile).
     ///
-    /// `radiance` is what the integrator found; `weight` is everything that multiplies it on the way
-    /// to the pixel: the camera's weight times the filter's (±1 for filters with negative lobes).
-    /// A sample that the camera vignetted is black: radiance or weight 0.
+    /// `radiance` is the integrator's estimate; `weight` is everything that multiplies it on the way to the pixel: the
+    /// camera's weight times the filter's (±1 for filters with negative lobes). A vignetted sample is black: radiance
+    /// or weight 0.
     ///
-    /// `maxsampleluminance` acts on the radiance, before the weight, as in pbrt-v3. A sample that is
-    /// not finite, or whose luminance is below −1e-5, is counted as black and as dropped; the answer
-    /// is then `false`.
+    /// `maxsampleluminance` limits the radiance, before the weight, as in pbrt-v3. A sample that is not finite, or
+    /// whose luminance is below −1e-5, is counted as black and as dropped; the return value is then `false`.
     pub fn add_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: f32) -> bool {
         self.add_colored_sample(pixel, radiance, Rgb::splat(weight))
     }
 
-    /// The same with a weight for each channel.
+    /// Like [`add_sample`](Self::add_sample), with a weight per channel.
     pub fn add_colored_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: Rgb) -> bool {
         let Some(statistics) = self
             .bounds
@@ -104,7 +102,7 @@ impl Tile {
         good
     }
 
-    /// Samples counted as black because they were not finite or clearly negative.
+    /// Number of samples counted as black because they were not finite or clearly negative.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }

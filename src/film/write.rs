@@ -1,4 +1,4 @@
-//! An image into a file.
+//! Writes an image to a file.
 
 use super::{FilmMetadata, Image, exr, pfm, png};
 use crate::output::{self, OutputError};
@@ -11,28 +11,28 @@ pub enum WriteError {
     /// The name does not end in a format's extension.
     #[error("{}: an image's name must end in .exr, .pfm, .png or .tga", .0.display())]
     UnknownFormat(PathBuf),
-    /// The file cannot be made.
+    /// The file cannot be created.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The file cannot be made, but another in its stead.
+    /// The file cannot be created, but another one was written instead.
     #[error("{source}; the image is in `{}` instead", .place.display())]
     Elsewhere {
-        /// What is wrong with the file that was asked for.
+        /// The problem with the requested file.
         source: OutputError,
-        /// The file that was made.
+        /// The file that was written.
         place: PathBuf,
     },
     /// The format cannot hold this image.
     #[error("{}: cannot encode: {reason}", .path.display())]
     Encode {
-        /// The image's file.
+        /// The file's path.
         path: PathBuf,
-        /// What the encoder said.
+        /// The encoder's message.
         reason: String,
     },
 }
 
-/// What an image's file can be, by its name's extension.
+/// The format of an image file, by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Exr,
@@ -57,20 +57,20 @@ impl Format {
     }
 }
 
-/// Can a file of this name hold the variances of pixels?
+/// Returns `true` if a file of this name can store the variances of pixels.
 pub fn keeps_variances(path: &Path) -> bool {
     matches!(Format::of(path), Ok(Format::Exr))
 }
 
-/// Does the name end in a format's extension?
+/// Checks that the name has a supported format's extension.
 ///
 /// # Errors
-/// It does not.
+/// Fails if it does not.
 pub fn check_name(path: &Path) -> Result<(), WriteError> {
     Format::of(path).map(drop)
 }
 
-/// Will [`write()`] to this path work, as far as can be known before rendering? Leaves no trace.
+/// Checks that [`write()`] to this path will work, as far as can be known before rendering. Leaves no trace.
 ///
 /// # Errors
 /// An extension that no format has; what `output::check` finds.
@@ -79,14 +79,14 @@ pub fn check_output(path: &Path) -> Result<(), WriteError> {
     Ok(output::check(path)?)
 }
 
-/// Writes `image` to `path`, in the format that the name's extension says: `.exr` (linear, with
-/// variances and metadata), `.pfm` (linear), `.png`, `.tga` (8-bit sRGB).
+/// Writes `image` to `path`, in the format given by the extension: `.exr` (linear, with variances and metadata), `.pfm`
+/// (linear), `.png`, `.tga` (8-bit sRGB).
 ///
 /// The file appears under its name only when it is complete (`output::write`). A file that was there
 /// before is replaced.
 ///
 /// # Errors
-/// See [`check_output`]; a full disk; an image the format cannot hold.
+/// See [`check_output`]; also a full disk, or an image that the format cannot hold.
 pub fn write(path: &Path, image: &Image, metadata: &FilmMetadata) -> Result<(), WriteError> {
     let bytes = encode(path, image, metadata)?;
     Ok(output::write(path, &bytes)?)
@@ -96,7 +96,7 @@ pub fn write(path: &Path, image: &Image, metadata: &FilmMetadata) -> Result<(), 
 /// current folder or to that for temporary files (`output::rescue`).
 ///
 /// # Errors
-/// See [`write()`]; [`WriteError::Elsewhere`] where the image is safe, but not where it was wanted.
+/// See [`write()`]; [`WriteError::Elsewhere`] if the image was saved, but not where requested.
 pub fn write_somewhere(
     path: &Path,
     image: &Image,

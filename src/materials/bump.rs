@@ -6,7 +6,7 @@ use crate::params::ParamReader;
 use crate::surface::{ShadingGeometry, SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 
-/// Step in u and v where the footprint is unknown, as in pbrt.
+/// Step in u and v if the footprint is unknown, as in pbrt.
 const DEFAULT_STEP: f32 = 0.0005;
 
 /// A displacement along the shading normal, in scene units, that tilts the normal without moving
@@ -18,14 +18,14 @@ pub struct Bump {
 }
 
 impl Bump {
-    /// Reads `bumpmap`; `None` where it is not given.
+    /// Reads `bumpmap`; `None` if it is not given.
     pub fn from_params(reader: &ParamReader) -> Option<Bump> {
         reader
             .find_float_input("bumpmap")
             .map(|displacement| Bump { displacement })
     }
 
-    /// The shading geometry of the displaced surface, its normal on the side of the geometric one.
+    /// The shading geometry of the displaced surface, with its normal on the side of the geometric one.
     pub fn shading_geometry(
         &self,
         hit: &SurfaceHit,
@@ -119,7 +119,7 @@ mod tests {
             let n = bump.shading_geometry(&hit, &at, &textures).n;
             // The default step of 0.0005 magnifies the displacement's rounding by 2000.
             assert!((n - expected).length() < 3e-4, "{n}");
-            // On a surface turned inside out the tilt stays on the geometric normal's side.
+            // With reversed orientation the tilted normal stays on the geometric normal's side.
             hit.n = -Vec3::Z;
             hit.shading.n = -Vec3::Z;
             let n = bump.shading_geometry(&hit, &at, &textures).n;

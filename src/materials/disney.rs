@@ -1,4 +1,4 @@
-//! `disney`.
+//! The `disney` material.
 
 use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
 use super::roughness::add_rough_refraction;
@@ -23,38 +23,37 @@ use crate::textures::Textures;
 /// Widths of the clearcoat at gloss 0 and 1 (Burley 2012, appendix B.2).
 const CLEARCOAT_ALPHA: [f32; 2] = [0.1, 0.001];
 
-/// Roughness whose square is the widest distribution.
+/// Maximum roughness, whose square is the widest distribution.
 const MAX_ROUGHNESS: f32 = 1e3;
 
-/// Most lobes at a point: diffuse, glossy, coat, rough refraction, diffuse transmission.
+/// Maximum number of lobes at a point: diffuse, glossy, coat, rough refraction, diffuse transmission.
 pub(super) const MAX_LOBES: usize = 5;
 
-/// Disney's model (Burley, "Physically Based Shading at Disney", 2012; "Extending the Disney BRDF to
-/// a BSDF", 2015), as pbrt-v3 has it. Parameters, floats unless said otherwise, from 0 to 1 unless
-/// said otherwise:
+/// The Disney BSDF (Burley, "Physically Based Shading at Disney", 2012; "Extending the Disney BRDF to a BSDF", 2015),
+/// as in pbrt-v3. Parameters, floats from 0 to 1 unless noted otherwise:
 ///
 /// - spectrum `color` (0.5);
-/// - `metallic` (0), and `spectrans` (0): shares of metal, and of glass in what is not metal;
+/// - `metallic` (0), and `spectrans` (0): fraction of metal, and fraction of glass in the remainder;
 /// - `eta` (1.5): refractive index;
-/// - `roughness` (0.5), 0 or more: the facets' width is its square;
-/// - `speculartint` (0): tint of the reflection head-on with the color's hue, as far as the
-///   surface is metallic: in pbrt-v3 what is not reflects by Fresnel's law, untinted;
+/// - `roughness` (0.5), 0 or more: the facet distribution's width is its square;
+/// - `speculartint` (0): tint of the reflection at normal incidence with the color's hue, to the extent that the
+///   surface is metallic: in pbrt-v3 the non-metallic part reflects by Fresnel's equations, untinted;
 /// - `anisotropic` (0), at most 1: stretches the highlight along u;
 /// - `sheen` (0), 0 or more, and its tint `sheentint` (0.5);
 /// - `clearcoat` (0), 0 or more, and `clearcoatgloss` (1);
-/// - constant bool `thin` (false): a sheet without inside, for which `flatness` (0) blends the
-///   diffuse reflection into imitated subsurface scattering, and `difftrans` (1), 0 to 2, lets half its
-///   value of the diffuse light through;
-/// - spectrum `scatterdistance` (0): distance that light travels inside; where it is not black the
-///   diffuse reflection becomes subsurface scattering ([`crate::bssrdf`]).
+/// - constant bool `thin` (false): a thin sheet without interior, for which `flatness` (0) blends the diffuse
+///   reflection into approximate subsurface scattering, and `difftrans` (1), 0 to 2, transmits half its value of the
+///   diffuse light;
+/// - spectrum `scatterdistance` (0): distance that light travels inside; if it is not black, subsurface scattering
+///   ([`crate::bssrdf`]) replaces the diffuse reflection.
 ///
-/// In pbrt-v3's thin sheets the light that goes through is not taken from what metal and glass
-/// leave over, and what retro-reflects is not lessened by it: they can give back more than they get.
+/// In pbrt-v3's thin sheets, diffuse transmission is not taken from what metal and glass leave over, and
+/// retro-reflection is not reduced by it: they can return more energy than they receive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disney {
     /// Base color.
     pub color: SpectrumInput,
-    /// Share of metal.
+    /// Fraction of metal.
     pub metallic: FloatInput,
     /// Refractive index of the inside.
     pub eta: FloatInput,
@@ -64,7 +63,7 @@ pub struct Disney {
     pub specular_tint: FloatInput,
     /// Stretch of the highlight.
     pub anisotropic: FloatInput,
-    /// Reflectance at grazing angles, as of cloth.
+    /// Sheen: reflectance at grazing angles, as of cloth.
     pub sheen: FloatInput,
     /// Tint of the sheen.
     pub sheen_tint: FloatInput,
@@ -72,19 +71,19 @@ pub struct Disney {
     pub clearcoat: FloatInput,
     /// Gloss of the clearcoat.
     pub clearcoat_gloss: FloatInput,
-    /// Share of glass in what is not metal.
+    /// Fraction of glass in the non-metallic part.
     pub spec_trans: FloatInput,
-    /// Is the surface a sheet without inside?
+    /// Whether the surface is a thin sheet without interior.
     pub thin: bool,
-    /// Of a sheet: share of imitated subsurface scattering.
+    /// For a thin sheet: fraction of approximate subsurface scattering.
     pub flatness: FloatInput,
-    /// Of a sheet: twice the share of diffuse light that goes through.
+    /// For a thin sheet: twice the fraction of diffuse light that is transmitted.
     pub diff_trans: FloatInput,
-    /// Of a solid: how far light travels inside, scene units; black for a diffuse surface.
+    /// For a solid: how far light travels inside, in scene units; black for a diffuse surface.
     pub scatter_distance: SpectrumInput,
 }
 
-/// The numbers at one point.
+/// The parameters evaluated at a point.
 struct Point {
     color: Rgb,
     /// The color's hue at luminance 1.
@@ -93,14 +92,14 @@ struct Point {
     eta: f32,
     roughness: f32,
     spec_trans: f32,
-    /// Share of diffuse light that goes through a sheet; 0 for a solid.
+    /// Fraction of diffuse light that a thin sheet transmits; 0 for a solid.
     diff_trans: f32,
     /// Square root of the ratio of the highlight's widths.
     aspect: f32,
 }
 
 impl Point {
-    /// Share of what is neither metal nor glass.
+    /// Fraction that is neither metal nor glass.
     fn diffuse_weight(&self) -> f32 {
         (1.0 - self.metallic) * (1.0 - self.spec_trans)
     }
@@ -130,7 +129,7 @@ impl Disney {
         }
     }
 
-    /// The distance, where it is not black and there is an inside.
+    /// The scatter distance, if it is not black and there is an interior.
     fn scatter_distance(&self, at: &TexturePoint, textures: &Textures) -> Option<Rgb> {
         if !self.has_interior() {
             return None;
@@ -183,7 +182,7 @@ impl Disney {
         };
         let mut stays = 1.0 - point.diff_trans;
         if self.scatter_distance(at, textures).is_some() {
-            // The base becomes what is let in, to come out somewhere else.
+            // The base becomes light that enters, to exit somewhere else.
             stays = 0.0;
             bsdf.add(Lobe::SpecularTransmission(SpecularTransmission {
                 transmittance: Rgb::ONE,
@@ -203,9 +202,8 @@ impl Disney {
         }
     }
 
-    /// Rough refraction, tinted so that light that enters and leaves has the color
-    /// (Burley 2015, §4); for a sheet diffuse transmission, and a roughness that imitates a thin
-    /// plate's (figure 15).
+    /// Rough refraction, tinted so that light that has entered and left has the color (Burley 2015, §4); for a thin
+    /// sheet diffuse transmission, and a roughness that approximates a thin plate's (figure 15).
     fn add_transmission(&self, point: &Point, solid: TrowbridgeReitz, bsdf: &mut Bsdf) {
         let transmittance = point.spec_trans * point.color.map(f32::sqrt);
         if !is_black(transmittance) {
@@ -260,8 +258,8 @@ impl Scattering for Disney {
         !self.thin && super::may_scatter(&self.scatter_distance)
     }
 
-    /// How it wanders at a point: Burley's normalized diffusion, of a fifth of `scatterdistance` as in
-    /// pbrt-v3 (Christensen and Burley 2015). `None` where the diffuse reflection stays at the surface.
+    /// Subsurface scattering at a point: Burley's normalized diffusion, with a fifth of `scatterdistance` as in pbrt-v3
+    /// (Christensen and Burley 2015). `None` if the diffuse reflection is at the surface.
     fn bssrdf(
         &self,
         hit: &SurfaceHit,
@@ -290,12 +288,12 @@ impl Point {
     }
 }
 
-/// A number from 0 on at a point.
+/// An input evaluated at a point, clamped to 0 and above.
 fn strength_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
     clamp_nan_low(textures.float(input, at), 0.0, MAX_REFLECTANCE)
 }
 
-/// A number from 0 to 1 at a point.
+/// An input evaluated at a point, clamped to 0…1.
 fn unit_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
     clamp_nan_low(textures.float(input, at), 0.0, 1.0)
 }

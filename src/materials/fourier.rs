@@ -1,4 +1,4 @@
-//! `fourier`.
+//! The `fourier` material.
 
 use super::Scattering;
 use super::prepare::Tables;
@@ -9,14 +9,13 @@ use crate::surface::TexturePoint;
 use crate::textures::Textures;
 use std::sync::Arc;
 
-/// A tabulated BSDF (docs/scene-language.md §3.8). Parameter: constant string `bsdffile`, a file as
-/// [`crate::assets::bsdf_file`] reads it. Without one, or with one that cannot be read, which is an
-/// error, the surface is black.
+/// A tabulated BSDF (docs/scene-language.md §3.8). Parameter: constant string `bsdffile`, a file read by
+/// [`crate::assets::bsdf_file`]. Without one, or with one that cannot be read (an error), the surface is black.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fourier {
     /// The file.
     pub file: Option<NamedFile>,
-    /// Its table, once it is read.
+    /// Its table, once it has been read.
     table: Option<Arc<FourierTable>>,
 }
 

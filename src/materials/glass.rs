@@ -1,4 +1,4 @@
-//! `glass`.
+//! The `glass` material.
 
 use super::inputs::{refractive_index, refractive_index_at};
 use super::roughness::{add_rough_refraction, find_roughness};
@@ -14,21 +14,21 @@ use crate::params::{Dialect, ParamReader};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
-/// A dielectric boundary; the geometric normal points to the outside, whose index is 1.
-/// Parameters: spectrum `Kr` (1), `Kt` (1); float `eta`, else `index` (1.5); float `uroughness`,
-/// `vroughness` (0): smooth where both are 0, as pbrt has no `roughness` here; constant bool
-/// `remaproughness` (true). In pbrt-v2's language only `Kr`, `Kt` and `index`, always smooth.
+/// A dielectric boundary; the geometric normal points to the outside, whose index is 1. Parameters: spectrum `Kr` (1),
+/// `Kt` (1); float `eta`, else `index` (1.5); float `uroughness`, `vroughness` (0): smooth if both are 0 (like pbrt,
+/// there is no `roughness` here); constant bool `remaproughness` (true). In pbrt-v2's language only `Kr`, `Kt` and
+/// `index`, always smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass {
-    /// Factor of reflected light.
+    /// Scale of the reflected light.
     pub kr: SpectrumInput,
-    /// Factor of refracted light.
+    /// Scale of the refracted light.
     pub kt: SpectrumInput,
     /// Refractive index of the inside.
     pub eta: FloatInput,
     /// Roughness along u and v.
     pub roughness: [FloatInput; 2],
-    /// What the roughnesses mean.
+    /// How roughnesses are interpreted.
     pub meaning: RoughnessMeaning,
 }
 

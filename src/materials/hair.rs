@@ -1,4 +1,4 @@
-//! `hair`.
+//! The `hair` material.
 
 use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
 use super::{Scattering, reflectance};
@@ -10,18 +10,18 @@ use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
-/// Absorption per unit of eumelanin, brown and black (d'Eon et al. 2011).
+/// Absorption per unit of eumelanin, the brown and black pigment (d'Eon et al. 2011).
 const EUMELANIN: Rgb = Rgb::new(0.419, 0.697, 1.37);
 
-/// Absorption per unit of pheomelanin, yellow and red.
+/// Absorption per unit of pheomelanin, the yellow and red pigment.
 const PHEOMELANIN: Rgb = Rgb::new(0.187, 0.4, 1.05);
 
-/// What makes the fibre absorb.
+/// How a fiber's absorption is specified.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pigment {
-    /// `sigma_a`: absorption per fibre radius.
+    /// `sigma_a`: absorption per fiber radius.
     Absorption(SpectrumInput),
-    /// `color`: reflectance of a mass of such hair under even light, at most 1.
+    /// `color`: reflectance of a mass of such hair under uniform light, at most 1.
     Color(SpectrumInput),
     /// `eumelanin` and `pheomelanin`: concentrations.
     Melanin {
@@ -32,19 +32,18 @@ pub enum Pigment {
     },
 }
 
-/// Hair and fur (Chiang et al. 2016). Parameters: spectrum `sigma_a`, else spectrum `color`, else float
-/// `eumelanin` and `pheomelanin` (1.3 and 0 where none of the four is given); float `eta` (1.55), at
-/// least 1; float `beta_m` (0.3), `beta_n` (0.3): longitudinal and azimuthal roughness, 0 to 1; float
-/// `alpha` (2): tilt of the scales in degrees.
+/// Hair and fur (Chiang et al. 2016). Parameters: spectrum `sigma_a`, else spectrum `color`, else float `eumelanin` and
+/// `pheomelanin` (1.3 and 0 if none of the four is given); float `eta` (1.55), at least 1; float `beta_m` (0.3),
+/// `beta_n` (0.3): longitudinal and azimuthal roughness, 0 to 1; float `alpha` (2): tilt of the scales in degrees.
 ///
-/// Made for curves: v runs across the fibre, so that its offset from the axis is 2v − 1.
+/// Designed for curves: v runs across the fiber, so that the offset from its axis is 2v − 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hair {
-    /// What absorbs.
+    /// Specification of the absorption.
     pub pigment: Pigment,
     /// Refractive index.
     pub eta: FloatInput,
-    /// Roughness along and around the fibre.
+    /// Roughness along and around the fiber.
     pub beta: [FloatInput; 2],
     /// Tilt of the scales, degrees.
     pub alpha: FloatInput,
@@ -85,7 +84,7 @@ impl Scattering for Hair {
 }
 
 impl Pigment {
-    /// Reads the parameters; what comes after the first given is ignored with a warning.
+    /// Reads the parameters; those after the first one given are ignored with a warning.
     fn from_params(reader: &ParamReader) -> Pigment {
         let sigma_a = reader.find_spectrum_input("sigma_a");
         let color = reader.find_spectrum_input("color");
@@ -123,7 +122,7 @@ impl Pigment {
         }
     }
 
-    /// Absorption per fibre radius, for the azimuthal roughness.
+    /// Absorption per fiber radius, for the azimuthal roughness.
     fn sigma_a(&self, at: &TexturePoint, textures: &Textures, beta_n: f32) -> Rgb {
         match self {
             Pigment::Absorption(sigma_a) => reflectance(sigma_a, at, textures),
@@ -146,7 +145,7 @@ impl Pigment {
 fn absorption_of_color(color: Rgb, beta_n: f32) -> Rgb {
     const FIT: [f32; 6] = [5.969, -0.215, 2.532, -10.73, 5.574, 0.245];
     let scale = FIT.iter().rev().fold(0.0, |sum, c| sum * beta_n + c);
-    // Black would absorb without bounds.
+    // Black would need unbounded absorption.
     let log = color.max(Rgb::splat(1e-20)).min(Rgb::ONE).map(f32::ln);
     (log / scale) * (log / scale)
 }
@@ -191,7 +190,7 @@ mod tests {
         assert_eq!(default, given);
     }
 
-    /// Chiang et al. 2016, §4.2: the fit inverts multiple scattering, so it falls with the color.
+    /// Chiang et al. 2016, §4.2: the fit inverts multiple scattering, so absorption decreases with the color.
     #[test]
     fn brighter_hair_absorbs_less() {
         let of = |c| absorption_of_color(Rgb::splat(c), 0.3).x;
@@ -199,7 +198,7 @@ mod tests {
         assert_eq!((of(1.0), of(7.0)), (0.0, 0.0));
     }
 
-    /// Across the fibre v gives the offset: a ray at v = ½ goes through the middle, the longest way.
+    /// v across the fiber gives the offset: a ray at v = ½ goes through the middle, the longest way.
     #[test]
     fn the_offset_is_that_of_v() {
         let hair = read("hair", "\"rgb sigma_a\" [1 1 1]", Hair::from_params).value;

@@ -1,4 +1,4 @@
-//! Parameters that mean something in a range only, as numbers and as textures' values.
+//! Parameters with a valid range, as constants and as texture values.
 
 use crate::inputs::FloatInput;
 use crate::math::float::clamp_nan_low;
@@ -7,13 +7,13 @@ use crate::surface::TexturePoint;
 use crate::textures::Textures;
 use std::ops::RangeInclusive;
 
-/// Refractive index where none, or none that makes sense, is given.
+/// Refractive index if none, or an invalid one, is given.
 const USUAL_INDEX: f32 = 1.5;
 
-/// Refractive indices that are told apart: beyond these everything is reflected anyway.
+/// Range of refractive indices: beyond these everything is reflected anyway.
 const INDICES: RangeInclusive<f32> = 1e-3..=1e3;
 
-/// A float, or a texture. A constant outside `range` is warned of, and the nearer end is used.
+/// A float or a texture. A constant outside `range` gives a warning and is clamped.
 pub(super) fn float_within(
     reader: &ParamReader,
     name: &str,
@@ -23,7 +23,7 @@ pub(super) fn float_within(
     match reader.find_float_input(name) {
         Some(FloatInput::Constant(given)) => {
             let used = clamp_nan_low(given, *range.start(), *range.end());
-            // NaN, too, is not what is used.
+            // NaN differs from the value used too.
             if used != given {
                 reader.warn(name, format!("`{name}` is {given}: {used} is used"));
             }
@@ -49,7 +49,7 @@ pub(super) fn refractive_index(reader: &ParamReader) -> FloatInput {
         .unwrap_or(FloatInput::Constant(USUAL_INDEX))
 }
 
-/// A refractive index, where it is given. Constants that are none are warned of, and 1.5 is used.
+/// A refractive index, if it is given. Invalid constants give a warning and are replaced by 1.5.
 pub(super) fn given_refractive_index(reader: &ParamReader, name: &str) -> Option<FloatInput> {
     let given = reader.find_float_input(name)?;
     Some(match given {
@@ -62,7 +62,7 @@ pub(super) fn given_refractive_index(reader: &ParamReader, name: &str) -> Option
     })
 }
 
-/// A refractive index at a point; a texture's value that is none counts as 1.5.
+/// A refractive index evaluated at a point; invalid texture values count as 1.5.
 pub(super) fn refractive_index_at(
     input: &FloatInput,
     at: &TexturePoint,

@@ -1,4 +1,4 @@
-//! What `subsurface` and `kdsubsurface` have in common.
+//! Subsurface scattering media, shared by `subsurface` and `kdsubsurface`.
 
 use super::prepare::Tables;
 use super::roughness::find_roughness;
@@ -11,28 +11,28 @@ use crate::params::{Dialect, ParamReader};
 use crate::surface::SurfaceHit;
 use std::sync::Arc;
 
-/// A dielectric boundary with a scattering medium below it. Parameters: spectrum `Kr` (1), `Kt` (1);
-/// float `uroughness`, `vroughness` (0): smooth where both are 0; constant bool `remaproughness`
-/// (true); constant float `eta` (1.33), `g` (0), `scale` (1). In pbrt-v2's language the boundary is
-/// always smooth, `index` (1.3) stands for `eta`, and there is no `Kt` and no `g`.
+/// A dielectric boundary with a scattering medium below it. Parameters: spectrum `Kr` (1), `Kt` (1); float
+/// `uroughness`, `vroughness` (0): smooth if both are 0; constant bool `remaproughness` (true); constant float `eta`
+/// (1.33), `g` (0), `scale` (1). In pbrt-v2's language the boundary is always smooth, `index` (1.3) replaces `eta`, and
+/// there is no `Kt` and no `g`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interior {
     /// The boundary.
     pub boundary: Glass,
     /// Refractive index of the medium relative to the outside.
     pub eta: f32,
-    /// Mean cosine of scattering, -1…1.
+    /// Mean scattering cosine, -1…1.
     pub g: f32,
-    /// Factor of the coefficients or lengths, 0 or more.
+    /// Scale of the coefficients or lengths, 0 or more.
     pub scale: f32,
-    /// Profiles for `g` and `eta`, once they are [made](Interior::prepare).
+    /// Profiles for `g` and `eta`, once they have been [computed](Interior::prepare).
     table: Option<Arc<ProfileTable>>,
 }
 
-/// The albedo and the mean free path, in scene units, of a medium: infinite where it does nothing.
+/// The albedo and the mean free path, in scene units, of a medium; the latter is infinite if the medium does nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Extinction {
-    /// Albedo of single scattering.
+    /// Single-scattering albedo.
     pub albedo: Rgb,
     /// Mean free path.
     pub mean_free_path: Rgb,
@@ -76,17 +76,17 @@ impl Interior {
         }
     }
 
-    /// Takes its table of profiles.
+    /// Gets its table of profiles.
     pub(super) fn prepare(&mut self, tables: &mut Tables) {
         self.table = Some(tables.profiles(self.g, self.eta));
     }
 
-    /// The profiles, where they are made.
+    /// The profiles, if they have been computed.
     pub fn table(&self) -> Option<&ProfileTable> {
         self.table.as_deref()
     }
 
-    /// The BSSRDF of a medium at `surface`, around whose shading frame `bsdf` stands.
+    /// The BSSRDF of a medium at `surface`, in the shading frame of `bsdf`.
     pub fn bssrdf(
         &self,
         medium: &Extinction,
@@ -104,7 +104,7 @@ impl Interior {
     }
 }
 
-/// A constant number; one that is not `good`, or not finite, is warned of and the usual one is used.
+/// A constant number; if it is not `good`, or not finite, a warning is given and the usual one is used.
 fn within(reader: &ParamReader, name: &str, usual: f32, good: impl Fn(f32) -> bool) -> f32 {
     let given = reader.float(name, f64::from(usual)) as f32;
     if good(given) && given.is_finite() {

@@ -1,4 +1,4 @@
-//! `kdsubsurface`.
+//! The `kdsubsurface` material.
 
 use super::interior::{Extinction, Interior};
 use super::prepare::Tables;
@@ -21,7 +21,7 @@ pub struct KdSubsurface {
     pub kd: SpectrumInput,
     /// Mean free path.
     pub mean_free_path: MeanFreePath,
-    /// Boundary and the rest.
+    /// Boundary and other properties.
     pub interior: Interior,
 }
 
@@ -30,7 +30,7 @@ pub struct KdSubsurface {
 pub enum MeanFreePath {
     /// One for each channel.
     Spectrum(SpectrumInput),
-    /// One for all.
+    /// One for all channels.
     Float(FloatInput),
 }
 
@@ -48,7 +48,7 @@ impl KdSubsurface {
         }
     }
 
-    /// The medium at a point; negative values count as 0. `None` before the profiles are made.
+    /// The medium at a point; negative values count as 0. `None` before the profiles have been computed.
     fn medium(&self, at: &TexturePoint, textures: &Textures) -> Option<Extinction> {
         let table = self.interior.table()?;
         let kd = reflectance(&self.kd, at, textures);

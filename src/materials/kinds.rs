@@ -1,4 +1,4 @@
-//! The types of materials: one table for names, the reader and the dispatch.
+//! The types of materials: a single table for names, reading and dispatch.
 
 use super::prepare::Tables;
 use super::*;
@@ -30,7 +30,7 @@ macro_rules! material_types {
         }
 
         impl MaterialKind {
-            /// A material made of parameters alone, and its bumps; `None` for other types.
+            /// Creates a material that needs only parameters, and its bump map; `None` for other types.
             pub(super) fn from_params(reader: &ParamReader) -> Option<(MaterialKind, Option<Bump>)> {
                 let bump = |has_one: bool| has_one.then(|| Bump::from_params(reader)).flatten();
                 match reader.kind() {
@@ -46,7 +46,7 @@ macro_rules! material_types {
                 }
             }
 
-            /// The name of its type in scene files.
+            /// The name of the type in scene files.
             pub fn name(&self) -> &'static str {
                 match self {
                     $(MaterialKind::$Type(_) => $name,)*
@@ -55,7 +55,7 @@ macro_rules! material_types {
                 }
             }
 
-            /// Adds the lobes at a point; `materials` are the scene's, for the handles of mixes.
+            /// Adds the lobes at a point; `materials` are those of the scene, for the handles of mixes.
             pub(super) fn add_lobes<'a>(
                 &'a self,
                 at: &TexturePoint,
@@ -70,7 +70,7 @@ macro_rules! material_types {
                 }
             }
 
-            /// Most lobes that the material can have at a point, at least 1.
+            /// Maximum number of lobes that the material can have at a point, at least 1.
             pub(super) fn max_lobes(&self) -> usize {
                 match self {
                     $(MaterialKind::$Type(m) => m.max_lobes(),)*
@@ -88,7 +88,7 @@ macro_rules! material_types {
                 }
             }
 
-            /// How light that `bsdf` transmits scatters below the surface. Of mixes [`Material::beneath`] knows.
+            /// Subsurface scattering of light that `bsdf` transmits. [`Material::subsurface_transport`] handles mixes.
             pub(super) fn bssrdf(
                 &self,
                 hit: &SurfaceHit,
@@ -103,7 +103,7 @@ macro_rules! material_types {
                 }
             }
 
-            /// The file that it is tabulated in.
+            /// The file that holds its table.
             pub(super) fn file(&self) -> Option<&NamedFile> {
                 match self {
                     $(MaterialKind::$Type(m) => m.file(),)*
@@ -112,7 +112,7 @@ macro_rules! material_types {
                 }
             }
 
-            /// Takes its tables.
+            /// Gets its tables.
             pub(super) fn prepare(&mut self, tables: &mut Tables) {
                 match self {
                     $(MaterialKind::$Type(m) => m.prepare(tables),)*
@@ -124,7 +124,7 @@ macro_rules! material_types {
     };
 }
 
-// A new type: its file, which implements `from_params` and `Scattering`, and a line here.
+// To add a type: write its file, which implements `from_params` and `Scattering`, and add a line here.
 material_types! {
     all {
         "matte" => Matte,

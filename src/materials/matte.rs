@@ -1,4 +1,4 @@
-//! `matte`.
+//! The `matte` material.
 
 use super::{Scattering, reflectance};
 use crate::bsdf::lambertian::LambertianReflection;
@@ -12,13 +12,13 @@ use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
-/// Diffuse reflection. Parameters: spectrum `Kd` (0.5); float `sigma` (0): standard deviation of
-/// the facets' inclination in degrees, clamped to 0…90; 0 is Lambert's law.
+/// Diffuse reflection. Parameters: spectrum `Kd` (0.5); float `sigma` (0): standard deviation of the facets'
+/// inclination in degrees, clamped to 0…90; 0 is Lambertian, anything else Oren–Nayar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matte {
     /// Reflectance.
     pub kd: SpectrumInput,
-    /// Roughness, degrees.
+    /// Roughness in degrees.
     pub sigma: FloatInput,
 }
 
@@ -30,7 +30,7 @@ impl Matte {
         if let FloatInput::Constant(given) = sigma
             && !(0.0..=90.0).contains(&given)
         {
-            // Below 0 or not a number: Lambert's law, as 0.
+            // Negative and NaN: Lambertian, as 0.
             let used = if given > 90.0 { 90 } else { 0 };
             let message = format!("`sigma` is {given} degrees, outside 0 to 90: {used} is used");
             reader.warn("sigma", message);

@@ -1,4 +1,4 @@
-//! `measured`.
+//! The `measured` material.
 
 use super::Scattering;
 use super::prepare::Tables;
@@ -9,14 +9,14 @@ use crate::surface::TexturePoint;
 use crate::textures::Textures;
 use std::sync::Arc;
 
-/// pbrt-v2's measured reflectance; pbrt-v3 has none. Parameter: constant string `filename`, a list of samples
-/// ([`crate::assets::brdf_file`]) if it ends in `.brdf`, else a MERL table ([`crate::assets::merl_file`]). Without one, or
-/// with one that cannot be read, which is an error, the surface is black.
+/// pbrt-v2's measured BRDF; pbrt-v3 has none. Parameter: constant string `filename`, a list of samples
+/// ([`crate::assets::brdf_file`]) if it ends in `.brdf`, otherwise a MERL table ([`crate::assets::merl_file`]). Without
+/// one, or with one that cannot be read (an error), the surface is black.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// The file.
     pub file: Option<NamedFile>,
-    /// Its table, once it is read.
+    /// Its table, once it has been read.
     table: Option<Arc<MeasuredTable>>,
 }
 

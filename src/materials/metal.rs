@@ -1,4 +1,4 @@
-//! `metal`.
+//! The `metal` material.
 
 use super::roughness::find_roughness;
 use super::{RoughnessMeaning, Scattering};
@@ -11,11 +11,10 @@ use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
-/// Refractive index of copper as pbrt's 56 samples from 299 to 886 nm come out in RGB
-/// (docs/scene-language.md §6.2).
+/// Refractive index of copper: pbrt's 56 samples from 299 to 886 nm converted to RGB (docs/scene-language.md §6.2).
 const COPPER_ETA: Rgb = Rgb::new(0.19999, 0.92209, 1.09988);
 
-/// Its absorption, likewise.
+/// Its absorption coefficient, likewise.
 const COPPER_K: Rgb = Rgb::new(3.90464, 2.44763, 2.13765);
 
 /// A rough conductor. Parameters: spectrum `eta` and `k`, real and imaginary part of the refractive
@@ -29,7 +28,7 @@ pub struct Metal {
     pub k: SpectrumInput,
     /// Roughness along u and along v.
     pub roughness: [FloatInput; 2],
-    /// What the roughness means.
+    /// How roughness is interpreted.
     pub meaning: RoughnessMeaning,
 }
 
@@ -49,7 +48,7 @@ impl Metal {
 
 impl Scattering for Metal {
     fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        // Only the squares count; beyond the bound everything is reflected anyway.
+        // Only the squares matter; beyond the bound everything is reflected anyway.
         let index = |input| textures.spectrum(input, at).map(|x| x.abs().min(1e4));
         let [u, v] = self.roughness.map(|r| textures.float(&r, at));
         bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {

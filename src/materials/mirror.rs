@@ -1,4 +1,4 @@
-//! `mirror`.
+//! The `mirror` material.
 
 use super::{Scattering, reflectance};
 use crate::bsdf::fresnel::Fresnel;
@@ -11,7 +11,7 @@ use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
-/// Perfect reflection, the same at all angles. Parameter: spectrum `Kr` (0.9).
+/// Perfect specular reflection, the same at all angles. Parameter: spectrum `Kr` (0.9).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirror {
     /// Reflectance.

@@ -1,4 +1,4 @@
-//! `mix`.
+//! The `mix` material.
 
 use super::subsurface_transport::{Part, Parts};
 use super::{Bump, Material, MaterialKind, reflectance};
@@ -13,30 +13,30 @@ use crate::surface::TexturePoint;
 use crate::syntax::suggest::nearest;
 use crate::textures::Textures;
 
-/// Lobes that a mix may come to with all it nests, present at once or not: room for eight materials
-/// of eight lobes. More are a mistake, or meant to take for ever.
+/// Maximum number of lobes of a mix with everything nested in it, present at once or not: enough for eight materials of
+/// eight lobes. More are a mistake, or an attack on rendering time.
 const MAX_NESTED: usize = MAX_LOBES * MAX_LOBES;
 
 /// The named materials in scope.
 pub trait NamedMaterials {
     /// The material called `name`; the inner `None` is the material `none`.
     fn find(&self, name: &str) -> Option<Option<Named>>;
-    /// All their names.
+    /// All names.
     fn names(&self) -> Vec<&str>;
     /// The name that is being defined by `MakeNamedMaterial`.
     fn defining(&self) -> Option<&str>;
 }
 
-/// What a mix must know of a named material.
+/// The properties of a named material that a mix needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Named {
     /// Its handle.
     pub id: MaterialId,
-    /// Its bumps.
+    /// Its bump map.
     pub bump: Option<Bump>,
-    /// Most lobes that it can have at a point, at least 1.
+    /// Maximum number of lobes that it can have at a point, at least 1.
     pub max_lobes: usize,
-    /// May light wander inside?
+    /// Whether there is a subsurface scattering medium inside.
     pub has_interior: bool,
 }
 
@@ -52,9 +52,9 @@ impl Named {
     }
 }
 
-/// Two materials at once: all that both scatter, weighted channel by channel. Parameters: constant
-/// strings `namedmaterial1`, `namedmaterial2` (required); spectrum `amount` (0.5): weight of the
-/// first, the second gets 1 − amount (the opposite of the `mix` texture's sense).
+/// A weighted sum of two materials' BSDFs, by channel. Parameters: constant strings `namedmaterial1`, `namedmaterial2`
+/// (required); spectrum `amount` (0.5): weight of the first, the second gets 1 − amount (the opposite of the `mix`
+/// texture's convention).
 ///
 /// As in pbrt the frame and its bumps are the first material's, and `bumpmap` is no parameter here.
 /// `none` lets its share of the light straight on (pbrt-v3 crashes), and light that a part lets in
@@ -65,15 +65,15 @@ pub struct Mix {
     pub parts: [Option<MaterialId>; 2],
     /// Weight of the first.
     pub amount: SpectrumInput,
-    /// Most lobes that the two can have at a point.
+    /// Maximum number of lobes that the two can have at a point.
     pub max_lobes: usize,
-    /// May light wander inside one of them?
+    /// Whether there is a subsurface scattering medium inside one of them.
     pub has_interior: bool,
 }
 
 impl Mix {
-    /// Reads the parameters, and finds the bumps. `None` where a material is missing, or too many are
-    /// nested: then already reported as an error.
+    /// Reads the parameters, and finds the bump map. `None` if a material is missing, or too many are nested; an error
+    /// has then been reported.
     pub(super) fn from_params(
         reader: &ParamReader,
         named: &dyn NamedMaterials,
@@ -135,7 +135,7 @@ impl Mix {
         }
     }
 
-    /// The materials that have a part in the mix at a point, and how much.
+    /// The materials that contribute to the mix at a point, with their weights.
     fn shares(
         &self,
         at: &TexturePoint,
@@ -147,8 +147,8 @@ impl Mix {
         shares.filter(|(_, share)| !is_black(*share))
     }
 
-    /// Adds the materials that [`Mix::add_lobes`] adds lobes of to `parts`, in the same order. `lobes`
-    /// is how many lobes there are before; returns how many there are then, where all have room.
+    /// Adds the materials whose lobes [`Mix::add_lobes`] adds to `parts`, in the same order. `lobes` is the number of
+    /// lobes before; returns the number after, if all had room.
     pub(super) fn parts_at(
         &self,
         at: &TexturePoint,
@@ -170,7 +170,7 @@ impl Mix {
                 None => return first,
             };
             let next = lobes.end;
-            // More than there is room for have no lobes either.
+            // Those that do not fit have no lobes either.
             if !lobes.is_empty() && first < MAX_LOBES {
                 let _ = parts.try_push(Part {
                     material,
@@ -182,7 +182,7 @@ impl Mix {
     }
 }
 
-/// The material that the string parameter `param` names.
+/// The material named by the string parameter `param`.
 fn find(reader: &ParamReader, named: &dyn NamedMaterials, param: &str) -> Option<Option<Named>> {
     const DONE: &str = "a matte of the mix's parameters is used";
     let Some(name) = reader.find_string(param) else {
@@ -234,7 +234,7 @@ mod tests {
             read("mix", params, |reader| Material::from_params(reader, self))
         }
 
-        /// Of a mix that becomes one of the materials.
+        /// The BSDF of a mix, which becomes one of the materials.
         fn bsdf(&mut self, params: &str, wo: Vec3) -> Bsdf<'_> {
             let mix = self.mix(params).value;
             self.materials.extend(mix);
@@ -395,7 +395,7 @@ mod tests {
         );
         assert!(outcome.text.contains("up to 10 lobes"), "{}", outcome.text);
         assert_eq!(scene.bsdf(&params, wo).lobe_count(), MAX_LOBES);
-        // Two to the power of so many would take for ever, and so deep a chain the stack.
+        // Two to the power of that many would take practically forever, and so deep a chain would exhaust the stack.
         let names = ["0", "1", "2", "3", "4", "5", "6", "7", "8", "9"];
         let mut below = "red";
         let mut errors = 0;
@@ -405,7 +405,7 @@ mod tests {
             scene.add(name, "mix", &params);
             below = name;
         }
-        // 2⁷ lobes are too many; the matte that stands in starts again at 1.
+        // 2⁷ lobes are too many; the matte that replaces the mix starts again at 1.
         assert_eq!(errors, 1);
     }
 }

@@ -1,4 +1,4 @@
-//! Materials: what a surface's BSDF is at each of its points (docs/scene-language.md §3.8).
+//! Materials: the BSDF of a surface at each of its points (docs/scene-language.md §3.8).
 //!
 //! Every parameter may be a constant or a texture unless its doc comment says otherwise;
 //! reflectances below 0 count as 0.
@@ -63,28 +63,27 @@ use crate::params::{Dialect, ParamReader};
 use crate::surface::{Footprint, ShadingGeometry, SurfaceHit, TexturePoint};
 use crate::textures::{TextureUsage, Textures};
 
-/// A material: kinds of scattering, and bumps that tilt the shading normal.
-/// Common parameter: float texture `bumpmap` (none), displacement in scene units.
+/// A material: a kind of scattering, and a bump map that tilts the shading normal. Common parameter: float texture
+/// `bumpmap` (none), displacement in scene units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// How light is scattered.
+    /// The kind of scattering.
     pub kind: MaterialKind,
-    /// `bumpmap`.
+    /// The bump map, `bumpmap`.
     pub bump: Option<Bump>,
     /// The textures that its parameters name.
     pub(crate) textures: TexturesRead,
 }
 
-/// Does this type string mean a boundary that does not scatter at all?
+/// Returns `true` if this type string means a boundary that does not scatter at all.
 pub fn is_none(kind: &str) -> bool {
     matches!(kind, "" | "none")
 }
 
 impl Material {
-    /// The material that `Material "type"` describes, or `MakeNamedMaterial` with that
-    /// `"string type"` as the reader's kind; `None` for [no material](is_none). Types that are
-    /// unknown, or not supported yet, give a warning and `matte` from the same parameters. `named`
-    /// are those that a mix can name.
+    /// The material described by `Material "type"`, or by `MakeNamedMaterial` with that `"string type"` as the reader's
+    /// kind; `None` for [no material](is_none). Unknown and unsupported types give a warning and `matte` from the same
+    /// parameters. `named` are the materials that a mix can name.
     pub fn from_params(reader: &ParamReader, named: &dyn NamedMaterials) -> Option<Material> {
         if is_none(reader.kind()) {
             return None;
@@ -106,13 +105,13 @@ impl Material {
         })
     }
 
-    /// What a material that cannot be made is replaced with.
+    /// The replacement for a material that cannot be made.
     fn stand_in(reader: &ParamReader) -> (MaterialKind, Option<Bump>) {
         let matte = MaterialKind::Matte(Matte::from_params(reader));
         (matte, Bump::from_params(reader))
     }
 
-    /// Warns of a type that is unknown or not modeled.
+    /// Warns about unknown and unsupported types.
     fn report_kind(reader: &ParamReader) {
         const DONE: &str = "a matte of the same parameters is used";
         const TABLES: &str = "tables of measured reflectance are not read, and a matte of the same parameters is used";
@@ -122,7 +121,7 @@ impl Material {
         }
     }
 
-    /// The name of its type in scene files.
+    /// The name of the type in scene files.
     pub fn name(&self) -> &'static str {
         self.kind.name()
     }
@@ -154,7 +153,7 @@ impl Material {
         }
     }
 
-    /// [`Material::fill_bsdf`] as an answer.
+    /// Like [`Material::fill_bsdf`], returning the BSDF.
     #[cfg(test)]
     pub(crate) fn bsdf<'a>(
         &'a self,
@@ -178,9 +177,9 @@ impl Material {
         self.kind.add_lobes(at, textures, materials, bsdf);
     }
 
-    /// How many lobes the material adds at a point.
+    /// The number of lobes that the material adds at a point.
     fn lobe_count(&self, at: &TexturePoint, textures: &Textures, materials: &[Material]) -> usize {
-        // Lobes do not depend on the frame that they stand in.
+        // Lobes do not depend on their frame.
         let mut bsdf = Bsdf::new(
             Vec3::Z,
             &ShadingGeometry {
@@ -195,8 +194,8 @@ impl Material {
         bsdf.lobe_count()
     }
 
-    /// How light that its `bsdf` transmits at a point scatters below the surface; `None` where it goes straight on. Of mixes
-    /// [`Material::beneath`] knows.
+    /// Subsurface scattering of light that its `bsdf` transmits at a point; `None` if the light continues straight.
+    /// [`Material::subsurface_transport`] handles mixes.
     fn bssrdf(
         &self,
         hit: &SurfaceHit,
@@ -208,7 +207,7 @@ impl Material {
         self.kind.bssrdf(hit, bsdf, &at, textures)
     }
 
-    /// Adds the textures this material looks up, those of the `materials` it mixes included.
+    /// Adds the textures that this material looks up, including those of the `materials` it mixes.
     pub fn add_usage(&self, materials: &[Material], usage: &mut TextureUsage) {
         usage.add(&self.textures);
         if let MaterialKind::Mix(mix) = &self.kind {
@@ -224,13 +223,13 @@ impl Material {
         self.kind.has_interior()
     }
 
-    /// Does the material itself use the footprint, apart from its textures?
+    /// Returns `true` if the material itself uses the footprint, apart from its textures.
     pub fn needs_footprint(&self) -> bool {
         self.bump.is_some()
     }
 }
 
-/// Can the factor be other than black anywhere?
+/// Returns `true` if the factor can be nonzero anywhere.
 fn may_scatter(input: &SpectrumInput) -> bool {
     match input {
         SpectrumInput::Constant(factor) => !is_black(factor.max(Rgb::ZERO)),
@@ -238,11 +237,10 @@ fn may_scatter(input: &SpectrumInput) -> bool {
     }
 }
 
-/// Largest reflectance that is told apart: sums and products of what is far beyond all use stay
-/// finite.
+/// Maximum reflectance: keeps sums and products of absurd values finite.
 const MAX_REFLECTANCE: f32 = 1e6;
 
-/// A reflectance at a point: negative values, and those that are no numbers, count as 0.
+/// A reflectance evaluated at a point: negative values, and NaN, count as 0.
 fn reflectance(input: &SpectrumInput, at: &TexturePoint, textures: &Textures) -> Rgb {
     let given = textures.spectrum(input, at);
     given.map(|x| clamp_nan_low(x, 0.0, MAX_REFLECTANCE))

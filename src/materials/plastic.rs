@@ -1,4 +1,4 @@
-//! `plastic`.
+//! The `plastic` material.
 
 use super::roughness::find_roughness;
 use super::{RoughnessMeaning, Scattering, reflectance};
@@ -16,17 +16,17 @@ use crate::textures::Textures;
 /// A diffuse base with a glossy coat. Parameters: spectrum `Kd` (0.25), `Ks` (0.25); float
 /// `roughness` (0.1); constant bool `remaproughness` (true).
 ///
-/// As in pbrt the coat's Fresnel reflectance is that of light going from index 1.5 into 1, which is
-/// total beyond 41.8°: a slip of the reference that scenes have been tuned to.
+/// As in pbrt, the coat's Fresnel reflectance is that of light going from index 1.5 into 1, which is total beyond
+/// 41.8°: a bug of the reference that scenes have been tuned to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
     /// Diffuse reflectance.
     pub kd: SpectrumInput,
-    /// Factor of the glossy reflection.
+    /// Scale of the glossy reflection.
     pub ks: SpectrumInput,
     /// Roughness of the coat.
     pub roughness: FloatInput,
-    /// What the roughness means.
+    /// How roughness is interpreted.
     pub meaning: RoughnessMeaning,
 }
 

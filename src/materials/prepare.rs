@@ -1,5 +1,4 @@
-//! What materials need before rays meet them, beyond textures: tables, each made once for all
-//! materials alike.
+//! Precomputed tables of materials, each made once and shared by all materials that use it.
 
 use super::{Material, MaterialKind};
 use crate::assets::bsdf_file::BsdfFile;
@@ -16,7 +15,7 @@ use std::sync::Arc;
 /// The tables of a scene's files, by path; `None` for those that cannot be read.
 type ByPath<Table> = BTreeMap<PathBuf, Option<Arc<Table>>>;
 
-/// The files of a scene that materials are tabulated in.
+/// The tabulated BSDFs that materials refer to.
 #[derive(Default)]
 pub struct BsdfFiles {
     fourier: ByPath<FourierTable>,
@@ -24,7 +23,7 @@ pub struct BsdfFiles {
 }
 
 impl BsdfFiles {
-    /// Reads the files that materials name. Those that are broken are errors, at the first name.
+    /// Reads the files that materials name. Invalid ones are errors, at the first name.
     pub fn load(materials: &[Material], diagnostics: &Diagnostics) -> BsdfFiles {
         let mut files = BsdfFiles::default();
         for material in materials {
@@ -44,7 +43,7 @@ impl BsdfFiles {
     }
 }
 
-/// Reads a file unless it was read before.
+/// Reads a file unless it has been read before.
 fn load<Table, Error: Display>(
     tables: &mut ByPath<Table>,
     NamedFile { path, span }: &NamedFile,
@@ -60,7 +59,7 @@ fn load<Table, Error: Display>(
     });
 }
 
-/// Tables that materials take.
+/// Tables for materials.
 pub(super) struct Tables<'a> {
     /// By the bits of `g` and `eta`.
     profiles: BTreeMap<[u32; 2], Arc<ProfileTable>>,
@@ -68,24 +67,24 @@ pub(super) struct Tables<'a> {
 }
 
 impl Tables<'_> {
-    /// Scattering profiles; materials alike in `g` and `eta` share them.
+    /// Scattering profiles; materials with the same `g` and `eta` share them.
     pub fn profiles(&mut self, g: f32, eta: f32) -> Arc<ProfileTable> {
         let table = self.profiles.entry([g, eta].map(f32::to_bits));
         Arc::clone(table.or_insert_with(|| Arc::new(ProfileTable::new(g, eta))))
     }
 
-    /// The BSDF of a file; `None` where it cannot be read.
+    /// The BSDF of a file; `None` if it cannot be read.
     pub fn bsdf(&self, file: &NamedFile) -> Option<Arc<FourierTable>> {
         self.files.fourier.get(&file.path).cloned().flatten()
     }
 
-    /// The measured BRDF of a file; `None` where it cannot be read.
+    /// The measured BRDF of a file; `None` if it cannot be read.
     pub fn measured(&self, file: &NamedFile) -> Option<Arc<MeasuredTable>> {
         self.files.measured.get(&file.path).cloned().flatten()
     }
 }
 
-/// Gives all materials the tables that they need.
+/// Provides all materials with the tables that they need.
 pub fn prepare(materials: &mut [Material], files: &BsdfFiles) {
     let mut tables = Tables {
         profiles: BTreeMap::new(),

@@ -1,4 +1,4 @@
-//! No parameter, however far out, as a number or as a texture's value, gives a number that is none.
+//! Robustness: no parameter, however extreme, constant or textured, leads to NaN or infinity.
 
 use super::{Material, Named, NamedMaterials};
 use crate::bsdf::testing::{direction, flat_hit, random};
@@ -12,7 +12,7 @@ use crate::surface::Footprint;
 use crate::textures::{Constant, TextureSpec, TextureUsage, Textures};
 use proptest::prelude::*;
 
-/// Values that break formulas.
+/// Extreme values that break formulas.
 const WILD: [f32; 18] = [
     0.0,
     -0.0,
@@ -117,7 +117,7 @@ impl NamedMaterials for Two {
     }
 }
 
-/// A float and a spectrum texture of each wild value, and their names.
+/// A float and a spectrum texture for each extreme value, and their names.
 fn textures() -> (Textures, TextureNames) {
     let floats = WILD.map(|value| TextureSpec::Constant(Constant { value }));
     let spectra = WILD.map(|value| {
@@ -144,7 +144,7 @@ fn textures() -> (Textures, TextureNames) {
     (textures, names)
 }
 
-/// Some of a kind's parameters, each a wild number or a texture of one.
+/// Some of a kind's parameters, each an extreme constant or a texture of one.
 fn params(kind: usize) -> impl Strategy<Value = String> {
     let (_, floats, spectra) = KINDS[kind];
     let names = floats.iter().map(|name| (true, *name));
@@ -212,7 +212,7 @@ fn check(bsdf: &Bsdf, seed: u64, what: &str) {
 }
 
 proptest! {
-    // As many as take about a second; PROPTEST_CASES asks for more.
+    // As many as take about a second; PROPTEST_CASES sets more.
     #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(4000)))]
     #[test]
     fn nothing_is_ever_not_a_number(

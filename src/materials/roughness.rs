@@ -1,4 +1,4 @@
-//! From roughness parameters to the widths of microfacet lobes.
+//! Conversion of roughness parameters to the widths of microfacet distributions.
 
 use crate::bsdf::microfacet::MicrofacetTransmission;
 use crate::bsdf::specular::SpecularTransmission;
@@ -8,11 +8,11 @@ use crate::inputs::FloatInput;
 use crate::math::Rgb;
 use crate::params::{Dialect, ParamReader};
 
-/// The least roughness that is not smooth: pbrt-v3 takes all below it for this.
+/// Minimum roughness that is not smooth: pbrt-v3 raises smaller values to this.
 const MIN: f32 = 1e-3;
 
-/// A roughness parameter, where it is given. Constants below 0 are warned of, and count as the least
-/// roughness, which is what pbrt-v3 does with them.
+/// A roughness parameter, if it is given. Negative constants give a warning and count as the minimum roughness, as in
+/// pbrt-v3.
 pub(super) fn find_roughness(reader: &ParamReader, name: &str) -> Option<FloatInput> {
     let given = reader.find_float_input(name)?;
     Some(match given {
@@ -24,8 +24,8 @@ pub(super) fn find_roughness(reader: &ParamReader, name: &str) -> Option<FloatIn
     })
 }
 
-/// Refractive indices this near to 1 bend light by less than the facets' normals can be told from its
-/// direction: it goes straight on.
+/// Refractive indices this close to 1 deflect light by less than the half vector can resolve: it is transmitted
+/// straight.
 pub(super) const UNBENT: f32 = 1e-4;
 
 /// Adds refraction through a rough boundary into the refractive index `eta`.
@@ -51,8 +51,8 @@ pub(super) fn add_rough_refraction(
     });
 }
 
-/// What a roughness parameter means. Parameter: constant bool `remaproughness` (true); in
-/// pbrt-v2's language always [`RoughnessMeaning::BlinnExponent`].
+/// How a roughness parameter is interpreted. Parameter: constant bool `remaproughness` (true); in pbrt-v2's language
+/// always [`RoughnessMeaning::BlinnExponent`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoughnessMeaning {
     /// pbrt-v3's perceptual scale (Pharr, Jakob and Humphreys 2016, §8.4.2).
@@ -90,7 +90,7 @@ impl RoughnessMeaning {
         }
     }
 
-    /// The facets of a surface with these roughnesses along u and v.
+    /// The facet distribution of a surface with these roughnesses along u and v.
     pub fn distribution(self, u_roughness: f32, v_roughness: f32) -> TrowbridgeReitz {
         TrowbridgeReitz::new(self.alpha(u_roughness), self.alpha(v_roughness))
     }

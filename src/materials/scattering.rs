@@ -1,4 +1,4 @@
-//! What every type of material implements in its own file.
+//! The trait that every type of material implements in its own file.
 
 use super::prepare::Tables;
 use crate::bsdf::Bsdf;
@@ -7,16 +7,16 @@ use crate::params::NamedFile;
 use crate::surface::{SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 
-/// How a material scatters light. Types that scatter below their surface, or that need tables, implement more than
+/// How a material scatters light. Types with subsurface scattering, or that need tables, implement more than
 /// [`Scattering::add_lobes`].
 pub(super) trait Scattering {
     /// Whether `bumpmap` is one of its parameters.
     const BUMPS: bool = true;
 
-    /// Adds the lobes that the material has at a point to `bsdf`, which stands in the shading frame there.
+    /// Adds the material's lobes at a point to `bsdf`, which has the shading frame there.
     fn add_lobes<'a>(&'a self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf<'a>);
 
-    /// Most lobes that it can have at a point, at least 1.
+    /// Maximum number of lobes that it can have at a point, at least 1.
     fn max_lobes(&self) -> usize {
         1
     }
@@ -26,7 +26,7 @@ pub(super) trait Scattering {
         false
     }
 
-    /// How light that its `bsdf` transmits at a point scatters below the surface; `None` where it goes straight on.
+    /// Subsurface scattering of light that its `bsdf` transmits at a point; `None` if the light continues straight.
     fn bssrdf(
         &self,
         _hit: &SurfaceHit,
@@ -37,11 +37,11 @@ pub(super) trait Scattering {
         None
     }
 
-    /// The file that it is tabulated in.
+    /// The file that holds its table.
     fn file(&self) -> Option<&NamedFile> {
         None
     }
 
-    /// Takes its tables, once for all rays.
+    /// Gets its tables, before rendering starts.
     fn prepare(&mut self, _tables: &mut Tables) {}
 }

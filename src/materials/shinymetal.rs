@@ -1,4 +1,4 @@
-//! `shinymetal`.
+//! The `shinymetal` material.
 
 use super::roughness::find_roughness;
 use super::{RoughnessMeaning, Scattering, reflectance};
@@ -12,9 +12,9 @@ use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
-/// pbrt-v2's glossy metal with a mirror reflection; pbrt-v3 has none. Parameters: spectrum `Ks`, `Kr`
-/// (1): reflectance head-on of the two; float `roughness` (0.1). Their Fresnel reflectance is that of
-/// a conductor without absorption that reflects so much.
+/// pbrt-v2's glossy metal with a mirror reflection; pbrt-v3 has none. Parameters: spectrum `Ks`, `Kr` (1): reflectance
+/// of the two at normal incidence; float `roughness` (0.1). Their Fresnel reflectance is that of a conductor without
+/// absorption that reflects as much.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShinyMetal {
     /// Reflectance of the glossy part.
@@ -23,7 +23,7 @@ pub struct ShinyMetal {
     pub kr: SpectrumInput,
     /// Roughness of the glossy part.
     pub roughness: FloatInput,
-    /// What the roughness means.
+    /// How roughness is interpreted.
     pub meaning: RoughnessMeaning,
 }
 
@@ -62,8 +62,8 @@ impl Scattering for ShinyMetal {
     }
 }
 
-/// The index whose Fresnel reflectance head-on, ((η − 1)/(η + 1))², is this; above 0.999 that of
-/// 0.999, since nothing reflects all.
+/// The index whose Fresnel reflectance at normal incidence, ((η − 1)/(η + 1))², is this; reflectances are limited to
+/// 0.999, since nothing reflects everything.
 fn index_of(reflectance: Rgb) -> Rgb {
     let amplitude = reflectance.min(Rgb::splat(0.999)).map(f32::sqrt);
     (1.0 + amplitude) / (1.0 - amplitude)

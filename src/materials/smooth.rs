@@ -1,4 +1,4 @@
-//! Which materials send light on in a single direction: through and off what is smooth.
+//! Perfectly specular materials, through and off which light continues in a single direction (caustics).
 
 use super::roughness::UNBENT;
 use super::{Glass, Material, MaterialKind, Mix, Uber, may_scatter};
@@ -7,10 +7,10 @@ use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 
 impl Material {
-    /// Returns `true` if the material may reflect or transmit light in a single direction somewhere, beside
-    /// whatever else it does; `materials` are the scene's, for the handles of mixes.
+    /// Returns `true` if the material may reflect or transmit light in a single direction somewhere, besides any other
+    /// scattering; `materials` are those of the scene, for the handles of mixes.
     ///
-    /// Subsurface scattering does not count: light that enters leaves scattered.
+    /// Subsurface scattering does not count: light that enters exits scattered.
     pub fn is_smooth(&self, materials: &[Material]) -> bool {
         match &self.kind {
             MaterialKind::Mirror(m) => may_scatter(&m.kr),
@@ -32,8 +32,8 @@ impl Material {
         }
     }
 
-    /// Returns `true` if light that arrives from a single direction may leave in others. Mixes, which are rarely
-    /// of mirrors alone, count as such.
+    /// Returns `true` if light from a single direction may be scattered into others. Mixes, which are rarely of mirrors
+    /// alone, count as such.
     pub fn scatters_widely(&self) -> bool {
         match &self.kind {
             MaterialKind::Mirror(_) => false,
@@ -67,7 +67,7 @@ impl Mix {
             texture => texture,
         };
         let smooth = |id: Option<MaterialId>| match id {
-            // `none` lets its share of the light straight through.
+            // `none` transmits its share of the light straight.
             None => true,
             Some(id) => materials
                 .get(id.index())

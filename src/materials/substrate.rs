@@ -1,4 +1,4 @@
-//! `substrate`.
+//! The `substrate` material.
 
 use super::roughness::find_roughness;
 use super::{RoughnessMeaning, Scattering, reflectance};
@@ -11,18 +11,17 @@ use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
-/// A diffuse base under a glossy coat (Ashikhmin and Shirley 2000). Parameters: spectrum `Kd` (0.5),
-/// `Ks` (0.5); float `uroughness`, `vroughness` (0.1), as pbrt has no `roughness` here; constant bool
-/// `remaproughness` (true).
+/// A diffuse base under a glossy coat (Ashikhmin and Shirley 2000). Parameters: spectrum `Kd` (0.5), `Ks` (0.5); float
+/// `uroughness`, `vroughness` (0.1) (like pbrt, there is no `roughness` here); constant bool `remaproughness` (true).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Substrate {
     /// Reflectance of the base.
     pub kd: SpectrumInput,
-    /// Reflectance of the coat head-on.
+    /// Reflectance of the coat at normal incidence.
     pub ks: SpectrumInput,
     /// Roughness of the coat along u and v.
     pub roughness: [FloatInput; 2],
-    /// What the roughnesses mean.
+    /// How roughnesses are interpreted.
     pub meaning: RoughnessMeaning,
 }
 

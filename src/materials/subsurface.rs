@@ -1,4 +1,4 @@
-//! `subsurface`.
+//! The `subsurface` material.
 
 use super::interior::{Extinction, Interior};
 use super::prepare::Tables;
@@ -13,10 +13,10 @@ use crate::surface::{SurfaceHit, TexturePoint};
 use crate::syntax::suggest::nearest;
 use crate::textures::Textures;
 
-/// Absorption where nothing is said, in 1/mm: whole milk, as in pbrt-v3.
+/// Default absorption coefficient, in 1/mm: whole milk, as in pbrt-v3.
 const USUAL_ABSORPTION: Rgb = Rgb::new(0.0011, 0.0024, 0.014);
 
-/// Reduced scattering where nothing is said, in 1/mm.
+/// Default reduced scattering coefficient, in 1/mm.
 const USUAL_SCATTERING: Rgb = Rgb::new(2.55, 3.21, 3.77);
 
 /// A medium of given coefficients below a dielectric boundary (docs/scene-language.md §3.8). Parameters:
@@ -30,7 +30,7 @@ pub struct Subsurface {
     pub sigma_a: SpectrumInput,
     /// Scattering before scaling.
     pub sigma_s: SpectrumInput,
-    /// Boundary and the rest.
+    /// Boundary and other properties.
     pub interior: Interior,
 }
 
@@ -40,7 +40,7 @@ impl Subsurface {
         let measured = measured(reader);
         let mut interior = Interior::from_params(reader);
         if measured.is_some() {
-            // Reduced coefficients have the mean cosine in them.
+            // Reduced coefficients include the mean cosine.
             interior.g = 0.0;
         }
         let usual = measured.unwrap_or(Coefficients {
@@ -99,7 +99,7 @@ impl Scattering for Subsurface {
     }
 }
 
-/// The coefficients called `name`.
+/// The measured coefficients called `name`.
 fn measured(reader: &ParamReader) -> Option<Coefficients> {
     let name = reader.find_string("name").filter(|name| !name.is_empty())?;
     let found = presets::find(name);
@@ -167,7 +167,7 @@ mod tests {
                 material.sigma_s = rgb(s, 1.0, 1.0);
                 let medium = material.medium(&at, &Textures::default());
                 assert!(medium.mean_free_path.x >= 0.0, "{a} {s}: {medium:?}");
-                // What is not a number counts as black (`ProfileTable::row`).
+                // NaN counts as black (`ProfileTable::row`).
                 assert!(
                     !(medium.albedo.x < 0.0 || medium.albedo.x > 1.0),
                     "{a} {s}: {medium:?}"

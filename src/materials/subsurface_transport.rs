@@ -1,9 +1,9 @@
-//! What light that a material transmits goes into: of a mix, which of its parts.
+//! Subsurface transport: where transmitted light continues, and in a mix, below which of its parts.
 //!
-//! A mix scatters all that its parts do, side by side. So light that a part's lobes let in wanders
-//! below that part, and what another part lets through goes straight on. (In pbrt-v3 the first part's
-//! light looks for a way out of surfaces of the part itself, finds those of the mix, and is lost; the
-//! second's wanders nowhere.)
+//! A mix scatters everything its parts do, side by side. So light transmitted by a part's lobes undergoes subsurface
+//! scattering in that part, and light transmitted by another part continues straight. (In pbrt-v3, light of the first
+//! part looks for exits on surfaces of that part itself, finds those of the mix, and is lost; the second part has no
+//! subsurface scattering.)
 
 use super::{Material, MaterialKind};
 use crate::bsdf::{Bsdf, BsdfSample, MAX_LOBES};
@@ -15,36 +15,35 @@ use crate::textures::Textures;
 use arrayvec::ArrayVec;
 use std::ops::Range;
 
-/// Where transmitted light goes on.
+/// How transmitted light continues.
 pub struct SubsurfaceTransport<'a> {
-    /// Factor of its throughput: of light that several parts let through, one has been chosen.
+    /// Scale of the throughput: if several parts transmit light, one of them has been chosen.
     pub share: Rgb,
-    /// How it wanders below the surface; `None` where it goes straight on.
+    /// Subsurface scattering below the surface; `None` if the light continues straight.
     pub bssrdf: Option<Bssrdf<'a>>,
 }
 
 impl SubsurfaceTransport<'_> {
-    /// All of it on the way that it has.
+    /// Light continues straight.
     pub const STRAIGHT_ON: Self = SubsurfaceTransport {
         share: Rgb::ONE,
         bssrdf: None,
     };
 }
 
-/// A material that is no mix, among those that a mix comes to.
+/// A material other than a mix, among the parts of a mix.
 pub(super) struct Part {
     pub material: MaterialId,
-    /// Positions of its lobes in the mix's BSDF.
+    /// Indices of its lobes in the mix's BSDF.
     pub lobes: Range<usize>,
 }
 
-/// Those that have lobes.
+/// The parts that have lobes.
 pub(super) type Parts = ArrayVec<Part, MAX_LOBES>;
 
 impl Material {
-    /// Where light goes on that this material's `bsdf` at `hit` has transmitted as `sample` says;
-    /// `materials` are the scene's, for the handles of mixes, and `choice` gives a fresh number in
-    /// [0, 1) if one is needed.
+    /// How light continues that this material's `bsdf` at `hit` has transmitted as `sample`; `materials` are those of
+    /// the scene, for the handles of mixes, and `choice` returns a sample in [0, 1) if one is needed.
     pub fn subsurface_transport<'a>(
         &'a self,
         hit: &SurfaceHit,
@@ -85,8 +84,8 @@ impl Material {
     }
 }
 
-/// One of the parts by what each lets through along the direction drawn, with the factor that makes up
-/// for the choice. `None` without any.
+/// Chooses one of the parts in proportion to what each transmits in the sampled direction; returns the factor that
+/// compensates for the choice as well. `None` without any.
 fn choose(
     parts: &Parts,
     (bsdf, sample): (&Bsdf, &BsdfSample),
@@ -104,7 +103,7 @@ fn choose(
     for (part, &f) in parts.iter().zip(&values) {
         let weight = f.max_element();
         if weight > 0.0 {
-            // The factor may divide by channels that carry no light.
+            // The factor may divide by channels without light.
             let share = f / sample.f * (total / weight);
             let share = share.map(|x| if x.is_finite() { x } else { 0.0 });
             chosen = Some((part.material, share));

@@ -1,4 +1,4 @@
-//! Materials against pbrt-v3's figures, and their parameters.
+//! Materials against pbrt-v3's values, and their parameters.
 
 use super::inputs::refractive_index;
 use super::*;
@@ -82,7 +82,7 @@ fn translucent(kd: f32, ks: f32) -> MaterialKind {
     })
 }
 
-/// With its defaults.
+/// A `disney` material with its defaults.
 fn disney() -> MaterialKind {
     MaterialKind::Disney(read("disney", "", Disney::from_params).value)
 }
@@ -97,7 +97,7 @@ fn glass(roughness: f32) -> MaterialKind {
     })
 }
 
-// The few materials of these tests are never freed, so that their BSDFs stand alone.
+// The few materials of these tests are leaked, so that their BSDFs are self-contained.
 fn bsdf(kind: MaterialKind, wo: crate::math::Vec3) -> Bsdf<'static> {
     let material = Box::leak(Box::new(Material::without_textures(kind)));
     material.bsdf(
@@ -108,7 +108,7 @@ fn bsdf(kind: MaterialKind, wo: crate::math::Vec3) -> Bsdf<'static> {
     )
 }
 
-/// Radiance under a white sky at 0°, 60° and 80°, as measured with pbrt-v3 (docs/scene-language.md §6.5).
+/// White furnace at 0°, 60° and 80°, with values measured with pbrt-v3 (docs/scene-language.md §6.5).
 #[test]
 fn materials_reflect_as_much_as_pbrts() {
     let table = [
@@ -179,7 +179,7 @@ fn materials_reflect_as_much_as_pbrts() {
 
 #[test]
 fn opacity_lets_the_rest_straight_through() {
-    // With reflectance 1 the surface and its holes share a white sky exactly.
+    // With reflectance 1, the surface and its holes together return exactly a white sky.
     let wo = direction(35.0, 0.0);
     let half = bsdf(uber(1.0, 0.0, 0.0, 0.0, 0.3), wo);
     assert!((sky_by_value(&half, wo, 200).x - 1.0).abs() < 1e-4);

@@ -1,4 +1,4 @@
-//! `translucent`.
+//! The `translucent` material.
 
 use super::roughness::find_roughness;
 use super::{RoughnessMeaning, Scattering, may_scatter, reflectance};
@@ -14,31 +14,30 @@ use crate::params::{Dialect, ParamReader};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
-/// Refractive index of the inside; pbrt has no parameter for it.
+/// Refractive index inside; pbrt has no parameter for it.
 const ETA: f32 = 1.5;
 
-/// Diffuse and glossy on both sides. Parameters: spectrum `Kd` (0.25), `Ks` (0.25), `reflect` (0.5),
-/// `transmit` (0.5): the share of both that stays on the side of the light, and that goes through;
-/// float `roughness` (0.1); constant bool `remaproughness` (true).
+/// Diffuse and glossy reflection and transmission. Parameters: spectrum `Kd` (0.25), `Ks` (0.25), `reflect` (0.5),
+/// `transmit` (0.5): the fractions of both that are reflected and transmitted; float `roughness` (0.1); constant bool
+/// `remaproughness` (true).
 ///
-/// In pbrt-v2's language the glossy transmission is the reflection mirrored through the surface
-/// instead of refracted, and the two sides' indices are exchanged, a slip like
-/// [`Plastic`](super::Plastic)'s.
+/// In pbrt-v2's language the glossy transmission is the reflection mirrored through the surface instead of refracted,
+/// and the two sides' indices are swapped, a bug like [`Plastic`](super::Plastic)'s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Translucent {
     /// Color of the diffuse part.
     pub kd: SpectrumInput,
     /// Color of the glossy part.
     pub ks: SpectrumInput,
-    /// Share reflected.
+    /// Fraction reflected.
     pub reflect: SpectrumInput,
-    /// Share transmitted.
+    /// Fraction transmitted.
     pub transmit: SpectrumInput,
     /// Roughness of the glossy part.
     pub roughness: FloatInput,
-    /// What the roughness means.
+    /// How roughness is interpreted.
     pub meaning: RoughnessMeaning,
-    /// As in pbrt-v2: is the glossy transmission mirrored, not refracted?
+    /// Whether the glossy transmission is mirrored, not refracted, as in pbrt-v2.
     pub mirrored: bool,
 }
 

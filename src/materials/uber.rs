@@ -1,4 +1,4 @@
-//! `uber`.
+//! The `uber` material.
 
 use super::inputs::{refractive_index, refractive_index_at};
 use super::roughness::find_roughness;
@@ -15,33 +15,31 @@ use crate::params::{Dialect, ParamReader};
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
-/// Everything at once: diffuse, glossy, mirror reflection, refraction, and holes.
-/// Parameters: spectrum `Kd` (0.25), `Ks` (0.25), `Kr` (0), `Kt` (0), all scaled by spectrum
-/// `opacity` (1), beside which 1 − opacity of the light goes straight on; float `roughness` (0.1),
-/// `uroughness` (roughness), `vroughness` (that along u); float `eta`, else `index` (1.5); constant
-/// bool `remaproughness` (true).
+/// Diffuse and glossy reflection, mirror reflection, refraction and opacity combined. Parameters: spectrum `Kd` (0.25),
+/// `Ks` (0.25), `Kr` (0), `Kt` (0), all scaled by spectrum `opacity` (1), while 1 − opacity of the light is transmitted
+/// straight; float `roughness` (0.1), `uroughness` (roughness), `vroughness` (that along u); float `eta`, else `index`
+/// (1.5); constant bool `remaproughness` (true).
 ///
-/// In pbrt-v2's language the two sides' indices are exchanged in all its lobes, a slip like
-/// [`Plastic`](super::Plastic)'s.
+/// In pbrt-v2's language the two sides' indices are swapped in all its lobes, a bug like [`Plastic`](super::Plastic)'s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uber {
     /// Diffuse reflectance.
     pub kd: SpectrumInput,
-    /// Factor of the glossy reflection.
+    /// Scale of the glossy reflection.
     pub ks: SpectrumInput,
-    /// Factor of the mirror reflection.
+    /// Scale of the mirror reflection.
     pub kr: SpectrumInput,
-    /// Factor of the refraction.
+    /// Scale of the refraction.
     pub kt: SpectrumInput,
-    /// Share of light that meets the surface at all.
+    /// Fraction of light that interacts with the surface at all.
     pub opacity: SpectrumInput,
     /// Roughness along u and v.
     pub roughness: [FloatInput; 2],
-    /// What the roughnesses mean.
+    /// How roughnesses are interpreted.
     pub meaning: RoughnessMeaning,
     /// Refractive index of the inside.
     pub eta: FloatInput,
-    /// Are the two sides' indices exchanged?
+    /// Whether the two sides' indices are swapped.
     pub swapped: bool,
 }
 

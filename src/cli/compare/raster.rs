@@ -51,8 +51,8 @@ impl Reduction {
         })
     }
 
-    /// The means of squares, as little-endian half floats R G B. Halves reach up to 65504; brighter values and NaN stay
-    /// infinite and NaN.
+    /// The means of squares, as little-endian half floats R G B. Halves reach up to 65504; brighter values and
+    /// NaN are stored as that.
     pub fn halves(&self, image: &Image) -> String {
         let mut bytes = Vec::new();
         for square in self.squares() {
