@@ -489,7 +489,7 @@ pub const COLOR_MATCHING: [[f64; 3]; 471] = [
 mod tests {
     use super::*;
 
-    /// A bell with different widths to the left and right of its top.
+    /// A bell curve with different widths to the left and right of its peak.
     fn lobe(wavelength: f64, top: f64, left: f64, right: f64) -> f64 {
         let t = (wavelength - top) * if wavelength < top { left } else { right };
         (-0.5 * t * t).exp()
@@ -523,8 +523,8 @@ mod tests {
 
     #[test]
     fn rows_change_smoothly() {
-        // A slipped digit would stand out against its neighbors. The largest second differences
-        // are 0.0014, 0.0010 and 0.0068, all where the curves bend most.
+        // A wrong digit would stand out against its neighbors. The largest second differences are 0.0014, 0.0010 and
+        // 0.0068, all where the curves bend most.
         for w in COLOR_MATCHING.windows(3) {
             for (k, tolerance) in [0.0015, 0.0011, 0.0070].into_iter().enumerate() {
                 assert!(

@@ -34,7 +34,7 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
     }
 }
 
-/// True where every channel is zero: nothing to carry.
+/// Returns `true` if every channel is zero.
 pub fn is_black(rgb: Rgb) -> bool {
     rgb == Rgb::ZERO
 }

@@ -7,8 +7,8 @@ pub struct Distribution1D {
     function: Vec<f32>,
     cdf: Vec<f32>,
     integral: f32,
-    /// How many entries of `cdf` are at most k/m, for k from 0 to a power of two m: where the search starts and
-    /// ends (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
+    /// The number of entries of `cdf` that are at most k/m, for k from 0 to a power of two m: bounds of the search (the
+    /// guide table method of Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
     guide: Vec<u32>,
 }
 
@@ -48,7 +48,7 @@ impl Distribution1D {
 
     /// The cell of `u` in [0, 1), with the position inside the cell in [0, 1).
     fn locate(&self, u: f32) -> (usize, f32) {
-        // The first cell whose upper end lies beyond u: never one of zero probability.
+        // The first cell whose upper end is beyond u: never one of zero probability.
         let i = self.entries_up_to(u).clamp(1, self.function.len()) - 1;
         let width = self.cdf[i + 1] - self.cdf[i];
         let inside = if width > 0.0 {
@@ -59,26 +59,26 @@ impl Distribution1D {
         (i, inside)
     }
 
-    /// How many entries of the CDF are at most `u`.
+    /// The number of entries of the CDF that are at most `u`.
     fn entries_up_to(&self, u: f32) -> usize {
         // A product with a power of two is exact: k/m ≤ u < (k+1)/m.
         let k = (u * (self.guide.len() - 1) as f32) as usize;
         let (Some(&low), Some(&high)) = (self.guide.get(k), self.guide.get(k + 1)) else {
-            // Not below 1.
+            // Not less than 1.
             return self.cdf.len();
         };
         let (low, high) = (low as usize, high as usize);
         low + self.cdf[low..high].partition_point(|&c| c <= u)
     }
 
-    /// A position in [0, 1), its density, and its cell.
+    /// Samples a position in [0, 1); also returns its density and its cell.
     pub fn sample_continuous(&self, u: f32) -> (f32, f32, usize) {
         let (i, inside) = self.locate(u);
         let x = ((i as f32 + inside) / self.function.len() as f32).min(1.0 - f32::EPSILON / 2.0);
         (x, self.density(i), i)
     }
 
-    /// A cell, its probability, and `u` stretched over the cell for reuse.
+    /// Samples a cell; also returns its probability, and `u` rescaled over the cell for reuse.
     pub fn sample_discrete(&self, u: f32) -> (usize, f32, f32) {
         let (i, inside) = self.locate(u);
         (i, self.probability(i), inside)
@@ -99,7 +99,7 @@ impl Distribution1D {
     }
 }
 
-/// See [`Distribution1D::guide`]; as many parts as there are `cells`, or up to twice as many.
+/// See [`Distribution1D::guide`]; the table has at least as many parts as `cells`, and at most twice as many.
 fn guide(cdf: &[f32], cells: usize) -> Vec<u32> {
     let parts = cells.next_power_of_two();
     let mut entries = 0;
@@ -162,7 +162,7 @@ mod tests {
         }
         let total: f32 = values.iter().sum();
         for (c, v) in counts.iter().zip(&values) {
-            // Equally spaced numbers are off by one at each end.
+            // Equally spaced samples are off by one at each end.
             assert!((c - f64::from(v / total)).abs() < 3.0 / f64::from(n));
         }
     }

@@ -10,9 +10,8 @@ pub fn clamp_nan_low(x: f32, low: f32, high: f32) -> f32 {
     x.max(low).min(high)
 }
 
-/// Moves a new ray's origin from a computed point off the surface, to the side of direction `w`,
-/// just beyond the box of half-widths `error` that is known to hold the exact point
-/// (Pharr, Jakob and Humphreys 2016, §3.9.5).
+/// Offsets the origin of a spawned ray from a computed point off the surface, to the side of direction `w`, just beyond
+/// the box of half-widths `error` that is known to contain the exact point (Pharr, Jakob and Humphreys 2016, §3.9.5).
 #[inline]
 pub fn offset_ray_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
     let distance = n.abs().dot(error);
@@ -29,16 +28,16 @@ pub fn offset_ray_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
     )
 }
 
-/// `v` moved by one or two floats in the direction of `offset`'s sign; `v` itself where the offset is zero.
-/// |v| ε is one to two spacings of the floats at `v`; unlike `next_up` it takes no branch.
+/// `v` moved by one or two floats in the direction of `offset`'s sign; `v` itself if the offset is zero. |v| ε is one
+/// to two spacings of the floats at `v`; unlike `next_up` this has no branch.
 #[inline]
 fn round_away(v: f32, offset: f32) -> f32 {
     let step = (v.abs() * f32::EPSILON + f32::MIN_POSITIVE).copysign(offset);
     if offset == 0.0 { v } else { v + step }
 }
 
-/// The largest whole number that is not above `x`, as an integer and as a float. `f32::floor` is a call on
-/// processors without SSE4.1, which a portable build must expect; far beyond all whole numbers it saturates.
+/// The largest integer not above `x`, as an integer and as a float. `f32::floor` is a function call on processors
+/// without SSE4.1, which a portable build must support; values beyond the integer range saturate.
 #[inline]
 pub fn floor(x: f32) -> (i64, f32) {
     let whole = x as i64;

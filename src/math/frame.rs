@@ -27,8 +27,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame with local x along `dpdu` made perpendicular to the unit normal `n`;
-    /// any frame around `n` where the two are parallel or `dpdu` is degenerate.
+    /// The frame with local x along `dpdu`, made perpendicular to the unit normal `n`; any frame around `n` if the two
+    /// are parallel or `dpdu` is degenerate.
     #[inline]
     pub fn from_normal_and_tangent(n: Vec3, dpdu: Vec3) -> Frame {
         let s = dpdu - n * n.dot(dpdu);

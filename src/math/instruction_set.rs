@@ -1,34 +1,35 @@
-//! The vector instructions of the processor at hand, chosen once at run time for the lens and the traversal alike.
+//! Vector instruction sets of the processor, selected once at run time for both the lens and the traversal.
 //!
-//! The crate is built for the least common processor, so that one binary runs everywhere. A [`Kernel`] is compiled once more
-//! for AVX2 and for AVX-512, and the best set that the processor has is taken when it runs. The results are the same to the
-//! bit: vector instructions round as scalar ones do, and neither Rust nor LLVM merges a product and a sum by itself.
+//! The crate is built for the oldest processor of its architecture, so that one binary runs everywhere. A [`Kernel`] is
+//! also compiled for AVX2 and for AVX-512, and the best set that the processor supports is used at run time. Results
+//! are bitwise identical: vector instructions round as scalar ones do, and neither Rust nor LLVM fuses a product and a
+//! sum on its own.
 //!
-//! The crate `pulp` tests the processor and holds the proof; there is no `unsafe` here.
+//! The crate `pulp` detects the processor's features and holds the proof; there is no `unsafe` here.
 
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
 
-/// A calculation to be compiled for several sets of vector instructions. `run` and all it calls must be
-/// `#[inline(always)]`: what is not inlined keeps the instructions of the least common processor.
+/// A computation to be compiled for several instruction sets. `run` and everything it calls must be
+/// `#[inline(always)]`: functions that are not inlined use only the baseline instructions.
 pub trait Kernel {
-    /// What comes out.
+    /// The result.
     type Output;
-    /// Calculates with the instructions that `with` proves to be there.
+    /// Runs the computation with the instructions that `with` proves to be available.
     fn run(self, with: impl Instructions) -> Self::Output;
 }
 
-/// Proof that the processor has a set of vector instructions; a type for each, so that the set is known where code is
+/// Proof that the processor supports an instruction set; one type for each, so that the set is known wherever code is
 /// compiled for it.
 pub trait Instructions: Copy {
-    /// The same as a value; a match on it costs nothing.
+    /// The proof as a value; a match on it costs nothing.
     fn proof(self) -> Proof;
 }
 
-/// The proofs of all sets.
+/// The proofs of all instruction sets.
 #[derive(Clone, Copy, Debug)]
 pub enum Proof {
-    /// What every processor of this architecture has: SSE2 on x86-64.
+    /// Supported by every processor of this architecture: SSE2 on x86-64.
     Baseline,
     /// AVX2 with FMA, BMI and LZCNT (x86-64-v3).
     #[cfg(target_arch = "x86_64")]
@@ -38,7 +39,7 @@ pub enum Proof {
     Avx512(V4),
 }
 
-/// No more than every processor of this architecture has.
+/// Proof of the baseline, which every processor of this architecture supports.
 #[derive(Clone, Copy)]
 struct Baseline;
 
@@ -65,12 +66,12 @@ impl Instructions for V4 {
     }
 }
 
-/// A set of vector instructions that this processor has.
+/// An instruction set that this processor supports.
 #[derive(Clone, Copy, Debug)]
 pub struct InstructionSet(Proof);
 
 impl Default for InstructionSet {
-    /// What every processor has.
+    /// The baseline.
     fn default() -> InstructionSet {
         InstructionSet(Proof::Baseline)
     }
@@ -89,7 +90,7 @@ impl InstructionSet {
         sets
     }
 
-    /// The best that this processor has.
+    /// The best set that this processor supports.
     #[inline]
     pub fn best() -> InstructionSet {
         #[cfg(target_arch = "x86_64")]
@@ -99,10 +100,10 @@ impl InstructionSet {
         InstructionSet::best_of_256_bits()
     }
 
-    /// The best that this processor has for bundles of `lanes` single-precision numbers.
+    /// The best set that this processor supports for bundles of `lanes` single-precision numbers.
     ///
-    /// AVX-512 pays where a bundle fills two of its registers: rays through the double Gauss take 13 ns against 17 with AVX2
-    /// for 32 lanes, but 19 against 17 for 16 (`cargo bench --bench lens`).
+    /// AVX-512 is worth it if a bundle fills two of its registers: rays through the double Gauss take 13 ns instead of
+    /// 17 with AVX2 for 32 lanes, but 19 instead of 17 for 16 (`cargo bench --bench lens`).
     #[inline]
     pub fn best_for(lanes: usize) -> InstructionSet {
         if lanes >= 32 {
@@ -154,7 +155,7 @@ pub fn vectorize<K: Kernel>(lanes: usize, kernel: K) -> K::Output {
     InstructionSet::best_for(lanes).run(kernel)
 }
 
-/// A kernel with its instructions, as `pulp` calls it.
+/// A kernel with its instruction set, as `pulp` calls it.
 #[cfg(target_arch = "x86_64")]
 struct Call<K, I> {
     kernel: K,

@@ -1,7 +1,7 @@
-//! Small, tested mathematics: vectors come from `glam`, everything else a renderer needs is here.
+//! Mathematics for rendering: vectors come from `glam`, everything else is here.
 //!
-//! Geometry uses [`glam::Vec3`] and [`glam::DVec3`], never `Vec3A`: the latter's cross product
-//! rounds differently with the instruction set it was compiled for.
+//! Geometry uses [`glam::Vec3`] and [`glam::DVec3`], never `Vec3A`, whose cross product rounds differently depending on
+//! the instruction set it was compiled for.
 
 pub mod cie;
 pub mod color;

@@ -1,22 +1,21 @@
-//! Transformations that change over time: `ActiveTransform` and `TransformTimes`.
+//! Animated transformations: `ActiveTransform` and `TransformTimes`.
 //!
-//! Each end is taken apart into a translation, a rotation and a stretch, M = T R S, by polar
-//! decomposition; translation and stretch change linearly, the rotation evenly about one axis, the
-//! shorter way round (Shoemake and Duff, "Matrix Animation and Polar Decomposition", 1992; Pharr, Jakob
-//! and Humphreys 2016, §2.9). Before the first and after the last time the ends hold
-//! (docs/scene-language.md §2.2). Mirroring ends, which pbrt-v3 does not handle, keep their mirror in the
-//! stretch.
+//! Each end is decomposed into a translation, a rotation and a stretch, M = T R S, by polar decomposition; translation
+//! and stretch are interpolated linearly, the rotation at constant speed about one axis, the shorter way round
+//! (Shoemake and Duff, "Matrix Animation and Polar Decomposition", 1992; Pharr, Jakob and Humphreys 2016, §2.9). Before
+//! the first and after the last time the ends apply (docs/scene-language.md §2.2). Reflections, which pbrt-v3 does not
+//! handle, are part of the stretch.
 
 use super::transform::{Transform, box_corners};
 use super::{DMat4, DVec3};
 use glam::{DAffine3, DMat3, DQuat};
 
-/// Rounds of averaging that polar decomposition may take; it squares the error with each, so that a
-/// dozen suffice for any matrix that double precision can invert.
+/// Maximum iterations of the polar decomposition; each squares the error, so a dozen suffice for any matrix that is
+/// invertible in double precision.
 const POLAR_ROUNDS: usize = 100;
 
-/// Steps in which a turning point's way is bounded. The margin is below (π/64)²/8 = 3e-4 of its
-/// distance from the axis.
+/// Steps by which the path of a rotating point is bounded. The margin is below (π/64)²/8 = 3e-4 of its distance from
+/// the axis.
 const TURNING_STEPS: usize = 64;
 
 /// T, R and S of one matrix.
@@ -28,7 +27,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// `None` where the matrix is no invertible affine one.
+    /// `None` unless the matrix is affine and invertible.
     fn of(m: &DMat4) -> Option<Parts> {
         let linear = DMat3::from_mat4(*m);
         let affine = m.row(3) == DVec3::ZERO.extend(1.0);
@@ -49,7 +48,7 @@ impl Parts {
                 break;
             }
         }
-        // A mirror goes to the stretch: quaternions do not mirror.
+        // A reflection goes to the stretch: quaternions cannot represent it.
         if rotation.determinant() < 0.0 {
             rotation = -rotation;
         }
@@ -63,23 +62,23 @@ impl Parts {
     }
 }
 
-/// A transformation that changes between two times.
+/// A transformation that is interpolated between two times.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     times: [f64; 2],
     translation: [DVec3; 2],
     /// Rotation at the start.
     rotation: DQuat,
-    /// The axis about which it turns until the end, unit length.
+    /// The axis of rotation, unit length.
     axis: DVec3,
-    /// By how much, radians, 0 to π.
+    /// The angle of rotation from start to end, in radians, 0 to π.
     angle: f64,
     stretch: [DMat3; 2],
 }
 
 impl Motion {
-    /// From `start` at the first of `times` to `end` at the second. `None` where an end cannot be
-    /// inverted or is no affine transformation.
+    /// The motion from `start` at the first of `times` to `end` at the second. `None` if an end is not invertible or
+    /// not affine.
     pub fn new(start: &Transform, end: &Transform, times: [f64; 2]) -> Option<Motion> {
         let (a, b) = (Parts::of(&start.m)?, Parts::of(&end.m)?);
         let turn = b.rotation * a.rotation.conjugate();
@@ -96,13 +95,13 @@ impl Motion {
         })
     }
 
-    /// The same motion followed by a shift by `offset`.
+    /// The same motion followed by a translation by `offset`.
     pub fn shifted(mut self, offset: DVec3) -> Motion {
         self.translation = self.translation.map(|t| t + offset);
         self
     }
 
-    /// The fraction of the motion that is done at `time`.
+    /// The fraction of the motion that is completed at `time`.
     fn fraction(&self, time: f64) -> f64 {
         let [first, last] = self.times;
         if time <= first {
@@ -118,7 +117,7 @@ impl Motion {
         DQuat::from_axis_angle(self.axis, self.angle * s) * self.rotation
     }
 
-    /// Where the point `p` is when the fraction `s` of the motion is done.
+    /// The position of the point `p` after the fraction `s` of the motion.
     fn point(&self, p: DVec3, s: f64) -> DVec3 {
         let [t0, t1] = self.translation;
         let stretched = (self.stretch[0] * p).lerp(self.stretch[1] * p, s);
@@ -135,13 +134,13 @@ impl Motion {
         }
     }
 
-    /// Corners of a box that holds the box from `low` to `high` at all times.
+    /// Corners of a box that contains the box from `low` to `high` at all times.
     ///
-    /// At any time the box's image is the hull of its corners' images, so that their ways are what
-    /// must be held. A corner p is at c(s) = T(s) + R(s) q(s) with T and q = S p linear in s and R
-    /// turning evenly by the angle θ, hence |c″| ≤ θ² |q| + 2 θ |q′|, and |q| is largest at an
-    /// end. Between two of its points that are h apart in s, a curve is no farther than h²/8 · max|c″|
-    /// from the chord; so the points' box, widened by that, holds it.
+    /// At any time the box's image is the convex hull of its corners' images, so it suffices to bound the corners'
+    /// paths. A corner p is at c(s) = T(s) + R(s) q(s) with T and q = S p linear in s and R rotating at constant speed
+    /// by the angle θ, hence |c″| ≤ θ² |q| + 2 θ |q′|, and |q| is largest at an end. Between two of its points that are
+    /// h apart in s, a curve is no farther than h²/8 · max|c″| from the chord; so the points' box, widened by that,
+    /// contains it.
     pub fn bounds(&self, low: DVec3, high: DVec3) -> (DVec3, DVec3) {
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let steps = if self.angle > 0.0 { TURNING_STEPS } else { 1 };
@@ -209,7 +208,7 @@ mod tests {
             * Transform::rotate(45.0, DVec3::Z)
             * Transform::scale(DVec3::new(2.0, 1.0, 1.0));
         assert!(close(&motion.at(0.5), &half.m));
-        // 270° one way is 90° the other.
+        // 270° one way is 90° the other way.
         let far = Transform::rotate(270.0, DVec3::Z);
         let motion = Motion::new(&Transform::IDENTITY, &far, [0.0, 1.0]).unwrap();
         assert!(close(
@@ -265,7 +264,7 @@ mod tests {
                     (seen_min, seen_max) = (seen_min.min(p), seen_max.max(p));
                 }
             }
-            // Twice the margin that the constant above promises, for the size of this box.
+            // Twice the margin that the constant above guarantees, for the size of this box.
             let slack = (max - seen_max).max(seen_min - min).max_element();
             assert!(slack < 2.0 * 3e-4 * 8.0, "{slack}");
         }

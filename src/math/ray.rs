@@ -9,7 +9,7 @@ pub struct Ray {
     pub o: Vec3,
     /// Unit direction.
     pub d: Vec3,
-    /// Hits at or beyond this distance do not count.
+    /// Hits at or beyond this distance are ignored.
     pub t_max: f32,
     /// Time within the shutter interval.
     pub time: f32,
@@ -32,8 +32,8 @@ impl Ray {
     }
 }
 
-/// The rays through the film points one sample spacing to the right (x) and below (y):
-/// they say how large a texture footprint is (Igehy 1999).
+/// Ray differentials: the rays through the film points one sample spacing to the right (x) and below (y), which
+/// determine the size of a texture footprint (Igehy 1999).
 #[derive(Clone, Copy, Debug)]
 pub struct RayDifferentials {
     /// Origin of the ray shifted in x.
@@ -47,7 +47,7 @@ pub struct RayDifferentials {
 }
 
 impl RayDifferentials {
-    /// Brings the shifted rays nearer to `ray` by `s`: with n samples a pixel s = 1/√n.
+    /// Scales the differentials by `s` toward `ray`: with n samples per pixel, s = 1/√n.
     pub fn scaled(self, ray: &Ray, s: f32) -> RayDifferentials {
         RayDifferentials {
             rx_o: ray.o + (self.rx_o - ray.o) * s,

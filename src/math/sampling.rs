@@ -1,4 +1,4 @@
-//! Warping uniform numbers to directions and points; each density is beside its sampler.
+//! Warping uniform samples to directions and points; each density is next to its sampler.
 
 use super::float::floor;
 use super::{Vec2, Vec3};
@@ -10,22 +10,22 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
     if o == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    // Which of the two is larger cannot be foreseen: chosen by bits, without a branch.
+    // Which of the two is larger is unpredictable: selected by bits, without a branch.
     let across = if o.x.abs() > o.y.abs() { u32::MAX } else { 0 };
     let larger = select(across, o.x, o.y);
     let (sin, cos) = eighth_turn(select(across, o.y, o.x) / larger);
     larger * Vec2::new(select(across, cos, sin), select(across, sin, cos))
 }
 
-/// `a` where `mask` is all ones, `b` where it is 0.
+/// `a` if `mask` is all ones, `b` if it is 0.
 #[inline]
 fn select(mask: u32, a: f32, b: f32) -> f32 {
     f32::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
-/// Sine and cosine of t π/4, |t| ≤ 1, off by less than 1e-7: Taylor's polynomials, whose first terms left out are
-/// below 2e-9 and 3e-8. Without calls they take a fifth of the library's time; in pairs of terms (Estrin 1960),
-/// which do not wait for each other.
+/// Sine and cosine of t π/4, |t| ≤ 1, with an error below 1e-7: Taylor polynomials, whose first omitted terms are below
+/// 2e-9 and 3e-8. Without function calls they take a fifth of the library's time; evaluated in pairs of terms (Estrin
+/// 1960), which do not depend on each other.
 #[inline]
 fn eighth_turn(t: f32) -> (f32, f32) {
     let x = FRAC_PI_4 * t;
@@ -37,8 +37,8 @@ fn eighth_turn(t: f32) -> (f32, f32) {
     (x * sin, cos)
 }
 
-/// Sine and cosine of so many full turns, of which there may be a few, off by less than 1e-7 more than those of the
-/// rounded angle.
+/// Sine and cosine of `turns` full turns, of which there may be a few, with an error at most 1e-7 above that of
+/// rounding the angle.
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     let (quarter, whole) = floor(4.0 * turns + 0.5);
     let (sin, cos) = eighth_turn(2.0 * (4.0 * turns - whole));
@@ -50,7 +50,7 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     }
 }
 
-/// A direction about +z with density cosθ/π.
+/// Samples a direction about +z with density cosθ/π.
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let d = concentric_disk(u);
     d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
@@ -61,7 +61,7 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
     cos_theta.max(0.0) * FRAC_1_PI
 }
 
-/// A direction uniform over the sphere.
+/// Samples a direction uniformly over the sphere.
 pub fn uniform_sphere(u: Vec2) -> Vec3 {
     let z = 1.0 - 2.0 * u.x;
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -72,14 +72,14 @@ pub fn uniform_sphere(u: Vec2) -> Vec3 {
 /// Density of [`uniform_sphere`].
 pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 
-/// Barycentric coordinates (b0, b1) uniform over a triangle.
+/// Samples barycentric coordinates (b0, b1) uniformly over a triangle.
 pub fn uniform_triangle(u: Vec2) -> Vec2 {
     let su = u.x.sqrt();
     Vec2::new(1.0 - su, u.y * su)
 }
 
-/// Veach's power heuristic with exponent 2 for one sample of each of two densities;
-/// 0 where both are 0, and right when one density is so large that its square overflows.
+/// Veach's power heuristic for multiple importance sampling (MIS), with exponent 2 and one sample of each of two
+/// densities; 0 if both are 0, and correct even if the square of a density overflows.
 pub fn power_heuristic(f: f32, g: f32) -> f32 {
     if f == 0.0 {
         return 0.0;
@@ -100,7 +100,7 @@ mod tests {
             let (s, c) = sin_cos_turns(turns);
             assert!((f64::from(s) - sin).abs() < 2e-7 && (f64::from(c) - cos).abs() < 2e-7);
         }
-        // Relative precision next to the poles of an image.
+        // Relative precision near the poles of an image.
         assert!((sin_cos_turns(1e-9).0 / 6.283_185_5e-9 - 1.0).abs() < 1e-6);
     }
 

@@ -1,17 +1,16 @@
-//! Sampled spectra to RGB as pbrt-v3's RGB mode does it (docs/scene-language.md §4.7).
+//! Conversion of sampled spectra to RGB as in pbrt-v3's RGB mode (docs/scene-language.md §4.7).
 //!
-//! Wavelengths are in nm, temperatures in kelvin. There is no adaptation to a white point: the
-//! flat spectrum 1 becomes the reddish (1.20233, 0.94622, 0.90734), and scenes in the wild were
-//! tuned to that.
+//! Wavelengths are in nm, temperatures in kelvin. There is no white balance: the flat spectrum 1 becomes the reddish
+//! (1.20233, 0.94622, 0.90734), and existing scenes have been tuned to that.
 
 use super::Rgb;
 use super::cie::{COLOR_MATCHING, FIRST_WAVELENGTH};
 
-/// ∑ȳ over the 471 rows as pbrt-v3 has it.
+/// ∑ȳ over the 471 rows, as in pbrt-v3.
 const CIE_Y_SUM: f64 = 106.856_895;
 
-/// What pbrt-v3 multiplies the sum over 1 nm steps with. It is not 1/∑ȳ: 470 nm lie between the
-/// first and the last of the 471 wavelengths, so the flat spectrum 1 gets Y = 0.99788.
+/// pbrt-v3's factor on the sum over 1 nm steps. It is not 1/∑ȳ: 470 nm lie between the first and the last of the 471
+/// wavelengths, so the flat spectrum 1 gets Y = 0.99788.
 const SUM_TO_XYZ: f64 = 470.0 / (471.0 * CIE_Y_SUM);
 
 /// Wien's displacement constant, m·K.
@@ -20,16 +19,15 @@ const WIEN: f64 = 2.897_772_1e-3;
 /// The second radiation constant hc/k of Planck's law, m·K, from the h, c and k that pbrt uses.
 const SECOND_RADIATION: f64 = 6.626_069_57e-34 * 299_792_458.0 / 1.380_648_8e-23;
 
-/// A spectrum given as (wavelength in nm, value) pairs, ascending and linearly interpolated,
-/// its ends held constant, converted to linear RGB. Black where there are no pairs. Negative
-/// channels, which saturated colors have, are kept.
+/// Converts a spectrum given as (wavelength in nm, value) pairs, ascending, linearly interpolated and constant beyond
+/// its ends, to linear RGB. Black if there are no pairs. Negative channels, which saturated colors have, are kept.
 ///
 /// ```
 /// let flat = fstop::math::spectrum::rgb_from_samples(&[(550.0, 1.0)]);
 /// assert!((flat.x - 1.20233).abs() < 1e-4);
 /// ```
 pub fn rgb_from_samples(samples: &[(f64, f64)]) -> Rgb {
-    // The wavelengths asked for ascend too, so one walk through the pairs serves them all.
+    // The requested wavelengths ascend too, so one pass over the pairs serves them all.
     let mut next = 0;
     rgb_from_function(|wavelength| {
         while next < samples.len() && samples[next].0 < wavelength {
@@ -51,7 +49,7 @@ fn interpolate(samples: &[(f64, f64)], next: usize, wavelength: f64) -> f64 {
     }
 }
 
-/// Planck's curve at `kelvin` divided by its own peak, as linear RGB; zero at or below 0 K.
+/// Planck's blackbody curve at `kelvin` divided by its own peak, as linear RGB; zero at or below 0 K.
 ///
 /// pbrt-v3's `blackbody`.
 pub fn rgb_from_blackbody(kelvin: f64) -> Rgb {
@@ -62,8 +60,8 @@ pub fn rgb_from_blackbody(kelvin: f64) -> Rgb {
     }
 }
 
-/// Planck's curve at `kelvin` divided by its value at 555 nm, as linear RGB with Y = 1 for the
-/// flat spectrum; zero at or below 0 K.
+/// Planck's blackbody curve at `kelvin` divided by its value at 555 nm, as linear RGB with Y = 1 for the flat spectrum;
+/// zero at or below 0 K.
 ///
 /// pbrt-v2's `blackbody` (docs/scene-language.md §A.3).
 pub fn rgb_from_blackbody_v2(kelvin: f64) -> Rgb {
@@ -77,8 +75,8 @@ pub fn rgb_from_blackbody_v2(kelvin: f64) -> Rgb {
 
 /// Planck's curve at `kelvin` > 0 divided by its value at `reference` meters, as linear RGB.
 fn blackbody_relative_to(reference: f64, kelvin: f64) -> Rgb {
-    // Planck's law without the factor 2hc² that cancels, as a logarithm, since at a few kelvin
-    // both values underflow though their ratio does not.
+    // Planck's law without the factor 2hc², which cancels, as a logarithm, since at a few kelvin both values underflow
+    // although their ratio does not.
     let log_planck =
         |meters: f64| -5.0 * meters.ln() - log_exp_m1(SECOND_RADIATION / (meters * kelvin));
     let log_reference = log_planck(reference);
@@ -90,7 +88,7 @@ fn log_exp_m1(x: f64) -> f64 {
     if x > 40.0 { x } else { x.exp_m1().ln() }
 }
 
-/// The spectrum `value`(wavelength in nm), asked for at ascending wavelengths, as linear RGB.
+/// The spectrum `value`(wavelength in nm), evaluated at ascending wavelengths, as linear RGB.
 fn rgb_from_function(mut value: impl FnMut(f64) -> f64) -> Rgb {
     let mut xyz = [0.0f64; 3];
     for (i, row) in COLOR_MATCHING.iter().enumerate() {
@@ -122,8 +120,8 @@ mod tests {
         );
     }
 
-    /// Half a unit of the fifth decimal that the reference values are printed with, and as much
-    /// again because the reference sums in single precision.
+    /// Half a unit of the fifth decimal of the reference values as printed, and as much again because the reference
+    /// sums in single precision.
     const PRINTED: f32 = 1e-5;
 
     #[test]
@@ -156,7 +154,7 @@ mod tests {
         let ramp = rgb_from_samples(&[(360.0, 0.0), (830.0, 470.0)]);
         let by_hand = rgb_from_function(|w| w - 360.0);
         assert_near(ramp, by_hand.to_array(), 1e-3);
-        // One pair holds everywhere; pairs far outside matter only through interpolation.
+        // A single pair is constant everywhere; pairs far outside matter only through interpolation.
         assert_eq!(
             rgb_from_samples(&[(100.0, 2.0)]),
             rgb_from_samples(&[(900.0, 2.0)])
@@ -166,8 +164,8 @@ mod tests {
 
     #[test]
     fn version_2_is_one_at_555_nm() {
-        // Where the curve is nearly flat around its peak both normalisations agree: at
-        // T = b/555 nm they are the same but for the 471/470 of the sum.
+        // Where the curve is nearly flat around its peak both normalizations agree: at T = b/555 nm they are equal
+        // except for the 471/470 of the sum.
         let kelvin = WIEN / 555e-9;
         let ratio = rgb_from_blackbody_v2(kelvin) / rgb_from_blackbody(kelvin);
         assert_near(ratio, [471.0 / 470.0; 3], 1e-6);

@@ -1,21 +1,19 @@
-//! Catmull–Rom splines over nodes at uneven distances (Pharr, Jakob and Humphreys 2016, §8.6.1,
-//! §13.3 and §14.1.4): cubic pieces through the given values, whose slope at a node is that of the
-//! chord between its two neighbors; at either end it is the slope of the last chord.
+//! Catmull–Rom splines over unevenly spaced nodes (Pharr, Jakob and Humphreys 2016, §8.6.1, §13.3 and §14.1.4): cubic
+//! pieces through the given values, whose slope at a node is that of the chord between its two neighbors; at either end
+//! it is the slope of the last chord.
 //!
-//! Nodes ascend. Two may be at one place, where two sides meet that have nothing to do with each
-//! other: each ends there as at an end of the nodes, so that neither overshoots for the other's sake.
-//! There is no piece between them; nothing is drawn from it and nothing divided by its width. At
-//! their place the later one's value holds. Positions outside the nodes, and NaN, have no value.
+//! Nodes ascend. Two may coincide where two unrelated sides meet: the spline ends there on either side, so that neither
+//! overshoots because of the other. There is no piece between them; it is never sampled, and its width is not a
+//! divisor. At their position the later one's value is used. Positions outside the nodes, and NaN, have no value.
 
-/// Steps of Newton's method, or of bisection where it fails: each bisection gains a bit, so this is
-/// more than a double has.
+/// Steps of Newton's method, or of bisection where it fails: each bisection gains a bit, so this is more than a double
+/// has.
 const MAX_STEPS: usize = 64;
 
-/// Which four values make up the spline at a position, and with which weights: their sum is 1.
+/// The four values that determine the spline at a position, and their weights, whose sum is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// Number of the node that the first weight belongs to, plus one. Weights of nodes that do not
-    /// exist are 0.
+    /// Index of the node that the first weight belongs to, plus one. Weights of nonexistent nodes are 0.
     interval: usize,
     last: usize,
     weights: [f32; 4],
@@ -59,8 +57,7 @@ impl Weights {
         })
     }
 
-    /// The numbers of the nodes with their weights. (One beyond an end stands as the end, with
-    /// weight 0.)
+    /// The indices of the nodes with their weights. (One beyond an end is replaced by the end, with weight 0.)
     pub fn terms(&self) -> [(usize, f32); 4] {
         std::array::from_fn(|k| {
             let node = (self.interval + k).saturating_sub(1).min(self.last);
@@ -68,14 +65,14 @@ impl Weights {
         })
     }
 
-    /// The weighted sum of the values that `value` gives for each node.
+    /// The weighted sum of the values that `value` returns for each node.
     pub fn sum(&self, value: impl Fn(usize) -> f32) -> f32 {
         self.terms().iter().map(|&(i, w)| w * value(i)).sum()
     }
 }
 
-/// The last `i` below `count` - 1 for which `before(i)` holds, where it holds up to some number and
-/// not beyond; 0 where it never does. `count` is 2 at least.
+/// The last `i` below `count` - 1 for which `before(i)` holds, if it holds up to some index and not beyond; 0 if it
+/// never does. `count` is at least 2.
 fn interval(count: usize, before: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, count - 1);
     while high - low > 1 {
@@ -89,8 +86,8 @@ fn interval(count: usize, before: impl Fn(usize) -> bool) -> usize {
     low
 }
 
-/// The nodes from which and to which the chords at both ends of interval `i` go: its own where the
-/// spline ends there, at either end or where two nodes coincide.
+/// The end nodes of the chords that determine the slopes at both ends of interval `i`: its own nodes where the spline
+/// ends, at either end or where two nodes coincide.
 fn neighbors(nodes: &[f32], i: usize) -> [usize; 2] {
     let (first, last) = (i, i + 1);
     let before = first.saturating_sub(1);
@@ -109,8 +106,7 @@ fn neighbors(nodes: &[f32], i: usize) -> [usize; 2] {
     ]
 }
 
-/// The last interval up to number `i` that has a width: `i` itself but where nodes at an end
-/// coincide.
+/// The last interval up to index `i` with a nonzero width: `i` itself unless nodes at an end coincide.
 fn wide(nodes: &[f32], i: usize) -> Option<usize> {
     (0..=i).rev().find(|&i| nodes[i] < nodes[i + 1])
 }
@@ -157,10 +153,10 @@ impl Piece {
     }
 }
 
-/// Where in 0…1 the ascending `function` is `wanted`, by Newton's method from `guess`, with
-/// bisection where a step leaves the bracket. `function` gives value and derivative.
+/// Solves the ascending `function` for `wanted` in 0…1, by Newton's method from `guess`, with bisection if a step
+/// leaves the bracket. `function` returns value and derivative.
 pub fn solve(guess: f64, wanted: f64, function: impl Fn(f64) -> (f64, f64)) -> f64 {
-    // Finer than the single precision of what comes out.
+    // Finer than the single precision of the result.
     const ACCURACY: f64 = 1e-9;
     let (mut low, mut high, mut t) = (0.0, 1.0, guess);
     for _ in 0..MAX_STEPS {
@@ -190,7 +186,7 @@ pub fn solve(guess: f64, wanted: f64, function: impl Fn(f64) -> (f64, f64)) -> f
     }
 }
 
-/// Running integrals of the spline through `value` from the first node to each.
+/// Cumulative integrals of the spline through `value` from the first node to each.
 pub fn integrals(nodes: &[f32], value: impl Fn(usize) -> f32) -> Vec<f32> {
     let mut sum = 0.0;
     let pieces = (0..nodes.len().saturating_sub(1)).map(|i| {
@@ -206,8 +202,8 @@ pub fn integrals(nodes: &[f32], value: impl Fn(usize) -> f32) -> Vec<f32> {
         .collect()
 }
 
-/// The position at which the spline through the ascending `values` is `wanted`; the end that is
-/// nearer where it never is. `None` without nodes, which here all are at places of their own.
+/// The position at which the spline through the ascending `values` is `wanted`; the nearer end if it never is. `None`
+/// without nodes, which must be distinct here.
 pub fn invert(nodes: &[f32], values: &[f32], wanted: f32) -> Option<f32> {
     let (&first, &last) = (nodes.first()?, nodes.last()?);
     if nodes.len() < 2 || wanted.is_nan() || wanted <= *values.first()? {
@@ -224,7 +220,7 @@ pub fn invert(nodes: &[f32], values: &[f32], wanted: f32) -> Option<f32> {
     Some(between(nodes, i, t))
 }
 
-/// A position drawn in proportion to a spline.
+/// A position sampled in proportion to a spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplineSample {
     /// The position.
@@ -235,8 +231,8 @@ pub struct SplineSample {
     pub pdf: f32,
 }
 
-/// Draws a position in proportion to the spline through `value`, not negative, whose running
-/// integrals are `integral`; `u` in [0, 1). `None` where the whole integral is not positive.
+/// Samples a position in proportion to the spline through `value`, not negative, whose cumulative integrals are
+/// `integral`; `u` in [0, 1). `None` if the whole integral is not positive.
 pub fn sample(
     nodes: &[f32],
     value: impl Fn(usize) -> f32,
@@ -252,7 +248,7 @@ pub fn sample(
         return None;
     }
     let wanted = u * whole;
-    // Integrals on both sides of a piece without width are equal, so that it is never the last.
+    // Integrals on both sides of a piece without width are equal, so it is never the last.
     let i = wide(nodes, interval(count, |i| integral(i) <= wanted))?;
     let piece = Piece::new(nodes, &value, i);
     let width = f64::from(nodes[i + 1]) - f64::from(nodes[i]);
@@ -268,7 +264,7 @@ pub fn sample(
     })
 }
 
-/// Where the integral of the straight line between two values is `rest`.
+/// Where the integral of the linear function between two values is `rest`.
 fn linear_guess([f0, f1]: [f64; 2], rest: f64) -> f64 {
     if f0 == f1 {
         return rest / f0;
@@ -362,7 +358,7 @@ mod tests {
             let s = sample(&NODES, |i| values[i], |i| sums[i], u).unwrap();
             assert!((s.value - at(&values, s.x).max(0.0)).abs() < 1e-5);
             assert!((s.pdf * whole - s.value).abs() < 1e-6);
-            // The share of the integral before the sample is u.
+            // The fraction of the integral before the sample is u.
             let i = NODES.iter().rposition(|&x| x <= s.x).unwrap().min(5);
             let piece = Piece::new(&NODES, &|i| values[i], i);
             let width = f64::from(NODES[i + 1] - NODES[i]);
@@ -372,8 +368,8 @@ mod tests {
         }
     }
 
-    /// Nodes may stand twice: a spline with a kink or step there. Nothing is divided by their
-    /// distance, and nothing drawn from it.
+    /// Nodes may coincide: the spline has a kink or step there. Their distance is never a divisor, and the piece
+    /// between them never sampled.
     #[test]
     fn nodes_that_stand_twice_have_no_piece_between_them() {
         const TWICE: [f32; 8] = [-1.0, -0.6, -0.1, 0.0, 0.0, 0.1, 0.7, 1.0];
@@ -395,7 +391,7 @@ mod tests {
             // At the node itself the value is that of the later one.
             let at_zero = nodes.iter().rposition(|&x| x == 0.0).unwrap();
             assert_eq!(value(0.0), values[at_zero]);
-            // Neither side knows of the other.
+            // Neither side depends on the other.
             let other_side = |i: usize| values[i] + if i >= at_zero { 7.0 } else { 0.0 };
             let beside = Weights::new(&nodes, -1e-3).unwrap().sum(other_side);
             assert_eq!(beside, value(-1e-3));

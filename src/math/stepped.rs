@@ -1,27 +1,28 @@
-//! Many small densities side by side, in whole steps: what is sampled in it costs a cache line or two.
+//! Many small densities side by side, quantized: sampling one costs a cache line or two.
 
 use super::float::clamp_nan_low;
 use std::ops::Range;
 
-/// Steps that a density's cells share. One less than what 16 bits count to, so that a cell may start behind the last step.
+/// Number of steps that a density's cells share. One less than 16 bits can count, so that a cell may start after the
+/// last step.
 const STEPS: u16 = u16::MAX;
 
-/// Cells in one line of the table.
+/// Number of cells in one line of the table.
 const LINE: usize = 16;
 
-/// Most cells a density may have: each needs a step, and few enough are left over by rounding.
+/// Maximum number of cells of a density: each needs a step, and rounding must leave only a few over.
 pub const MAX_CELLS: usize = 4096;
 
-/// Where sixteen cells start; places behind the last cell start with the last step.
+/// The starts of sixteen cells; entries after the last cell start with the last step.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 struct Line([u16; LINE]);
 
 /// Piecewise-constant densities over [0, 1), all with the same number of equal cells.
 ///
-/// Probabilities are whole numbers of 1/65535, at least one for whatever is not zero: what is found by
-/// inversion has the stated density to the bit. Cells are found without branches, by counting which of a row of
-/// sixteen-bit numbers are passed, eight or sixteen in one instruction; 32 of them are a cache line.
+/// Probabilities are integer multiples of 1/65535, at least one for anything nonzero: inversion samples the stated
+/// density to the bit. Cells are found without branches, by counting how many of a row of 16-bit values are passed,
+/// eight or sixteen per instruction; 32 of them are a cache line.
 #[derive(Clone, Debug)]
 pub struct SteppedDensities {
     cells: usize,
@@ -30,7 +31,7 @@ pub struct SteppedDensities {
 }
 
 impl SteppedDensities {
-    /// Without densities, for such of `cells` cells, of which there may be 1 to [`MAX_CELLS`].
+    /// An empty table for densities with `cells` cells, 1 to [`MAX_CELLS`].
     pub fn new(cells: usize) -> SteppedDensities {
         let cells = cells.clamp(1, MAX_CELLS);
         SteppedDensities {
@@ -40,13 +41,13 @@ impl SteppedDensities {
         }
     }
 
-    /// Cells of each density.
+    /// Number of cells of each density.
     pub fn cells(&self) -> usize {
         self.cells
     }
 
-    /// Adds the density proportional to non-negative values, one for each cell; uniform where all are zero. Negative and
-    /// non-finite ones count as zero, and so do those that are missing.
+    /// Adds the density proportional to non-negative values, one for each cell; uniform if all are zero. Negative,
+    /// non-finite and missing values count as zero.
     pub fn push(&mut self, values: &[f64]) {
         let value = |i: usize| {
             values
@@ -54,7 +55,7 @@ impl SteppedDensities {
                 .map_or(0.0, |v| if v.is_finite() { v.max(0.0) } else { 0.0 })
         };
         let largest = (0..self.cells).map(value).fold(0.0, f64::max);
-        // Over the largest: sums stay finite.
+        // Relative to the largest: sums stay finite.
         let share = |i: usize| {
             if largest > 0.0 {
                 value(i) / largest
@@ -85,13 +86,13 @@ impl SteppedDensities {
         density * self.lines_each..(density + 1) * self.lines_each
     }
 
-    /// Steps before each cell of a density.
+    /// The number of steps before each cell of a density.
     fn starts(&self, density: usize) -> &[Line] {
         self.lines.get(self.lines_of(density)).unwrap_or_default()
     }
 
-    /// The cell that `u` in [0, 1) falls on, the position in it, in [0, 1), and its probability. Of a density that there is
-    /// not: the first cell, with probability 0.
+    /// The cell that contains `u` in [0, 1), the position in it, in [0, 1), and its probability. For a nonexistent
+    /// density, the first cell with probability 0.
     #[inline]
     pub fn locate(&self, density: usize, u: f32) -> (usize, f32, f32) {
         let position = u * f32::from(STEPS);
@@ -105,7 +106,7 @@ impl SteppedDensities {
             }
             passed += here;
         }
-        // The first start is never behind a step; cells of no width lie before the one that is found.
+        // The first start is never after a step; cells of no width come before the one that is found.
         let cell = usize::from(passed).saturating_sub(1);
         let (start, end) = ends(lines, cell);
         let width = end - start;
@@ -121,7 +122,7 @@ impl SteppedDensities {
     }
 }
 
-/// Where a cell starts and ends, in steps.
+/// The start and end of a cell, in steps.
 #[inline]
 fn ends(lines: &[Line], cell: usize) -> (f32, f32) {
     let at = |i: usize| lines.get(i / LINE).map_or(STEPS, |line| line.0[i % LINE]);
@@ -149,7 +150,7 @@ mod tests {
             let mut sum = 0.0;
             for (i, v) in values.iter().enumerate() {
                 let p = f64::from(table.probability(1, i));
-                // Rounding at both ends, the cell's own step, and the share of the steps that all cells have for themselves.
+                // Rounding at both ends, the cell's own step, and the fraction of steps reserved for all cells.
                 let bound = (2.0 + cells as f64 * v / total) / f64::from(STEPS);
                 assert!((p - v / total).abs() <= bound, "{cells} {i}: {p}");
                 assert_eq!(p > 0.0, *v > 0.0);
@@ -177,7 +178,7 @@ mod tests {
                 "{u} {cell}"
             );
             let before: f32 = (0..cell).map(|i| table.probability(0, i)).sum();
-            // Sums and products of single-precision numbers below 1, and the width divided by.
+            // Sums and products of single-precision values below 1, and the width divided by.
             assert!(
                 (before + inside * probability - u).abs() < 1e-6,
                 "{u} {cell} {inside}"
@@ -185,7 +186,7 @@ mod tests {
             counts[cell] += 1.0 / f64::from(n);
         }
         for (i, count) in counts.into_iter().enumerate() {
-            // Equally spaced numbers are off by one at each end.
+            // Equally spaced samples are off by one at each end.
             assert!((count - f64::from(table.probability(0, i))).abs() <= 2.0 / f64::from(n));
         }
         for u in [0.0, f32::MIN_POSITIVE, 1.0 - f32::EPSILON / 2.0] {
@@ -213,7 +214,7 @@ mod tests {
         for u in [f32::NAN, -1.0, 2.0] {
             assert!(table.locate(0, u).0 < 4);
         }
-        // As many as there may be.
+        // As many as allowed.
         let many = vec![1.0; MAX_CELLS];
         let mut table = SteppedDensities::new(usize::MAX);
         table.push(&many);

@@ -8,7 +8,7 @@ use glam::DVec4;
 pub struct Transform {
     /// The matrix.
     pub m: DMat4,
-    /// Its inverse; holds non-finite numbers where the matrix is singular.
+    /// Its inverse; contains non-finite values if the matrix is singular.
     pub inverse: DMat4,
 }
 
@@ -19,7 +19,7 @@ impl Transform {
         inverse: DMat4::IDENTITY,
     };
 
-    /// From a matrix, inverted here.
+    /// The transformation by a matrix, which is inverted here.
     pub fn from_matrix(m: DMat4) -> Transform {
         Transform {
             m,
@@ -43,7 +43,7 @@ impl Transform {
         }
     }
 
-    /// Rotation by `degrees` about `axis` (need not be a unit vector); the identity for a zero axis.
+    /// Rotation by `degrees` about `axis` (not necessarily a unit vector); the identity for a zero axis.
     pub fn rotate(degrees: f64, axis: DVec3) -> Transform {
         let Some(axis) = axis.try_normalize() else {
             return Transform::IDENTITY;
@@ -55,9 +55,8 @@ impl Transform {
         }
     }
 
-    /// World to camera for a camera at `eye` looking at `look`, left-handed
-    /// (x right, y up, z forward). `None` where `up` is parallel to the viewing direction
-    /// or the points coincide.
+    /// World to camera for a camera at `eye` looking at `look`, left-handed (x right, y up, z forward). `None` if `up`
+    /// is parallel to the viewing direction or the points coincide.
     pub fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<Transform> {
         let d = (look - eye).try_normalize()?;
         let r = up.try_normalize()?.cross(d).try_normalize()?;
@@ -78,7 +77,7 @@ impl Transform {
         }
     }
 
-    /// Transforms a point, dividing by w where it is not 1.
+    /// Transforms a point, dividing by w if it is not 1.
     pub fn point(&self, p: DVec3) -> DVec3 {
         let q: DVec4 = self.m * p.extend(1.0);
         if q.w == 1.0 {
@@ -102,23 +101,22 @@ impl Transform {
         )
     }
 
-    /// True where the transformation mirrors: the determinant of its upper 3×3 part is negative.
+    /// Returns `true` if the transformation mirrors: the determinant of its upper 3×3 part is negative.
     pub fn swaps_handedness(&self) -> bool {
         let m = glam::DMat3::from_mat4(self.m);
         m.determinant() < 0.0
     }
 
-    /// The same, with the inverse's translation computed from the matrix's. Where a chain of large
-    /// translations cancels, matrix and inverse round differently and stop being each other's
-    /// inverse by units of what canceled; after this they are to units of what is left.
+    /// The same, with the inverse's translation computed from the matrix's. If a chain of large translations cancels,
+    /// matrix and inverse round differently and stop being each other's inverse by units of what canceled; after this,
+    /// only by units of what is left.
     pub fn with_translations_matched(mut self) -> Transform {
         let back = -self.inverse.transform_vector3(self.m.w_axis.truncate());
         self.inverse.w_axis = back.extend(1.0);
         self
     }
 
-    /// The factor by which the transformation scales where it is a similarity (rotation,
-    /// reflection, uniform scale, translation).
+    /// The scale factor if the transformation is a similarity (rotation, reflection, uniform scale, translation).
     pub fn similarity(&self) -> Option<f64> {
         let m = glam::DMat3::from_mat4(self.m);
         let product = m.transpose() * m;
@@ -128,11 +126,11 @@ impl Transform {
             .to_cols_array()
             .iter()
             .fold(0.0f64, |a, b| a.max(b.abs()));
-        // Rotations written with single-precision numbers are orthogonal to 1e-7.
+        // Rotations written with single-precision values are orthogonal to 1e-7.
         (worst <= 1e-6 * scale2).then(|| scale2.sqrt())
     }
 
-    /// True where all matrix and inverse entries are finite.
+    /// Returns `true` if all matrix and inverse entries are finite.
     pub fn is_invertible(&self) -> bool {
         self.m.is_finite() && self.inverse.is_finite()
     }
