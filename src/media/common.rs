@@ -1,4 +1,4 @@
-//! Parameters that all media have.
+//! Parameters common to all media.
 
 use super::phase::HenyeyGreenstein;
 use super::presets::{self, Coefficients};
@@ -6,14 +6,14 @@ use crate::math::Rgb;
 use crate::params::ParamReader;
 use crate::syntax::suggest::nearest;
 
-/// What a medium without parameters is made of: whole milk, per scene unit.
+/// Default coefficients, per scene unit: whole milk.
 const DEFAULT: Coefficients = Coefficients {
     sigma_a: Rgb::new(0.0011, 0.0024, 0.014),
     sigma_s: Rgb::new(2.55, 3.21, 3.77),
 };
 
-/// More than this per scene unit is taken as this: light gets nowhere either way, and sums and
-/// products stay finite in single precision.
+/// Maximum coefficient per scene unit: light gets nowhere either way, and sums and products stay finite in single
+/// precision.
 const LARGEST_COEFFICIENT: f32 = 1e20;
 
 /// `sigma_a` and `sigma_s`, else those of the `preset`, times `scale`.
@@ -42,7 +42,7 @@ pub fn coefficients(reader: &ParamReader) -> Coefficients {
     }
 }
 
-/// A coefficient with every channel from 0 to [`LARGEST_COEFFICIENT`].
+/// A coefficient with every channel clamped to 0…[`LARGEST_COEFFICIENT`].
 fn usable(reader: &ParamReader, name: &str, given: Rgb) -> Rgb {
     let used = Rgb::from_array(given.to_array().map(|v| {
         if v.is_nan() {
@@ -63,7 +63,7 @@ fn usable(reader: &ParamReader, name: &str, given: Rgb) -> Rgb {
 /// The phase function with mean cosine `g`.
 pub fn phase(reader: &ParamReader) -> HenyeyGreenstein {
     let g = reader.float("g", 0.0);
-    // Also where it is no number.
+    // NaN is rejected too.
     if !(-1.0..=1.0).contains(&g) {
         reader.warn("g", format!("`g` is {g}, not from -1 to 1: the nearest of these is used, or 0 if it is no number"));
     }

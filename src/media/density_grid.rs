@@ -1,4 +1,4 @@
-//! Samples of a density over the unit cube, interpolated, with upper bounds for parts of it.
+//! A density sampled on a grid over the unit cube, interpolated, with upper bounds (majorants).
 
 use super::majorants::Majorants;
 use crate::math::{UVec3, Vec3};
@@ -7,13 +7,13 @@ use crate::math::{UVec3, Vec3};
 #[derive(Clone, Debug, PartialEq)]
 pub struct DensityGrid {
     resolution: UVec3,
-    /// x fastest, then y, then z; finite and at least 0.
+    /// x varies fastest, then y, then z; finite and at least 0.
     values: Vec<f32>,
     majorants: Majorants,
 }
 
 impl DensityGrid {
-    /// `None` where the number of values is not the product of the resolution, or is 0.
+    /// `None` if the number of values is not the product of the resolution, or is 0.
     pub fn new(resolution: UVec3, values: Vec<f32>) -> Option<DensityGrid> {
         let [x, y, z] = resolution.to_array().map(|n| n as usize);
         let count = x.checked_mul(y)?.checked_mul(z)?;
@@ -28,7 +28,7 @@ impl DensityGrid {
         })
     }
 
-    /// Upper bounds along a ray.
+    /// Upper bounds of the density along a ray.
     pub fn majorants(&self) -> &Majorants {
         &self.majorants
     }
@@ -38,7 +38,7 @@ impl DensityGrid {
         self.values.iter().fold(0.0, |a, &b| a.max(b))
     }
 
-    /// As [`DensityGrid::density`], but constant beyond the centers of the outermost voxels, as in pbrt-v2.
+    /// Like [`DensityGrid::density`], but constant beyond the centers of the outermost voxels, as in pbrt-v2.
     pub fn extended_density(&self, p: Vec3) -> f32 {
         let half = 0.5 / self.resolution.as_vec3();
         self.density(p.clamp(half, Vec3::ONE - half))
@@ -46,7 +46,7 @@ impl DensityGrid {
 
     /// The density at a point of the unit cube.
     pub fn density(&self, p: Vec3) -> f32 {
-        // Voxel centers have whole coordinates.
+        // Voxel centers have integer coordinates.
         let q = p * self.resolution.as_vec3() - Vec3::splat(0.5);
         let low = q.floor();
         let f = q - low;
@@ -63,9 +63,9 @@ impl DensityGrid {
         a + (b - a) * f.z
     }
 
-    /// A voxel; 0 outside the grid.
+    /// The value of a voxel; 0 outside the grid.
     fn voxel(&self, x: i32, y: i32, z: i32) -> f32 {
-        // Negative coordinates become huge ones.
+        // Negative coordinates wrap to huge ones.
         let (x, y, z) = (x as u32, y as u32, z as u32);
         let n = self.resolution;
         if x >= n.x || y >= n.y || z >= n.z {
@@ -88,7 +88,7 @@ mod tests {
         assert_eq!(at(0.25, 0.5, 0.5 / 3.0), 1.0);
         assert_eq!(at(0.75, 0.5, 0.5), 4.0);
         assert!((at(0.5, 0.5, 0.5) - 3.5).abs() < 1e-6);
-        // Half a voxel beyond the last center: half is left, as in pbrt-v3.
+        // Half a voxel beyond the last center: half of the density, as in pbrt-v3.
         assert!((at(1.0, 0.5, 0.5) - 2.0).abs() < 1e-6);
         assert!((at(0.25, 0.0, 0.5) - 1.5).abs() < 1e-6);
         assert_eq!(at(5.0, 0.5, 0.5), 0.0);

@@ -1,13 +1,12 @@
-//! `heterogeneous`: of varying density, given on a grid in a box.
+//! The `heterogeneous` medium: density given on a grid in a box.
 //!
-//! Beside the parameters of [`homogeneous`](super::homogeneous), which hold for density 1: `nx`,
-//! `ny`, `nz` (integer, 1): resolution. `density` (floats, required): nx·ny·nz values, x fastest.
-//! `p0` (point, (0,0,0)), `p1` (point, (1,1,1)): corners of the box, under the transformation in
-//! force. Outside the box there is nothing. σₐ + σₛ must be the same in all channels; where it is
-//! not, that of red holds for all, as in pbrt-v3.
+//! Besides the parameters of [`homogeneous`](super::homogeneous), which apply to density 1: `nx`, `ny`, `nz` (integer,
+//! 1): resolution. `density` (floats, required): nx·ny·nz values, x varying fastest. `p0` (point, (0,0,0)), `p1`
+//! (point, (1,1,1)): corners of the box, under the current transformation. Outside the box there is no medium. σₐ + σₛ
+//! must be the same in all channels; otherwise red's is used for all, as in pbrt-v3.
 //!
-//! Free paths by delta tracking (Woodcock et al. 1965), transmittance by ratio tracking (Novák,
-//! Selle and Jarosz 2014), both with majorants for parts of the box.
+//! Free paths are sampled by delta tracking (Woodcock et al. 1965), transmittance is estimated by ratio tracking
+//! (Novák, Selle and Jarosz 2014), both with local majorants for parts of the box.
 //! Source: Pharr, Jakob and Humphreys 2016, §11.3.2 and §15.2.2; docs/scene-language.md §3.12.
 
 use super::density_grid::DensityGrid;
@@ -23,28 +22,28 @@ use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use glam::DAffine3;
 
-/// A box this many mean free paths across is as dense as single precision can tell; voxels that
-/// would be denser are thinned to it. It also bounds how many steps a ray can take.
+/// A box this many mean free paths across is as dense as single precision can resolve; denser voxels are thinned to it.
+/// It also bounds the number of steps of a ray.
 const MAX_FREE_PATHS: f64 = 1e5;
 
-/// Below this transmittance ratio tracking plays Russian roulette, as pbrt-v3.
+/// Transmittance below which ratio tracking uses Russian roulette, as in pbrt-v3.
 const ROULETTE_BELOW: f32 = 0.1;
 
-/// What `MakeNamedMedium` asks for.
+/// The parameters of `MakeNamedMedium`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeterogeneousSpec {
     sigma_s: Rgb,
-    /// That of density 1, the same in all channels.
+    /// The extinction coefficient for density 1, the same in all channels.
     sigma_t: f32,
     phase: HenyeyGreenstein,
     grid: DensityGrid,
-    /// The unit cube to world space.
+    /// From the unit cube to world space.
     world_from_grid: Transform,
 }
 
 impl HeterogeneousSpec {
-    /// Reads the parameters under the transformation `world_from_medium`. `None`, after an error,
-    /// where the densities are missing or not as many as there are voxels.
+    /// Reads the parameters under the transformation `world_from_medium`. `None`, after reporting an error, if the
+    /// densities are missing or their number is not that of the voxels.
     pub fn from_params(
         reader: &ParamReader,
         world_from_medium: &Transform,
@@ -88,10 +87,10 @@ pub(super) fn resolution(reader: &ParamReader) -> UVec3 {
     UVec3::new(along("nx"), along("ny"), along("nz"))
 }
 
-/// The extinction that holds for all channels.
+/// The extinction coefficient of all channels.
 fn uniform_extinction(reader: &ParamReader, coefficients: Coefficients) -> f32 {
     let sigma_t = coefficients.sigma_t();
-    // A unit in the last place is no difference: sums of decimal numbers round.
+    // A unit in the last place is not a difference: sums of decimal numbers are rounded.
     let spread = sigma_t.max_element() - sigma_t.min_element();
     if spread > 2.0 * f32::EPSILON * sigma_t.max_element() {
         let [r, g, b] = sigma_t.to_array();
@@ -104,7 +103,7 @@ fn uniform_extinction(reader: &ParamReader, coefficients: Coefficients) -> f32 {
     sigma_t.x
 }
 
-/// The values of `density`, made finite, not negative and not denser than can be told.
+/// The values of `density`, made finite, non-negative and no denser than can be resolved.
 pub(super) fn densities(
     reader: &ParamReader,
     sigma_t: f32,
@@ -165,7 +164,7 @@ pub struct Heterogeneous {
     grid_from_render: DAffine3,
 }
 
-/// The part of a ray inside the box, in the grid's space.
+/// The segment of a ray inside the box, in the grid's space.
 struct Chord {
     o: Vec3,
     d: Vec3,
@@ -175,11 +174,11 @@ struct Chord {
 }
 
 impl Heterogeneous {
-    /// Places the medium.
+    /// Places the medium in render space.
     pub fn new(spec: HeterogeneousSpec, render_from_world: &Transform) -> Heterogeneous {
         let placed = (*render_from_world * spec.world_from_grid).with_translations_matched();
         let albedo = spec.sigma_s / spec.sigma_t;
-        // Without extinction or volume there is nothing.
+        // Without extinction or volume the medium is empty.
         let empty = !(placed.is_invertible() && albedo.is_finite());
         Heterogeneous {
             albedo: if empty { Rgb::ZERO } else { albedo },
@@ -190,12 +189,12 @@ impl Heterogeneous {
         }
     }
 
-    /// How light turns.
+    /// The phase function.
     pub fn phase(&self) -> &HenyeyGreenstein {
         &self.phase
     }
 
-    /// Where the ray is inside the box, before `t_max`.
+    /// The segment of the ray inside the box, before `t_max`.
     fn chord(&self, ray: &Ray, t_max: f32) -> Option<Chord> {
         let o = self.grid_from_render.transform_point3(ray.o.as_dvec3());
         let d = self.grid_from_render.transform_vector3(ray.d.as_dvec3());
@@ -217,7 +216,7 @@ impl Heterogeneous {
             start,
             length: (end - start) as f32,
         };
-        // A box too small or too far away for single precision is as good as none.
+        // A box too small or too far away for single precision is ignored.
         let passes =
             self.sigma_t > 0.0 && start < end && chord.o.is_finite() && chord.d.is_finite();
         passes.then_some(chord)
@@ -227,7 +226,7 @@ impl Heterogeneous {
         self.grid.majorants().along(chord.o, chord.d, chord.length)
     }
 
-    /// An unbiased estimate of the part of the light that is left at the distance `t_max`.
+    /// An unbiased estimate of the transmittance up to the distance `t_max`.
     pub fn transmittance(&self, ray: &Ray, t_max: f32, stream: &mut SampleStream) -> f32 {
         let Some(chord) = self.chord(ray, t_max) else {
             return 1.0;
@@ -248,7 +247,7 @@ impl Heterogeneous {
                 let density = self.grid.density(chord.o + chord.d * t);
                 left *= (1.0 - density / piece.majorant).clamp(0.0, 1.0);
                 if left < ROULETTE_BELOW {
-                    // Survives with probability `left` / 0.1, and then stands for 0.1.
+                    // Russian roulette: survives with probability `left` / 0.1, and then counts as 0.1.
                     if numbers.next() * ROULETTE_BELOW >= left {
                         return 0.0;
                     }
@@ -259,7 +258,7 @@ impl Heterogeneous {
         left
     }
 
-    /// Draws how far light gets on its next `t_max`, at which something else happens.
+    /// Samples a free path before `t_max`, where the ray ends.
     pub fn sample(&self, ray: &Ray, t_max: f32, stream: &mut SampleStream) -> Flight {
         let Some(chord) = self.chord(ray, t_max) else {
             return Flight::UNDISTURBED;
@@ -303,7 +302,7 @@ mod tests {
         })
     }
 
-    /// A cloud with a hole: 20 × 3 × 7 voxels, more than the majorants' cells in one axis.
+    /// A cloud with a hole: 20 × 3 × 7 voxels, more than the majorants have cells in one axis.
     fn cloud() -> Heterogeneous {
         let values: Vec<String> = (0..20 * 3 * 7)
             .map(|i| {
@@ -324,7 +323,7 @@ mod tests {
         Heterogeneous::new(spec(&params).value.unwrap(), &turned)
     }
 
-    /// Origin, direction, where something else happens, and a point halfway through the cloud.
+    /// Origin, direction, end distance, and a point halfway through the cloud.
     const RAYS: [([f32; 3], [f32; 3], f32, f32); 4] = [
         ([-4.0, 0.1, 0.2], [1.0, 0.05, 0.02], f32::INFINITY, 4.4),
         ([0.1, 0.5, 0.0], [0.5, 0.3, 0.8], f32::INFINITY, 0.6),
@@ -367,7 +366,7 @@ mod tests {
                 "a test that shows something: {expected}"
             );
             let (mut ratio, mut passed) = (0.0, 0.0);
-            // Where on its way light is scattered: against the integral up to there.
+            // The distribution of scattering distances, against the integral up to there.
             let mut before = 0.0;
             for i in 0..n {
                 let mut stream = sampler.stream(IVec2::ZERO, i);
@@ -382,7 +381,7 @@ mod tests {
                     None => passed += 1.0,
                 }
             }
-            // Four standard errors of numbers between 0 and 1.
+            // Four standard errors of values between 0 and 1.
             let allowed = 4.0 * 0.5 / f64::from(n).sqrt();
             let n = f64::from(n);
             assert!(

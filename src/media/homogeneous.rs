@@ -1,9 +1,8 @@
-//! `homogeneous`: the same everywhere.
+//! The `homogeneous` medium: the same everywhere.
 //!
-//! `preset` (string, none): a row of [`presets`](super::presets). `sigma_a` (spectrum,
-//! (.0011, .0024, .014)) and `sigma_s` (spectrum, (2.55, 3.21, 3.77)): absorption and scattering
-//! per scene unit, instead of the preset's. `scale` (float, 1): factor on both. `g` (float, 0):
-//! mean cosine of the [phase function](super::phase).
+//! `preset` (string, none): a row of [`presets`](super::presets). `sigma_a` (spectrum, (.0011, .0024, .014)) and
+//! `sigma_s` (spectrum, (2.55, 3.21, 3.77)): absorption and scattering coefficients per scene unit, instead of the
+//! preset's. `scale` (float, 1): factor on both. `g` (float, 0): mean cosine of the [phase function](super::phase).
 //! Source: Pharr, Jakob and Humphreys 2016, §11.3.1 and §15.2.1; docs/scene-language.md §3.12.
 
 use super::phase::HenyeyGreenstein;
@@ -36,24 +35,24 @@ impl Homogeneous {
         }
     }
 
-    /// How light turns.
+    /// The phase function.
     pub fn phase(&self) -> &HenyeyGreenstein {
         &self.phase
     }
 
-    /// The part of the light that is left after the distance `t`, infinite included.
+    /// The transmittance over the distance `t`, which may be infinite (Beer's law).
     pub fn transmittance(&self, t: f32) -> Rgb {
-        // 0 times the largest number is 0, times infinity it would be none.
+        // 0 times the largest number is 0, but times infinity NaN.
         let t = t.min(f32::MAX);
         (-self.sigma_t * t).exp()
     }
 
-    /// Draws how far light gets on its next `t_max`, at which something else happens.
+    /// Samples a free path before `t_max`, where the ray ends.
     ///
-    /// The distance is drawn for one channel and weighed by the mean density of all (the balance
-    /// heuristic). pbrt-v3 chooses among the channels evenly; here each is chosen by its share of the
-    /// `throughput` so far, which has the same expectation, and a path that has lost a channel
-    /// does not fly for it any more: weighted throughputs then never grow.
+    /// The distance is sampled for one channel and weighted by the mean density of all (the balance heuristic). pbrt-v3
+    /// chooses uniformly among the channels; here each is chosen in proportion to its `throughput` so far, which has
+    /// the same expectation, and a path that has lost a channel is no longer sampled for it: weighted throughputs then
+    /// never grow.
     pub fn sample(&self, t_max: f32, throughput: Rgb, stream: &mut SampleStream) -> Flight {
         let shares = channel_shares(throughput);
         let (choice, u) = (stream.next_1d(), stream.next_1d());
@@ -64,7 +63,7 @@ impl Homogeneous {
         } else {
             2
         };
-        // Infinite where the channel is not dimmed; u < 1, so the logarithm is finite.
+        // Infinite if the channel is not attenuated; u < 1, so the logarithm is finite.
         let t = -(1.0 - u).ln() / self.sigma_t[channel];
         let scatters = t < t_max;
         let left = self.transmittance(if scatters { t } else { t_max });
@@ -74,7 +73,7 @@ impl Homogeneous {
             (left, left)
         };
         let density = shares.dot(densities);
-        // Only where all that may be chosen has become too small for single precision.
+        // Zero only if everything that may be chosen is too small for single precision.
         let weight = if density > 0.0 {
             value / density
         } else {
@@ -112,7 +111,7 @@ mod tests {
         Homogeneous::new(coefficients, HenyeyGreenstein::new(0.0))
     }
 
-    /// Mean weights of flights that pass and of those that scatter, over `n` samples.
+    /// Mean weights of free paths that are transmitted and of those that scatter, over `n` samples.
     fn means(medium: &Homogeneous, t_max: f32, throughput: Rgb, n: u32) -> (Rgb, Rgb) {
         let sampler = Sampler::new(&SamplerSpec::sobol(n), 1);
         let (mut passed, mut scattered) = (Rgb::ZERO, Rgb::ZERO);
@@ -130,7 +129,7 @@ mod tests {
         (passed, scattered)
     }
 
-    /// Beer's law: exp(−σₜ t) passes, and of what does not pass the part σₛ / σₜ scatters.
+    /// Beer's law: exp(−σₜ t) is transmitted, and of the rest the fraction σₛ / σₜ scatters.
     #[test]
     fn expectations_follow_beers_law_in_every_channel() {
         let m = medium([0.1, 0.5, 0.0], [0.4, 0.1, 2.0]);
@@ -140,8 +139,7 @@ mod tests {
                 for c in 0..3 {
                     let left = (-m.sigma_t[c] * t_max).exp();
                     let albedo = m.sigma_s[c] / m.sigma_t[c];
-                    // 65,536 well-spread samples; a channel that is rarely chosen has weights up
-                    // to 20, whence 1 %.
+                    // 65,536 well-distributed samples; a rarely chosen channel has weights up to 20, hence 1 %.
                     assert!((passed[c] - left).abs() < 0.01, "{c} {t_max}: {passed}");
                     let expected = (1.0 - left) * albedo;
                     assert!((scattered[c] - expected).abs() < 0.01, "{c}: {scattered}");
@@ -151,7 +149,7 @@ mod tests {
         }
     }
 
-    /// What makes paths through dense media quiet: throughput times weight never sums to more.
+    /// Keeps the variance of paths through dense media low: throughput times weight never has a larger sum.
     #[test]
     fn weighted_throughput_never_grows() {
         let m = medium([0.1, 0.02, 0.0], [3.0, 0.5, 0.1]);
@@ -185,7 +183,7 @@ mod tests {
                 }
             }
         }
-        // An endless medium lets nothing of a dimmed channel escape.
+        // An infinite medium transmits nothing of an attenuated channel.
         assert_eq!(
             medium([1.0; 3], [0.0; 3]).transmittance(f32::INFINITY),
             Rgb::ZERO

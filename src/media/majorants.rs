@@ -1,22 +1,21 @@
-//! Upper bounds of a density, coarse, so that a ray can leap over what is empty or thin
-//! (Szirmay-Kalos, Tóth and Magdics 2011; Pharr, Jakob and Humphreys 2023, §11.4.4).
+//! Majorants: coarse upper bounds of a density, so that a ray can skip empty or thin regions (Szirmay-Kalos, Tóth and
+//! Magdics 2011; Pharr, Jakob and Humphreys 2023, §11.4.4).
 
 use crate::math::{UVec3, Vec3};
 
-/// Most cells along an axis. A walk through them costs about as much as a look at a few voxels.
+/// Maximum number of cells along an axis. Traversing them costs about as much as reading a few voxels.
 const MAX_CELLS: u32 = 16;
 
-/// The unit cube in cells, each with the largest density in it.
+/// The unit cube divided into cells, each with its maximum density.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Majorants {
     resolution: UVec3,
-    /// x fastest.
+    /// x varies fastest.
     values: Box<[f32]>,
 }
 
 impl Majorants {
-    /// Bounds for the interpolated density of [`super::density_grid::DensityGrid`], whose voxels these
-    /// are.
+    /// Bounds for the interpolated density of the [`super::density_grid::DensityGrid`] with these voxels.
     pub fn new(voxels: UVec3, values: &[f32]) -> Majorants {
         let resolution = voxels.min(UVec3::splat(MAX_CELLS));
         let [x, y, z] = [0, 1, 2].map(|axis| {
@@ -47,8 +46,7 @@ impl Majorants {
         }
     }
 
-    /// The cells that the ray from `o` in direction `d` passes up to `t_max`, in order; `o` is in the
-    /// unit cube.
+    /// The cells along the ray from `o` in direction `d` up to `t_max`, in order; `o` is in the unit cube.
     pub fn along(&self, o: Vec3, d: Vec3, t_max: f32) -> Cells<'_> {
         let n = self.resolution.as_vec3();
         let (o, d) = (o * n, d * n);
@@ -67,8 +65,8 @@ impl Majorants {
     }
 }
 
-/// The voxels of `n` that matter in cell `cell` of `cells`: those inside and, for the
-/// interpolation, one beyond on either side.
+/// The voxels of `n` that affect cell `cell` of `cells`: those inside and, because of interpolation, one more on either
+/// side.
 fn influence(cell: u32, cells: u32, n: u32) -> std::ops::Range<u32> {
     let edge = |i: u32| u64::from(i) * u64::from(n);
     let cells = u64::from(cells);
@@ -77,25 +75,25 @@ fn influence(cell: u32, cells: u32, n: u32) -> std::ops::Range<u32> {
     first as u32..last.min(u64::from(n)) as u32
 }
 
-/// A piece of a ray on which the density stays below a bound.
+/// A segment of a ray on which the density is bounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// Where it begins.
+    /// Start distance.
     pub start: f32,
-    /// Where it ends.
+    /// End distance.
     pub end: f32,
-    /// Largest density.
+    /// Upper bound of the density.
     pub majorant: f32,
 }
 
-/// The cells along a ray: a walk through a regular grid (Amanatides and Woo 1987).
+/// The cells along a ray, by grid traversal (Amanatides and Woo 1987).
 #[derive(Clone, Debug)]
 pub struct Cells<'a> {
     majorants: &'a Majorants,
     cell: [i32; 3],
-    /// Where the ray leaves the cell, by axes.
+    /// The distance at which the ray leaves the cell, by axis.
     next: [f32; 3],
-    /// From one border to the next.
+    /// The distance between cell boundaries, by axis.
     delta: [f32; 3],
     step: [i32; 3],
     t: f32,
@@ -106,7 +104,7 @@ impl Iterator for Cells<'_> {
     type Item = Piece;
 
     fn next(&mut self) -> Option<Piece> {
-        // Also ends where a distance is no number.
+        // Also ends if a distance is NaN.
         let more = self.t < self.t_max;
         if !more {
             return None;
@@ -151,7 +149,7 @@ mod tests {
     }
 
     proptest! {
-        /// Pieces follow each other without gaps, and the density keeps below their bounds.
+        /// Segments follow each other without gaps, and the density stays below their bounds.
         #[test]
         fn pieces_cover_the_ray_and_bound_the_density(
             n in prop::array::uniform3(1u32..40),
@@ -177,7 +175,7 @@ mod tests {
                     prop_assert!(density <= piece.majorant * 1.00001 + 1e-5, "{} > {}", density, piece.majorant);
                 }
             }
-            // Rounding may end the walk a little early, at the cube's own border.
+            // Rounding may end the traversal slightly early, at the cube's boundary.
             prop_assert!(t >= t_max * 0.999_99 - 1e-5, "{} of {}", t, t_max);
             prop_assert!(pieces.len() <= 3 * MAX_CELLS as usize);
         }

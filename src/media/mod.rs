@@ -1,9 +1,8 @@
-//! Participating media: what `MakeNamedMedium` makes, and which of them lies on which side of a
-//! surface.
+//! Participating media: those made by `MakeNamedMedium`, and the media on either side of a surface.
 //!
-//! A *spec* holds a directive's parameters in world space; a *medium* is the compiled form in
-//! render space. Coefficients are per scene unit, linear RGB. Media absorb and scatter; only pbrt-v2's
-//! [volumes](volume) emit (docs/scene-language.md §3.12, §4.3 and §A.1).
+//! A *spec* holds a directive's parameters in world space; a *medium* is the compiled form in render space.
+//! Coefficients are per scene unit, in linear RGB. Media absorb and scatter; only pbrt-v2's [volumes](volume) emit
+//! (docs/scene-language.md §3.12, §4.3 and §A.1).
 
 mod common;
 mod density_grid;
@@ -32,20 +31,20 @@ use crate::samplers::SampleStream;
 /// The types that `MakeNamedMedium` may name.
 pub const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
 
-/// What a `MakeNamedMedium` asks for, in world space.
+/// A medium as specified by `MakeNamedMedium`, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MediumSpec {
     /// The same everywhere.
     Homogeneous(Homogeneous),
-    /// Of varying density in a box.
+    /// Density varies in a box.
     Heterogeneous(Box<HeterogeneousSpec>),
     /// The sum of pbrt-v2's volumes.
     Volumes(Vec<VolumeSpec>),
 }
 
 impl MediumSpec {
-    /// Reads a medium under the transformation `world_from_medium`. `None`, after a report, where
-    /// none can be made.
+    /// Reads a medium under the transformation `world_from_medium`. `None`, after reporting the reason, if there is
+    /// none.
     pub fn from_params(reader: &ParamReader, world_from_medium: &Transform) -> Option<MediumSpec> {
         match reader.kind() {
             "homogeneous" => Some(MediumSpec::Homogeneous(Homogeneous::from_params(reader))),
@@ -66,23 +65,23 @@ impl MediumSpec {
 pub enum Medium {
     /// The same everywhere.
     Homogeneous(Homogeneous),
-    /// Of varying density in a box.
+    /// Density varies in a box.
     Heterogeneous(Box<Heterogeneous>),
     /// The sum of pbrt-v2's volumes.
     Volumes(Volumes),
 }
 
-/// How far light got.
+/// A sampled free path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flight {
-    /// The distance at which it was scattered; `None` where it passed.
+    /// The distance at which light is scattered; `None` if it is transmitted.
     pub scattered: Option<f32>,
-    /// The throughput's factor: value over density.
+    /// Factor of the throughput: value over density.
     pub weight: Rgb,
 }
 
 impl Flight {
-    /// Passed, with nothing in the way.
+    /// Transmitted without attenuation.
     pub const UNDISTURBED: Flight = Flight {
         scattered: None,
         weight: Rgb::ONE,
@@ -104,8 +103,8 @@ impl Medium {
         }
     }
 
-    /// Draws how far light gets along `ray` before the distance `t_max`, at which something else
-    /// happens, and how it turns if it scatters. `throughput`, the path's so far, decides which channel matters most.
+    /// Samples a free path along `ray` before the distance `t_max`, where the ray ends, and the phase function if it
+    /// scatters. `throughput`, the path's so far, determines which channel matters most.
     pub fn sample(
         &self,
         ray: &Ray,
@@ -123,7 +122,7 @@ impl Medium {
         }
     }
 
-    /// An unbiased estimate of the radiance that the medium itself sends back along the first `t_max` of `ray`.
+    /// An unbiased estimate of the radiance that the medium itself emits back along the first `t_max` of `ray`.
     pub fn emission(&self, ray: &Ray, t_max: f32, stream: &mut SampleStream) -> Rgb {
         match self {
             Medium::Homogeneous(_) | Medium::Heterogeneous(_) => Rgb::ZERO,
@@ -131,13 +130,13 @@ impl Medium {
         }
     }
 
-    /// Is light from infinitely far away dimmed on its whole way? In other media on the last two scene radii, as in pbrt-v3.
+    /// Returns `true` if light from infinitely far away is attenuated all along its way. In other media this is limited
+    /// to the last two scene radii, as in pbrt-v3.
     pub fn is_crossed_whole(&self) -> bool {
         matches!(self, Medium::Volumes(_))
     }
 
-    /// The part of the light that is left at the distance `t_max` along `ray`; an unbiased
-    /// estimate where the medium varies.
+    /// The transmittance up to the distance `t_max` along `ray`; an unbiased estimate if the medium varies.
     pub fn transmittance(&self, ray: &Ray, t_max: f32, stream: &mut SampleStream) -> Rgb {
         match self {
             Medium::Homogeneous(m) => m.transmittance(t_max),
@@ -147,24 +146,23 @@ impl Medium {
     }
 }
 
-/// What lies on either side of a surface; `None` is vacuum.
+/// The media on either side of a surface; `None` is vacuum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct MediumInterface {
-    /// Against the normal.
+    /// The side opposite the normal.
     pub inside: Option<MediumId>,
-    /// Where the normal points.
+    /// The side that the normal points to.
     pub outside: Option<MediumId>,
 }
 
 impl MediumInterface {
-    /// Is the surface a border? Where both sides are the same, rays keep the medium they are in
-    /// (docs/scene-language.md §2.4).
+    /// Returns `true` if the two media differ. Otherwise rays keep the medium they are in (docs/scene-language.md
+    /// §2.4).
     pub fn is_transition(&self) -> bool {
         self.inside != self.outside
     }
 
-    /// The medium that a ray in direction `d` gets into, from a surface whose geometric normal is
-    /// `n`.
+    /// The medium that a ray in direction `d` enters, from a surface whose geometric normal is `n`.
     pub fn toward(&self, d: Vec3, n: Vec3) -> Option<MediumId> {
         if d.dot(n) > 0.0 {
             self.outside
@@ -174,30 +172,30 @@ impl MediumInterface {
     }
 }
 
-/// A scene's media as plain data.
+/// A scene's media as specifications.
 #[derive(Debug, Default)]
 pub struct MediaSpec {
     /// By [`MediumId`].
     pub media: Vec<MediumSpec>,
-    /// Borders, by [`InterfaceId`].
+    /// Medium interfaces, by [`InterfaceId`].
     pub interfaces: Vec<MediumInterface>,
-    /// What the camera is in.
+    /// The medium around the camera.
     pub camera: Option<MediumId>,
 }
 
 impl MediaSpec {
-    /// Are pbrt-v2's volumes among them?
+    /// Returns `true` if pbrt-v2's volumes are among them.
     pub fn has_volumes(&self) -> bool {
         (self.media.iter()).any(|medium| matches!(medium, MediumSpec::Volumes(_)))
     }
 }
 
-/// A scene's media, ready for rays.
+/// A scene's media, ready for rendering.
 #[derive(Debug, Default)]
 pub struct Media {
     media: Vec<Medium>,
     interfaces: Vec<MediumInterface>,
-    /// What the camera is in.
+    /// The medium around the camera.
     pub camera: Option<MediumId>,
 }
 
@@ -217,7 +215,7 @@ impl Media {
         &self.media[id.index()]
     }
 
-    /// The border with this handle.
+    /// The medium interface with this handle.
     pub fn interface(&self, id: InterfaceId) -> &MediumInterface {
         &self.interfaces[id.index()]
     }

@@ -1,33 +1,32 @@
-//! The Henyey–Greenstein phase function (Henyey and Greenstein 1941; Pharr, Jakob and Humphreys
-//! 2016, §11.2 and §15.2.3): how a medium turns light.
+//! The Henyey–Greenstein phase function (Henyey and Greenstein 1941; Pharr, Jakob and Humphreys 2016, §11.2 and
+//! §15.2.3): how a medium scatters light.
 
 use crate::math::frame::coordinate_system;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
-/// Mean cosines beyond this are taken as this. At 1 all light goes straight on, which no density
-/// can say; at 0.9999 it turns by some thousandths of a radian.
+/// Maximum absolute mean cosine. At 1 all light continues straight, which no density can represent; at 0.9999 it is
+/// deflected by some thousandths of a radian.
 const LARGEST_MEAN_COSINE: f32 = 0.9999;
 
-/// Henyey and Greenstein's phase function with mean cosine `g`.
+/// The Henyey–Greenstein phase function with mean cosine `g`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HenyeyGreenstein {
     /// |g|: how narrow the lobe is.
     sharpness: f32,
-    /// −1 where light goes on, 1 where it goes back: `wo` times this is the lobe's axis.
+    /// −1 for forward scattering, 1 for backward: `wo` times this is the lobe's axis.
     side: f32,
 }
 
 impl Default for HenyeyGreenstein {
-    /// The same in all directions.
+    /// Isotropic scattering.
     fn default() -> Self {
         HenyeyGreenstein::new(0.0)
     }
 }
 
 impl HenyeyGreenstein {
-    /// `g` from −1 (back) over 0 (evenly) to 1 (forward); what is beyond ±0.9999 counts as that,
-    /// and no number as 0.
+    /// `g` ranges from −1 (backward) over 0 (isotropic) to 1 (forward); it is clamped to ±0.9999, and NaN counts as 0.
     pub fn new(g: f32) -> HenyeyGreenstein {
         let g = if g.is_nan() { 0.0 } else { g };
         HenyeyGreenstein {
@@ -36,8 +35,8 @@ impl HenyeyGreenstein {
         }
     }
 
-    /// Value and density, per steradian, of light from `wi` that is sent on to `wo`. Both are unit
-    /// vectors that point away from the point of scattering.
+    /// Value, and density per steradian, for light from `wi` that is scattered to `wo`. Both are unit vectors that
+    /// point away from the scattering point.
     pub fn value(&self, wo: Vec3, wi: Vec3) -> f32 {
         // 1 − cos of the angle to the lobe's axis, without cancellation near the axis.
         let versine = 0.5 * (self.side * wo - wi).length_squared();
@@ -51,8 +50,8 @@ impl HenyeyGreenstein {
         0.25 * FRAC_1_PI * (1.0 - a) * (1.0 + a) / (below * below.sqrt())
     }
 
-    /// A direction that light came from, drawn by `u` in [0, 1)² with the density
-    /// [`HenyeyGreenstein::value`]: the weight of the sample is 1.
+    /// Samples an incident direction by `u` in [0, 1)² with the density [`HenyeyGreenstein::value`]: the weight of the
+    /// sample is 1.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> (Vec3, f32) {
         let a = self.sharpness;
         // The inverse of the distribution (equation 15.22 there), solved for 1 − cos.
@@ -80,8 +79,7 @@ mod tests {
         Vec2::new(unit_float(mix2(i, 1)), unit_float(mix2(i, 2)))
     }
 
-    /// ∫ p dω and ∫ p cosθ dω, θ the angle by which light turns, by the midpoint rule in the
-    /// square root of 1 − cos.
+    /// ∫ p dω and ∫ p cosθ dω, where θ is the deflection angle, by the midpoint rule in the square root of 1 − cos.
     fn moments(phase: &HenyeyGreenstein) -> (f64, f64) {
         let n = 200_000;
         let (s, _) = coordinate_system(WO);
@@ -90,8 +88,8 @@ mod tests {
             let root = (f64::from(i) + 0.5) / f64::from(n) * 2f64.sqrt();
             let cos = 1.0 - root * root;
             let sin = (1.0 - cos * cos).max(0.0).sqrt();
-            // On the side of the peak the angle is small and cos near 1; on either side the
-            // direction is made from sine and cosine alike.
+            // On the side of the peak the angle is small and cos near 1; on either side the direction is computed from
+            // sine and cosine alike.
             for half in [1.0, -1.0] {
                 let turned = half * cos;
                 let wi = (-WO.as_dvec3() * turned + s.as_dvec3() * sin).normalize();
@@ -120,8 +118,7 @@ mod tests {
         }
     }
 
-    /// Equal shares of the cumulative distribution, which is known in closed form, get equal
-    /// numbers of samples.
+    /// Equal quantiles of the cumulative distribution, which is known in closed form, get equal numbers of samples.
     #[test]
     fn samples_follow_the_density() {
         const BINS: usize = 50;
@@ -153,7 +150,7 @@ mod tests {
                 .map(|c| (c - expected) * (c - expected) / expected)
                 .sum();
             let freedom = ChiSquared::new(4.0 * BINS as f64 - 1.0).unwrap();
-            // Numbers are fixed: a chance of 1 in 10,000 to be unlucky, once.
+            // Samples are fixed: a one-time probability of failure of 1 in 10,000.
             assert!(freedom.sf(chi2) > 1e-4, "{g}: χ² = {chi2}");
         }
     }
@@ -168,7 +165,7 @@ mod tests {
             }
             assert!(phase.value(WO, WO).is_finite() && phase.value(WO, -WO).is_finite());
         }
-        // g = 1: all but straight on.
+        // g = 1: almost straight.
         let (wi, _) = HenyeyGreenstein::new(1.0).sample(WO, Vec2::splat(0.5));
         assert!((wi + WO).length() < 1e-3);
         let (wi, _) = HenyeyGreenstein::new(-1.0).sample(WO, Vec2::splat(0.5));

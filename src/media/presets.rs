@@ -1,30 +1,29 @@
-//! Measured coefficients of materials by name: `preset` of a medium, `name` of a subsurface
-//! material. Names are those of pbrt-v3, case included (docs/scene-language.md §6.4).
+//! Measured coefficients of materials by name: `preset` of a medium, `name` of a subsurface scattering material. Names
+//! are those of pbrt-v3, including case (docs/scene-language.md §6.4).
 //!
-//! Apple to Wholemilk without a blank in their names: Jensen, Marschner, Levoy and Hanrahan,
-//! "A Practical Model for Subsurface Light Transport" (SIGGRAPH 2001), figure 5. The rest:
-//! Narasimhan et al., "Acquiring Scattering Properties of Participating Media by Dilution"
-//! (SIGGRAPH 2006), table 1, as reduced scattering.
+//! Apple to Wholemilk, those without a space in their names: Jensen, Marschner, Levoy and Hanrahan, "A Practical Model
+//! for Subsurface Light Transport" (SIGGRAPH 2001), figure 5. The rest: Narasimhan et al., "Acquiring Scattering
+//! Properties of Participating Media by Dilution" (SIGGRAPH 2006), table 1, as reduced scattering.
 
 use crate::math::Rgb;
 
-/// How much a medium absorbs and scatters, per millimeter in the table and per scene unit elsewhere.
+/// Absorption and scattering coefficients, per millimeter in the table and per scene unit elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
-    /// Absorption.
+    /// Absorption coefficient σₐ.
     pub sigma_a: Rgb,
-    /// Scattering; in the table it is the reduced one, σₛ(1 − g).
+    /// Scattering coefficient σₛ; in the table it is the reduced one, σₛ(1 − g).
     pub sigma_s: Rgb,
 }
 
 impl Coefficients {
-    /// Extinction.
+    /// Extinction coefficient σₜ.
     pub fn sigma_t(&self) -> Rgb {
         self.sigma_a + self.sigma_s
     }
 }
 
-/// The row of that name.
+/// The row with that name.
 pub fn find(name: &str) -> Option<Coefficients> {
     let i = TABLE.binary_search_by_key(&name, |row| row.0).ok()?;
     let (_, sigma_s, sigma_a) = TABLE.get(i)?;
@@ -105,7 +104,7 @@ mod tests {
         assert_eq!(find(""), None);
     }
 
-    /// What a medium without parameters is made of in pbrt-v3 is whole milk.
+    /// The default medium is whole milk, as in pbrt-v3.
     #[test]
     fn whole_milk_is_the_default_medium() {
         let milk = find("Wholemilk").unwrap();

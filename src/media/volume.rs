@@ -1,11 +1,11 @@
-//! `Volume "homogeneous" | "exponential" | "volumegrid"`: pbrt-v2's boxes of absorbing, scattering and shining matter.
+//! `Volume "homogeneous" | "exponential" | "volumegrid"`: pbrt-v2's boxes of absorbing, scattering and emissive media.
 //!
-//! `sigma_a`, `sigma_s` (spectra, 0): absorption and scattering per world unit, for density 1. `Le` (spectrum, 0): radiance
-//! emitted per world unit, for density 1. `g` (float, 0): mean cosine of the [phase function](super::phase). `p0` (point,
-//! (0,0,0)), `p1` (point, (1,1,1)): corners of the box, under the transformation in force. `homogeneous`: density 1.
-//! `exponential`: a·exp(−b h), `a`, `b` (floats, 1), h the height above `p0` along `updir` (vector, (0,1,0)).
-//! `volumegrid`: `nx`, `ny`, `nz` (integer, 1) and nx·ny·nz values of `density` (floats, required), x fastest, trilinear
-//! between the centers of its voxels and constant beyond the outermost ones.
+//! `sigma_a`, `sigma_s` (spectra, 0): absorption and scattering per world unit, for density 1. `Le` (spectrum, 0):
+//! radiance emitted per world unit, for density 1. `g` (float, 0): mean cosine of the [phase function](super::phase).
+//! `p0` (point, (0,0,0)), `p1` (point, (1,1,1)): corners of the box, under the current transformation. `homogeneous`:
+//! density 1. `exponential`: a·exp(−b h), `a`, `b` (floats, 1), with h the height above `p0` along `updir` (vector,
+//! (0,1,0)). `volumegrid`: `nx`, `ny`, `nz` (integer, 1) and nx·ny·nz values of `density` (floats, required), x varying
+//! fastest, trilinear between the centers of its voxels and constant beyond the outermost ones.
 //! Source: Pharr and Humphreys 2010, §11.3; docs/scene-language.md §A.1.
 
 use super::common;
@@ -22,10 +22,10 @@ use glam::DAffine3;
 /// The types that `Volume` may name.
 pub const KINDS: [&str; 3] = ["exponential", "homogeneous", "volumegrid"];
 
-/// Below this transmittance ratio tracking plays Russian roulette.
+/// Transmittance below which ratio tracking uses Russian roulette.
 const ROULETTE_BELOW: f32 = 0.1;
 
-/// More than this of a coefficient or a density is taken as this: products stay finite in single precision.
+/// Maximum of a coefficient or density: products stay finite in single precision.
 const LARGEST: f64 = 1e15;
 
 /// How the density varies over the unit cube that the box is mapped to.
@@ -40,7 +40,7 @@ enum Density {
     Grid(DensityGrid),
 }
 
-/// What a `Volume` asks for, in world space.
+/// A volume as specified by `Volume`, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeSpec {
     sigma_a: Rgb,
@@ -48,13 +48,13 @@ pub struct VolumeSpec {
     emission: Rgb,
     phase: HenyeyGreenstein,
     density: Density,
-    /// The unit cube to world space.
+    /// From the unit cube to world space.
     world_from_box: Transform,
 }
 
 impl VolumeSpec {
-    /// Reads the parameters under the transformation `world_from_volume`. `None`, after a report, where no volume can be
-    /// made of them.
+    /// Reads the parameters under the transformation `world_from_volume`. `None`, after reporting the reason, if they
+    /// are unusable.
     pub fn from_params(reader: &ParamReader, world_from_volume: &Transform) -> Option<VolumeSpec> {
         if !KINDS.contains(&reader.kind()) {
             reader.unknown_kind_replaced(&KINDS, "the volume is left out");
@@ -100,13 +100,13 @@ impl VolumeSpec {
 }
 
 impl VolumeSpec {
-    /// Does it emit, given that its density is somewhere above 0?
+    /// Returns `true` if it emits, given that its density is positive somewhere.
     pub fn shines(&self) -> bool {
         self.emission.max_element() > 0.0
     }
 }
 
-/// Values from 0 to [`LARGEST`], with a warning where another was given.
+/// Values clamped to 0…[`LARGEST`], with a warning if one was outside.
 fn usable<const N: usize>(reader: &ParamReader, name: &str, given: [f64; N]) -> [f64; N] {
     let used = given.map(|v| {
         if v.is_nan() {
@@ -131,7 +131,7 @@ fn exponential(reader: &ParamReader, size: DVec3) -> Density {
         DVec3::Y
     });
     let falloff = reader.float("b", 1.0) * size * up;
-    // The densest corner.
+    // The corner of highest density.
     let largest = scale * (-falloff.min(DVec3::ZERO).element_sum()).exp();
     if largest <= LARGEST {
         return Density::Exponential { scale, falloff };
@@ -145,7 +145,7 @@ fn exponential(reader: &ParamReader, size: DVec3) -> Density {
     Density::Constant
 }
 
-/// The density that a grid gives.
+/// The density specified by a grid.
 fn grid(reader: &ParamReader, sigma_t: f32, world_from_box: &Transform) -> Option<Density> {
     let resolution = resolution(reader);
     let values = densities(reader, sigma_t, world_from_box)?;
@@ -173,10 +173,10 @@ pub struct Volume {
     box_from_render: DAffine3,
 }
 
-/// A ray's way through a box.
+/// The segment of a ray inside a box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chord {
-    /// At distance 0 of the ray, in the unit cube's space.
+    /// The ray's origin in the unit cube's space.
     o: DVec3,
     d: DVec3,
     /// Distances at which the ray enters and leaves.
@@ -185,7 +185,7 @@ pub(super) struct Chord {
 }
 
 impl Volume {
-    /// Places the volume.
+    /// Places the volume in render space.
     pub fn new(spec: VolumeSpec, render_from_world: &Transform) -> Volume {
         let placed = (*render_from_world * spec.world_from_box).with_translations_matched();
         let largest_density = match &spec.density {
@@ -206,12 +206,12 @@ impl Volume {
         }
     }
 
-    /// How light turns.
+    /// The phase function.
     pub fn phase(&self) -> &HenyeyGreenstein {
         &self.phase
     }
 
-    /// Does anything in it shine?
+    /// Returns `true` if anything in it emits.
     pub fn shines(&self) -> bool {
         self.emission.max_element() > 0.0 && self.largest_density > 0.0
     }
@@ -221,7 +221,7 @@ impl Volume {
         f64::from(self.sigma_t.max_element()) * self.largest_density
     }
 
-    /// Where the ray is inside the box, before `t_max`.
+    /// The segment of the ray inside the box, before `t_max`.
     pub(super) fn chord(&self, ray: &Ray, t_max: f64) -> Option<Chord> {
         let o = self.box_from_render.transform_point3(ray.o.as_dvec3());
         let d = self.box_from_render.transform_vector3(ray.d.as_dvec3());
@@ -237,35 +237,35 @@ impl Volume {
             start = start.max(a.min(b));
             end = end.min(a.max(b));
         }
-        // Also nothing where a distance is not finite.
+        // Also `None` if a distance is not finite.
         (start < end && end.is_finite()).then_some(Chord { o, d, start, end })
     }
 
-    /// The density at distance `t` of a ray that is in the box there.
+    /// The density at distance `t` along a ray that is inside the box there.
     fn density(&self, chord: &Chord, t: f64) -> f64 {
         let p = chord.o + chord.d * t;
         match &self.density {
             Density::Constant => 1.0,
             Density::Exponential { scale, falloff } => {
-                // Rounding may lead out of the box.
+                // Rounding may leave the box.
                 (scale * (-falloff.dot(p)).exp()).min(self.largest_density)
             }
             Density::Grid(grid) => f64::from(grid.extended_density(p.as_vec3())),
         }
     }
 
-    /// Extinction and scattering at the distance `t` in the box.
+    /// Extinction and scattering coefficients at distance `t` in the box.
     pub(super) fn coefficients(&self, chord: &Chord, t: f64) -> (Rgb, Rgb) {
         let density = self.density(chord, t) as f32;
         (self.sigma_t * density, self.sigma_s * density)
     }
 
-    /// Radiance emitted per unit length at the distance `t` in the box.
+    /// Radiance emitted per unit length at distance `t` in the box.
     pub(super) fn emission(&self, chord: &Chord, t: f64) -> Rgb {
         self.emission * self.density(chord, t) as f32
     }
 
-    /// The integral of the density from the start of the chord to `t`, where it has a closed form.
+    /// The integral of the density from the start of the chord to `t`, if it has a closed form.
     fn column(&self, chord: &Chord, t: f64) -> Option<f64> {
         let length = t - chord.start;
         match &self.density {
@@ -282,8 +282,8 @@ impl Volume {
         }
     }
 
-    /// The part of the light that is left at the distance `t_max`; an unbiased estimate in grids, by ratio tracking (Novák,
-    /// Selle and Jarosz 2014) along the densest channel.
+    /// The transmittance up to the distance `t_max`; for grids an unbiased estimate by ratio tracking (Novák, Selle and
+    /// Jarosz 2014) along the densest channel.
     pub(super) fn transmittance(&self, ray: &Ray, t_max: f64, numbers: &mut Numbers) -> Rgb {
         let majorant = self.majorant();
         let Some(chord) = self.chord(ray, t_max).filter(|_| majorant > 0.0) else {
@@ -296,7 +296,7 @@ impl Volume {
         let mut t = chord.start;
         loop {
             t += f64::from(numbers.step()) / majorant;
-            // Also where it is not a number.
+            // Also false for NaN.
             let inside = t < chord.end;
             if !inside {
                 return left;
@@ -305,7 +305,7 @@ impl Volume {
             left *= (Rgb::ONE - sigma_t / majorant as f32).max(Rgb::ZERO);
             let most = left.max_element();
             if most < ROULETTE_BELOW {
-                // Survives with probability `most` / 0.1, and then counts as 0.1.
+                // Russian roulette: survives with probability `most` / 0.1, and then counts as 0.1.
                 if numbers.next() * ROULETTE_BELOW >= most {
                     return Rgb::ZERO;
                 }

@@ -1,10 +1,10 @@
 //! All of pbrt-v2's `Volume`s of a scene, which add up where they overlap (its `AggregateVolume`).
 //!
-//! One medium that fills the whole scene, dense only in the boxes: surfaces are no borders of it, as in pbrt-v2, so that
-//! cameras inside a box, glass in it and boxes in each other need no care.
+//! A single medium that fills the whole scene, nonempty only in the boxes: surfaces are not interfaces of it, as in
+//! pbrt-v2, so that cameras inside a box, glass in it and nested boxes need no special treatment.
 //!
-//! Free paths by spectral tracking (Kutz, Habel, Li and Novák 2017, §4): a tentative collision scatters with a
-//! probability by what the channels that matter to the path scatter there, and absorption is a weight.
+//! Free paths are sampled by spectral tracking (Kutz, Habel, Li and Novák 2017, §4): a tentative collision scatters
+//! with a probability determined by the scattering in the channels that matter to the path, and absorption is a weight.
 
 use super::Flight;
 use super::numbers::Numbers;
@@ -14,7 +14,7 @@ use crate::math::Rgb;
 use crate::math::ray::Ray;
 use crate::samplers::SampleStream;
 
-/// Points of a ray's way through a box at which its emission is looked at, one in each of as many equal parts.
+/// Number of stratified points along a ray's segment in a box at which emission is sampled.
 const EMISSION_SAMPLES: u32 = 4;
 
 /// Volumes in render space.
@@ -24,7 +24,7 @@ pub struct Volumes {
     shines: bool,
 }
 
-/// A part of a ray on which it is in the same boxes.
+/// A segment of a ray that lies in a fixed set of boxes.
 struct Stretch {
     end: f64,
     /// Upper bound of the extinction of every channel.
@@ -32,13 +32,13 @@ struct Stretch {
 }
 
 impl Volumes {
-    /// Of at least one volume.
+    /// A medium from at least one volume.
     pub fn new(volumes: Vec<Volume>) -> Volumes {
         let shines = volumes.iter().any(Volume::shines);
         Volumes { volumes, shines }
     }
 
-    /// How light turns in one of them.
+    /// The phase function of one of the volumes.
     pub fn phase(&self, volume: usize) -> Option<&HenyeyGreenstein> {
         self.volumes.get(volume).map(Volume::phase)
     }
@@ -48,7 +48,7 @@ impl Volumes {
         self.left(ray, f64::from(t_max), &mut Numbers::new(stream))
     }
 
-    /// The product of what every volume leaves.
+    /// The product of the transmittances of all volumes.
     fn left(&self, ray: &Ray, t_max: f64, numbers: &mut Numbers) -> Rgb {
         let mut left = Rgb::ONE;
         for volume in &self.volumes {
@@ -78,7 +78,7 @@ impl Volumes {
         sum
     }
 
-    /// The next stretch from `t` on that ends before `t_max`; `None` where no box is ahead.
+    /// The next stretch from `t` on that ends before `t_max`; `None` if no box is ahead.
     fn stretch(&self, ray: &Ray, t: f64, t_max: f64) -> Option<Stretch> {
         let mut stretch = Stretch {
             end: f64::INFINITY,
@@ -97,7 +97,7 @@ impl Volumes {
         stretch.end.is_finite().then_some(stretch)
     }
 
-    /// The volumes that the ray is in at the distance `t`, with its ways through them.
+    /// The volumes that contain the ray at distance `t`, with its segments inside them.
     fn around(&self, ray: &Ray, t: f64) -> impl Iterator<Item = (usize, &Volume, Chord)> {
         let ray = *ray;
         (self.volumes.iter().enumerate()).filter_map(move |(i, volume)| {
@@ -106,7 +106,7 @@ impl Volumes {
         })
     }
 
-    /// See [`super::Medium::sample`]; and in which volume light scatters.
+    /// See [`super::Medium::sample`]; also returns the volume in which light scatters.
     pub fn sample(
         &self,
         ray: &Ray,
@@ -119,7 +119,7 @@ impl Volumes {
         while let Some(stretch) = self.stretch(ray, t, f64::from(t_max)) {
             loop {
                 t += f64::from(numbers.step()) / stretch.majorant;
-                // Also where the majorant is 0.
+                // Also false if the majorant is 0.
                 let inside = t < stretch.end;
                 if !inside {
                     break;
@@ -145,7 +145,7 @@ impl Volumes {
         (Flight { scattered, weight }, 0)
     }
 
-    /// What becomes of a tentative collision at the distance `t`; `matter` says how much the path brings in each channel.
+    /// The outcome of a tentative collision at distance `t`; `matter` is the importance of each channel to the path.
     fn collide(
         &self,
         ray: &Ray,
@@ -166,7 +166,7 @@ impl Volumes {
         let mut u = numbers.next() * (scatters + passes);
         if u >= scatters || scatters == 0.0 {
             let probability = passes / (scatters + passes);
-            // Nothing is left where nothing passes.
+            // Nothing is left if nothing is transmitted.
             return Collision::Null(match probability > 0.0 {
                 true => null / (majorant * probability),
                 false => Rgb::ZERO,
@@ -189,7 +189,7 @@ impl Volumes {
     }
 }
 
-/// What becomes of light, with the factor of its weight.
+/// The outcome of a collision, with its weight.
 enum Collision {
     Null(Rgb),
     Scattered(Rgb, usize),

@@ -1,33 +1,33 @@
-//! When an image is finished.
+//! Stopping criteria of a render.
 
 use std::time::Duration;
 
-/// What to render until; whichever is reached first.
+/// When to stop rendering: at the criterion that is met first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
     /// The image's relative error: see `Progressive::error`.
     pub error: Option<f64>,
-    /// Time since the first sample: no tile is begun later.
+    /// Time since the first sample: no tile is started later.
     pub time: Option<Duration>,
-    /// The most samples a pixel, at least [`Goal::PILOT`].
+    /// Maximum samples per pixel, at least [`Goal::PILOT`].
     pub max_spp: u32,
 }
 
 impl Goal {
-    /// Samples a pixel in the first pass, where the time allows it: enough that a tile of 16 × 16 pixels knows its noise to
+    /// Samples per pixel in the first pass, if time allows: enough to estimate the noise of a tile of 16 × 16 pixels to
     /// about a tenth.
     pub const PILOT: u32 = 8;
-    /// The most samples a pixel where nobody names a number. An image that is not good by then has
-    /// something in it that sampling does not find.
+    /// Default maximum of samples per pixel. If an image has not converged by then, sampling fails to find something in
+    /// it.
     pub const MAX_SPP: u32 = 1 << 20;
 }
 
-/// Why rendering ended.
+/// Why rendering stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// The error is small enough.
+    /// The error goal was reached.
     Error,
-    /// The time is up.
+    /// The time was up.
     Time,
     /// Every pixel has its most samples.
     Samples,

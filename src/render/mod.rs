@@ -1,8 +1,9 @@
-//! Rendering: the film in tiles, the tiles over threads, and for each pixel and sample a ray.
+//! Rendering: the film is divided into tiles, tiles are distributed over threads, and each pixel sample traces a camera
+//! ray.
 //!
-//! An image is a pure function of scene, settings and seed: every sample's numbers come from
-//! (seed, pixel, sample index, dimension), pixels share nothing, and tiles are collected by
-//! position. Threads and tile sizes change no bit of it.
+//! An image is a pure function of scene, settings and seed: every sample's dimensions are determined by (seed, pixel,
+//! sample index, dimension), pixels are independent, and tiles are collected by position. Thread count and tile size do
+//! not change a bit of it.
 
 mod allocation;
 mod goal;
@@ -25,25 +26,25 @@ use arrayvec::ArrayVec;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Side of a tile in pixels: small enough to keep two cores busy to the end of a small image,
-/// large enough that handing out tiles costs nothing.
+/// Side of a tile in pixels: small enough to keep two cores busy to the end of a small image, large enough that
+/// distributing tiles costs nothing.
 pub const TILE_SIZE: u32 = 16;
 
-/// All that one image needs.
+/// Everything that is needed to render one image.
 pub struct RenderJob {
-    /// What rays meet.
+    /// The geometry, materials and lights.
     pub world: World,
-    /// Makes the rays.
+    /// Generates the camera rays.
     pub camera: Camera,
-    /// Follows them.
+    /// Computes the radiance along them.
     pub integrator: Integrator,
-    /// Numbers for every sample.
+    /// Generates the samples.
     pub sampler: Sampler,
-    /// Samples a pixel that textures are filtered for: the scene's own, however many are taken. With more
-    /// samples each stands for a smaller part of the pixel (docs/scene-language.md §3.1), so that what an image
-    /// converges to depends on it.
+    /// Samples per pixel that textures are filtered for: the scene's own, regardless of how many are taken. With more
+    /// samples each covers a smaller part of the pixel (docs/scene-language.md §3.1), so the converged image depends on
+    /// it.
     pub footprint_spp: u32,
-    /// Where in and around a pixel its samples fall.
+    /// The reconstruction filter, which distributes samples in and around a pixel.
     pub filter: Filter,
     /// The film.
     pub film: FilmSpec,
@@ -75,7 +76,7 @@ pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     film
 }
 
-/// Takes these of the sampler's samples in every pixel of a tile, a bundle of camera rays at a time.
+/// Renders a range of the sampler's samples in every pixel of a tile, a bundle of camera rays at a time.
 fn sample_tile(
     job: &RenderJob,
     sampler: &Sampler,
@@ -108,8 +109,8 @@ fn sample_tile(
     }
 }
 
-/// Takes a dropped sample of `sampler` again and says where on its path it went wrong; `None` where there was
-/// no path. Samples are pure functions of their numbers, so nothing needs to be remembered for this.
+/// Repeats a dropped sample of `sampler` and returns where on its path it failed; `None` if there was no path. Samples
+/// are pure functions of their dimensions, so nothing needs to be recorded for this.
 pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Option<Place> {
     let (sample, mut waiting) =
         PendingSample::new(job, sampler, dropped.pixel, dropped.sample as u32);
@@ -129,12 +130,12 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     watch.offender()
 }
 
-/// Distance of a pixel's samples, in pixels: see [`RenderJob::footprint_spp`].
+/// Spacing of a pixel's samples, in pixels: see [`RenderJob::footprint_spp`].
 fn spacing(job: &RenderJob) -> f32 {
     1.0 / (job.footprint_spp.max(1) as f32).sqrt()
 }
 
-/// A sample whose ray is being made.
+/// A sample whose camera ray has not been generated yet.
 struct PendingSample {
     pixel: UVec2,
     stream: SampleStream,
@@ -142,8 +143,7 @@ struct PendingSample {
 }
 
 impl PendingSample {
-    /// The numbers are used in the order film, time, lens (of a camera that has one), wavelength (of one that
-    /// disperses), path.
+    /// Dimensions are used in the order film, time, lens (if the camera has one), wavelength (if it disperses), path.
     fn new(
         job: &RenderJob,
         sampler: &Sampler,

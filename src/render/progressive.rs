@@ -1,21 +1,20 @@
-//! Rendering in passes, until the image is good enough or the time is up.
+//! Progressive rendering in passes, until an error goal or time limit is reached.
 //!
-//! The image is the mean of two **halves**: films of their own with independent samples, each well
-//! spread within itself. Half their difference estimates the error of the mean without assuming that
-//! the samples of a pixel are independent, which stratified and quasi-random ones are not: their
-//! sample variance would promise too little.
+//! The image is the mean of two **halves**: separate films with independent samples, each well distributed within
+//! itself. Half their difference estimates the error of the mean without assuming that the samples of a pixel are
+//! independent, which stratified and quasi-random ones are not: their sample variance would overestimate it.
 //!
-//! After each pass tiles get samples by their noise ([`super::allocation`]). A half's share is decided by
-//! what the *other* half has seen in the passes before, and the halves count equally whatever
-//! their numbers of samples: a tile that happened to look smooth does not weigh more for it. (One choice sees
-//! both: when to stop, and so by how much all counts are scaled; it looks at the whole image.)
+//! After each pass tiles get samples according to their noise ([`super::allocation`]). The allocation of one half is
+//! determined by the *other* half's previous passes, and the halves have equal weight regardless of their sample
+//! counts: a tile that happened to look smooth gets no more weight for it. (One decision uses both: when to stop, and
+//! so by how much all counts are scaled; it depends on the whole image.)
 //!
-//! An error is known where the halves differ somewhere. While it is not, because no light or only one value
-//! has been found, it is not 0: all samples are doubled.
+//! The error is known once the halves differ somewhere. Until then, because no light or only one value has been found,
+//! it is not taken as 0: all sample counts are doubled.
 //!
-//! Without a time limit the image is a pure function of scene, settings and seed. A time limit holds from
-//! the first sample on: the first pass then grows from one sample a pixel in one half, no tile is begun
-//! when the time is up, and where a tile has no sample by then, that of its central pixel fills it.
+//! Without a time limit the image is a pure function of scene, settings and seed. A time limit starts with the first
+//! sample: the first pass then grows from one sample per pixel in one half, no tile is started after the time is up,
+//! and a tile that has no sample by then is filled with that of its central pixel.
 
 use super::allocation::{Share, doubled, for_error, for_samples};
 use super::{Ended, Goal, Progress, RenderJob, sample_tile};
@@ -31,20 +30,20 @@ use std::time::{Duration, Instant};
 pub struct Progressive {
     /// The image.
     pub film: Film,
-    /// Its estimated relative error: the root of the mean, over pixels and channels, of
-    /// variance / (mean² + ε²), where ε is 1 % of the image's mean, so that dark pixels do not
-    /// decide alone. The square is what `fstop compare` calls the relative mean squared error. It is an
-    /// estimate: where n pixels have most of the error, it scatters by some 1/√(2n) of itself, and who stops at the first
-    /// that is small enough stops early for it. Of 64 × 64 pixels that is 1 %, of the edge of one light much more.
-    /// `None` where nothing is known of it: the halves are equal, or not both have every pixel.
+    /// Its estimated relative error: the root of the mean, over pixels and channels, of variance / (mean² + ε²), where
+    /// ε is 1 % of the image's mean, so that dark pixels do not dominate. The square is what `fstop compare` calls the
+    /// relative mean squared error. It is an estimate: if n pixels have most of the error, it scatters by a relative
+    /// 1/√(2n), and stopping at the first value that is small enough is biased toward stopping early. For 64 × 64
+    /// pixels that is 1 %, for the edge of one light much more. `None` if it is unknown: the halves are equal, or one
+    /// of them lacks pixels.
     pub error: Option<f64>,
-    /// Samples a pixel on average.
+    /// Average number of samples per pixel.
     pub spp: f64,
-    /// Passes.
+    /// Number of passes.
     pub passes: u32,
-    /// Why it ended.
+    /// Why rendering stopped.
     pub ended: Ended,
-    /// The first sample that was dropped, and the sampler it was one of.
+    /// The first sample that was dropped, and its sampler.
     pub first_dropped: Option<(DroppedSample, Sampler)>,
 }
 
@@ -82,15 +81,15 @@ pub fn render_until(
             return passes.finish(number, Ended::Samples);
         }
         let next = passes.plan(goal, error, time_left, started.elapsed(), most);
-        // Nothing more fits into the time.
+        // No further pass fits into the time.
         if next == passes.counts() || !passes.run(&next, deadline) {
             return passes.finish(number, Ended::Time);
         }
     }
 }
 
-/// Samples in each pixel of the two halves, one after the other, up to the first pass's. Against the clock in
-/// steps, so that there is an image of every pixel as early as can be.
+/// Sample counts per pixel of the two halves, in sequence, up to the first pass's. With a time limit in small steps, so
+/// that every pixel has a sample as early as possible.
 fn first_pass(against_the_clock: bool) -> Vec<[u32; 2]> {
     let all = Goal::PILOT / 2;
     let steps = [[1, 0], [1, 1], [2, 2]];
@@ -98,19 +97,17 @@ fn first_pass(against_the_clock: bool) -> Vec<[u32; 2]> {
     steps.chain([[all; 2]]).collect()
 }
 
-/// Of the time left, how much a pass may be planned to take: tiles differ, and to be late is worse
-/// than to be early.
+/// Fraction of the remaining time that a pass is planned for: tiles differ, and being late is worse than being early.
 const PART_OF_TIME: f64 = 0.9;
 
-/// A pass is planned for slightly less than the error that is asked for: its estimate is noisy, and a
-/// miss costs another pass.
+/// A pass is planned for slightly less than the requested error: its estimate is noisy, and a miss costs another pass.
 const PART_OF_ERROR: f64 = 0.97;
 
 /// One of two independent images.
 struct Half {
     sampler: Sampler,
     film: Film,
-    /// Samples in every pixel of each tile.
+    /// Samples per pixel of each tile.
     counts: Vec<u32>,
 }
 
@@ -118,7 +115,7 @@ struct Passes<'a> {
     job: &'a RenderJob,
     tiles: Vec<PixelBounds>,
     halves: [Half; 2],
-    /// The first sample of each tile's central pixel, where it may have to fill the tile.
+    /// The first sample of each tile's central pixel, which may have to fill the tile.
     preview: Vec<PixelStatistics>,
 }
 
@@ -140,7 +137,7 @@ impl<'a> Passes<'a> {
         }
     }
 
-    /// Takes one sample in each tile, the same that the first pass takes there.
+    /// Renders one sample in each tile, the same that the first pass renders there.
     fn preview(&mut self) {
         let half = &self.halves[0];
         let sample = |bounds: &PixelBounds| {
@@ -164,8 +161,8 @@ impl<'a> Passes<'a> {
             .all(|&n| n >= most)
     }
 
-    /// Brings every tile of both halves to these numbers of samples. Begins no tile after the deadline: returns
-    /// `false` if some are left as they were for that.
+    /// Renders every tile of both halves up to these sample counts. Starts no tile after the deadline: returns `false`
+    /// if some were not rendered because of it.
     fn run(&mut self, counts: &[Vec<u32>; 2], deadline: Option<Instant>) -> bool {
         let in_time = || deadline.is_none_or(|end| Instant::now() < end);
         let mut complete = true;
@@ -192,7 +189,7 @@ impl<'a> Passes<'a> {
         complete
     }
 
-    /// Camera samples taken so far.
+    /// Number of camera samples so far.
     fn samples(&self) -> f64 {
         let of = |half: &Half| -> f64 {
             let pairs = self.tiles.iter().zip(&half.counts);
@@ -205,7 +202,7 @@ impl<'a> Passes<'a> {
         self.tiles.iter().map(|t| t.area() as f64).sum()
     }
 
-    /// Samples a pixel on average.
+    /// Average number of samples per pixel.
     fn spp(&self) -> f64 {
         self.samples() / self.pixels().max(1.0)
     }
@@ -225,11 +222,11 @@ impl<'a> Passes<'a> {
             (error * error / (mean * mean + floor)).element_sum()
         });
         let error = (squares.sum::<f64>() / (3.0 * count)).sqrt();
-        // No pixel at all, or no noise: what has not been met yet may be anything.
+        // No pixels, or no noise: what has not been sampled yet may be anything.
         (error.is_finite() && error > 0.0).then_some(error)
     }
 
-    /// The tiles of `of` as seen by the other half.
+    /// The tiles of `of`, with the noise measured by the other half.
     fn shares(&self, of: usize) -> Vec<Share> {
         let film = &self.halves[1 - of].film;
         let seen = film.pixels().iter().filter(|p| p.count() > 0);
@@ -255,7 +252,7 @@ impl<'a> Passes<'a> {
             .collect()
     }
 
-    /// The counts after the next pass; today's where no time is left.
+    /// The counts after the next pass; the current ones if no time is left.
     fn plan(
         &self,
         goal: &Goal,
@@ -267,8 +264,8 @@ impl<'a> Passes<'a> {
         let shares = [0, 1].map(|half| self.shares(half));
         let mut plan = [0, 1].map(|half| doubled(&shares[half], most));
         if let Some((wanted, error)) = goal.error.zip(error) {
-            // What the shares promise for the mean of the halves, against what their difference shows:
-            // well-spread samples do better than independent ones.
+            // The error that the allocation predicts for the mean of the halves, compared with their actual difference:
+            // well-distributed samples do better than independent ones.
             let promised: f64 = shares
                 .iter()
                 .flatten()
@@ -294,7 +291,7 @@ impl<'a> Passes<'a> {
         [0, 1].map(|i| for_samples(&shares[i], 0.5 * affordable, most))
     }
 
-    /// Fills tiles without a sample of their own.
+    /// Fills tiles that have no samples of their own.
     fn fill(&self, film: &mut Film) {
         let [a, b] = &self.halves;
         let counts = a.counts.iter().zip(&b.counts);

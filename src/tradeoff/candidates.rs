@@ -1,4 +1,4 @@
-//! The settings that are tried.
+//! The candidate settings of a study.
 
 use crate::cameras::{CameraSpec, Precision};
 use crate::filters::{
@@ -11,31 +11,31 @@ use crate::optics::pupil::PupilSampling;
 use crate::samplers::{Points, SamplerSpec, Stratified};
 use crate::scene::options::Options;
 
-/// What is turned.
+/// A setting that can be varied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Setting {
-    /// Nothing: the scene as it stands.
+    /// None: the scene as it is.
     Scene,
-    /// Samples a pixel.
+    /// Samples per pixel.
     Samples,
-    /// How they are spread.
+    /// The sampler.
     Sampler,
-    /// What camera rays are made with.
+    /// The lens model that generates camera rays.
     LensModel,
-    /// In which number type.
+    /// The floating-point precision of lens tracing.
     Precision,
-    /// How lens samples are spread over the exit pupil.
+    /// The distribution of lens samples over the exit pupil.
     PupilSampling,
-    /// Scattering events.
+    /// Maximum path depth (scattering events).
     MaxDepth,
-    /// How lights are chosen.
+    /// The light selection strategy.
     LightChoice,
-    /// The reconstruction filter: another look rather than another quality.
+    /// The reconstruction filter, which changes the look rather than the quality.
     Filter,
 }
 
 impl Setting {
-    /// For tables.
+    /// Its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Setting::Scene => "scene",
@@ -50,25 +50,25 @@ impl Setting {
         }
     }
 
-    /// May a recommendation turn it? A filter is a matter of taste.
+    /// Returns `true` if a recommendation may change it. A filter is a matter of taste.
     pub fn is_quality(self) -> bool {
         !matches!(self, Setting::Scene | Setting::Samples | Setting::Filter)
     }
 }
 
-/// One setting.
+/// One setting with one value.
 #[derive(Clone, Debug)]
 pub struct Candidate {
-    /// What is turned.
+    /// The setting that is varied.
     pub setting: Setting,
-    /// To what: as the scene file spells it.
+    /// Its value, as spelled in the scene file.
     pub value: String,
-    /// All options, this one included.
+    /// All options, including this one.
     pub options: Options,
 }
 
-/// All settings for a scene, the scene's own first: the sample counts `counts`, every other setting at
-/// `spp` samples a pixel.
+/// All candidates for a scene, the scene's own first: the sample counts `counts`, and every other setting at `spp`
+/// samples per pixel.
 pub fn candidates(options: &Options, spp: u32, counts: &[u32]) -> Vec<Candidate> {
     let base = with(options, |o| o.sampler = o.sampler.clone().with_spp(spp));
     let mut candidates = vec![Candidate {
@@ -116,7 +116,7 @@ fn with(options: &Options, change: impl FnOnce(&mut Options)) -> Options {
     options
 }
 
-/// The kinds of points that the scene does not use.
+/// The samplers that the scene does not use.
 fn samplers(own: &SamplerSpec) -> Vec<(&'static str, SamplerSpec)> {
     let spp = own.spp;
     let grid = Points::Stratified(Stratified::new(4, 4, true, None));
@@ -183,11 +183,11 @@ fn cameras(own: &CameraSpec) -> Vec<(Setting, String, CameraSpec)> {
     all
 }
 
-/// Depths and choices of lights that the scene does not use.
+/// Maximum depths and light selection strategies that the scene does not use.
 fn integrators(own: &IntegratorSpec) -> Vec<(Setting, String, IntegratorSpec)> {
     let mut all = Vec::new();
     let depths = |own: u32| {
-        // Half as deep each time, and twice as deep once: what the end of the path costs.
+        // Half the depth each time, and twice the depth once: the cost of the path's end.
         let mut depths = vec![own.saturating_mul(2)];
         let mut depth = own / 2;
         while depth > 0 && depths.len() < 5 {

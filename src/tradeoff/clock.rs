@@ -1,12 +1,12 @@
-//! Processor time: what an image costs, whoever else uses the machine.
+//! CPU time: the cost of an image, unaffected by other work on the machine.
 
 use std::time::Duration;
 
-/// Time that processors have worked for this process so far, all its threads together: two threads that work
-/// for a second each make two seconds. Waiting for other processes does not count.
+/// CPU time used by this process so far, by all its threads together: two threads that run for a second each use two
+/// seconds. Waiting for other processes does not count.
 ///
-/// Source: POSIX, `clock_gettime(CLOCK_PROCESS_CPUTIME_ID)`. Where there is no such clock (Windows), the
-/// time of day since the first call.
+/// Source: POSIX, `clock_gettime(CLOCK_PROCESS_CPUTIME_ID)`. If there is no such clock (Windows), the wall-clock time
+/// since the first call.
 pub fn processor_time() -> Duration {
     platform::now()
 }
@@ -43,7 +43,7 @@ mod tests {
     #[test]
     #[cfg(unix)]
     fn work_takes_processor_time() {
-        // Other tests of this process work at the same time, so how much it takes cannot be said.
+        // Other tests of this process run at the same time, so there is no upper bound.
         let (started, before) = (Instant::now(), processor_time());
         let mut x = 1u64;
         while started.elapsed() < Duration::from_millis(20) {

@@ -1,19 +1,19 @@
-//! What one setting's images tell.
+//! Error, bias and cost of one setting, from its images.
 
 use crate::film::Image;
 use glam::DVec3;
 
-/// A number and half the width of its 95 % confidence interval.
+/// An estimate with half the width of its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The number.
+    /// The estimate.
     pub value: f64,
-    /// Half the interval.
+    /// Half the width of the interval.
     pub within: f64,
 }
 
 impl Estimate {
-    /// Of the mean of independent values, by Student's t; an infinite interval for fewer than two.
+    /// The mean of independent values, by Student's t; the interval is infinite for fewer than two.
     pub fn of_mean(values: &[f64]) -> Estimate {
         let n = values.len() as f64;
         let value = values.iter().sum::<f64>() / n;
@@ -25,7 +25,7 @@ impl Estimate {
         Estimate { value, within }
     }
 
-    /// By the jackknife (Quenouille 1949, Tukey 1958): `statistic` of all but one, each in turn.
+    /// The jackknife estimate (Quenouille 1949, Tukey 1958): `statistic` of all values but one, each in turn.
     pub fn jackknife(count: usize, statistic: impl Fn(&dyn Fn(usize) -> bool) -> f64) -> Estimate {
         let value = statistic(&|_| true);
         let without: Vec<f64> = (0..count).map(|i| statistic(&|j| j != i)).collect();
@@ -39,7 +39,7 @@ impl Estimate {
         Estimate { value, within }
     }
 
-    /// Does the interval leave out `value`?
+    /// Returns `true` if `value` is outside the interval.
     pub fn excludes(&self, value: f64) -> bool {
         (self.value - value).abs() > self.within
     }
@@ -64,14 +64,14 @@ fn student_97_5(freedom: usize) -> f64 {
     }
 }
 
-/// The image to compare with.
+/// The reference image.
 #[derive(Clone, Debug)]
 pub struct Reference {
     /// The image.
     pub image: Image,
     /// Its own relative error, squared.
     pub squared_error: f64,
-    /// ε², by which dark pixels are kept from deciding alone: 1 % of the image's mean, squared.
+    /// ε², which keeps dark pixels from dominating: 1 % of the image's mean, squared.
     floor: f64,
 }
 
@@ -102,26 +102,26 @@ impl Reference {
     }
 }
 
-/// What one setting's images tell; all errors are relative to the reference.
+/// The results of one setting; all errors are relative to the reference.
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
-    /// Mean squared error of one image, the reference's own taken off.
+    /// Mean squared error of one image, minus the reference's own.
     pub squared_error: Estimate,
-    /// What of it changes from seed to seed.
+    /// The part of it that varies from seed to seed.
     pub variance: Estimate,
-    /// The rest: not below 0 but for noise.
+    /// The rest: non-negative except for noise.
     pub squared_bias: Estimate,
-    /// Seconds of processor time for one image ([`super::clock::processor_time`]).
+    /// Seconds of CPU time for one image ([`super::clock::processor_time`]).
     pub seconds: Estimate,
-    /// 1 / (mean squared error · seconds), where a bias counts that is seen for certain: without one the same for any number of
-    /// samples, and never what more samples would not buy.
+    /// 1 / (mean squared error · seconds), where only a significant bias counts: without one it is the same for any
+    /// number of samples, and with one it does not promise what more samples cannot achieve.
     pub efficiency: Estimate,
 }
 
 impl Measurement {
-    /// From `images` of one setting with different seeds, at least 3, and the seconds each took.
+    /// The measurement from `images` of one setting with different seeds, at least 3, and the seconds each took.
     pub fn new(reference: &Reference, spp: u32, images: &[Image], seconds: &[f64]) -> Measurement {
         let count = images.len();
         let errors: Vec<f64> = images
@@ -132,7 +132,7 @@ impl Measurement {
                 reference.relative(difference) - reference.squared_error
             })
             .collect();
-        // Σ over images of the squared distance from their mean, for any part of them.
+        // Σ over images of the squared distance from their mean, for any subset of them.
         let variance = |kept: &dyn Fn(usize) -> bool| {
             let kept: Vec<&Image> = (0..count)
                 .filter(|&i| kept(i))
@@ -167,19 +167,19 @@ impl Measurement {
         }
     }
 
-    /// The relative error, as a share.
+    /// The relative error, as a fraction.
     pub fn error(&self) -> Estimate {
         root(&self.squared_error)
     }
 
-    /// The relative bias, as a share; 0 where nothing but noise is seen of it.
+    /// The relative bias, as a fraction; 0 if it is not significant.
     pub fn bias(&self) -> Estimate {
         root(&self.squared_bias)
     }
 }
 
-/// The square root, to first order in its uncertainty; of what is not above 0 as far as is known: the
-/// root of what it may be at most.
+/// The square root, to first order in its uncertainty; for values not significantly positive, the root of the upper
+/// bound.
 fn root(square: &Estimate) -> Estimate {
     let value = square.value.max(0.0).sqrt();
     let most = (square.value + square.within).max(0.0).sqrt();
@@ -215,7 +215,7 @@ mod tests {
             .map(|seed| image(|i| 1.02 + noise(seed, i, 0.1)))
             .collect();
         let measured = Measurement::new(&reference, 4, &images, &[1.0, 1.1, 0.9, 1.0, 1.0]);
-        // 1600 pixels of uniform noise, five times: the variance is known to 2 %, times t of 4 freedoms.
+        // 1600 pixels of uniform noise, five times: the variance is known to 2 %, times t for 4 degrees of freedom.
         let variance = 0.01 / 12.0;
         assert!((measured.variance.value / variance - 1.0).abs() < 0.06);
         assert!((measured.squared_bias.value / 0.0004 - 1.0).abs() < 0.15);
@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn a_biased_setting_is_not_efficient() {
         let reference = Reference::new(image(|_| 1.0), 0.0);
-        // Three times brighter and quiet, in a tenth of the time.
+        // Three times brighter and noiseless, in a tenth of the time.
         let images = |offset: f32, width: f32| -> Vec<Image> {
             let one = |seed| image(|i| offset + noise(seed, i, width));
             (0..5).map(one).collect()
@@ -235,7 +235,7 @@ mod tests {
         let fair = Measurement::new(&reference, 4, &images(1.0, 0.1), &[1.0; 5]);
         let biased = Measurement::new(&reference, 4, &images(3.0, 0.01), &[0.1; 5]);
         assert!(biased.efficiency.value < 0.01 * fair.efficiency.value);
-        // Without a bias nothing but the variance counts.
+        // Without a bias only the variance counts.
         assert!((fair.efficiency.value * 0.01 / 12.0 - 1.0).abs() < 0.1);
     }
 

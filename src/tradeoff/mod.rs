@@ -1,10 +1,9 @@
-//! What each setting that trades speed for accuracy costs and buys, measured on the user's own scene.
+//! Measures how settings trade speed for accuracy on the user's own scene.
 //!
-//! The scene is rendered for long as it stands: its own **reference**. Then, one setting turned at a
-//! time, every setting of the [`candidates`] is rendered several times with different seeds, all of them by
-//! turns so that a machine that is busy for a while is unfair to nobody. An image's distance from the
-//! reference is error; what of it differs from seed to seed is variance, the rest bias.
-//! ([`measure`]). From that a [`recommendation`] follows, which is rendered to see whether it is true.
+//! The unchanged scene is rendered for a long time: its own **reference**. Then every one of the [`candidates`], which
+//! vary one setting at a time, is rendered several times with different seeds, interleaved so that other load on the
+//! machine affects all equally. An image's distance from the reference is its error; the part that varies from seed to
+//! seed is variance, the rest bias ([`measure`]). This yields a [`recommendation`], which is rendered to verify it.
 
 pub mod candidates;
 pub mod clock;

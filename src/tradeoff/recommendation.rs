@@ -3,30 +3,30 @@
 use super::{Candidate, Measurement, Setting};
 use crate::samplers::Points;
 
-/// What to take.
+/// The recommended settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recommendation {
-    /// The relative error that is asked for.
+    /// The requested relative error.
     pub target: f64,
-    /// Knobs to turn, and to what, by position among the candidates: the best of each kind that beats
-    /// the scene's own setting for certain.
+    /// Settings to change, as indices of candidates: the best of each kind that is significantly better than the
+    /// scene's own setting.
     pub turned: Vec<usize>,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
-    /// Seconds of processor time that an image should take then.
+    /// Expected seconds of CPU time for an image.
     pub seconds: f64,
-    /// Relative error that it should have.
+    /// Expected relative error.
     pub error: f64,
     /// The squared error falls as the samples to the power −`slope`.
     slope: f64,
-    /// Samples come in powers of two.
+    /// Whether sample counts must be powers of two.
     by_powers: bool,
 }
 
-/// A bias may be this part of the squared error that is asked for.
+/// Maximum fraction of the requested squared error that may be bias.
 const SHARE_OF_BIAS: f64 = 0.25;
 
-/// The most samples that are recommended.
+/// Maximum recommended samples per pixel.
 const MAX_SPP: f64 = (1u32 << 24) as f64;
 
 /// The squared error falls as the samples to the power −`slope`, fitted over the sample candidates; 1 for
@@ -47,7 +47,7 @@ pub fn slope(measured: &[(Candidate, Measurement)]) -> Option<f64> {
 }
 
 impl Recommendation {
-    /// More samples, the error having been `miss` times what was asked for.
+    /// Increases the samples after the error was `miss` times the requested one.
     pub(super) fn ask_for_more(&mut self, miss: f64) {
         let more = f64::from(self.spp) * miss.max(1.0).powf(2.0 / self.slope) * 1.05;
         let before = f64::from(self.spp);
@@ -56,7 +56,7 @@ impl Recommendation {
     }
 }
 
-/// Points of low discrepancy are well spread in powers of two.
+/// Low-discrepancy points are well distributed in powers of two.
 fn samples(wanted: f64, by_powers: bool) -> u32 {
     let whole = wanted.ceil().clamp(1.0, MAX_SPP) as u32;
     match by_powers {
@@ -65,7 +65,7 @@ fn samples(wanted: f64, by_powers: bool) -> u32 {
     }
 }
 
-/// From the measurements, whose first is the scene as it stands.
+/// The recommendation from the measurements, the first of which is the unchanged scene.
 pub fn recommend(measured: &[(Candidate, Measurement)], target: f64) -> Option<Recommendation> {
     let (_, base) = measured.first()?;
     let squared = target * target;
@@ -96,8 +96,7 @@ pub fn recommend(measured: &[(Candidate, Measurement)], target: f64) -> Option<R
             bias += m.squared_bias.value.max(0.0);
         }
     }
-    // Slopes beyond what was measured are not trusted: at least what independent samples give, at most
-    // twice that.
+    // Slopes beyond what was measured are not trusted: at least that of independent samples, and at most twice that.
     let slope = slope(measured).unwrap_or(1.0).clamp(1.0, 2.0);
     let wanted = f64::from(base.spp) * (variance / (squared - bias)).powf(1.0 / slope);
     let sampler = turned

@@ -11,51 +11,50 @@ use crate::scene::options::Options;
 use crate::session::{Prepared, on_threads};
 use std::time::{Duration, Instant};
 
-/// How a study is made.
+/// Settings of a study.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Time for all of it.
+    /// Total time.
     pub time: Duration,
     /// The relative error to recommend a setting for.
     pub target: f64,
-    /// Seed of all random numbers.
+    /// Seed of all random samples.
     pub seed: u64,
 }
 
-/// What came of it.
+/// The results of a study.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// Pixels of the images.
+    /// Resolution of the images in pixels.
     pub resolution: [u32; 2],
     /// Relative error of the reference.
     pub reference_error: f64,
-    /// Its samples a pixel.
+    /// Its samples per pixel.
     pub reference_spp: f64,
-    /// Processors that worked on it at a time, on average: what processor time is to be divided by for the
-    /// time one waits.
+    /// Average number of processors in use: CPU time divided by this is wall-clock time.
     pub processors: f64,
-    /// Every setting with what it costs and buys; the scene as it stands first.
+    /// Every setting with its error and cost; the unchanged scene first.
     pub measured: Vec<(Candidate, Measurement)>,
     /// Settings that could not be rendered, and why.
     pub failed: Vec<(Candidate, CameraError)>,
     /// The squared error falls with the samples to the power −`slope`.
     pub slope: Option<f64>,
-    /// What to take.
+    /// The recommended settings.
     pub recommendation: Option<Recommendation>,
-    /// What the recommendation gave when it was rendered; `None` where it would have taken too long.
+    /// The result of rendering the recommendation; `None` if it would have taken too long.
     pub verified: Option<Measurement>,
 }
 
-/// Images of each setting: as few as give a confidence interval worth the name.
+/// Images of each setting: the fewest that give a meaningful confidence interval.
 const IMAGES: u64 = 5;
 
-/// So many times samples are added where the recommendation turns out to be too few.
+/// Maximum number of times that samples are added if the recommendation turns out to be too few.
 const ATTEMPTS: u64 = 3;
 
-/// Part of the time that goes into the reference: as much as into all settings together, for its error
-/// bounds what can be said of theirs.
+/// Fraction of the time for the reference: as much as for all settings together, since its error limits the accuracy of
+/// theirs.
 const FOR_REFERENCE: f64 = 0.45;
-/// Part for the settings; the rest is for the recommendation.
+/// Fraction for the settings; the rest is for the recommendation.
 const FOR_SETTINGS: f64 = 0.4;
 
 /// Studies a frame, on its threads. `say` hears what is being done.
@@ -94,11 +93,12 @@ fn study_scene(
     let waited = started.elapsed().as_secs_f64().max(1e-9);
     let spp_per_second = done.spp / waited;
     let processors = ((processor_time() - worked).as_secs_f64() / waited).max(0.01);
-    // Without any noise there is none to be subtracted.
+    // Without any noise there is none to subtract.
     let reference_error = done.error.unwrap_or(0.0);
     let reference = Reference::new(done.film.develop(), reference_error);
 
-    // The sample candidates ends at four times the other settings' count, and all of it costs twice its end.
+    // The sample candidates end at four times the count of the other settings, and all of them together cost twice the
+    // last one.
     let spp_in = |seconds: f64| seconds * spp_per_second / IMAGES as f64;
     let settings_count = candidates(options, 1, &[]).len() as f64;
     let affordable = spp_in(FOR_SETTINGS * total) / (settings_count + 2.0 * 4.0);
@@ -130,7 +130,7 @@ fn study_scene(
     let mut verified = None;
     let mut images_taken = IMAGES;
     while let Some(advice) = &mut recommendation {
-        // Some time is kept whatever the settings took.
+        // Some time is kept regardless of how long the settings took.
         let left = (total - started.elapsed().as_secs_f64()).max(0.1 * total);
         if advice.seconds / processors * 3.0 > left {
             break;
@@ -154,7 +154,7 @@ fn study_scene(
         if images_taken >= IMAGES + 3 * ATTEMPTS {
             break;
         }
-        // What was rendered is no longer what is advised.
+        // The rendered settings are no longer the recommended ones.
         verified = None;
         advice.ask_for_more(miss);
     }
@@ -206,7 +206,7 @@ impl Images {
     }
 }
 
-/// The scene with all that is advised.
+/// The scene with all recommended settings.
 fn advised(
     options: &Options,
     measured: &[(Candidate, Measurement)],
@@ -265,7 +265,7 @@ fn seed(study: u64, image: u64) -> u64 {
     crate::math::hash::mix2(study ^ 0x7261_6465_6f66_6600, image)
 }
 
-/// The largest power of two that is not above `x`, at least 1.
+/// The largest power of two not above `x`, at least 1.
 fn power_of_two(x: f64) -> u32 {
     1 << (x.max(1.0).log2().floor().min(20.0) as u32)
 }

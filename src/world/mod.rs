@@ -1,5 +1,5 @@
-//! The frozen world that rays meet: everything a render reads and nothing it writes,
-//! shared by all threads without locks. It holds only what its scene needs.
+//! The immutable world: everything a render reads and nothing it writes, shared by all threads without locks. It holds
+//! only what its scene needs.
 
 use crate::accel::{EmitterHit, Geometry, GeometryHit};
 use crate::bsdf::{Bsdf, BsdfSample};
@@ -23,19 +23,19 @@ pub struct World {
     pub textures: Textures,
     /// Lights by [`LightId`], area lights included.
     pub lights: Vec<Light>,
-    /// How many of `lights`, from the front, light is sampled from; the rest are emitters inside
-    /// objects, which glow and light nothing, as in pbrt-v3 (docs/scene-language.md §2.4).
+    /// How many of `lights`, from the front, are sampled; the rest are emitters inside objects, which are visible but
+    /// illuminate nothing, as in pbrt-v3 (docs/scene-language.md §2.4).
     sampled_lights: usize,
-    /// Those of `lights` that surround the scene.
+    /// Those of `lights` that are infinitely far away (environment lights).
     pub infinite_lights: Vec<LightId>,
-    /// Participating media and their borders.
+    /// Participating media and their interfaces.
     pub media: Media,
     /// See [`Geometry::has_recoverable_surfaces`].
     has_recoverable_surfaces: bool,
 }
 
 impl World {
-    /// Puts a world together; the first `sampled_lights` of `lights` are sampled.
+    /// Assembles a world; the first `sampled_lights` of `lights` are sampled.
     pub fn new(
         geometry: Geometry,
         materials: Vec<Material>,
@@ -60,23 +60,23 @@ impl World {
         }
     }
 
-    /// The same world filled with `media`, whose borders its surfaces name.
+    /// The same world with `media`, whose interfaces its surfaces refer to.
     pub fn with_media(self, media: Media) -> World {
         World { media, ..self }
     }
 
-    /// The lights that light is sampled from; position i is [`LightId`] i.
+    /// The lights that are sampled; index i is [`LightId`] i.
     pub fn sampled_lights(&self) -> &[Light] {
         &self.lights[..self.sampled_lights]
     }
 
-    /// Does anything in the world filter over a texture footprint? If not, cameras need not make
-    /// ray differentials.
+    /// Returns `true` if anything in the world filters over a texture footprint. If not, cameras need not generate ray
+    /// differentials.
     pub fn needs_footprint(&self) -> bool {
         self.textures.needs_footprint() || self.materials.iter().any(Material::needs_footprint)
     }
 
-    /// The nearest surface along a ray.
+    /// The closest hit along a ray.
     pub fn intersect(&self, ray: &Ray) -> Option<GeometryHit> {
         self.geometry
             .intersect(ray, &|input, point| self.textures.float(input, point))
@@ -88,7 +88,7 @@ impl World {
             .intersect_emitter(ray, &|input, point| self.textures.float(input, point))
     }
 
-    /// Is anything in the way before the ray's end?
+    /// Returns `true` if anything blocks the ray before its end.
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.geometry
             .occluded(ray, &|input, point| self.textures.float(input, point))
@@ -99,8 +99,7 @@ impl World {
         self.has_recoverable_surfaces
     }
 
-    /// The medium that a ray gets into which leaves a hit in direction `d`, `current` being the
-    /// one it came through.
+    /// The medium that a ray enters which leaves a hit in direction `d`, where `current` is the one it came through.
     pub fn medium_beyond(
         &self,
         hit: &GeometryHit,
@@ -113,7 +112,7 @@ impl World {
         }
     }
 
-    /// The material of a hit; `None` for a surface without one (`Material "none"`), which rays pass.
+    /// The material of a hit; `None` for a surface without one (`Material "none"`), which rays pass through.
     pub fn material(&self, id: Option<MaterialId>) -> Option<&Material> {
         self.materials.get(id?.index())
     }
@@ -131,7 +130,7 @@ impl World {
         material.fill_bsdf(surface, &footprint, &self.textures, &self.materials, bsdf);
     }
 
-    /// The same as an answer, where speed does not matter.
+    /// Like [`World::fill_bsdf`], by value, where speed does not matter.
     pub fn bsdf<'a>(
         &'a self,
         material: &'a Material,
@@ -143,8 +142,8 @@ impl World {
         bsdf
     }
 
-    /// Where light goes on that the `bsdf` at a hit has transmitted as `sample` says; `choice` gives
-    /// a fresh number in [0, 1) if one is needed.
+    /// How light continues that the `bsdf` at a hit has transmitted as `sample`; `choice` returns a sample in [0, 1) if
+    /// one is needed.
     pub fn subsurface_transport(
         &self,
         material: Option<MaterialId>,
@@ -167,7 +166,7 @@ impl World {
         &self.lights[id.index()]
     }
 
-    /// Radiance that arrives along a ray which met nothing: all surrounding lights together.
+    /// Radiance along a ray that hits nothing: the sum of all infinite lights.
     pub fn escaped_radiance(&self, ray: &Ray) -> Rgb {
         self.infinite_lights
             .iter()

@@ -55,7 +55,7 @@ fn mean(n: u32, mut f: impl FnMut(&mut SampleStream) -> Rgb) -> (Rgb, Rgb) {
     )
 }
 
-/// Within four standard errors, one false alarm in 15,000, and rounding.
+/// Within four standard errors (one false alarm in 15,000), plus rounding.
 fn assert_agrees(what: &str, (mean, error): (Rgb, Rgb), expected: [f64; 3]) {
     for c in 0..3 {
         let (mean, error) = (f64::from(mean[c]), f64::from(error[c]));
@@ -68,7 +68,7 @@ fn assert_agrees(what: &str, (mean, error): (Rgb, Rgb), expected: [f64; 3]) {
     }
 }
 
-/// Through the unit cube and what is behind it.
+/// Through the unit cube and beyond it.
 const ALONG_X: Ray = Ray {
     o: Vec3::new(-2.0, 0.5, 0.5),
     d: Vec3::X,
@@ -100,7 +100,7 @@ fn a_slab_obeys_beers_law_and_glows_with_its_saturated_emission() {
         let expected = [0, 1, 2].map(|c| emission[c] * (1.0 - left[c]) / sigma[c]);
         assert_agrees("emission", glow, expected);
     }
-    // Without matter in the way: what the whole way emits.
+    // Without matter in the way: the emission of the whole segment.
     let glow = Volumes::new(vec![volume(
         "homogeneous",
         "\"rgb Le\" [2 2 2]",
@@ -140,7 +140,7 @@ fn an_exponential_density_has_the_integral_of_its_formula() {
         }
         assert!(depth > 0.01, "the ray meets the box: {depth}");
         let left = mean(4, |stream| haze.transmittance(&ray, f32::INFINITY, stream));
-        // The quadrature ends within a step of the box's sides.
+        // The quadrature's endpoints are within a step of the box's sides.
         let expected = [0.5, 1.0, 2.0].map(|sigma: f64| (-sigma * depth).exp());
         for (found, expected) in left.0.to_array().into_iter().zip(expected) {
             assert!((f64::from(found) - expected).abs() < 2e-4, "{}", left.0);
@@ -156,7 +156,7 @@ fn an_exponential_density_has_the_integral_of_its_formula() {
     }
 }
 
-/// What passes and what scatters before a distance, in every channel, against Beer's law.
+/// What is transmitted and what scatters before a distance, in every channel, against Beer's law.
 fn assert_flies(
     what: &str,
     volumes: &Volumes,
@@ -234,7 +234,7 @@ fn overlapping_boxes_add_up() {
     assert_agrees("emission of two", glow, expected);
 }
 
-/// A box is turned and stretched with its space; coefficients are per unit of the world.
+/// A box is rotated and stretched with its space; coefficients are per world unit.
 #[test]
 fn a_turned_and_stretched_box_has_its_own_length() {
     let place = Transform::rotate(45.0, DVec3::Z) * Transform::scale(DVec3::new(2.0, 2.0, 1.0));
