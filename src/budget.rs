@@ -1,20 +1,20 @@
-//! Memory that a scene may take.
+//! Memory budget of a scene.
 //!
-//! What a file claims or a parameter asks for is charged before it is allocated, so that too much is an
-//! error with a place in the scene and not the end of the process. Charged is what can be large: images,
-//! meshes with their trees, compressed data, Ptex files, the film. Nothing is charged per ray.
+//! Whatever a file claims or a parameter asks for is charged before it is allocated, so that too much is an error with
+//! a location in the scene and does not end the process. Large items are charged: images, meshes with their trees,
+//! compressed data, Ptex files, the film. Nothing is charged per ray.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// How much memory is left of a limit. Shared by the threads that load files.
+/// The memory left of a limit. Shared by the threads that load files.
 #[derive(Debug)]
 pub struct Budget {
     limit: u64,
     left: AtomicU64,
 }
 
-/// Why something is not loaded.
+/// Error: something does not fit in the memory budget.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "needs {} of memory, of which {} are left within the limit of {} (see --max-memory)",
@@ -25,13 +25,13 @@ pub struct Budget {
 pub struct OverBudget {
     /// Bytes it would take.
     pub needed: u64,
-    /// Bytes that are left.
+    /// Bytes left in the budget.
     pub left: u64,
-    /// Bytes that there were at the beginning.
+    /// Bytes of the whole budget.
     pub limit: u64,
 }
 
-/// Bytes charged for as long as something lasts.
+/// Bytes charged until this is dropped.
 #[derive(Debug)]
 pub struct Held<'a> {
     budget: &'a Budget,
@@ -39,7 +39,7 @@ pub struct Held<'a> {
 }
 
 impl Budget {
-    /// With `limit` bytes; `None` for what the machine has to give.
+    /// A budget of `limit` bytes; `None` for what the machine provides.
     pub fn new(limit: Option<u64>) -> Budget {
         let limit = limit.or_else(of_machine).unwrap_or(u64::MAX);
         Budget {
@@ -48,20 +48,20 @@ impl Budget {
         }
     }
 
-    /// For what is known to be small.
+    /// A budget for data that is known to be small.
     pub fn unlimited() -> Budget {
         Budget::new(Some(u64::MAX))
     }
 
-    /// Bytes that are left.
+    /// Bytes left.
     pub fn left(&self) -> u64 {
         self.left.load(Relaxed)
     }
 
-    /// Charges `bytes` for good.
+    /// Charges `bytes` permanently.
     ///
     /// # Errors
-    /// There are not so many left; nothing is charged then.
+    /// Fails, without charging anything, if fewer bytes are left.
     pub fn take(&self, bytes: u64) -> Result<(), OverBudget> {
         let taken = self
             .left
@@ -73,10 +73,10 @@ impl Budget {
         })
     }
 
-    /// Charges `bytes` until what is returned is dropped.
+    /// Charges `bytes` until the returned value is dropped.
     ///
     /// # Errors
-    /// As of [`Budget::take`].
+    /// As for [`Budget::take`].
     pub fn hold(&self, bytes: u64) -> Result<Held<'_>, OverBudget> {
         self.take(bytes)?;
         Ok(Held {
@@ -92,7 +92,7 @@ impl Drop for Held<'_> {
     }
 }
 
-/// A number of bytes as people write it.
+/// A number of bytes in human-readable form.
 struct Bytes(u64);
 
 impl fmt::Display for Bytes {
@@ -107,10 +107,10 @@ impl fmt::Display for Bytes {
     }
 }
 
-/// Reads a size such as `8G`, `512MiB` or `1000000`: powers of 1024.
+/// Parses a size such as `8G`, `512MiB` or `1000000`; units are powers of 1024.
 ///
 /// # Errors
-/// Anything else, with what was expected.
+/// Fails for anything else, stating what was expected.
 pub fn parse_size(text: &str) -> Result<u64, String> {
     let expected = || "expected a size such as 8G, 512M or 1000000 (bytes)".to_string();
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -131,11 +131,11 @@ pub fn parse_size(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Part of the machine's memory that is left to others.
+/// One over the fraction of the machine's memory that is left to other processes.
 const RESERVE: u64 = 16;
 
-/// What can be had without swapping, and within the limits of this process's control groups, less a
-/// reserve. `None` where the operating system does not tell (other than Linux).
+/// Memory available without swapping, and within the limits of this process's control groups, minus a reserve. `None`
+/// if the operating system does not report it (other than Linux).
 fn of_machine() -> Option<u64> {
     let available = available(&std::fs::read_to_string("/proc/meminfo").ok()?)?;
     let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
@@ -153,8 +153,8 @@ fn available(meminfo: &str) -> Option<u64> {
     kilobytes.checked_mul(1024)
 }
 
-/// What the control group named by a line of `/proc/self/cgroup`, and those it is in, leave of their
-/// memory (cgroups(7): version 2 has one line `0::PATH`, version 1 a line `N:memory:PATH`).
+/// Memory left in the control group named by a line of `/proc/self/cgroup`, and in its ancestors (cgroups(7): version 2
+/// has one line `0::PATH`, version 1 a line `N:memory:PATH`).
 fn left_in_group(line: &str) -> Option<u64> {
     let mut fields = line.splitn(3, ':');
     let (_, controllers, path) = (fields.next()?, fields.next()?, fields.next()?);
@@ -173,7 +173,7 @@ fn left_in_group(line: &str) -> Option<u64> {
         ),
         _ => return None,
     };
-    // Seen from within a container the group is the root itself, whatever its path.
+    // Inside a container the group is the root itself, whatever its path.
     let groups = std::path::Path::new(path).ancestors();
     let folders = groups.map(|group| {
         let group = group.strip_prefix("/").unwrap_or(group);

@@ -1,7 +1,7 @@
-//! Reading files: the one way by which a scene, and all that it names, comes in.
+//! File reading: everything a scene refers to is read through here.
 //!
-//! Only regular files are read, and no more of them than they have when they are opened: a pipe or
-//! a device may never end, and opening a pipe that nobody writes to would wait for ever.
+//! Only regular files are read, up to their size when they were opened: a pipe or a device may never end, and opening a
+//! pipe without a writer would block forever.
 
 use crate::budget::{Budget, OverBudget};
 use std::fs::{File, Metadata};
@@ -11,40 +11,40 @@ use std::path::{Path, PathBuf};
 /// Why a file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FileProblem {
-    /// Nothing is there.
+    /// There is no such file.
     #[error("there is no such file")]
     Missing,
-    /// A folder is there.
+    /// It is a folder.
     #[error("this is a folder")]
     Folder,
-    /// A pipe, a device or a socket is there.
+    /// It is a pipe, a device or a socket.
     #[error("this is not a regular file")]
     NotRegular,
-    /// A repository was cloned without the large files in it.
+    /// It is a placeholder, as in a repository cloned without its large files.
     #[error("this is a Git LFS pointer; run `git lfs pull` for the file it stands for")]
     LfsPointer,
-    /// Elsewhere, and only one folder may be read.
+    /// It is outside the only folder that may be read.
     #[error("files are read only within `{}` (--files-within)", .0.display())]
     Outside(
         /// The folder.
         PathBuf,
     ),
-    /// Beyond what its reader takes.
+    /// It is larger than its reader accepts.
     #[error("it is larger than {} MiB", .0 >> 20)]
     TooLarge(
         /// The limit in bytes.
         u64,
     ),
-    /// There is not enough memory for it.
+    /// It exceeds the memory budget.
     #[error("it {0}")]
     OverBudget(#[from] OverBudget),
-    /// What the operating system said.
+    /// Another error, in the operating system's words.
     #[error("{0}")]
     Other(String),
 }
 
 impl From<std::io::Error> for FileProblem {
-    /// The commonest problem in words of our own, the same on every system.
+    /// The most common error in our own words, the same on every system.
     fn from(error: std::io::Error) -> FileProblem {
         match error.kind() {
             std::io::ErrorKind::NotFound => FileProblem::Missing,
@@ -53,7 +53,7 @@ impl From<std::io::Error> for FileProblem {
     }
 }
 
-/// All bytes of the regular file at `path`, which may have `most` of them.
+/// All bytes of the regular file at `path`, at most `most`.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileProblem> {
     let metadata = regular(path)?;
     if metadata.len() > most {
@@ -62,8 +62,8 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileProblem> {
     read_regular(path, &metadata)
 }
 
-/// All bytes of the regular file at `path`, unless `budget` has not so many left. They are not charged: what is made of
-/// them is.
+/// All bytes of the regular file at `path`, unless they exceed what is left of `budget`. They are not charged; what is
+/// made of them is.
 pub fn read_within(path: &Path, budget: &Budget) -> Result<Vec<u8>, FileProblem> {
     let metadata = regular(path)?;
     let _held = budget.hold(metadata.len())?;
@@ -71,7 +71,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<Vec<u8>, FileProblem>
 }
 
 fn regular(path: &Path) -> Result<Metadata, FileProblem> {
-    // Asked before it is opened: opening a pipe waits for its other end.
+    // Checked before opening: opening a pipe waits for its other end.
     let metadata = std::fs::metadata(path)?;
     if metadata.is_dir() {
         return Err(FileProblem::Folder);
@@ -83,8 +83,8 @@ fn regular(path: &Path) -> Result<Metadata, FileProblem> {
 }
 
 fn read_regular(path: &Path, metadata: &Metadata) -> Result<Vec<u8>, FileProblem> {
-    // A file that grows meanwhile is read as far as it was. Reading from the `File` itself keeps its
-    // size hint, so that the buffer is allocated once.
+    // A file that grows meanwhile is read up to its previous size. Reading from the `File` itself keeps its size hint,
+    // so that the buffer is allocated once.
     let mut bytes = Vec::new();
     File::open(path)?
         .take(metadata.len())
@@ -95,7 +95,7 @@ fn read_regular(path: &Path, metadata: &Metadata) -> Result<Vec<u8>, FileProblem
     Ok(bytes)
 }
 
-/// All bytes of a stream, which may have `most` of them; for what a person pipes in.
+/// All bytes of a stream, at most `most`; for standard input.
 pub fn read_stream(from: impl Read, most: u64) -> Result<Vec<u8>, FileProblem> {
     let mut bytes = Vec::new();
     from.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
@@ -105,7 +105,7 @@ pub fn read_stream(from: impl Read, most: u64) -> Result<Vec<u8>, FileProblem> {
     Ok(bytes)
 }
 
-/// Is this what Git has in the place of a large file? Pointers begin with their version and are
+/// Returns `true` for a Git LFS pointer, the placeholder for a large file. Pointers start with their version and are
 /// shorter than 1024 bytes (Git LFS specification; hawser is its first name).
 fn is_lfs_pointer(bytes: &[u8]) -> bool {
     let names: [&[u8]; 2] = [

@@ -1,4 +1,4 @@
-//! Typed indices: the scene and the world own flat arrays, and things refer to each other by these.
+//! Typed indices (handles): the scene and the world own flat arrays, whose items refer to each other by these.
 
 macro_rules! handle {
     ($(#[$doc:meta])* $name:ident) => {
@@ -7,7 +7,7 @@ macro_rules! handle {
         pub struct $name(pub u32);
 
         impl $name {
-            /// The position in the array this handle points into.
+            /// The index in the array that this handle refers to.
             pub fn index(self) -> usize {
                 self.0 as usize
             }
@@ -36,7 +36,7 @@ handle!(
     MediumId
 );
 handle!(
-    /// A border between two media.
+    /// An interface between two media.
     InterfaceId
 );
 handle!(

@@ -1,4 +1,4 @@
-//! The `fstop` command.
+//! The `fstop` command-line program.
 
 use std::process::ExitCode;
 

@@ -1,49 +1,49 @@
-//! Files that are written: whole or not at all.
+//! Output files, written atomically: completely or not at all.
 //!
-//! A file appears under its name only when it is complete. On Linux it has no name until then, so that
-//! nothing stays behind however the program ends; elsewhere, and on file systems that cannot do that, it is
-//! written under a temporary name beside its own and renamed.
+//! A file appears under its name only when it is complete. On Linux it has no name until then, so that nothing is left
+//! behind however the program ends; elsewhere, and on file systems that do not support that, it is written under a
+//! temporary name in the same folder and renamed.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// Why a file cannot be written; always names it.
+/// Why a file cannot be written; always names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
-    /// There is a folder of that name.
+    /// A folder has that name.
     #[error("{}: is a folder", .0.display())]
     IsFolder(PathBuf),
-    /// The name ends as a folder's does, such as `image.exr/`.
+    /// The name ends like a folder's, such as `image.exr/`.
     #[error("{}: cannot write: this is the name of a folder", .0.display())]
     NamesFolder(PathBuf),
-    /// There is a file of that name that must not be changed.
+    /// A read-only file has that name.
     #[error("{}: cannot write: the file there is read-only", .0.display())]
     ReadOnly(PathBuf),
-    /// The folder it would be in is not there.
+    /// The folder of the file does not exist.
     #[error("{}: cannot write: there is no folder `{}`", .path.display(), .folder.display())]
     NoFolder {
-        /// The file.
+        /// The file's path.
         path: PathBuf,
-        /// What is missing.
+        /// The missing folder.
         folder: PathBuf,
     },
-    /// The folder is read-only or full.
+    /// The folder is read-only or full, or another error occurred.
     #[error("{}: cannot write: {source}", .path.display())]
     Io {
-        /// The file.
+        /// The file's path.
         path: PathBuf,
-        /// What the operating system said.
+        /// The operating system's error.
         source: io::Error,
     },
 }
 
-/// Returns `Ok` if [`write()`] to this path will work, as far as can be known before. Leaves no trace.
+/// Checks that [`write()`] to this path will work, as far as can be known beforehand. Leaves no trace.
 ///
 /// # Errors
-/// A folder of that name, a name that no file can have, a read-only file, a folder that is missing or
-/// cannot be written to.
+/// Fails for a folder of that name, an invalid file name, a read-only file, or a folder that is missing or not
+/// writable.
 pub fn check(path: &Path) -> Result<(), OutputError> {
     match Target::of(path)? {
         Target::Stream => Ok(()),
@@ -57,11 +57,11 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// Writes a file. One that was there before is replaced and keeps its permissions; what a symbolic link
-/// leads to is replaced, not the link. Pipes and devices are written to as they are.
+/// Writes a file. An existing one is replaced and keeps its permissions; the target of a symbolic link is replaced, not
+/// the link. Pipes and devices are written to directly.
 ///
 /// # Errors
-/// See [`check`]; a full disk.
+/// See [`check`]; also a full disk.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let written = match Target::of(path)? {
         Target::Stream => {
@@ -73,8 +73,8 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     written.map_err(|source| io_error(path, source))
 }
 
-/// Writes what could not be written to `path` to the current folder instead, else to the folder for
-/// temporary files; where a file of its name is there, with a number added. Returns where it is now.
+/// Writes a file that could not be written to `path` to the current folder instead, or to the folder for temporary
+/// files; if a file of its name exists there, a number is appended. Returns its new path.
 pub fn rescue(path: &Path, bytes: &[u8]) -> Option<PathBuf> {
     const MAX_NAMES: usize = 1000;
     let name = Path::new(path.file_name()?);
@@ -86,7 +86,7 @@ pub fn rescue(path: &Path, bytes: &[u8]) -> Option<PathBuf> {
     })
 }
 
-/// `a.exr` for the first, `a.2.exr` for the second of several files.
+/// The name of one of several files: `a.exr` for the first, `a.2.exr` for the second.
 pub fn numbered(path: &Path, number: usize) -> PathBuf {
     if number == 1 {
         return path.to_path_buf();
@@ -103,18 +103,18 @@ fn io_error(path: &Path, source: io::Error) -> OutputError {
     }
 }
 
-/// What is really written to.
+/// The actual target of a write.
 enum Target {
-    /// A regular file, there or not yet, with symbolic links followed.
+    /// A regular file, existing or not, with symbolic links resolved.
     File(PathBuf),
-    /// A pipe or a device: nothing that could be replaced.
+    /// A pipe or a device, which cannot be replaced.
     Stream,
 }
 
 impl Target {
     fn of(path: &Path) -> Result<Target, OutputError> {
         let found = path.metadata();
-        // `a.exr/` and `a.exr/.` have a file's name to the standard library.
+        // The standard library considers `a.exr/` and `a.exr/.` to have a file name.
         let name = path.file_name().map(|name| name.as_encoded_bytes());
         let is_file_name =
             name.is_some_and(|name| path.as_os_str().as_encoded_bytes().ends_with(name));
@@ -140,16 +140,16 @@ fn is_missing(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
 }
 
-/// Where a symbolic link leads that leads to no file yet.
+/// The target of a symbolic link to a file that does not exist yet.
 fn followed(path: &Path) -> PathBuf {
-    // The operating system has found no file, but no circle either.
+    // The operating system has found neither a file nor a cycle.
     match path.read_link() {
         Ok(next) => followed(&path.parent().unwrap_or(Path::new("")).join(next)),
         Err(_) => path.to_owned(),
     }
 }
 
-/// The folder of `target`, which must be there; `path` is what it was asked for by.
+/// The folder of `target`, which must exist; `path` is the path that was requested.
 fn folder_of<'a>(target: &'a Path, path: &Path) -> Result<&'a Path, OutputError> {
     let folder = target.parent().filter(|f| !f.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
@@ -184,23 +184,23 @@ fn replace(target: &Path, folder: &Path, bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// How temporary names begin.
+/// Prefix of temporary names.
 const PREFIX: &str = ".fstop-";
 
-/// A new file under a temporary name, removed again unless it is renamed.
+/// A new file under a temporary name, removed on drop unless it is renamed.
 fn named(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX);
-    // Temporary files are private by default; an image is a file like any other, subject to umask.
+    // Temporary files are private by default; an image is an ordinary file, subject to umask.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    // Of the hidden file's name, which `tempfile` adds, nobody has heard.
+    // Strips the temporary name, which `tempfile` adds to the error.
     builder
         .tempfile_in(folder)
         .map_err(|error| error.kind().into())
 }
 
-/// A new file without a name, where the file system knows such.
+/// A new file without a name, if the file system supports that.
 #[cfg(target_os = "linux")]
 fn unnamed(folder: &Path) -> Option<File> {
     use rustix::fs::{Mode, OFlags, open};
@@ -215,7 +215,7 @@ fn unnamed(_folder: &Path) -> Option<File> {
     None
 }
 
-/// Gives a file without a name that of `target`.
+/// Links a file without a name to the name of `target`.
 #[cfg(target_os = "linux")]
 fn link(file: &File, target: &Path, folder: &Path) -> io::Result<()> {
     use rustix::fs::{AtFlags, CWD, linkat};
@@ -226,7 +226,7 @@ fn link(file: &File, target: &Path, folder: &Path) -> io::Result<()> {
     };
     match link(target) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            // No system call links over a file: for an instant it has a name of its own.
+            // No system call links over an existing file: for an instant it has a temporary name.
             let mut builder = tempfile::Builder::new();
             let beside = builder.prefix(PREFIX).make_in(folder, link)?;
             let renamed = beside.into_temp_path().persist(target);
@@ -267,7 +267,7 @@ mod tests {
         }
     }
 
-    /// Where the file system has files without names: nothing is there to stay behind.
+    /// On file systems that support files without names: nothing can be left behind.
     #[cfg(target_os = "linux")]
     #[test]
     fn nothing_is_seen_of_a_file_until_it_is_whole() {
@@ -353,7 +353,7 @@ mod tests {
         assert!(check(Path::new("")).is_err());
     }
 
-    /// Replacing `/dev/null` by a file would break the machine.
+    /// Replacing `/dev/null` with a file would break the machine.
     #[cfg(unix)]
     #[test]
     fn devices_are_written_to_as_they_are() {

@@ -1,7 +1,7 @@
-//! What a ray finds: a point on a surface, with everything shading and light sampling ask of it.
+//! Surface interactions: a point on a surface, with everything needed for shading and light sampling.
 //!
-//! All in *render space*: world space translated so that the camera sits at the origin, which
-//! keeps single precision where the image needs it, however far from the world's origin.
+//! All in *render space*: world space translated so that the camera is at the origin, which keeps single precision
+//! where the image needs it, however far from the world's origin.
 
 use crate::math::float::offset_ray_origin;
 use crate::math::ray::{Ray, RayDifferentials};
@@ -12,9 +12,9 @@ use crate::math::{Vec2, Vec3};
 pub struct SurfaceHit {
     /// Position.
     pub p: Vec3,
-    /// Half-widths of the box around `p` that holds the exact point.
+    /// Half-widths of the box around `p` that contains the exact point.
     pub p_error: Vec3,
-    /// Unit geometric normal, turned as docs/scene-language.md §4.4 says (it defines inside and outside).
+    /// Unit geometric normal, oriented by the rules of docs/scene-language.md §4.4 (it defines inside and outside).
     pub n: Vec3,
     /// Surface parameters.
     pub uv: Vec2,
@@ -22,17 +22,17 @@ pub struct SurfaceHit {
     pub dpdu: Vec3,
     /// See `dpdu`.
     pub dpdv: Vec3,
-    /// What shading uses instead of the true geometry.
+    /// The geometry used for shading instead of the true one.
     pub shading: ShadingGeometry,
-    /// Unit direction back along the ray that came here.
+    /// Unit direction back along the incoming ray.
     pub wo: Vec3,
     /// Time of the ray.
     pub time: f32,
-    /// Which face of the original mesh it is on, for Ptex; 0 where nothing says so.
+    /// Face index in the original mesh, for Ptex; 0 if there is none.
     pub face: u32,
 }
 
-/// The shading frame: interpolated normals and tangents, and bump mapping, change it.
+/// The shading geometry, which interpolated normals and tangents and bump mapping change.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadingGeometry {
     /// Unit shading normal.
@@ -41,7 +41,7 @@ pub struct ShadingGeometry {
     pub dpdu: Vec3,
     /// See `dpdu`.
     pub dpdv: Vec3,
-    /// Change of the shading normal with u and v.
+    /// Change of the shading normal with u.
     pub dndu: Vec3,
     /// See `dndu`.
     pub dndv: Vec3,
@@ -58,7 +58,7 @@ impl SurfaceHit {
         )
     }
 
-    /// Where textures are looked up here, with a footprint.
+    /// The point for texture lookups, with a footprint.
     #[inline]
     pub fn texture_point(&self, footprint: &Footprint) -> TexturePoint {
         TexturePoint {
@@ -69,7 +69,7 @@ impl SurfaceHit {
         }
     }
 
-    /// What light sampling needs of this point.
+    /// The properties of this point that light sampling needs.
     #[inline]
     pub fn reference_point(&self) -> ReferencePoint {
         ReferencePoint {
@@ -81,8 +81,8 @@ impl SurfaceHit {
         }
     }
 
-    /// The texture footprint of one film sample here, from the shifted rays' meetings with the
-    /// tangent plane (Pharr, Jakob and Humphreys 2016, §10.1.1). Zero where it is undefined.
+    /// The texture footprint of one film sample here, from the intersections of the differential rays with the tangent
+    /// plane (Pharr, Jakob and Humphreys 2016, §10.1.1). Zero if it is undefined.
     pub fn footprint(&self, differentials: Option<&RayDifferentials>) -> Footprint {
         let Some(rd) = differentials else {
             return Footprint::default();
@@ -95,7 +95,7 @@ impl SurfaceHit {
         }
         let dpdx = rd.rx_o + tx * rd.rx_d - self.p;
         let dpdy = rd.ry_o + ty * rd.ry_d - self.p;
-        // Solve dpd? = du dpdu + dv dpdv in the two dimensions the normal leans on least.
+        // Solve dpd? = du dpdu + dv dpdv in the two dimensions other than the normal's dominant one.
         let a = self.n.abs();
         let (i, j) = if a.x > a.y && a.x > a.z {
             (1, 2)
@@ -123,7 +123,7 @@ impl SurfaceHit {
     }
 }
 
-/// How position and (u, v) change from one film sample to the next, in x and in y.
+/// Texture footprint: the change of position and (u, v) from one film sample to the next, in x and in y.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Footprint {
     /// ∂p/∂x on the film.
@@ -136,20 +136,20 @@ pub struct Footprint {
     pub duvdy: Vec2,
 }
 
-/// Where a texture is looked up.
+/// A point at which a texture is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint {
-    /// Position, render space.
+    /// Position in render space.
     pub p: Vec3,
     /// Surface parameters.
     pub uv: Vec2,
-    /// Filter footprint; zero asks for the finest level.
+    /// Filter footprint; zero selects the finest level.
     pub footprint: Footprint,
     /// See [`SurfaceHit::face`].
     pub face: u32,
 }
 
-/// The point that receives light.
+/// A point that receives light.
 #[derive(Clone, Copy, Debug)]
 pub struct ReferencePoint {
     /// Position.
@@ -160,36 +160,36 @@ pub struct ReferencePoint {
     pub n: Vec3,
     /// Time of the ray.
     pub time: f32,
-    /// From where light counts.
+    /// Which hemisphere contributes.
     pub receiver_side: ReceiverSide,
 }
 
-/// From where light counts at a point, and whether light sampling is all that finds it. It tells where samples are
-/// worth most; all directions may be sampled whatever it says.
+/// Which hemisphere contributes at this point, and whether BSDF sampling competes (MIS). It guides where samples are
+/// taken; all directions may be sampled regardless of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReceiverSide {
-    /// From everywhere, by light sampling only.
+    /// All directions, by light sampling only.
     #[default]
     NoMis,
-    /// From everywhere; scattered rays find it too (multiple importance sampling).
+    /// All directions; BSDF sampling finds the light too (multiple importance sampling).
     BothSides,
-    /// From the side that the normal points to; scattered rays find it too.
+    /// The side that the normal points to; BSDF sampling finds the light too.
     Front,
-    /// From the other side; scattered rays find it too.
+    /// The opposite side; BSDF sampling finds the light too.
     Back,
 }
 
 impl ReferencePoint {
-    /// A shadow ray from here toward the point `target` (with its error box and normal, zero for
-    /// none), ending just short of it. Both ends are moved off their surfaces first.
+    /// A shadow ray from here to the point `target` (with its error box and normal, zero for none), ending just before
+    /// it. Both ends are first offset from their surfaces.
     #[inline]
     pub fn shadow_ray_to(&self, target: Vec3, target_error: Vec3, target_n: Vec3) -> Ray {
         let o = offset_ray_origin(self.p, self.p_error, self.n, target - self.p);
-        // Not seen from `o`, which would have to be waited for.
+        // Not as seen from `o`, whose computation would have to finish first.
         let t = offset_ray_origin(target, target_error, target_n, self.p - target);
         let d = t - o;
         let distance = d.length();
-        // A ten-thousandth short of the target, as pbrt: the light itself is no obstacle.
+        // Ends a ten-thousandth before the target, as in pbrt: the light itself does not occlude.
         Ray {
             o,
             d: d / distance,
@@ -198,7 +198,7 @@ impl ReferencePoint {
         }
     }
 
-    /// A shadow ray from here in unit direction `d` that never ends.
+    /// An infinite shadow ray from here in unit direction `d`.
     #[inline]
     pub fn shadow_ray_toward(&self, d: Vec3) -> Ray {
         Ray::new(

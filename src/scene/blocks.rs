@@ -1,4 +1,4 @@
-//! Which block of a scene file a directive belongs in (docs/scene-language.md §2).
+//! The block of a scene file that a directive belongs in (docs/scene-language.md §2).
 
 use crate::syntax::DirectiveKind;
 
@@ -13,7 +13,7 @@ pub enum Block {
     Any,
 }
 
-/// Where `kind` is legal; elsewhere it is an error, and ignored.
+/// The block in which `kind` is legal; elsewhere it is an error, and ignored.
 pub fn block_of(kind: &DirectiveKind) -> Block {
     use DirectiveKind as D;
     match kind {

@@ -1,4 +1,4 @@
-//! The scene as plain data: what `build` turns into a world.
+//! The scene description as plain data, which `build` turns into a world.
 
 use super::options::Options;
 use super::transforms::Placement;
@@ -17,11 +17,11 @@ use crate::textures::{FloatTextureSpec, SpectrumTextureSpec};
 pub struct SceneDescription {
     /// The frames, in the order of the file.
     pub frames: Vec<Frame>,
-    /// Whose defaults and meanings were used.
+    /// The dialect whose defaults and meanings were used.
     pub dialect: Dialect,
 }
 
-/// One image: options and world.
+/// One image to render: options and world.
 #[derive(Debug)]
 pub struct Frame {
     /// Camera, film, sampler, filter, integrator.
@@ -36,19 +36,19 @@ pub struct Frame {
     pub shapes: Vec<ShapeEntity>,
     /// Named objects by id, latest definition of each name.
     pub objects: Vec<ObjectDefinition>,
-    /// Where objects stand.
+    /// Instances of objects.
     pub instances: Vec<InstanceEntity>,
     /// Lights other than area lights.
     pub lights: Vec<LightSpec>,
-    /// Emission of shapes; a shape refers to one by position.
+    /// Area lights; shapes refer to them by index.
     pub area_lights: Vec<DiffuseAreaSpec>,
     /// Participating media.
     pub media: MediaSpec,
 }
 
 impl Frame {
-    /// For a quick look (`--quick`), as pbrt: a quarter of the width and height, one sample a pixel, and fewer of lights and
-    /// of ambient occlusion.
+    /// Reduces quality for a quick look (`--quick`), as in pbrt: a quarter of the width and height, one sample per
+    /// pixel, and fewer samples of lights and of ambient occlusion.
     pub fn make_quick(&mut self) {
         let options = &mut self.options;
         options.film.make_quick();
@@ -63,23 +63,22 @@ impl Frame {
     }
 }
 
-/// A shape with all that the graphics state says of it.
+/// A shape with its part of the graphics state.
 #[derive(Debug)]
 pub struct ShapeEntity {
-    /// What kind, with its parameters.
+    /// Its type and parameters.
     pub spec: ShapeSpec,
     /// Shape to world (for shapes of an object: to the object's space).
     pub world_from_shape: Placement,
-    /// `ReverseOrientation` was in force.
+    /// Whether `ReverseOrientation` applies.
     pub reverse_orientation: bool,
-    /// Scatters by this; `None` lets rays pass.
+    /// Material; `None` lets rays pass through.
     pub material: Option<MaterialId>,
-    /// Emits by this entry of [`Frame::area_lights`].
+    /// Emission, as an index in [`Frame::area_lights`].
     pub area_light: Option<usize>,
-    /// The border it makes between two media.
+    /// The interface it forms between two media.
     pub interface: Option<InterfaceId>,
-    /// The name of the shape's file, or else the directive: for messages about what is found out
-    /// when it is loaded.
+    /// The name of the shape's file, or else the directive: the location for problems that are found when it is loaded.
     pub span: Span,
 }
 
@@ -92,10 +91,10 @@ pub struct ObjectDefinition {
     pub shapes: Vec<ShapeEntity>,
 }
 
-/// One appearance of an object.
+/// An instance of an object.
 #[derive(Clone, Debug)]
 pub struct InstanceEntity {
-    /// Which object.
+    /// The object.
     pub object: ObjectId,
     /// Object to world.
     pub world_from_object: Placement,

@@ -1,23 +1,23 @@
-//! Which pbrt a file was written for (docs/scene-language.md §A).
+//! Detects which pbrt version a file was written for (docs/scene-language.md §A).
 
 use crate::params::Dialect;
 use crate::syntax::DirectiveKind;
 
-/// What the user asked for on the command line.
+/// The dialect requested on the command line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DialectChoice {
     /// Decide from the file.
     #[default]
     Auto,
-    /// As told.
+    /// As requested.
     Fixed(Dialect),
 }
 
-/// A reason to read a file as v2.
+/// A reason to read a file as pbrt-v2.
 pub const INCLUDE_IN_LIST: &str =
     "it has an `Include` among parameters, which only pbrt-v2 follows";
 
-/// The evidence met so far.
+/// The evidence found so far.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
     /// The first directive that only pbrt-v2 has.
@@ -26,12 +26,12 @@ pub struct Evidence {
     pub course_camera: bool,
     /// An `Integrator` directive, which only v3 has, was given.
     pub v3_integrator: bool,
-    /// An `Include` stood among parameters that go on in its file, which only v2 follows.
+    /// An `Include` among parameters that continue in its file, which only pbrt-v2 follows.
     pub include_in_list: bool,
 }
 
 impl Evidence {
-    /// Looks at a directive of the options block.
+    /// Examines a directive of the options block.
     pub fn note(&mut self, kind: &DirectiveKind) {
         if matches!(kind, DirectiveKind::Integrator(_)) {
             self.v3_integrator = true;
@@ -41,7 +41,7 @@ impl Evidence {
         }
     }
 
-    /// The verdict, with the reason for a v2 reading.
+    /// The dialect, with the reason if it is pbrt-v2.
     pub fn verdict(&self) -> (Dialect, Option<String>) {
         if let Some(word) = self.v2_directive {
             let reason = format!("it uses `{word}`, which only pbrt-v2 has");
@@ -58,7 +58,7 @@ impl Evidence {
     }
 }
 
-/// Is this a directive that pbrt-v3 does not have?
+/// Returns `true` for a directive that pbrt-v3 does not have.
 pub fn is_v2_only(kind: &DirectiveKind) -> bool {
     use DirectiveKind as D;
     matches!(

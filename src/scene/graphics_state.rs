@@ -1,5 +1,6 @@
-//! What `AttributeBegin` saves (docs/scene-language.md §2.1). The tables of names are not saved but changed
-//! back: saving and defining cost the same however many textures and materials a scene has.
+//! The graphics state saved by `AttributeBegin` (docs/scene-language.md §2.1). The tables of names are not copied;
+//! changes are undone instead, so that saving and defining cost the same however many textures and materials a scene
+//! has.
 
 use crate::handles::{FloatTextureId, MaterialId, SpectrumTextureId};
 use crate::params::TextureNames;
@@ -8,29 +9,29 @@ use std::cell::Cell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// A material as the file gave it, kept so that shapes can override its parameters.
+/// A material directive, kept so that shapes can override its parameters.
 #[derive(Debug)]
 pub struct MaterialDirective {
     /// Type and parameters.
     pub typed: Typed,
-    /// The material made from them; `None` for `"none"`.
+    /// The resulting material; `None` for `"none"`.
     pub id: Option<MaterialId>,
     /// Made by `MakeNamedMaterial`.
     pub named: bool,
 }
 
-/// A `MediumInterface` as the file gave it: names are looked up when a shape uses them.
+/// A `MediumInterface` directive: names are looked up when a shape uses them.
 #[derive(Debug)]
 pub struct InterfaceDirective {
-    /// Against the normal; `""` is vacuum.
+    /// The medium opposite the normal; `""` is vacuum.
     pub inside: Name,
-    /// Where the normal points.
+    /// The medium that the normal points to.
     pub outside: Name,
-    /// A name that nobody has defined has been reported.
+    /// Whether an undefined name has been reported.
     pub reported: Cell<bool>,
 }
 
-/// A definition inside a scope, and what the name stood for before it.
+/// A definition inside a scope, and the previous meaning of its name.
 #[derive(Debug)]
 enum Redefined {
     FloatTexture(String, Option<FloatTextureId>),
@@ -38,14 +39,14 @@ enum Redefined {
     Material(String, Option<Rc<MaterialDirective>>),
 }
 
-/// What a scope saves of the graphics state.
+/// The part of the graphics state saved by a scope.
 #[derive(Debug)]
 pub struct SavedGraphicsState {
-    /// All but the names, whose tables are empty here.
+    /// Everything but the names, whose tables are empty here.
     rest: GraphicsState,
-    /// How many definitions had been made inside of scopes.
+    /// The number of definitions made inside scopes before.
     redefined: usize,
-    /// Were there scopes around this one?
+    /// Whether there are enclosing scopes.
     inside_scope: bool,
 }
 
@@ -54,10 +55,9 @@ pub struct SavedGraphicsState {
 pub struct GraphicsState {
     /// Current material; `None` until the first `Material`: matte with its defaults.
     pub material: Option<Rc<MaterialDirective>>,
-    /// What `Material` gave last: in pbrt-v2 unknown named materials fall back on it.
+    /// The last `Material`: in pbrt-v2 the fallback for unknown named materials.
     pub unnamed_material: Option<Rc<MaterialDirective>>,
-    /// In pbrt-v2, the name of a material that was unknown when it was asked for: the next shape
-    /// looks it up again.
+    /// In pbrt-v2, the name of a material that was undefined when it was requested: the next shape looks it up again.
     pub late_material: Option<Name>,
     /// Texture names in scope.
     pub textures: Rc<TextureNames>,
@@ -69,9 +69,9 @@ pub struct GraphicsState {
     pub reverse_orientation: bool,
     /// The media on both sides of later shapes; `None` until the first `MediumInterface`: vacuum.
     pub medium_interface: Option<Rc<InterfaceDirective>>,
-    /// Definitions to be taken back at the ends of the open scopes, in the order they were made.
+    /// Definitions to be undone at the ends of the open scopes, in order.
     redefined: Vec<Redefined>,
-    /// Is a scope open? What is defined outside of all stays.
+    /// Whether a scope is open. Definitions outside all scopes are permanent.
     inside_scope: bool,
 }
 
@@ -92,7 +92,7 @@ impl GraphicsState {
         }
     }
 
-    /// Begins a scope.
+    /// Opens a scope.
     pub fn save(&mut self) -> SavedGraphicsState {
         SavedGraphicsState {
             rest: GraphicsState {
@@ -109,7 +109,7 @@ impl GraphicsState {
         }
     }
 
-    /// Ends a scope.
+    /// Closes a scope.
     pub fn restore(&mut self, saved: SavedGraphicsState) {
         while self.redefined.len() > saved.redefined
             && let Some(redefined) = self.redefined.pop()
@@ -139,14 +139,14 @@ impl GraphicsState {
         }
     }
 
-    /// Notes a definition that the end of the scope takes back.
+    /// Records a definition that the end of the scope undoes.
     fn note(&mut self, redefined: impl FnOnce() -> Redefined) {
         if self.inside_scope {
             self.redefined.push(redefined());
         }
     }
 
-    /// Brings a float texture into scope; true where the name was taken.
+    /// Defines a float texture; returns `true` if the name was already defined.
     pub fn define_float_texture(&mut self, name: &str, id: FloatTextureId) -> bool {
         let names = &mut Rc::make_mut(&mut self.textures).float;
         let before = names.insert(name.to_string(), id);
@@ -154,7 +154,7 @@ impl GraphicsState {
         before.is_some()
     }
 
-    /// Brings a spectrum texture into scope; true where the name was taken.
+    /// Defines a spectrum texture; returns `true` if the name was already defined.
     pub fn define_spectrum_texture(&mut self, name: &str, id: SpectrumTextureId) -> bool {
         let names = &mut Rc::make_mut(&mut self.textures).spectrum;
         let before = names.insert(name.to_string(), id);
@@ -162,7 +162,7 @@ impl GraphicsState {
         before.is_some()
     }
 
-    /// Brings a named material into scope; true where the name was taken.
+    /// Defines a named material; returns `true` if the name was already defined.
     pub fn define_material(&mut self, name: &str, material: MaterialDirective) -> bool {
         let names = Rc::make_mut(&mut self.named_materials);
         let before = names.insert(name.to_string(), Rc::new(material));
@@ -210,7 +210,7 @@ mod tests {
         state.restore(outer);
         assert_eq!((float(&state), spectrum(&state)), (Some(1), None));
         assert!(!state.reverse_orientation && !state.inside_scope);
-        // Outside of scopes nothing is kept for taking back.
+        // Outside scopes nothing is recorded to be undone.
         state.define_float_texture("b", FloatTextureId(6));
         assert!(state.redefined.is_empty());
     }

@@ -1,4 +1,4 @@
-//! The graphics-state machine: directives in, frames out.
+//! The scene interpreter, a state machine: turns directives into frames.
 
 use super::blocks::{Block, block_of};
 use super::description::{Frame, SceneDescription};
@@ -22,7 +22,7 @@ use crate::syntax::{
 };
 use std::collections::HashMap;
 
-/// What the command line says about how a scene is to be read.
+/// Command-line settings for reading a scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ReadSettings {
     /// `--dialect`.
@@ -31,14 +31,14 @@ pub struct ReadSettings {
     pub compat: Option<Compat>,
     /// `--lens-model`.
     pub lens_model: Option<ModelKind>,
-    /// `check --verbose`: say also what changes nothing but the noise.
+    /// `check --verbose`: also report what only affects noise.
     pub details: bool,
     /// `--max-memory`, in bytes.
     pub max_memory: Option<u64>,
 }
 
-/// Reads a whole scene file with its includes. The scene holds what could be understood, and is
-/// fit to render only where there were no errors among the problems found.
+/// Reads a whole scene file with its includes. The scene contains everything that could be understood, and can be
+/// rendered only if there are no errors among the diagnostics.
 pub fn read_scene(
     sources: &SourceMap,
     main: FileId,
@@ -50,8 +50,8 @@ pub fn read_scene(
         let scene = interpreter.finish();
         return (scene, diagnostics);
     };
-    // A directive that only pbrt-v2 has turned up inside the world, after parameters had been
-    // read with v3's meanings: read everything again as v2.
+    // A directive that only pbrt-v2 has appeared inside the world, after parameters had been read as pbrt-v3: read
+    // everything again as v2.
     let diagnostics = Diagnostics::new();
     let settings = ReadSettings {
         dialect: DialectChoice::Fixed(Dialect::V2),
@@ -59,19 +59,19 @@ pub fn read_scene(
     };
     let mut interpreter = Interpreter::new(sources, main, &settings, &diagnostics);
     interpreter.announce(&reason);
-    // With the dialect fixed there is nothing left to restart for.
+    // With a fixed dialect there is no reason to restart.
     let _ = interpreter.run(main);
     let scene = interpreter.finish();
     (scene, diagnostics)
 }
 
-/// The file turned out to speak v2 after all.
+/// Signals that the file turned out to be pbrt-v2.
 pub(super) struct MustRestart {
-    /// Why it does.
+    /// The reason.
     reason: String,
 }
 
-/// The machine: state, and what has come of it so far.
+/// The interpreter's state and results so far.
 pub(super) struct Interpreter<'a> {
     sources: &'a SourceMap,
     pub(super) diagnostics: &'a Diagnostics,
@@ -89,7 +89,7 @@ pub(super) struct Interpreter<'a> {
     pub(super) unused_transform: UnusedTransform,
     pub(super) media: NamedMedia,
     pub(super) world: Option<WorldBlock>,
-    /// A world block has been closed, whatever became of it.
+    /// Whether a world block has been closed, valid or not.
     had_world: bool,
 }
 
@@ -124,7 +124,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Says, once, that the file is read as v2 and why.
+    /// Reports, once, that the file is read as pbrt-v2 and why.
     fn announce(&mut self, reason: &str) {
         if !self.announced {
             let message = format!("read as a pbrt-v2 scene: {reason} (--dialect v3 overrides)");
@@ -141,7 +141,7 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Closes the reading: what is left open is reported, and checked all the same.
+    /// Finishes reading: open blocks are reported, and checked all the same.
     fn finish(mut self) -> SceneDescription {
         if let Some(world) = &self.world {
             let assumed = world.assumed;
@@ -158,7 +158,7 @@ impl<'a> Interpreter<'a> {
                 );
                 self.diagnostics.looks_like_v4();
             }
-            // What it names is checked like the rest; errors keep it from being rendered.
+            // Its contents are checked like any other; errors keep it from being rendered.
             let frame = self.close_world().filter(|_| !assumed);
             self.frames.extend(frame);
         } else if !self.had_world {
@@ -178,7 +178,7 @@ impl<'a> Interpreter<'a> {
         self.dialect
     }
 
-    /// Reports a mistake after which pbrt-v3 goes on, and so can we.
+    /// Reports a recoverable error, after which pbrt-v3 continues too.
     pub(super) fn error(&self, span: Span, message: impl Into<String>) {
         self.diagnostics
             .push(Diagnostic::error(message).at(span).recoverable());
@@ -188,7 +188,7 @@ impl<'a> Interpreter<'a> {
         self.diagnostics.push(Diagnostic::warning(message).at(span));
     }
 
-    /// For reading parameters with the given textures in scope.
+    /// A context for reading parameters with the given textures in scope.
     pub(super) fn reading<'b>(&'b self, textures: &'b TextureNames) -> Reading<'b> {
         Reading::new(
             &self.search,
@@ -293,12 +293,12 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Reports a directive in the wrong block. False where it is to be ignored.
+    /// Reports a directive in the wrong block. Returns `false` if it is to be ignored.
     fn allowed_here(&mut self, kind: &DirectiveKind, span: Span) -> bool {
         use DirectiveKind as D;
         let word = kind.word();
         match (block_of(kind), &self.world) {
-            // Whether these are out of place nobody knows, since no block has really begun.
+            // Whether these are misplaced is unknown, since no block has really begun.
             (Block::Options, Some(world)) if world.assumed => true,
             (Block::Options, Some(world)) => {
                 let problem = match kind {
@@ -332,8 +332,8 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Reports a directive before `WorldBegin`, and goes on as if the block had begun: one missing
-    /// or misspelt word shall not hide what else is wrong.
+    /// Reports a directive before `WorldBegin`, and continues as if the block had begun: one missing or misspelled word
+    /// should not hide other problems.
     fn assume_world(&mut self, word: &str, span: Span) {
         let message = format!("`{word}` belongs between `WorldBegin` and `WorldEnd`");
         self.diagnostics.push(
@@ -348,7 +348,7 @@ impl<'a> Interpreter<'a> {
         self.world = Some(world);
     }
 
-    /// `AttributeEnd` or `TransformEnd`.
+    /// Handles `AttributeEnd` or `TransformEnd`.
     fn end_scope(&mut self, scope: Scope, span: Span) {
         if !self.close_scope(scope, span) {
             let word = scope.word();
@@ -357,8 +357,8 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Closes a scope; false where none is open. In a world that was only assumed its
-    /// transformations stay: pbrt-v3 ignores scopes there, and the camera may stand in one.
+    /// Closes a scope; returns `false` if none is open. In an assumed world its transformations persist: pbrt-v3
+    /// ignores scopes there, and the camera may be inside one.
     pub(super) fn close_scope(&mut self, scope: Scope, span: Span) -> bool {
         let assumed = self.world.as_ref().is_some_and(|world| world.assumed);
         let before = assumed.then(|| (self.current.ctm.clone(), self.current.active));
@@ -372,7 +372,7 @@ impl<'a> Interpreter<'a> {
         closed
     }
 
-    /// Collects what tells the dialect. Once the world has begun, what was read has been read.
+    /// Collects evidence of the dialect. Once the world has begun, a change requires a restart.
     fn learn_dialect(&mut self, kind: &DirectiveKind, span: Span) -> Result<(), MustRestart> {
         let auto = self.settings.dialect == DialectChoice::Auto;
         if matches!(kind, DirectiveKind::WorldBegin) {
@@ -391,7 +391,7 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// An `Include` among parameters tells the dialect too, unless what came before has told v3.
+    /// An `Include` among parameters is evidence too, unless there was evidence of v3 before.
     fn learn_from_include(&mut self, include: Span) -> Result<(), MustRestart> {
         self.evidence.include_in_list = true;
         let may_be_v2 =
@@ -430,7 +430,7 @@ impl<'a> Interpreter<'a> {
         self.current.ctm.change(self.current.active, f);
     }
 
-    /// Where what is described now stands or moves.
+    /// The current placement, static or moving.
     pub(super) fn placement(&self) -> Placement {
         self.current.ctm.placement(self.options.transform_times)
     }
@@ -454,8 +454,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// CTM := f(CTM), with a warning where that is the step that flattens it: rays cannot be taken
-    /// into the space of what is flattened.
+    /// CTM := f(CTM), with a warning if this step makes it singular: rays cannot be transformed into a flattened space.
     fn flattening_transform(&mut self, span: Span, f: impl Fn(&Transform) -> Transform) {
         let invertible = |Ctm { start, end }: &Ctm| start.is_invertible() && end.is_invertible();
         let before = invertible(&self.current.ctm);
@@ -484,13 +483,13 @@ impl<'a> Interpreter<'a> {
 
     fn begin_world(&mut self, span: Span) {
         self.check_transforms();
-        // Nothing is left of a world that was only assumed: its scopes have been complained about,
-        // and the materials and lights of its state are gone with it.
+        // Discard an assumed world: its scopes have been reported, and the materials and lights of its state are gone
+        // with it.
         self.scopes = Scopes::default();
         let media = self.current.state.medium_interface.take();
         self.current = Current::new();
-        // The one part of the graphics state that the options block can set, and it stays
-        // (docs/scene-language.md §2.3).
+        // The only part of the graphics state that the options block can set, and it persists (docs/scene-language.md
+        // §2.3).
         self.current.state.medium_interface = media;
         self.coordinate_systems
             .insert("world".to_string(), Ctm::IDENTITY);
@@ -499,7 +498,7 @@ impl<'a> Interpreter<'a> {
 
     fn end_world(&mut self, span: Span) {
         if let Some(world) = self.world.as_ref().filter(|world| world.assumed) {
-            // pbrt-v3 renders nothing here: this is more than a word out of place.
+            // pbrt-v3 renders nothing here: this is more than a misplaced word.
             self.diagnostics.push(
                 Diagnostic::error("`WorldEnd` without `WorldBegin`: nothing is rendered")
                     .at(span)
@@ -518,7 +517,7 @@ impl<'a> Interpreter<'a> {
         self.frames.extend(frame);
     }
 
-    /// Ends the world block and resets what a frame does not hand on to the next.
+    /// Closes the world block and resets everything that is not carried over to the next frame.
     fn close_world(&mut self) -> Option<Frame> {
         let mut world = self.world.take()?;
         self.had_world = true;
@@ -535,7 +534,7 @@ impl<'a> Interpreter<'a> {
             *spec = spec.clone().through_volumes(options.media_seen);
         }
         self.check_media(&media, &options);
-        // pbrt-v2 keeps the options for the next frame, v3 forgets them (docs/scene-language.md §A.1).
+        // pbrt-v2 keeps the options for the next frame, v3 resets them (docs/scene-language.md §A.1).
         if self.dialect == Dialect::V3 {
             self.options = StoredOptions::default();
             self.evidence = Evidence::default();
@@ -545,7 +544,7 @@ impl<'a> Interpreter<'a> {
         Some(world.into_frame(options, media))
     }
 
-    /// Where the integrator's type stands.
+    /// The location of the integrator's type.
     pub(super) fn integrator_span(&self) -> Option<Span> {
         let integrator = self.options.integrator.as_ref();
         integrator.map(|stored| stored.typed.kind.span)

@@ -10,8 +10,8 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 impl Interpreter<'_> {
-    /// `Material "type"`. pbrt-v2 makes the material at each shape (docs/scene-language.md §A.1), so there
-    /// it may name textures that are defined later: then the shapes report what is wrong with it.
+    /// Handles `Material "type"`. pbrt-v2 creates the material at each shape (docs/scene-language.md §A.1), so it may
+    /// name textures that are defined later: then problems are reported at the shapes.
     pub(super) fn use_material(&mut self, span: Span, typed: Typed) {
         let wait = self.dialect() == Dialect::V2
             && Material::is_modeled(&typed.kind.text, Dialect::V2)
@@ -36,7 +36,7 @@ impl Interpreter<'_> {
         names.float.contains_key(name) || names.spectrum.contains_key(name)
     }
 
-    /// The named materials in scope while `defining` is made.
+    /// The named materials in scope while `defining` is being defined.
     pub(super) fn materials_in_scope<'b>(&'b self, defining: Option<&'b str>) -> InScope<'b> {
         InScope {
             named: &self.current.state.named_materials,
@@ -60,8 +60,7 @@ impl Interpreter<'_> {
         let id = material.and_then(|m| self.add_material(m));
         let kind = &typed.kind.text;
         if !materials::is_none(kind) && !Material::is_modeled(kind, self.dialect()) {
-            // What stands in its place has been said once, and not again for every shape that
-            // overrides it.
+            // The replacement is reported once, not again for every shape that overrides it.
             typed.kind.text = "matte".to_string();
         }
         MaterialDirective {
@@ -77,7 +76,7 @@ impl Interpreter<'_> {
         Some(MaterialId(materials.len() as u32 - 1))
     }
 
-    /// `MakeNamedMaterial "name"`.
+    /// Handles `MakeNamedMaterial "name"`.
     pub(super) fn make_named_material(&mut self, span: Span, mut typed: Typed) {
         let name = typed.kind.clone();
         let Some(kind) = named_type(&typed.params) else {
@@ -108,10 +107,9 @@ impl Interpreter<'_> {
         }
     }
 
-    /// `NamedMaterial "name"`. A name that nobody has defined is warned of and leaves the material as it
-    /// is: scenes of pbrt's own collection have such names. pbrt-v2 looks names up when a shape is
-    /// made, and takes the last unnamed material for one that it does not find then (docs/scene-language.md
-    /// §A.1).
+    /// Handles `NamedMaterial "name"`. An undefined name gives a warning and leaves the material unchanged: scenes of
+    /// pbrt's own collection have such names. pbrt-v2 looks names up when a shape is created, and falls back to the
+    /// last unnamed material then (docs/scene-language.md §A.1).
     pub(super) fn use_named_material(&mut self, name: &Name) {
         let v2 = self.dialect() == Dialect::V2;
         let state = &mut self.current.state;
@@ -123,7 +121,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// What [`Self::use_named_material`] has left to the next shape.
+    /// Completes the lookup that [`Self::use_named_material`] has deferred to the next shape.
     pub(super) fn find_late_material(&mut self) {
         let state = &mut self.current.state;
         let Some(name) = state.late_material.take() else {
@@ -151,7 +149,7 @@ impl Interpreter<'_> {
             .push_with_nearest(warning, &name.text, known);
     }
 
-    /// `matte` with its defaults, made when the first shape needs it.
+    /// `matte` with its defaults, created when the first shape needs it.
     pub(super) fn default_material(&mut self) -> Option<MaterialId> {
         let known = self.world.as_ref()?.default_material;
         if known.is_some() {
@@ -166,8 +164,8 @@ impl Interpreter<'_> {
         id
     }
 
-    /// The base material where the override changed nothing, so that a million shapes with a
-    /// single-valued parameter of their own still share one material.
+    /// The base material if the override changed nothing, so that a million shapes with their own copy of a parameter
+    /// still share one material.
     pub(super) fn same_or_new(
         &mut self,
         base: Option<MaterialId>,
@@ -208,7 +206,7 @@ impl NamedMaterials for InScope<'_> {
     }
 }
 
-/// A material, or `None` for a surface without one.
+/// Reads a material; `None` for a surface without one.
 pub(super) fn read_material(reader: &ParamReader, named: &dyn NamedMaterials) -> Option<Material> {
     if materials::is_none(reader.kind()) {
         reader.accept_all();
@@ -217,7 +215,7 @@ pub(super) fn read_material(reader: &ParamReader, named: &dyn NamedMaterials) ->
     Material::from_params(reader, named)
 }
 
-/// The names that parameters of type `texture` give.
+/// The names in parameters of type `texture`.
 pub(super) fn texture_names(params: &ParamList) -> impl Iterator<Item = &str> {
     let textures = params
         .params
@@ -260,14 +258,14 @@ mod tests {
         (frame, diagnostics.errors(), diagnostics.warnings())
     }
 
-    /// The material of each shape, as numbers for what is the same.
+    /// The material of each shape.
     fn materials(frame: &Frame) -> Vec<Option<&super::Material>> {
         let of = |shape: &ShapeEntity| frame.materials.get(shape.material?.index());
         frame.shapes.iter().map(of).collect()
     }
 
-    /// Scene-language A.1 and 2.1: a texture defined again between `Material` and `Shape` counts
-    /// in pbrt-v2, and does not in v3.
+    /// docs/scene-language.md §A.1 and §2.1: a texture redefined between `Material` and `Shape` takes effect in
+    /// pbrt-v2, but not in v3.
     #[test]
     fn textures_count_at_the_shape_in_v2_only() {
         let texture = |x| format!("Texture \"a\" \"float\" \"constant\" \"float value\" {x} ");
@@ -277,7 +275,7 @@ mod tests {
             + "Shape \"sphere\" Shape \"sphere\"";
         for (dialect, changes) in [(Dialect::V2, true), (Dialect::V3, false)] {
             let (frame, errors, warnings) = frame(dialect, &world);
-            // The warning is about the texture defined again.
+            // The warning is about the redefined texture.
             assert_eq!((errors, warnings), (0, 1));
             let made = materials(&frame);
             assert_eq!(made[0] != made[1], changes, "{dialect:?}");
@@ -294,7 +292,7 @@ mod tests {
         let world = [material, texture, shape].concat();
         assert_eq!(frame(Dialect::V2, &world).1, 0);
         assert_eq!(frame(Dialect::V3, &world).1, 1);
-        // Without the texture the shape finds the mistake, and many shapes find it once.
+        // Without the texture the shape reports the mistake, and several shapes report it once.
         let world = [material, shape, " ", shape].concat();
         assert_eq!(frame(Dialect::V2, &world).1, 1);
     }

@@ -1,7 +1,6 @@
 //! `MakeNamedMedium`, `MediumInterface` and pbrt-v2's `Volume`.
 //!
-//! The medium that a light stands in does not matter: paths begin at the camera, and know which
-//! medium they are in from there.
+//! The medium around a light does not matter: paths start at the camera, and keep track of their medium from there.
 
 use super::graphics_state::InterfaceDirective;
 use super::interpreter::Interpreter;
@@ -25,14 +24,14 @@ pub(super) struct NamedMedia {
 }
 
 impl NamedMedia {
-    /// Does any of pbrt-v2's volumes emit?
+    /// Returns `true` if any of pbrt-v2's volumes emits.
     pub(super) fn shines(&self) -> bool {
         self.volumes.iter().any(VolumeSpec::shines)
     }
 }
 
 impl Interpreter<'_> {
-    /// `MakeNamedMedium "name"`, under the transformation at the start time.
+    /// Handles `MakeNamedMedium "name"`, under the transformation at the start time.
     pub(super) fn make_named_medium(&mut self, span: Span, mut typed: Typed) {
         let name = typed.kind.clone();
         let Some(kind) = named_type(&typed.params) else {
@@ -73,8 +72,8 @@ impl Interpreter<'_> {
         }
     }
 
-    /// `Volume "type"`, under the transformation at the start time. Where the file is read as pbrt-v3 against its will it is
-    /// left out, as has been said.
+    /// Handles `Volume "type"`, under the transformation at the start time. If the file is explicitly read as pbrt-v3
+    /// it is ignored, as has been reported.
     pub(super) fn volume(&mut self, span: Span, typed: &Typed) {
         if self.dialect() == Dialect::V3 {
             return;
@@ -86,7 +85,7 @@ impl Interpreter<'_> {
         self.media.volumes.extend(volume);
     }
 
-    /// `MediumInterface "inside" "outside"`.
+    /// Handles `MediumInterface "inside" "outside"`.
     pub(super) fn use_media(&mut self, inside: Name, outside: Name) {
         self.current.state.medium_interface = Some(Rc::new(InterfaceDirective {
             inside,
@@ -95,7 +94,7 @@ impl Interpreter<'_> {
         }));
     }
 
-    /// The border that a shape makes; `None` where both of its sides are the same.
+    /// The medium interface of a shape; `None` if both of its sides are the same.
     pub(super) fn interface_of_shape(&mut self) -> Option<InterfaceId> {
         let directive = self.current.state.medium_interface.clone()?;
         let interface = self.resolve(&directive);
@@ -112,7 +111,7 @@ impl Interpreter<'_> {
         Some(id)
     }
 
-    /// Looks the names up. One that nobody has defined is an error, once, and vacuum.
+    /// Looks up the names. An undefined one is an error, reported once, and counts as vacuum.
     fn resolve(&self, directive: &InterfaceDirective) -> MediumInterface {
         let known = &self.media.names;
         let mut missing = Vec::new();
@@ -127,7 +126,7 @@ impl Interpreter<'_> {
             inside: find(&directive.inside),
             outside: find(&directive.outside),
         };
-        // One name that stands for both sides is one mistake.
+        // The same name on both sides is a single mistake.
         missing.dedup_by_key(|name| name.span);
         if !directive.reported.replace(true) {
             for name in missing {
@@ -140,8 +139,8 @@ impl Interpreter<'_> {
         interface
     }
 
-    /// The frame's media, at its end. The camera is in what is outside then, wherever its own
-    /// directive stood (docs/scene-language.md §2.3).
+    /// The frame's media, at its end. The camera is in the outside medium at that point, wherever its own directive was
+    /// (docs/scene-language.md §2.3).
     pub(super) fn take_media(&mut self) -> MediaSpec {
         let directive = self.current.state.medium_interface.clone();
         let outside = directive.and_then(|directive| self.resolve(&directive).outside);
@@ -149,7 +148,7 @@ impl Interpreter<'_> {
             mut spec, volumes, ..
         } = std::mem::take(&mut self.media);
         spec.camera = outside;
-        // pbrt-v2 knows no other media.
+        // pbrt-v2 has no other media.
         if !volumes.is_empty() {
             spec.camera = Some(MediumId(spec.media.len() as u32));
             spec.media.push(MediumSpec::Volumes(volumes));
@@ -157,7 +156,7 @@ impl Interpreter<'_> {
         spec
     }
 
-    /// Warns where there are media and the integrator does not see them.
+    /// Warns if there are media but the integrator ignores them.
     pub(super) fn check_media(&self, media: &MediaSpec, options: &Options) {
         let used = media.camera.is_some() || !media.interfaces.is_empty();
         if used && !options.integrator.spec.sees_media() {
@@ -197,7 +196,7 @@ mod tests {
         (frame, diagnostics.errors(), diagnostics.warnings())
     }
 
-    /// Media inside and outside of each shape, where it is a border.
+    /// Media inside and outside of each shape, if these differ.
     fn borders(frame: &Frame) -> Vec<Option<(Option<u32>, Option<u32>)>> {
         let number = |id: Option<MediumId>| id.map(|id| id.0);
         let of = |&MediumInterface { inside, outside }: &MediumInterface| {
@@ -232,7 +231,7 @@ mod tests {
         assert_eq!(frame.media.camera, None);
     }
 
-    /// Scene-language 2.3: what the options block sets stays, and the camera is made at `WorldEnd`.
+    /// docs/scene-language.md §2.3: settings of the options block persist, and the camera is created at `WorldEnd`.
     #[test]
     fn the_camera_is_in_what_is_outside_at_the_end() {
         let (outside, errors, _) = frame("MediumInterface \"\" \"b\"", "Shape \"sphere\"");

@@ -1,6 +1,5 @@
-//! Directives run through the graphics-state machine (docs/scene-language.md §2): every name resolved,
-//! every parameter read and checked, nothing loaded that only a render needs. All problems of a
-//! file are reported in one go.
+//! Interprets the directives of a scene file (docs/scene-language.md §2): every name is resolved, every parameter read
+//! and checked, but nothing loaded that only rendering needs. All problems of a file are reported in one run.
 
 pub mod blocks;
 pub mod description;

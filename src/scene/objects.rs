@@ -1,4 +1,4 @@
-//! Named objects and where they stand.
+//! Named objects and their instances.
 
 use super::description::{InstanceEntity, ObjectDefinition};
 use super::interpreter::Interpreter;
@@ -7,8 +7,7 @@ use super::world_block::WorldBlock;
 use crate::syntax::{Diagnostic, Name, Span};
 
 impl Interpreter<'_> {
-    /// `ObjectBegin "name"`. Inside another object it ends that one, as in pbrt-v3, and leaves its
-    /// scope open.
+    /// Handles `ObjectBegin "name"`. Inside another object it ends that one, as in pbrt-v3, and leaves its scope open.
     pub(super) fn begin_object(&mut self, span: Span, name: Name) {
         if let Some((open, opened)) = self.world.as_ref().and_then(|w| w.open_object.as_ref()) {
             let message = format!(
@@ -33,7 +32,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// `ObjectEnd`: ends the object, and closes the scope opened last, whatever opened it.
+    /// Handles `ObjectEnd`: ends the object, and closes the innermost scope, whatever opened it.
     pub(super) fn end_object(&mut self, span: Span) {
         let opened = self.world.as_mut().and_then(WorldBlock::finish_object);
         let closed = self.close_scope(Scope::Object, span);
@@ -53,7 +52,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// `ObjectInstance "name"`.
+    /// Handles `ObjectInstance "name"`.
     pub(super) fn instance(&mut self, name: &Name) {
         let Some(world) = self.world.as_ref() else {
             return;

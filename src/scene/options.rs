@@ -1,5 +1,5 @@
-//! The options block: directives that are stored and only understood at `WorldEnd`, when it is
-//! known which dialect the file speaks (docs/scene-language.md §2.3).
+//! The options block: directives are stored and only interpreted at `WorldEnd`, when the dialect of the file is known
+//! (docs/scene-language.md §2.3).
 
 use super::reading::Reading;
 use super::transforms::{Ctm, Placement};
@@ -20,39 +20,39 @@ pub struct Options {
     pub camera_from_world: Placement,
     /// The film.
     pub film: FilmSpec,
-    /// Where the scene gives the film, if it does.
+    /// The location of the film's directive, if there is one.
     pub film_at: Option<Span>,
     /// The reconstruction filter.
     pub filter: Filter,
     /// The sampler.
     pub sampler: SamplerSpec,
-    /// The integrator, and the pixels it is confined to.
+    /// The integrator, and the pixels it is limited to.
     pub integrator: IntegratorSettings,
-    /// What it shows of pbrt-v2's volumes.
+    /// Which effects of pbrt-v2's volumes are visible.
     pub media_seen: MediaSeen,
-    /// Bytes that the frame may take (`--max-memory`); `None` for what the machine has.
+    /// Memory limit in bytes (`--max-memory`); `None` for what the machine provides.
     pub max_memory: Option<u64>,
 }
 
-/// A directive as it stands in the file.
+/// A directive as written in the file.
 #[derive(Clone, Debug)]
 pub struct StoredDirective {
-    /// `Film`
+    /// The directive's word, such as `Film`.
     pub word: &'static str,
-    /// Of the word.
+    /// Location of the word.
     pub span: Span,
     /// Type and parameters.
     pub typed: Typed,
 }
 
-/// The directives of the options block as they stand in the file; the last of each kind counts.
+/// The directives of the options block as written in the file; the last of each kind counts.
 #[derive(Clone, Debug)]
 pub struct StoredOptions {
     /// `Camera`.
     pub camera: Option<StoredDirective>,
-    /// The transformations in force there.
+    /// The transformations in force at the camera.
     pub camera_ctm: Ctm,
-    /// `TransformTimes`: of the start and end transformations.
+    /// `TransformTimes`: those of the start and end transformations.
     pub transform_times: [f64; 2],
     /// `Film`.
     pub film: Option<StoredDirective>,
@@ -64,7 +64,7 @@ pub struct StoredOptions {
     pub integrator: Option<StoredDirective>,
     /// `VolumeIntegrator`, pbrt-v2 only.
     pub volume_integrator: Option<StoredDirective>,
-    /// `Accelerator`: read for its parameters' sake, without effect on the image.
+    /// `Accelerator`: read only to check its parameters, without effect on the image.
     pub accelerator: Option<StoredDirective>,
     /// `Renderer`, pbrt-v2 only.
     pub renderer: Option<StoredDirective>,
@@ -88,7 +88,7 @@ impl Default for StoredOptions {
 }
 
 impl StoredOptions {
-    /// Is the camera written in the course's form? Its own parameter names give it away.
+    /// Returns `true` if the camera is written in the course's form, as its parameter names reveal.
     pub fn has_course_camera(&self) -> bool {
         const COURSE_NAMES: [&str; 3] = ["specfile", "aperture_diameter", "filmdiag"];
         self.camera.as_ref().is_some_and(|camera| {
@@ -98,8 +98,8 @@ impl StoredOptions {
         })
     }
 
-    /// Reads everything; every problem is reported, and something stands in for what cannot be read.
-    /// With `details`, what changes nothing but the noise is noted too.
+    /// Reads all options; every problem is reported, and invalid values are replaced. With `details`, notes also what
+    /// only affects noise.
     pub fn read(&self, reading: &Reading, details: bool) -> Options {
         let dialect = reading.dialect();
         self.read_accelerator(reading);
@@ -154,7 +154,7 @@ impl StoredOptions {
         })
     }
 
-    /// A camera whose space has no volume looks nowhere.
+    /// Reports a camera with a singular transformation, which sees nothing.
     fn check_camera_place(&self, reading: &Reading) {
         if let Some(camera) = &self.camera
             && !self
@@ -168,7 +168,7 @@ impl StoredOptions {
         }
     }
 
-    /// Accelerators do not change the image: their parameters are legal and unused.
+    /// Accelerators do not change the image: their parameters are accepted and unused.
     fn read_accelerator(&self, reading: &Reading) {
         const KNOWN: [&str; 3] = ["bvh", "kdtree", "grid"];
         const PARAMETERS: [&str; 8] = [
@@ -194,7 +194,7 @@ impl StoredOptions {
         });
     }
 
-    /// pbrt-v2's renderers: all are answered by the one there is.
+    /// Reads pbrt-v2's renderers, all of which map to the only one here.
     fn read_renderer(&self, reading: &Reading) {
         let Some(given) = &self.renderer else { return };
         reading.read_stored(given, |reader: &ParamReader| {

@@ -1,17 +1,17 @@
-//! What reading parameters needs, at one point of the file.
+//! The context for reading parameters at one point of the file.
 
 use super::options::StoredDirective;
 use crate::params::{Dialect, ParamContext, ParamReader, SpectrumFiles, TextureNames};
 use crate::syntax::{Diagnostics, FileId, Name, ParamList, SearchFolder, Span, Typed};
 
-/// Makes readers for directives.
+/// Creates parameter readers for directives.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading<'a> {
     context: ParamContext<'a>,
 }
 
 impl<'a> Reading<'a> {
-    /// With file names looked up by `search` and the textures now in scope.
+    /// A context in which file names are looked up by `search`, with the textures in scope.
     pub fn new(
         search: &'a SearchFolder,
         dialect: Dialect,
@@ -30,12 +30,12 @@ impl<'a> Reading<'a> {
         }
     }
 
-    /// Whose defaults apply.
+    /// The dialect whose defaults apply.
     pub fn dialect(&self) -> Dialect {
         self.context.dialect
     }
 
-    /// Where problems go.
+    /// The collector of diagnostics.
     pub fn diagnostics(&self) -> &'a Diagnostics {
         self.context.diagnostics
     }
@@ -54,12 +54,12 @@ impl<'a> Reading<'a> {
         result
     }
 
-    /// Reads a directive that was kept for later.
+    /// Reads a stored directive.
     pub fn read_stored<R>(&self, stored: &StoredDirective, f: impl FnOnce(&ParamReader) -> R) -> R {
         self.read(stored.word, stored.span, &stored.typed, f)
     }
 
-    /// What a directive of this type means without any parameters.
+    /// The defaults of a directive of this type.
     pub fn defaults<R>(
         &self,
         word: &'static str,
@@ -84,7 +84,7 @@ impl<'a> Reading<'a> {
         ))
     }
 
-    /// Reads a directive, or the defaults of `kind` where it was not given.
+    /// Reads a directive, or the defaults of `kind` if it was not given.
     pub fn read_or<R>(
         &self,
         word: &'static str,

@@ -1,14 +1,14 @@
-//! Scopes: what `AttributeBegin`, `TransformBegin` and `ObjectBegin` save and their ends restore.
+//! Scopes: the state saved by `AttributeBegin`, `TransformBegin` and `ObjectBegin`, and restored at their ends.
 //!
-//! As in pbrt, attributes, objects and transforms share one stack of transformations while only the
-//! former two also save the graphics state. A transform crossed with one of these therefore restores
-//! the wrong transformation (docs/scene-language.md §2.1); it is followed, with a warning where it happens.
+//! As in pbrt, attributes, objects and transforms share one stack of transformations, while only the former two also
+//! save the graphics state. A transform scope that overlaps one of these therefore restores the wrong transformation
+//! (docs/scene-language.md §2.1); this is reproduced, with a warning where it happens.
 
 use super::graphics_state::{GraphicsState, SavedGraphicsState};
 use super::transforms::Ctm;
 use crate::syntax::{ActiveTransform, Diagnostic, Diagnostics, Span};
 
-/// Which directive opened a scope.
+/// The directive that opened a scope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// `AttributeBegin`.
@@ -20,7 +20,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// What its directives begin with.
+    /// The prefix of its directives.
     pub fn word(self) -> &'static str {
         match self {
             Scope::Attribute => "Attribute",
@@ -30,7 +30,7 @@ impl Scope {
     }
 }
 
-/// All that a scope can change.
+/// The state that a scope can change.
 #[derive(Debug)]
 pub struct Current {
     /// Graphics state.
@@ -42,7 +42,7 @@ pub struct Current {
 }
 
 impl Current {
-    /// At the start of a file or frame.
+    /// The state at the start of a file or frame.
     pub fn new() -> Current {
         Current {
             state: GraphicsState::new(),
@@ -87,10 +87,10 @@ impl Scopes {
         }
     }
 
-    /// Closes a scope at an end of this kind, as pbrt-v3 does: whichever was opened last, on the
-    /// stacks that this kind is on. Attributes and objects are all one there, and public scenes
-    /// close either with the other's end; only a crossing with a transform is warned of, which
-    /// restores something else than it seems. False, and nothing done, where none is open.
+    /// Closes a scope with an end of this kind, as pbrt-v3 does: the innermost one on the stacks that this kind uses.
+    /// Attributes and objects are interchangeable there, and public scenes close either with the other's end; only
+    /// overlap with a transform scope gives a warning, as it restores something unexpected. Returns `false`, and does
+    /// nothing, if none is open.
     pub fn close(
         &mut self,
         scope: Scope,
@@ -120,8 +120,8 @@ impl Scopes {
         true
     }
 
-    /// Closes everything at the end of the world; an object left open, whose `ObjectBegin` is at
-    /// `open_object`, is the caller's to report.
+    /// Closes everything at the end of the world; an open object, whose `ObjectBegin` is at `open_object`, is reported
+    /// by the caller.
     pub fn close_all(&mut self, open_object: Option<Span>, diagnostics: &Diagnostics) {
         for left in self.transforms.drain(..) {
             if left.scope != Scope::Object || Some(left.opened) != open_object {

@@ -1,4 +1,4 @@
-//! `Shape` and `AreaLightSource`: shapes with all that the graphics state says of them.
+//! `Shape` and `AreaLightSource`: shapes with their part of the graphics state.
 
 use super::description::ShapeEntity;
 use super::graphics_state::MaterialDirective;
@@ -13,7 +13,7 @@ use crate::syntax::{Diagnostic, ParamGroup, ParamList, Span, Typed};
 use std::rc::Rc;
 
 impl Interpreter<'_> {
-    /// `AreaLightSource "type"`: emission of the shapes after it; the type `""` ends it.
+    /// Handles `AreaLightSource "type"`: emission of the shapes after it; the type `""` ends it.
     pub(super) fn area_light_source(&mut self, span: Span, typed: &Typed) {
         let names = Rc::clone(&self.current.state.textures);
         let reading = self.reading(&names);
@@ -24,7 +24,7 @@ impl Interpreter<'_> {
         self.current.state.area_light = spec.map(|spec| world.add_area_light(spec));
     }
 
-    /// `Shape "type"`.
+    /// Handles `Shape "type"`.
     pub(super) fn shape(&mut self, span: Span, typed: &Typed) {
         self.find_late_material();
         let (material, spec) = self.read_shape(span, typed);
@@ -43,13 +43,13 @@ impl Interpreter<'_> {
         }
     }
 
-    /// The shape, and the material it gets: the current one, or a fresh one where the shape's own
-    /// parameters override the material's (docs/scene-language.md §2.4).
+    /// The shape and its material: the current one, or a new one if the shape's own parameters override the material's
+    /// (docs/scene-language.md §2.4).
     fn read_shape(&mut self, span: Span, typed: &Typed) -> (Option<MaterialId>, Option<ShapeSpec>) {
         let current = self.current.state.material.clone();
         let names = Rc::clone(&self.current.state.textures);
-        // pbrt-v2 (appendix A.1): named materials are finished when they are made; others are made
-        // here, with the textures that have their names now.
+        // pbrt-v2 (appendix A.1): named materials are complete once defined; others are created here, with the current
+        // meaning of texture names.
         let v2 = self.dialect() == Dialect::V2;
         let fixed = v2 && current.as_ref().is_some_and(|m| m.named);
         let textured = |m: &Rc<MaterialDirective>| texture_names(&m.typed.params).next().is_some();
@@ -103,7 +103,7 @@ impl Interpreter<'_> {
     }
 }
 
-/// Where the name of the shape's file stands: there problems with the file are shown.
+/// The location of the shape's file name, where problems with the file are shown.
 fn file_name_span(shape: &Typed) -> Option<Span> {
     let name = shape.params.get("filename", ParamGroup::String)?;
     Some(name.value_span)

@@ -1,5 +1,5 @@
-//! The current transformation matrices (docs/scene-language.md §2 and §2.2): one for the start and one for
-//! the end of the shutter interval, with `ActiveTransform` saying which of them changes.
+//! The current transformation matrices (docs/scene-language.md §2 and §2.2): one for the start and one for the end of
+//! the shutter interval; `ActiveTransform` selects which of them changes.
 
 use crate::math::motion::Motion;
 use crate::math::transform::Transform;
@@ -21,14 +21,14 @@ impl Ctm {
         end: Transform::IDENTITY,
     };
 
-    /// True where something moves. Bits are compared: a matrix that has overflowed holds numbers
-    /// that are not equal to themselves, and still does not move.
+    /// Returns `true` if anything moves. Bits are compared: a matrix that has overflowed contains NaN, which does not
+    /// equal itself, but it does not move.
     pub fn is_animated(&self) -> bool {
         let bits = |t: &Transform| t.m.to_cols_array().map(f64::to_bits);
         bits(&self.start) != bits(&self.end)
     }
 
-    /// The transformation as a scene keeps it, with the times of `TransformTimes`.
+    /// The placement stored in a scene, with the times of `TransformTimes`.
     pub fn placement(&self, times: [f64; 2]) -> Placement {
         Placement {
             start: self.start,
@@ -50,12 +50,12 @@ impl Ctm {
     }
 }
 
-/// Where something stands, or moves from and to.
+/// A placement, static or moving.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placement {
-    /// The transformation, at the start time where it changes.
+    /// The transformation, at the start time if it changes.
     pub start: Transform,
-    /// What it changes to.
+    /// The end of the motion, if there is one.
     pub end: Option<Box<End>>,
 }
 
@@ -69,13 +69,13 @@ pub struct End {
 }
 
 impl Placement {
-    /// Can this be made, and undone, at both times?
+    /// Returns `true` if this is invertible at both times.
     pub fn is_invertible(&self) -> bool {
         let end = self.end.as_ref();
         self.start.is_invertible() && end.is_none_or(|end| end.transform.is_invertible())
     }
 
-    /// The motion; `None` where nothing moves, or where an end cannot be inverted.
+    /// The motion; `None` if nothing moves, or an end is not invertible.
     pub fn motion(&self) -> Option<Motion> {
         let End { transform, times } = self.end.as_deref()?;
         Motion::new(&self.start, transform, *times)

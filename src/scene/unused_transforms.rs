@@ -1,6 +1,6 @@
-//! Transformations before the world that nothing uses. A camera takes the transformation in force at its own
+//! Transformations before the world block that nothing uses. A camera takes the transformation in force at its own
 //! directive, and `WorldBegin` resets it; without a `Camera`, pbrt-v3 looks from the origin along z
-//! (scene-language 2.3).
+//! (docs/scene-language.md §2.3).
 
 use super::interpreter::Interpreter;
 use super::transforms::Ctm;
@@ -11,7 +11,7 @@ use crate::syntax::{Diagnostic, DirectiveKind, Span};
 pub(super) struct UnusedTransform(Option<(&'static str, Span)>);
 
 impl UnusedTransform {
-    /// Takes note of a directive of the options block.
+    /// Records a directive of the options block.
     pub(super) fn note(&mut self, kind: &DirectiveKind, span: Span) {
         use DirectiveKind as D;
         match kind {
@@ -33,7 +33,7 @@ impl UnusedTransform {
 }
 
 impl Interpreter<'_> {
-    /// Warns, at the beginning of the world, of transformations that come to nothing.
+    /// Warns, at the start of the world, about transformations without effect.
     pub(super) fn check_transforms(&mut self) {
         let UnusedTransform(unused) = std::mem::take(&mut self.unused_transform);
         let Some((word, span)) = unused else { return };

@@ -1,4 +1,4 @@
-//! The world block: what accumulates in it, and the directives that make textures and lights.
+//! The world block: its contents so far, and the directives that define textures and lights.
 
 use super::description::{Frame, InstanceEntity, ObjectDefinition, ShapeEntity};
 use super::interpreter::Interpreter;
@@ -16,10 +16,10 @@ use crate::textures::{
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// What accumulates between `WorldBegin` and `WorldEnd`.
+/// The contents of the block between `WorldBegin` and `WorldEnd` so far.
 pub(super) struct WorldBlock {
     pub(super) opened: Span,
-    /// No `WorldBegin` was seen: a directive of the world block came first.
+    /// There was no `WorldBegin`: a directive of the world block came first.
     pub(super) assumed: bool,
     float_textures: Vec<FloatTextureSpec>,
     spectrum_textures: Vec<SpectrumTextureSpec>,
@@ -62,7 +62,7 @@ impl WorldBlock {
         self.area_lights.len() - 1
     }
 
-    /// To the open object, or to the world.
+    /// Adds a shape to the open object, or to the world.
     pub(super) fn add_shape(&mut self, shape: ShapeEntity) {
         match &mut self.open_object {
             Some((object, _)) => object.shapes.push(shape),
@@ -70,7 +70,7 @@ impl WorldBlock {
         }
     }
 
-    /// Ends the open object, if there is one, and says where it began.
+    /// Ends the open object, if there is one, and returns where it began.
     pub(super) fn finish_object(&mut self) -> Option<Span> {
         let (object, opened) = self.open_object.take()?;
         let id = ObjectId(self.objects.len() as u32);
@@ -79,7 +79,7 @@ impl WorldBlock {
         Some(opened)
     }
 
-    /// Does anything give light?
+    /// Returns `true` if anything emits light.
     pub(super) fn has_lights(&self) -> bool {
         let objects = self.objects.iter().flat_map(|object| &object.shapes);
         let mut shapes = self.shapes.iter().chain(objects);
@@ -102,8 +102,7 @@ impl WorldBlock {
     }
 }
 
-/// A texture that nests others too deep, or looks too many of them up, is reported, and a constant
-/// stands for it.
+/// A texture that is nested too deeply, or looks up too many others, is reported and replaced by a constant.
 fn shallow<V: TextureValue>(
     spec: TextureSpec<V>,
     nesting: Nesting,
@@ -129,7 +128,7 @@ fn shallow<V: TextureValue>(
 }
 
 impl Interpreter<'_> {
-    /// `Texture "name" "type" "class"`.
+    /// Handles `Texture "name" "type" "class"`.
     pub(super) fn texture(&mut self, span: Span, name: &Name, value_type: &Name, typed: Typed) {
         let ctm = self.current.ctm.start;
         let names = Rc::clone(&self.current.state.textures);
@@ -139,7 +138,7 @@ impl Interpreter<'_> {
                 let spec = reading.read("Texture", span, &typed, |r| {
                     FloatTextureSpec::from_params(r, &ctm)
                 });
-                // A table still shared would be copied whole for every texture defined.
+                // A table that is still shared would be copied for every texture defined.
                 drop(names);
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
                     return;
@@ -189,7 +188,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// `LightSource "type"`.
+    /// Handles `LightSource "type"`.
     pub(super) fn light_source(&mut self, span: Span, typed: &Typed) {
         let ctm = self.current.ctm.start;
         if self.current.ctm.is_animated() {
