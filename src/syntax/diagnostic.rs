@@ -1,10 +1,9 @@
-//! Problems found in a scene: collected while reading, printed together at the end.
+//! Diagnostics: problems found in a scene, collected while reading and printed together at the end.
 //!
-//! A [`Diagnostics`] is shared by reference between the parser, the parameter readers and the
-//! scene; it takes reports through `&self` and keeps them in the order they were met, which is
-//! the order of the file. The same message at the same place is kept once, and of a message that
-//! comes from many places only the first few are kept and the rest counted, so that a million
-//! shapes with the same misspelt parameter make neither a million lines nor fill the memory.
+//! A [`Diagnostics`] is shared by reference between the parser, the parameter readers and the scene; it takes reports
+//! through `&self` and keeps them in order of occurrence, which is the order of the file. The same message at the same
+//! location is kept once, and of a message with many locations only the first few are kept and the rest counted, so
+//! that a million shapes with the same misspelled parameter neither produce a million lines nor exhaust memory.
 
 use super::groups::Groups;
 use super::source::{SourceMap, Span};
@@ -14,34 +13,34 @@ use std::collections::HashMap;
 use std::ffi::OsStr;
 use std::io::IsTerminal;
 
-/// How bad it is.
+/// The severity of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Severity {
-    /// The scene does not mean what its author wanted, or means nothing: no rendering.
+    /// The scene is invalid or does not mean what its author intended: it is not rendered.
     Error,
-    /// Something was ignored or replaced by a default; rendering goes on.
+    /// Something was ignored or replaced by a default; rendering continues.
     Warning,
-    /// Worth knowing.
+    /// Information.
     Note,
 }
 
-/// How text is dressed.
+/// How text is styled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
-    /// Text alone, for files and pipes.
+    /// Plain text, for files and pipes.
     Plain,
     /// With ANSI colors, for terminals.
     Colored,
 }
 
 impl Style {
-    /// What suits standard error: colors where it is a terminal and `NO_COLOR` is not set.
+    /// The style for standard error: colors if it is a terminal and `NO_COLOR` is not set.
     pub fn of_stderr() -> Self {
         let no_color = std::env::var_os("NO_COLOR");
         Self::suited(std::io::stderr().is_terminal(), no_color.as_deref())
     }
 
-    /// As <https://no-color.org> has it: any text in `NO_COLOR` counts, an empty one does not.
+    /// As specified by <https://no-color.org>: any nonempty value of `NO_COLOR` counts.
     fn suited(terminal: bool, no_color: Option<&OsStr>) -> Self {
         if terminal && no_color.is_none_or(OsStr::is_empty) {
             Self::Colored
@@ -51,33 +50,30 @@ impl Style {
     }
 }
 
-/// One problem.
+/// A single problem, with its location and advice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// Its severity.
     pub severity: Severity,
-    /// One line, no full stop at its end.
+    /// One line, without a final period.
     pub message: String,
-    /// Where.
+    /// Its location.
     pub span: Option<Span>,
-    /// Which item of the list at `span` is meant, from 0; `None` for the whole of it. Where the
-    /// item stands is found out when the message is printed, so that places of a million numbers
-    /// need not be kept.
+    /// Index of the item of the list at `span`, from 0; `None` for the whole list. The location of the item is
+    /// determined when the message is printed, so that the locations of a million numbers need not be stored.
     pub item: Option<usize>,
-    /// Is it an error that pbrt-v3 reports and renders on after, such as a file that cannot be used or
-    /// a name that nobody has defined? Something stands in its place, so the rest can be rendered
-    /// (`--keep-going`).
+    /// Whether this is an error that pbrt-v3 reports but tolerates, such as an unusable file or an undefined name. It
+    /// is replaced by something, so the rest can be rendered (`--keep-going`).
     pub recoverable: bool,
-    /// The name of the file that is not there, as the scene gives it: those of one folder are told
-    /// together.
+    /// The name of the missing file, as given in the scene: those in one folder are reported together.
     pub missing: Option<String>,
-    /// What stands beside the caret.
+    /// Text next to the caret.
     pub label: Option<String>,
-    /// Other places that matter, with what to say about them.
+    /// Other relevant locations, each with a text.
     pub related: Vec<(Span, String)>,
-    /// Facts below the excerpt.
+    /// Facts shown below the excerpt.
     pub notes: Vec<String>,
-    /// Advice below the excerpt.
+    /// Advice shown below the excerpt.
     pub help: Vec<String>,
 }
 
@@ -97,53 +93,53 @@ impl Diagnostic {
         }
     }
 
-    /// An error without a place.
+    /// An error without a location.
     pub fn error(message: impl Into<String>) -> Self {
         Self::new(Severity::Error, message)
     }
 
-    /// A warning without a place.
+    /// A warning without a location.
     pub fn warning(message: impl Into<String>) -> Self {
         Self::new(Severity::Warning, message)
     }
 
-    /// A note without a place.
+    /// A note without a location.
     pub fn note(message: impl Into<String>) -> Self {
         Self::new(Severity::Note, message)
     }
 
-    /// Puts the caret.
+    /// Sets the location.
     pub fn at(mut self, span: Span) -> Self {
         self.span = Some(span);
         self
     }
 
-    /// Puts the caret under one item, counted from 0, of the list of values at `span`.
+    /// Sets the location to one item, counted from 0, of the list of values at `span`.
     pub fn at_item(mut self, span: Span, item: usize) -> Self {
         self.span = Some(span);
         self.item = Some(item);
         self
     }
 
-    /// Something stands in the place of what is wrong: see [`recoverable`](field@Diagnostic::recoverable).
+    /// Marks the error as recoverable: see [`recoverable`](field@Diagnostic::recoverable).
     pub fn recoverable(mut self) -> Self {
         self.recoverable = true;
         self
     }
 
-    /// There is no file of this name: see [`missing`](field@Diagnostic::missing).
+    /// Marks a file of this name as missing: see [`missing`](field@Diagnostic::missing).
     pub fn missing(mut self, name: &str) -> Self {
         self.missing = Some(name.to_owned());
         self
     }
 
-    /// Says something beside the caret.
+    /// Sets the text next to the caret.
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = Some(label.into());
         self
     }
 
-    /// Points at another place as well.
+    /// Adds another relevant location.
     pub fn related(mut self, span: Span, label: impl Into<String>) -> Self {
         self.related.push((span, label.into()));
         self
@@ -161,7 +157,7 @@ impl Diagnostic {
         self
     }
 
-    /// Adds "did you mean" where there is something to propose.
+    /// Adds "did you mean" if there is a suggestion.
     pub fn with_suggestion(self, suggestion: Option<&str>) -> Self {
         match suggestion {
             Some(word) => self.with_help(format!("did you mean `{word}`?")),
@@ -170,59 +166,59 @@ impl Diagnostic {
     }
 }
 
-/// How many places of one message are kept; a person mending a file sees the pattern by then.
+/// Maximum number of locations kept for one message; by then the pattern is clear.
 const PLACES_KEPT: usize = 5;
 
-/// How many errors, and how many warnings and notes, are printed. More than a person reads.
+/// Maximum number of errors, and of warnings and notes, that are printed. More than a person reads.
 const PRINTED: usize = 100;
 
-/// How many distinct problems are kept at all, so that a file of noise cannot fill the memory.
+/// Maximum number of distinct problems kept, so that a file of noise cannot exhaust memory.
 const KEPT: usize = 10_000;
 
-/// How often a message was met.
+/// Occurrences of a message.
 #[derive(Debug)]
 struct Seen {
-    /// Different from the one before.
+    /// Number of locations, each different from the one before.
     places: usize,
     last_span: Option<Span>,
-    /// Position of the last one kept in `State::kept`.
+    /// Index in `State::kept` of the last one kept.
     last_kept: usize,
 }
 
 #[derive(Debug)]
 struct Kept {
     diagnostic: Diagnostic,
-    /// The same message at places not kept.
+    /// Number of occurrences at locations not kept.
     elsewhere: usize,
 }
 
 #[derive(Debug, Default)]
 struct State {
     kept: Vec<Kept>,
-    /// Only ever looked up, never iterated: the order of a hash map is nobody's business.
+    /// Only looked up, never iterated: the order of a hash map must not be visible.
     seen: HashMap<(Severity, String), Seen>,
     errors: usize,
     recoverable_errors: usize,
     warnings: usize,
     dropped: usize,
     groups: Groups,
-    /// Things met that only pbrt-v4 has.
+    /// Number of features found that only pbrt-v4 has.
     v4_signs: usize,
 }
 
-/// Takes problems as they are met, through a shared reference.
+/// Collects problems through a shared reference.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
     state: RefCell<State>,
 }
 
 impl Diagnostics {
-    /// Nothing wrong so far.
+    /// An empty collection.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes a problem.
+    /// Adds a problem.
     pub fn push(&self, diagnostic: Diagnostic) {
         let state = &mut *self.state.borrow_mut();
         let key = (diagnostic.severity, diagnostic.message.clone());
@@ -231,7 +227,7 @@ impl Diagnostics {
             .as_ref()
             .is_some_and(|seen| seen.last_span == diagnostic.span)
         {
-            // A parameter read for several shapes is one mistake.
+            // A parameter read for several shapes is a single mistake.
             return;
         }
         match diagnostic.severity {
@@ -270,9 +266,9 @@ impl Diagnostics {
         }
     }
 
-    /// As [`Diagnostics::push`], with "did you mean" where one of `known` is near `word`. The search is
-    /// left out where nobody would read its result, so that thousands of unknown names beside
-    /// thousands of known ones take no time squared.
+    /// Like [`Diagnostics::push`], with "did you mean" if one of `known` is near `word`. The search is skipped if its
+    /// result would not be printed, so that thousands of unknown names among thousands of known ones do not take
+    /// quadratic time.
     pub fn push_with_nearest<'a>(
         &self,
         diagnostic: Diagnostic,
@@ -284,7 +280,7 @@ impl Diagnostics {
         self.push(diagnostic.with_suggestion(suggestion));
     }
 
-    /// Is there a chance that this problem is printed, were it pushed now?
+    /// Returns `true` if this problem might be printed if it were added now.
     fn will_be_read(&self, diagnostic: &Diagnostic) -> bool {
         let state = self.state.borrow();
         let key = (diagnostic.severity, diagnostic.message.clone());
@@ -294,44 +290,44 @@ impl Diagnostics {
             .is_some_and(|seen| seen.places >= PLACES_KEPT || seen.last_span == diagnostic.span);
         let severe = diagnostic.severity == Severity::Error;
         let same = |kept: &&Kept| (kept.diagnostic.severity == Severity::Error) == severe;
-        // Those before it, and no more of them than are needed for the answer.
+        // Counts those before it, but no more than needed for the answer.
         !repeated
             && !state.groups.is_full(diagnostic)
             && state.kept.iter().filter(same).nth(PRINTED - 1).is_none()
     }
 
-    /// Something was met that only pbrt-v4 has. One such thing may be a slip; of more, the text
-    /// begins with what the scene is.
+    /// Records a feature that only pbrt-v4 has. A single one may be a mistake; if there are more, the output starts by
+    /// saying that the scene is for pbrt-v4.
     pub fn looks_like_v4(&self) {
         self.state.borrow_mut().v4_signs += 1;
     }
 
-    /// Errors met, those at places not kept included.
+    /// Number of errors, including those at locations not kept.
     pub fn errors(&self) -> usize {
         self.state.borrow().errors
     }
 
-    /// How many of the errors leave a scene that can be rendered: see [`recoverable`](field@Diagnostic::recoverable).
+    /// Number of recoverable errors: see [`recoverable`](field@Diagnostic::recoverable).
     pub fn recoverable_errors(&self) -> usize {
         self.state.borrow().recoverable_errors
     }
 
-    /// Warnings met, those at places not kept included.
+    /// Number of warnings, including those at locations not kept.
     pub fn warnings(&self) -> usize {
         self.state.borrow().warnings
     }
 
-    /// Was there at least one error?
+    /// Returns `true` if there was at least one error.
     pub fn has_errors(&self) -> bool {
         self.errors() > 0
     }
 
-    /// Nothing at all was reported.
+    /// Returns `true` if nothing was reported.
     pub fn is_empty(&self) -> bool {
         self.state.borrow().kept.is_empty()
     }
 
-    /// The problems kept, in the order they were met.
+    /// The problems kept, in order of occurrence.
     pub fn kept(&self) -> Vec<Diagnostic> {
         self.state
             .borrow()
@@ -341,7 +337,7 @@ impl Diagnostics {
             .collect()
     }
 
-    /// `2 errors and 1 warning`, for a closing line; `None` where there were neither.
+    /// `2 errors and 1 warning`, for a closing line; `None` if there were neither.
     pub fn summary(&self) -> Option<String> {
         let counted = |n: usize, what: &str| match n {
             0 => None,
@@ -357,9 +353,9 @@ impl Diagnostics {
         }
     }
 
-    /// All of it as text: each problem with its excerpt, the first hundred errors and the first
-    /// hundred warnings and notes in the order they were met, then how many there were besides. Many
-    /// warnings of one kind are a few and a count, and so are missing files of one folder.
+    /// All problems as text: each with its excerpt, the first hundred errors and the first hundred warnings and notes
+    /// in order of occurrence, then the number of further ones. Many warnings of one kind are shown as a few and a
+    /// count, and so are missing files in one folder.
     pub fn render(&self, sources: &SourceMap, style: Style) -> String {
         let state = self.state.borrow();
         let mut text = String::new();
@@ -395,7 +391,7 @@ impl Diagnostics {
 }
 
 impl Kept {
-    /// With what was counted instead of kept.
+    /// The problem with the count of occurrences not kept.
     fn complete(&self) -> Diagnostic {
         let mut diagnostic = self.diagnostic.clone();
         if self.elsewhere > 0 {
@@ -443,7 +439,7 @@ mod tests {
         );
     }
 
-    /// Errors are not crowded out by warnings, nor is the memory filled by either.
+    /// Errors are not crowded out by warnings, and neither exhausts memory.
     #[test]
     fn much_is_neither_printed_nor_kept() {
         let diagnostics = Diagnostics::new();

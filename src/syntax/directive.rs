@@ -1,45 +1,45 @@
-//! What a scene file says, one statement at a time.
+//! Directives: the statements of a scene file.
 
 use super::parameter::ParamList;
 use super::source::Span;
 use crate::math::DVec3;
 use glam::DMat4;
 
-/// One statement of a scene file.
+/// A directive with its location.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Directive {
-    /// The directive's word (`Shape`), not its arguments.
+    /// Location of the directive's word (`Shape`), without its arguments.
     pub span: Span,
-    /// What it says.
+    /// The directive itself.
     pub kind: DirectiveKind,
-    /// An `Include` among its parameters whose file goes on with them: pbrt-v2 follows it there, pbrt-v3 stops.
+    /// An `Include` among its parameters whose file continues them: pbrt-v2 follows it there, pbrt-v3 stops.
     pub include_in_list: Option<Span>,
 }
 
-/// A quoted string and where it stands. Bytes that are not UTF-8 were replaced (U+FFFD).
+/// A quoted string with its location. Bytes that are not UTF-8 are replaced (U+FFFD).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name {
-    /// The string, its escapes resolved.
+    /// The string, with escapes resolved.
     pub text: String,
-    /// Quotation marks included.
+    /// Location, including the quotation marks.
     pub span: Span,
 }
 
 /// A type string with its parameters: `"sphere" "float radius" 2`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Typed {
-    /// The type; for `MakeNamedMaterial` and `MakeNamedMedium` the name being defined.
+    /// The type; for `MakeNamedMaterial` and `MakeNamedMedium`, the name being defined.
     pub kind: Name,
     /// The parameters.
     pub params: ParamList,
 }
 
-/// Which of the two transforms of a moving scene later transform directives change.
+/// Which of the two transforms of an animated scene later transform directives change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ActiveTransform {
-    /// That at the start time.
+    /// The one at the start time.
     Start,
-    /// That at the end time.
+    /// The one at the end time.
     End,
     /// Both.
     All,
@@ -61,7 +61,7 @@ pub enum DirectiveKind {
         look: DVec3,
         up: DVec3,
     },
-    /// The sixteen numbers are columns one after the other.
+    /// Sixteen numbers in column-major order.
     Transform(Box<DMat4>),
     ConcatTransform(Box<DMat4>),
     CoordinateSystem(Name),
@@ -79,7 +79,7 @@ pub enum DirectiveKind {
     Accelerator(Typed),
     Integrator(Typed),
     Camera(Typed),
-    /// pbrt-v2's word for what is `Integrator` in pbrt-v3.
+    /// pbrt-v2's name for `Integrator`.
     SurfaceIntegrator(Typed),
     /// pbrt-v2 only.
     VolumeIntegrator(Typed),
@@ -88,7 +88,7 @@ pub enum DirectiveKind {
     /// pbrt-v2 only.
     Volume(Typed),
     MakeNamedMedium(Typed),
-    /// One name in the file stands for both.
+    /// A single name in the file is used for both.
     MediumInterface {
         inside: Name,
         outside: Name,
@@ -113,8 +113,8 @@ pub enum DirectiveKind {
     ObjectInstance(Name),
 }
 
-/// Every word that starts a statement, in the order of docs/scene-language.md §2. `Include` is
-/// dealt with by the parser and never comes out as a directive.
+/// Every word that starts a directive, in the order of docs/scene-language.md §2. `Include` is handled by the parser
+/// and never returned as a directive.
 pub const WORDS: [&str; 41] = [
     "Identity",
     "Translate",
@@ -160,7 +160,7 @@ pub const WORDS: [&str; 41] = [
 ];
 
 impl DirectiveKind {
-    /// The word the statement starts with.
+    /// The word that starts the directive.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Identity => "Identity",

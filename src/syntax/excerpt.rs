@@ -1,7 +1,7 @@
-//! Problems as text: the message, the line it is about with a caret, and how the file came in.
+//! Diagnostics as text: the message, the affected line with a caret, and the chain of includes.
 //!
-//! The drawing is left to `annotate-snippets`, which draws like rustc. It is given only the part
-//! of a line around the caret, since one line may be a mesh of many megabytes.
+//! Drawing is left to `annotate-snippets`, which draws like rustc. It gets only the part of a line around the caret,
+//! since one line may be a mesh of many megabytes.
 
 use super::diagnostic::{Diagnostic, Severity, Style};
 use super::lexer::{Lexeme, lexeme};
@@ -9,26 +9,26 @@ use super::source::{SourceMap, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use std::ops::Range;
 
-/// How much of a line is shown, in bytes: a terminal's width and a half.
+/// Maximum bytes of a line that are shown: one and a half times a terminal's width.
 const SHOWN: usize = 120;
 
-/// How much of it stands before the caret.
+/// Bytes shown before the caret.
 const SHOWN_BEFORE: usize = 40;
 
-/// How many `Include`s are named; the chain may be ten thousand long.
+/// Maximum number of `Include`s listed; the chain may be ten thousand long.
 const CHAIN: usize = 5;
 
-/// A line, or the part of it that is shown, ready to be drawn.
+/// A line, or the visible part of it, ready to be drawn.
 struct Excerpt {
     line: usize,
     column: usize,
     text: String,
-    /// Of `text`, in bytes.
+    /// Byte range in `text`.
     marked: Range<usize>,
 }
 
 impl Diagnostic {
-    /// The problem as text of several lines, without a line break at the end.
+    /// The problem as text of several lines, without a final line break.
     pub fn render(&self, sources: &SourceMap, style: Style) -> String {
         let level = match self.severity {
             Severity::Error => Level::ERROR,
@@ -78,7 +78,7 @@ impl Diagnostic {
             Style::Plain => Renderer::plain(),
             Style::Colored => Renderer::styled(),
         };
-        // The excerpt has been cut to size already; the margin holds the line's number.
+        // The excerpt has already been cut to size; the margin holds the line number.
         let text = renderer.term_width(SHOWN + 40).render(&[group]).to_string();
         moved.into_iter().fold(text, |text, (shown, really)| {
             text.replacen(&shown, &really, 1)
@@ -86,7 +86,7 @@ impl Diagnostic {
     }
 }
 
-/// Where an item, counted from 0, of the list of values at `list` stands.
+/// The location of an item, counted from 0, of the list of values at `list`.
 fn item_span(sources: &SourceMap, list: Span, item: usize) -> Option<Span> {
     let bytes = sources.bytes(list.file)?;
     let whole = bytes.get(list.start as usize..list.end as usize)?;
@@ -109,8 +109,8 @@ fn item_span(sources: &SourceMap, list: Span, item: usize) -> Option<Span> {
 }
 
 impl Excerpt {
-    /// `annotate-snippets` counts columns in the text it is given. Where that does not start with
-    /// the line, this is the place as it will print it, and as it really is.
+    /// `annotate-snippets` counts columns in the text it is given. If that does not start at the start of the line,
+    /// this returns the location as it will print it, and the true one.
     fn moved(&self, path: &str) -> Option<(String, String)> {
         let shown = self.text.get(..self.marked.start)?.chars().count() + 1;
         let place = |column: usize| format!("{path}:{}:{column}", self.line);
@@ -118,7 +118,7 @@ impl Excerpt {
     }
 }
 
-/// How the file of a place came to be read, innermost first.
+/// The chain of includes that led to a location's file, innermost first.
 fn inclusions(sources: &SourceMap, span: Span) -> Vec<String> {
     let mut chain = Vec::new();
     let mut from = sources.included_at(span.file);
@@ -183,7 +183,7 @@ fn excerpt(sources: &SourceMap, span: Span) -> Option<Excerpt> {
     })
 }
 
-/// The part of a line to show so that `caret` is in it, not cut within a UTF-8 character.
+/// The visible part of a line, which contains `caret` and does not split a UTF-8 character.
 fn window(bytes: &[u8], line: Range<usize>, caret: usize) -> (usize, usize) {
     if line.len() <= SHOWN {
         return (line.start, line.end);
@@ -191,7 +191,7 @@ fn window(bytes: &[u8], line: Range<usize>, caret: usize) -> (usize, usize) {
     let continues = |at: usize| at < line.end && bytes[at] & 0xc0 == 0x80;
     let mut from = caret.saturating_sub(SHOWN_BEFORE).max(line.start);
     let mut to = (from + SHOWN).min(line.end);
-    // A character has at most three continuation bytes; more of them are no text at all.
+    // A character has at most three continuation bytes; more of them are not text.
     for _ in 0..3 {
         from += usize::from(from < caret && continues(from));
         to += usize::from(continues(to));

@@ -1,19 +1,19 @@
-//! File names in a scene: where they lead.
+//! Resolution of file names in a scene.
 
 use crate::files::FileProblem;
 use std::path::{Component, Path, PathBuf};
 
-/// Where the file names of a scene are looked up.
+/// The folder in which the file names of a scene are looked up.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SearchFolder {
-    /// The folder they start from.
+    /// The folder they are relative to.
     pub directory: PathBuf,
-    /// The only folder, in full and without links, that files may come from (`--files-within`).
+    /// The only folder, absolute and without links, that files may be in (`--files-within`).
     pub within: Option<PathBuf>,
 }
 
 impl SearchFolder {
-    /// Starts from `directory`; absolute names and `..` lead anywhere.
+    /// Looks names up relative to `directory`; absolute names and `..` may lead anywhere.
     pub fn new(directory: impl Into<PathBuf>) -> SearchFolder {
         SearchFolder {
             directory: directory.into(),
@@ -21,7 +21,7 @@ impl SearchFolder {
         }
     }
 
-    /// The regular file that `name` stands for, by the rules of [`SearchFolder::resolve`].
+    /// The regular file called `name`, by the rules of [`SearchFolder::resolve`].
     pub fn regular(&self, name: &str) -> Result<PathBuf, FileProblem> {
         if let Some(path) = self.resolve(name)? {
             return if path.is_file() {
@@ -38,13 +38,13 @@ impl SearchFolder {
         })
     }
 
-    /// The file that `name` stands for, or `None` where there is none. Absolute names stay what they are. Scenes written
-    /// on Windows spell folders with backslashes, whose first letters may have been taken for escapes (`\t`, `\n`): where
-    /// the name as read leads nowhere, it is tried with slashes.
+    /// The path of the file called `name`, or `None` if there is none. Absolute names are used as they are. Scenes
+    /// written on Windows separate folders with backslashes, which may have been taken for escapes (`\t`, `\n`): if the
+    /// name as read does not exist, it is tried with slashes.
     ///
     /// # Errors
-    /// [`FileProblem::Outside`] where the name, or a link on the way, leads out of the only folder that may be read. What is
-    /// out there is not looked at for a name that leaves by itself.
+    /// [`FileProblem::Outside`] if the name, or a link on the way, leaves the only folder that may be read. If the name
+    /// itself leaves it, the file system is not accessed.
     pub fn resolve(&self, name: &str) -> Result<Option<PathBuf>, FileProblem> {
         match self.found(name)? {
             None => self.found(&slashed(name)),
@@ -64,7 +64,7 @@ impl SearchFolder {
             path.map(|path| without_detours(&path))
         };
         let (plain, start) = (plain(&path)?, plain(&self.directory)?);
-        // A folder may be reached by a link: what starts where the scene lies is followed from there.
+        // A folder may be reached through a link: paths that start at the scene's folder are resolved from there.
         if !plain.starts_with(within) && !plain.starts_with(start) {
             return Err(outside());
         }
@@ -75,10 +75,10 @@ impl SearchFolder {
         }
     }
 
-    /// May a file be written at `path`? Its folder counts.
+    /// Checks that a file may be written at `path`, judging by its folder.
     ///
     /// # Errors
-    /// [`FileProblem::Outside`] where it lies out of the only folder.
+    /// [`FileProblem::Outside`] if it is outside the only folder.
     pub fn admits_output(&self, path: &Path) -> Result<(), FileProblem> {
         let Some(within) = &self.within else {
             return Ok(());
@@ -87,7 +87,7 @@ impl SearchFolder {
             .parent()
             .filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new(".")).canonicalize();
-        // A link in the place of the file is followed when it is written.
+        // A link in place of the file is followed when it is written.
         let target = path.canonicalize().ok();
         if folder.is_ok_and(|folder| folder.starts_with(within))
             && target.is_none_or(|target| target.starts_with(within))
@@ -99,7 +99,7 @@ impl SearchFolder {
     }
 }
 
-/// An absolute path without `.`, and without `..` and what it takes back.
+/// An absolute path with `.` and `..` components resolved lexically.
 fn without_detours(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {
@@ -112,7 +112,7 @@ fn without_detours(path: &Path) -> PathBuf {
     plain
 }
 
-/// Something that can be read: a file, or a device or pipe that acts as one.
+/// Returns `true` if `path` can be read: a file, or a device or pipe that acts as one.
 fn is_there(path: &Path) -> bool {
     path.metadata().is_ok_and(|metadata| !metadata.is_dir())
 }

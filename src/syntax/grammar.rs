@@ -9,7 +9,7 @@ use crate::math::DVec3;
 use glam::DMat4;
 
 impl Parser<'_> {
-    /// What stands behind `word`, which has been taken.
+    /// Parses the arguments after `word`, which has been consumed.
     pub(super) fn statement(&mut self, word: &'static str) -> Parsed<DirectiveKind> {
         use DirectiveKind as Kind;
         Ok(match word {
@@ -87,7 +87,7 @@ impl Parser<'_> {
             "ObjectBegin" => Kind::ObjectBegin(self.name(word, "the object's name")?),
             "ObjectEnd" => Kind::ObjectEnd,
             "ObjectInstance" => Kind::ObjectInstance(self.name(word, "the name of an object")?),
-            // `WORDS` and this table are held together by a test.
+            // A test keeps `WORDS` and this table in agreement.
             _ => return Err(Abandoned),
         })
     }
@@ -104,7 +104,7 @@ impl Parser<'_> {
         })
     }
 
-    /// One quoted string.
+    /// Parses one quoted string.
     pub(super) fn name(&mut self, word: &'static str, expected: &str) -> Parsed<Name> {
         if self.peek().kind != TokenKind::Quoted {
             return Err(self.expected(&format!("{expected} in quotes"), word));
@@ -113,7 +113,7 @@ impl Parser<'_> {
         Ok(self.quoted(&token))
     }
 
-    /// The string a token holds.
+    /// The string in a token.
     pub(super) fn quoted(&self, token: &Token) -> Name {
         let (text, stray_backslash) = token.string();
         if stray_backslash {
@@ -131,7 +131,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reports that the next token is not what should come; it is left where it is.
+    /// Reports that the next token is not the expected one; it is not consumed.
     fn expected(&mut self, expected: &str, word: &'static str) -> Abandoned {
         let next = self.peek().clone();
         let message = format!("`{word}` needs {expected}, found {}", next.description());
@@ -146,7 +146,7 @@ impl Parser<'_> {
         Abandoned
     }
 
-    /// Does the token stand on the line of the statement's word?
+    /// Returns `true` if the token is on the line of the directive's word.
     fn on_the_statements_line(&self, token: &Token) -> bool {
         let between = self.statement.end as usize..token.span.start as usize;
         self.statement.file == token.span.file
@@ -180,7 +180,7 @@ impl Parser<'_> {
         self.finite_numbers(word, expected, false)
     }
 
-    /// `N` numbers. Brackets among them are skipped, with a warning where they do not belong.
+    /// Parses `N` numbers. Brackets around them are skipped, with a warning if they do not belong there.
     fn finite_numbers<const N: usize>(
         &mut self,
         word: &'static str,
@@ -224,8 +224,8 @@ impl Parser<'_> {
         Ok(numbers)
     }
 
-    /// A number fit for a transform; `None` where the token is no number. One that is not finite
-    /// is reported and replaced, so that the statement can be read to its end.
+    /// A number for a transform; `None` if the token is not a number. A non-finite one is reported and replaced, so
+    /// that the rest of the directive can be read.
     fn finite(&mut self, token: &Token) -> Option<f64> {
         let number = self.checked_number(token)?;
         if number.is_finite() {

@@ -1,24 +1,22 @@
-//! Problems that are told together: warnings of one kind, and missing files of one folder.
+//! Groups of diagnostics reported together: warnings of one kind, and missing files in one folder.
 
 use super::diagnostic::{Diagnostic, Severity};
 use std::collections::{HashMap, HashSet};
 
-/// Warnings of one kind, or notes, that are all shown. Of more than these only the first
-/// [`SHOWN_OF_MANY`] are, with how many more there were.
+/// Maximum number of warnings of one kind, or notes, that are all shown. If there are more, only the first
+/// [`SHOWN_OF_MANY`] are, with the number of the others.
 const SHOWN_OF_FEW: usize = 20;
 
 /// See [`SHOWN_OF_FEW`].
 const SHOWN_OF_MANY: usize = 3;
 
-/// Missing files that are named besides the first.
+/// Maximum number of missing files that are named besides the first.
 const NAMED: usize = 9;
 
-/// Missing files that are told from each other, and kinds of warnings, so that a file of noise
-/// cannot fill the memory.
+/// Maximum number of distinct missing files, and of kinds of warnings, so that a file of noise cannot exhaust memory.
 const KEPT: usize = 10_000;
 
-/// Severity, and the message without what differs from one warning of a kind to the next: what it
-/// quotes, and numbers.
+/// Severity, and the message without the parts that vary among warnings of a kind: quotations and numbers.
 type Kind = (Severity, String);
 
 fn kind_of(diagnostic: &Diagnostic) -> Kind {
@@ -30,17 +28,16 @@ fn kind_of(diagnostic: &Diagnostic) -> Kind {
     (diagnostic.severity, pattern.collect())
 }
 
-/// Missing files of one folder.
+/// Missing files in one folder.
 #[derive(Debug, Default)]
 struct Missing {
-    /// Of different names.
+    /// Number of different names.
     files: usize,
-    /// Those after the first, up to a limit.
+    /// The ones after the first, up to a limit.
     others: Vec<String>,
 }
 
-/// What has been counted. Only ever looked up, never iterated: the order of a hash map is nobody's
-/// business.
+/// Counts by group. Only looked up, never iterated: the order of a hash map must not be visible.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
     kinds: HashMap<Kind, usize>,
@@ -49,7 +46,7 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    /// Counts a problem; false where it is told by others of its group alone.
+    /// Counts a problem; returns `false` if only others of its group are shown.
     pub(super) fn admit(&mut self, diagnostic: &Diagnostic) -> bool {
         match &diagnostic.missing {
             Some(name) => self.admit_missing(name),
@@ -69,7 +66,7 @@ impl Groups {
     fn admit_missing(&mut self, name: &str) -> bool {
         let missing = self.folders.entry(folder(name).to_owned()).or_default();
         if self.names.contains(name) {
-            // The first one of a folder may be missed at several places.
+            // The first one of a folder may be missing at several locations.
             return !missing.others.iter().any(|other| other == name);
         }
         if self.names.len() < KEPT {
@@ -82,14 +79,14 @@ impl Groups {
         missing.files == 1
     }
 
-    /// Would a problem like this one be told by others alone?
+    /// Returns `true` if a problem like this one would not be shown itself.
     pub(super) fn is_full(&self, diagnostic: &Diagnostic) -> bool {
         let count = self.kinds.get(&kind_of(diagnostic));
         count.is_some_and(|&count| count >= SHOWN_OF_FEW)
     }
 
-    /// `diagnostic`, the `number`th that was kept of its [`key`](Groups::key), as it is to be shown, with what was
-    /// counted; `None` where the count tells it.
+    /// `diagnostic`, the `number`th that was kept with its [`key`](Groups::key), as it is to be shown, including
+    /// counts; `None` if it is only counted.
     pub(super) fn shown(&self, mut diagnostic: Diagnostic, number: usize) -> Option<Diagnostic> {
         if let Some(name) = &diagnostic.missing {
             let missing = self.folders.get(folder(name));
@@ -114,7 +111,7 @@ impl Groups {
         Some(diagnostic)
     }
 
-    /// Which group a problem is of, to number those that were kept.
+    /// The group of a problem, used to number those that were kept.
     pub(super) fn key(diagnostic: &Diagnostic) -> (Severity, String) {
         match &diagnostic.missing {
             Some(name) => (diagnostic.severity, folder(name).to_owned()),
@@ -143,13 +140,13 @@ impl Missing {
     }
 }
 
-/// The folder of a name as the scene writes it; none is "".
+/// The folder part of a name as written in the scene; "" if there is none.
 fn folder(name: &str) -> &str {
     name.rsplit_once(['/', '\\'])
         .map_or("", |(folder, _)| folder)
 }
 
-/// `4,997`.
+/// Formats a number with separators, such as `4,997`.
 fn thousands(n: usize) -> String {
     let digits = n.to_string();
     let mut text = String::new();
@@ -190,7 +187,7 @@ mod tests {
         let shown = text((0..5000).map(|_| Diagnostic::warning("odd")));
         assert_eq!(shown.matches("warning: odd").count(), 3, "{shown}");
         assert_eq!(shown.matches("… and 4,997 more like it").count(), 1);
-        // Few are all told, and so is every error.
+        // A few are all shown, and so is every error.
         assert_eq!(text((0..20).map(warning)).matches("warning").count(), 20);
         let error = |i: u32| Diagnostic::error(format!("texture `t{i}` is wrong"));
         assert_eq!(text((0..50).map(error)).matches("error").count(), 50);
@@ -201,7 +198,7 @@ mod tests {
         let missing = |name: String| Diagnostic::error(format!("no `{name}`")).missing(&name);
         let name = |i: u32| match i % 3 {
             2 => format!("maps/{i}.png"),
-            // Each of these is missed twice.
+            // Each of these is missing twice.
             _ => format!("geometry/{}.ply", i / 3),
         };
         let shown = text((0..2061).map(|i| missing(name(i))));
@@ -213,7 +210,7 @@ mod tests {
             "{shown}"
         );
         assert!(shown.contains("687 files of `maps/` are missing; the first: `maps/2.png`"));
-        // One alone says what it always said.
+        // A single one has the usual message.
         assert!(text([missing("a.ply".into())]).starts_with("error: no `a.ply`\n"));
     }
 

@@ -1,4 +1,4 @@
-//! Bytes to tokens: bare words, quoted strings, brackets; blanks and comments between them.
+//! Lexer: bytes to tokens (bare words, quoted strings, brackets), separated by white space and comments.
 //!
 //! The rules are pbrt-v3's (docs/scene-language.md §1.1): a comment starts with `#` at the start of a
 //! token and ends with the line (`40#deg` is one word); a bare word ends at white space, a
@@ -22,17 +22,16 @@ pub enum Lexeme<'a> {
     Open,
     /// `]`
     Close,
-    /// What stands between two quotation marks, escapes unresolved.
+    /// The text between two quotation marks, with escapes unresolved.
     Quoted(&'a [u8]),
-    /// What stands between a quotation mark and the end of its line.
+    /// The text between a quotation mark and the end of its line.
     Unterminated(&'a [u8]),
-    /// A keyword, a number, or neither.
+    /// A keyword, a number, or something else.
     Bare(&'a [u8]),
 }
 
-/// The next token with what is left behind it; `None` at the end. The token is the part of
-/// `input` before the rest, after blanks and comments have been skipped: the second value tells
-/// how many bytes those took.
+/// The next token and the rest after it; `None` at the end. The token is the part of `input` before the rest, after
+/// white space and comments: the second value is the number of bytes these took.
 ///
 /// ```
 /// use fstop::syntax::lexer::{Lexeme, lexeme};
@@ -67,7 +66,7 @@ fn bare(input: &[u8]) -> Lexed<'_, Lexeme<'_>> {
 
 fn quoted(input: &[u8]) -> Lexed<'_, Lexeme<'_>> {
     let (input, _) = tag("\"").parse(input)?;
-    // Not `none_of`: nom 8 takes a byte above 127 for a character of two bytes there.
+    // Not `none_of`: nom 8 takes a byte above 127 for a two-byte character there.
     let escape = || preceded(tag("\\"), take_while_m_n(1, 1, |b| b != b'\n'));
     let text = || recognize(many0_count(alt((is_not("\"\\\n"), escape()))));
     alt((
@@ -77,9 +76,8 @@ fn quoted(input: &[u8]) -> Lexed<'_, Lexeme<'_>> {
     .parse(input)
 }
 
-/// A string with its escapes resolved (`\b \f \n \r \t \\ \' \"`), and whether it held a
-/// backslash that starts none of these; such a backslash is kept as it is, like the ones of
-/// Windows paths (pbrt-v3 stops).
+/// A string with its escapes resolved (`\b \f \n \r \t \\ \' \"`), and whether it contained a backslash that starts
+/// none of these; such a backslash is kept, as in Windows paths (pbrt-v3 stops).
 pub fn unescape(text: &[u8]) -> (Cow<'_, [u8]>, bool) {
     if !text.contains(&b'\\') {
         return (Cow::Borrowed(text), false);
@@ -182,7 +180,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the bytes: every step makes progress, and what is skipped is blank.
+        /// Whatever the bytes, every step makes progress and only white space is skipped.
         #[test]
         fn always_ends(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
             let mut rest = &bytes[..];

@@ -1,4 +1,4 @@
-//! The pbrt-v3 scene language: bytes to directives, every piece knowing where it stands.
+//! The pbrt-v3 scene language: bytes to directives, each with its location.
 //!
 //! ```text
 //! source ──▶ lexer ──▶ parser ──▶ Directive { kind, span }
@@ -7,11 +7,10 @@
 //!                 └──▶ diagnostic: what is wrong, where, and what was probably meant
 //! ```
 //!
-//! Nothing here knows about rendering. The language is that of pbrt-v3 (Pharr, Jakob, Humphreys,
-//! *Physically Based Rendering*, 3rd edition, and the pbrt-v3 input file format page), with the
-//! directives only pbrt-v2 had. A file that pbrt-v3 reads keeps its meaning; where pbrt-v3 would
-//! stop or silently drop something, this parser reports it and goes on, so that all problems of a
-//! file and of what it includes come out in one run. The choices made there are listed in
+//! Nothing here depends on rendering. The language is that of pbrt-v3 (Pharr, Jakob, Humphreys, *Physically Based
+//! Rendering*, 3rd edition, and the pbrt-v3 input file format page), with the directives that only pbrt-v2 had. A file
+//! that pbrt-v3 reads keeps its meaning; where pbrt-v3 would stop or silently drop something, this parser reports it
+//! and continues, so that one run reports all problems of a file and of what it includes. The decisions are listed in
 //! [`parser`].
 //!
 //! ```

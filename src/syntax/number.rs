@@ -1,9 +1,8 @@
-//! Numbers as pbrt-v3 reads them: C's `strtof`, but correctly rounded to 64 bits.
+//! Parses numbers as pbrt-v3 does: C's `strtof`, but correctly rounded to 64 bits.
 //!
-//! Decimal with or without a point and an exponent (`.5`, `5.`, `1e-009`, `+1`), hexadecimal
-//! (`0x28`, `0x1.8p3`), `inf`, `infinity` and `nan` in any case. Two roads lead to a value:
-//! [`number`] reads any token, `plain_numbers` races through the long lists of meshes and
-//! stops at the first thing that is not a plain decimal.
+//! Decimal with or without a point and an exponent (`.5`, `5.`, `1e-009`, `+1`), hexadecimal (`0x28`, `0x1.8p3`),
+//! `inf`, `infinity` and `nan` in any case. There are two parsers: [`number`] reads any token; `plain_numbers` is fast
+//! on the long lists of meshes and stops at the first token that is not a plain decimal.
 
 use nom::branch::alt;
 use nom::bytes::complete::{tag, tag_no_case};
@@ -13,8 +12,8 @@ use nom::{IResult, Parser};
 
 type Read<'a, T> = IResult<&'a [u8], T, ()>;
 
-/// The number at the start of a token and how many bytes it took. `None` where there is none; a
-/// token of one byte must be a digit.
+/// The number at the start of a token and its length in bytes. `None` if there is none; a token of one byte must be a
+/// digit.
 ///
 /// ```
 /// use fstop::syntax::number::number;
@@ -56,8 +55,7 @@ fn not_finite(input: &[u8]) -> Read<'_, f64> {
     .parse(input)
 }
 
-/// Exact up to 53 bits of mantissa; longer ones are rounded digit by digit, which is more than a
-/// scene file has ever asked for.
+/// Exact up to 53 bits of mantissa; longer ones are rounded digit by digit, which is more than scene files need.
 fn hexadecimal(input: &[u8]) -> Read<'_, f64> {
     let (rest, _) = tag_no_case("0x").parse(input)?;
     let whole = digits_of(rest, 16);
@@ -119,25 +117,23 @@ const EXACT: [f64; 16] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
 ];
 
-/// White space between tokens. pbrt-v3 knows blank, tab, LF and CR; form feed and vertical tab
-/// are taken for blanks too (pbrt-v3 makes them part of a word, which is then unknown).
+/// White space between tokens. pbrt-v3 accepts space, tab, LF and CR; form feed and vertical tab are accepted too
+/// (pbrt-v3 makes them part of a word, which is then unknown).
 pub(super) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\n' | b'\r' | b'\x0b' | b'\x0c')
 }
 
-/// Ends a word: white space, quotation mark, bracket.
+/// Returns `true` if the byte ends a word: white space, quotation mark, bracket.
 pub(super) fn ends_word(byte: u8) -> bool {
     is_blank(byte) || matches!(byte, b'"' | b'[' | b']')
 }
 
-/// Reads plain decimal numbers separated by blanks into `into`, and returns what is left: the
-/// first word that is not wholly a plain decimal, or a bracket, quotation mark or comment, with
-/// or without the blanks before it.
+/// Reads plain decimal numbers separated by white space into `into`, and returns the rest: the first word that is not
+/// entirely a plain decimal, or a bracket, quotation mark or comment, with or without the white space before it.
 ///
-/// Up to fifteen digits and no exponent, which is nearly every number of nearly every mesh, are
-/// one integer and one division, both exact up to the division's own rounding (Clinger, *How to
-/// Read Floating Point Numbers Accurately*, 1990); everything else goes to `fast_float2`. Either
-/// way the result is the correctly rounded one.
+/// Up to fifteen digits and no exponent, which is nearly every number of nearly every mesh, take one integer and one
+/// division, both exact up to the division's own rounding (Clinger, *How to Read Floating Point Numbers Accurately*,
+/// 1990); everything else is left to `fast_float2`. Either way the result is correctly rounded.
 pub(super) fn plain_numbers<'a>(mut input: &'a [u8], into: &mut Vec<f64>) -> &'a [u8] {
     loop {
         while let [first, rest @ ..] = input
@@ -165,7 +161,7 @@ fn short_decimal(input: &[u8]) -> Option<(f64, usize)> {
         while let Some(&byte) = input.get(at)
             && byte.is_ascii_digit()
         {
-            // Wraps for numbers too long to be wanted here; those are turned down below.
+            // Wraps for numbers too long for this path; those are rejected below.
             mantissa = mantissa
                 .wrapping_mul(10)
                 .wrapping_add(u64::from(byte - b'0'));

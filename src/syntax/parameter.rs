@@ -1,4 +1,4 @@
-//! Parameter lists as they stand in the file: typed and named values with their places.
+//! Parameter lists as written in the file: typed and named values with their locations.
 
 use super::directive::Name;
 use super::source::Span;
@@ -7,9 +7,9 @@ use std::cell::Cell;
 /// The types a parameter can be declared with. Aliases (`color`, `point`, `vector`) are resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ParamType {
-    /// Whole numbers.
+    /// Integers.
     Integer,
-    /// Numbers.
+    /// Floating-point numbers.
     Float,
     /// `"true"` or `"false"`.
     Bool,
@@ -17,28 +17,28 @@ pub enum ParamType {
     String,
     /// The name of a texture.
     Texture,
-    /// Pairs.
+    /// 2D points.
     Point2,
-    /// Pairs.
+    /// 2D vectors.
     Vector2,
-    /// Triples; `point` is the same.
+    /// 3D points; `point` is the same.
     Point3,
-    /// Triples; `vector` is the same.
+    /// 3D vectors; `vector` is the same.
     Vector3,
-    /// Triples.
+    /// Surface normals.
     Normal,
     /// Linear RGB with sRGB primaries; `color` is the same.
     Rgb,
     /// CIE XYZ.
     Xyz,
-    /// Kelvin and scale.
+    /// Temperature in kelvin, and scale.
     Blackbody,
-    /// (nm, value) pairs that make one spectrum, or the names of `.spd` files.
+    /// (nm, value) pairs that form one spectrum, or the names of `.spd` files.
     Spectrum,
 }
 
-/// What a parameter is looked up by besides its name: the types within one group stand for each
-/// other, later ones replacing earlier ones of the same name.
+/// The type by which a parameter is looked up, besides its name: the types within a group are interchangeable, later
+/// ones replacing earlier ones of the same name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ParamGroup {
     /// `integer`
@@ -66,7 +66,7 @@ pub enum ParamGroup {
 }
 
 impl ParamGroup {
-    /// All groups, in the order of the scene language's table of types.
+    /// All groups, in the order of the type table in docs/scene-language.md.
     pub const ALL: [Self; 11] = [
         Self::Integer,
         Self::Float,
@@ -81,7 +81,7 @@ impl ParamGroup {
         Self::Spectrum,
     ];
 
-    /// The type one would write to get this group.
+    /// The name of the most common type of this group.
     pub fn name(self) -> &'static str {
         match self {
             Self::Integer => "integer",
@@ -121,7 +121,7 @@ impl ParamType {
         "spectrum",
     ];
 
-    /// The type a word declares.
+    /// The type that a word declares.
     pub fn from_word(word: &str) -> Option<Self> {
         Some(match word {
             "integer" => Self::Integer,
@@ -142,7 +142,7 @@ impl ParamType {
         })
     }
 
-    /// Does this text declare a parameter: a type and a name?
+    /// Returns `true` if this text declares a parameter: a type and a name.
     pub fn declares(text: &str) -> bool {
         let mut words = text.split_ascii_whitespace();
         words.next().and_then(Self::from_word).is_some() && words.next().is_some()
@@ -159,7 +159,7 @@ impl ParamType {
         }
     }
 
-    /// The group it belongs to.
+    /// The group that it belongs to.
     pub fn group(self) -> ParamGroup {
         match self {
             Self::Integer => ParamGroup::Integer,
@@ -176,7 +176,7 @@ impl ParamType {
         }
     }
 
-    /// How many items make one value; the list of a well-formed parameter is a multiple of this.
+    /// The number of items per value; the list of a well-formed parameter is a multiple of this.
     pub fn items(self) -> usize {
         match self {
             Self::Point2 | Self::Vector2 | Self::Blackbody | Self::Spectrum => 2,
@@ -186,14 +186,14 @@ impl ParamType {
     }
 }
 
-/// What stands behind a declaration.
+/// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParamValue {
-    /// Of the numeric types and of inline spectra: a whole number of values, possibly none.
+    /// For numeric types and inline spectra: items of complete values, possibly none.
     Numbers(Vec<f64>),
-    /// Of `string`, `texture` and of spectra in files: at least one.
+    /// For `string`, `texture` and spectra in files: at least one.
     Strings(Vec<Name>),
-    /// Of `bool`: at least one.
+    /// For `bool`: at least one.
     Bools(Vec<bool>),
 }
 
@@ -204,28 +204,28 @@ pub struct Param {
     pub ty: ParamType,
     /// The declared name.
     pub name: String,
-    /// What was given; its kind fits the type.
+    /// The value, whose variant fits the type.
     pub value: ParamValue,
-    /// The declaration string, quotation marks included.
+    /// Location of the declaration string, including quotation marks.
     pub declaration: Span,
-    /// The value, brackets included.
+    /// Location of the value, including brackets.
     pub value_span: Span,
-    /// Has anyone asked for it?
+    /// Whether it has been looked up.
     pub used: Cell<bool>,
 }
 
-/// The parameters of one directive, in the order of the file.
+/// The parameters of one directive, in file order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParamList {
-    /// All of them, those that a later one replaces included.
+    /// All of them, including those that a later one replaces.
     pub params: Vec<Param>,
 }
 
 impl ParamList {
-    /// A list without parameters.
+    /// An empty list.
     pub const EMPTY: ParamList = ParamList { params: Vec::new() };
 
-    /// The parameter of that name and group; the later one where there are several.
+    /// The parameter with that name and group; the last one if there are several.
     pub fn get(&self, name: &str, group: ParamGroup) -> Option<&Param> {
         self.params
             .iter()
@@ -233,7 +233,7 @@ impl ParamList {
             .find(|p| p.ty.group() == group && p.name == name)
     }
 
-    /// The last parameter of that name, whatever its type.
+    /// The last parameter with that name, whatever its type.
     pub fn named(&self, name: &str) -> Option<&Param> {
         self.params.iter().rev().find(|p| p.name == name)
     }

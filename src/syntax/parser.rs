@@ -1,12 +1,11 @@
 //! The parser: a stream of directives from a file and everything it includes.
 //!
-//! Files being read lie on an explicit stack, so that includes nest as deeply as memory allows;
-//! as in pbrt-v3 an included file is a run of tokens, and a parameter list begun in it may go on
-//! after it. After a syntax error the parser reports it, skips to the next directive's word, and
-//! goes on.
+//! Open files are kept on an explicit stack, so that includes nest as deeply as memory allows; as in pbrt-v3 an
+//! included file is a sequence of tokens, and a parameter list begun in it may continue after it. After a syntax error
+//! the parser reports it, skips to the next directive's word, and continues.
 //!
-//! What a pbrt-v3 scene means is never changed. Where pbrt-v3 stops, or drops something without
-//! a word, this parser does the following:
+//! The meaning of a pbrt-v3 scene is never changed. Where pbrt-v3 stops, or silently drops something, this parser does
+//! the following:
 //!
 //! | in the file | pbrt-v3 | here |
 //! |---|---|---|
@@ -24,7 +23,7 @@
 //! | include cycle | runs until memory ends | error naming the cycle |
 //! | include found beside the including file only | error | accepted, warning |
 //! | directives of pbrt-v2 | fatal | passed on |
-//! | `Include` among parameters, as in pbrt-v2 | fatal | followed, and said in the directive |
+//! | `Include` among parameters, as in pbrt-v2 | fatal | followed, and recorded in the directive |
 
 use super::diagnostic::{Diagnostic, Diagnostics};
 use super::directive::{Directive, WORDS};
@@ -39,31 +38,30 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// More inclusions than any scene has (the largest public ones have some thousand); a few files that
-/// include each other's successors twice would otherwise keep the parser busy for years without any
-/// cycle.
+/// Maximum number of inclusions, more than any scene has (the largest public ones have some thousand); a few files that
+/// include each other's successors twice would otherwise keep the parser busy for years without any cycle.
 const MAX_INCLUDES: usize = 50_000;
 
-/// More bytes than any scene includes again and again, where even a large file of comments keeps the parser busy.
+/// Maximum number of bytes included repeatedly: even a large file of comments would keep the parser busy.
 const MAX_REPEATED: u64 = 16 << 30;
 
-/// How many files of a cycle are named before the middle is left out.
+/// Maximum number of files of a cycle that are named; the middle of longer ones is omitted.
 const CYCLE_NAMED: usize = 10;
 
-/// The statement cannot be read; it has been reported.
+/// The directive cannot be parsed; this has been reported.
 #[derive(Debug)]
 pub(super) struct Abandoned;
 
-/// What reading a piece of a statement gives.
+/// The result of parsing part of a directive.
 pub(super) type Parsed<T> = Result<T, Abandoned>;
 
-/// A file being read.
+/// A file being parsed.
 #[derive(Debug)]
 pub(super) struct OpenFile {
     pub file: FileId,
     pub bytes: Rc<Vec<u8>>,
     pub at: usize,
-    /// Without links and detours, to recognize it by.
+    /// Path without links and detours, for identification.
     canonical: PathBuf,
 }
 
@@ -87,7 +85,7 @@ const FOREIGN: [&str; 12] = [
 pub struct Parser<'a> {
     pub(super) sources: &'a SourceMap,
     pub(super) diagnostics: &'a Diagnostics,
-    /// Of the main file: where `Include` looks.
+    /// The main file's search folder, where `Include` looks.
     search: SearchFolder,
     pub(super) open: Vec<OpenFile>,
     open_paths: HashSet<PathBuf>,
@@ -95,17 +93,17 @@ pub struct Parser<'a> {
     /// Bytes of files beyond their first inclusion.
     repeated: u64,
     max_repeated: u64,
-    /// How often each file was included.
+    /// Number of inclusions of each file.
     included: HashMap<PathBuf, usize>,
     peeked: Option<Token>,
-    /// The word of the statement being read.
+    /// Location of the word of the current directive.
     pub(super) statement: Span,
-    /// See [`Directive::include_in_list`], of the statement being read.
+    /// See [`Directive::include_in_list`], for the current directive.
     pub(super) include_in_list: Option<Span>,
 }
 
 impl<'a> Parser<'a> {
-    /// Starts at the beginning of `main`.
+    /// A parser that starts at the beginning of `main`.
     pub fn new(sources: &'a SourceMap, main: FileId, diagnostics: &'a Diagnostics) -> Self {
         let path = sources.path(main);
         let mut parser = Self {
@@ -181,7 +179,7 @@ impl<'a> Parser<'a> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// The next token of the innermost file, `End` at its end.
+    /// The next token of the innermost file; `End` at its end.
     pub(super) fn token_of_file(&mut self) -> Token {
         let Some(open) = self.open.last_mut() else {
             let span = Span {
@@ -216,7 +214,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Takes the next token; files that are at their end are left for the one that included them.
+    /// Consumes the next token; continues in the including file at the end of a file.
     pub(super) fn bump(&mut self) -> Token {
         if let Some(token) = self.peeked.take() {
             return token;
@@ -230,14 +228,14 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Looks at the next token.
+    /// Returns the next token without consuming it.
     pub(super) fn peek(&mut self) -> &Token {
         let token = self.bump();
         self.peeked.insert(token)
     }
 
-    /// Skips to the next directive's word, or what may be a misspelt one, without a message: the
-    /// reason has been given.
+    /// Skips to the next directive's word, or a possible misspelling of one, without a message: the reason has been
+    /// reported.
     fn resynchronize(&mut self) {
         loop {
             let next = self.peek();
@@ -265,7 +263,7 @@ impl<'a> Parser<'a> {
             && nearest(&text, WORDS).is_none()
     }
 
-    /// Reports, without a word of it, that the file which begins with `token` is not a scene, and leaves it.
+    /// Reports, without quoting it, that the file starting with `token` is not a scene, and closes it.
     fn not_a_scene(&mut self, token: &Token) {
         let name = self.sources.path(token.span.file);
         let diagnostic = Diagnostic::error(format!(
@@ -318,7 +316,7 @@ impl<'a> Parser<'a> {
         });
     }
 
-    /// Goes on with the file that is named next. False where it is not there, which is reported.
+    /// Continues in the file that is named next. Returns `false` if it does not exist, which is reported.
     pub(super) fn include(&mut self, word: Span) -> Parsed<bool> {
         let name = self.name("Include", "the name of a file")?;
         let path = match self.search.resolve(&name.text) {
@@ -379,14 +377,14 @@ impl<'a> Parser<'a> {
     /// Follows an `Include` between directives.
     fn include_directives(&mut self, word: Span) -> Parsed<()> {
         if !self.include(word)? {
-            // A list that would have gone on after the file belongs to nothing now.
+            // A list that would have continued after the file now belongs to nothing.
             drop(self.parameters()?);
         }
         Ok(())
     }
 
-    /// Follows every `Include` that comes next among parameters, as pbrt-v2's lexer does; whether what they lead to still
-    /// is one is for the caller to see. The last one.
+    /// Follows every `Include` that comes next among parameters, as pbrt-v2's lexer does; the caller checks whether
+    /// what follows still is a parameter. Returns the last one.
     pub(super) fn follow_includes(&mut self) -> Parsed<Option<Span>> {
         let mut last = None;
         while self.peek().is_word("Include") {
@@ -397,7 +395,7 @@ impl<'a> Parser<'a> {
         Ok(last)
     }
 
-    /// Reports an `Include` beyond the limit, and which file was included most.
+    /// Reports an `Include` beyond the limit, and the file that was included most often.
     fn too_many_includes(&self, word: Span, limit: &str) {
         let most = self.included.iter().max_by_key(|&(path, n)| (n, path));
         let message = format!("more than {limit}: no more are followed");
@@ -410,8 +408,8 @@ impl<'a> Parser<'a> {
         });
     }
 
-    /// Where a file is not found from the main file's directory, but from that of the file with
-    /// the `Include`, which is what people expect.
+    /// The path relative to the file with the `Include`, as people expect, for a file that is not found from the main
+    /// file's folder.
     fn beside_includer(&self, name: &super::Name) -> PathBuf {
         let beside = self.sources.search_folder(name.span.file);
         let Ok(Some(beside)) = beside.resolve(&name.text) else {
@@ -428,7 +426,7 @@ impl<'a> Parser<'a> {
         beside
     }
 
-    /// `a.pbrt -> b.pbrt -> a.pbrt`, the middle of a long one left out.
+    /// Formats a cycle as `a.pbrt -> b.pbrt -> a.pbrt`, omitting the middle of a long one.
     fn circle(&self, canonical: &Path) -> String {
         let start = self
             .open
@@ -461,7 +459,7 @@ impl<'a> Parser<'a> {
 impl Iterator for Parser<'_> {
     type Item = Directive;
 
-    /// The next directive that could be read, `Include`s followed.
+    /// The next directive that could be parsed, with `Include`s followed.
     fn next(&mut self) -> Option<Directive> {
         loop {
             let token = self.bump();
@@ -502,7 +500,7 @@ impl Iterator for Parser<'_> {
     }
 }
 
-/// The first word of a line, of letters alone, and capitalised or nearly a directive.
+/// Returns `true` for the first word of a line, consisting of letters, that is capitalized or similar to a directive.
 fn looks_like_a_directive(token: &Token) -> bool {
     let before = token.bytes.get(..token.span.start as usize);
     let indent = before.unwrap_or_default().iter().rev();
@@ -517,7 +515,7 @@ fn looks_like_a_directive(token: &Token) -> bool {
         || nearest(&String::from_utf8_lossy(word), WORDS).is_some()
 }
 
-/// The directive a word starts, if any.
+/// The directive that a word starts, if any.
 pub(super) fn directive_word(text: &[u8]) -> Option<&'static str> {
     WORDS.into_iter().find(|word| word.as_bytes() == text)
 }

@@ -1,8 +1,8 @@
-//! Scene files in memory, and places in them.
+//! Scene files in memory, and locations in them.
 //!
-//! A file is read once, whole, and never copied; the parser shares it through an `Rc`. When a file
-//! has been parsed to its end its bytes are given back, and read again from disk should a message
-//! need an excerpt. Lines and columns are counted only when a message is printed.
+//! A file is read once, completely, and never copied; the parser shares it through an `Rc`. Once a file has been parsed
+//! its bytes are released, and read again from disk if a message needs an excerpt. Lines and columns are only counted
+//! when a message is printed.
 
 use super::files::SearchFolder;
 use crate::files::{self, FileProblem};
@@ -11,11 +11,11 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// A file of a [`SourceMap`]. A file included twice has two of these, one per inclusion.
+/// A file of a [`SourceMap`]. A file included twice has two ids, one per inclusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FileId(pub u32);
 
-/// The bytes `start..end` of a file.
+/// A location: the bytes `start..end` of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Span {
     /// The file.
@@ -27,8 +27,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// From the start of `self` to the end of `other`, or `self` alone where the two are in
-    /// different files.
+    /// The span from the start of `self` to the end of `other`, or `self` alone if the two are in different files.
     pub fn to(self, other: Span) -> Span {
         if self.file == other.file && other.end >= self.start {
             Span {
@@ -41,7 +40,7 @@ impl Span {
     }
 }
 
-/// A place as people name it; both numbers count from 1.
+/// Line and column, both counted from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Location {
     /// Lines end at LF.
@@ -50,13 +49,13 @@ pub struct Location {
     pub column: usize,
 }
 
-/// Why a file could not be taken in.
+/// Why a file could not be opened.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot read `{}`: {problem}{}", path.display(), advice(problem))]
 pub struct SourceError {
-    /// As it was asked for.
+    /// The path that was requested.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The problem.
     pub problem: FileProblem,
 }
 
@@ -67,10 +66,10 @@ fn advice(problem: &FileProblem) -> &'static str {
     }
 }
 
-/// The largest file in bytes: offsets are `u32`.
+/// Maximum file size in bytes: offsets are `u32`.
 const LARGEST: u64 = u32::MAX as u64;
 
-/// The largest scene that a pipe may give, in bytes. Whether it ends shows only when it has.
+/// Maximum size of a scene from a pipe, in bytes. Whether it ends is only known when it has.
 const LARGEST_STREAM: u64 = 1 << 30;
 
 #[derive(Debug)]
@@ -78,20 +77,20 @@ struct SourceFile {
     path: PathBuf,
     bytes: Option<Rc<Vec<u8>>>,
     length: usize,
-    /// Can be read again from `path`.
+    /// Whether it can be read again from `path`.
     on_disk: bool,
     included_at: Option<Span>,
 }
 
-/// All files met so far, in the order they were opened.
+/// All files opened so far, in order.
 #[derive(Debug, Default)]
 pub struct SourceMap {
     /// See [`SourceMap::within`].
     within: Option<PathBuf>,
     files: RefCell<Vec<SourceFile>>,
-    /// The last file read again for an excerpt: messages about one file tend to come together.
+    /// The last file read again for an excerpt: messages about one file tend to be adjacent.
     reread: RefCell<Option<(FileId, Rc<Vec<u8>>)>>,
-    /// The last place whose line was counted: file, start of the line, line ends before it.
+    /// The last location whose line was counted: file, start of the line, number of line breaks before it.
     counted: Cell<Option<(FileId, usize, usize)>>,
 }
 
@@ -101,11 +100,11 @@ impl SourceMap {
         Self::default()
     }
 
-    /// An empty map of scenes that may name files in `folder` only (`--files-within`), with whatever is in it. The main
-    /// scene itself, which the user names, may lie anywhere.
+    /// An empty map for scenes that may refer to files in `folder` only (`--files-within`), including its subfolders.
+    /// The main scene itself, which the user names, may be anywhere.
     ///
     /// # Errors
-    /// There is no such folder.
+    /// Fails if there is no such folder.
     pub fn within(folder: &Path) -> Result<SourceMap, FileProblem> {
         let folder = folder.canonicalize()?;
         if !folder.is_dir() {
@@ -117,8 +116,7 @@ impl SourceMap {
         })
     }
 
-    /// Takes in the main scene file. A pipe is read to its end where it came with the program, as
-    /// `<(command)` does.
+    /// Opens the main scene file. A pipe is read to its end if the program inherited it, as from `<(command)`.
     pub fn open(&self, path: &Path) -> Result<FileId, SourceError> {
         if is_inherited_pipe(path) {
             let file = File::open(path).map_err(FileProblem::from);
@@ -128,12 +126,12 @@ impl SourceMap {
         Ok(self.add(path.to_owned(), read(path)?, true, None))
     }
 
-    /// Takes in the file named by an `Include` at `included_at`.
+    /// Opens the file named by an `Include` at `included_at`.
     pub fn include(&self, path: &Path, included_at: Span) -> Result<FileId, SourceError> {
         Ok(self.add(path.to_owned(), read(path)?, true, Some(included_at)))
     }
 
-    /// Takes in everything standard input has to give; messages call it `<stdin>`.
+    /// Reads all of standard input; messages call it `<stdin>`.
     pub fn open_stdin(&self) -> Result<FileId, SourceError> {
         let path = PathBuf::from("<stdin>");
         let bytes = files::read_stream(std::io::stdin().lock(), LARGEST_STREAM);
@@ -141,8 +139,7 @@ impl SourceMap {
         Ok(self.add(path, bytes, false, None))
     }
 
-    /// Takes in a text that is in memory already; messages call it `name`. A text beyond 4 GiB is
-    /// cut there.
+    /// Adds a text that is already in memory; messages call it `name`. A text beyond 4 GiB is truncated.
     pub fn add_text(&self, name: &str, text: impl Into<Vec<u8>>) -> FileId {
         let mut bytes = text.into();
         bytes.truncate(LARGEST as usize);
@@ -169,7 +166,7 @@ impl SourceMap {
         id
     }
 
-    /// The path a file was opened by.
+    /// The path by which a file was opened.
     pub fn path(&self, file: FileId) -> PathBuf {
         let files = self.files.borrow();
         files
@@ -178,7 +175,7 @@ impl SourceMap {
             .unwrap_or_default()
     }
 
-    /// The folder a file is in: where `Include` and file-valued parameters are looked up.
+    /// The folder of a file: where `Include` and file-valued parameters are looked up.
     pub fn search_folder(&self, file: FileId) -> SearchFolder {
         let path = self.path(file);
         SearchFolder {
@@ -200,8 +197,8 @@ impl SourceMap {
         self.files.borrow().get(file.0 as usize)?.included_at
     }
 
-    /// A file's bytes, read again where they had been given back. `None` where the file can no
-    /// longer be read or has changed its length since.
+    /// A file's bytes, read again if they had been released. `None` if the file can no longer be read or has changed
+    /// its length since.
     pub fn bytes(&self, file: FileId) -> Option<Rc<Vec<u8>>> {
         let files = self.files.borrow();
         let source = files.get(file.0 as usize)?;
@@ -223,7 +220,7 @@ impl SourceMap {
         Some(bytes)
     }
 
-    /// Gives the bytes of a file back where they can be read again.
+    /// Releases the bytes of a file if they can be read again.
     pub(super) fn release(&self, file: FileId) {
         if let Some(source) = self.files.borrow_mut().get_mut(file.0 as usize)
             && source.on_disk
@@ -232,7 +229,7 @@ impl SourceMap {
         }
     }
 
-    /// Line and column of the start of a span; `None` where the file's bytes are gone.
+    /// Line and column of the start of a span; `None` if the file's bytes are no longer available.
     pub fn locate(&self, span: Span) -> Option<Location> {
         let bytes = self.bytes(span.file)?;
         let before = bytes.get(..span.start as usize)?;
@@ -240,7 +237,7 @@ impl SourceMap {
             .iter()
             .rposition(|&b| b == b'\n')
             .map_or(0, |at| at + 1);
-        // Messages mostly come in the order of the file: count on from the last one.
+        // Messages mostly come in file order: continue counting from the last one.
         let (from, lines) = match self.counted.get() {
             Some((file, start, lines)) if file == span.file && start <= line_start => {
                 (start, lines)
@@ -274,7 +271,7 @@ fn at<T>(path: &Path, read: Result<T, FileProblem>) -> Result<T, SourceError> {
     })
 }
 
-/// Is this a pipe among the files that the program was started with? Somebody writes to it.
+/// Returns `true` if this is a pipe among the files inherited by the program, which has a writer.
 #[cfg(unix)]
 fn is_inherited_pipe(path: &Path) -> bool {
     use std::os::unix::fs::FileTypeExt;
@@ -283,7 +280,7 @@ fn is_inherited_pipe(path: &Path) -> bool {
         && std::fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_fifo())
 }
 
-/// There are no such files elsewhere.
+/// Other systems have no such files.
 #[cfg(not(unix))]
 fn is_inherited_pipe(_: &Path) -> bool {
     false
@@ -305,7 +302,7 @@ mod tests {
     fn places_count_from_one_in_lines_and_characters() {
         let sources = SourceMap::new();
         let file = sources.add_text("a", b"ab\n\xc3\xa9\xff!\r\n\nx".to_vec());
-        // In any order: counting goes on from the last place where it can.
+        // In any order: counting continues from the last location if possible.
         for (at, line, column) in [
             (0, 1, 1),
             (2, 1, 3),

@@ -1,14 +1,14 @@
-//! "Did you mean": the known word nearest to a misspelt one.
+//! "Did you mean": finds the known word nearest to a misspelled one.
 //!
-//! Nearness is the optimal string alignment distance, the restricted form of Damerau's (1964):
-//! insertions, deletions, substitutions and swaps of neighbors, each costing one.
+//! Distance is the optimal string alignment distance, the restricted form of Damerau's (1964): insertions, deletions,
+//! substitutions and transpositions of neighbors, each costing one.
 
-/// Words longer than this get no suggestion: the comparison is quadratic, and nobody types them.
+/// Words longer than this get no suggestion: the comparison is quadratic.
 const LONGEST: usize = 64;
 
-/// The candidate nearest to `word`, where one is near enough to be what was meant: at most a
-/// third of the word's letters wrong, at least one allowed; differences of case are free but lose
-/// against an equally near candidate without them. Equally near candidates: the first by alphabet,
+/// The candidate nearest to `word`, if one is near enough to be intended: at most a third of the word's letters wrong,
+/// at least one allowed; differences of case are free but lose against an equally near candidate without them. Among
+/// equally near candidates the alphabetically first wins, so that the order of a hash map is never visible.
 /// so that the order of a hash map never shows.
 ///
 /// ```
@@ -25,7 +25,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     candidates
         .into_iter()
         .filter(|candidate| *candidate != word && candidate.chars().count() <= LONGEST)
-        // Every letter too many or too few costs a step.
+        // Every extra or missing letter costs a step.
         .filter(|candidate| candidate.chars().count().abs_diff(lowered.len()) <= allowed)
         .map(|candidate| (distance(&lowered, &lower(candidate)), candidate))
         // A one-letter word is one step from every other one-letter word.
@@ -46,7 +46,7 @@ fn case_differences(a: &str, b: &str) -> usize {
 }
 
 fn distance(a: &[char], b: &[char]) -> usize {
-    // Three rows of the usual table: swaps look two rows back.
+    // Three rows of the usual table: transpositions look two rows back.
     let mut two_above = vec![0; b.len() + 1];
     let mut above: Vec<usize> = (0..=b.len()).collect();
     let mut row = vec![0; b.len() + 1];

@@ -1,10 +1,10 @@
-//! Tokens with their places, as the parser passes them around.
+//! Tokens with their locations, as used by the parser.
 
 use super::lexer::{Lexeme, unescape};
 use super::source::Span;
 use std::rc::Rc;
 
-/// What sort of token it is.
+/// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TokenKind {
     Open,
@@ -16,7 +16,7 @@ pub(super) enum TokenKind {
     End,
 }
 
-/// A token that keeps its file's bytes alive while it is looked at.
+/// A token, which keeps its file's bytes alive while it is examined.
 #[derive(Clone, Debug)]
 pub(super) struct Token {
     pub kind: TokenKind,
@@ -24,7 +24,7 @@ pub(super) struct Token {
     pub bytes: Rc<Vec<u8>>,
 }
 
-/// Longer words are cut in messages.
+/// Maximum length of a word in messages; longer ones are truncated.
 const SHOWN: usize = 40;
 
 impl Token {
@@ -45,12 +45,12 @@ impl Token {
             .unwrap_or_default()
     }
 
-    /// Is it this word?
+    /// Returns `true` if it is this word.
     pub fn is_word(&self, word: &str) -> bool {
         self.kind == TokenKind::Bare && self.text() == word.as_bytes()
     }
 
-    /// The contents of a string, escapes resolved, and whether there was a stray backslash.
+    /// The contents of a string with escapes resolved, and whether there was a stray backslash.
     pub fn string(&self) -> (String, bool) {
         let text = self.text();
         let inner = text.strip_prefix(b"\"").unwrap_or(text);
@@ -58,7 +58,7 @@ impl Token {
         (String::from_utf8_lossy(&plain).into_owned(), stray)
     }
 
-    /// How a message calls it.
+    /// A description for messages.
     pub fn description(&self) -> String {
         let text = String::from_utf8_lossy(self.text());
         let mut shown: String = text.trim_end().chars().take(SHOWN).collect();

@@ -1,4 +1,4 @@
-//! Parameter lists: declarations and the values behind them.
+//! Parses parameter lists: declarations and their values.
 
 use super::diagnostic::Diagnostic;
 use super::directive::Name;
@@ -10,21 +10,21 @@ use super::suggest::nearest;
 use super::token::{Token, TokenKind};
 use std::cell::Cell;
 
-/// The items behind a declaration, before they are held against its type.
+/// The items after a declaration, before they are checked against its type.
 #[derive(Debug, Default)]
 struct Items {
     numbers: Vec<f64>,
     strings: Vec<Name>,
     bools: Vec<bool>,
-    /// Something in between could not be read, and was reported.
+    /// An item could not be parsed, and was reported.
     spoilt: bool,
-    /// A number was read that cannot be what was meant, and was reported.
+    /// A number is unlikely to be what was intended, and was reported.
     doubtful: bool,
 }
 
 impl Parser<'_> {
-    /// Everything up to the first token that is not a quoted string. Parameters that cannot be
-    /// used are reported and left out; the rest of the list is read all the same.
+    /// Parses everything up to the first token that is not a quoted string. Unusable parameters are reported and
+    /// dropped; the rest of the list is still parsed.
     pub(super) fn parameters(&mut self) -> Parsed<ParamList> {
         let mut params = Vec::new();
         loop {
@@ -59,14 +59,14 @@ impl Parser<'_> {
         let include = self.follow_includes()?;
         self.include_in_list = self.include_in_list.or(include);
         if declared.is_none() && self.statement_ends() {
-            // What was no declaration has been reported; there is no value to pass over.
+            // An invalid declaration has been reported; there is no value to skip.
             return Ok(None);
         }
         if let Some((ty, name)) = &declared
             && self.value_is_missing(*ty)
         {
             if self.peek().kind == TokenKind::Unterminated {
-                // The list's reader says what is wrong with it.
+                // The caller that parses the list reports what is wrong with it.
                 return Ok(None);
             }
             let next = self.peek().description();
@@ -93,7 +93,7 @@ impl Parser<'_> {
         }))
     }
 
-    /// Type and name. pbrt-v3 ignores what stands behind the name.
+    /// Parses type and name. pbrt-v3 ignores anything after the name.
     fn declaration(&self, token: &Token) -> Option<(ParamType, String)> {
         let Name { text, span } = self.quoted(token);
         let mut words = text.split([' ', '\t']).filter(|word| !word.is_empty());
@@ -128,7 +128,7 @@ impl Parser<'_> {
         Some((known?, name.to_owned()))
     }
 
-    /// Is the next token one that no parameter's value begins with?
+    /// Returns `true` if the next token cannot start a parameter's value.
     fn statement_ends(&mut self) -> bool {
         let next = self.peek();
         match next.kind {
@@ -138,7 +138,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Is the next token something that cannot be a value, or more likely the next declaration?
+    /// Returns `true` if the next token cannot be a value, or more likely is the next declaration.
     fn value_is_missing(&mut self, ty: ParamType) -> bool {
         let takes_strings = matches!(
             ty,
@@ -151,7 +151,7 @@ impl Parser<'_> {
         self.statement_ends()
     }
 
-    /// One item, or a list of them in brackets.
+    /// Parses one item, or a list of them in brackets.
     fn items(&mut self) -> Parsed<(Items, Span)> {
         let first = self.bump();
         let mut items = Items::default();
@@ -173,18 +173,18 @@ impl Parser<'_> {
             return Ok((items, first.span));
         }
         let end = self.list(&first, &mut items)?;
-        // Growth by doubling leaves up to half of a large list unused.
+        // Growing by doubling leaves up to half of a large list unused.
         if items.numbers.capacity() > 64 && items.numbers.capacity() / 4 * 3 > items.numbers.len() {
             items.numbers.shrink_to_fit();
         }
         Ok((items, first.span.to(end)))
     }
 
-    /// Everything up to the closing bracket, whose place is returned.
+    /// Parses everything up to the closing bracket, whose location is returned.
     fn list(&mut self, opening: &Token, items: &mut Items) -> Parsed<Span> {
         let files = self.open.len();
         loop {
-            // A list ends in the file it begins in or in one that it includes, so nothing has been looked at ahead of it.
+            // A list ends in the file it begins in or in one that it includes, so no lookahead token is pending.
             if let Some(open) = self.open.last_mut() {
                 let rest = plain_numbers(
                     open.bytes.get(open.at..).unwrap_or_default(),
@@ -266,7 +266,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The number a bare word holds, complaints about it made; `None` where it holds none.
+    /// The number in a bare word, after reporting problems with it; `None` if there is none.
     pub(super) fn checked_number(&mut self, token: &Token) -> Option<f64> {
         let (value, used) = number(token.text())?;
         let tail = token.text().get(used..).unwrap_or_default();
@@ -296,7 +296,7 @@ impl Parser<'_> {
         Some(value)
     }
 
-    /// Holds the items against the declared type.
+    /// Checks the items against the declared type.
     fn typed_value(
         &self,
         ty: ParamType,
@@ -335,7 +335,7 @@ impl Parser<'_> {
             ))
             .at(span)
             .label("this parameter is ignored");
-            // pbrt-v3 stops at a list of both, and goes on without the parameter otherwise.
+            // pbrt-v3 stops at a list of both; otherwise it ignores the parameter.
             self.report(if found.len() > 1 {
                 error
             } else {
@@ -369,8 +369,8 @@ impl Parser<'_> {
         string.text == "true"
     }
 
-    /// Drops the numbers that do not make a whole value; `None` where nothing is left then. Where
-    /// one of them was reported already, their count says nothing new.
+    /// Drops numbers that do not form a complete value; `None` if nothing is left. If one of them was reported already,
+    /// their count says nothing new.
     fn whole_values(
         &self,
         ty: ParamType,
@@ -431,7 +431,7 @@ fn expected_items(ty: ParamType) -> &'static str {
     }
 }
 
-/// Types of other languages and of other versions of pbrt, and misspellings.
+/// The intended type for those of other languages and other versions of pbrt, and for misspellings.
 fn meant_type(word: &str) -> Option<&'static str> {
     match word {
         "int" => Some("integer"),
