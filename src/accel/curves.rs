@@ -33,7 +33,7 @@ pub(super) struct CurveStore {
 }
 
 impl CurveStore {
-    /// Adds a curve whose coordinates count from the level's anchor.
+    /// Adds a curve whose coordinates are relative to the level's anchor.
     pub fn add(&mut self, curves: &Curves, attributes: PrimitiveAttributes) {
         let (owner, normal) = (self.owners.len() as u32, self.normals.len() as u32);
         let first = self.segments.len() as u32;

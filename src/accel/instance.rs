@@ -37,7 +37,7 @@ pub(super) struct InnerRay {
 }
 
 impl Instance {
-    /// Places `object`, whose shapes are `level`. `None` where the transformation is singular.
+    /// Places `object`, whose shapes are `level`. `None` if the transformation is singular.
     pub fn new(
         object: ObjectId,
         level: &Level,

@@ -155,7 +155,7 @@ impl GeometryBuilder {
         self.moving.push((object, motion));
     }
 
-    /// Adds a copy of `object` (an index into `build`'s argument; others are ignored). `render_from_object` is
+    /// Adds an instance of `object` (an index into `build`'s argument; others are ignored). `render_from_object` is
     /// render-from-world times the transformation at `ObjectInstance`; a singular one adds nothing.
     pub fn add_instance(&mut self, object: ObjectId, render_from_object: &Transform) {
         self.instances.push((object, *render_from_object));

@@ -25,7 +25,7 @@ pub struct FourierTable {
     file: BsdfFile,
     /// a₀ of luminance for each pair, μo varying more slowly: the mean over azimuth.
     means: Vec<f32>,
-    /// Running integrals over μi of the splines through `means`, for each μo.
+    /// Cumulative integrals over μi of the splines through `means`, for each μo.
     integrals: Vec<f32>,
 }
 

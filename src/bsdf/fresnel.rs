@@ -21,7 +21,7 @@ pub enum Fresnel {
         /// Imaginary part (extinction).
         k: Rgb,
     },
-    /// Disney's blend of a dielectric in vacuum and a metal (Burley 2015, §4).
+    /// The Disney BSDF's blend of a dielectric in vacuum and a metal (Burley 2015, §4).
     Disney {
         /// Reflectance of the metal at normal incidence; by Schlick's approximation it is white at grazing angles.
         r0: Rgb,

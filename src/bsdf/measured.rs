@@ -53,7 +53,7 @@ impl fmt::Debug for MeasuredTable {
 }
 
 impl MeasuredTable {
-    /// Reads a file: a list of samples if its name ends in `.brdf`, else a MERL table, as pbrt-v2 tells them apart.
+    /// Reads a file: a list of samples if its name ends in `.brdf`, otherwise a MERL table, as in pbrt-v2.
     pub fn read(path: &Path) -> Result<MeasuredTable, MeasuredError> {
         let is_list = path
             .extension()

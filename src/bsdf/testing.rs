@@ -53,7 +53,7 @@ pub(crate) fn random(i: u64) -> (f32, Vec2) {
 }
 
 /// ∫ of `g` over the sphere, by the midpoint rule in the angle to z and in azimuth: `steps` times
-/// 2 `steps` points, dense around the poles where glossy lobes seen head-on are narrow.
+/// 2 `steps` points, dense around the poles, where glossy lobes at normal incidence are narrow.
 pub(crate) fn integrate(steps: usize, mut g: impl FnMut(Vec3) -> Rgb) -> Rgb {
     let mut sum = glam::DVec3::ZERO;
     visit_sphere(steps, |w, solid_angle| sum += g(w).as_dvec3() * solid_angle);

@@ -24,9 +24,9 @@ pub use clip::Clip;
 pub use environment::{Environment, EnvironmentSpec};
 pub use orthographic::{Orthographic, OrthographicSpec};
 pub use perspective::{Perspective, PerspectiveSpec};
-pub use realistic::{Compat, Precision, Realistic, RealisticSpec};
 #[cfg(any(test, feature = "internals"))]
 pub use realistic::{Band, Form, Weighting, pbrt_pupil_box};
+pub use realistic::{Compat, Precision, Realistic, RealisticSpec};
 pub use screen::Screen;
 pub use shutter::Shutter;
 pub use thin_lens::ThinLens;

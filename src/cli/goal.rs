@@ -3,7 +3,7 @@
 use clap::Args;
 use std::time::Duration;
 
-/// Arguments that end a render by the image's quality or by the clock.
+/// Arguments that stop a render at an error goal or time limit.
 #[derive(Args, Clone, Copy, Debug)]
 #[command(next_help_heading = "When it is done")]
 pub struct GoalArgs {

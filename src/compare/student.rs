@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(two_sided_p(f64::NAN, 5.0), 0.0);
         assert_eq!(two_sided_p(3.0, 0.0), 1.0);
         assert!(two_sided_p(1e200, 15.0) < 1e-300);
-        // p = 1 − 2t/π to first order, where the square of t alone would vanish beside 1.
+        // p = 1 − 2t/π to first order, where the square of t alone would be lost next to 1.
         assert!(two_sided_p(1e-12, 1.0) < 1.0);
     }
 }

@@ -7,7 +7,7 @@ pub const FIRST_WAVELENGTH: u32 = 360;
 ///
 /// Measured facts: CIE 015:2018, table 6 (there called color-matching functions of the CIE 1931
 /// standard colorimetric observer), as the Color & Vision Research Laboratory tabulates them;
-/// taken over from the data sets of the Python package `color-science` 0.4.7, trailing zeros
+/// taken from the data sets of the Python package `color-science` 0.4.7, trailing zeros
 /// dropped.
 #[rustfmt::skip]
 #[allow(clippy::excessive_precision, reason = "published digits, kept as published")]

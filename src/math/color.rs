@@ -7,7 +7,7 @@ pub fn luminance(rgb: Rgb) -> f32 {
     0.212_671 * rgb.x + 0.715_16 * rgb.y + 0.072_169 * rgb.z
 }
 
-/// CIE XYZ to linear RGB.
+/// Converts CIE XYZ to linear RGB.
 pub fn rgb_from_xyz(xyz: Rgb) -> Rgb {
     Rgb::new(
         3.240_479 * xyz.x - 1.537_15 * xyz.y - 0.498_535 * xyz.z,

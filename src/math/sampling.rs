@@ -4,7 +4,7 @@ use super::float::floor;
 use super::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
-/// The unit square to the unit disk, area-preserving and continuous (Shirley and Chiu 1997).
+/// Maps the unit square to the unit disk, area-preserving and continuous (Shirley and Chiu 1997).
 pub fn concentric_disk(u: Vec2) -> Vec2 {
     let o = 2.0 * u - Vec2::ONE;
     if o == Vec2::ZERO {

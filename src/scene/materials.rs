@@ -184,7 +184,7 @@ impl Interpreter<'_> {
     }
 }
 
-/// The named materials at one point of the file.
+/// The named materials in scope at one point of the file.
 pub(super) struct InScope<'a> {
     named: &'a HashMap<String, Rc<MaterialDirective>>,
     materials: &'a [Material],

@@ -45,7 +45,7 @@ pub enum ActiveTransform {
     All,
 }
 
-/// The statements of pbrt-v3, and those that only pbrt-v2 had.
+/// The directives of pbrt-v3, and those that only pbrt-v2 had.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs)] // the words of the scene language; their arguments as named there
 pub enum DirectiveKind {

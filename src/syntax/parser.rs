@@ -10,7 +10,7 @@
 //! | in the file | pbrt-v3 | here |
 //! |---|---|---|
 //! | byte-order mark (UTF-8) | unknown directive | skipped |
-//! | UTF-16 | unknown directive | error that says so |
+//! | UTF-16 | unknown directive | error naming the encoding |
 //! | form feed, vertical tab | part of a word | blank |
 //! | `1,2` `2deg` `1.2.3` `40#note` | tail dropped silently | tail dropped, warning |
 //! | `nan` | accepted | error: not a number |
@@ -20,8 +20,8 @@
 //! | `LookAt [ … ]`, `Translate [ … ]`, … | fatal | accepted, warning |
 //! | `Transform` without brackets | fatal | accepted, warning |
 //! | missing `]` before a directive | fatal | error, list taken as closed |
-//! | include cycle | runs until memory ends | error naming the cycle |
-//! | include found beside the including file only | error | accepted, warning |
+//! | include cycle | runs until memory is exhausted | error naming the cycle |
+//! | include found only next to the including file | error | accepted, warning |
 //! | directives of pbrt-v2 | fatal | passed on |
 //! | `Include` among parameters, as in pbrt-v2 | fatal | followed, and recorded in the directive |
 

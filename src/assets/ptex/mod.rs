@@ -1,4 +1,4 @@
-//! Ptex files: an image of its own for every face of a mesh, with no texture coordinates between
+//! Ptex files: a separate image for every face of a mesh, without texture coordinates
 //! (Burley and Lacewell 2008, "Ptex: Per-Face Texture Mapping for Production Rendering", EGSR;
 //! the format as its authors publish it, version 1).
 //!

@@ -305,7 +305,7 @@ impl Writer {
         let edits_start = 64 + 40 + sections + meta.len() + 8 + large.len();
         word(usize::from(self.borders[0]));
         word(usize::from(self.borders[1]) | usize::from(self.tangent_vectors) << 16);
-        // Large meta data: 100 bytes of headers and 200 of data.
+        // Large metadata: 100 bytes of headers and 200 of data.
         word(large.len() / 3);
         word(large.len());
         word(large.len() - large.len() / 3);
