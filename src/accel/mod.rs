@@ -257,6 +257,7 @@ impl Geometry {
     }
 
     /// Distance to the closest hit, without computing the surface there.
+    #[cfg(any(test, feature = "internals"))]
     pub fn distance(
         &self,
         ray: &Ray,

@@ -123,6 +123,7 @@ impl<'a> Bsdf<'a> {
     }
 
     /// Returns `true` if the BSDF has no lobes.
+    #[cfg(any(test, feature = "internals"))]
     pub fn is_black(&self) -> bool {
         self.lobes.is_empty()
     }
@@ -168,6 +169,7 @@ impl<'a> Bsdf<'a> {
     }
 
     /// Density with which [`Bsdf::sample`] samples `wi` from non-specular lobes.
+    #[cfg(any(test, feature = "internals"))]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let (wo, wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
         if wo.z == 0.0 || self.lobes.is_empty() {

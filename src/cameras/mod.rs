@@ -30,11 +30,6 @@ pub use realistic::{Compat, Precision, Realistic, RealisticSpec};
 pub use screen::Screen;
 pub use shutter::Shutter;
 pub use thin_lens::ThinLens;
-#[cfg(any(test, feature = "internals"))]
-pub use {
-    realistic::{Form, Weighting},
-    realistic_bands::Band,
-};
 
 use crate::math::motion::Motion;
 use crate::math::ray::{Ray, RayDifferentials};

@@ -145,6 +145,7 @@ impl Material {
     }
 
     /// Of constants alone, without bumps.
+    #[cfg(any(test, feature = "internals"))]
     pub fn without_textures(kind: MaterialKind) -> Material {
         Material {
             kind,

@@ -50,6 +50,7 @@ pub enum Emitter {
 
 impl Emitter {
     /// One flat triangle with its normal by the order of its corners.
+    #[cfg(any(test, feature = "internals"))]
     pub fn triangle(corners: [Vec3; 3]) -> Emitter {
         Emitter::Triangle(TriangleEmitter::new(corners, None, Orientation::default()))
     }

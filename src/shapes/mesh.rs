@@ -30,6 +30,7 @@ pub struct TriangleMesh {
 
 impl TriangleMesh {
     /// Places a copy of `data`; see [`TriangleMesh::placed`].
+    #[cfg(any(test, feature = "internals"))]
     pub fn new(
         data: &MeshData,
         level_from_object: &Transform,

@@ -131,6 +131,7 @@ impl World {
     }
 
     /// Like [`World::fill_bsdf`], by value, where speed does not matter.
+    #[cfg(any(test, feature = "internals"))]
     pub fn bsdf<'a>(
         &'a self,
         material: &'a Material,
