@@ -191,6 +191,10 @@ impl fmt::Display for LensReport {
         if self.focused_at_infinity {
             return writeln!(f, "{:24}{:>12}", "plane of focus z", "infinity");
         }
+        if self.plane_of_focus.is_none() && self.effective_focal_length.is_some() {
+            // The film is too close for any object, as where it is put for the best image of a far one.
+            return writeln!(f, "{:24}{:>12}", "plane of focus z", "beyond infinity");
+        }
         line("plane of focus z", self.plane_of_focus)
     }
 }
@@ -245,7 +249,7 @@ mod tests {
             "{}",
             text(far)
         );
-        assert!(text(far - 1.0).contains("plane of focus z                none"));
+        assert!(text(far - 1.0).contains("plane of focus z        beyond infinity"));
         // Newton: f² = 2586 mm² over 1 mm in front of the front focal point.
         assert!(
             text(far + 1.0).contains("plane of focus z          -2634"),

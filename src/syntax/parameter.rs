@@ -66,7 +66,7 @@ pub enum ParamGroup {
 }
 
 impl ParamGroup {
-    /// All groups, in the order of the type table in docs/scene-language.md.
+    /// All groups, in the order of the type table of the scene language.
     pub const ALL: [Self; 11] = [
         Self::Integer,
         Self::Float,
