@@ -91,7 +91,7 @@ impl FrameAssets {
                 None
             }
         };
-        if !options.integrator.spec.looks_inside()
+        if !options.integrator.spec.is_indirect()
             && frame.materials.iter().any(Material::has_interior)
         {
             diagnostics.push(Diagnostic::warning(

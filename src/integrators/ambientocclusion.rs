@@ -11,9 +11,8 @@
 //! pbrt-v2's integrator of that name instead shows the free fraction of uniformly chosen
 //! directions: `nsamples` (2048), `maxdist` (∞): nothing farther occludes.
 
-use super::{Context, MAX_NULL_SURFACES};
+use super::{Context, MAX_NULL_SURFACES, Path, Transport};
 use crate::math::frame::Frame;
-use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::sampling::cosine_hemisphere;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::{Dialect, ParamReader};
@@ -75,25 +74,6 @@ impl AmbientOcclusion {
         };
     }
 
-    /// The value for a camera ray. No vertex is reported: the value is always finite.
-    pub(super) fn radiance(
-        &self,
-        mut context: Context,
-        mut ray: Ray,
-        _: Option<&RayDifferentials>,
-    ) -> Rgb {
-        for _ in 0..=MAX_NULL_SURFACES {
-            let Some(hit) = context.world.intersect(&ray) else {
-                return Rgb::ZERO;
-            };
-            if hit.material.is_some() {
-                return Rgb::splat(self.openness(&mut context, &hit.surface));
-            }
-            ray = hit.surface.spawn_ray(ray.d);
-        }
-        Rgb::ZERO
-    }
-
     /// The estimate at one point, on the side that the camera ray hits.
     fn openness(&self, context: &mut Context, surface: &SurfaceHit) -> f32 {
         let frame = Frame::from_normal(if surface.n.dot(surface.wo) < 0.0 {
@@ -126,6 +106,27 @@ impl AmbientOcclusion {
             _ => 2.0 * PI * z,
         };
         (Vec3::new(r * cos_phi, r * sin_phi, z), value)
+    }
+}
+
+impl Transport for AmbientOcclusion {
+    /// No vertex is reported: the value is always finite.
+    fn radiance(&self, mut context: Context) -> Rgb {
+        let mut ray = context.ray;
+        for _ in 0..=MAX_NULL_SURFACES {
+            let Some(hit) = context.world.intersect(&ray) else {
+                return Rgb::ZERO;
+            };
+            if hit.material.is_some() {
+                return Rgb::splat(self.openness(&mut context, &hit.surface));
+            }
+            ray = hit.surface.spawn_ray(ray.d);
+        }
+        Rgb::ZERO
+    }
+
+    fn path(&self) -> Option<Path> {
+        None
     }
 }
 

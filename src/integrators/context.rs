@@ -1,8 +1,9 @@
-//! What an integrator works with along one camera ray.
+//! What an integrator works with: a camera ray, the world, its lights and the samples.
 
 use super::witness::{Met, Place, Watch};
 use crate::lights::{LightGroups, LightSelector};
 use crate::math::Rgb;
+use crate::math::ray::{Ray, RayDifferentials};
 use crate::samplers::SampleStream;
 use crate::world::World;
 
@@ -15,11 +16,14 @@ pub(super) struct Lights {
     pub groups: LightGroups,
 }
 
-/// The world, its lights and the random samples.
+/// All that the radiance along a camera ray depends on, besides the integrator.
 pub(super) struct Context<'a> {
     pub world: &'a World,
     pub lights: &'a Lights,
     pub stream: &'a mut SampleStream,
+    /// The camera ray.
+    pub ray: Ray,
+    pub differentials: Option<&'a RayDifferentials>,
     /// For samples that are traced again because they were not finite.
     pub watch: Option<&'a mut Watch>,
 }
@@ -27,7 +31,7 @@ pub(super) struct Context<'a> {
 impl Context<'_> {
     /// Reports a vertex after `depth` scattering events, with the `radiance` collected before it.
     #[inline(always)]
-    pub fn arrive(&mut self, depth: u32, met: Met, radiance: Rgb) {
+    pub(super) fn arrive(&mut self, depth: u32, met: Met, radiance: Rgb) {
         if let Some(watch) = &mut self.watch {
             watch.arrive(Place { depth, met }, radiance);
         }

@@ -1,76 +1,46 @@
 //! Ray differentials after a perfect mirror or a smooth refraction (Igehy 1999, §3.2; Pharr, Jakob
-//! and Humphreys 2016, §10.1.3): the neighboring film points' rays, so that textures seen in
-//! mirrors and through glass are filtered as widely as they are shrunk.
+//! and Humphreys 2016, §10.1.3): the neighboring film points' rays, so that textures in reflections and
+//! behind glass are filtered over their footprint.
 
 use crate::bsdf::{Bsdf, BsdfSample};
-use crate::math::Vec3;
 use crate::math::ray::RayDifferentials;
+use crate::math::{Vec2, Vec3};
 use crate::surface::SurfaceHit;
 
 /// The differentials of the ray that leaves `surface` by a specular `sample`, from those of the ray
-/// that came. Changes are of first order; directions are not of unit length.
-pub fn scattered(
+/// that arrived. Changes are of first order; directions are not of unit length.
+pub(super) fn scattered(
     arriving: &RayDifferentials,
     surface: &SurfaceHit,
     bsdf: &Bsdf,
     sample: &BsdfSample,
 ) -> RayDifferentials {
-    let footprint = surface.footprint(Some(arriving));
-    let bend = Bend::new(surface, bsdf, sample);
-    let shading = &surface.shading;
-    let turn = |d: Vec3, uv: crate::math::Vec2| {
-        let dwo = -d - surface.wo;
-        let dn = shading.dndu * uv.x + shading.dndv * uv.y;
-        bend.direction(dwo, dn)
+    let (footprint, shading) = (surface.footprint(Some(arriving)), &surface.shading);
+    let (wo, wi, n) = (surface.wo, sample.wi, bsdf.shading_normal());
+    // The normal on the side of `wo`.
+    let side = if n.dot(wo) < 0.0 { -1.0 } else { 1.0 };
+    let n = side * n;
+    let cos = wo.dot(n);
+    let direction = |d: Vec3, uv: Vec2| {
+        let dwo = -d - wo;
+        let dn = side * (shading.dndu * uv.x + shading.dndv * uv.y);
+        let dcos = dwo.dot(n) + wo.dot(dn);
+        if !sample.transmission {
+            // wi = −wo + 2 cos n
+            return wi - dwo + 2.0 * (cos * dn + dcos * n);
+        }
+        // wi = −η wo + µ n, µ = η cos − cos′
+        let eta = 1.0 / sample.eta;
+        let cos_i = wi.dot(n).abs();
+        let mu = eta * cos - cos_i;
+        let dmu = (eta - eta * eta * cos / cos_i) * dcos;
+        wi - eta * dwo + (mu * dn + dmu * n)
     };
     RayDifferentials {
         rx_o: surface.p + footprint.dpdx,
-        rx_d: turn(arriving.rx_d, footprint.duvdx),
+        rx_d: direction(arriving.rx_d, footprint.duvdx),
         ry_o: surface.p + footprint.dpdy,
-        ry_d: turn(arriving.ry_d, footprint.duvdy),
-    }
-}
-
-/// How a surface turns one ray.
-struct Bend {
-    wo: Vec3,
-    wi: Vec3,
-    n: Vec3,
-    /// Refractive index on the side of `wo` over that on the side of `wi`; `None` for reflection.
-    eta: Option<f32>,
-    /// −1 where the shading normal had to be turned to the side of `wo`.
-    side: f32,
-}
-
-impl Bend {
-    fn new(surface: &SurfaceHit, bsdf: &Bsdf, sample: &BsdfSample) -> Bend {
-        let n = bsdf.shading_normal();
-        let side = if n.dot(surface.wo) < 0.0 { -1.0 } else { 1.0 };
-        Bend {
-            wo: surface.wo,
-            wi: sample.wi,
-            n: side * n,
-            eta: sample.transmission.then_some(1.0 / sample.eta),
-            side,
-        }
-    }
-
-    /// The direction that leaves where `wo` and the normal have changed by this much.
-    fn direction(&self, dwo: Vec3, dn: Vec3) -> Vec3 {
-        let (wo, wi, n, dn) = (self.wo, self.wi, self.n, self.side * dn);
-        let cos = wo.dot(n);
-        let dcos = dwo.dot(n) + wo.dot(dn);
-        match self.eta {
-            // wi = −wo + 2 cos n
-            None => wi - dwo + 2.0 * (cos * dn + dcos * n),
-            // wi = −η wo + µ n, µ = η cos − cos′
-            Some(eta) => {
-                let cos_i = wi.dot(n).abs();
-                let mu = eta * cos - cos_i;
-                let dmu = (eta - eta * eta * cos / cos_i) * dcos;
-                wi - eta * dwo + (mu * dn + dmu * n)
-            }
-        }
+        ry_d: direction(arriving.ry_d, footprint.duvdy),
     }
 }
 
@@ -92,7 +62,7 @@ mod tests {
         built.unwrap().job.world
     }
 
-    /// Where a ray goes on.
+    /// The specular ray that leaves the hit of `ray`.
     fn leave<'a>(
         world: &'a World,
         ray: &Ray,

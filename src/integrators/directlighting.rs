@@ -1,11 +1,10 @@
 //! `Integrator "directlighting"`: emission, direct light and perfect mirrors and glass
 //! (Pharr, Jakob and Humphreys 2016, §14.3).
 
-use super::{Context, direct, specular};
+use super::{Context, Path, Transport, direct, specular};
 use crate::bsdf::Bsdf;
 use crate::lights::LightGroup;
 use crate::math::Rgb;
-use crate::math::ray::{Ray, RayDifferentials};
 use crate::params::ParamReader;
 use crate::surface::SurfaceHit;
 
@@ -47,19 +46,19 @@ impl DirectLighting {
             },
         }
     }
+}
 
-    /// Radiance along a camera ray.
-    pub(super) fn radiance(
-        &self,
-        context: Context,
-        ray: Ray,
-        differentials: Option<&RayDifferentials>,
-    ) -> Rgb {
+impl Transport for DirectLighting {
+    fn radiance(&self, context: Context) -> Rgb {
         let sample_lights = match self.strategy {
             Strategy::All => sample_all_lights,
             Strategy::One => sample_one_light,
         };
-        specular::trace(context, self.max_depth, ray, differentials, sample_lights)
+        specular::trace(context, self.max_depth, sample_lights)
+    }
+
+    fn path(&self) -> Option<Path> {
+        Some(Path::direct_only(self.max_depth))
     }
 }
 

@@ -28,16 +28,14 @@ struct Branch {
 pub(super) fn trace(
     mut context: Context,
     max_depth: u32,
-    ray: Ray,
-    differentials: Option<&RayDifferentials>,
     mut direct_light: impl FnMut(&mut Context, &SurfaceHit, &Bsdf) -> Rgb,
 ) -> Rgb {
     let world = context.world;
     let mut radiance = Rgb::ZERO;
     let mut pending = arrayvec::ArrayVec::<Branch, 64>::new();
     let mut next = Some(Branch {
-        ray,
-        differentials: differentials.copied(),
+        ray: context.ray,
+        differentials: context.differentials.copied(),
         throughput: Rgb::ONE,
         level: 0,
         nulls: 0,

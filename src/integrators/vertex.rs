@@ -3,7 +3,6 @@
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::handles::MediumId;
-use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec3};
 use crate::media::HenyeyGreenstein;
 use crate::surface::{ReceiverSide, ReferencePoint, SurfaceHit};
@@ -64,21 +63,10 @@ pub(super) struct MediumVertex {
     pub wo: Vec3,
     /// The phase function.
     pub phase: HenyeyGreenstein,
-    medium: MediumId,
-    time: f32,
-}
-
-impl MediumVertex {
-    /// At the distance `t` along `ray`, in `medium`, with the phase function `phase`.
-    pub fn new(medium: MediumId, phase: HenyeyGreenstein, ray: &Ray, t: f32) -> MediumVertex {
-        MediumVertex {
-            p: ray.at(t),
-            wo: -ray.d,
-            phase,
-            medium,
-            time: ray.time,
-        }
-    }
+    /// The medium.
+    pub medium: MediumId,
+    /// When.
+    pub time: f32,
 }
 
 impl Vertex for MediumVertex {

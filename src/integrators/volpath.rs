@@ -5,9 +5,9 @@
 //! light passes surfaces without material, attenuated by the media along the way; as in pbrt-v3 these
 //! shadow rays ignore `shadowalpha`.
 
-use super::{Context, MAX_NULL_SURFACES, Path};
+use super::{Context, MAX_NULL_SURFACES, Path, Transport};
 use crate::handles::MediumId;
-use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::ray::Ray;
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
 
@@ -28,15 +28,18 @@ impl VolPath {
             path: Path::from_params(reader),
         }
     }
+}
 
-    /// Radiance along a camera ray.
-    pub(super) fn radiance(
-        &self,
-        context: Context,
-        ray: Ray,
-        differentials: Option<&RayDifferentials>,
-    ) -> Rgb {
-        self.path.radiance::<true>(context, ray, differentials)
+impl Transport for VolPath {
+    const MEDIA: bool = true;
+    const INDIRECT: bool = true;
+
+    fn radiance(&self, context: Context) -> Rgb {
+        self.path.trace::<true>(context)
+    }
+
+    fn path(&self) -> Option<Path> {
+        Some(self.path.clone())
     }
 }
 

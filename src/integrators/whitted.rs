@@ -1,10 +1,9 @@
 //! `Integrator "whitted"`: one sample of every light at each hit, perfect mirrors and glass
 //! (Whitted 1980; Pharr, Jakob and Humphreys 2016, §1.3).
 
-use super::{Context, specular};
+use super::{Context, Path, Transport, specular};
 use crate::bsdf::Bsdf;
 use crate::lights::LightGroup;
-use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
 use crate::surface::SurfaceHit;
@@ -23,15 +22,15 @@ impl Whitted {
             max_depth: super::max_depth(reader),
         }
     }
+}
 
-    /// Radiance along a camera ray.
-    pub(super) fn radiance(
-        &self,
-        context: Context,
-        ray: Ray,
-        differentials: Option<&RayDifferentials>,
-    ) -> Rgb {
-        specular::trace(context, self.max_depth, ray, differentials, sample_lights)
+impl Transport for Whitted {
+    fn radiance(&self, context: Context) -> Rgb {
+        specular::trace(context, self.max_depth, sample_lights)
+    }
+
+    fn path(&self) -> Option<Path> {
+        Some(Path::direct_only(self.max_depth))
     }
 }
 

@@ -37,7 +37,7 @@ pub enum SelectionStrategy {
 impl SelectionStrategy {
     /// Reads `lightsamplestrategy`; another word is reported and means "spatial".
     pub fn from_params(reader: &ParamReader) -> SelectionStrategy {
-        match reader.one_of("lightsamplestrategy", &["spatial", "uniform", "power"]) {
+        match reader.one_of("lightsamplestrategy", &["spatial", "power", "uniform"]) {
             "uniform" => SelectionStrategy::Uniform,
             "power" => SelectionStrategy::Power,
             _ => SelectionStrategy::Spatial,

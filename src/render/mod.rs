@@ -120,12 +120,12 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     job.camera.rays(&samples, want_differentials, &mut rays);
     let camera_ray: &CameraRay = rays.first()?.as_ref()?;
     let mut watch = Watch::default();
-    job.integrator.watched(
+    job.integrator.radiance(
         &job.world,
         camera_ray.ray,
         camera_ray.scaled_differentials(spacing(job)).as_ref(),
         &mut waiting.stream,
-        &mut watch,
+        Some(&mut watch),
     );
     watch.offender()
 }
@@ -187,6 +187,7 @@ impl PendingSample {
             camera_ray.ray,
             differentials.as_ref(),
             &mut self.stream,
+            None,
         );
         let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
         tile.add_colored_sample(self.pixel, radiance, weight);

@@ -124,10 +124,14 @@ impl StoredOptions {
             "emission",
             MediaSeen::from_params,
         );
-        let camera = self.camera.as_ref();
-        self.check_camera_place(reading);
-        let camera = reading.read_or("Camera", camera, "perspective", CameraSpec::from_params);
         let camera_from_world = self.camera_ctm.placement(self.transform_times);
+        let camera = self.camera.as_ref();
+        if let Some(camera) = camera.filter(|_| !camera_from_world.is_invertible()) {
+            let message = "the transformation of this camera cannot be inverted (a `Scale` by 0?)";
+            let error = Diagnostic::error(message).at(camera.span);
+            reading.diagnostics().push(error);
+        }
+        let camera = reading.read_or("Camera", camera, "perspective", CameraSpec::from_params);
         Options {
             camera,
             camera_from_world,

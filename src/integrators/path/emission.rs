@@ -18,16 +18,21 @@ use crate::surface::ReferencePoint;
 pub(super) enum MisState {
     /// From the camera or by a perfectly specular lobe: emitter sampling does not compete.
     Delta,
-    /// Scattered at this point with this density per steradian: the weight is the power heuristic's against emitter
-    /// sampling, there of all lights or of one.
-    Sampled {
-        from: ReferencePoint,
-        pdf: f32,
-        all_lights: bool,
-    },
+    /// By a BSDF or a phase function: the weight is the power heuristic's against emitter sampling.
+    Sampled(Sampled),
     /// Scattered, then past a surface without material, which blocks shadow rays:
     /// as in pbrt-v3 the light behind it is not seen (docs/scene-language.md §4.3).
     Blocked,
+}
+
+/// A scattering event.
+#[derive(Clone, Copy)]
+pub(super) struct Sampled {
+    pub from: ReferencePoint,
+    /// Of the direction, per steradian.
+    pub pdf: f32,
+    /// Emitter sampling was of all lights, not of one.
+    pub all_lights: bool,
 }
 
 impl MisState {
@@ -41,16 +46,12 @@ impl MisState {
         match self {
             MisState::Delta => radiance,
             MisState::Blocked => Rgb::ZERO,
-            MisState::Sampled {
-                from,
-                pdf,
-                all_lights,
-            } => {
-                let pmf = light_pmf(context, from, id, *all_lights);
-                let light_pdf = pmf * light.pdf(from, ray.d, Some(&hit.surface));
+            MisState::Sampled(sampled) => {
+                let light_pdf = light.pdf(&sampled.from, ray.d, Some(&hit.surface));
+                let light_pdf = sampled.light_pmf(context, id) * light_pdf;
                 // A light that is never chosen (an instanced emitter) glows but lights nothing, as in pbrt-v3.
                 if light_pdf > 0.0 {
-                    radiance * power_heuristic(*pdf, light_pdf)
+                    radiance * power_heuristic(sampled.pdf, light_pdf)
                 } else {
                     Rgb::ZERO
                 }
@@ -61,36 +62,31 @@ impl MisState {
     /// Weighted radiance of the infinite lights along a ray that leaves the scene.
     fn escaped(&self, context: &Context, ray: &Ray) -> Rgb {
         let world = context.world;
+        let of_light = |sampled: &Sampled, id| {
+            let (radiance, light_pdf) = world.light(id).escaped_and_pdf(&sampled.from, ray.d);
+            radiance * power_heuristic(sampled.pdf, sampled.light_pmf(context, id) * light_pdf)
+        };
         match self {
             MisState::Delta => world.escaped_radiance(ray),
             MisState::Blocked => Rgb::ZERO,
-            MisState::Sampled {
-                from,
-                pdf,
-                all_lights,
-            } => world
-                .infinite_lights
-                .iter()
-                .map(|&id| {
-                    let (radiance, light_pdf) = world.light(id).escaped_and_pdf(from, ray.d);
-                    let pmf = light_pmf(context, from, id, *all_lights);
-                    radiance * power_heuristic(*pdf, pmf * light_pdf)
-                })
-                .sum(),
+            MisState::Sampled(sampled) => {
+                let lights = world.infinite_lights.iter();
+                lights.map(|&id| of_light(sampled, id)).sum()
+            }
         }
     }
 }
 
-/// Probability that emitter sampling at `from` samples light `id`: of all lights, or of one that is chosen.
-fn light_pmf(context: &Context, from: &ReferencePoint, id: LightId, all_lights: bool) -> f32 {
-    let selector = &context.lights.selector;
-    if !all_lights {
-        return selector.pmf(from, id);
+impl Sampled {
+    /// Probability that emitter sampling there samples light `id`.
+    fn light_pmf(&self, context: &Context, id: LightId) -> f32 {
+        let selector = &context.lights.selector;
+        if !self.all_lights {
+            return selector.pmf(&self.from, id);
+        }
+        let count = selector.sample_all_count();
+        f32::from(u8::from(count.is_some_and(|count| id.0 < count)))
     }
-    let sampled = selector
-        .sample_all_count()
-        .is_some_and(|count| id.0 < count);
-    f32::from(u8::from(sampled))
 }
 
 impl<const MEDIA: bool> PathState<'_, MEDIA> {
@@ -152,10 +148,15 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
         bsdf: &Bsdf,
         sample: &BsdfSample,
     ) -> MisState {
-        MisState::Sampled {
-            from: receiver(&hit.surface, bsdf),
-            pdf: sample.pdf,
+        self.sampled(receiver(&hit.surface, bsdf), sample.pdf)
+    }
+    /// The state of a ray that is scattered at a point with this density per steradian.
+    #[inline]
+    pub(super) fn sampled(&self, from: ReferencePoint, pdf: f32) -> MisState {
+        MisState::Sampled(Sampled {
+            from,
+            pdf,
             all_lights: self.sample_all_count().is_some(),
-        }
+        })
     }
 }

@@ -57,7 +57,13 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
         let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, stream);
         self.throughput *= flight.weight;
         let t = flight.scattered?;
-        Some(MediumVertex::new(id, phase, &self.ray, t))
+        Some(MediumVertex {
+            p: self.ray.at(t),
+            wo: -self.ray.d,
+            phase,
+            medium: id,
+            time: self.ray.time,
+        })
     }
 
     /// Emitter sampling and phase function sampling at a point of a medium.
@@ -70,11 +76,7 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
         let (wi, pdf) = vertex.phase.sample(vertex.wo, u);
         let from = vertex.reference_point();
         self.ray = Ray::new(vertex.p, wi, from.time);
-        self.mis = MisState::Sampled {
-            from,
-            pdf,
-            all_lights: self.sample_all_count().is_some(),
-        };
+        self.mis = self.sampled(from, pdf);
         self.differentials = None;
         self.specular_only = false;
         if self.path.media == MediaSeen::Single {
@@ -89,7 +91,7 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
     /// direct light, and the emitter-sampled half passes these surfaces too.
     /// A path from the camera or a mirror ends there as in pbrt-v3.
     pub(super) fn skip_null_surface(&mut self, hit: &GeometryHit) -> Option<()> {
-        let sampled = matches!(self.mis, MisState::Sampled { .. });
+        let sampled = matches!(self.mis, MisState::Sampled(_));
         self.null_surfaces += 1;
         let too_deep = self.depth >= self.max_depth && !(MEDIA && sampled);
         if self.null_surfaces > MAX_NULL_SURFACES || too_deep {

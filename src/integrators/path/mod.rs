@@ -17,7 +17,7 @@ mod roulette;
 pub use medium::MediaSeen;
 
 use super::witness::Met;
-use super::{Context, MAX_NULL_SURFACES};
+use super::{Context, MAX_NULL_SURFACES, Transport};
 use crate::bsdf::Bsdf;
 use crate::handles::MediumId;
 use crate::lights::SelectionStrategy;
@@ -71,24 +71,24 @@ impl Path {
         }
     }
 
-    /// Radiance along a camera ray. `MEDIA`: as `volpath`, which simulates participating media and lets
+    /// `directlighting` or `whitted` of this depth, but through pbrt-v2's volumes.
+    pub(super) fn direct_only(max_depth: u32) -> Path {
+        Path {
+            max_depth,
+            direct_only: true,
+            ..Path::default()
+        }
+    }
+
+    /// Radiance along the camera ray. `MEDIA`: as `volpath`, which simulates participating media and lets
     /// light through surfaces without material; a constant, so that `path` pays nothing for it.
-    pub(super) fn radiance<const MEDIA: bool>(
-        &self,
-        context: Context,
-        ray: Ray,
-        differentials: Option<&RayDifferentials>,
-    ) -> Rgb {
+    pub(super) fn trace<const MEDIA: bool>(&self, context: Context) -> Rgb {
         let mut state = PathState::<MEDIA> {
             path: self,
-            medium: if MEDIA {
-                context.world.media.camera
-            } else {
-                None
-            },
+            ray: context.ray,
+            differentials: context.differentials,
+            medium: context.world.media.camera.filter(|_| MEDIA),
             context,
-            ray,
-            differentials,
             mis: MisState::Delta,
             throughput: Rgb::ONE,
             radiance: Rgb::ZERO,
@@ -101,6 +101,18 @@ impl Path {
         };
         while state.extend().is_some() {}
         state.radiance
+    }
+}
+
+impl Transport for Path {
+    const INDIRECT: bool = true;
+
+    fn radiance(&self, context: Context) -> Rgb {
+        self.trace::<false>(context)
+    }
+
+    fn path(&self) -> Option<Path> {
+        Some(self.clone())
     }
 }
 

@@ -26,7 +26,7 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
         self.depth += 1;
         let scale = match self.mis {
             _ if late => 1.0,
-            MisState::Sampled { pdf, .. } if pdf <= MAX_BROAD_PDF => EARLY_SCALE,
+            MisState::Sampled(sampled) if sampled.pdf <= MAX_BROAD_PDF => EARLY_SCALE,
             _ => return Some(()),
         };
         let survival = scale * (self.throughput * self.eta_scale).max_element();

@@ -1,0 +1,110 @@
+//! The types of integrators: one table for names, the reader and the dispatch.
+
+use super::stand_in::{Finds::*, StandIn};
+use super::*;
+
+/// What every type of integrator implements besides `from_params`.
+pub(super) trait Transport {
+    /// Participating media are modeled.
+    const MEDIA: bool = false;
+
+    /// Paths continue after diffuse surfaces: lights are chosen by their contribution, and subsurface scattering is modeled.
+    const INDIRECT: bool = false;
+
+    /// Radiance along the camera ray.
+    fn radiance(&self, context: Context) -> Rgb;
+
+    /// The path integrator that finds the same light; `None` if the image is not of light.
+    fn path(&self) -> Option<Path>;
+}
+
+macro_rules! integrator_types {
+    (
+        modeled { $($name:literal => $Type:ident,)* }
+        replaced { $($other:literal => $stand_in:tt,)* }
+    ) => {
+        /// Every type that a scene may name, for "did you mean".
+        pub const NAMES: &[&str] = &[$($name,)* $($other,)*];
+
+        /// The types that are not modeled.
+        pub(super) const STAND_INS: &[(&str, StandIn)] = &[$(($other, StandIn $stand_in),)*];
+
+        /// An integrator as the scene gives it.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum IntegratorSpec {
+            $(#[doc = concat!("`Integrator \"", $name, "\"`")] $Type($Type),)*
+        }
+
+        impl IntegratorSpec {
+            pub(super) fn from_params(reader: &ParamReader) -> IntegratorSpec {
+                match reader.kind() {
+                    $($name => IntegratorSpec::$Type($Type::from_params(reader)),)*
+                    _ => stand_in::from_params(reader),
+                }
+            }
+
+            /// Returns `true` if participating media are modeled.
+            pub fn sees_media(&self) -> bool {
+                match self { $(IntegratorSpec::$Type(_) => $Type::MEDIA,)* }
+            }
+
+            /// Returns `true` if paths continue after diffuse surfaces, and below translucent ones.
+            pub fn is_indirect(&self) -> bool {
+                match self { $(IntegratorSpec::$Type(_) => $Type::INDIRECT,)* }
+            }
+
+            pub(super) fn path(&self) -> Option<Path> {
+                match self { $(IntegratorSpec::$Type(i) => i.path(),)* }
+            }
+
+            #[inline]
+            pub(super) fn radiance(&self, context: Context) -> Rgb {
+                match self { $(IntegratorSpec::$Type(i) => i.radiance(context),)* }
+            }
+        }
+    };
+}
+
+// A new type: its file, which gives `from_params` and implements `Transport`, and a line here.
+integrator_types! {
+    modeled {
+        "path" => Path,
+        "volpath" => VolPath,
+        "directlighting" => DirectLighting,
+        "whitted" => Whitted,
+        "ambientocclusion" => AmbientOcclusion,
+    }
+    // What renders instead; in pbrt-v2 only or not; which light the integrator finds.
+    replaced {
+        // These two model media and let light through surfaces without material; `sppm` does not.
+        "bdpt" => ("volpath", false, Caustics),
+        "mlt" => ("volpath", false, Caustics),
+        "sppm" => ("path", false, Caustics),
+        "photonmap" => ("path", true, Caustics),
+        "exphotonmap" => ("path", true, Caustics),
+        "irradiancecache" => ("path", true, Same),
+        "igi" => ("path", true, Same),
+        "dipolesubsurface" => ("path", true, Same),
+        "useprobes" => ("path", true, Harmonics),
+        "diffuseprt" => ("path", true, Harmonics),
+        "glossyprt" => ("path", true, Harmonics),
+    }
+}
+
+impl IntegratorSpec {
+    /// The most scattering events of a path; `None` if the image is not of light.
+    pub fn max_depth(&self) -> Option<u32> {
+        self.path().map(|path| path.max_depth)
+    }
+
+    /// The integrator that renders the same through pbrt-v2's volumes, with the light transport in them that `media`
+    /// names. `volpath` simulates all of it as it is, `ambientocclusion` none.
+    pub fn through_volumes(self, media: MediaSeen) -> IntegratorSpec {
+        match self.path() {
+            Some(path) if !self.sees_media() => IntegratorSpec::VolPath(VolPath {
+                path: Path { media, ..path },
+            }),
+            _ => self,
+        }
+    }
+}
