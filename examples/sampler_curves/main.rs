@@ -19,7 +19,7 @@ mod figure;
 use fstop::build::build;
 use fstop::film::Image;
 use fstop::render::{Progress, RenderJob, TILE_SIZE, render};
-use fstop::samplers::{Points, SAMPLER_NAMES, Sampler, SamplerSpec, Stratified};
+use fstop::samplers::{Points, Sampler, SamplerSpec, Stratified, sampler_names};
 use fstop::scene::{Frame, ReadSettings, read_scene};
 use fstop::syntax::SourceMap;
 use fstop::tradeoff::measure::{Estimate, Measurement, Reference};
@@ -169,7 +169,7 @@ fn names() -> Result<String, Box<dyn Error>> {
     let mut table = String::from("| points | `Sampler` |\n|---|---|\n");
     for (label, points) in samplers("") {
         let mut same = Vec::new();
-        for name in SAMPLER_NAMES {
+        for name in sampler_names() {
             let text = format!("Sampler \"{name}\"\nWorldBegin\nWorldEnd\n");
             let frame = read(&PathBuf::from("sampler.pbrt"), Some(text))?;
             let own = frame.options.sampler.points;

@@ -1,16 +1,16 @@
-//! One axis of a separable filter, ready for sampling.
+//! One axis of a separable filter, prepared for sampling.
 
 use crate::math::distribution::Distribution1D;
 
 /// Constant pieces from a filter's center to its edge, as in pbrt-v3's film.
 const PIECES: usize = 16;
 
-/// The least |∫f| / ∫|f| that is divided by: below it the weights, and with them the noise, would
+/// The smallest |∫f| / ∫|f| of a valid filter: below it the weights, and with them the noise, would
 /// exceed a thousand.
-const SMALLEST_RATIO: f64 = 1e-3;
+const MIN_RATIO: f64 = 1e-3;
 
-/// The farthest pixel center that [`Axis::integers`] reaches: no image is filtered wider.
-const FARTHEST_CENTER: f64 = 4096.0;
+/// The largest radius of [`Axis::integers`] in pixels.
+const MAX_CENTERS: f64 = 4096.0;
 
 /// A one-dimensional filter: a density proportional to its magnitude, and weights.
 #[derive(Clone, Debug)]
@@ -22,11 +22,11 @@ pub(super) struct Axis {
 
 #[derive(Clone, Debug)]
 enum Cells {
-    /// One constant from edge to edge.
+    /// Constant from edge to edge.
     Uniform,
     /// Equal cells from edge to edge, each with its weight.
     Pieces(Distribution1D, Vec<f32>),
-    /// One cell for each pixel center within reach, each with its weight.
+    /// One cell for each pixel center within the radius, each with its weight.
     Centers(Distribution1D, Vec<f32>),
 }
 
@@ -60,7 +60,7 @@ impl Axis {
 
     /// The same constant pieces, looked up at whole distances only.
     pub(super) fn integers(radius: f64, factor: impl Fn(f64) -> f64) -> Option<Axis> {
-        let reach = radius.clamp(0.0, FARTHEST_CENTER).floor() as i32;
+        let reach = radius.clamp(0.0, MAX_CENTERS).floor() as i32;
         let values: Vec<f64> = (-reach..=reach)
             .map(|k| {
                 let piece =
@@ -96,8 +96,7 @@ fn normalize(values: &[f64]) -> Option<(Distribution1D, Vec<f32>)> {
     let sum: f64 = values.iter().sum();
     let magnitude: f64 = values.iter().map(|v| v.abs()).sum();
     // Relative to the mean, so that single precision holds any filter; false for NaN.
-    let normal =
-        magnitude.is_finite() && magnitude > 0.0 && sum.abs() >= SMALLEST_RATIO * magnitude;
+    let normal = magnitude.is_finite() && magnitude > 0.0 && sum.abs() >= MIN_RATIO * magnitude;
     if !normal {
         return None;
     }

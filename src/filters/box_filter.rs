@@ -1,4 +1,4 @@
-//! The box filter: every point within reach counts the same.
+//! The box filter: constant within its radius.
 //!
 //! `xwidth`, `ywidth`: half widths in pixels, default 0.5, which is the pixel itself.
 //! Source: Pharr, Jakob and Humphreys 2016, §7.8.1.
@@ -30,8 +30,8 @@ impl BoxFilter {
         }
     }
 
-    /// The factor along one axis.
-    pub fn factor(&self) -> f64 {
+    /// The factor along one axis, `distance` ≤ `radius` pixels from the center.
+    pub fn factor(&self, _distance: f64, _radius: f64) -> f64 {
         1.0
     }
 }

@@ -27,64 +27,56 @@ use crate::math::{DVec2, Vec2};
 use crate::params::ParamReader;
 use axis::Axis;
 
-/// The type names a scene may give, for "did you mean".
-pub const FILTER_NAMES: [&str; 5] = ["box", "gaussian", "mitchell", "sinc", "triangle"];
+macro_rules! filter_types {
+    ($($name:literal => $Variant:ident($Type:ident),)*) => {
+        /// The type names a scene may give, for "did you mean".
+        pub const FILTER_NAMES: &[&str] = &[$($name,)*];
 
-/// A filter's shape, before it is made ready for sampling.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FilterShape {
-    /// Constant.
-    Box(BoxFilter),
-    /// Falls linearly.
-    Triangle(TriangleFilter),
-    /// A Gaussian lowered to reach zero at its edge.
-    Gaussian(GaussianFilter),
-    /// Mitchell and Netravali's two-parameter cubic.
-    Mitchell(MitchellFilter),
-    /// A windowed sinc.
-    Sinc(SincFilter),
-}
-
-impl FilterShape {
-    /// Half widths in pixels.
-    pub fn radius(&self) -> DVec2 {
-        match self {
-            FilterShape::Box(f) => f.radius,
-            FilterShape::Triangle(f) => f.radius,
-            FilterShape::Gaussian(f) => f.radius,
-            FilterShape::Mitchell(f) => f.radius,
-            FilterShape::Sinc(f) => f.radius,
+        /// A filter's shape, before it is prepared for sampling.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum FilterShape {
+            $(#[doc = concat!("`", $name, "`")] $Variant($Type),)*
         }
-    }
 
-    /// One factor of the separable filter, `distance` ≥ 0 pixels from the center along an axis
-    /// whose half width is `radius`; not normalized.
-    pub fn factor(&self, distance: f64, radius: f64) -> f64 {
-        match self {
-            FilterShape::Box(f) => f.factor(),
-            FilterShape::Triangle(f) => f.factor(distance, radius),
-            FilterShape::Gaussian(f) => f.factor(distance, radius),
-            FilterShape::Mitchell(f) => f.factor(distance, radius),
-            FilterShape::Sinc(f) => f.factor(distance, radius),
-        }
-    }
+        impl FilterShape {
+            /// Half widths in pixels.
+            pub fn radius(&self) -> DVec2 {
+                match self {
+                    $(FilterShape::$Variant(f) => f.radius,)*
+                }
+            }
 
-    fn from_params(reader: &ParamReader) -> FilterShape {
-        match reader.kind() {
-            "box" => FilterShape::Box(BoxFilter::from_params(reader)),
-            "triangle" => FilterShape::Triangle(TriangleFilter::from_params(reader)),
-            "gaussian" => FilterShape::Gaussian(GaussianFilter::from_params(reader)),
-            "mitchell" => FilterShape::Mitchell(MitchellFilter::from_params(reader)),
-            "sinc" => FilterShape::Sinc(SincFilter::from_params(reader)),
-            _ => {
-                reader.unknown_kind(&FILTER_NAMES);
-                FilterShape::Box(BoxFilter::default())
+            /// One factor of the separable filter, `distance` ≥ 0 pixels from the center along an axis
+            /// whose half width is `radius`; not normalized.
+            pub fn factor(&self, distance: f64, radius: f64) -> f64 {
+                match self {
+                    $(FilterShape::$Variant(f) => f.factor(distance, radius),)*
+                }
+            }
+
+            fn from_params(reader: &ParamReader) -> FilterShape {
+                match reader.kind() {
+                    $($name => FilterShape::$Variant($Type::from_params(reader)),)*
+                    _ => {
+                        reader.unknown_kind(FILTER_NAMES);
+                        FilterShape::Box(BoxFilter::default())
+                    }
+                }
             }
         }
-    }
+    };
 }
 
-/// Where a sample lies and how much it counts.
+// A new type: its file, which gives `radius`, `factor` and `from_params`, and a line here.
+filter_types! {
+    "box" => Box(BoxFilter),
+    "gaussian" => Gaussian(GaussianFilter),
+    "mitchell" => Mitchell(MitchellFilter),
+    "sinc" => Sinc(SincFilter),
+    "triangle" => Triangle(TriangleFilter),
+}
+
+/// Where a sample lies, and its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterSample {
     /// Pixels from the pixel's center: x right, y down, each in [−radius, radius).
@@ -93,7 +85,7 @@ pub struct FilterSample {
     pub weight: f32,
 }
 
-/// A filter ready for sampling.
+/// A filter prepared for sampling.
 #[derive(Clone, Debug)]
 pub struct Filter {
     shape: FilterShape,
@@ -114,8 +106,8 @@ impl Default for Filter {
 }
 
 impl Filter {
-    /// Reads a `PixelFilter`. An unknown type, or one whose parameters leave nothing to divide by,
-    /// is reported as an error and replaced by the default box.
+    /// Reads a `PixelFilter`. An unknown type, or one that integrates to zero, is reported as an error and replaced by
+    /// the default box.
     pub fn from_params(reader: &ParamReader) -> Filter {
         let shape = FilterShape::from_params(reader);
         Filter::new(shape).unwrap_or_else(|| {
@@ -124,8 +116,8 @@ impl Filter {
         })
     }
 
-    /// Makes `shape` ready for sampling; `None` where its integral vanishes against that of its
-    /// magnitude, or is not finite.
+    /// Prepares `shape` for sampling; `None` where its integral is not finite or nearly zero relative to that of its
+    /// magnitude.
     pub fn new(shape: FilterShape) -> Option<Filter> {
         let radius = shape.radius();
         let axis = |r: f64| Axis::continuous(r, |distance| shape.factor(distance, r));
@@ -163,7 +155,7 @@ impl Filter {
     }
 
     /// The film position for `u` in [0, 1)². Continuous in `u` and increasing along each axis, so
-    /// that stratified numbers give stratified positions.
+    /// that stratified samples give stratified positions.
     pub fn sample(&self, u: Vec2) -> FilterSample {
         let (x, weight_x) = self.x.sample(u.x);
         let (y, weight_y) = self.y.sample(u.y);

@@ -16,9 +16,9 @@ use std::f64::consts::PI;
 pub struct SincFilter {
     /// Half widths in pixels, where the filter is cut off.
     pub radius: DVec2,
-    /// Width of the window's central lobe against that of the sinc.
+    /// Width of the window's central lobe relative to that of the sinc.
     pub tau: f64,
-    /// Whose meaning of `tau` and of distances holds.
+    /// Which pbrt's meaning of `tau` and of distances.
     pub dialect: Dialect,
 }
 

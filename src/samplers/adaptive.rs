@@ -1,7 +1,7 @@
-//! pbrt-v2's `adaptive`, which takes more samples where a pixel's first ones differ.
+//! pbrt-v2's `adaptive`, which takes more samples where the first ones of a pixel differ.
 //!
-//! Stopping by what the samples show makes a pixel's mean biased, so every pixel gets the larger
-//! number here. `minsamples` (integer, 4) and `method` (string, "contrast"): accepted.
+//! Deciding by the samples themselves biases the mean of a pixel, so every pixel gets the larger
+//! count here. `minsamples` (integer, 4) and `method` (string, "contrast"): accepted.
 //! `maxsamples` (integer, 32), rounded up to a power of two as pbrt-v2 does.
 
 use super::SamplerSpec;

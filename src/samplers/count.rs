@@ -5,7 +5,7 @@ use crate::params::ParamReader;
 /// The most samples a pixel may have: beyond this, single-precision numbers repeat.
 const MAX: i64 = 1 << 24;
 
-/// The positive integer `name`. One out of range is reported and moved into it.
+/// The positive integer `name`. One out of range is reported and clamped.
 pub(super) fn positive(reader: &ParamReader, name: &str, default: u32) -> u32 {
     let given = reader.integer(name, i64::from(default));
     let used = given.clamp(1, MAX);

@@ -5,14 +5,11 @@
 
 use super::SamplerSpec;
 use super::count::positive;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 
 /// Reads the parameters.
 pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
-    let default = match reader.dialect() {
-        Dialect::V2 => 4,
-        Dialect::V3 => 16,
-    };
+    let default = SamplerSpec::default_for(reader.dialect()).spp;
     SamplerSpec {
         pixel_centers: reader.boolean("samplepixelcenter", false),
         note: Some(

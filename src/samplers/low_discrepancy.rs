@@ -1,19 +1,16 @@
 //! `lowdiscrepancy`, also called `02sequence`, served by the points of [`super::sobol`]: each pair of
-//! numbers is itself such a (0,2)-sequence.
+//! dimensions is itself a (0,2)-sequence.
 //!
 //! `pixelsamples` (integer, 16; 4 in pbrt-v2), rounded up to a power of two as pbrt does.
-//! `dimensions` (integer, 4): accepted; all dimensions are spread well.
+//! `dimensions` (integer, 4): accepted; all dimensions are well distributed.
 
 use super::SamplerSpec;
 use super::count::power_of_two;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 
 /// Reads the parameters.
 pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
-    let default = match reader.dialect() {
-        Dialect::V2 => 4,
-        Dialect::V3 => 16,
-    };
+    let default = SamplerSpec::default_for(reader.dialect()).spp;
     reader.find_integer("dimensions");
     SamplerSpec {
         note: Some(

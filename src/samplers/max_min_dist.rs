@@ -1,7 +1,7 @@
-//! `maxmindist`, points that keep their distance, served by the points of [`super::sobol`].
+//! `maxmindist`, points with a large minimum distance, served by the points of [`super::sobol`].
 //!
 //! `pixelsamples` (integer, 16), rounded up to a power of two as pbrt does. `dimensions`
-//! (integer, 4): accepted; all dimensions are spread well.
+//! (integer, 4): accepted; all dimensions are well distributed.
 
 use super::SamplerSpec;
 use super::count::power_of_two;

@@ -1,10 +1,10 @@
-//! Sample streams: the numbers in [0, 1) that place film points, lens points, light points and
+//! Sample streams: the random or low-discrepancy samples in [0, 1) for film points, lens points, light points and
 //! scattered directions.
 //!
-//! Every number is a pure function of (seed, pixel, sample index, order of the draw), so nothing
+//! Every sample is a pure function of (seed, pixel, sample index, dimension), so nothing
 //! depends on threads, tiles or what was rendered before. Pixels are decorrelated by hashing.
-//! A camera sample draws its numbers in this order: film (2-D), time (1-D), lens (2-D, where the camera has
-//! one), then whatever the integrator asks for.
+//! A camera sample uses its dimensions in this order: film (2-D), time (1-D), lens (2-D, where the camera has
+//! one), then those of the integrator.
 //!
 //! Samplers change the noise of an image, never what it converges to (docs/scene-language.md §3.4), so
 //! three kinds of points serve all the scene language's types: stratified ones, random ones, and
@@ -31,44 +31,51 @@ use random::RandomStream;
 use sobol::SobolStream;
 use stratified::StratifiedStream;
 
-/// The type names a scene may give, for "did you mean".
-pub const SAMPLER_NAMES: [&str; 9] = [
-    "02sequence",
-    "adaptive",
-    "bestcandidate",
-    "halton",
-    "lowdiscrepancy",
-    "maxmindist",
-    "random",
-    "sobol",
-    "stratified",
+type Read = fn(&ParamReader) -> SamplerSpec;
+
+/// The types of samplers and what reads each. A new type: its file and a line here.
+const TYPES: [(&str, Read); 9] = [
+    ("02sequence", low_discrepancy::from_params),
+    ("adaptive", adaptive::from_params),
+    ("bestcandidate", best_candidate::from_params),
+    ("halton", halton::from_params),
+    ("lowdiscrepancy", low_discrepancy::from_params),
+    ("maxmindist", max_min_dist::from_params),
+    ("random", random::from_params),
+    ("sobol", sobol::from_params),
+    ("stratified", stratified::from_params),
 ];
+
+/// The type names a scene may give, for "did you mean".
+pub fn sampler_names() -> Vec<&'static str> {
+    TYPES.iter().map(|(name, _)| *name).collect()
+}
 
 /// The largest float below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-/// How the samples of one pixel are spread.
+/// How the samples of one pixel are distributed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Points {
     /// One point in each cell of a grid.
     Stratified(Stratified),
     /// Independent points.
     Random,
-    /// Owen-scrambled low-discrepancy points: what Sobol's are, in four dimensions at a time.
+    /// Owen-scrambled low-discrepancy points like Sobol's, in four dimensions at a time.
     Sobol,
 }
 
-/// What a scene's `Sampler` asks for.
+/// A scene's `Sampler`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SamplerSpec {
-    /// The points.
+    /// How they are distributed.
     pub points: Points,
     /// Samples in every pixel, at least 1.
     pub spp: u32,
     /// Film points lie only at pixel centers (halton's `samplepixelcenter`): the filter must then
     /// be [`crate::filters::Filter::at_pixel_centers`].
     pub pixel_centers: bool,
-    /// What is done differently from what the scene names, where it is worth saying.
+    /// How the samples differ from those of the type that the scene names.
     pub note: Option<&'static str>,
 }
 
@@ -82,38 +89,28 @@ impl SamplerSpec {
         }
     }
 
-    /// Reads a `Sampler`. An unknown type is an error, and read on as the default one.
+    /// Reads a `Sampler`. An unknown type is an error, and replaced by the default one.
     pub fn from_params(reader: &ParamReader) -> SamplerSpec {
-        match reader.kind() {
-            "stratified" => stratified::from_params(reader),
-            "random" => random::from_params(reader),
-            "halton" => halton::from_params(reader),
-            "sobol" => sobol::from_params(reader),
-            "02sequence" | "lowdiscrepancy" => low_discrepancy::from_params(reader),
-            "maxmindist" => max_min_dist::from_params(reader),
-            "bestcandidate" => best_candidate::from_params(reader),
-            "adaptive" => adaptive::from_params(reader),
-            _ => {
-                reader.unknown_kind(&SAMPLER_NAMES);
-                SamplerSpec::default_for(reader.dialect())
-            }
-        }
+        let Some((_, read)) = TYPES.iter().find(|(name, _)| *name == reader.kind()) else {
+            reader.unknown_kind(&sampler_names());
+            return SamplerSpec::default_for(reader.dialect());
+        };
+        read(reader)
     }
 
     /// Owen-scrambled points, `spp` in every pixel.
     pub fn sobol(spp: u32) -> SamplerSpec {
-        SamplerSpec {
-            points: Points::Sobol,
-            spp: spp.max(1),
-            pixel_centers: false,
-            note: None,
-        }
+        SamplerSpec::new(Points::Sobol, spp)
     }
 
     /// Random points, `spp` in every pixel.
     pub fn random(spp: u32) -> SamplerSpec {
+        SamplerSpec::new(Points::Random, spp)
+    }
+
+    fn new(points: Points, spp: u32) -> SamplerSpec {
         SamplerSpec {
-            points: Points::Random,
+            points,
             spp: spp.max(1),
             pixel_centers: false,
             note: None,
@@ -144,7 +141,7 @@ impl SamplerSpec {
     }
 }
 
-/// A sampler ready to give streams.
+/// A sampler, which makes the streams.
 #[derive(Clone, Debug)]
 pub struct Sampler {
     points: Points,
@@ -153,7 +150,7 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// From what the scene asks for; another `seed` gives another, independent image.
+    /// From the scene's; another `seed` gives another, independent image.
     pub fn new(spec: &SamplerSpec, seed: u64) -> Sampler {
         Sampler {
             points: spec.points,
@@ -175,8 +172,8 @@ impl Sampler {
         }
     }
 
-    /// The numbers of one sample. Indices at or beyond [`Sampler::spp`] are allowed and go on with
-    /// fresh, equally well spread points.
+    /// The stream of one camera sample. Indices at or beyond [`Sampler::spp`] are allowed and continue with
+    /// new points that are equally well distributed.
     pub fn stream(&self, pixel: IVec2, index: u32) -> SampleStream {
         let packed = u64::from(pixel.x as u32) | u64::from(pixel.y as u32) << 32;
         let seed = mix2(self.seed, packed);
@@ -190,7 +187,7 @@ impl Sampler {
     }
 }
 
-/// The numbers of one sample, one after the other, all in [0, 1).
+/// The dimensions of one camera sample, one after the other, all in [0, 1).
 #[derive(Clone, Copy, Debug)]
 pub enum SampleStream {
     /// See [`Points::Stratified`].
@@ -202,7 +199,7 @@ pub enum SampleStream {
 }
 
 impl SampleStream {
-    /// The next number.
+    /// The next dimension.
     pub fn next_1d(&mut self) -> f32 {
         match self {
             SampleStream::Stratified(s) => s.next_1d(),
@@ -211,7 +208,7 @@ impl SampleStream {
         }
     }
 
-    /// The next number if it is `needed`, else anything: what is drawn later is the same either way.
+    /// The next dimension if it is `needed`, else an arbitrary value: later dimensions are the same either way.
     #[inline]
     pub fn next_1d_if(&mut self, needed: bool) -> f32 {
         if needed {
@@ -221,7 +218,7 @@ impl SampleStream {
         0.0
     }
 
-    /// Leaves out a number, for less than drawing it.
+    /// Skips a dimension, which costs less than computing it.
     #[inline]
     pub fn skip_1d(&mut self) {
         match self {
@@ -231,7 +228,7 @@ impl SampleStream {
         }
     }
 
-    /// Leaves out a pair, for less than drawing it.
+    /// Skips a pair of dimensions, which costs less than computing it.
     #[inline]
     pub fn skip_2d(&mut self) {
         match self {
@@ -241,7 +238,7 @@ impl SampleStream {
         }
     }
 
-    /// The next pair, well spread as points of the unit square.
+    /// The next pair, well distributed in the unit square.
     pub fn next_2d(&mut self) -> Vec2 {
         match self {
             SampleStream::Stratified(s) => s.next_2d(),

@@ -1,4 +1,4 @@
-//! Points of four dimensions that are well spread in several ways at once.
+//! Points of four dimensions that are well distributed in several ways at once.
 //!
 //! Any aligned run of 4ᵐ points has exactly one in each box of 4^(−a) × 4^(−b) × 4^(−c) × 4^(−d) with
 //! a + b + c + d = m: a (0, 4)-sequence in base 4. The first and the last **pair** of dimensions each have one

@@ -2,8 +2,8 @@
 
 /// A family of permutations of 0 … n−1, one for each key.
 ///
-/// Invertible steps on the next power of two (xor, odd factor, xor with a shifted copy), walked
-/// until they land below n: the idea of Kensler, "Correlated Multi-Jittered Sampling", 2013, §4.
+/// Invertible steps on the next power of two (xor, odd factor, xor with a shifted copy), repeated
+/// until the value is below n: the idea of Kensler, "Correlated Multi-Jittered Sampling", 2013, §4.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Permutation {
     n: u32,
@@ -12,7 +12,7 @@ pub(super) struct Permutation {
 }
 
 impl Permutation {
-    /// Of `n` ≥ 1 things.
+    /// Of `n` ≥ 1 elements.
     pub(super) fn new(n: u32) -> Permutation {
         let mask = (u64::from(n.max(1)).next_power_of_two() - 1) as u32;
         let bits = mask.count_ones();
@@ -23,7 +23,7 @@ impl Permutation {
         }
     }
 
-    /// How many things.
+    /// The number of elements.
     pub(super) fn len(&self) -> u32 {
         self.n
     }
@@ -33,8 +33,8 @@ impl Permutation {
         let mut x = i & self.mask;
         loop {
             x = self.step(x, key);
-            // The steps permute all of 0 … mask, so that walking on from a start below n comes
-            // back below n at the latest at the start itself.
+            // The steps permute all of 0 … mask, so that repeating them from a start below n
+            // returns below n at the latest at the start itself.
             if x < self.n {
                 return x;
             }
@@ -43,7 +43,7 @@ impl Permutation {
 
     fn step(&self, mut x: u32, key: u64) -> u32 {
         let (a, b) = (key as u32, (key >> 32) as u32);
-        // Six rounds: with four, some permutations of four things come 12 % too often.
+        // Six rounds: with four, some permutations of four elements are 12 % too frequent.
         let keys = [
             (a, b),
             (b >> 5, a >> 3),

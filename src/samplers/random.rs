@@ -1,4 +1,4 @@
-//! `random`: independent uniform numbers.
+//! `random`: independent uniform samples.
 //!
 //! `pixelsamples` (integer, 4).
 
@@ -13,7 +13,7 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     SamplerSpec::random(positive(reader, "pixelsamples", 4))
 }
 
-/// One sample's numbers: SplitMix64 (Steele, Lea and Flood 2014) from a hashed start.
+/// The dimensions of one camera sample: SplitMix64 (Steele, Lea and Flood 2014) from a hashed start.
 #[derive(Clone, Copy, Debug)]
 pub struct RandomStream {
     state: u64,

@@ -1,15 +1,15 @@
-//! `sobol`: scrambled points of low discrepancy, and what stands for all other types that promise such.
+//! `sobol`: Owen-scrambled low-discrepancy points, which also replace those of all other low-discrepancy types.
 //!
 //! `pixelsamples` (integer, 16), rounded up to a power of two as pbrt-v3 does.
 //!
-//! Numbers come in sets of four dimensions, those of [`super::net`], each scrambled by Owen's method: every
-//! bit of a coordinate is flipped or not by what stands before it, which keeps the spread of all aligned
-//! runs and makes each number uniform. The order of the points is shuffled in the same way for each set,
-//! so that sets are independent of each other and there is no limit to the number of dimensions (Burley, "Practical
+//! Dimensions come in sets of four, those of [`super::net`], each with Owen scrambling: every
+//! bit of a coordinate is flipped or not depending on the more significant ones, which keeps the stratification of all
+//! aligned runs and makes each coordinate uniform. The order of the points is shuffled in the same way for each set,
+//! so that sets are independent of each other and the number of dimensions is unlimited (Burley, "Practical
 //! Hash-based Owen Scrambling", JCGT 9(4), 2020, with the hash of the crate `sobol_burley`).
 //!
-//! Pairs are taken from sets of their own, two from each: film and lens point share four dimensions, or
-//! film and first light point where the camera has no lens. Single numbers share sets of four, too.
+//! Pairs have sets of their own, two in each: film and lens point share four dimensions, or
+//! film and first light point if the camera has no lens. Single dimensions share sets of four, too.
 //!
 //! Tried; variance in units of this one's, at 16, 64 and 256 samples of the scenes of `docs/samplers.md`:
 //! * Each pair in a set of its own with two singles, of Sobol's first four dimensions: lens 1.8, 2.0, 2.7;
@@ -17,7 +17,7 @@
 //! * 64 dimensions of Sobol's sequence with one order of points: lens 1.2, 0.9, 0.9; box 1.1, 1.1, 0.8; motion
 //!   1.0, 0.9, 0.6.
 //! * A (0, 16)-sequence in base 16 of four such sets with one order of points: lens 1.1, 1.0, 0.8; box 1.0, 0.9, 0.8;
-//!   but motion 1.1, 2.1, 0.5: with other counts than powers of 16 some dimensions go together badly.
+//!   but motion 1.1, 2.1, 0.5: with other counts than powers of 16 some dimensions are poorly stratified together.
 
 use super::SamplerSpec;
 use super::count::power_of_two;
@@ -32,16 +32,16 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     SamplerSpec::sobol(power_of_two(reader, "pixelsamples", 16))
 }
 
-/// A set of four numbers that is being used up. It is worked out when the first of them is asked for: most
-/// surfaces need no number to choose among lobes, nor most scenes one to choose a light.
+/// A set of four dimensions of which some are used. It is computed when the first value is requested: most
+/// surfaces need no sample to choose a lobe, and most scenes none to choose a light.
 #[derive(Clone, Copy, Debug)]
 struct Drawn {
     values: [f32; 4],
     /// Which set.
     number: u32,
-    /// How many of them are used up, or left out.
+    /// How many of them are used or skipped.
     used: usize,
-    /// Have they been worked out?
+    /// The values are computed.
     made: bool,
 }
 
@@ -53,7 +53,7 @@ impl Drawn {
         made: false,
     };
 
-    /// The place of the next `count` numbers (1 or 2) of this set or of a new one, of which there have been `sets`.
+    /// The index of the next `count` values (1 or 2) in this set or in a new one; `sets` have begun so far.
     #[inline]
     fn take(&mut self, count: usize, sets: &mut u32) -> usize {
         if self.used > 4 - count {
@@ -66,7 +66,7 @@ impl Drawn {
     }
 }
 
-/// One sample's numbers.
+/// The dimensions of one camera sample.
 #[derive(Clone, Copy, Debug)]
 pub struct SobolStream {
     points: ScrambledPoints,

@@ -2,10 +2,10 @@
 //!
 //! `xsamples`, `ysamples` (integers, 4 each; 2 each in pbrt-v2): the grid; their product is the
 //! number of samples. `jitter` (bool, true): a random point in each cell, else its center.
-//! `dimensions` (integer): only so many leading pairs and single numbers are stratified, the rest
+//! `dimensions` (integer): only so many leading pairs and single dimensions are stratified, the rest
 //! is random. Without it all of them are, which pbrt's arrays could not afford.
 //!
-//! Every pair of numbers visits the cells of the grid in an order of its own, every single number
+//! Every pair of dimensions visits the cells of the grid in an order of its own, every single dimension
 //! as many intervals of [0, 1) in its own order (Latin hypercubes between them).
 //! Source: Pharr, Jakob and Humphreys 2016, §7.3.
 
@@ -17,7 +17,7 @@ use crate::math::Vec2;
 use crate::math::hash::{mix, mix2, unit_float};
 use crate::params::{Dialect, ParamReader};
 
-/// The most cells: see [`positive`].
+/// The most cells per side: see [`positive`].
 const MAX_PER_SIDE: u32 = 1 << 12;
 
 /// The grid.
@@ -53,12 +53,7 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
         .find_integer("dimensions")
         .map(|d| d.clamp(0, i64::from(u32::MAX)) as u32);
     let grid = Stratified::new(nx, ny, reader.boolean("jitter", true), dimensions);
-    SamplerSpec {
-        points: Points::Stratified(grid),
-        spp: nx * ny,
-        pixel_centers: false,
-        note: None,
-    }
+    SamplerSpec::new(Points::Stratified(grid), nx * ny)
 }
 
 impl Stratified {
@@ -87,7 +82,7 @@ impl Stratified {
     }
 }
 
-/// One sample's numbers.
+/// The dimensions of one camera sample.
 #[derive(Clone, Copy, Debug)]
 pub struct StratifiedStream {
     grid: Stratified,
@@ -97,7 +92,7 @@ pub struct StratifiedStream {
     index: u32,
     singles: u32,
     pairs: u32,
-    /// What lies beyond the stratified dimensions.
+    /// Beyond the stratified dimensions.
     rest: RandomStream,
 }
 
@@ -118,7 +113,7 @@ impl StratifiedStream {
         }
     }
 
-    /// Is the dimension after `count` others of its kind still stratified?
+    /// Returns `true` if the dimension after `count` others of its kind is still stratified.
     fn is_stratified(&self, count: u32) -> bool {
         self.grid.dimensions.is_none_or(|limit| count < limit)
     }

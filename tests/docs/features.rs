@@ -6,7 +6,7 @@ use fstop::cameras::CAMERA_NAMES;
 use fstop::filters::FILTER_NAMES;
 use fstop::lights::LightSpec;
 use fstop::materials::Material;
-use fstop::samplers::SAMPLER_NAMES;
+use fstop::samplers::sampler_names;
 use fstop::shapes::ShapeSpec;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -91,7 +91,8 @@ fn every_type_and_every_reference_is_in_the_table() {
     let rows = rows();
     let named: BTreeSet<&str> = rows.iter().flat_map(|row| quoted(&row[1])).collect();
     let scattering = Material::KINDS.iter().chain(&fstop::media::KINDS);
-    let sampling = SAMPLER_NAMES.iter().chain(&FILTER_NAMES);
+    let samplers = sampler_names();
+    let sampling = samplers.iter().chain(FILTER_NAMES);
     let seeing = CAMERA_NAMES.iter().chain(fstop::integrators::NAMES);
     let scenery = ShapeSpec::KINDS.iter().chain(LightSpec::KINDS);
     // pbrt-v2's `metropolis` is a renderer, known as a misspelling only.
