@@ -8,7 +8,8 @@
 //! Rows run from the camera's +y (up) to −y, columns from +x over +z (ahead) to −x and −z.
 
 use super::camera_transform::{CameraSpaceRay, CameraTransform};
-use super::{CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
+use super::kinds::OrdinaryCamera;
+use super::{CameraError, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::transform::Transform;
 use crate::math::{DVec2, DVec3, Rgb};
 use crate::params::{Dialect, ParamReader};
@@ -40,18 +41,13 @@ impl EnvironmentSpec {
             shutter: Shutter::from_params(params),
         }
     }
-
-    /// See [`super::Camera::describe`].
-    pub fn describe(&self) -> Vec<String> {
-        vec!["environment camera: all directions, latitude by longitude".to_string()]
-    }
 }
 
 /// An environment camera ready to make rays.
 #[derive(Clone, Debug)]
 pub struct Environment {
-    pub(super) spec: EnvironmentSpec,
-    pub(super) transform: CameraTransform,
+    spec: EnvironmentSpec,
+    transform: CameraTransform,
     /// Azimuth and polar angle that a pixel spans, in radians.
     per_pixel: DVec2,
 }
@@ -62,12 +58,12 @@ impl Environment {
         spec: &EnvironmentSpec,
         film: &FilmGeometry,
         render_from_camera: &Transform,
-    ) -> Environment {
-        Environment {
+    ) -> Result<Environment, CameraError> {
+        Ok(Environment {
             spec: spec.clone(),
             transform: CameraTransform::new(render_from_camera, Clip::NONE),
             per_pixel: DVec2::new(TAU, PI) / film.resolution.as_dvec2(),
-        }
+        })
     }
 
     /// The ray for `sample`; its weight is 1. The differentials' directions are the derivatives by
@@ -95,6 +91,20 @@ impl Environment {
     }
 }
 
+impl OrdinaryCamera for Environment {
+    fn transform(&mut self) -> &mut CameraTransform {
+        &mut self.transform
+    }
+
+    fn has_lens(&self) -> bool {
+        false
+    }
+
+    fn describe(&self, _: &FilmGeometry) -> Vec<String> {
+        vec!["environment camera: all directions, latitude by longitude".to_string()]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,7 +117,7 @@ mod tests {
     };
 
     fn camera() -> Environment {
-        Environment::new(&EnvironmentSpec::default(), &FILM, &Transform::IDENTITY)
+        Environment::new(&EnvironmentSpec::default(), &FILM, &Transform::IDENTITY).unwrap()
     }
 
     fn ray(x: f32, y: f32) -> CameraRay {

@@ -12,6 +12,7 @@
 mod camera_transform;
 mod clip;
 mod environment;
+mod kinds;
 mod ndc;
 mod orthographic;
 mod perspective;
@@ -22,6 +23,7 @@ mod thin_lens;
 
 pub use clip::Clip;
 pub use environment::{Environment, EnvironmentSpec};
+pub use kinds::{CAMERA_NAMES, Camera, CameraSpec};
 pub use orthographic::{Orthographic, OrthographicSpec};
 pub use perspective::{Perspective, PerspectiveSpec};
 #[cfg(any(test, feature = "internals"))]
@@ -112,43 +114,15 @@ pub enum CameraError {
     SingularTransform,
 }
 
-/// The type names a scene may give, for "did you mean".
-pub const CAMERA_NAMES: [&str; 4] = ["perspective", "realistic", "orthographic", "environment"];
-
-/// A camera as the scene file describes it.
-#[derive(Clone, Debug)]
-pub enum CameraSpec {
-    /// Pinhole or thin lens.
-    Perspective(PerspectiveSpec),
-    /// Parallel projection.
-    Orthographic(OrthographicSpec),
-    /// All directions.
-    Environment(EnvironmentSpec),
-    /// A traced lens prescription.
-    Realistic(Box<RealisticSpec>),
-}
-
 impl CameraSpec {
     /// Reads a `Camera` directive. Every problem is reported to the diagnostics under the
     /// parameter that has it. Where no camera can be made of the rest, an ordinary one stands in, so
     /// that what else is wrong with the scene is found out as well.
     pub fn from_params(params: &ParamReader) -> CameraSpec {
-        match params.kind() {
-            "perspective" => CameraSpec::Perspective(PerspectiveSpec::from_params(params)),
-            "realistic" => match RealisticSpec::from_params(params) {
-                Some(spec) => CameraSpec::Realistic(Box::new(spec)),
-                None => stand_in(params),
-            },
-            "orthographic" => CameraSpec::Orthographic(OrthographicSpec::from_params(params)),
-            "environment" => CameraSpec::Environment(EnvironmentSpec::from_params(params)),
-            _ => {
-                params.unknown_kind(&CAMERA_NAMES);
-                stand_in(params)
-            }
-        }
+        CameraSpec::read(params).unwrap_or_else(|| stand_in(params))
     }
 
-    /// Chooses whose habits to copy (`--compat`); only `realistic` has any.
+    /// Chooses the renderer whose quirks are reproduced (`--compat`); only `realistic` has any.
     pub fn set_compat(&mut self, compat: Compat) {
         if let CameraSpec::Realistic(spec) = self {
             spec.compat = compat;
@@ -170,110 +144,14 @@ fn stand_in(params: &ParamReader) -> CameraSpec {
     const NORMAL_FOV: f64 = 27.0;
     // Parameters that were not come to are not superfluous.
     params.accept_all();
-    CameraSpec::Perspective(PerspectiveSpec {
+    CameraSpec::Perspective(Box::new(PerspectiveSpec {
         fov: NORMAL_FOV,
         shutter: Shutter::from_params(params),
         ..PerspectiveSpec::default()
-    })
-}
-
-/// A camera ready to make rays.
-#[derive(Clone, Debug)]
-pub enum Camera {
-    /// Pinhole or thin lens.
-    Perspective(Box<Perspective>),
-    /// Parallel projection.
-    Orthographic(Box<Orthographic>),
-    /// All directions.
-    Environment(Box<Environment>),
-    /// A traced lens prescription.
-    Realistic(Box<Realistic>),
+    }))
 }
 
 impl Camera {
-    /// Puts `spec` behind `film`; `render_from_camera` places it (camera space in the units of
-    /// the camera: scene units, but see [`RealisticSpec`]).
-    pub fn new(
-        spec: &CameraSpec,
-        film: &FilmGeometry,
-        render_from_camera: &Transform,
-    ) -> Result<Camera, CameraError> {
-        if film.resolution.x == 0 || film.resolution.y == 0 {
-            return Err(CameraError::EmptyFilm);
-        }
-        if !render_from_camera.is_invertible() {
-            return Err(CameraError::SingularTransform);
-        }
-        match spec {
-            CameraSpec::Perspective(s) => Ok(Camera::Perspective(Box::new(Perspective::new(
-                s,
-                film,
-                render_from_camera,
-            )))),
-            CameraSpec::Orthographic(s) => Ok(Camera::Orthographic(Box::new(Orthographic::new(
-                s,
-                film,
-                render_from_camera,
-            )))),
-            CameraSpec::Environment(s) => Ok(Camera::Environment(Box::new(Environment::new(
-                s,
-                film,
-                render_from_camera,
-            )))),
-            CameraSpec::Realistic(s) => {
-                Realistic::new(s, film, render_from_camera).map(|c| Camera::Realistic(Box::new(c)))
-            }
-        }
-    }
-
-    /// Lets the camera move through render space while its shutter is open; `motion` takes camera
-    /// space to render space.
-    pub fn set_motion(&mut self, motion: Motion) {
-        match self {
-            Camera::Perspective(c) => c.transform.set_motion(motion),
-            Camera::Orthographic(c) => c.transform.set_motion(motion),
-            Camera::Environment(c) => c.transform.set_motion(motion),
-            Camera::Realistic(c) => c.set_motion(motion),
-        }
-    }
-
-    /// Does it look at [`CameraSample::lens`]?
-    pub fn has_lens(&self) -> bool {
-        match self {
-            Camera::Perspective(c) => c.spec.lens.radius > 0.0,
-            Camera::Orthographic(c) => c.spec.lens.radius > 0.0,
-            Camera::Environment(_) => false,
-            Camera::Realistic(_) => true,
-        }
-    }
-
-    /// Does it look at [`CameraSample::wavelength`]?
-    pub fn disperses(&self) -> bool {
-        match self {
-            Camera::Perspective(_) | Camera::Orthographic(_) | Camera::Environment(_) => false,
-            Camera::Realistic(c) => c.disperses(),
-        }
-    }
-
-    /// What a photographer wants to know before the image is taken on `film`, one fact a line.
-    pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
-        match self {
-            Camera::Perspective(c) => c.spec.describe(film),
-            Camera::Orthographic(c) => c.spec.describe(film),
-            Camera::Environment(c) => c.spec.describe(),
-            Camera::Realistic(c) => c.describe(film),
-        }
-    }
-
-    /// What looks wrong although an image can be made: a lens focused inside itself, a film
-    /// inside glass, an image larger than the image circle.
-    pub fn warnings(&self) -> Vec<String> {
-        match self {
-            Camera::Perspective(_) | Camera::Orthographic(_) | Camera::Environment(_) => Vec::new(),
-            Camera::Realistic(c) => c.warnings(),
-        }
-    }
-
     /// The rays for up to [`BUNDLE`] samples, in order: as [`Camera::ray`] for each, whatever the
     /// others are; those of `realistic` in single precision.
     pub fn rays(
@@ -289,17 +167,5 @@ impl Camera {
         rays.clear();
         let one = |sample| self.ray(sample, want_differentials);
         rays.extend(samples.iter().take(BUNDLE).map(one));
-    }
-
-    /// The ray for `sample`; `None` where no light can arrive (a vignetted ray), which counts as
-    /// a black sample. `want_differentials` asks for the rays of the neighboring pixels; asking
-    /// never changes whether the sample counts.
-    pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
-        match self {
-            Camera::Perspective(c) => Some(c.ray(sample, want_differentials)),
-            Camera::Orthographic(c) => Some(c.ray(sample, want_differentials)),
-            Camera::Environment(c) => Some(c.ray(sample, want_differentials)),
-            Camera::Realistic(c) => c.ray(sample, want_differentials),
-        }
     }
 }

@@ -14,18 +14,16 @@ impl CameraSpec {
         match self {
             CameraSpec::Perspective(spec) => Some(perspective(spec, film)),
             CameraSpec::Orthographic(spec) => Some(orthographic(spec, film)),
-            CameraSpec::Environment(_) => None,
             CameraSpec::Realistic(spec) => realistic(spec, film),
+            CameraSpec::Environment(_) => None,
         }
     }
 
     /// Name of the lens file without folders; `None` without a traced lens.
     pub fn lens_name(&self) -> Option<String> {
         match self {
-            CameraSpec::Perspective(_)
-            | CameraSpec::Orthographic(_)
-            | CameraSpec::Environment(_) => None,
             CameraSpec::Realistic(spec) => Some(spec.lens_name.clone()),
+            _ => None,
         }
     }
 }
@@ -98,14 +96,14 @@ mod tests {
             ..Screen::default()
         };
         for spec in [
-            CameraSpec::Perspective(PerspectiveSpec {
+            CameraSpec::Perspective(Box::new(PerspectiveSpec {
                 screen: screen.clone(),
                 ..PerspectiveSpec::default()
-            }),
-            CameraSpec::Orthographic(OrthographicSpec {
+            })),
+            CameraSpec::Orthographic(Box::new(OrthographicSpec {
                 screen,
                 ..OrthographicSpec::default()
-            }),
+            })),
         ] {
             let camera = Camera::new(&spec, &film, &Transform::IDENTITY).unwrap();
             let sample = CameraSample {

@@ -10,7 +10,8 @@
 //! them on the lens, which makes a perspective image of what should be a parallel one.
 
 use super::camera_transform::{CameraSpaceRay, CameraTransform};
-use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
+use super::kinds::OrdinaryCamera;
+use super::{CameraError, CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
 use crate::math::DVec2;
 use crate::math::Rgb;
 use crate::math::transform::Transform;
@@ -50,31 +51,13 @@ impl OrthographicSpec {
             clip: Clip::of_dialect(params),
         }
     }
-
-    /// See [`super::Camera::describe`].
-    pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
-        let [xmin, xmax, ymin, ymax] = self.screen.window(film);
-        let lens = if self.lens.radius > 0.0 {
-            format!(", {}", self.lens.describe())
-        } else {
-            String::new()
-        };
-        vec![
-            format!("orthographic camera{lens}"),
-            format!(
-                "field of view {} x {} scene units",
-                (xmax - xmin).abs(),
-                (ymax - ymin).abs()
-            ),
-        ]
-    }
 }
 
 /// An orthographic camera ready to make rays.
 #[derive(Clone, Debug)]
 pub struct Orthographic {
-    pub(super) spec: OrthographicSpec,
-    pub(super) transform: CameraTransform,
+    spec: OrthographicSpec,
+    transform: CameraTransform,
     /// Position of raster point (0, 0) in z = 0, and its change per pixel.
     corner: DVec2,
     per_pixel: DVec2,
@@ -86,14 +69,14 @@ impl Orthographic {
         spec: &OrthographicSpec,
         film: &FilmGeometry,
         render_from_camera: &Transform,
-    ) -> Orthographic {
+    ) -> Result<Orthographic, CameraError> {
         let (corner, per_pixel) = spec.screen.raster(film);
-        Orthographic {
+        Ok(Orthographic {
             transform: CameraTransform::new(render_from_camera, spec.clip),
             spec: spec.clone(),
             corner,
             per_pixel,
-        }
+        })
     }
 
     /// The ray for `sample`; its weight is 1.
@@ -120,6 +103,34 @@ impl Orthographic {
     }
 }
 
+impl OrdinaryCamera for Orthographic {
+    fn transform(&mut self) -> &mut CameraTransform {
+        &mut self.transform
+    }
+
+    fn has_lens(&self) -> bool {
+        self.spec.lens.radius > 0.0
+    }
+
+    fn describe(&self, film: &FilmGeometry) -> Vec<String> {
+        let spec = &self.spec;
+        let [xmin, xmax, ymin, ymax] = spec.screen.window(film);
+        let lens = if spec.lens.radius > 0.0 {
+            format!(", {}", spec.lens.describe())
+        } else {
+            String::new()
+        };
+        vec![
+            format!("orthographic camera{lens}"),
+            format!(
+                "field of view {} x {} scene units",
+                (xmax - xmin).abs(),
+                (ymax - ymin).abs()
+            ),
+        ]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,7 +154,7 @@ mod tests {
     fn camera(text: &str) -> Orthographic {
         let outcome = read("orthographic", text, OrthographicSpec::from_params);
         assert!(outcome.messages.is_empty(), "{:?}", outcome.messages);
-        Orthographic::new(&outcome.value, &FILM, &Transform::IDENTITY)
+        Orthographic::new(&outcome.value, &FILM, &Transform::IDENTITY).unwrap()
     }
 
     #[test]
@@ -201,7 +212,7 @@ mod tests {
     #[test]
     fn a_scaled_camera_sees_more() {
         let spec = OrthographicSpec::default();
-        let c = Orthographic::new(&spec, &FILM, &Transform::scale(DVec3::splat(10.0)));
+        let c = Orthographic::new(&spec, &FILM, &Transform::scale(DVec3::splat(10.0))).unwrap();
         let corner = c.ray(&sample(0.0, 0.0, Vec2::ZERO), false).ray;
         assert_eq!((corner.o, corner.d), (Vec3::new(-20.0, 10.0, 0.0), Vec3::Z));
     }

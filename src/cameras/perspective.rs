@@ -6,7 +6,8 @@
 //! Source: Pharr, Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, §6.2.2-6.2.3.
 
 use super::camera_transform::{CameraSpaceRay, CameraTransform};
-use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
+use super::kinds::OrdinaryCamera;
+use super::{CameraError, CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
 use crate::math::transform::Transform;
 use crate::math::{DVec2, DVec3, Rgb};
 use crate::params::ParamReader;
@@ -64,28 +65,13 @@ impl PerspectiveSpec {
             clip: Clip::of_dialect(params),
         }
     }
-
-    /// See [`super::Camera::describe`].
-    pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
-        let t = (0.5 * self.fov).to_radians().tan();
-        let angle = |a: f64, b: f64| ((b * t).atan() - (a * t).atan()).to_degrees().abs();
-        let w = self.screen.window(film);
-        vec![
-            format!("perspective camera, {}", self.lens.describe()),
-            format!(
-                "field of view {:.2} x {:.2} degrees",
-                angle(w[0], w[1]),
-                angle(w[2], w[3])
-            ),
-        ]
-    }
 }
 
 /// A perspective camera ready to make rays.
 #[derive(Clone, Debug)]
 pub struct Perspective {
-    pub(super) spec: PerspectiveSpec,
-    pub(super) transform: CameraTransform,
+    spec: PerspectiveSpec,
+    transform: CameraTransform,
     /// Direction (z = 1) through raster point (0, 0), and its change per pixel.
     corner: DVec2,
     per_pixel: DVec2,
@@ -97,15 +83,15 @@ impl Perspective {
         spec: &PerspectiveSpec,
         film: &FilmGeometry,
         render_from_camera: &Transform,
-    ) -> Perspective {
+    ) -> Result<Perspective, CameraError> {
         let t = (0.5 * spec.fov).to_radians().tan();
         let (corner, per_pixel) = spec.screen.raster(film);
-        Perspective {
+        Ok(Perspective {
             transform: CameraTransform::new(render_from_camera, spec.clip),
             spec: spec.clone(),
             corner: t * corner,
             per_pixel: t * per_pixel,
-        }
+        })
     }
 
     /// The ray for `sample`; its weight is 1.
@@ -137,6 +123,31 @@ impl Perspective {
     }
 }
 
+impl OrdinaryCamera for Perspective {
+    fn transform(&mut self) -> &mut CameraTransform {
+        &mut self.transform
+    }
+
+    fn has_lens(&self) -> bool {
+        self.spec.lens.radius > 0.0
+    }
+
+    fn describe(&self, film: &FilmGeometry) -> Vec<String> {
+        let spec = &self.spec;
+        let t = (0.5 * spec.fov).to_radians().tan();
+        let angle = |a: f64, b: f64| ((b * t).atan() - (a * t).atan()).to_degrees().abs();
+        let w = spec.screen.window(film);
+        vec![
+            format!("perspective camera, {}", spec.lens.describe()),
+            format!(
+                "field of view {:.2} x {:.2} degrees",
+                angle(w[0], w[1]),
+                angle(w[2], w[3])
+            ),
+        ]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,7 +168,7 @@ mod tests {
     }
 
     fn camera(spec: PerspectiveSpec) -> Perspective {
-        Perspective::new(&spec, &FILM, &Transform::IDENTITY)
+        Perspective::new(&spec, &FILM, &Transform::IDENTITY).unwrap()
     }
 
     #[test]
