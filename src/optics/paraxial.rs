@@ -108,7 +108,7 @@ pub struct Paraxial {
 
 /// Lengths beyond this (a million kilometers, in mm) are infinite: a matrix element that should be
 /// 0 is some 1e-16 by rounding.
-const FAR: f64 = 1e12;
+pub(super) const FAR: f64 = 1e12;
 
 impl Paraxial {
     /// Of `surfaces`, scene to film; at least one, air in front.

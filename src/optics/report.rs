@@ -5,7 +5,8 @@
 //! and `null` in JSON.
 
 use super::lens::Lens;
-use super::paraxial::Pupil;
+use super::paraxial::{FAR, Pupil};
+use super::stops::{self, AxisPoint};
 use serde::Serialize;
 use std::fmt;
 
@@ -36,6 +37,9 @@ pub struct LensReport {
     pub entrance_pupil: Option<PupilReport>,
     /// The stop as the film sees it.
     pub exit_pupil: Option<PupilReport>,
+    /// Of all apertures' images behind the lens the one that looks smallest from the middle of the film: the exit pupil as
+    /// the course's lecture finds it ([`stops`]). That of the stop, unless another rim is narrower.
+    pub exit_pupil_by_imaging: Option<ImagedPupilReport>,
     /// Is the plane of focus infinitely far?
     pub focused_at_infinity: bool,
     /// z of the plane of focus; `None` at infinity and where there is none.
@@ -72,6 +76,17 @@ pub struct PupilReport {
     pub z: f64,
     /// Its diameter.
     pub diameter: f64,
+}
+
+/// A pupil found among the images of all apertures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ImagedPupilReport {
+    /// The surface whose aperture it is, from 0 at the scene.
+    pub surface: usize,
+    /// z of the image's center; `None` at infinity.
+    pub z: Option<f64>,
+    /// The image's diameter; `None` at infinity.
+    pub diameter: Option<f64>,
 }
 
 impl SurfaceReport {
@@ -140,9 +155,30 @@ impl LensReport {
             f_number: paraxial.f_number,
             entrance_pupil: paraxial.entrance_pupil.map(PupilReport::from),
             exit_pupil: paraxial.exit_pupil.map(PupilReport::from),
+            exit_pupil_by_imaging: exit_pupil_by_imaging(lens),
             focused_at_infinity: lens.plane_of_focus() == Some(f64::NEG_INFINITY),
             plane_of_focus: lens.plane_of_focus().filter(|z| z.is_finite()),
         }
+    }
+}
+
+fn exit_pupil_by_imaging(lens: &Lens) -> Option<ImagedPupilReport> {
+    let image = stops::exit_pupil(lens.surfaces(), AxisPoint::At(lens.film_z()))?;
+    let finite = image.z.abs() < FAR;
+    Some(ImagedPupilReport {
+        surface: image.surface,
+        z: finite.then_some(image.z),
+        diameter: finite.then_some(image.diameter),
+    })
+}
+
+impl fmt::Display for ImagedPupilReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.diameter, self.z) {
+            (Some(diameter), Some(z)) => write!(f, "{diameter:.4} mm at {z:.4} mm")?,
+            _ => write!(f, "at infinity")?,
+        }
+        write!(f, ", of surface {}", self.surface + 1)
     }
 }
 
@@ -168,34 +204,43 @@ impl fmt::Display for LensReport {
             }
         }
         writeln!(f, "\nmm; z from the front vertex, positive toward the film")?;
-        let mut line = |name: &str, value: Option<f64>| match value {
-            Some(v) => writeln!(f, "{name:24}{v:12.4}"),
-            None => writeln!(f, "{name:24}{:>12}", "none"),
-        };
-        line("effective focal length", self.effective_focal_length)?;
-        line("f-number", self.f_number)?;
-        line("back focal distance", self.back_focal_distance)?;
-        line("front focal point z", self.front_focal_distance)?;
-        line("rear focal point z", self.rear_focal_point)?;
-        line("front principal plane z", self.front_principal_plane)?;
-        line("rear principal plane z", self.rear_principal_plane)?;
-        line("entrance pupil z", self.entrance_pupil.map(|p| p.z))?;
-        line(
-            "entrance pupil diameter",
-            self.entrance_pupil.map(|p| p.diameter),
-        )?;
-        line("exit pupil z", self.exit_pupil.map(|p| p.z))?;
-        line("exit pupil diameter", self.exit_pupil.map(|p| p.diameter))?;
-        line("length", Some(self.length))?;
-        line("film distance", Some(self.film_distance))?;
+        let diameter = |pupil: Option<PupilReport>| pupil.map(|p| p.diameter);
+        for (name, value) in [
+            ("effective focal length", self.effective_focal_length),
+            ("f-number", self.f_number),
+            ("back focal distance", self.back_focal_distance),
+            ("front focal point z", self.front_focal_distance),
+            ("rear focal point z", self.rear_focal_point),
+            ("front principal plane z", self.front_principal_plane),
+            ("rear principal plane z", self.rear_principal_plane),
+            ("entrance pupil z", self.entrance_pupil.map(|p| p.z)),
+            ("entrance pupil diameter", diameter(self.entrance_pupil)),
+            ("exit pupil z", self.exit_pupil.map(|p| p.z)),
+            ("exit pupil diameter", diameter(self.exit_pupil)),
+            ("length", Some(self.length)),
+            ("film distance", Some(self.film_distance)),
+        ] {
+            line(f, name, value)?;
+        }
         if self.focused_at_infinity {
-            return writeln!(f, "{:24}{:>12}", "plane of focus z", "infinity");
-        }
-        if self.plane_of_focus.is_none() && self.effective_focal_length.is_some() {
+            writeln!(f, "{:24}{:>12}", "plane of focus z", "infinity")?;
+        } else if self.plane_of_focus.is_none() && self.effective_focal_length.is_some() {
             // The film is too close for any object, as where it is put for the best image of a far one.
-            return writeln!(f, "{:24}{:>12}", "plane of focus z", "beyond infinity");
+            writeln!(f, "{:24}{:>12}", "plane of focus z", "beyond infinity")?;
+        } else {
+            line(f, "plane of focus z", self.plane_of_focus)?;
         }
-        line("plane of focus z", self.plane_of_focus)
+        match &self.exit_pupil_by_imaging {
+            Some(pupil) => writeln!(f, "exit pupil by imaging the stops (lecture): {pupil}"),
+            None => Ok(()),
+        }
+    }
+}
+
+fn line(f: &mut fmt::Formatter<'_>, name: &str, value: Option<f64>) -> fmt::Result {
+    match value {
+        Some(v) => writeln!(f, "{name:24}{v:12.4}"),
+        None => writeln!(f, "{name:24}{:>12}", "none"),
     }
 }
 
@@ -235,8 +280,29 @@ mod tests {
         assert_eq!(json["exit_pupil"]["z"], 5.0);
         // 5 mm behind a lens of f = 49: enlarged, and a little farther off.
         assert!(json["entrance_pupil"]["diameter"].as_f64().unwrap() > 5.0);
+        let imaged = &json["exit_pupil_by_imaging"];
+        assert_eq!((&imaged["surface"], &imaged["z"]), (&2.into(), &5.0.into()));
+        assert_eq!(imaged["diameter"], 5.0);
+        assert!(report.to_string().ends_with(
+            "exit pupil by imaging the stops (lecture): 5.0000 mm at 5.0000 mm, of surface 3\n"
+        ));
         assert_eq!(json["surfaces"][0]["abbe"], 60.0);
         assert_eq!(json["surfaces"][2]["stop"], true);
+    }
+
+    #[test]
+    fn the_narrowest_image_is_the_lectures_exit_pupil_whatever_the_stop_row_says() {
+        // The film sees the lens through a hole narrower than the stop; a stop at the front focal point has its image at
+        // infinity.
+        let report = |text: &str| {
+            let p = Prescription::parse(text).unwrap();
+            LensReport::new(&Lens::new(&p, 100.0).unwrap()).exit_pupil_by_imaging
+        };
+        let hole = report("stop 10 1 20\ninf 5 1.5 20\ninf 0 1 4\n").unwrap();
+        assert_eq!((hole.surface, hole.z), (2, Some(15.0)));
+        let far = report("0 100 0 5\n50 0 1.5 40\ninf 0 1 40\n").unwrap();
+        assert_eq!((far.surface, far.z, far.diameter), (0, None, None));
+        assert_eq!(far.to_string(), "at infinity, of surface 1");
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod asphere_golden;
 #[path = "../common/mod.rs"]
 mod common;
 mod lens_extremes;
+mod limits;
 mod optics_fields;
 mod optics_golden;
 mod pupil;

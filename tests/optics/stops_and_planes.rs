@@ -1,8 +1,9 @@
 //! A plane of glass told from a stop, in lens files and in everything that is done with them.
 
+use crate::limits::film_limits;
 use fstop::optics::prescription::zmx;
 use fstop::optics::stop_shape::StopPolygon;
-use fstop::optics::stops::{AxisPoint, exit_pupil, film_limits, images_toward_film};
+use fstop::optics::stops::{AxisPoint, exit_pupil, images_toward_film};
 use fstop::optics::{Lens, LensRay, LensTracer, Paraxial, Prescription, StopShape};
 
 fn dat(text: &str) -> Prescription {

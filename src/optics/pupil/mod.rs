@@ -16,7 +16,7 @@
 //! random rays. Here the search starts from a ray that passes and walks outward. `docs/pupil.md` has
 //! the figures.
 //!
-//! How the unit square is spread over the polygon is a [`PupilSampling`]; [`super::stops`] finds the pupils as
+//! How the unit square is spread over the polygon is a [`PupilSampling`]; [`super::stops`] finds the pupil as
 //! lens designers do, by imaging every aperture.
 
 mod draft;
