@@ -52,8 +52,9 @@ impl Optics {
             Compat::PbrtV2 => PupilTarget::RearDisk(0.5 * lens.rear().aperture),
         };
         let model = match &aim {
-            PupilTarget::Pupil(pupil) => LensModel::new(spec.model, lens, pupil, film_radius)
-                .map_err(CameraError::LensModel)?,
+            PupilTarget::Pupil(pupil) => {
+                LensModel::new(spec.model, lens, pupil).map_err(CameraError::LensModel)?
+            }
             PupilTarget::RearDisk(_) => LensModel::exact(lens, lens.length()),
         };
         let (model, stop_mask) = shaped(model, lens, spec.stop_shape.as_ref());

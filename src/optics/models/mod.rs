@@ -3,7 +3,7 @@
 //! | model | direction and start of a ray | vignetting |
 //! |---|---|---|
 //! | `exact` | traced through every surface | every rim |
-//! | `thick` | principal planes ([`thick`]) | measured pupil shape ([`shape`]) |
+//! | `thick` | principal planes ([`thick`]) | every rim, as the exact ray meets it |
 //! | `thin` | principal planes ([`thin`]) | a disk in the principal plane |
 //!
 //! All map a film point and a point of one plane (the one that [`crate::optics::ExitPupil`] samples) to a ray in
@@ -17,17 +17,15 @@
 //! let prescription = Prescription::parse("50 5 1.5168 20\n-50 2 1 20\n0 0 0 10\n")?;
 //! let lens = Lens::new(&prescription, Lens::focused(&prescription, 1000.0)?)?;
 //! let pupil = ExitPupil::new(&lens, 10.0, 16);
-//! let thick = LensModel::new(ModelKind::Thick, &lens, &pupil, 10.0)?;
+//! let thick = LensModel::new(ModelKind::Thick, &lens, &pupil)?;
 //! let ray = thick.trace_from_film([3.0, 4.0], [0.0, 0.0, 7.0]);
 //! assert!(ray.is_ok());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod shape;
 pub mod thick;
 pub mod thin;
 
-pub use shape::PupilShape;
 pub use thick::Thick;
 pub use thin::Thin;
 
@@ -71,26 +69,27 @@ pub struct NoFocalLength(pub ModelKind);
 #[derive(Clone, Debug)]
 enum Map<B> {
     Exact(FilmTracer<B>),
-    Thick(Thick<B>, PupilShape<B>),
+    /// And the rims.
+    Thick(Thick<B>, FilmTracer<B>),
     Thin(Thin<B>),
 }
 
-impl Map<f64> {
-    fn rounded<B: Plain>(&self, lens: &Lens, plane_z: f64) -> Map<B> {
-        match self {
-            Map::Exact(_) => Map::Exact(FilmTracer::new(lens, plane_z)),
-            Map::Thick(t, shape) => Map::Thick(t.rounded(), shape.rounded()),
-            Map::Thin(t) => Map::Thin(t.rounded()),
-        }
-    }
-}
-
 impl<B: Plain> Map<B> {
+    /// For rays aimed at the plane at `plane_z`; `None` for a lens that has no such model.
+    fn new(kind: ModelKind, lens: &Lens, plane_z: f64) -> Option<Map<B>> {
+        let exact = FilmTracer::new(lens, plane_z);
+        Some(match kind {
+            ModelKind::Exact => Map::Exact(exact),
+            ModelKind::Thick => Map::Thick(Thick::new(lens, plane_z)?.rounded(), exact),
+            ModelKind::Thin => Map::Thin(Thin::new(lens)?.rounded()),
+        })
+    }
+
     #[inline(always)]
     fn trace<T: Index<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
         let (ray, passed) = match self {
             Map::Exact(tracer) => return tracer.trace(film, pupil),
-            Map::Thick(t, shape) => (t.ray(film, pupil), shape.holds(film, pupil)),
+            Map::Thick(t, rims) => (t.ray(film, pupil), rims.trace(film, pupil).passed),
             Map::Thin(t) => (t.ray(film, pupil), t.holds(pupil)),
         };
         // Not what overflowed: the length of a direction that did is 0.
@@ -138,36 +137,24 @@ impl LensModel {
         }
     }
 
-    /// The model of this kind for film points up to `film_radius` mm, and rays aimed at the plane of `pupil`. Thick and thin
-    /// lenses have a focal length.
+    /// The model of this kind, its rays aimed at the plane of `pupil`. Thick and thin lenses have a focal length.
     pub fn new(
         kind: ModelKind,
         lens: &Lens,
         pupil: &ExitPupil,
-        film_radius: f64,
     ) -> Result<LensModel, NoFocalLength> {
-        let missing = NoFocalLength(kind);
-        let (double, plane_z) = match kind {
-            ModelKind::Exact => return Ok(LensModel::exact(lens, pupil.plane_z())),
-            ModelKind::Thick => {
-                let plane_z = pupil.plane_z();
-                let thick = Thick::new(lens, plane_z).ok_or(missing)?;
-                let radius = film_radius.max(f64::MIN_POSITIVE);
-                let shape = PupilShape::measure(lens, radius, plane_z);
-                (Map::Thick(thick, shape), plane_z)
-            }
-            ModelKind::Thin => {
-                let cardinals = lens.paraxial().cardinals.ok_or(missing)?;
-                let thin = Thin::new(lens).ok_or(missing)?;
-                (Map::Thin(thin), cardinals.rear_principal_plane)
-            }
+        let plane_z = match (kind, lens.paraxial().cardinals) {
+            (ModelKind::Thin, Some(cardinals)) => cardinals.rear_principal_plane,
+            _ => pupil.plane_z(),
         };
+        let maps = Map::new(kind, lens, plane_z).zip(Map::new(kind, lens, plane_z));
+        let (double, single) = maps.ok_or(NoFocalLength(kind))?;
         Ok(LensModel {
             kind,
             lens: lens.clone(),
             plane_z,
-            single: double.rounded(lens, plane_z),
             double,
+            single,
         })
     }
 

@@ -58,7 +58,7 @@ fn the_error_of_thick_is_that_an_independent_program_measured() {
     ] {
         let lens = lens(name, scale, f64::INFINITY);
         let pupil = ExitPupil::new(&lens, 21.6, RINGS);
-        let model = LensModel::new(ModelKind::Thick, &lens, &pupil, 21.6).unwrap();
+        let model = LensModel::new(ModelKind::Thick, &lens, &pupil).unwrap();
         let (mut sum, mut compared, mut passed, mut wrong) = (0.0, 0, 0, 0);
         for (film, point) in aims(&pupil, 21.6, 8192) {
             let (exact, ray) = (
@@ -75,11 +75,7 @@ fn the_error_of_thick_is_that_an_independent_program_measured() {
         let rms = (sum / f64::from(compared)).sqrt();
         // Other rays, and two digits.
         assert!((rms / expected - 1.0).abs() < 0.1, "{name} {scale}: {rms}");
-        // Chords between measured directions and film radii lose a thousandth of the area.
-        assert!(
-            f64::from(wrong) < 2e-3 * f64::from(passed),
-            "{name}: {wrong} of {passed}"
-        );
+        assert!(wrong == 0 && passed > 4096, "{name}: {wrong} of {passed}");
     }
 }
 
@@ -87,7 +83,7 @@ fn the_error_of_thick_is_that_an_independent_program_measured() {
 fn the_exact_model_is_exact() {
     let lens = lens("wide_22", 1.0, 1000.0);
     let pupil = ExitPupil::new(&lens, 15.0, RINGS);
-    let model = LensModel::new(ModelKind::Exact, &lens, &pupil, 15.0).unwrap();
+    let model = LensModel::new(ModelKind::Exact, &lens, &pupil).unwrap();
     for (film, point) in aims(&pupil, 15.0, 100) {
         assert_eq!(
             model.trace_from_film(film, point),
@@ -102,7 +98,7 @@ fn paraxial_models_are_right_near_the_axis() {
         let lens = lens(name, 1.0, f64::INFINITY);
         let pupil = ExitPupil::new(&lens, 1.0, 4);
         for kind in [ModelKind::Thick, ModelKind::Thin] {
-            let model = LensModel::new(kind, &lens, &pupil, 1.0).unwrap();
+            let model = LensModel::new(kind, &lens, &pupil).unwrap();
             // The error of the paraxial map is of the third order.
             let error = |h: f64| {
                 let (film, point) = ([h, 0.3 * h], [-h, h, pupil.plane_z()]);
@@ -124,7 +120,7 @@ fn lanes_and_derivatives_are_those_of_the_model() {
     let lens = lens("petzval_50", 1.0, f64::INFINITY);
     let pupil = ExitPupil::new(&lens, 12.0, RINGS);
     for kind in [ModelKind::Exact, ModelKind::Thick] {
-        let model = LensModel::new(kind, &lens, &pupil, 12.0).unwrap();
+        let model = LensModel::new(kind, &lens, &pupil).unwrap();
         let mut compared = 0;
         for aims in aims(&pupil, 12.0, 1024).chunks_exact(16) {
             let lane = |f: &dyn Fn(usize) -> f64| Lanes::<16>(std::array::from_fn(|i| f(i) as f32));
@@ -199,7 +195,7 @@ fn derivatives_are_right(
 fn the_thin_lens_has_its_pupil_in_the_principal_plane() {
     let lens = lens("telephoto_250", 1.0, f64::INFINITY);
     let pupil = ExitPupil::new(&lens, 20.0, RINGS);
-    let model = LensModel::new(ModelKind::Thin, &lens, &pupil, 20.0).unwrap();
+    let model = LensModel::new(ModelKind::Thin, &lens, &pupil).unwrap();
     let c = lens.paraxial().cardinals.unwrap();
     let half = Vec2::splat(0.5);
     // The ray through the middle of the pupil comes from the middle of the front principal plane.
@@ -235,7 +231,7 @@ fn thick_weighs_what_the_lens_weighs() {
     let lens = lens("dgauss_50", 1.0, f64::INFINITY);
     let pupil = ExitPupil::new(&lens, 21.0, RINGS);
     let light = |kind| {
-        let model = LensModel::new(kind, &lens, &pupil, 21.0).unwrap();
+        let model = LensModel::new(kind, &lens, &pupil).unwrap();
         let mut sum = 0.0;
         for i in 0..256 {
             let s: [_; 16] = std::array::from_fn(|j| sample(21.0, 16 * i + j));
@@ -251,16 +247,14 @@ fn thick_weighs_what_the_lens_weighs() {
         }
         sum
     };
-    // As many rays are on the wrong side of the rims as chords cut off, a thousandth.
-    let ratio = light(ModelKind::Thick) / light(ModelKind::Exact);
-    assert!((ratio - 1.0).abs() < 2e-3, "{ratio}");
+    assert_eq!(light(ModelKind::Thick), light(ModelKind::Exact));
 }
 
 #[test]
 fn any_point_of_the_line_will_do() {
     let lens = lens("dgauss_50", 1.0, f64::INFINITY);
     let pupil = ExitPupil::new(&lens, 20.0, RINGS);
-    let model = LensModel::new(ModelKind::Thick, &lens, &pupil, 20.0).unwrap();
+    let model = LensModel::new(ModelKind::Thick, &lens, &pupil).unwrap();
     for (film, point) in aims(&pupil, 20.0, 100) {
         let k = 0.4;
         let from = [film[0], film[1], lens.film_z()];
@@ -291,10 +285,10 @@ fn a_lens_without_focal_length_has_no_planes() {
     let lens = Lens::new(&afocal, 50.0).unwrap();
     let pupil = ExitPupil::new(&lens, 5.0, 4);
     for kind in [ModelKind::Thick, ModelKind::Thin] {
-        let error = LensModel::new(kind, &lens, &pupil, 5.0).unwrap_err();
+        let error = LensModel::new(kind, &lens, &pupil).unwrap_err();
         assert_eq!(error, NoFocalLength(kind));
     }
-    assert!(LensModel::new(ModelKind::Exact, &lens, &pupil, 5.0).is_ok());
+    assert!(LensModel::new(ModelKind::Exact, &lens, &pupil).is_ok());
 }
 
 fn wild_lens() -> impl Strategy<Value = Vec<Surface>> {
@@ -341,7 +335,7 @@ proptest! {
         let lens = Lens::new(&prescription, film_distance).unwrap();
         let pupil = ExitPupil::new(&lens, film_radius, 4);
         for kind in KINDS {
-            let Ok(model) = LensModel::new(kind, &lens, &pupil, film_radius) else { continue };
+            let Ok(model) = LensModel::new(kind, &lens, &pupil) else { continue };
             for (film, point) in aims(&pupil, film_radius, 32).into_iter().chain(wild.iter().copied()) {
                 let Ok(ray) = model.trace_from_film(film, point) else { continue };
                 prop_assert!(ray.o.iter().chain(&ray.d).all(|x| x.is_finite()), "{kind} {ray:?}");

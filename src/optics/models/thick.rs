@@ -3,8 +3,8 @@
 //! A ray from the film meets the rear principal plane, goes on from the front principal plane at the same
 //! height, and turns by height over focal length; in a medium behind the lens its slope counts n' times. All rays through a point of the exit pupil's
 //! plane then come from one point of the entrance pupil's plane, wherever that lies, so perspective and the blur
-//! of near things are the real lens'. Aberrations and distortion are missing. The measured shape of the pupil
-//! cuts off what the real rims would.
+//! of near things are the real lens'. Aberrations and distortion are missing. The real
+//! rims cut off what they do of the exact rays ([`super::LensModel`]).
 //!
 //! Source: Kolb, Mitchell and Hanrahan, "A Realistic Camera Model for Computer Graphics", SIGGRAPH 1995,
 //! §3.3; Born and Wolf, *Principles of Optics*, 7th edition, §4.3.
