@@ -168,15 +168,9 @@ impl<B: Plain> Element<B> {
                 d: ray.d,
             },
             met: ahead.and(reached).and(near),
-            inside: T::Mask::YES,
+            inside: self.within(x, y, clip),
             refracted: T::Mask::YES,
         };
-        if clip {
-            crossing.inside = (x * x + y * y).at_most(self.radius2);
-            if let Some(edges) = &self.edges {
-                crossing.inside = crossing.inside.and(edges.hold(x, y));
-            }
-        }
         let refraction = self.refraction(toward);
         let mu = refraction.ratio;
         if mu == B::ONE {
@@ -224,6 +218,19 @@ impl<B: Plain> Element<B> {
         }
     }
 
+    /// Does the aperture, if it blocks, let light pass at (x, y)?
+    #[inline(always)]
+    fn within<T: Number<Base = B>>(&self, x: T, y: T, clip: bool) -> T::Mask {
+        if !clip {
+            return T::Mask::YES;
+        }
+        let round = (x * x + y * y).at_most(self.radius2);
+        match &self.edges {
+            Some(edges) => round.and(edges.hold(x, y)),
+            None => round,
+        }
+    }
+
     #[inline(always)]
     fn refraction(&self, toward: Toward) -> &Refraction<B> {
         match toward {
@@ -257,12 +264,9 @@ impl<B: Plain> Element<B> {
                 .and(on)
                 .and(meeting.inside.greater(B::ZERO))
                 .and(forward),
-            inside: T::Mask::YES,
+            inside: self.within(x, y, clip),
             refracted: T::Mask::YES,
         };
-        if clip {
-            crossing.inside = (x * x + y * y).at_most(self.radius2);
-        }
         let refraction = self.refraction(toward);
         let mu = refraction.ratio;
         let k = refraction.cosine2(q * q);

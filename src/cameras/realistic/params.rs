@@ -30,12 +30,7 @@ impl RealisticSpec {
             "pbrt-v2" => Compat::PbrtV2,
             _ => Compat::None,
         };
-        let pupil_sampling =
-            match params.one_of("pupilsampling", &["concentric", "polar", "rejection"]) {
-                "polar" => PupilSampling::Polar,
-                "rejection" => PupilSampling::Rejection,
-                _ => PupilSampling::Concentric,
-            };
+        let pupil_sampling = pupil_sampling(params);
         let model = model(params);
         let precision = match params.one_of("precision", &["single", "double"]) {
             "double" => Precision::Double,
@@ -84,6 +79,14 @@ impl RealisticSpec {
             shutter,
             clip,
         })
+    }
+}
+
+fn pupil_sampling(params: &ParamReader) -> PupilSampling {
+    match params.one_of("pupilsampling", &["concentric", "polar", "rejection"]) {
+        "polar" => PupilSampling::Polar,
+        "rejection" => PupilSampling::Rejection,
+        _ => PupilSampling::Concentric,
     }
 }
 
