@@ -23,7 +23,9 @@ mod thin_lens;
 
 pub use clip::Clip;
 pub use environment::{Environment, EnvironmentSpec};
-pub use kinds::{CAMERA_NAMES, Camera, CameraSpec};
+#[cfg(any(test, feature = "internals"))]
+pub use kinds::CAMERA_NAMES;
+pub use kinds::{Camera, CameraSpec};
 pub use orthographic::{Orthographic, OrthographicSpec};
 pub use perspective::{Perspective, PerspectiveSpec};
 #[cfg(any(test, feature = "internals"))]

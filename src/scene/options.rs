@@ -158,20 +158,6 @@ impl StoredOptions {
         })
     }
 
-    /// Reports a camera with a singular transformation, which sees nothing.
-    fn check_camera_place(&self, reading: &Reading) {
-        if let Some(camera) = &self.camera
-            && !self
-                .camera_ctm
-                .placement(self.transform_times)
-                .is_invertible()
-        {
-            let message = "the transformation of this camera cannot be inverted (a `Scale` by 0?)";
-            let error = Diagnostic::error(message).at(camera.span);
-            reading.diagnostics().push(error);
-        }
-    }
-
     /// Accelerators do not change the image: their parameters are accepted and unused.
     fn read_accelerator(&self, reading: &Reading) {
         const KNOWN: [&str; 3] = ["bvh", "kdtree", "grid"];
