@@ -347,38 +347,6 @@ impl<V: Number> Number for Dual<V> {
     }
 }
 
-impl<V: Index> Index for Dual<V> {
-    type Place = V::Place;
-    #[inline(always)]
-    fn place(self, last: usize) -> (V::Place, Dual<V>) {
-        let (place, value) = self.value.place(last);
-        (place, Dual { value, by: self.by })
-    }
-    #[inline(always)]
-    fn look_up<const K: usize>(
-        table: &[V::Base],
-        at: [(V::Place, usize); K],
-        offset: usize,
-    ) -> Dual<V> {
-        Dual::fixed(V::look_up(table, at, offset))
-    }
-    #[inline(always)]
-    fn row<const K: usize, const M: usize>(
-        table: &[V::Base],
-        at: [(V::Place, usize); K],
-        offset: usize,
-    ) -> [Dual<V>; M] {
-        V::row(table, at, offset).map(Dual::fixed)
-    }
-    #[inline(always)]
-    fn select(mask: V::Mask, yes: Dual<V>, no: Dual<V>) -> Dual<V> {
-        Dual {
-            value: V::select(mask, yes.value, no.value),
-            by: [0, 1].map(|i| V::select(mask, yes.by[i], no.by[i])),
-        }
-    }
-}
-
 impl<V: Plain> Real for Dual<V> {
     #[inline(always)]
     fn value(self) -> V {

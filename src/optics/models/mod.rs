@@ -32,7 +32,7 @@ pub use thin::Thin;
 use super::lanes::{FilmTracer, Lanes, Traced};
 use super::lens::Lens;
 use super::pupil::{ExitPupil, PupilSample, Spread};
-use super::real::{Dual, Index, Mask, Number, Plain};
+use super::real::{Dual, Mask, Number, Plain};
 use super::trace::{Blocked, Cause, LensRay};
 use crate::math::Vec2;
 use crate::math::sampling::concentric_disk;
@@ -86,7 +86,7 @@ impl<B: Plain> Map<B> {
     }
 
     #[inline(always)]
-    fn trace<T: Index<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
+    fn trace<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
         let (ray, passed) = match self {
             Map::Exact(tracer) => return tracer.trace(film, pupil),
             Map::Thick(t, rims) => (t.ray(film, pupil), rims.trace(film, pupil).passed),
