@@ -13,7 +13,7 @@
 //! | clip planes | `hither`, `yon` | none |
 //!
 //! Both know `"string pupilsampling"`, how lens samples are spread over the exit pupil: `concentric`
-//! (default), `polar` or `rejection`; see [`PupilSampling`]. It changes noise only.
+//! (default), `polar` or `rejection`; see [`crate::optics::pupil::PupilSampling`]. It changes noise only.
 //!
 //! `"string focus"`: `paraxial` (default) or `best`, the film where the axial spot of real rays is smallest
 //! ([`crate::optics::best_focus`]); `"float scale"`, by which all lengths of the lens file are multiplied; and

@@ -25,7 +25,7 @@ pub(super) struct Optics {
     pub(super) model: LensModel,
     /// The lens with its shaped stop, where rays need to be weighed by it: by an image, or because the model traces none.
     pub(super) stop_mask: Option<Box<Lens>>,
-    /// See [`CameraRay::tint`].
+    /// See [`crate::cameras::CameraRay::tint`].
     pub(super) tint: Rgb,
     /// Weight over projected solid angle at the film.
     pub(super) weight_scale: f64,
