@@ -10,7 +10,7 @@ pub fn images_toward_scene(surfaces: &[Surface], from: AxisPoint) -> Vec<StopIma
     let count = surfaces.len();
     let length: f64 = surfaces[..count - 1].iter().map(|s| s.thickness).sum();
     let turned = |i: usize| {
-        let mut s = surfaces[i].clone();
+        let mut s = surfaces[i];
         (s.thickness, s.index) = match i {
             0 => (0.0, 1.0),
             _ => (surfaces[i - 1].thickness, surfaces[i - 1].index),
