@@ -92,7 +92,8 @@
 //!
 //! Dependencies point one way only:
 //! `cli → tradeoff → session → {build, render} → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
-//! `cameras → optics → math`, `build → scene → params → syntax`.
+//! `cameras → optics → math`, `build → scene → params → syntax`; what is evaluated at every hit (`inputs`) is below
+//! `params` and `textures` alike.
 //!
 //! # Errors
 //!

@@ -1,6 +1,7 @@
 //! Polygon meshes read from files, triangulated.
 
 use crate::math::{DVec2, DVec3, Vec2, Vec3};
+use std::path::PathBuf;
 
 /// A triangle mesh in object space. Per-vertex arrays are empty if the file has none.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +20,16 @@ pub struct MeshData {
     pub face_ids: Vec<u32>,
     /// Warnings about the file, in words.
     pub warnings: Vec<String>,
+}
+
+/// Why a mesh's file cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {message}", path.display())]
+pub struct MeshFileError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub message: String,
 }
 
 /// The face index for the number that a mesh gives; an invalid number maps to an index beyond all faces.

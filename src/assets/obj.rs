@@ -1,27 +1,17 @@
 //! Wavefront OBJ meshes (our extension to the scene language): all objects and groups of a file become one mesh;
 //! materials are ignored.
 
-use super::mesh::{MeshData, triangulate};
+use super::mesh::{MeshData, MeshFileError, triangulate};
 use crate::budget::Budget;
 use crate::files;
 use crate::math::{DVec3, Vec2, Vec3};
-use std::path::{Path, PathBuf};
-
-/// Why an OBJ file cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {message}", path.display())]
-pub struct ObjError {
-    /// The file's path.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub message: String,
-}
+use std::path::Path;
 
 /// Vertices and faces take at most this many times the bytes of the text they are read from.
 const GROWTH: u64 = 4;
 
 /// Loads the mesh at `path`, unless that takes more memory than is left of `budget`.
-pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, ObjError> {
+pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, MeshFileError> {
     let parse_within = |bytes: Vec<u8>| {
         let needed = (bytes.len() as u64).saturating_mul(1 + GROWTH);
         let _held = budget.hold(needed).map_err(|e| format!("the mesh {e}"))?;
@@ -30,7 +20,7 @@ pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, ObjError> {
     let parsed = files::read_within(path, budget)
         .map_err(|e| format!("cannot read: {e}"))
         .and_then(parse_within);
-    parsed.map_err(|message| ObjError {
+    parsed.map_err(|message| MeshFileError {
         path: path.to_owned(),
         message,
     })

@@ -5,7 +5,7 @@
 //! `face_indices` of each, for Ptex. Other elements and properties are skipped (Turk, "The PLY Polygon File Format",
 //! 1994; docs/scene-language.md §3.7).
 
-use super::mesh::{MeshData, face_id, triangulate};
+use super::mesh::{MeshData, MeshFileError, face_id, triangulate};
 use crate::budget::{Budget, OverBudget};
 use crate::files;
 use crate::math::{DVec3, Vec2, Vec3};
@@ -17,24 +17,14 @@ use serde_ply::{ElementDef, PlyReader, PropertyType};
 use std::fmt;
 use std::io::{BufRead, Read};
 use std::marker::PhantomData;
-use std::path::{Path, PathBuf};
-
-/// Why a PLY file cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {message}", path.display())]
-pub struct PlyError {
-    /// The file's path.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub message: String,
-}
+use std::path::Path;
 
 /// Loads the mesh at `path`, unless that takes more memory than is left of `budget`.
-pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, PlyError> {
+pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, MeshFileError> {
     let parsed = files::read_within(path, budget)
         .map_err(|e| format!("cannot read: {e}"))
         .and_then(|bytes| parse_within(&bytes, budget));
-    parsed.map_err(|message| PlyError {
+    parsed.map_err(|message| MeshFileError {
         path: path.to_owned(),
         message,
     })

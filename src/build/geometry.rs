@@ -142,7 +142,7 @@ fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> 
             vec![Diagnostic::warning(format!("{error}; left out"))]
         }
         Err(error @ ShapeError::TooLarge(_)) => vec![Diagnostic::error(error.to_string())],
-        Err(error @ ShapeError::File { .. }) => {
+        Err(error @ ShapeError::File(_)) => {
             vec![Diagnostic::error(error.to_string()).recoverable()]
         }
         Ok(compiled) => compiled

@@ -4,7 +4,7 @@ use crate::budget::Budget;
 use crate::math::transform::Transform;
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics};
-use crate::textures::{TextureProblem, TextureUsage, Textures};
+use crate::textures::{TextureUsage, Textures};
 
 /// Creates all textures of a frame. An image that cannot be read is an error at its name; if nothing in the image uses
 /// the texture, only a warning.
@@ -14,34 +14,16 @@ pub fn load(
     diagnostics: &Diagnostics,
     budget: &Budget,
 ) -> Textures {
-    let (textures, problems) = Textures::compile(
-        &frame.float_textures,
-        &frame.spectrum_textures,
-        &usage(frame),
-        render_from_world,
-        budget,
-    );
+    let usage = usage(frame);
+    let (textures, problems) =
+        Textures::compile(&frame.textures, &usage, render_from_world, budget);
     for problem in problems {
-        diagnostics.push(match problem {
-            TextureProblem::ImageData {
-                error,
-                span,
-                used: false,
-            }
-            | TextureProblem::Ptex {
-                error,
-                span,
-                used: false,
-            } => Diagnostic::warning(error.to_string())
-                .at(span)
+        let message = problem.error.to_string();
+        diagnostics.push(match problem.used {
+            true => Diagnostic::error(message).at(problem.span).recoverable(),
+            false => Diagnostic::warning(message)
+                .at(problem.span)
                 .label("no shape uses this texture"),
-            TextureProblem::ImageData {
-                ref error, span, ..
-            }
-            | TextureProblem::Ptex {
-                ref error, span, ..
-            } => Diagnostic::error(error.to_string()).at(span).recoverable(),
-            _ => Diagnostic::error(problem.to_string()),
         });
     }
     textures
@@ -50,8 +32,7 @@ pub fn load(
 /// The textures that shapes look up, directly or through their materials. Objects count whether or not they have an
 /// instance.
 fn usage(frame: &Frame) -> TextureUsage {
-    let (floats, spectra) = (&frame.float_textures, &frame.spectrum_textures);
-    let mut usage = TextureUsage::new(floats.len(), spectra.len());
+    let mut usage = TextureUsage::new(&frame.textures);
     let mut seen = vec![false; frame.materials.len()];
     let objects = frame.objects.iter().flat_map(|object| &object.shapes);
     for shape in frame.shapes.iter().chain(objects) {
@@ -65,6 +46,6 @@ fn usage(frame: &Frame) -> TextureUsage {
             material.add_usage(&frame.materials, &mut usage);
         }
     }
-    usage.complete(floats, spectra);
+    usage.complete(&frame.textures);
     usage
 }

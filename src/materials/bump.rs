@@ -74,7 +74,7 @@ mod tests {
     use crate::handles::FloatTextureId;
     use crate::math::transform::Transform;
     use crate::surface::Footprint;
-    use crate::textures::{Bilerp, MappingSpec, TextureSpec, TextureUsage};
+    use crate::textures::{Bilerp, MappingSpec, TextureSpec, TextureSpecs, TextureUsage};
 
     /// Displacement 0.75 u − 0.5 v.
     fn slope() -> (Bump, Textures) {
@@ -89,10 +89,10 @@ mod tests {
             v10: 0.75,
             v11: 0.25,
         });
+        let specs = TextureSpecs::of(&[bilerp], &[]);
         let (textures, _) = Textures::compile(
-            &[bilerp],
-            &[],
-            &TextureUsage::new(1, 0),
+            &specs,
+            &TextureUsage::new(&specs),
             &Transform::IDENTITY,
             &crate::budget::Budget::unlimited(),
         );

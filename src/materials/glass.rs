@@ -1,8 +1,8 @@
 //! The `glass` material.
 
 use super::inputs::{refractive_index, refractive_index_at};
-use super::roughness::{add_rough_refraction, find_roughness};
-use super::{RoughnessMeaning, Scattering, reflectance};
+use super::roughness::{UNBENT, add_rough_refraction, find_roughness};
+use super::{RoughnessMeaning, Scattering, may_scatter, reflectance};
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::specular::FresnelSpecular;
@@ -88,5 +88,16 @@ impl Scattering for Glass {
 
     fn max_lobes(&self) -> usize {
         2
+    }
+
+    fn is_smooth(&self) -> bool {
+        let colored = may_scatter(&self.kr) || may_scatter(&self.kt);
+        let unbending = |eta: &FloatInput| matches!(eta, FloatInput::Constant(eta) if (eta - 1.0).abs() < UNBENT);
+        let polished = self.roughness == [FloatInput::Constant(0.0); 2];
+        (polished && colored) || (unbending(&self.eta) && may_scatter(&self.kt))
+    }
+
+    fn scatters_widely(&self) -> bool {
+        !self.is_smooth()
     }
 }

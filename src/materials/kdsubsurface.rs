@@ -90,6 +90,10 @@ impl Scattering for KdSubsurface {
     fn prepare(&mut self, tables: &mut Tables) {
         self.interior.prepare(tables);
     }
+
+    fn is_smooth(&self) -> bool {
+        self.interior.boundary.is_smooth()
+    }
 }
 
 #[cfg(test)]

@@ -79,6 +79,24 @@ macro_rules! material_types {
                 }
             }
 
+            /// Returns `true` if it may scatter light in a single direction somewhere; `materials` as above.
+            pub(super) fn is_smooth(&self, materials: &[Material]) -> bool {
+                match self {
+                    $(MaterialKind::$Type(m) => m.is_smooth(),)*
+                    $(MaterialKind::$V2Type(m) => m.is_smooth(),)*
+                    $(MaterialKind::$Mix(m) => m.is_smooth(materials),)*
+                }
+            }
+
+            /// Returns `true` if it may scatter light into several directions. Mixes, rarely of mirrors alone, count as such.
+            pub(super) fn scatters_widely(&self) -> bool {
+                match self {
+                    $(MaterialKind::$Type(m) => m.scatters_widely(),)*
+                    $(MaterialKind::$V2Type(m) => m.scatters_widely(),)*
+                    $(MaterialKind::$Mix(_) => true,)*
+                }
+            }
+
             /// Returns `true` if there is a medium inside that transmitted light may scatter in.
             pub(super) fn has_interior(&self) -> bool {
                 match self {

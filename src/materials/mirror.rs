@@ -37,4 +37,12 @@ impl Scattering for Mirror {
             }));
         }
     }
+
+    fn is_smooth(&self) -> bool {
+        super::may_scatter(&self.kr)
+    }
+
+    fn scatters_widely(&self) -> bool {
+        false
+    }
 }

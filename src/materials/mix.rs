@@ -1,7 +1,7 @@
 //! The `mix` material.
 
 use super::subsurface_transport::{Part, Parts};
-use super::{Bump, Material, MaterialKind, reflectance};
+use super::{Bump, Material, MaterialKind, may_scatter, reflectance};
 use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::{Bsdf, Lobe, MAX_LOBES};
 use crate::handles::MaterialId;
@@ -205,6 +205,27 @@ fn find(reader: &ParamReader, named: &dyn NamedMaterials, param: &str) -> Option
         reader.warn(param, message);
     }
     Some(part)
+}
+
+impl Mix {
+    /// Returns `true` if one of its parts, or the share that passes, is smooth.
+    pub(super) fn is_smooth(&self, materials: &[Material]) -> bool {
+        let rest = match self.amount {
+            SpectrumInput::Constant(amount) => SpectrumInput::Constant(Rgb::ONE - amount),
+            texture => texture,
+        };
+        let smooth = |id: Option<MaterialId>| match id {
+            // `none` transmits its share of the light straight.
+            None => true,
+            Some(id) => materials
+                .get(id.index())
+                .is_some_and(|material| material.is_smooth(materials)),
+        };
+        let shares = self.parts.into_iter().zip([self.amount, rest]);
+        shares
+            .filter(|(_, share)| may_scatter(share))
+            .any(|(part, _)| smooth(part))
+    }
 }
 
 #[cfg(test)]

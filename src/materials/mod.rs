@@ -24,7 +24,6 @@ mod robustness;
 mod roughness;
 mod scattering;
 mod shinymetal;
-mod smooth;
 mod substrate;
 mod subsurface;
 pub mod subsurface_transport;
@@ -81,6 +80,18 @@ pub fn is_none(kind: &str) -> bool {
 }
 
 impl Material {
+    /// Returns `true` if the material may reflect or transmit light in a single direction somewhere (caustics), besides any
+    /// other scattering; `materials` are those of the scene, for the handles of mixes. Subsurface scattering does not count:
+    /// light that enters exits scattered.
+    pub fn is_smooth(&self, materials: &[Material]) -> bool {
+        self.kind.is_smooth(materials)
+    }
+
+    /// Returns `true` if light from a single direction may be scattered into others.
+    pub fn scatters_widely(&self) -> bool {
+        self.kind.scatters_widely()
+    }
+
     /// The material described by `Material "type"`, or by `MakeNamedMaterial` with that `"string type"` as the reader's
     /// kind; `None` for [no material](is_none). Unknown and unsupported types give a warning and `matte` from the same
     /// parameters. `named` are the materials that a mix can name.

@@ -9,7 +9,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::testing::{Surroundings, read_in};
 use crate::params::{Dialect, TextureNames};
 use crate::surface::Footprint;
-use crate::textures::{Constant, TextureSpec, TextureUsage, Textures};
+use crate::textures::{Constant, TextureSpec, TextureSpecs, TextureUsage, Textures};
 use proptest::prelude::*;
 
 /// Extreme values that break formulas.
@@ -125,7 +125,8 @@ fn textures() -> (Textures, TextureNames) {
         TextureSpec::Constant(Constant { value })
     });
     let mut names = TextureNames::default();
-    let mut usage = TextureUsage::new(WILD.len(), WILD.len());
+    let specs = TextureSpecs::of(&floats, &spectra);
+    let mut usage = TextureUsage::new(&specs);
     for i in 0..WILD.len() {
         let (float, spectrum) = (FloatTextureId(i as u32), SpectrumTextureId(i as u32));
         names.float.insert(format!("t{i}"), float);
@@ -134,8 +135,7 @@ fn textures() -> (Textures, TextureNames) {
         usage.spectrum(crate::inputs::SpectrumInput::Texture(spectrum));
     }
     let (textures, problems) = Textures::compile(
-        &floats,
-        &spectra,
+        &specs,
         &usage,
         &Transform::IDENTITY,
         &crate::budget::Budget::unlimited(),

@@ -21,6 +21,17 @@ pub(super) trait Scattering {
         1
     }
 
+    /// Returns `true` if it may reflect or transmit light in a single direction somewhere, besides any other scattering.
+    /// Subsurface scattering does not count: light that enters exits scattered.
+    fn is_smooth(&self) -> bool {
+        false
+    }
+
+    /// Returns `true` if light from a single direction may be scattered into others.
+    fn scatters_widely(&self) -> bool {
+        true
+    }
+
     /// Returns `true` if there is a medium inside that transmitted light may scatter in.
     fn has_interior(&self) -> bool {
         false

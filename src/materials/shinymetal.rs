@@ -60,6 +60,10 @@ impl Scattering for ShinyMetal {
     fn max_lobes(&self) -> usize {
         2
     }
+
+    fn is_smooth(&self) -> bool {
+        true
+    }
 }
 
 /// The index whose Fresnel reflectance at normal incidence, ((η − 1)/(η + 1))², is this; reflectances are limited to

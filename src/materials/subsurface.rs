@@ -97,6 +97,10 @@ impl Scattering for Subsurface {
     fn prepare(&mut self, tables: &mut Tables) {
         self.interior.prepare(tables);
     }
+
+    fn is_smooth(&self) -> bool {
+        self.interior.boundary.is_smooth()
+    }
 }
 
 /// The measured coefficients called `name`.

@@ -125,4 +125,10 @@ impl Scattering for Uber {
         let lobes = lobes.iter().filter(|&&may| may).count() + usize::from(holes);
         lobes.max(1)
     }
+
+    fn is_smooth(&self) -> bool {
+        let holes = self.opacity != SpectrumInput::Constant(Rgb::ONE);
+        let polished = super::may_scatter(&self.kr) || super::may_scatter(&self.kt);
+        holes || (super::may_scatter(&self.opacity) && polished)
+    }
 }

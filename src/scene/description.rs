@@ -10,7 +10,7 @@ use crate::media::MediaSpec;
 use crate::params::Dialect;
 use crate::shapes::ShapeSpec;
 use crate::syntax::Span;
-use crate::textures::{FloatTextureSpec, SpectrumTextureSpec};
+use crate::textures::TextureSpecs;
 
 /// Everything a scene file describes: one frame for each `WorldBegin` … `WorldEnd`.
 #[derive(Debug)]
@@ -26,10 +26,8 @@ pub struct SceneDescription {
 pub struct Frame {
     /// Camera, film, sampler, filter, integrator.
     pub options: Options,
-    /// Float textures by id.
-    pub float_textures: Vec<FloatTextureSpec>,
-    /// Spectrum textures by id.
-    pub spectrum_textures: Vec<SpectrumTextureSpec>,
+    /// Textures by id.
+    pub textures: TextureSpecs,
     /// Materials by id.
     pub materials: Vec<Material>,
     /// Shapes placed in the world.

@@ -3,16 +3,13 @@
 use super::description::{Frame, InstanceEntity, ObjectDefinition, ShapeEntity};
 use super::interpreter::Interpreter;
 use super::options::Options;
-use crate::handles::{FloatTextureId, MaterialId, ObjectId, SpectrumTextureId};
+use crate::handles::{MaterialId, ObjectId};
 use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
 use crate::media::MediaSpec;
 use crate::syntax::suggest::nearest;
-use crate::syntax::{Diagnostic, Diagnostics, Name, Span, Typed};
-use crate::textures::{
-    Constant, FloatTextureSpec, MAX_DEPTH, MAX_LOOKUPS, Nesting, SpectrumTextureSpec, TextureSpec,
-    TextureValue,
-};
+use crate::syntax::{Diagnostic, Name, Span, Typed};
+use crate::textures::{FloatTextureSpec, SpectrumTextureSpec, TextureSpecs};
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -21,10 +18,7 @@ pub(super) struct WorldBlock {
     pub(super) opened: Span,
     /// There was no `WorldBegin`: a directive of the world block came first.
     pub(super) assumed: bool,
-    float_textures: Vec<FloatTextureSpec>,
-    spectrum_textures: Vec<SpectrumTextureSpec>,
-    float_nestings: Vec<Nesting>,
-    spectrum_nestings: Vec<Nesting>,
+    textures: TextureSpecs,
     pub(super) materials: Vec<Material>,
     shapes: Vec<ShapeEntity>,
     pub(super) objects: Vec<ObjectDefinition>,
@@ -41,10 +35,7 @@ impl WorldBlock {
         WorldBlock {
             opened,
             assumed: false,
-            float_textures: Vec::new(),
-            spectrum_textures: Vec::new(),
-            float_nestings: Vec::new(),
-            spectrum_nestings: Vec::new(),
+            textures: TextureSpecs::default(),
             materials: Vec::new(),
             shapes: Vec::new(),
             objects: Vec::new(),
@@ -89,8 +80,7 @@ impl WorldBlock {
     pub(super) fn into_frame(self, options: Options, media: MediaSpec) -> Frame {
         Frame {
             options,
-            float_textures: self.float_textures,
-            spectrum_textures: self.spectrum_textures,
+            textures: self.textures,
             materials: self.materials,
             shapes: self.shapes,
             objects: self.objects,
@@ -102,38 +92,13 @@ impl WorldBlock {
     }
 }
 
-/// A texture that is nested too deeply, or looks up too many others, is reported and replaced by a constant.
-fn shallow<V: TextureValue>(
-    spec: TextureSpec<V>,
-    nesting: Nesting,
-    name: &Name,
-    diagnostics: &Diagnostics,
-) -> (TextureSpec<V>, Nesting) {
-    let name_text = &name.text;
-    let message = if nesting.depth > MAX_DEPTH {
-        format!("texture `{name_text}` nests textures more than {MAX_DEPTH} deep")
-    } else if nesting.lookups > MAX_LOOKUPS {
-        format!("texture `{name_text}` looks up more than {MAX_LOOKUPS} textures for each value")
-    } else {
-        return (spec, nesting);
-    };
-    diagnostics.push(
-        Diagnostic::error(message)
-            .at(name.span)
-            .recoverable()
-            .label("a constant 0.5 is used to read on"),
-    );
-    let value = V::splat(0.5);
-    (TextureSpec::Constant(Constant { value }), Nesting::NONE)
-}
-
 impl Interpreter<'_> {
     /// Handles `Texture "name" "type" "class"`.
     pub(super) fn texture(&mut self, span: Span, name: &Name, value_type: &Name, typed: Typed) {
         let ctm = self.current.ctm.start;
         let names = Rc::clone(&self.current.state.textures);
         let reading = self.reading(&names);
-        let redefined = match value_type.text.as_str() {
+        let (redefined, problem) = match value_type.text.as_str() {
             "float" => {
                 let spec = reading.read("Texture", span, &typed, |r| {
                     FloatTextureSpec::from_params(r, &ctm)
@@ -143,12 +108,9 @@ impl Interpreter<'_> {
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
                     return;
                 };
-                let nesting = spec.nesting(&world.float_nestings, &world.float_nestings);
-                let (spec, nesting) = shallow(spec, nesting, name, self.diagnostics);
-                world.float_nestings.push(nesting);
-                world.float_textures.push(spec);
-                let id = FloatTextureId(world.float_textures.len() as u32 - 1);
-                self.current.state.define_float_texture(&name.text, id)
+                let (id, problem) = world.textures.add_float(spec);
+                let state = &mut self.current.state;
+                (state.define_float_texture(&name.text, id), problem)
             }
             "color" | "spectrum" => {
                 let spec = reading.read("Texture", span, &typed, |r| {
@@ -158,12 +120,9 @@ impl Interpreter<'_> {
                 let Some((spec, world)) = spec.zip(self.world.as_mut()) else {
                     return;
                 };
-                let nesting = spec.nesting(&world.float_nestings, &world.spectrum_nestings);
-                let (spec, nesting) = shallow(spec, nesting, name, self.diagnostics);
-                world.spectrum_nestings.push(nesting);
-                world.spectrum_textures.push(spec);
-                let id = SpectrumTextureId(world.spectrum_textures.len() as u32 - 1);
-                self.current.state.define_spectrum_texture(&name.text, id)
+                let (id, problem) = world.textures.add_spectrum(spec);
+                let state = &mut self.current.state;
+                (state.define_spectrum_texture(&name.text, id), problem)
             }
             other => {
                 self.diagnostics.push(
@@ -177,6 +136,14 @@ impl Interpreter<'_> {
                 return;
             }
         };
+        if let Some(problem) = problem {
+            self.diagnostics.push(
+                Diagnostic::error(format!("texture `{}` {problem}", name.text))
+                    .at(name.span)
+                    .recoverable()
+                    .label("a constant 0.5 is used to read on"),
+            );
+        }
         if redefined {
             self.warn(
                 name.span,

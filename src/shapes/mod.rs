@@ -28,6 +28,7 @@ pub mod trianglemesh;
 
 pub use kinds::{Form, ShapeKind};
 
+use crate::assets::mesh::MeshFileError;
 use crate::budget::{Budget, OverBudget};
 use crate::inputs::FloatInput;
 use crate::math::transform::Transform;
@@ -55,13 +56,8 @@ pub enum ShapeError {
     #[error("this shape {0}")]
     TooLarge(#[from] OverBudget),
     /// A mesh file cannot be used.
-    #[error("{}: {message}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        message: String,
-    },
+    #[error(transparent)]
+    File(#[from] MeshFileError),
 }
 
 /// A shape as the scene file describes it.

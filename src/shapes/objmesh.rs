@@ -32,10 +32,6 @@ impl ShapeType for ObjMeshSpec {
     const CUTOUTS: bool = true;
 
     fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
-        let loaded = obj::load(&self.path, site.budget).map_err(|e| ShapeError::File {
-            path: e.path,
-            message: e.message,
-        });
-        site.charged_mesh(loaded?)
+        site.charged_mesh(obj::load(&self.path, site.budget)?)
     }
 }

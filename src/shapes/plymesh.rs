@@ -33,10 +33,6 @@ impl ShapeType for PlyMeshSpec {
     const CUTOUTS: bool = true;
 
     fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
-        let loaded = ply::load(&self.path, site.budget).map_err(|e| ShapeError::File {
-            path: e.path,
-            message: e.message,
-        });
-        site.charged_mesh(loaded?)
+        site.charged_mesh(ply::load(&self.path, site.budget)?)
     }
 }

@@ -155,7 +155,7 @@ mod tests {
     use crate::math::hash::{mix2, unit_float};
     use crate::math::{DVec3, Vec3};
     use crate::surface::Footprint;
-    use crate::textures::{TextureSpec, TextureUsage};
+    use crate::textures::{TextureSpec, TextureSpecs, TextureUsage};
 
     #[test]
     fn even_cells_come_first_on_both_sides_of_zero() {
@@ -201,10 +201,10 @@ mod tests {
             tex1: FloatInput::Constant(1.0),
             tex2: FloatInput::Constant(0.0),
         };
+        let specs = TextureSpecs::of(&[TextureSpec::Checkerboard(board)], &[]);
         let textures = Textures::compile(
-            &[TextureSpec::Checkerboard(board)],
-            &[],
-            &TextureUsage::new(1, 0),
+            &specs,
+            &TextureUsage::new(&specs),
             &Transform::translate(-camera),
             &Budget::unlimited(),
         );

@@ -2,10 +2,8 @@
 
 use super::imagemap::ImageSettings;
 use super::mipmap::Mipmap;
-use super::{
-    Constant, FloatTextureSpec, MAX_DEPTH, SpectrumTextureSpec, Texture, TextureSpec, TextureUsage,
-    TextureValue,
-};
+use super::nesting::NestedTexture;
+use super::{Texture, TextureSpecs, TextureUsage, TextureValue};
 use crate::assets::image_data::{ImageData, ImageFileError};
 use crate::assets::ptex::PtexFile;
 use crate::budget::Budget;
@@ -28,90 +26,49 @@ pub struct Textures {
     pub(super) ptex: Vec<Option<PtexFile>>,
 }
 
-/// What went wrong with a texture; the scene renders without it.
-#[derive(Debug, thiserror::Error)]
-pub enum TextureProblem {
-    /// An image cannot be used; a gray of 0.5 stands in for it.
-    #[error("{error}: a gray of 0.5 is used")]
-    ImageData {
-        /// What is wrong with it.
-        error: ImageFileError,
-        /// Where it is named: by the first texture that something uses, if any.
-        span: Span,
-        /// Does anything use a texture of this image?
-        used: bool,
-    },
-    /// A Ptex file cannot be used; black stands in for it.
-    #[error("{error}: black is used")]
-    Ptex {
-        /// What is wrong with it.
-        error: ImageFileError,
-        /// Where it is named: by the first texture that something uses, if any.
-        span: Span,
-        /// Does anything use a texture of this file?
-        used: bool,
-    },
-    /// A texture nests others too deeply; it is 0.5 everywhere.
-    #[error(
-        "{kind} texture number {index} nests textures more than {MAX_DEPTH} deep: a constant 0.5 is used"
-    )]
-    TooDeep {
-        /// "float" or "spectrum".
-        kind: &'static str,
-        /// Its position among the scene's textures of that kind, from 0.
-        index: usize,
-    },
-    /// A texture refers to one that does not come before it; it is 0.5 everywhere.
-    #[error(
-        "{kind} texture number {index} uses a texture that is not declared before it: a constant 0.5 is used"
-    )]
-    NotYetDeclared {
-        /// "float" or "spectrum".
-        kind: &'static str,
-        /// Its position among the scene's textures of that kind, from 0.
-        index: usize,
-    },
+/// A file that a texture cannot use. The scene renders without it: a gray of 0.5 stands in for an image, black for a
+/// Ptex file.
+#[derive(Debug)]
+pub struct TextureProblem {
+    /// What is wrong with it.
+    pub error: ImageFileError,
+    /// Where it is named: by the first texture that something uses, if any.
+    pub span: Span,
+    /// Does anything use a texture of this file?
+    pub used: bool,
 }
 
 impl Textures {
     /// Loads every image once (in parallel) and moves all mappings to render space.
-    /// `float[i]` is the texture of `FloatTextureId(i)`, `spectrum[i]` of `SpectrumTextureId(i)`.
     /// Images that `budget` has no memory for are problems.
     /// `usage` only tells problems that matter from those that do not.
-    /// Problems come in the order of the textures that have them: first those of nesting, then of images,
-    /// then of Ptex files.
+    /// Problems come in the order of the textures that have them: first those of images, then of Ptex files.
     pub fn compile(
-        float: &[FloatTextureSpec],
-        spectrum: &[SpectrumTextureSpec],
+        specs: &TextureSpecs,
         usage: &TextureUsage,
         render_from_world: &Transform,
         budget: &Budget,
     ) -> (Textures, Vec<TextureProblem>) {
-        let mut problems = Vec::new();
-        let mut wanted = MapRequest::default();
-        let float_depths = depths("float", float, &[], &mut problems);
-        let spectrum_depths = depths("spectrum", spectrum, &float_depths, &mut problems);
-        let mut textures = Textures {
-            float: compile_all(
-                float,
-                &float_depths,
-                &usage.float,
-                render_from_world,
-                &mut wanted,
-                |w| &mut w.float,
-            ),
-            spectrum: compile_all(
-                spectrum,
-                &spectrum_depths,
-                &usage.spectrum,
-                render_from_world,
-                &mut wanted,
-                |w| &mut w.spectrum,
-            ),
-            ..Textures::default()
+        let mut compiler = Compiler {
+            render_from_world,
+            used: false,
+            images: Files::default(),
+            ptex: Files::default(),
+            maps: Vec::new(),
         };
-        (textures.float_maps, textures.spectrum_maps) = wanted.load_maps(&mut problems, budget);
-        textures.ptex = wanted.load_ptex(&mut problems, budget);
+        let (float, float_maps) = compiler.all(&specs.float, &usage.float);
+        let (spectrum, spectrum_maps) = compiler.all(&specs.spectrum, &usage.spectrum);
+        let mut problems = Vec::new();
+        let (images, wanted) = (&compiler.images.list, [&*float_maps, &*spectrum_maps]);
+        let (float_maps, spectrum_maps) = load_maps(images, wanted, &mut problems, budget);
+        let ptex = load_ptex(&compiler.ptex.list, &mut problems, budget);
+        let textures = Textures {
+            float,
+            spectrum,
+            float_maps,
+            spectrum_maps,
+            ptex,
+        };
         (textures, problems)
     }
 
@@ -127,103 +84,42 @@ impl Textures {
     }
 }
 
-/// How deep each texture nests (1: uses no other); `None` for one that cannot be used.
-fn depths<V: TextureValue>(
-    kind: &'static str,
-    specs: &[TextureSpec<V>],
-    floats: &[Option<usize>],
-    problems: &mut Vec<TextureProblem>,
-) -> Vec<Option<usize>> {
-    let mut depths: Vec<Option<usize>> = Vec::with_capacity(specs.len());
-    for (index, spec) in specs.iter().enumerate() {
-        let operands = spec.operands();
-        // A float texture's amount is a float texture before it, like its other operands.
-        let amounts = if kind == "float" { &depths } else { floats };
-        let own = operands
-            .own
-            .iter()
-            .filter_map(|&o| V::texture_index(o))
-            .map(|i| depths.get(i));
-        let amount = operands
-            .amount
-            .and_then(f32::texture_index)
-            .map(|i| amounts.get(i));
-        let below: Option<Vec<usize>> = own
-            .chain(amount)
-            .map(|d| d.map(|d| d.unwrap_or(0)))
-            .collect();
-        let depth = match below {
-            None => {
-                problems.push(TextureProblem::NotYetDeclared { kind, index });
-                None
-            }
-            Some(below) => {
-                let depth = 1 + below.into_iter().max().unwrap_or(0);
-                if depth > MAX_DEPTH {
-                    problems.push(TextureProblem::TooDeep { kind, index });
-                    None
-                } else {
-                    Some(depth)
-                }
-            }
-        };
-        depths.push(depth);
-    }
-    depths
-}
-
-fn compile_all<V: TextureValue>(
-    specs: &[TextureSpec<V>],
-    depths: &[Option<usize>],
-    used: &[bool],
-    render_from_world: &Transform,
-    wanted: &mut MapRequest,
-    list: fn(&mut MapRequest) -> &mut Vec<PendingMap>,
-) -> Vec<Texture<V>> {
-    let compile = |(index, (spec, depth)): (usize, (&TextureSpec<V>, &Option<usize>))| match depth {
-        None => Texture::Constant(Constant {
-            value: V::splat(0.5),
-        }),
-        Some(_) => spec.compile(&mut Compiler {
-            render_from_world,
-            used: used.get(index) == Some(&true),
-            wanted,
-            list,
-        }),
-    };
-    specs.iter().zip(depths).enumerate().map(compile).collect()
-}
-
-/// What a texture is compiled with.
+/// What a texture is compiled with, and the images and Ptex files that are asked for.
 pub(super) struct Compiler<'a> {
     pub(super) render_from_world: &'a Transform,
     /// Does anything use the texture?
     used: bool,
-    wanted: &'a mut MapRequest,
-    /// The maps for values of its kind.
-    list: fn(&mut MapRequest) -> &mut Vec<PendingMap>,
+    images: Files,
+    ptex: Files,
+    /// Of one kind of textures.
+    maps: Vec<PendingMap>,
 }
 
 impl Compiler<'_> {
     /// Where the filtered image of `file` will be; that of a gray texel without one.
     pub(super) fn map(&mut self, file: Option<&NamedFile>, settings: ImageSettings) -> usize {
-        let file = self.wanted.images.index(file, self.used);
-        position_or_push((self.list)(self.wanted), PendingMap { file, settings })
+        let file = self.images.index(file, self.used);
+        position_or_push(&mut self.maps, PendingMap { file, settings })
     }
 
     /// Where the Ptex file will be.
     pub(super) fn ptex(&mut self, file: Option<&NamedFile>) -> Option<usize> {
-        self.wanted.ptex.index(file, self.used)
+        self.ptex.index(file, self.used)
     }
-}
 
-/// The images and Ptex files a scene's textures ask for.
-#[derive(Default)]
-struct MapRequest {
-    images: Files,
-    ptex: Files,
-    float: Vec<PendingMap>,
-    spectrum: Vec<PendingMap>,
+    /// All textures of a kind, and the filtered images that they want.
+    fn all<V: TextureValue>(
+        &mut self,
+        textures: &[NestedTexture<V>],
+        used: &[bool],
+    ) -> (Vec<Texture<V>>, Vec<PendingMap>) {
+        let compile = |(index, texture): (usize, &NestedTexture<V>)| {
+            self.used = used.get(index) == Some(&true);
+            texture.spec.compile(self)
+        };
+        let textures = textures.iter().enumerate().map(compile).collect();
+        (textures, std::mem::take(&mut self.maps))
+    }
 }
 
 /// Files, each once.
@@ -246,6 +142,16 @@ struct PendingMap {
     settings: ImageSettings,
 }
 
+impl PendingFile {
+    fn problem(&self, error: ImageFileError) -> TextureProblem {
+        TextureProblem {
+            error,
+            span: self.name.span,
+            used: self.used,
+        }
+    }
+}
+
 impl Files {
     fn index(&mut self, file: Option<&NamedFile>, used: bool) -> Option<usize> {
         let name = file?.clone();
@@ -260,78 +166,55 @@ impl Files {
     }
 }
 
-impl MapRequest {
-    /// All Ptex files.
-    fn load_ptex(
-        &self,
-        problems: &mut Vec<TextureProblem>,
-        budget: &Budget,
-    ) -> Vec<Option<PtexFile>> {
-        let files = self.ptex.list.par_iter();
-        let loaded: Vec<_> = files
-            .map(|file| PtexFile::load(&file.name.path, budget))
-            .collect();
-        let mut usable = |(file, result): (&PendingFile, Result<PtexFile, ImageFileError>)| {
-            let problem = |error| TextureProblem::Ptex {
-                error,
-                span: file.name.span,
-                used: file.used,
-            };
-            result.map_err(|error| problems.push(problem(error))).ok()
-        };
-        let files = self.ptex.list.iter().zip(loaded);
-        files.map(&mut usable).collect()
-    }
+/// All Ptex files.
+fn load_ptex(
+    files: &[PendingFile],
+    problems: &mut Vec<TextureProblem>,
+    budget: &Budget,
+) -> Vec<Option<PtexFile>> {
+    let loaded = files
+        .par_iter()
+        .map(|file| PtexFile::load(&file.name.path, budget).map_err(|error| file.problem(error)));
+    let loaded: Vec<_> = loaded.collect();
+    let mut usable = |result: Result<PtexFile, _>| result.map_err(|p| problems.push(p)).ok();
+    loaded.into_iter().map(&mut usable).collect()
+}
 
-    /// All filtered images. Each file's image is let go once its maps are made.
-    fn load_maps(
-        &self,
-        problems: &mut Vec<TextureProblem>,
-        budget: &Budget,
-    ) -> (Vec<Mipmap<f32>>, Vec<Mipmap<Rgb>>) {
-        let files = self.images.list.par_iter().enumerate().map(|(i, file)| {
-            let image = ImageData::load(&file.name.path, budget);
-            let usable = image.as_ref().ok();
-            (
-                self.maps(Some(i), &self.float, usable),
-                self.maps(Some(i), &self.spectrum, usable),
-                image.err().map(|error| TextureProblem::ImageData {
-                    error,
-                    span: file.name.span,
-                    used: file.used,
-                }),
-            )
-        });
-        let mut loaded: Vec<_> = files.collect();
-        loaded.push((
-            self.maps(None, &self.float, None),
-            self.maps(None, &self.spectrum, None),
-            None,
-        ));
-        let (mut float, mut spectrum) = (Vec::new(), Vec::new());
-        for (floats, spectra, error) in loaded {
-            float.extend(floats);
-            spectrum.extend(spectra);
-            problems.extend(error);
-        }
-        (in_order(float), in_order(spectrum))
+/// All filtered images, of floats and of spectra. Each file's image is let go once its maps are made.
+fn load_maps(
+    files: &[PendingFile],
+    [float, spectrum]: [&[PendingMap]; 2],
+    problems: &mut Vec<TextureProblem>,
+    budget: &Budget,
+) -> (Vec<Mipmap<f32>>, Vec<Mipmap<Rgb>>) {
+    let loaded = files.par_iter().enumerate().map(|(i, file)| {
+        let image = ImageData::load(&file.name.path, budget);
+        let (i, usable) = (Some(i), image.as_ref().ok());
+        let maps = (maps(i, float, usable), maps(i, spectrum, usable));
+        (maps, image.err().map(|error| file.problem(error)))
+    });
+    let mut loaded: Vec<_> = loaded.collect();
+    loaded.push(((maps(None, float, None), maps(None, spectrum, None)), None));
+    let (mut float, mut spectrum) = (Vec::new(), Vec::new());
+    for ((floats, spectra), problem) in loaded {
+        float.extend(floats);
+        spectrum.extend(spectra);
+        problems.extend(problem);
     }
+    (in_order(float), in_order(spectrum))
+}
 
-    /// The maps wanted of one file, each with its position.
-    fn maps<V: TextureValue>(
-        &self,
-        file: Option<usize>,
-        wanted: &[PendingMap],
-        image: Option<&ImageData>,
-    ) -> Vec<(usize, Mipmap<V>)> {
-        let of_file = wanted
-            .iter()
-            .enumerate()
-            .filter(|(_, map)| map.file == file);
-        of_file
-            .map(|(i, map)| (i, map.settings.mipmap(image)))
-            .collect()
-    }
+/// The maps wanted of one file, each with its position.
+fn maps<V: TextureValue>(
+    file: Option<usize>,
+    wanted: &[PendingMap],
+    image: Option<&ImageData>,
+) -> Vec<(usize, Mipmap<V>)> {
+    let wanted = wanted.iter().enumerate();
+    let of_file = wanted.filter(|(_, map)| map.file == file);
+    of_file
+        .map(|(i, map)| (i, map.settings.mipmap(image)))
+        .collect()
 }
 
 fn in_order<T>(mut indexed: Vec<(usize, T)>) -> Vec<T> {

@@ -1,6 +1,6 @@
 //! Which textures matter.
 
-use super::{FloatTextureSpec, SpectrumTextureSpec, TextureSpec, TextureValue};
+use super::{TextureSpec, TextureSpecs, TextureValue};
 use crate::inputs::{FloatInput, SpectrumInput, TextureRead};
 use crate::math::Rgb;
 
@@ -18,11 +18,11 @@ pub struct TextureUsage {
 }
 
 impl TextureUsage {
-    /// Of so many float and spectrum textures, none is used yet.
-    pub fn new(floats: usize, spectra: usize) -> TextureUsage {
+    /// None of these textures is used yet.
+    pub fn new(textures: &TextureSpecs) -> TextureUsage {
         TextureUsage {
-            float: vec![false; floats],
-            spectrum: vec![false; spectra],
+            float: vec![false; textures.float.len()],
+            spectrum: vec![false; textures.spectrum.len()],
         }
     }
 
@@ -49,12 +49,12 @@ impl TextureUsage {
     /// Adds the textures that used textures use. They all come before their users (others are
     /// refused), and a float texture uses no spectrum texture, so one pass from the last to the
     /// first finds them all.
-    pub fn complete(&mut self, floats: &[FloatTextureSpec], spectra: &[SpectrumTextureSpec]) {
-        for index in (0..spectra.len()).rev() {
-            self.operands(&spectra[index], self.spectrum[index], Self::spectrum);
+    pub fn complete(&mut self, textures: &TextureSpecs) {
+        for (index, texture) in textures.spectrum.iter().enumerate().rev() {
+            self.operands(&texture.spec, self.spectrum[index], Self::spectrum);
         }
-        for index in (0..floats.len()).rev() {
-            self.operands(&floats[index], self.float[index], Self::float);
+        for (index, texture) in textures.float.iter().enumerate().rev() {
+            self.operands(&texture.spec, self.float[index], Self::float);
         }
     }
 
@@ -107,14 +107,14 @@ mod tests {
             tex2: SpectrumInput::Constant(Rgb::ONE),
             amount: float(3),
         });
-        let spectra = [white(), white(), mix];
-        let mut usage = TextureUsage::new(floats.len(), spectra.len());
-        usage.complete(&floats, &spectra);
-        assert_eq!(usage, TextureUsage::new(5, 3), "nothing uses anything");
+        let specs = TextureSpecs::of(&floats, &[white(), white(), mix]);
+        let mut usage = TextureUsage::new(&specs);
+        usage.complete(&specs);
+        assert_eq!(usage, TextureUsage::new(&specs), "nothing uses anything");
         usage.spectrum(spectrum(2));
         // What does not exist is not used.
         usage.float(float(77));
-        usage.complete(&floats, &spectra);
+        usage.complete(&specs);
         assert_eq!(usage.float, [true, false, true, true, false]);
         assert_eq!(usage.spectrum, [false, true, true]);
     }

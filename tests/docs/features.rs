@@ -8,6 +8,7 @@ use fstop::lights::LightSpec;
 use fstop::materials::Material;
 use fstop::samplers::sampler_names;
 use fstop::shapes::ShapeSpec;
+use fstop::textures::FloatTextureSpec;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -95,6 +96,7 @@ fn every_type_and_every_reference_is_in_the_table() {
     let sampling = samplers.iter().chain(FILTER_NAMES);
     let seeing = CAMERA_NAMES.iter().chain(fstop::integrators::NAMES);
     let scenery = ShapeSpec::KINDS.iter().chain(LightSpec::KINDS);
+    let scenery = scenery.chain(FloatTextureSpec::KINDS);
     // pbrt-v2's `metropolis` is a renderer, known as a misspelling only.
     let kinds = scattering.chain(sampling).chain(seeing).chain(scenery);
     for kind in kinds.filter(|kind| **kind != "metropolis") {

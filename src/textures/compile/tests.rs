@@ -10,7 +10,11 @@ use crate::surface::{Footprint, TexturePoint};
 use crate::syntax::FileId;
 use crate::textures::imagemap::{Decoding, ImagemapSpec};
 use crate::textures::mipmap::{Filter, Wrap};
-use crate::textures::{Bilerp, MappingSpec, Mix, Scale, Uv};
+use crate::textures::nesting::NestingProblem;
+use crate::textures::{
+    Bilerp, Constant, FloatTextureSpec, MappingSpec, Mix, Scale, SpectrumTextureSpec, TextureSpec,
+    Uv,
+};
 use std::path::Path;
 
 const UV: MappingSpec = MappingSpec::Uv {
@@ -36,8 +40,12 @@ fn spectrum(i: u32) -> SpectrumInput {
 }
 
 fn compile(f: &[FloatTextureSpec], s: &[SpectrumTextureSpec]) -> (Textures, Vec<TextureProblem>) {
-    let usage = TextureUsage::new(f.len(), s.len());
-    Textures::compile(f, s, &usage, &Transform::IDENTITY, &Budget::unlimited())
+    compile_specs(&TextureSpecs::of(f, s))
+}
+
+fn compile_specs(specs: &TextureSpecs) -> (Textures, Vec<TextureProblem>) {
+    let usage = TextureUsage::new(specs);
+    Textures::compile(specs, &usage, &Transform::IDENTITY, &Budget::unlimited())
 }
 
 fn imagemap(path: &Path, decoding: Decoding, top_first: bool) -> ImagemapSpec {
@@ -238,7 +246,7 @@ fn a_missing_image_is_gray_and_reported_once() {
         &[TextureSpec::Imagemap(spec)],
     );
     assert_eq!(problems.len(), 1);
-    assert!(problems[0].to_string().contains("missing.png"));
+    assert!(problems[0].error.to_string().contains("missing.png"));
     let expected = 2.0 * linear_from_srgb(0.5);
     assert_eq!(textures.float(&float(0), &at(0.1, 3.7)), expected);
     assert_eq!(
@@ -261,23 +269,19 @@ fn a_broken_image_is_reported_where_it_is_used() {
             })
         })
         .collect();
+    let specs = TextureSpecs::of(&[], &specs);
     for (users, expected) in [
         (&[][..], (0, false)),
         (&[2, 3], (2, true)),
         (&[0], (0, true)),
     ] {
-        let mut usage = TextureUsage::new(0, specs.len());
+        let mut usage = TextureUsage::new(&specs);
         for &user in users {
             usage.spectrum(spectrum(user));
         }
-        let (_, problems) = Textures::compile(
-            &[],
-            &specs,
-            &usage,
-            &Transform::IDENTITY,
-            &Budget::unlimited(),
-        );
-        let [TextureProblem::ImageData { span, used, .. }] = &problems[..] else {
+        let (_, problems) =
+            Textures::compile(&specs, &usage, &Transform::IDENTITY, &Budget::unlimited());
+        let [TextureProblem { span, used, .. }] = &problems[..] else {
             panic!("{problems:?}");
         };
         assert_eq!((span.start, *used), expected, "{users:?}");
@@ -292,27 +296,23 @@ fn long_chains_and_wrong_references_are_refused() {
             tex2: FloatInput::Constant(1.0),
         })
     };
-    let mut f: Vec<FloatTextureSpec> = vec![TextureSpec::Constant(Constant { value: 1.0 })];
-    f.extend((0..100_000).map(link));
-    let (textures, problems) = compile(&f, &[]);
-    // The chain starts afresh from each refused link.
-    assert!(matches!(
-        problems[0],
-        TextureProblem::TooDeep {
-            kind: "float",
-            index: 256
-        }
-    ));
+    let one = || TextureSpec::Constant(Constant { value: 1.0 });
+    let mut specs = TextureSpecs::of(&[one()], &[]);
+    let added = (0..100_000).map(|i| specs.add_float(link(i)).1);
+    let problems: Vec<_> = added.collect();
+    // Number 0 is no link. The chain starts afresh from each refused link.
+    assert!(problems[..255].iter().all(Option::is_none));
+    assert_eq!(problems[255], Some(NestingProblem::TooDeep));
+    let (textures, _) = compile_specs(&specs);
     assert_eq!(textures.float(&float(255), &at(0.0, 0.0)), 1.0);
     assert_eq!(textures.float(&float(100_000), &at(0.0, 0.0)), 0.5);
 
-    let (textures, problems) = compile(&[link(0), link(5)], &[]);
-    assert_eq!(problems.len(), 2);
-    assert!(
-        problems
-            .iter()
-            .all(|p| matches!(p, TextureProblem::NotYetDeclared { .. }))
-    );
+    let mut specs = TextureSpecs::default();
+    for i in [0, 5] {
+        let problem = specs.add_float(link(i)).1;
+        assert_eq!(problem, Some(NestingProblem::NotYetDefined));
+    }
+    let (textures, _) = compile_specs(&specs);
     assert_eq!(textures.float(&float(0), &at(0.0, 0.0)), 0.5);
     assert_eq!(textures.float(&float(77), &at(0.0, 0.0)), 0.0);
 }
