@@ -98,7 +98,7 @@ impl LightGroup {
             .map(|piece| piece as usize);
         match (piece, &self.pieces) {
             (Some(0), None) => 1.0,
-            (Some(piece), Some(pieces)) if piece < pieces.len() => pieces.probability(piece),
+            (Some(piece), Some(pieces)) if piece < pieces.cells() => pieces.probability(piece),
             _ => 0.0,
         }
     }

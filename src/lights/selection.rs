@@ -125,7 +125,7 @@ impl LightSelector {
         match &self.choice {
             Choice::Only if light.index() == 0 => 1.0,
             Choice::Uniform(n) if light.0 < *n => 1.0 / *n as f32,
-            Choice::Power(distribution) if light.index() < distribution.len() => {
+            Choice::Power(distribution) if light.index() < distribution.cells() => {
                 distribution.probability(light.index())
             }
             Choice::Nothing | Choice::Only | Choice::Uniform(_) | Choice::Power(_) => 0.0,

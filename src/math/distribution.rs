@@ -42,7 +42,7 @@ impl Distribution1D {
     }
 
     /// Number of cells.
-    pub fn len(&self) -> usize {
+    pub fn cells(&self) -> usize {
         self.function.len()
     }
 

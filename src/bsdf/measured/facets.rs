@@ -31,8 +31,8 @@ impl Facets {
     /// Samples a normal above the surface.
     pub fn sample(&self, u: Vec2) -> Vec3 {
         let (i, _, inside) = self.bins.sample_discrete(u.x);
-        let low = squared_sine(i, self.bins.len());
-        let high = squared_sine(i + 1, self.bins.len());
+        let low = squared_sine(i, self.bins.cells());
+        let high = squared_sine(i + 1, self.bins.cells());
         let squared_sine = low + inside * (high - low);
         let (sin_phi, cos_phi) = sin_cos_turns(u.y);
         let across = squared_sine.sqrt() * Vec2::new(cos_phi, sin_phi);
@@ -42,7 +42,7 @@ impl Facets {
     /// Density per solid angle of the direction to which `wo` is reflected; both are on the same side.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let h = wo + wi;
-        let count = self.bins.len();
+        let count = self.bins.cells();
         let i = bin((half_angle(h) / FRAC_PI_2).sqrt(), count);
         let width = squared_sine(i + 1, count) - squared_sine(i, count);
         // cos θh / (4 wo·h) with unit h, as wo·h is half the length of wo + wi.

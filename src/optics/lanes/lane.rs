@@ -222,7 +222,7 @@ bundle! {
     /// IEEE 754 says: a lane holds the bits that an f32 alone would.
     ///
     /// Plain loops of fixed length, all inlined, which the compiler turns into the vector instructions
-    /// of the function around them; that is what lets [`crate::math::instruction_set::vectorize`] choose the instructions at
+    /// of the function around them; that is what lets `crate::math::instruction_set::vectorize` choose the instructions at
     /// run time. `wide`'s types fix them when the program is built. Measured through the 11 surfaces of the
     /// double Gauss on an AMD EPYC with AVX-512, ns a ray, 8 and 16 lanes: `wide` 34 and 26, these without
     /// vector instructions beyond SSE2 36 and 27, with AVX2 29 and 18, with AVX-512 28 and 16. One loop

@@ -5,7 +5,7 @@
 //! ([`super::real::Number`]): the formulas are those of [`super::trace`], compiled once, and the
 //! bits are those of a single f32. [`FilmTracer`] takes bundles of film and pupil points to the scene;
 //! [`super::models::LensModel::rays`] is the whole way, from film point and sample to weighted ray. Both are meant to be run
-//! with the best vector instructions of the processor ([`crate::math::instruction_set`]).
+//! with the best vector instructions of the processor (`crate::math::instruction_set`).
 //!
 //! Error: `docs/generated/lens-precision.md`. Speed: `cargo bench --bench lens`.
 

@@ -41,7 +41,7 @@ impl<B: Plain> FilmTracer<B> {
     }
 
     /// Traces the rays from the film points (x, y) mm along the lines through the points (x, y) mm of the plane. With the
-    /// vector instructions of the function around it: in a [`crate::math::instruction_set::Kernel`] those of the processor.
+    /// vector instructions of the function around it: in a `crate::math::instruction_set::Kernel` those of the processor.
     #[inline(always)]
     pub fn trace<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> Traced<T> {
         let (ray, passed) = self.tracer.to_scene_masked(&self.ray(film, pupil));

@@ -222,7 +222,7 @@ impl LensModel {
 
     /// From film points (mm) and samples of the unit square to weighted rays, in single precision: what
     /// [`LensModel::sample_pupil`] and [`LensModel::trace_from_film`] do for one. For use inside a
-    /// [`crate::math::instruction_set::Kernel`].
+    /// `crate::math::instruction_set::Kernel`.
     #[inline(always)]
     pub fn rays<const N: usize>(
         &self,
