@@ -118,6 +118,11 @@ impl SourceMap {
 
     /// Opens the main scene file. A pipe is read to its end if the program inherited it, as from `<(command)`.
     pub fn open(&self, path: &Path) -> Result<FileId, SourceError> {
+        if let Some(within) = &self.within
+            && leaves_by_link(path, within)
+        {
+            return at(path, Err(FileProblem::Outside(within.clone())));
+        }
         if is_inherited_pipe(path) {
             let file = File::open(path).map_err(FileProblem::from);
             let bytes = file.and_then(|file| files::read_stream(file, LARGEST_STREAM));
@@ -258,6 +263,19 @@ impl SourceMap {
                 + 1,
         })
     }
+}
+
+/// Returns `true` if `path` is in the folder `within` by its name, and elsewhere by a link.
+fn leaves_by_link(path: &Path, within: &Path) -> bool {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new(".")).canonicalize();
+    let named_there = folder.is_ok_and(|folder| folder.starts_with(within));
+    named_there
+        && path
+            .canonicalize()
+            .is_ok_and(|target| !target.starts_with(within))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SourceError> {

@@ -1,4 +1,4 @@
-//! Scenes of strangers: `--files-within`, and files that are no scenes.
+//! Untrusted scenes: `--files-within`, and files that are no scenes.
 
 use crate::common::program::{Run, fstop_in};
 use std::path::Path;
@@ -82,6 +82,13 @@ fn no_directive_reads_outside_the_folder() {
             run.stderr
         );
     }
+    // A main file of the folder that is a link out of it is not the file that was meant.
+    let run = place.run(&["check", "--files-within", "scene", "scene/link"]);
+    assert!(
+        run.code == 2 && run.stderr.contains("only within"),
+        "{}",
+        run.stderr
+    );
     // What an included file names is no different, and neither is what pbrt-v2 includes in a list.
     place.write(
         "scene/part",
