@@ -63,7 +63,7 @@ pub enum BrdfFileError {
         each: usize,
     },
     /// Not finite, or too large.
-    #[error("sample {0} has the value {1}, which is no reflectance")]
+    #[error("sample {0} has the value {1}, which is not a reflectance")]
     Value(usize, f64),
 }
 
@@ -204,7 +204,7 @@ mod tests {
             ),
             (
                 "1 500 0 0 0 0 1 0 0 0 0 1e10",
-                "sample 1 has the value 10000000000, which is no reflectance",
+                "sample 1 has the value 10000000000, which is not a reflectance",
             ),
         ] {
             let error = BrdfFile::parse(text.as_bytes()).unwrap_err();

@@ -41,7 +41,9 @@ pub enum MerlFileError {
     #[error("it starts with {0:?}, where the three sizes of a MERL table were expected")]
     Counts([i32; 3]),
     /// The file is shorter than its header says.
-    #[error("it ends early, or is no MERL table: {found} bytes, where its sizes ask for {needed}")]
+    #[error(
+        "it ends early, or is not a MERL table: {found} bytes, where its sizes ask for {needed}"
+    )]
     Truncated {
         /// Bytes that the header asks for.
         needed: u128,
@@ -49,7 +51,7 @@ pub enum MerlFileError {
         found: u64,
     },
     /// Infinite, NaN, or too large.
-    #[error("value {0} is {1}, which is no reflectance")]
+    #[error("value {0} is {1}, which is not a reflectance")]
     Value(usize, f64),
 }
 
@@ -164,13 +166,13 @@ mod tests {
         }
         let most = says(&with_counts([i32::MAX; 3]));
         assert!(
-            most.starts_with("it ends early, or is no MERL table: 1452 bytes, "),
+            most.starts_with("it ends early, or is not a MERL table: 1452 bytes, "),
             "{most}"
         );
         let more = says(&with_counts([4, 3, 6]));
         assert_eq!(
             more,
-            "it ends early, or is no MERL table: 1452 bytes, where its sizes ask for 1740"
+            "it ends early, or is not a MERL table: 1452 bytes, where its sizes ask for 1740"
         );
         for cut in 0..small().len() {
             let error = MerlFile::parse(&small()[..cut]).unwrap_err();
@@ -181,7 +183,7 @@ mod tests {
             bytes[HEADER + 7 * VALUE..][..VALUE].copy_from_slice(&wrong.to_le_bytes());
             assert_eq!(
                 says(&bytes),
-                format!("value 7 is {wrong}, which is no reflectance")
+                format!("value 7 is {wrong}, which is not a reflectance")
             );
         }
     }

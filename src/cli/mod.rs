@@ -17,7 +17,7 @@ use crate::console;
 use crate::optics::models::ModelKind;
 use crate::params::Dialect;
 use crate::scene::dialect::DialectChoice;
-use crate::session::{Policy, ReadOptions};
+use crate::session::{Policy, ReadOptions, threads_started};
 use crate::syntax::suggest::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
@@ -155,7 +155,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     if !own_pool {
         // Rayon's own default would take any number from RAYON_NUM_THREADS. This fails only if the pool has already
         // been started.
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(processors());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads_started(0));
         let _ = pool.build_global();
     }
     match cli.command {
@@ -165,11 +165,6 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
     }
-}
-
-/// Number of processors available to this process.
-fn processors() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// `fstop SCENE` means `fstop render SCENE`: if the first argument is neither a command nor a request for help,

@@ -104,7 +104,7 @@ struct Log {
 impl Log {
     /// Is it time for a line? Then the next one is due after this.
     fn is_due(&self, elapsed: Duration, share: f64) -> bool {
-        // Whoever panicked elsewhere left two numbers that are as good as ever.
+        // A panic elsewhere cannot have left these two numbers inconsistent.
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let (before, share_before) = *last;
         let passed = elapsed.saturating_sub(before);

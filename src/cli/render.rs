@@ -8,6 +8,7 @@ use crate::console;
 use crate::render::{self, Ended};
 use crate::session::{
     Frame, OutputNames, Outputs, Policy, Problems, RenderOptions, Rendered, Scene,
+    THREADS_PER_PROCESSOR, threads_started,
 };
 use clap::Args;
 use std::path::PathBuf;
@@ -140,7 +141,7 @@ impl RenderArgs {
             error: self.goal.error,
             time: self.goal.time,
             seed: self.seed,
-            threads: threads(self),
+            threads: self.threads,
             crop: crop(&self.crop)?,
             default_crop: crop(&self.cropwindow)?,
             quick: self.quick,
@@ -167,6 +168,7 @@ struct Flaws {
 
 fn render_scene(args: &RenderArgs) -> Result<Flaws, Failure> {
     let options = args.options()?;
+    check_threads(args);
     let scene = Scene::load(&args.scene, &args.read.options(args.policy()))?;
     args.print(scene.problems());
     let mut flaws = Flaws {
@@ -192,24 +194,14 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, Failure> {
     Ok(flaws)
 }
 
-/// Threads for each processor beyond which more of them only cost memory and time.
-const THREADS_PER_PROCESSOR: usize = 8;
-
-/// The number of threads to start: as requested, 0 for one per processor, and at most [`THREADS_PER_PROCESSOR`] times
-/// as many. The image does not depend on it.
-fn threads(args: &RenderArgs) -> usize {
-    let processors = super::processors();
-    let most = THREADS_PER_PROCESSOR * processors;
-    if args.threads > most && !args.quiet {
+/// Warns of a request for more threads than are started.
+fn check_threads(args: &RenderArgs) {
+    let started = threads_started(args.threads);
+    if args.threads > started && !args.quiet {
+        let requested = args.threads;
         messages::warning(format!(
-            "--threads {}: {most} are used, {THREADS_PER_PROCESSOR} for each processor",
-            args.threads
+            "--threads {requested}: {started} are used, {THREADS_PER_PROCESSOR} for each processor"
         ));
-    }
-    match args.threads {
-        // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
-        0 => processors,
-        threads => threads.min(most),
     }
 }
 

@@ -14,7 +14,7 @@ use crate::textures::Textures;
 /// A medium below a dielectric boundary, parameterized by its appearance (docs/scene-language.md §3.8).
 /// Parameters: spectrum `Kd` (0.5), the share of entering light that comes out again; spectrum `mfp`
 /// (1), the mean free path in scene units once it is multiplied with `scale`; and those of
-/// `Interior`. In pbrt-v2's language float `meanfreepath` stands for `mfp`.
+/// `Interior`. In pbrt-v2's language float `meanfreepath` replaces `mfp`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KdSubsurface {
     /// Diffuse reflectance of the medium.

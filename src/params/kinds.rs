@@ -1,4 +1,4 @@
-//! Types nobody knows, and types that are known but not modeled yet.
+//! Unknown and unsupported types.
 //!
 //! What is done about them follows pbrt-v3 where that makes an image (docs/scene-language.md §2.3, §3.8,
 //! §3.9): a warning says what was put in their place. Where pbrt-v3 makes none, it is an error.

@@ -1,4 +1,4 @@
-//! Progress, for whoever shows it.
+//! Progress reports: samples and passes done, for a callback to show.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 

@@ -35,7 +35,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Reads a scene file with all that it includes. Meshes and images are loaded by [`Frame::prepare`].
+    /// Reads a scene file with all that it includes; `-` is standard input. Meshes and images are loaded by
+    /// [`Frame::prepare`].
     ///
     /// # Errors
     /// All problems, those of meshes and images among them, if the policy of `options` refuses the scene.
@@ -53,6 +54,7 @@ impl Scene {
         options: &ReadOptions,
     ) -> Result<Scene, Problems> {
         let mut reading = Reading::new(options)?;
+        reading.name = name.to_string();
         let main = reading.sources.add_text(name, text);
         reading.read(main);
         reading.scene()
@@ -224,16 +226,25 @@ impl Prepared {
     }
 }
 
-/// Runs `work` on so many threads of their own; 0 is one for each processor.
+/// Maximum number of threads for each processor: more only cost memory and time.
+pub(crate) const THREADS_PER_PROCESSOR: usize = 8;
+
+/// The number of threads that are started where so many are requested; 0 requests one for each processor.
+pub(crate) fn threads_started(requested: usize) -> usize {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    match requested {
+        // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
+        0 => processors,
+        requested => requested.min(THREADS_PER_PROCESSOR * processors),
+    }
+}
+
+/// Runs `work` on a pool of its own with [`threads_started`] threads.
 pub(crate) fn on_threads<T: Send>(
-    threads: usize,
+    requested: usize,
     work: impl FnOnce() -> T + Send,
 ) -> Result<T, String> {
-    let threads = match threads {
-        // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        threads => threads,
-    };
+    let threads = threads_started(requested);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| format!("cannot start {threads} threads: {error}"))?;
     Ok(pool.install(work))
@@ -290,7 +301,7 @@ impl<'a> Reading<'a> {
     fn scene(self) -> Result<Scene, Problems> {
         let problems = self.problems();
         if problems.refused() {
-            // Whoever mends the scene wants to know all at once.
+            // All at once, so that the scene can be mended in one go.
             return Err(self.all_problems());
         }
         Ok(Scene {
@@ -326,5 +337,20 @@ fn check_place(file: &NamedFile, sources: &SourceMap, diagnostics: &Diagnostics)
         let message = format!("the image cannot be `{}`: {problem}", file.path.display());
         let diagnostic = Diagnostic::error(message).at(file.span);
         diagnostics.push(diagnostic.with_help("name another: -o image.exr"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_request_starts_threads_without_end() {
+        let one_each = threads_started(0);
+        assert!(one_each >= 1);
+        assert_eq!(threads_started(1), 1);
+        let most = THREADS_PER_PROCESSOR * one_each;
+        assert_eq!(threads_started(usize::MAX), most);
+        assert_eq!(on_threads(usize::MAX, rayon::current_num_threads), Ok(most));
     }
 }

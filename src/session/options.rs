@@ -84,7 +84,7 @@ pub struct RenderOptions {
     pub time: Option<Duration>,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Threads; 0 for one for each processor. The image does not depend on it.
+    /// Threads; 0 for one for each processor, at most eight times as many. The image does not depend on it.
     pub threads: usize,
     /// Part of the image, as fractions of its size: x0, x1, y0, y1. Instead of the scene's.
     pub crop: Option<[f64; 4]>,

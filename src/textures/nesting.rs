@@ -47,7 +47,7 @@ pub(super) struct NestedTexture<V: TextureValue> {
 }
 
 impl TextureSpecs {
-    /// Adds a float texture. A constant 0.5 stands for one that cannot be used.
+    /// Adds a float texture. One that cannot be used is replaced by a constant 0.5.
     pub fn add_float(
         &mut self,
         spec: FloatTextureSpec,
@@ -57,7 +57,7 @@ impl TextureSpecs {
         (FloatTextureId(self.float.len() as u32 - 1), problem)
     }
 
-    /// Adds a spectrum texture. A constant 0.5 stands for one that cannot be used.
+    /// Adds a spectrum texture. One that cannot be used is replaced by a constant 0.5.
     pub fn add_spectrum(
         &mut self,
         spec: SpectrumTextureSpec,

@@ -93,7 +93,7 @@ fn a_scene_is_no_lens() {
     );
 }
 
-/// The note on which sampler stands for the scene's is for those who ask.
+/// The note on which sampler replaces the scene's is printed on demand only.
 #[test]
 fn the_sampler_is_noted_on_demand() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -111,7 +111,7 @@ impl<B: Plain> Map<B> {
 pub struct WeightedRays<T: Number, const N: usize> {
     /// The rays and which of them passed.
     pub traced: Traced<T>,
-    /// Projected solid angle, sr, that each stands for: the factor between radiance and irradiance.
+    /// Projected solid angle, sr, that each represents: the factor between radiance and irradiance.
     pub projected_solid_angle: Lanes<N>,
 }
 
@@ -270,7 +270,7 @@ impl LensModel {
         }
     }
 
-    /// Projected solid angle, sr, that each of `samples` stands for, seen from `film`: A·cos⁴θ/Z² (see
+    /// Projected solid angle, sr, that each of `samples` represents, seen from `film`: A·cos⁴θ/Z² (see
     /// [`crate::optics::pupil::projected_solid_angle`]).
     #[inline(always)]
     fn projected_solid_angle<const N: usize>(
