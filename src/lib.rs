@@ -101,6 +101,9 @@
 //! callers), each with its place in the file, and whether it stops is the caller's [`Policy`]. `None` means that there is
 //! none, never that something has been printed. Input does not panic.
 
+// Without `internals` its private modules would be all that this lint talks of.
+#![cfg_attr(not(feature = "internals"), allow(unreachable_pub))]
+
 #[doc(hidden)]
 pub mod cli;
 pub mod compare;
@@ -111,114 +114,40 @@ pub mod tradeoff;
 mod console;
 
 // What the renderer is made of. Tests and benchmarks see it (the feature `internals`), programs do not.
-#[cfg(not(feature = "internals"))]
-mod accel;
+#[path = "."]
+mod parts {
+    pub mod accel;
+    pub mod assets;
+    pub mod bsdf;
+    pub mod bssrdf;
+    pub mod budget;
+    pub mod build;
+    pub mod cameras;
+    pub mod files;
+    pub mod filters;
+    pub mod handles;
+    pub mod inputs;
+    pub mod integrators;
+    pub mod lights;
+    pub mod materials;
+    pub mod math;
+    pub mod media;
+    pub mod output;
+    pub mod params;
+    pub mod render;
+    pub mod samplers;
+    pub mod scene;
+    pub mod session;
+    pub mod shapes;
+    pub mod surface;
+    pub mod syntax;
+    pub mod textures;
+    pub mod world;
+}
 #[cfg(feature = "internals")]
-pub mod accel;
+pub use parts::*;
 #[cfg(not(feature = "internals"))]
-mod assets;
-#[cfg(feature = "internals")]
-pub mod assets;
-#[cfg(not(feature = "internals"))]
-mod bsdf;
-#[cfg(feature = "internals")]
-pub mod bsdf;
-#[cfg(not(feature = "internals"))]
-mod bssrdf;
-#[cfg(feature = "internals")]
-pub mod bssrdf;
-#[cfg(not(feature = "internals"))]
-mod budget;
-#[cfg(feature = "internals")]
-pub mod budget;
-#[cfg(not(feature = "internals"))]
-mod build;
-#[cfg(feature = "internals")]
-pub mod build;
-#[cfg(not(feature = "internals"))]
-mod cameras;
-#[cfg(feature = "internals")]
-pub mod cameras;
-#[cfg(not(feature = "internals"))]
-mod files;
-#[cfg(feature = "internals")]
-pub mod files;
-#[cfg(not(feature = "internals"))]
-mod filters;
-#[cfg(feature = "internals")]
-pub mod filters;
-#[cfg(not(feature = "internals"))]
-mod handles;
-#[cfg(feature = "internals")]
-pub mod handles;
-#[cfg(not(feature = "internals"))]
-mod inputs;
-#[cfg(feature = "internals")]
-pub mod inputs;
-#[cfg(not(feature = "internals"))]
-mod integrators;
-#[cfg(feature = "internals")]
-pub mod integrators;
-#[cfg(not(feature = "internals"))]
-mod lights;
-#[cfg(feature = "internals")]
-pub mod lights;
-#[cfg(not(feature = "internals"))]
-mod materials;
-#[cfg(feature = "internals")]
-pub mod materials;
-#[cfg(not(feature = "internals"))]
-mod math;
-#[cfg(feature = "internals")]
-pub mod math;
-#[cfg(not(feature = "internals"))]
-mod media;
-#[cfg(feature = "internals")]
-pub mod media;
-#[cfg(not(feature = "internals"))]
-mod output;
-#[cfg(feature = "internals")]
-pub mod output;
-#[cfg(not(feature = "internals"))]
-mod params;
-#[cfg(feature = "internals")]
-pub mod params;
-#[cfg(not(feature = "internals"))]
-mod render;
-#[cfg(feature = "internals")]
-pub mod render;
-#[cfg(not(feature = "internals"))]
-mod samplers;
-#[cfg(feature = "internals")]
-pub mod samplers;
-#[cfg(not(feature = "internals"))]
-mod scene;
-#[cfg(feature = "internals")]
-pub mod scene;
-#[cfg(not(feature = "internals"))]
-mod session;
-#[cfg(feature = "internals")]
-pub mod session;
-#[cfg(not(feature = "internals"))]
-mod shapes;
-#[cfg(feature = "internals")]
-pub mod shapes;
-#[cfg(not(feature = "internals"))]
-mod surface;
-#[cfg(feature = "internals")]
-pub mod surface;
-#[cfg(not(feature = "internals"))]
-mod syntax;
-#[cfg(feature = "internals")]
-pub mod syntax;
-#[cfg(not(feature = "internals"))]
-mod textures;
-#[cfg(feature = "internals")]
-pub mod textures;
-#[cfg(not(feature = "internals"))]
-mod world;
-#[cfg(feature = "internals")]
-pub mod world;
+use parts::*;
 
 pub use cameras::Compat;
 /// The vectors and matrices of the interfaces.

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 /// Seconds that `work` takes and what it gives.
-pub fn seconds<T>(work: impl FnOnce() -> T) -> (f64, T) {
+pub(crate) fn seconds<T>(work: impl FnOnce() -> T) -> (f64, T) {
     let (wall, processor) = (Instant::now(), processor_time());
     let result = work();
     let took = match (processor, processor_time()) {

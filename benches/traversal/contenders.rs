@@ -21,7 +21,7 @@ use std::fmt;
 
 /// What is asked along a ray.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Query {
+pub(crate) enum Query {
     /// The distance of the closest hit.
     Closest,
     /// Whether there is one.
@@ -38,7 +38,7 @@ impl fmt::Display for Query {
 }
 
 /// Something that finds hits.
-pub trait Contender {
+pub(crate) trait Contender {
     /// Finds the closest hit and says whether there is one.
     fn closest(&self, ray: &Ray) -> bool;
     /// Is there any hit?
@@ -46,14 +46,14 @@ pub trait Contender {
 }
 
 /// Our tree: distances and numbers of triangles, as the others find them.
-pub struct Ours(Geometry);
+pub(crate) struct Ours(Geometry);
 
 fn opaque(_: &FloatInput, _: &TexturePoint) -> f32 {
     1.0
 }
 
 impl Ours {
-    pub fn new(mesh: &Mesh) -> Ours {
+    pub(crate) fn new(mesh: &Mesh) -> Ours {
         let mut builder = GeometryBuilder::default();
         let placed = TriangleMesh::new(&mesh.data, &Transform::IDENTITY, false);
         builder.add(
@@ -63,12 +63,12 @@ impl Ours {
         Ours(builder.build(vec![]).expect("not too many triangles"))
     }
 
-    pub fn statistics(&self) -> GeometryStatistics {
+    pub(crate) fn statistics(&self) -> GeometryStatistics {
         self.0.statistics()
     }
 
     /// Where the ray meets the mesh, and the normal on the side it comes from.
-    pub fn surface(&self, ray: &Ray) -> Option<(Vec3, Vec3)> {
+    pub(crate) fn surface(&self, ray: &Ray) -> Option<(Vec3, Vec3)> {
         let surface = self.0.intersect(ray, &opaque)?.surface;
         let n = surface.n * -surface.n.dot(ray.d).signum();
         Some((surface.p, n))
@@ -86,7 +86,7 @@ impl Contender for Ours {
 }
 
 /// The same with what a renderer needs besides: point, normals and derivatives.
-pub struct OursWithSurfaces<'a>(pub &'a Ours);
+pub(crate) struct OursWithSurfaces<'a>(pub &'a Ours);
 
 impl Contender for OursWithSurfaces<'_> {
     fn closest(&self, ray: &Ray) -> bool {
@@ -113,10 +113,10 @@ fn convert(ray: &Ray) -> obvhs::ray::Ray {
 }
 
 /// obvhs's binary tree, with its triangles in the order of the leaves.
-pub struct Tree2(Bvh2, Vec<RtTriangle>);
+pub(crate) struct Tree2(Bvh2, Vec<RtTriangle>);
 
 impl Tree2 {
-    pub fn new(mesh: &Mesh) -> Tree2 {
+    pub(crate) fn new(mesh: &Mesh) -> Tree2 {
         let triangles = triangles(mesh);
         let parameters = BvhBuildParams::medium_build();
         let bvh = build_bvh2_from_tris(&triangles, parameters, &mut Default::default());
@@ -140,10 +140,10 @@ impl Contender for Tree2 {
 }
 
 /// obvhs's compressed 8-wide tree, likewise.
-pub struct CwBvhTree(CwBvh, Vec<RtTriangle>);
+pub(crate) struct CwBvhTree(CwBvh, Vec<RtTriangle>);
 
 impl CwBvhTree {
-    pub fn new(mesh: &Mesh) -> CwBvhTree {
+    pub(crate) fn new(mesh: &Mesh) -> CwBvhTree {
         let triangles = triangles(mesh);
         let parameters = BvhBuildParams::medium_build();
         let bvh = build_cwbvh_from_tris(&triangles, parameters, &mut Default::default());

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 /// The running program. It ends when its input does.
-pub struct Embree {
+pub(crate) struct Embree {
     child: Child,
     questions: Option<ChildStdin>,
     answers: BufReader<ChildStdout>,
@@ -17,7 +17,7 @@ pub struct Embree {
 
 impl Embree {
     /// Starts `program` and gives it the mesh and the rays.
-    pub fn start(program: &Path, mesh: &Mesh, sets: &[RaySet]) -> io::Result<Embree> {
+    pub(crate) fn start(program: &Path, mesh: &Mesh, sets: &[RaySet]) -> io::Result<Embree> {
         let mut child = Command::new(program)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -34,7 +34,12 @@ impl Embree {
     }
 
     /// Processor seconds for all rays of set number `set`, and how many hit.
-    pub fn run(&mut self, robust: bool, set: usize, query: Query) -> io::Result<(f64, usize)> {
+    pub(crate) fn run(
+        &mut self,
+        robust: bool,
+        set: usize,
+        query: Query,
+    ) -> io::Result<(f64, usize)> {
         let ended = || io::Error::other("the program ended");
         let questions = self.questions.as_mut().ok_or_else(ended)?;
         let any = query == Query::Any;

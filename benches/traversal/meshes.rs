@@ -5,7 +5,7 @@ use fstop::math::hash::{mix2, unit_float};
 use fstop::math::{DVec3, Vec3};
 
 /// A mesh with a name for the table. Its coordinates are single-precision numbers.
-pub struct Mesh {
+pub(crate) struct Mesh {
     pub name: &'static str,
     pub data: MeshData,
 }
@@ -19,7 +19,7 @@ const SOUP: usize = 100_000;
 const SOUP_SIZE: f32 = 0.05;
 
 /// A bumpy ball of a million triangles and radius about 1: the ordinary case, a scanned thing.
-pub fn ball() -> Mesh {
+pub(crate) fn ball() -> Mesh {
     let around = 2 * RINGS;
     let mut data = MeshData::default();
     for i in 0..=RINGS {
@@ -47,7 +47,7 @@ pub fn ball() -> Mesh {
 }
 
 /// Triangles anywhere: boxes that overlap, the hard case.
-pub fn soup() -> Mesh {
+pub(crate) fn soup() -> Mesh {
     let cube = |i: usize, k: u64| {
         let draw = |axis: u64| 2.0 * unit_float(mix2(i as u64, 3 * k + axis)) - 1.0;
         Vec3::new(draw(0), draw(1), draw(2))

@@ -8,7 +8,7 @@ use fstop::math::{Vec2, Vec3};
 
 /// What rays are like.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// From an eye through a square image, tile by tile.
     Primary,
     /// From where primary rays meet the mesh, cosine-distributed.
@@ -20,11 +20,11 @@ pub enum Kind {
 }
 
 /// All of them.
-pub const SETS: [Kind; 4] = [Kind::Primary, Kind::Bounce, Kind::Random, Kind::Shadow];
+pub(crate) const SETS: [Kind; 4] = [Kind::Primary, Kind::Bounce, Kind::Random, Kind::Shadow];
 
 impl Kind {
     /// For the table.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::Primary => "primary",
             Kind::Bounce => "bounce",
@@ -34,7 +34,7 @@ impl Kind {
     }
 
     /// What is asked along such rays.
-    pub fn queries(self) -> &'static [Query] {
+    pub(crate) fn queries(self) -> &'static [Query] {
         match self {
             Kind::Shadow => &[Query::Any],
             _ => &[Query::Closest, Query::Any],
@@ -43,7 +43,7 @@ impl Kind {
 }
 
 /// Rays of one kind.
-pub struct RaySet {
+pub(crate) struct RaySet {
     pub kind: Kind,
     pub rays: Vec<Ray>,
 }
@@ -58,7 +58,7 @@ const OFFSET: f32 = 1e-4;
 
 impl RaySet {
     /// The rays of one kind; those that start on the mesh ask `ours` where it is.
-    pub fn new(kind: Kind, ours: &Ours) -> RaySet {
+    pub(crate) fn new(kind: Kind, ours: &Ours) -> RaySet {
         let count = SIDE * SIDE;
         let rays = match kind {
             Kind::Primary => (0..count).map(primary).collect(),

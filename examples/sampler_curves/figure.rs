@@ -20,7 +20,7 @@ fn color(name: &str) -> RGBColor {
 }
 
 /// The panels side by side, as SVG text.
-pub fn draw(scenes: &[(String, Vec<Curve>)]) -> Result<String, Box<dyn Error>> {
+pub(crate) fn draw(scenes: &[(String, Vec<Curve>)]) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
     {
         let canvas = SVGBackend::with_string(&mut text, (1200, 760)).into_drawing_area();

@@ -89,7 +89,7 @@ pub(super) enum Root {
 
 impl Plan {
     /// Finds the cheapest wide tree. Leaves of the binary tree hold groups.
-    pub fn new(binary: &Bvh2, groups: &Groups, items: &[Item]) -> Plan {
+    pub(super) fn new(binary: &Bvh2, groups: &Groups, items: &[Item]) -> Plan {
         let (mut entries, levels) = breadth_first(binary);
         let mixed = items.par_iter().any(|item| !item.id.is_triangle());
         let others = |group: u32| {
@@ -141,7 +141,7 @@ impl Plan {
     }
 
     /// The leaf or node that the entry becomes as a root; entry 0 is the root of the tree.
-    pub fn root(&self, entry: usize) -> Root {
+    pub(super) fn root(&self, entry: usize) -> Root {
         let Entry {
             groups, decision, ..
         } = self.entries[entry];
@@ -180,7 +180,7 @@ impl Plan {
     }
 
     /// The groups of an entry that is a leaf.
-    pub fn groups_of_leaf(&self, entry: usize, binary: &[u32], found: &mut impl FnMut(u32)) {
+    pub(super) fn groups_of_leaf(&self, entry: usize, binary: &[u32], found: &mut impl FnMut(u32)) {
         // At most four levels deep: leaves of the plan hold few items.
         let Entry { first, groups, .. } = self.entries[entry];
         let first = first as usize;
@@ -195,7 +195,7 @@ impl Plan {
     }
 
     /// The groups below any entry, from left to right.
-    pub fn groups_below(&self, entry: usize, binary: &[u32], mut found: impl FnMut(u32)) {
+    pub(super) fn groups_below(&self, entry: usize, binary: &[u32], mut found: impl FnMut(u32)) {
         let mut stack = vec![entry];
         while let Some(i) = stack.pop() {
             let Entry { first, groups, .. } = self.entries[i];

@@ -34,7 +34,7 @@ pub(super) struct CurveStore {
 
 impl CurveStore {
     /// Adds a curve whose coordinates are relative to the level's anchor.
-    pub fn add(&mut self, curves: &Curves, attributes: PrimitiveAttributes) {
+    pub(super) fn add(&mut self, curves: &Curves, attributes: PrimitiveAttributes) {
         let (owner, normal) = (self.owners.len() as u32, self.normals.len() as u32);
         let first = self.segments.len() as u32;
         self.segments.extend(curves.stored(owner, normal));
@@ -50,17 +50,17 @@ impl CurveStore {
     }
 
     /// The number of piece indices.
-    pub fn piece_numbers(&self) -> usize {
+    pub(super) fn piece_numbers(&self) -> usize {
         self.segments.len() << PIECE_BITS
     }
 
     /// The number of segments.
-    pub fn segments(&self) -> usize {
+    pub(super) fn segments(&self) -> usize {
         self.segments.len()
     }
 
     /// All pieces with their boxes.
-    pub fn pieces(&self) -> impl Iterator<Item = (usize, Aabb)> {
+    pub(super) fn pieces(&self) -> impl Iterator<Item = (usize, Aabb)> {
         self.segments
             .iter()
             .enumerate()
@@ -101,7 +101,13 @@ impl CurveStore {
     }
 
     /// The nearest intersection of the ray with a piece at 0 < t < `t_max`.
-    pub fn intersect(&self, number: usize, o: DVec3, d: DVec3, t_max: f64) -> Option<CurveHit> {
+    pub(super) fn intersect(
+        &self,
+        number: usize,
+        o: DVec3,
+        d: DVec3,
+        t_max: f64,
+    ) -> Option<CurveHit> {
         let segment = &self.segments[number >> PIECE_BITS];
         let piece = number & ((1 << PIECE_BITS) - 1);
         let normals = segment.normals().map(|i| &self.normals[i]);
@@ -110,7 +116,7 @@ impl CurveStore {
     }
 
     /// The surface at the hit that [`CurveStore::intersect`] found.
-    pub fn surface(&self, number: usize, o: DVec3, d: DVec3) -> Option<CurveSurface<'_>> {
+    pub(super) fn surface(&self, number: usize, o: DVec3, d: DVec3) -> Option<CurveSurface<'_>> {
         let hit = self.intersect(number, o, d, f64::INFINITY)?;
         let segment = &self.segments[number >> PIECE_BITS];
         let owner = &self.owners[segment.owner()];
@@ -126,12 +132,12 @@ impl CurveStore {
     }
 
     /// The attributes of the curve that primitive `number` is a piece of.
-    pub fn attributes(&self, number: usize) -> &PrimitiveAttributes {
+    pub(super) fn attributes(&self, number: usize) -> &PrimitiveAttributes {
         &self.owners[self.segments[number >> PIECE_BITS].owner()].attributes
     }
 
     /// Memory in bytes.
-    pub fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let placed = self.owners.iter().filter(|o| o.placement.is_some()).count();
         size_of_val(&self.segments[..])
             + size_of_val(&self.normals[..])

@@ -10,7 +10,7 @@ pub(super) struct FaceIds {
 
 impl FaceIds {
     /// Appends those of a mesh; `ids` may be empty.
-    pub fn push(&mut self, first: u32, ids: Vec<u32>) {
+    pub(super) fn push(&mut self, first: u32, ids: Vec<u32>) {
         if !ids.is_empty() {
             self.meshes.push((first, ids.into()));
         }
@@ -18,7 +18,7 @@ impl FaceIds {
 
     /// The face of triangle `i` of the mesh that starts with triangle `first`; 0 if the mesh has no face indices.
     #[inline]
-    pub fn of(&self, first: u32, i: usize) -> u32 {
+    pub(super) fn of(&self, first: u32, i: usize) -> u32 {
         match self.meshes.is_empty() {
             true => 0,
             false => self.find(first, i).unwrap_or(0),
@@ -31,7 +31,7 @@ impl FaceIds {
     }
 
     /// Memory in bytes.
-    pub fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let ids = self.meshes.iter().map(|(_, ids)| size_of_val(&ids[..]));
         ids.sum::<usize>() + size_of_val(&self.meshes[..])
     }

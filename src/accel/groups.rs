@@ -30,7 +30,7 @@ pub(super) enum Groups {
 }
 
 impl Groups {
-    pub fn of(items: &[Item]) -> Groups {
+    pub(super) fn of(items: &[Item]) -> Groups {
         let hash = |item: &Item| bits(item).into_iter().fold(0, mix2);
         let hashes: Vec<u64> = items.par_iter().map(hash).collect();
         let parts = (0..PARTS).into_par_iter();
@@ -63,7 +63,7 @@ impl Groups {
     }
 
     /// The number of groups.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         match self {
             Groups::Single(len) => *len,
             Groups::Shared { starts, .. } => starts.len() - 1,
@@ -71,7 +71,7 @@ impl Groups {
     }
 
     /// The items of a group.
-    pub fn members(&self, group: u32) -> impl ExactSizeIterator<Item = u32> + '_ {
+    pub(super) fn members(&self, group: u32) -> impl ExactSizeIterator<Item = u32> + '_ {
         // A single item is returned as a slice of one.
         let range = match self {
             Groups::Single(_) => group as usize..group as usize + 1,
@@ -86,7 +86,7 @@ impl Groups {
     }
 
     /// The box of a group.
-    pub fn bounds(&self, group: u32, items: &[Item]) -> Aabb {
+    pub(super) fn bounds(&self, group: u32, items: &[Item]) -> Aabb {
         let mut members = self.members(group);
         members
             .next()
@@ -98,7 +98,7 @@ impl Groups {
     /// The builder merges mutual nearest neighbors, pass by pass. Where every box's nearest is the previous one (a row
     /// of equal boxes, boxes that grow from one to the next) there is one mutual pair, and as many passes as boxes.
     /// Uneven sizes make a third of them mutual.
-    pub fn boxes(&self, items: &[Item]) -> Vec<obvhs::aabb::Aabb> {
+    pub(super) fn boxes(&self, items: &[Item]) -> Vec<obvhs::aabb::Aabb> {
         (0..self.len() as u32)
             .into_par_iter()
             .map(|group| {

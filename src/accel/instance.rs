@@ -38,7 +38,7 @@ pub(super) struct InnerRay {
 
 impl Instance {
     /// Places `object`, whose shapes are `level`. `None` if the transformation is singular.
-    pub fn new(
+    pub(super) fn new(
         object: ObjectId,
         level: &Level,
         render_from_object: &Transform,
@@ -57,7 +57,7 @@ impl Instance {
     /// Bounding box of the object in render space. The transformed bounding box would be up to twice as wide as the
     /// object, so this is the union of the transformed boxes of the root's children: correspondingly fewer rays enter
     /// in vain.
-    pub fn bounds(&self, level: &Level) -> Aabb {
+    pub(super) fn bounds(&self, level: &Level) -> Aabb {
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for (low, high) in level.padded_parts() {
             for corner in box_corners(low, high) {
@@ -77,7 +77,7 @@ impl Instance {
 impl Place {
     /// The ray `o + t d` in the inner space, starting near the object: distances are then small, and single precision
     /// is spent where it matters, however far away the ray began.
-    pub fn enter(&self, o: DVec3, d: DVec3, level: &Level) -> InnerRay {
+    pub(super) fn enter(&self, o: DVec3, d: DVec3, level: &Level) -> InnerRay {
         let inner_o = self.inner_from_outer.transform_point3(o);
         let inner_d = self.inner_from_outer.transform_vector3(d);
         let scale = inner_d.length();
@@ -95,12 +95,12 @@ impl Place {
 
 impl InnerRay {
     /// The outer distance of an inner one.
-    pub fn outer(&self, t: f64) -> f64 {
+    pub(super) fn outer(&self, t: f64) -> f64 {
         (t + self.start) / self.scale
     }
 
     /// The inner distance of an outer one.
-    pub fn inner(&self, t: f64) -> f64 {
+    pub(super) fn inner(&self, t: f64) -> f64 {
         t * self.scale - self.start
     }
 }

@@ -53,7 +53,7 @@ impl StoredMesh {
 
     /// Triangle `i` with its attributes.
     #[inline]
-    pub fn triangle(&self, i: usize) -> Triangle {
+    pub(super) fn triangle(&self, i: usize) -> Triangle {
         let corners = self.indices[i];
         let at = |values: &[Vec3]| {
             (!values.is_empty()).then(|| corners.map(|v| values[v as usize].as_dvec3()))
@@ -121,14 +121,14 @@ pub(super) struct LevelBuilder {
 
 impl LevelBuilder {
     /// A level whose coordinates are relative to the origin.
-    pub fn at_origin() -> LevelBuilder {
+    pub(super) fn at_origin() -> LevelBuilder {
         LevelBuilder {
             anchor: Some(DVec3::ZERO),
             ..LevelBuilder::default()
         }
     }
 
-    pub fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
+    pub(super) fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
         let (min, max) = match &shape {
             CompiledShape::Mesh(mesh) => mesh.bounds(),
             CompiledShape::Quadric(quadric) => quadric.bounds(),
@@ -153,7 +153,7 @@ impl LevelBuilder {
     }
 
     /// Adds a shape, compiled in the space that `motion` maps to the level's.
-    pub fn add_moving(
+    pub(super) fn add_moving(
         &mut self,
         shape: CompiledShape,
         attributes: PrimitiveAttributes,
@@ -200,7 +200,7 @@ impl LevelBuilder {
     }
 
     /// Builds the tree, including instances and moving objects, and the trees of moving shapes.
-    pub fn build(
+    pub(super) fn build(
         self,
         instances: Vec<(Instance, Aabb)>,
         moving: Vec<(Moving, Aabb)>,
@@ -343,7 +343,7 @@ impl Level {
 
     /// Corners of the level's box, padded for the rounding of rays that enter it to single precision, which may move
     /// them by that fraction of the distance from the anchor. `None` if the level is empty.
-    pub fn padded_bounds(&self) -> Option<(DVec3, DVec3)> {
+    pub(super) fn padded_bounds(&self) -> Option<(DVec3, DVec3)> {
         if self.bounds.is_empty() {
             return None;
         }
@@ -351,7 +351,7 @@ impl Level {
     }
 
     /// The padded boxes of the root's children, which together contain everything.
-    pub fn padded_parts(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+    pub(super) fn padded_parts(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
         self.tree.parts().map(|bounds| self.padded(bounds))
     }
 
@@ -362,7 +362,7 @@ impl Level {
     }
 
     /// The levels of moving shapes in this one.
-    pub fn moving_shapes(&self) -> impl Iterator<Item = &Level> {
+    pub(super) fn moving_shapes(&self) -> impl Iterator<Item = &Level> {
         self.moving.iter().filter_map(|m| match &m.inner {
             Inner::Shape(level) => Some(&**level),
             Inner::Object(_) => None,
@@ -370,13 +370,13 @@ impl Level {
     }
 
     /// The number of triangles, including those left out.
-    pub fn triangles(&self) -> usize {
+    pub(super) fn triangles(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.indices.len()).sum()
     }
 
     /// The mesh that triangle `id` of the level belongs to, and its index there.
     #[inline]
-    pub fn locate(&self, id: usize) -> (&StoredMesh, usize) {
+    pub(super) fn locate(&self, id: usize) -> (&StoredMesh, usize) {
         let after = self
             .meshes
             .partition_point(|mesh| mesh.first as usize <= id);
@@ -386,7 +386,7 @@ impl Level {
     }
 
     /// The attributes of the shape that `id`, a triangle, quadric or curve, belongs to.
-    pub fn attributes(&self, id: PrimitiveId) -> &PrimitiveAttributes {
+    pub(super) fn attributes(&self, id: PrimitiveId) -> &PrimitiveAttributes {
         if id.is_triangle() {
             return &self.locate(id.index()).0.attributes;
         }
@@ -402,7 +402,7 @@ impl Level {
     }
 
     /// Memory in bytes.
-    pub fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         self.tree.bytes()
             + self.meshes.iter().map(StoredMesh::bytes).sum::<usize>()
             + self.face_ids.bytes()

@@ -29,7 +29,7 @@ pub(super) struct Moving {
 impl Moving {
     /// A moving `inner`, a level with the given anchor; `motion` maps the space its shapes were compiled in to that of
     /// the outer tree.
-    pub fn new(inner: Inner, anchor: DVec3, motion: Motion) -> Moving {
+    pub(super) fn new(inner: Inner, anchor: DVec3, motion: Motion) -> Moving {
         Moving {
             inner,
             motion,
@@ -38,7 +38,7 @@ impl Moving {
     }
 
     /// Its placement at `time`.
-    pub fn place(&self, time: f32) -> Place {
+    pub(super) fn place(&self, time: f32) -> Place {
         let mut outer_from_inner = self.motion.at(f64::from(time));
         outer_from_inner.translation = outer_from_inner.transform_point3(self.anchor);
         Place {
@@ -48,7 +48,7 @@ impl Moving {
     }
 
     /// Bounding box in the outer space over all times, from that of the inner level ([`Level::padded_bounds`]).
-    pub fn bounds(&self, inner: Option<(DVec3, DVec3)>) -> Aabb {
+    pub(super) fn bounds(&self, inner: Option<(DVec3, DVec3)>) -> Aabb {
         let Some((low, high)) = inner else {
             return Aabb::EMPTY;
         };

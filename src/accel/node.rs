@@ -33,53 +33,53 @@ impl Child {
     const LEAF: u32 = 1 << 31;
     const OTHERS: u32 = 1 << 30;
     /// Maximum number of cells in a tree.
-    pub const MAX_CELLS: usize = 1 << 30;
+    pub(super) const MAX_CELLS: usize = 1 << 30;
 
     /// A node.
     #[inline(always)]
-    pub fn node(offset: usize) -> Child {
+    pub(super) fn node(offset: usize) -> Child {
         Child(offset as u32)
     }
 
     /// A packet of triangles.
-    pub fn triangles(offset: usize) -> Child {
+    pub(super) fn triangles(offset: usize) -> Child {
         Child(Self::LEAF | offset as u32)
     }
 
     /// Non-triangle primitives.
-    pub fn others(offset: usize) -> Child {
+    pub(super) fn others(offset: usize) -> Child {
         Child(Self::LEAF | Self::OTHERS | offset as u32)
     }
 
     #[inline(always)]
-    pub fn from_bits(bits: u32) -> Child {
+    pub(super) fn from_bits(bits: u32) -> Child {
         Child(bits)
     }
 
     #[inline(always)]
-    pub fn bits(self) -> u32 {
+    pub(super) fn bits(self) -> u32 {
         self.0
     }
 
     /// The absolute reference for one relative to the node in cell `parent`.
     #[inline(always)]
-    pub fn seen_from(self, parent: usize) -> Child {
+    pub(super) fn seen_from(self, parent: usize) -> Child {
         Child(self.0.wrapping_add(parent as u32))
     }
 
     #[inline(always)]
-    pub fn is_leaf(self) -> bool {
+    pub(super) fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
     }
 
     /// Returns `true` if the leaf holds non-triangle primitives.
     #[inline(always)]
-    pub fn has_others(self) -> bool {
+    pub(super) fn has_others(self) -> bool {
         self.0 & Self::OTHERS != 0
     }
 
     #[inline(always)]
-    pub fn offset(self) -> usize {
+    pub(super) fn offset(self) -> usize {
         (self.0 & (Self::MAX_CELLS as u32 - 1)) as usize
     }
 }
@@ -92,11 +92,11 @@ pub(super) struct Node {
 }
 
 impl Node {
-    pub const WIDTH: usize = 8;
+    pub(super) const WIDTH: usize = 8;
     /// Number of cells in a node.
-    pub const CELLS: usize = 7;
+    pub(super) const CELLS: usize = 7;
 
-    pub fn empty() -> Node {
+    pub(super) fn empty() -> Node {
         Node {
             bounds: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
             children: [Child(0); 8],
@@ -104,7 +104,7 @@ impl Node {
     }
 
     /// Sets a child, whose reference is relative to this node.
-    pub fn set(&mut self, slot: usize, child: Child, bounds: Aabb) {
+    pub(super) fn set(&mut self, slot: usize, child: Child, bounds: Aabb) {
         self.children[slot] = child;
         for axis in 0..3 {
             self.bounds[axis][0][slot] = bounds.min[axis];
@@ -112,7 +112,7 @@ impl Node {
         }
     }
 
-    pub fn cells(&self) -> [Cell; Node::CELLS] {
+    pub(super) fn cells(&self) -> [Cell; Node::CELLS] {
         let [x, y, z] = self.bounds.map(|axis| axis.map(f32x8::new));
         let children = bytemuck::cast(self.children.map(Child::bits));
         [x[0], x[1], y[0], y[1], z[0], z[1], children]
@@ -126,18 +126,18 @@ pub(super) struct StoredNode<'a>(&'a [Cell; Node::CELLS]);
 impl<'a> StoredNode<'a> {
     /// The node that starts with the first of these cells.
     #[inline(always)]
-    pub fn first_of(cells: &'a [Cell]) -> Option<StoredNode<'a>> {
+    pub(super) fn first_of(cells: &'a [Cell]) -> Option<StoredNode<'a>> {
         cells.first_chunk().map(StoredNode)
     }
 
     /// The children's lower (`side` 0) or upper (1) planes in an axis.
     #[inline(always)]
-    pub fn planes(self, axis: usize, side: usize) -> &'a Cell {
+    pub(super) fn planes(self, axis: usize, side: usize) -> &'a Cell {
         &self.0[2 * axis + (side & 1)]
     }
 
     /// The box of the child in `slot` (modulo 8); empty if there is none.
-    pub fn bounds(self, slot: usize) -> Aabb {
+    pub(super) fn bounds(self, slot: usize) -> Aabb {
         let corner = |side: usize| {
             let at = |axis: usize| self.planes(axis, side).to_array()[slot & 7];
             Vec3::new(at(0), at(1), at(2))
@@ -150,20 +150,20 @@ impl<'a> StoredNode<'a> {
 
     /// The bits of all child references.
     #[inline(always)]
-    pub fn children(self) -> &'a Cell {
+    pub(super) fn children(self) -> &'a Cell {
         &self.0[6]
     }
 
     /// The child in `slot` (modulo 8), relative to the node.
     #[inline(always)]
-    pub fn child(self, slot: usize) -> Child {
+    pub(super) fn child(self, slot: usize) -> Child {
         let children: &[u32; 8] = bytemuck::cast_ref(&self.0[6]);
         Child(children[slot & 7])
     }
 
     /// Which children's boxes the ray intersects between 0 and `t_max` (a bit mask), and where it enters them.
     #[inline(always)]
-    pub fn test(self, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
+    pub(super) fn test(self, ray: &TraversalRay, t_max: f32) -> (u32, [f32; 8]) {
         let entering = |axis: usize| {
             let planes = *self.planes(axis, ray.near_side[axis]);
             (planes - f32x8::splat(ray.near_origin[axis])) * f32x8::splat(ray.inverse[axis])
@@ -195,13 +195,13 @@ pub(super) struct NodeHits<'a> {
 impl NodeHits<'_> {
     /// The child in `slot` (modulo 8).
     #[inline(always)]
-    pub fn child(&self, slot: u32) -> Child {
+    pub(super) fn child(&self, slot: u32) -> Child {
         self.node.child(slot as usize).seen_from(self.at)
     }
 
     /// Compresses the children in these slots to the front; the remaining entries are unspecified.
     #[inline(always)]
-    pub fn compress(&self, mut slots: u32) -> [Child; Node::WIDTH] {
+    pub(super) fn compress(&self, mut slots: u32) -> [Child; Node::WIDTH] {
         let mut children = [Child::node(0); Node::WIDTH];
         let mut count = 0;
         while slots != 0 {

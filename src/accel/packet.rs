@@ -32,15 +32,15 @@ impl Packet {
     const ROWS: usize = 10;
     const IDS: usize = 9;
     /// Number of cells in a packet.
-    pub const CELLS: usize = Self::ROWS * LANES / 8;
+    pub(super) const CELLS: usize = Self::ROWS * LANES / 8;
 
-    pub fn empty() -> Packet {
+    pub(super) fn empty() -> Packet {
         let mut rows = [[f32::NAN; LANES]; Packet::ROWS];
         rows[Self::IDS] = bytemuck::cast([PrimitiveId::NONE.bits(); LANES]);
         Packet { rows }
     }
 
-    pub fn set_triangle(&mut self, lane: usize, id: PrimitiveId, corners: [Vec3; 3]) {
+    pub(super) fn set_triangle(&mut self, lane: usize, id: PrimitiveId, corners: [Vec3; 3]) {
         self.rows[Self::IDS][lane] = f32::from_bits(id.bits());
         for (rows, p) in self.rows.chunks_exact_mut(3).zip(corners) {
             for (row, x) in rows.iter_mut().zip(p.to_array()) {
@@ -49,7 +49,7 @@ impl Packet {
         }
     }
 
-    pub fn cells(&self) -> [Cell; Packet::CELLS] {
+    pub(super) fn cells(&self) -> [Cell; Packet::CELLS] {
         bytemuck::cast(self.rows)
     }
 }
@@ -61,14 +61,14 @@ pub(super) struct StoredPacket<'a>(&'a [f32x4; Packet::ROWS]);
 impl<'a> StoredPacket<'a> {
     /// The packet that starts with the first of these cells.
     #[inline(always)]
-    pub fn first_of(cells: &'a [Cell]) -> Option<StoredPacket<'a>> {
+    pub(super) fn first_of(cells: &'a [Cell]) -> Option<StoredPacket<'a>> {
         let cells = cells.first_chunk::<{ Packet::CELLS }>()?;
         Some(StoredPacket(bytemuck::cast_ref(cells)))
     }
 
     /// The primitive in `lane` (modulo 4).
     #[inline(always)]
-    pub fn id(self, lane: usize) -> PrimitiveId {
+    pub(super) fn id(self, lane: usize) -> PrimitiveId {
         let ids: &[u32; LANES] = bytemuck::cast_ref(&self.0[Packet::IDS]);
         PrimitiveId::from_bits(ids[lane & 3])
     }
@@ -91,7 +91,7 @@ impl<'a> StoredPacket<'a> {
     /// Calls `accept(id, t)` for every triangle that the ray intersects at 0 < t, possibly at or beyond `t_max`, until
     /// it returns `true`.
     #[inline(always)]
-    pub fn test(
+    pub(super) fn test(
         self,
         ray: &TraversalRay,
         t_max: f32,

@@ -23,42 +23,42 @@ impl PrimitiveId {
     /// Lowest bit of the kind of a non-triangle primitive.
     const KIND_SHIFT: u32 = 28;
     /// Maximum number of triangles, and of each other kind, in a tree.
-    pub const LIMIT: usize = 1 << Self::KIND_SHIFT;
+    pub(super) const LIMIT: usize = 1 << Self::KIND_SHIFT;
     /// An unused lane.
-    pub const NONE: PrimitiveId = PrimitiveId(u32::MAX);
+    pub(super) const NONE: PrimitiveId = PrimitiveId(u32::MAX);
 
-    pub fn triangle(index: u32, cut_out: bool) -> PrimitiveId {
+    pub(super) fn triangle(index: u32, cut_out: bool) -> PrimitiveId {
         PrimitiveId(index | if cut_out { Self::CUT_OUT } else { 0 })
     }
 
-    pub fn other(kind: OtherKind, index: usize) -> PrimitiveId {
+    pub(super) fn other(kind: OtherKind, index: usize) -> PrimitiveId {
         PrimitiveId(index as u32 | Self::OTHER | (kind as u32) << Self::KIND_SHIFT)
     }
 
     #[inline(always)]
-    pub fn is_triangle(self) -> bool {
+    pub(super) fn is_triangle(self) -> bool {
         self.0 & Self::OTHER == 0
     }
 
     #[inline(always)]
-    pub fn from_bits(bits: u32) -> PrimitiveId {
+    pub(super) fn from_bits(bits: u32) -> PrimitiveId {
         PrimitiveId(bits)
     }
 
     #[inline(always)]
-    pub fn bits(self) -> u32 {
+    pub(super) fn bits(self) -> u32 {
         self.0
     }
 
     /// Returns `true` for a non-triangle primitive, and `false` for an unused lane.
     #[inline(always)]
-    pub fn is_other(self) -> bool {
+    pub(super) fn is_other(self) -> bool {
         self.0 & (Self::OTHER | Self::CUT_OUT) == Self::OTHER
     }
 
     /// The kind of a non-triangle primitive.
     #[inline(always)]
-    pub fn kind(self) -> OtherKind {
+    pub(super) fn kind(self) -> OtherKind {
         match self.0 >> Self::KIND_SHIFT & 3 {
             0 => OtherKind::Quadric,
             1 => OtherKind::Instance,
@@ -69,13 +69,13 @@ impl PrimitiveId {
 
     /// Returns `true` for a triangle with an alpha texture.
     #[inline(always)]
-    pub fn is_cut_out(self) -> bool {
+    pub(super) fn is_cut_out(self) -> bool {
         self.0 & Self::CUT_OUT != 0
     }
 
     /// The index among its kind.
     #[inline(always)]
-    pub fn index(self) -> usize {
+    pub(super) fn index(self) -> usize {
         (self.0 & (Self::LIMIT as u32 - 1)) as usize
     }
 }

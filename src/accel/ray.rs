@@ -38,7 +38,7 @@ pub(super) struct TraversalRay {
 impl TraversalRay {
     /// Inlined into the traversal, so that the values stay in registers.
     #[inline(always)]
-    pub fn new(o: Vec3, d: Vec3) -> TraversalRay {
+    pub(super) fn new(o: Vec3, d: Vec3) -> TraversalRay {
         let a = d.abs();
         // Where the ray is parallel to an axis's planes, it must always be within their slab if the origin is inside or
         // on one of the planes, which 0 × ∞ would not tell. So the origin moves a little inward for either plane. (All

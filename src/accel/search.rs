@@ -44,7 +44,7 @@ where
     A: Fn(&FloatInput, &TexturePoint) -> f32,
 {
     /// Searches the top level along `ray`.
-    pub fn run(
+    pub(super) fn run(
         geometry: &'a Geometry,
         ray: &crate::math::ray::Ray,
         alpha: &'a A,

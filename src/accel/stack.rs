@@ -83,7 +83,7 @@ pub(super) struct LastFirst(ArrayVec<Child, { DEPTH + Node::WIDTH }>);
 impl LastFirst {
     /// Pushes the first `count` (at most 8) of these children.
     #[inline(always)]
-    pub fn push_some(&mut self, children: [Child; Node::WIDTH], count: u32) {
+    pub(super) fn push_some(&mut self, children: [Child; Node::WIDTH], count: u32) {
         let len = self.0.len();
         // All eight are written, as that is one store, and there is room for them.
         let _ = self.0.try_extend_from_slice(&children);

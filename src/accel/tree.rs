@@ -34,12 +34,12 @@ pub(super) trait Visitor {
 
 impl Tree {
     /// Memory in bytes.
-    pub fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.cells[..])
     }
 
     /// The boxes of the root's children.
-    pub fn parts(&self) -> impl Iterator<Item = Aabb> + '_ {
+    pub(super) fn parts(&self) -> impl Iterator<Item = Aabb> + '_ {
         let root = StoredNode::first_of(&self.cells).into_iter();
         root.flat_map(|root| (0..Node::WIDTH).map(move |slot| root.bounds(slot)))
             .filter(|bounds| !bounds.is_empty())
@@ -48,7 +48,7 @@ impl Tree {
     /// Calls `visitor` for everything that the ray `o + t d` may hit, in the order given by `O`. Returns `true` if the
     /// visitor ended the traversal.
     #[inline(always)]
-    pub fn traverse<O: Order>(&self, o: Vec3, d: Vec3, visitor: &mut impl Visitor) -> bool {
+    pub(super) fn traverse<O: Order>(&self, o: Vec3, d: Vec3, visitor: &mut impl Visitor) -> bool {
         self.instructions.run(Traversal {
             cells: &self.cells,
             o,

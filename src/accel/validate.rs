@@ -14,7 +14,7 @@ impl Tree {
     /// Walks the whole tree; the error names the invariant that is broken: every reference leads to a node or a leaf,
     /// boxes contain everything below them, every one of `items` is in exactly one leaf, and the number of nodes
     /// matches the count, no deeper than the traversal stack allows.
-    pub fn validate(&self, items: &[Item]) -> Result<(), String> {
+    pub(super) fn validate(&self, items: &[Item]) -> Result<(), String> {
         let bounds = items.iter().map(|item| (item.id.bits(), item.bounds));
         let mut walk = Validation {
             tree: self,

@@ -16,7 +16,7 @@ const DEPTHS: usize = 100;
 
 /// Half-spaces of one boundary and one phase function, whatever their albedo (scattering over extinction, 0…1).
 #[derive(Clone, Debug)]
-pub struct BeamDiffusion {
+pub(super) struct BeamDiffusion {
     g: f64,
     eta: f64,
     moments: FresnelMoments,
@@ -27,7 +27,7 @@ pub struct BeamDiffusion {
 impl BeamDiffusion {
     /// A medium with mean scattering cosine `g` in -1…1 (Henyey–Greenstein) and refractive index `eta`, positive,
     /// relative to the outside.
-    pub fn new(g: f64, eta: f64) -> BeamDiffusion {
+    pub(super) fn new(g: f64, eta: f64) -> BeamDiffusion {
         BeamDiffusion {
             g,
             eta,
@@ -38,7 +38,7 @@ impl BeamDiffusion {
 
     /// Radiant exitance at distance `r`, in mean free paths, from the beam; `single` is
     /// [`BeamDiffusion::single`] there.
-    pub fn exitance(&self, albedo: f64, r: f64, single: f64) -> f64 {
+    pub(super) fn exitance(&self, albedo: f64, r: f64, single: f64) -> f64 {
         let e = albedo * single + self.multiple(albedo, r);
         if e.is_finite() { e.max(0.0) } else { 0.0 }
     }
@@ -80,7 +80,7 @@ impl BeamDiffusion {
     }
 
     /// Single scattering at distance `r`, in mean free paths, over the albedo (equation 15.34).
-    pub fn single(&self, r: f64) -> f64 {
+    pub(super) fn single(&self, r: f64) -> f64 {
         // From points nearer to the surface, light hits it beyond the critical angle.
         let least = r * (self.eta * self.eta - 1.0).max(0.0).sqrt();
         let mut sum = 0.0;

@@ -15,7 +15,7 @@ use crate::syntax::{Diagnostic, Diagnostics};
 use rayon::prelude::*;
 
 /// The shapes of a frame.
-pub struct Shapes {
+pub(super) struct Shapes {
     /// Shapes in the world.
     pub placed: Vec<ShapeEntity>,
     /// Named objects.
@@ -29,7 +29,7 @@ pub struct Shapes {
 }
 
 /// Geometry with the lights that its shapes form.
-pub struct PlacedGeometry {
+pub(super) struct PlacedGeometry {
     /// The surfaces.
     pub geometry: Geometry,
     /// All lights: those given, then the emissive shapes.
@@ -40,7 +40,7 @@ pub struct PlacedGeometry {
 
 /// Compiles all shapes (meshes are loaded in parallel) and builds the trees. Shapes that cannot be loaded are reported
 /// and left out.
-pub fn build(
+pub(super) fn build(
     shapes: Shapes,
     lights: Vec<Light>,
     render_from_world: &Transform,
@@ -119,7 +119,7 @@ pub fn build(
 }
 
 /// Loads all shapes and discards them, only to report their problems.
-pub fn check(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) {
+pub(super) fn check(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) {
     let objects = frame.objects.iter().flat_map(|object| &object.shapes);
     let shapes: Vec<&ShapeEntity> = frame.shapes.iter().chain(objects).collect();
     let problems: Vec<Vec<Diagnostic>> = shapes

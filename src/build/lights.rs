@@ -9,7 +9,7 @@ use crate::syntax::{Diagnostic, Diagnostics};
 
 /// Places every light in render space. A map that cannot be read is reported; the light then emits as if it had none,
 /// as in pbrt-v3.
-pub fn place(
+pub(super) fn place(
     specs: &[LightSpec],
     render_from_world: &Transform,
     diagnostics: &Diagnostics,

@@ -8,7 +8,7 @@ use crate::textures::{TextureUsage, Textures};
 
 /// Creates all textures of a frame. An image that cannot be read is an error at its name; if nothing in the image uses
 /// the texture, only a warning.
-pub fn load(
+pub(super) fn load(
     frame: &Frame,
     render_from_world: &Transform,
     diagnostics: &Diagnostics,

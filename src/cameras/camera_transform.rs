@@ -11,7 +11,7 @@ use crate::optics::trace::LensRay;
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Debug)]
-pub struct CameraTransform {
+pub(super) struct CameraTransform {
     /// The matrix alone: the inverse is not needed here.
     render_from_camera: DMat4,
     /// Of a camera that moves.
@@ -21,7 +21,7 @@ pub struct CameraTransform {
 
 /// A ray of camera space. The direction need not have unit length.
 #[derive(Clone, Copy, Debug)]
-pub struct CameraSpaceRay {
+pub(super) struct CameraSpaceRay {
     /// Origin.
     pub o: DVec3,
     /// Direction.
@@ -30,7 +30,7 @@ pub struct CameraSpaceRay {
 
 impl CameraTransform {
     /// A camera placed by `render_from_camera`.
-    pub fn new(render_from_camera: &Transform, clip: Clip) -> CameraTransform {
+    pub(super) fn new(render_from_camera: &Transform, clip: Clip) -> CameraTransform {
         CameraTransform {
             render_from_camera: render_from_camera.m,
             motion: None,
@@ -39,7 +39,7 @@ impl CameraTransform {
     }
 
     /// Lets the camera move: `motion` places it instead, depending on a ray's time.
-    pub fn set_motion(&mut self, motion: Motion) {
+    pub(super) fn set_motion(&mut self, motion: Motion) {
         self.motion = Some(Box::new(motion));
     }
 
@@ -51,7 +51,7 @@ impl CameraTransform {
     }
 
     /// The render-space ray at `time`, cut to what lies between the clip planes.
-    pub fn ray(&self, ray: &CameraSpaceRay, time: f32) -> Ray {
+    pub(super) fn ray(&self, ray: &CameraSpaceRay, time: f32) -> Ray {
         let (start, end) = self.clip.interval(ray.o.z, ray.d.z);
         let render_from_camera = self.render_from_camera(time);
         let d = render_from_camera.transform_vector3(ray.d);
@@ -66,7 +66,7 @@ impl CameraTransform {
     }
 
     /// The rays of the neighboring pixels at `time`, each through its own origin in camera space.
-    pub fn differentials(
+    pub(super) fn differentials(
         &self,
         x: &CameraSpaceRay,
         y: &CameraSpaceRay,
@@ -136,7 +136,7 @@ type Lines<const N: usize> = [[Lanes<N>; 3]; 2];
 impl BatchTransform {
     /// Origin, unit direction and t_max in render space, as [`CameraTransform::ray`].
     #[inline(always)]
-    pub fn ray<const N: usize>(
+    pub(super) fn ray<const N: usize>(
         &self,
         ray: &LensRay<Lanes<N>>,
     ) -> ([Lanes<N>; 3], [Lanes<N>; 3], Lanes<N>) {
@@ -161,7 +161,7 @@ impl BatchTransform {
 
     /// Origin and unit direction in render space, whatever the clip planes.
     #[inline(always)]
-    pub fn unclipped<const N: usize>(&self, ray: &LensRay<Lanes<N>>) -> Lines<N> {
+    pub(super) fn unclipped<const N: usize>(&self, ray: &LensRay<Lanes<N>>) -> Lines<N> {
         let (o, d, _) = self.line(ray);
         [o, d]
     }

@@ -16,7 +16,7 @@ const EXAMPLES: &str = "Examples:
 /// Arguments of `fstop check`.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
-pub struct CheckArgs {
+pub(super) struct CheckArgs {
     /// Scene files; `-` is standard input
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
@@ -28,7 +28,7 @@ pub struct CheckArgs {
 }
 
 /// Checks every file; exit code 0 if all can be rendered, otherwise 2.
-pub fn run(args: &CheckArgs) -> ExitCode {
+pub(super) fn run(args: &CheckArgs) -> ExitCode {
     let mut all_fit = true;
     for scene in &args.scenes {
         match check(scene, args) {

@@ -6,7 +6,7 @@ use std::time::Duration;
 /// Arguments that stop a render at an error goal or time limit.
 #[derive(Args, Clone, Copy, Debug)]
 #[command(next_help_heading = "When it is done")]
-pub struct GoalArgs {
+pub(super) struct GoalArgs {
     /// Render until the image's estimated relative error is this: 0.01 or 1%
     #[arg(long, value_parser = relative, allow_hyphen_values = true, value_name = "REL")]
     pub(super) error: Option<f64>,

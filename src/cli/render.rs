@@ -23,7 +23,7 @@ const EXAMPLES: &str = "Examples:
 /// Arguments of `fstop render`.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
-pub struct RenderArgs {
+pub(super) struct RenderArgs {
     /// Scene file; `-` is standard input
     scene: PathBuf,
     /// Image to write (.exr, .png, .pfm, .tga); by default the one named by the scene's Film
@@ -100,7 +100,7 @@ pub struct RenderArgs {
 }
 
 /// Renders every frame of the scene.
-pub fn run(args: &RenderArgs) -> ExitCode {
+pub(super) fn run(args: &RenderArgs) -> ExitCode {
     let flaws = match render_scene(args) {
         Ok(flaws) => flaws,
         Err(failure) => return failure.exit(),

@@ -40,7 +40,7 @@ pub struct TileDifference {
 }
 
 /// Side of a tile of [`TileDifference`]: large enough to average out noise, small enough to locate a difference.
-pub const TILE: u32 = 32;
+pub(super) const TILE: u32 = 32;
 
 /// The means of one channel over the whole image.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -96,7 +96,7 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    pub fn p(&self) -> f64 {
+    pub(super) fn p(&self) -> f64 {
         two_sided_p(self.t, self.freedom).max(self.floor)
     }
 

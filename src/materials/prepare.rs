@@ -68,18 +68,18 @@ pub(super) struct Tables<'a> {
 
 impl Tables<'_> {
     /// Scattering profiles; materials with the same `g` and `eta` share them.
-    pub fn profiles(&mut self, g: f32, eta: f32) -> Arc<ProfileTable> {
+    pub(super) fn profiles(&mut self, g: f32, eta: f32) -> Arc<ProfileTable> {
         let table = self.profiles.entry([g, eta].map(f32::to_bits));
         Arc::clone(table.or_insert_with(|| Arc::new(ProfileTable::new(g, eta))))
     }
 
     /// The BSDF of a file; `None` if it cannot be read.
-    pub fn bsdf(&self, file: &NamedFile) -> Option<Arc<FourierTable>> {
+    pub(super) fn bsdf(&self, file: &NamedFile) -> Option<Arc<FourierTable>> {
         self.files.fourier.get(&file.path).cloned().flatten()
     }
 
     /// The measured BRDF of a file; `None` if it cannot be read.
-    pub fn measured(&self, file: &NamedFile) -> Option<Arc<MeasuredTable>> {
+    pub(super) fn measured(&self, file: &NamedFile) -> Option<Arc<MeasuredTable>> {
         self.files.measured.get(&file.path).cloned().flatten()
     }
 }

@@ -17,7 +17,7 @@ const DEFAULT: Coefficients = Coefficients {
 const LARGEST_COEFFICIENT: f32 = 1e20;
 
 /// `sigma_a` and `sigma_s`, else those of the `preset`, times `scale`.
-pub fn coefficients(reader: &ParamReader) -> Coefficients {
+pub(super) fn coefficients(reader: &ParamReader) -> Coefficients {
     let preset = reader.find_string("preset").filter(|name| !name.is_empty());
     let found = preset.and_then(presets::find);
     if let (Some(name), None) = (preset, found) {
@@ -61,7 +61,7 @@ fn usable(reader: &ParamReader, name: &str, given: Rgb) -> Rgb {
 }
 
 /// The phase function with mean cosine `g`.
-pub fn phase(reader: &ParamReader) -> HenyeyGreenstein {
+pub(super) fn phase(reader: &ParamReader) -> HenyeyGreenstein {
     let g = reader.float("g", 0.0);
     // NaN is rejected too.
     if !(-1.0..=1.0).contains(&g) {

@@ -5,7 +5,7 @@ use crate::math::{UVec3, Vec3};
 
 /// A density over the unit cube, trilinear between the centers of its voxels and 0 beyond them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DensityGrid {
+pub(super) struct DensityGrid {
     resolution: UVec3,
     /// x varies fastest, then y, then z; finite and at least 0.
     values: Vec<f32>,
@@ -14,7 +14,7 @@ pub struct DensityGrid {
 
 impl DensityGrid {
     /// `None` if the number of values is not the product of the resolution, or is 0.
-    pub fn new(resolution: UVec3, values: Vec<f32>) -> Option<DensityGrid> {
+    pub(super) fn new(resolution: UVec3, values: Vec<f32>) -> Option<DensityGrid> {
         let [x, y, z] = resolution.to_array().map(|n| n as usize);
         let count = x.checked_mul(y)?.checked_mul(z)?;
         if count == 0 || values.len() != count {
@@ -29,23 +29,23 @@ impl DensityGrid {
     }
 
     /// Upper bounds of the density along a ray.
-    pub fn majorants(&self) -> &Majorants {
+    pub(super) fn majorants(&self) -> &Majorants {
         &self.majorants
     }
 
     /// The largest value.
-    pub fn largest(&self) -> f32 {
+    pub(super) fn largest(&self) -> f32 {
         self.values.iter().fold(0.0, |a, &b| a.max(b))
     }
 
     /// Like [`DensityGrid::density`], but constant beyond the centers of the outermost voxels, as in pbrt-v2.
-    pub fn extended_density(&self, p: Vec3) -> f32 {
+    pub(super) fn extended_density(&self, p: Vec3) -> f32 {
         let half = 0.5 / self.resolution.as_vec3();
         self.density(p.clamp(half, Vec3::ONE - half))
     }
 
     /// The density at a point of the unit cube.
-    pub fn density(&self, p: Vec3) -> f32 {
+    pub(super) fn density(&self, p: Vec3) -> f32 {
         // Voxel centers have integer coordinates.
         let q = p * self.resolution.as_vec3() - Vec3::splat(0.5);
         let low = q.floor();

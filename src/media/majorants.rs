@@ -8,7 +8,7 @@ const MAX_CELLS: u32 = 16;
 
 /// The unit cube divided into cells, each with its maximum density.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Majorants {
+pub(super) struct Majorants {
     resolution: UVec3,
     /// x varies fastest.
     values: Box<[f32]>,
@@ -16,7 +16,7 @@ pub struct Majorants {
 
 impl Majorants {
     /// Bounds for the interpolated density of the [`super::density_grid::DensityGrid`] with these voxels.
-    pub fn new(voxels: UVec3, values: &[f32]) -> Majorants {
+    pub(super) fn new(voxels: UVec3, values: &[f32]) -> Majorants {
         let resolution = voxels.min(UVec3::splat(MAX_CELLS));
         let [x, y, z] = [0, 1, 2].map(|axis| {
             let n = voxels[axis];
@@ -47,7 +47,7 @@ impl Majorants {
     }
 
     /// The cells along the ray from `o` in direction `d` up to `t_max`, in order; `o` is in the unit cube.
-    pub fn along(&self, o: Vec3, d: Vec3, t_max: f32) -> Cells<'_> {
+    pub(super) fn along(&self, o: Vec3, d: Vec3, t_max: f32) -> Cells<'_> {
         let n = self.resolution.as_vec3();
         let (o, d) = (o * n, d * n);
         let cell = o.floor().clamp(Vec3::ZERO, n - Vec3::ONE);
@@ -77,7 +77,7 @@ fn influence(cell: u32, cells: u32, n: u32) -> std::ops::Range<u32> {
 
 /// A segment of a ray on which the density is bounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub(super) struct Piece {
     /// Start distance.
     pub start: f32,
     /// End distance.
@@ -88,7 +88,7 @@ pub struct Piece {
 
 /// The cells along a ray, by grid traversal (Amanatides and Woo 1987).
 #[derive(Clone, Debug)]
-pub struct Cells<'a> {
+pub(super) struct Cells<'a> {
     majorants: &'a Majorants,
     cell: [i32; 3],
     /// The distance at which the ray leaves the cell, by axis.

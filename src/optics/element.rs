@@ -62,7 +62,7 @@ pub(super) enum Toward {
 impl Toward {
     /// Of the direction's z.
     #[inline(always)]
-    pub fn sign<B: Plain>(self) -> B {
+    pub(super) fn sign<B: Plain>(self) -> B {
         match self {
             Toward::Film => B::ONE,
             Toward::Scene => -B::ONE,
@@ -84,7 +84,7 @@ pub(super) struct Crossing<T: Number> {
 impl<T: Number> Crossing<T> {
     /// Which rays go on.
     #[inline(always)]
-    pub fn passes(&self) -> T::Mask {
+    pub(super) fn passes(&self) -> T::Mask {
         self.met.and(self.inside).and(self.refracted)
     }
 }
@@ -92,7 +92,7 @@ impl<T: Number> Crossing<T> {
 impl<T: Real> Crossing<T> {
     /// Why the ray ends at this surface, number `surface`, if it does.
     #[inline(always)]
-    pub fn blocked(&self, surface: usize) -> Option<Blocked> {
+    pub(super) fn blocked(&self, surface: usize) -> Option<Blocked> {
         let cause = if !self.met {
             Cause::Missed
         } else if !self.inside {
@@ -108,7 +108,7 @@ impl<T: Real> Crossing<T> {
 
 impl<B: Plain> Element<B> {
     /// `s`, with a medium of index `in_front` on its scene side.
-    pub fn new(s: &Surface, in_front: f64) -> Element<B> {
+    pub(super) fn new(s: &Surface, in_front: f64) -> Element<B> {
         let radius = 0.5 * s.aperture;
         let asphere = s.asphere.as_ref();
         Element {
@@ -123,14 +123,14 @@ impl<B: Plain> Element<B> {
     }
 
     /// Makes the stop that this is a polygon, which lies in its circle of `radius` mm.
-    pub fn set_blades(&mut self, polygon: &StopPolygon, radius: f64) {
+    pub(super) fn set_blades(&mut self, polygon: &StopPolygon, radius: f64) {
         self.edges = Some(polygon.edges(radius));
     }
 
     /// Takes a ray across the surface, with z relative to its vertex; with `clip`, its aperture blocks.
     /// Nothing branches on the ray, so that rays can go side by side; every comparison is written so that a NaN blocks.
     #[inline(always)]
-    pub fn cross<T: Number<Base = B>>(
+    pub(super) fn cross<T: Number<Base = B>>(
         &self,
         ray: &LensRay<T>,
         toward: Toward,
@@ -190,7 +190,7 @@ impl<B: Plain> Element<B> {
 
     /// Takes a ray into the front surface that runs away from the film, as light from behind a fisheye does: its first
     /// meeting with the sphere, on the half in front of the center. Concave, plane and aspheric fronts are missed.
-    pub fn enter_from_behind<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Crossing<T> {
+    pub(super) fn enter_from_behind<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Crossing<T> {
         let (c, [x, y, z], d) = (self.curvature, ray.o, ray.d);
         // Lengths in radii: (o − center)/R, whose product with the direction and square make the quadratic equation.
         let to = [x.times(c), y.times(c), z.times(c).plus(-B::ONE)];

@@ -22,7 +22,7 @@ pub(super) struct RayMatrix {
 }
 
 impl RayMatrix {
-    pub const IDENTITY: RayMatrix = RayMatrix {
+    pub(super) const IDENTITY: RayMatrix = RayMatrix {
         a_less_1: 0.0,
         b: 0.0,
         c: 0.0,
@@ -30,17 +30,17 @@ impl RayMatrix {
     };
 
     /// Height at the end of a ray that starts at height 1 along the axis.
-    pub fn a(&self) -> f64 {
+    pub(super) fn a(&self) -> f64 {
         1.0 + self.a_less_1
     }
 
     /// Reduced angle at the end of a ray that starts on the axis at reduced angle 1.
-    pub fn d(&self) -> f64 {
+    pub(super) fn d(&self) -> f64 {
         1.0 + self.d_less_1
     }
 
     /// Then refracts at a surface of curvature `c` from index `n` to `n2`: n·u falls by (n2−n)·c·y.
-    pub fn refract(self, c: f64, n: f64, n2: f64) -> RayMatrix {
+    pub(super) fn refract(self, c: f64, n: f64, n2: f64) -> RayMatrix {
         let power = (n2 - n) * c;
         RayMatrix {
             c: self.c - power * self.a(),
@@ -50,7 +50,7 @@ impl RayMatrix {
     }
 
     /// Then goes `t` along the axis through index `n`: y grows by t·u.
-    pub fn transfer(self, t: f64, n: f64) -> RayMatrix {
+    pub(super) fn transfer(self, t: f64, n: f64) -> RayMatrix {
         RayMatrix {
             a_less_1: self.a_less_1 + t / n * self.c,
             b: self.b + t / n * self.d(),

@@ -20,30 +20,30 @@ struct Log {
 }
 
 impl ParamUse {
-    pub fn record(&self, name: &str, group: ParamGroup) {
+    pub(super) fn record(&self, name: &str, group: ParamGroup) {
         let Log { names, entries, .. } = &mut *self.log.borrow_mut();
         let start = names.len();
         names.push_str(name);
         entries.push((start..names.len(), group));
     }
 
-    pub fn record_texture(&self, texture: TextureRead) {
+    pub(super) fn record_texture(&self, texture: TextureRead) {
         self.log.borrow_mut().textures.push(texture);
     }
 
     /// How many textures have been read.
-    pub fn textures(&self) -> usize {
+    pub(super) fn textures(&self) -> usize {
         self.log.borrow().textures.len()
     }
 
     /// The textures read after the first `count`.
-    pub fn textures_since(&self, count: usize) -> TexturesRead {
+    pub(super) fn textures_since(&self, count: usize) -> TexturesRead {
         let log = self.log.borrow();
         log.textures.get(count..).unwrap_or_default().to_vec()
     }
 
     /// The groups a name was asked for with, in the order of the table of types.
-    pub fn groups(&self, name: &str) -> Vec<ParamGroup> {
+    pub(super) fn groups(&self, name: &str) -> Vec<ParamGroup> {
         let Log { names, entries, .. } = &*self.log.borrow();
         let asked = |group| {
             entries
@@ -57,7 +57,7 @@ impl ParamUse {
     }
 
     /// Every name asked for, possibly several times.
-    pub fn names(&self) -> Vec<String> {
+    pub(super) fn names(&self) -> Vec<String> {
         let Log { names, entries, .. } = &*self.log.borrow();
         entries
             .iter()

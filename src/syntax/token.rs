@@ -28,7 +28,7 @@ pub(super) struct Token {
 const SHOWN: usize = 40;
 
 impl Token {
-    pub fn kind_of(lexeme: Lexeme<'_>) -> TokenKind {
+    pub(super) fn kind_of(lexeme: Lexeme<'_>) -> TokenKind {
         match lexeme {
             Lexeme::Open => TokenKind::Open,
             Lexeme::Close => TokenKind::Close,
@@ -39,19 +39,19 @@ impl Token {
     }
 
     /// The token as written.
-    pub fn text(&self) -> &[u8] {
+    pub(super) fn text(&self) -> &[u8] {
         self.bytes
             .get(self.span.start as usize..self.span.end as usize)
             .unwrap_or_default()
     }
 
     /// Returns `true` if it is this word.
-    pub fn is_word(&self, word: &str) -> bool {
+    pub(super) fn is_word(&self, word: &str) -> bool {
         self.kind == TokenKind::Bare && self.text() == word.as_bytes()
     }
 
     /// The contents of a string with escapes resolved, and whether there was a stray backslash.
-    pub fn string(&self) -> (String, bool) {
+    pub(super) fn string(&self) -> (String, bool) {
         let text = self.text();
         let inner = text.strip_prefix(b"\"").unwrap_or(text);
         let (plain, stray) = unescape(inner.strip_suffix(b"\"").unwrap_or(inner));
@@ -59,7 +59,7 @@ impl Token {
     }
 
     /// A description for messages.
-    pub fn description(&self) -> String {
+    pub(super) fn description(&self) -> String {
         let text = String::from_utf8_lossy(self.text());
         let mut shown: String = text.trim_end().chars().take(SHOWN).collect();
         if shown.len() < text.trim_end().len() {

@@ -183,7 +183,7 @@ impl ImageSettings {
 
 /// An [`ImagemapSpec`] ready for look-ups.
 #[derive(Clone, Copy, Debug)]
-pub struct Imagemap {
+pub(super) struct Imagemap {
     mapping: Mapping,
     map: usize,
 }

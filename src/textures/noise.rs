@@ -34,7 +34,7 @@ const MEAN_MAGNITUDE: f32 = 0.2;
 
 /// Gradient noise: 0 at points with whole coordinates, within about ±1, with details of size 1.
 /// Repeats after 256 units. What is not finite counts as a lattice point.
-pub fn noise(p: Vec3) -> f32 {
+pub(super) fn noise(p: Vec3) -> f32 {
     if !p.is_finite() {
         return 0.0;
     }
@@ -58,7 +58,7 @@ pub fn noise(p: Vec3) -> f32 {
 }
 
 /// Noise in the plane: [`noise`] at z = ½.
-pub fn noise2(x: f32, y: f32) -> f32 {
+pub(super) fn noise2(x: f32, y: f32) -> f32 {
     noise(Vec3::new(x, y, 0.5))
 }
 

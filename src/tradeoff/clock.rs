@@ -16,7 +16,7 @@ mod platform {
     use rustix::time::{ClockId, clock_gettime};
     use std::time::Duration;
 
-    pub fn now() -> Duration {
+    pub(super) fn now() -> Duration {
         let time = clock_gettime(ClockId::ProcessCPUTime);
         let seconds = u64::try_from(time.tv_sec).unwrap_or(0);
         Duration::new(seconds, u32::try_from(time.tv_nsec).unwrap_or(0))

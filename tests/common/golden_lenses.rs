@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::path::PathBuf;
 
 /// All but `noct_58_f0.95`, which is aspheric and has tests of its own (`tests/optics/asphere_golden.rs`).
-pub const LENSES: [&str; 12] = [
+pub(crate) const LENSES: [&str; 12] = [
     "canon_uw_14",
     "course_dgauss_100",
     "dgauss_50",
@@ -21,7 +21,7 @@ pub const LENSES: [&str; 12] = [
 ];
 
 /// A lens and what others computed for it.
-pub struct Golden {
+pub(crate) struct Golden {
     pub name: &'static str,
     pub prescription: Prescription,
     pub data: Value,
@@ -29,7 +29,7 @@ pub struct Golden {
 
 impl Golden {
     /// All of [`LENSES`].
-    pub fn all() -> impl Iterator<Item = Golden> {
+    pub(crate) fn all() -> impl Iterator<Item = Golden> {
         LENSES.into_iter().map(|name| {
             let (prescription, data) = read(name);
             Golden {
@@ -41,7 +41,7 @@ impl Golden {
     }
 
     /// The surfaces with the stop at `scale` of its diameter.
-    pub fn surfaces(&self, scale: f64) -> Vec<Surface> {
+    pub(crate) fn surfaces(&self, scale: f64) -> Vec<Surface> {
         let mut surfaces = self.prescription.surfaces.clone();
         for s in surfaces.iter_mut().filter(|s| s.is_stop) {
             s.aperture *= scale;
@@ -51,7 +51,7 @@ impl Golden {
 }
 
 /// The prescription and the golden data of the lens `name`.
-pub fn read(name: &str) -> (Prescription, Value) {
+pub(crate) fn read(name: &str) -> (Prescription, Value) {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
     let file = |ending: &str| folder.join(format!("{name}.{ending}"));
     let text = std::fs::read_to_string(file("json")).expect("golden data of the project");
@@ -63,7 +63,7 @@ pub fn read(name: &str) -> (Prescription, Value) {
 }
 
 /// The number at the JSON pointer `path`.
-pub fn number(data: &Value, path: &str) -> f64 {
+pub(crate) fn number(data: &Value, path: &str) -> f64 {
     let found = data.pointer(path).and_then(Value::as_f64);
     found.unwrap_or_else(|| panic!("no {path}"))
 }

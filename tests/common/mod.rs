@@ -2,6 +2,6 @@
 
 #![allow(dead_code, reason = "each test program uses a part of it")]
 
-pub mod golden_lenses;
-pub mod program;
-pub mod rendering;
+pub(crate) mod golden_lenses;
+pub(crate) mod program;
+pub(crate) mod rendering;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What a run of the program left behind.
-pub struct Run {
+pub(crate) struct Run {
     /// Exit code; a signal counts as a failure of the test.
     pub code: i32,
     /// Standard output.
@@ -15,12 +15,12 @@ pub struct Run {
 }
 
 /// Runs `fstop` with the arguments in the project's folder.
-pub fn fstop<A: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = A>) -> Run {
+pub(crate) fn fstop<A: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = A>) -> Run {
     fstop_in(Path::new(env!("CARGO_MANIFEST_DIR")), arguments)
 }
 
 /// Runs `fstop` with the arguments in a folder.
-pub fn fstop_in<A: AsRef<std::ffi::OsStr>>(
+pub(crate) fn fstop_in<A: AsRef<std::ffi::OsStr>>(
     folder: &Path,
     arguments: impl IntoIterator<Item = A>,
 ) -> Run {
@@ -38,7 +38,7 @@ pub fn fstop_in<A: AsRef<std::ffi::OsStr>>(
 }
 
 /// The scene files of `tests/scenes/KIND`, sorted, relative to the project's folder.
-pub fn scenes(kind: &str) -> Vec<PathBuf> {
+pub(crate) fn scenes(kind: &str) -> Vec<PathBuf> {
     let folder = Path::new("tests/scenes").join(kind);
     let absolute = Path::new(env!("CARGO_MANIFEST_DIR")).join(&folder);
     let mut scenes: Vec<PathBuf> = std::fs::read_dir(&absolute)
@@ -52,7 +52,7 @@ pub fn scenes(kind: &str) -> Vec<PathBuf> {
 
 /// Compares `text` with what is recorded beside the scene as `NAME.expected`; no file stands for
 /// no text. With `FSTOP_BLESS=1` the text is recorded instead. Returns what is wrong, if anything.
-pub fn differs_from_recorded(scene: &Path, text: &str) -> Option<String> {
+pub(crate) fn differs_from_recorded(scene: &Path, text: &str) -> Option<String> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(scene.with_extension("expected"));
     if std::env::var_os("FSTOP_BLESS").is_some_and(|value| value == "1") {
         let done = match (text.is_empty(), file.exists()) {

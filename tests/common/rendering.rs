@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Several renders of one scene with different seeds, averaged.
-pub struct Render {
+pub(crate) struct Render {
     /// The mean, with its variance.
     pub image: Image,
     /// Samples per pixel of one run.
@@ -25,7 +25,7 @@ impl Render {
     ///
     /// Averaging runs, rather than asking for more samples once, keeps what depends on the number of
     /// samples per pixel as the reference has it: the width of texture filters, the cut at 0.
-    pub fn new(scene: &Path, first_seed: u32, runs: u32, arguments: &[&str]) -> Render {
+    pub(crate) fn new(scene: &Path, first_seed: u32, runs: u32, arguments: &[&str]) -> Render {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let renders: Vec<_> = (first_seed..first_seed + runs)
             .map(|seed| {
@@ -46,7 +46,7 @@ impl Render {
     }
 
     /// Renders the scene that `text` is once, with `seed`.
-    pub fn of_text(text: &str, seed: u32) -> Render {
+    pub(crate) fn of_text(text: &str, seed: u32) -> Render {
         let mut file = tempfile::Builder::new()
             .suffix(".pbrt")
             .tempfile()
@@ -56,7 +56,7 @@ impl Render {
     }
 
     /// For the comparison.
-    pub fn estimate(&self) -> Estimate<'_> {
+    pub(crate) fn estimate(&self) -> Estimate<'_> {
         Estimate {
             image: &self.image,
             freedom: self.freedom,
@@ -112,7 +112,7 @@ fn average(images: &[&Image]) -> Image {
 
 /// What a person needs to see why a comparison failed: the tests' table, and where the images are
 /// that this writes under the target folder.
-pub fn explain(
+pub(crate) fn explain(
     name: &str,
     a: &Estimate,
     b: &Estimate,

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// A page of the documentation.
-pub struct Page {
+pub(crate) struct Page {
     /// Relative to the project's folder.
     pub path: PathBuf,
     /// All of it.
@@ -12,13 +12,13 @@ pub struct Page {
 }
 
 /// The project's folder.
-pub fn root() -> &'static Path {
+pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 impl Page {
     /// Reads a page of the project.
-    pub fn read(path: impl Into<PathBuf>) -> Page {
+    pub(crate) fn read(path: impl Into<PathBuf>) -> Page {
         let path = path.into();
         let text = std::fs::read_to_string(root().join(&path));
         let text = text.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -26,7 +26,7 @@ impl Page {
     }
 
     /// The pages in the project's folder and in `docs`.
-    pub fn all() -> Vec<Page> {
+    pub(crate) fn all() -> Vec<Page> {
         let mut pages = Vec::new();
         collect(Path::new(""), false, &mut pages);
         collect(Path::new("docs"), true, &mut pages);
@@ -34,7 +34,7 @@ impl Page {
     }
 
     /// The lines outside blocks of code.
-    pub fn prose(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn prose(&self) -> impl Iterator<Item = &str> {
         let mut code = false;
         self.text.lines().filter(move |line| {
             let fence = line.trim_start().starts_with("```");
@@ -44,13 +44,13 @@ impl Page {
     }
 
     /// The lines of the blocks of code.
-    pub fn code(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn code(&self) -> impl Iterator<Item = &str> {
         let blocks = self.text.split("\n```").skip(1).step_by(2);
         blocks.flat_map(|block| block.lines().skip(1))
     }
 
     /// Level and text of each heading.
-    pub fn headings(&self) -> impl Iterator<Item = (usize, &str)> {
+    pub(crate) fn headings(&self) -> impl Iterator<Item = (usize, &str)> {
         self.prose().filter_map(|line| {
             let text = line.trim_start_matches('#');
             let level = line.len() - text.len();
@@ -59,7 +59,7 @@ impl Page {
     }
 
     /// The anchors of the headings, as GitHub makes them.
-    pub fn anchors(&self) -> Vec<String> {
+    pub(crate) fn anchors(&self) -> Vec<String> {
         let mut seen: HashMap<String, usize> = HashMap::new();
         let anchors = self.headings().map(|(_, text)| {
             let anchor = anchor(text);
@@ -74,7 +74,7 @@ impl Page {
     }
 
     /// Where the links of inline form lead, images included.
-    pub fn links(&self) -> Vec<&str> {
+    pub(crate) fn links(&self) -> Vec<&str> {
         let targets = self.prose().flat_map(|line| {
             let after = line.split("](").skip(1);
             after.filter_map(|rest| rest.split_once(')').map(|(target, _)| target))
@@ -100,7 +100,7 @@ fn collect(folder: &Path, deep: bool, pages: &mut Vec<Page>) {
 }
 
 /// Letters, digits, hyphens and underscores in lower case; a hyphen for each blank.
-pub fn anchor(heading: &str) -> String {
+pub(crate) fn anchor(heading: &str) -> String {
     let kept = heading.to_lowercase();
     let kept = kept
         .chars()

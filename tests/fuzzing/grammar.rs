@@ -6,7 +6,7 @@ use arbitrary::{Result, Unstructured};
 use std::fmt::Write as _;
 
 /// A scene, the same for the same bytes.
-pub fn scene_text(bytes: &[u8]) -> String {
+pub(crate) fn scene_text(bytes: &[u8]) -> String {
     let mut writer = Writer {
         from: Unstructured::new(bytes),
         text: String::new(),

@@ -6,11 +6,11 @@ use fstop::optics::{ExitPupil, Lens, LensReport, Prescription};
 /// mm behind the last vertex, where a file does not say.
 const FILM_DISTANCE: f64 = 40.0;
 
-pub fn dat(bytes: &[u8]) {
+pub(super) fn dat(bytes: &[u8]) {
     look_through(Prescription::parse(&String::from_utf8_lossy(bytes)).ok());
 }
 
-pub fn zmx(bytes: &[u8]) {
+pub(super) fn zmx(bytes: &[u8]) {
     look_through(zemax::parse(&zemax::decode(bytes)).ok());
 }
 

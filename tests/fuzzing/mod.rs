@@ -8,13 +8,13 @@ mod readers;
 mod scenes;
 mod vocabulary;
 
-pub use grammar::scene_text;
-pub use scenes::{Outcome, survive};
+pub(crate) use grammar::scene_text;
+pub(crate) use scenes::{Outcome, survive};
 
 use std::path::{Path, PathBuf};
 
 /// A reader of files, or the whole program.
-pub struct Target {
+pub(crate) struct Target {
     /// Also the name of its folders `fuzz/corpus/NAME` and `fuzz/regressions/NAME`.
     pub name: &'static str,
     /// Reads a file with these bytes; panics where a promise is broken.
@@ -29,7 +29,7 @@ const SCENES: &[(&str, &[&str])] = &[
 ];
 
 /// All of them.
-pub const TARGETS: [Target; 14] = [
+pub(crate) const TARGETS: [Target; 14] = [
     Target {
         name: "program",
         run: scenes::program,
@@ -119,7 +119,7 @@ pub const TARGETS: [Target; 14] = [
 ];
 
 /// The folder of the project, from the tests and from `fuzz/`.
-pub fn project() -> &'static Path {
+pub(crate) fn project() -> &'static Path {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     if here.ends_with("fuzz") {
         here.parent().unwrap_or(here)
@@ -129,7 +129,7 @@ pub fn project() -> &'static Path {
 }
 
 /// The files in a folder, sorted; none where there is no such folder.
-pub fn files(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries
         .map(|entry| entry.expect("an entry").path())

@@ -22,19 +22,19 @@ fn sound(mesh: &MeshData) {
     assert!(mesh.indices.iter().flatten().all(inside), "a corner beyond");
 }
 
-pub fn ply(bytes: &[u8]) {
+pub(super) fn ply(bytes: &[u8]) {
     if let Ok(mesh) = ply::parse(bytes) {
         sound(&mesh);
     }
 }
 
-pub fn obj(bytes: &[u8]) {
+pub(super) fn obj(bytes: &[u8]) {
     if let Ok(mesh) = obj::parse(bytes) {
         sound(&mesh);
     }
 }
 
-pub fn ptex(bytes: &[u8]) {
+pub(super) fn ptex(bytes: &[u8]) {
     let Ok(file) = PtexFile::parse(bytes) else {
         return;
     };
@@ -55,7 +55,7 @@ fn with_file(ending: &str, bytes: &[u8], read: impl FnOnce(&Path)) {
 }
 
 /// Textures. The content decides on the format; only TGA has no signature and goes by its name.
-pub fn picture(bytes: &[u8]) {
+pub(super) fn picture(bytes: &[u8]) {
     with_file(".tga", bytes, |path| {
         if let Ok(picture) = ImageData::load(path, &fstop::budget::Budget::unlimited()) {
             assert!(!picture.texels().is_empty());
@@ -64,7 +64,7 @@ pub fn picture(bytes: &[u8]) {
 }
 
 /// The images of `fstop compare`.
-pub fn exr(bytes: &[u8]) {
+pub(super) fn exr(bytes: &[u8]) {
     with_file(".exr", bytes, |path| {
         if let Ok(loaded) = fstop::film::read(path) {
             let pixels = loaded.image.pixels.len();
@@ -74,7 +74,7 @@ pub fn exr(bytes: &[u8]) {
     });
 }
 
-pub fn spd(bytes: &[u8]) {
+pub(super) fn spd(bytes: &[u8]) {
     if let Ok(samples) = spd::parse(&String::from_utf8_lossy(bytes)) {
         assert!(samples.is_sorted_by(|a, b| a.0 < b.0));
         let color = spectrum::rgb_from_samples(&samples);
@@ -84,7 +84,7 @@ pub fn spd(bytes: &[u8]) {
     }
 }
 
-pub fn bsdf(bytes: &[u8]) {
+pub(super) fn bsdf(bytes: &[u8]) {
     let Ok(file) = BsdfFile::parse(bytes) else {
         return;
     };
@@ -92,14 +92,14 @@ pub fn bsdf(bytes: &[u8]) {
     scatter(&Lobe::Fourier(FourierLobe::new(&table)));
 }
 
-pub fn merl(bytes: &[u8]) {
+pub(super) fn merl(bytes: &[u8]) {
     if let Ok(file) = MerlFile::parse(bytes) {
         let table = MeasuredTable::from_merl(file);
         scatter(&Lobe::Measured(MeasuredLobe::new(&table)));
     }
 }
 
-pub fn brdf(bytes: &[u8]) {
+pub(super) fn brdf(bytes: &[u8]) {
     if let Ok(file) = BrdfFile::parse(bytes) {
         let table = MeasuredTable::from_brdf(&file);
         scatter(&Lobe::Measured(MeasuredLobe::new(&table)));

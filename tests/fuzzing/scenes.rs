@@ -17,7 +17,7 @@ const MEMORY: u64 = 256 << 20;
 
 /// How far a text got.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// No scene, even with `--keep-going`.
     Refused,
     /// There were images.
@@ -38,7 +38,7 @@ fn read(name: &Path, text: &[u8], sources: &SourceMap) -> Option<SceneDescriptio
 }
 
 /// Reads a text as if it stood in the file `name`, and renders a few pixels of what it describes.
-pub fn survive(name: &Path, text: &[u8]) -> Outcome {
+pub(crate) fn survive(name: &Path, text: &[u8]) -> Outcome {
     let sources = SourceMap::new();
     let frames = read(name, text, &sources).map_or(Vec::new(), |scene| scene.frames);
     let mut outcome = Outcome::Refused;
@@ -79,18 +79,18 @@ fn nowhere() -> std::path::PathBuf {
 }
 
 /// The text of a scene as it is, with its includes.
-pub fn scene(text: &[u8]) {
+pub(super) fn scene(text: &[u8]) {
     read(&nowhere(), text, &SourceMap::new());
 }
 
 /// The same rendered.
-pub fn program(text: &[u8]) {
+pub(super) fn program(text: &[u8]) {
     survive(&nowhere(), text);
 }
 
 /// The scene that the grammar makes of the bytes, rendered.
 #[allow(clippy::print_stdout, reason = "a person asked for it, in a fuzzer")]
-pub fn grammar(bytes: &[u8]) {
+pub(super) fn grammar(bytes: &[u8]) {
     let text = grammar::scene_text(bytes);
     if std::env::var_os("FSTOP_FUZZ_SHOW").is_some() {
         println!("{text}");

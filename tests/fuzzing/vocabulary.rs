@@ -6,9 +6,9 @@
 //! integers, `P3` three points, `N3` three normals, `Q3` three points of the plane.
 
 /// A type and its parameters.
-pub type Kind = (&'static str, &'static str);
+pub(super) type Kind = (&'static str, &'static str);
 
-pub const CAMERAS: &[Kind] = &[
+pub(super) const CAMERAS: &[Kind] = &[
     (
         "perspective",
         "f fov;f halffov;f lensradius;f focaldistance;f frameaspectratio;F4 screenwindow;f shutteropen;f shutterclose",
@@ -26,7 +26,7 @@ pub const CAMERAS: &[Kind] = &[
     ),
 ];
 
-pub const SAMPLERS: &[Kind] = &[
+pub(super) const SAMPLERS: &[Kind] = &[
     ("random", "i pixelsamples"),
     ("stratified", "i xsamples;i ysamples;b jitter;i dimensions"),
     ("halton", "i pixelsamples;b samplepixelcenter"),
@@ -36,7 +36,7 @@ pub const SAMPLERS: &[Kind] = &[
     ("adaptive", "i minsamples;i maxsamples"),
 ];
 
-pub const FILTERS: &[Kind] = &[
+pub(super) const FILTERS: &[Kind] = &[
     ("box", "f xwidth;f ywidth"),
     ("gaussian", "f xwidth;f ywidth;f alpha"),
     ("mitchell", "f xwidth;f ywidth;f B;f C"),
@@ -44,12 +44,12 @@ pub const FILTERS: &[Kind] = &[
     ("triangle", "f xwidth;f ywidth"),
 ];
 
-pub const FILMS: &[Kind] = &[(
+pub(super) const FILMS: &[Kind] = &[(
     "image",
     "F4 cropwindow;f scale;f diagonal;f maxsampleluminance",
 )];
 
-pub const INTEGRATORS: &[Kind] = &[
+pub(super) const INTEGRATORS: &[Kind] = &[
     (
         "path",
         "i maxdepth;f rrthreshold;s lightsamplestrategy uniform|power|spatial",
@@ -69,7 +69,7 @@ pub const INTEGRATORS: &[Kind] = &[
 
 const CUTS: &str = "t alpha;t shadowalpha";
 
-pub const SHAPES: &[Kind] = &[
+pub(super) const SHAPES: &[Kind] = &[
     ("sphere", "f radius;f zmin;f zmax;f phimax"),
     ("disk", "f radius;f height;f innerradius;f phimax"),
     ("cylinder", "f radius;f zmin;f zmax;f phimax"),
@@ -101,9 +101,9 @@ pub const SHAPES: &[Kind] = &[
 ];
 
 /// What any shape may say besides.
-pub const OF_SHAPES: &str = CUTS;
+pub(super) const OF_SHAPES: &str = CUTS;
 
-pub const MATERIALS: &[Kind] = &[
+pub(super) const MATERIALS: &[Kind] = &[
     ("matte", "c Kd;t sigma"),
     ("mirror", "c Kr"),
     (
@@ -158,15 +158,15 @@ pub const MATERIALS: &[Kind] = &[
 ];
 
 /// What any material may say besides.
-pub const OF_MATERIALS: &str = "t bumpmap";
+pub(super) const OF_MATERIALS: &str = "t bumpmap";
 
 const PLACED: &str =
     "s mapping uv|spherical|cylindrical|planar;f uscale;f vscale;f udelta;f vdelta;p v1;p v2";
 
 /// What any texture may say besides.
-pub const OF_TEXTURES: &str = PLACED;
+pub(super) const OF_TEXTURES: &str = PLACED;
 
-pub const TEXTURES: &[Kind] = &[
+pub(super) const TEXTURES: &[Kind] = &[
     ("constant", "v value"),
     ("scale", "v tex1;v tex2"),
     ("mix", "v tex1;v tex2;t amount"),
@@ -194,7 +194,7 @@ pub const TEXTURES: &[Kind] = &[
 
 const PICTURE: &str = "s mapname textures/tiny.hdr|textures/tiny.jpg|textures/nosuch.exr";
 
-pub const LIGHTS: &[Kind] = &[
+pub(super) const LIGHTS: &[Kind] = &[
     ("point", "c I;c scale;p from"),
     (
         "spot",
@@ -212,9 +212,10 @@ pub const LIGHTS: &[Kind] = &[
     ),
 ];
 
-pub const AREA_LIGHTS: &[Kind] = &[("diffuse", "c L;c scale;b twosided;i samples;i nsamples")];
+pub(super) const AREA_LIGHTS: &[Kind] =
+    &[("diffuse", "c L;c scale;b twosided;i samples;i nsamples")];
 
-pub const MEDIA: &[Kind] = &[
+pub(super) const MEDIA: &[Kind] = &[
     (
         "homogeneous",
         "c sigma_a;c sigma_s;f g;f scale;s preset Skin1|Nosuch",
@@ -225,4 +226,5 @@ pub const MEDIA: &[Kind] = &[
     ),
 ];
 
-pub const ACCELERATORS: &[Kind] = &[("bvh", "i maxnodeprims"), ("kdtree", "i intersectcost")];
+pub(super) const ACCELERATORS: &[Kind] =
+    &[("bvh", "i maxnodeprims"), ("kdtree", "i intersectcost")];

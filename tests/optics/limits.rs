@@ -6,7 +6,7 @@ use fstop::optics::{Blocked, Lens, LensRay, Paraxial, Prescription, Surface};
 
 /// All apertures as the scene sees them, from the axis point `from` in front of the lens: the lens turned round, seen from its
 /// film.
-pub fn images_toward_scene(surfaces: &[Surface], from: AxisPoint) -> Vec<StopImage> {
+pub(crate) fn images_toward_scene(surfaces: &[Surface], from: AxisPoint) -> Vec<StopImage> {
     let count = surfaces.len();
     let length: f64 = surfaces[..count - 1].iter().map(|s| s.thickness).sum();
     let turned = |i: usize| {
@@ -36,7 +36,7 @@ pub fn images_toward_scene(surfaces: &[Surface], from: AxisPoint) -> Vec<StopIma
 }
 
 /// The entrance pupil of an axis point in front of the lens: the aperture image of smallest solid angle.
-pub fn entrance_pupil(surfaces: &[Surface], from: AxisPoint) -> StopImage {
+pub(crate) fn entrance_pupil(surfaces: &[Surface], from: AxisPoint) -> StopImage {
     let images = images_toward_scene(surfaces, from).into_iter();
     let smallest = images.min_by(|a, b| a.opening.total_cmp(&b.opening));
     smallest.expect("a lens has surfaces")
@@ -44,7 +44,7 @@ pub fn entrance_pupil(surfaces: &[Surface], from: AxisPoint) -> StopImage {
 
 /// What limits the light in one direction around the pupil.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limit {
+pub(crate) struct Limit {
     /// Direction on the plane perpendicular to the axis, radians from the azimuth of the film or scene point.
     pub angle: f64,
     /// The last point of the plane, in that direction from the pupil's middle, that light passes through,
@@ -58,7 +58,7 @@ pub struct Limit {
 /// `count` directions over half a turn (the other half is the mirror image), each with the
 /// aperture that limits it. Empty where no light arrives. The region is taken to be star-shaped about
 /// the middle of its extent along the azimuth, which that of any convex region is.
-pub fn film_limits(lens: &Lens, radius: f64, plane_z: f64, count: usize) -> Vec<Limit> {
+pub(crate) fn film_limits(lens: &Lens, radius: f64, plane_z: f64, count: usize) -> Vec<Limit> {
     let trace = |p: [f64; 2]| {
         let out = lens.trace_from_film([radius, 0.0], [p[0], p[1], plane_z]);
         out.err()
@@ -76,7 +76,7 @@ pub fn film_limits(lens: &Lens, radius: f64, plane_z: f64, count: usize) -> Vec<
 /// less than a right angle) to the axis, tilted so that it comes from −x. Its outline on the plane
 /// `plane_z` perpendicular to the axis, as in [`film_limits`]. Pupils narrower than a thousandth of
 /// the front element are overlooked.
-pub fn scene_limits(lens: &Lens, angle: f64, plane_z: f64, count: usize) -> Vec<Limit> {
+pub(crate) fn scene_limits(lens: &Lens, angle: f64, plane_z: f64, count: usize) -> Vec<Limit> {
     /// Rays tried along the azimuth to find those that pass.
     const SCAN: usize = 4096;
     let tangent = angle.tan();

@@ -10,28 +10,28 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// 64×64 pixels under a wide filter, with mirrors, textures and depth.
-pub const MITCHELL: &str = "tests/scenes/reference/filter_mitchell.pbrt";
+pub(crate) const MITCHELL: &str = "tests/scenes/reference/filter_mitchell.pbrt";
 /// A real lens, stratified samples.
-pub const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
+pub(crate) const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
 /// Instances, Sobol' points, an area light.
-pub const OBJECTS: &str = "tests/scenes/valid/instancing.pbrt";
+pub(crate) const OBJECTS: &str = "tests/scenes/valid/instancing.pbrt";
 /// Three frames of 16×12, 8×6 and 4×3 pixels, named in the file.
 const FRAMES: &str = "tests/scenes/valid/several_frames.pbrt";
 
 /// A folder for images, gone with the test.
-pub struct Folder(pub tempfile::TempDir);
+pub(crate) struct Folder(pub tempfile::TempDir);
 
 impl Folder {
-    pub fn new() -> Folder {
+    pub(crate) fn new() -> Folder {
         Folder(tempfile::tempdir().expect("a temporary folder"))
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
     /// Everything in the folder, sorted.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = std::fs::read_dir(self.0.path())
             .expect("the folder")
             .map(|entry| {
@@ -47,7 +47,7 @@ impl Folder {
     }
 
     /// `fstop render SCENE -o NAME OPTIONS`, which must end well.
-    pub fn render(&self, scene: &str, name: &str, options: &[&str]) -> Run {
+    pub(crate) fn render(&self, scene: &str, name: &str, options: &[&str]) -> Run {
         let run = fstop(command("render", scene, &self.path(name), options));
         assert_eq!(run.code, 0, "{scene} {options:?}\n{}", run.stderr);
         run
@@ -59,14 +59,14 @@ impl Folder {
     }
 }
 
-pub fn command(word: &str, scene: &str, output: &Path, options: &[&str]) -> Vec<OsString> {
+pub(crate) fn command(word: &str, scene: &str, output: &Path, options: &[&str]) -> Vec<OsString> {
     let mut command: Vec<OsString> = [word, scene, "-o"].map(OsString::from).to_vec();
     command.push(output.into());
     command.extend(options.iter().map(OsString::from));
     command
 }
 
-pub fn load(path: &Path) -> LoadedImage {
+pub(crate) fn load(path: &Path) -> LoadedImage {
     read(path).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 /// Standard errors an image's mean may be off: one false alarm in 15,000 means.
-pub const SIGMAS: f64 = 4.0;
+pub(crate) const SIGMAS: f64 = 4.0;
 
 /// Renders the world with a camera that `look` places, and checks that the mean of each channel is
 /// `expected`, but for noise and single precision.

@@ -4,12 +4,12 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Whether the tables are to be written, not checked.
-pub fn writing() -> bool {
+pub(crate) fn writing() -> bool {
     std::env::var_os("FSTOP_WRITE_TABLES").is_some_and(|value| value == "1")
 }
 
 /// Held while a table is read and written: tests run at the same time, and many write the same page.
-pub fn lock() -> MutexGuard<'static, ()> {
+pub(crate) fn lock() -> MutexGuard<'static, ()> {
     static ONE: Mutex<()> = Mutex::new(());
     // What another test's panic left behind is a whole file: writes replace it.
     ONE.lock().unwrap_or_else(PoisonError::into_inner)
@@ -18,7 +18,7 @@ pub fn lock() -> MutexGuard<'static, ()> {
 /// Do two rows say the same? Numbers may differ by one in their last digit: sines and powers are the
 /// platform's own, and a sample in a million takes another path on another processor. That of an
 /// exponential, a p-value, by a tenth.
-pub fn same(a: &str, b: &str) -> bool {
+pub(crate) fn same(a: &str, b: &str) -> bool {
     let words = |text: &str| -> Vec<String> {
         text.split_whitespace()
             .map(|word| word.trim_end_matches(',').to_owned())

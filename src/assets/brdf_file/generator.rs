@@ -4,7 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Pairs of directions, as θi, φi, θo, φo: all pairs of `thetas` angles, each at `phis` differences of azimuth from 0 to π.
-pub fn pairs(thetas: usize, phis: usize) -> Vec<[f64; 4]> {
+pub(crate) fn pairs(thetas: usize, phis: usize) -> Vec<[f64; 4]> {
     let theta = |i: usize| FRAC_PI_2 * (i as f64 + 0.5) / thetas as f64;
     let all = (0..thetas).flat_map(|i| (0..thetas).map(move |o| (i, o)));
     all.flat_map(|(i, o)| {
@@ -17,7 +17,7 @@ pub fn pairs(thetas: usize, phis: usize) -> Vec<[f64; 4]> {
 }
 
 /// The text of a file with these wavelengths and pairs of directions, and the formula's values there.
-pub fn encode(
+pub(crate) fn encode(
     wavelengths: &[f64],
     pairs: &[[f64; 4]],
     value: &dyn Fn([f64; 4]) -> Vec<f64>,

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 /// A BSDF in closed form, with the resolution of its table.
-pub struct Analytic<'a> {
+pub(crate) struct Analytic<'a> {
     /// Refractive index of the inside over that of the outside.
     pub eta: f32,
     /// 1 or 3.
@@ -20,7 +20,7 @@ pub struct Analytic<'a> {
 }
 
 /// The file's bytes.
-pub fn encode(analytic: &Analytic) -> Vec<u8> {
+pub(crate) fn encode(analytic: &Analytic) -> Vec<u8> {
     let mu = cosines(analytic.cosines);
     let (mut series, mut coefficients) = (Vec::new(), Vec::<f32>::new());
     for &mu_o in &mu {

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The bytes of a file with these numbers of θh, θd and φd, and the BRDF's red, green and blue in 1/sr at the center of
 /// each cell.
-pub fn encode(counts: [usize; 3], value: &dyn Fn(f64, f64, f64) -> [f64; 3]) -> Vec<u8> {
+pub(crate) fn encode(counts: [usize; 3], value: &dyn Fn(f64, f64, f64) -> [f64; 3]) -> Vec<u8> {
     let mut planes = <[Vec<u8>; 3]>::default();
     let middle = |i: usize, count: usize| (i as f64 + 0.5) / count as f64;
     for h in 0..counts[0] {

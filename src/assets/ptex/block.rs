@@ -38,14 +38,14 @@ fn encoding_and_size(entry: u32) -> (Encoding, u64) {
 
 impl<'a> Block<'a> {
     /// The next block of `bytes`, described by a table entry.
-    pub fn take(entry: u32, bytes: &mut Bytes<'a>) -> Result<Block<'a>, String> {
+    pub(super) fn take(entry: u32, bytes: &mut Bytes<'a>) -> Result<Block<'a>, String> {
         let (encoding, size) = encoding_and_size(entry);
         let bytes = bytes.take(size)?;
         Ok(Block { encoding, bytes })
     }
 
     /// The blocks described by a table of `zipped` compressed bytes at the front of `bytes`, and which follow it.
-    pub fn take_table(
+    pub(super) fn take_table(
         bytes: &mut Bytes<'a>,
         zipped: u32,
         count: u64,
@@ -58,7 +58,7 @@ impl<'a> Block<'a> {
     }
 
     /// Writes the texels of a face of `resolution` to `into`, multiplied by alpha if requested.
-    pub fn decode<S: Sample>(
+    pub(super) fn decode<S: Sample>(
         &self,
         header: &Header,
         resolution: Resolution,

@@ -17,18 +17,22 @@ pub(super) struct Bytes<'a> {
 }
 
 impl<'a> Bytes<'a> {
-    pub fn new(bytes: &'a [u8], what: &'static str) -> Bytes<'a> {
+    pub(super) fn new(bytes: &'a [u8], what: &'static str) -> Bytes<'a> {
         Bytes { rest: bytes, what }
     }
 
     /// The bytes of `file` from `start`.
-    pub fn from(file: &'a [u8], start: u64, what: &'static str) -> Result<Bytes<'a>, String> {
+    pub(super) fn from(
+        file: &'a [u8],
+        start: u64,
+        what: &'static str,
+    ) -> Result<Bytes<'a>, String> {
         let rest = usize::try_from(start).ok().and_then(|s| file.get(s..));
         rest.map(|rest| Bytes { rest, what })
             .ok_or_else(|| format!("the file ends before its {what}"))
     }
 
-    pub fn take(&mut self, count: u64) -> Result<&'a [u8], String> {
+    pub(super) fn take(&mut self, count: u64) -> Result<&'a [u8], String> {
         let split = usize::try_from(count)
             .ok()
             .and_then(|n| self.rest.split_at_checked(n));
@@ -44,28 +48,28 @@ impl<'a> Bytes<'a> {
         Ok(array)
     }
 
-    pub fn u8(&mut self) -> Result<u8, String> {
+    pub(super) fn u8(&mut self) -> Result<u8, String> {
         self.array().map(u8::from_le_bytes)
     }
 
-    pub fn u16(&mut self) -> Result<u16, String> {
+    pub(super) fn u16(&mut self) -> Result<u16, String> {
         self.array().map(u16::from_le_bytes)
     }
 
-    pub fn u32(&mut self) -> Result<u32, String> {
+    pub(super) fn u32(&mut self) -> Result<u32, String> {
         self.array().map(u32::from_le_bytes)
     }
 
-    pub fn i32(&mut self) -> Result<i32, String> {
+    pub(super) fn i32(&mut self) -> Result<i32, String> {
         self.array().map(i32::from_le_bytes)
     }
 
-    pub fn u64(&mut self) -> Result<u64, String> {
+    pub(super) fn u64(&mut self) -> Result<u64, String> {
         self.array().map(u64::from_le_bytes)
     }
 
     /// Decompresses the next `zipped` bytes to exactly `size` bytes.
-    pub fn inflate(&mut self, zipped: u64, size: u64) -> Result<Vec<u8>, String> {
+    pub(super) fn inflate(&mut self, zipped: u64, size: u64) -> Result<Vec<u8>, String> {
         let what = self.what;
         inflate(self.take(zipped)?, size, what)
     }

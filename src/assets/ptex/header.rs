@@ -98,13 +98,13 @@ impl Channels {
     }
 
     /// The channels that are kept.
-    pub fn kept(&self) -> &[usize] {
+    pub(super) fn kept(&self) -> &[usize] {
         &self.kept
     }
 
     /// Returns `true` if the channel is to be multiplied by alpha: all others if alpha comes first, otherwise those
     /// before it.
-    pub fn is_multiplied(&self, channel: usize) -> bool {
+    pub(super) fn is_multiplied(&self, channel: usize) -> bool {
         match self.alpha {
             None => false,
             Some(0) => channel > 0,
@@ -158,7 +158,7 @@ const EXTENDED_SIZE: u32 = 40;
 const BARRIER: u64 = 8;
 
 impl Header {
-    pub fn parse(file: &[u8]) -> Result<Header, String> {
+    pub(super) fn parse(file: &[u8]) -> Result<Header, String> {
         if !file.starts_with(b"Ptex") {
             return Err("it is not a Ptex file: it does not start with \"Ptex\"".into());
         }
@@ -219,7 +219,7 @@ impl Header {
     }
 
     /// Bytes per texel in the file.
-    pub fn texel_bytes(&self) -> usize {
+    pub(super) fn texel_bytes(&self) -> usize {
         self.channels.stored * self.samples.bytes()
     }
 }

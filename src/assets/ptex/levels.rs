@@ -40,7 +40,7 @@ pub(super) struct Stored<'a> {
 
 impl<'a> Stored<'a> {
     /// Finds all blocks.
-    pub fn find(
+    pub(super) fn find(
         header: &Header,
         file: &'a [u8],
         ranks: &'a [u32],

@@ -13,7 +13,7 @@ pub(crate) enum SampleKind {
 }
 
 impl SampleKind {
-    pub fn from_number(number: u32) -> Result<SampleKind, String> {
+    pub(super) fn from_number(number: u32) -> Result<SampleKind, String> {
         match number {
             0 => Ok(SampleKind::U8),
             1 => Ok(SampleKind::U16),
@@ -23,7 +23,7 @@ impl SampleKind {
         }
     }
 
-    pub fn bytes(self) -> usize {
+    pub(super) fn bytes(self) -> usize {
         match self {
             SampleKind::U8 => 1,
             SampleKind::U16 | SampleKind::F16 => 2,

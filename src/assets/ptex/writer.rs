@@ -253,7 +253,7 @@ impl Writer {
     }
 
     /// The file.
-    pub fn to_bytes(&self) -> Vec<u8> {
+    pub(crate) fn to_bytes(&self) -> Vec<u8> {
         let table = zip(&self
             .faces
             .iter()

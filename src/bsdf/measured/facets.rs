@@ -17,7 +17,7 @@ pub(super) struct Facets {
 
 impl Facets {
     /// Treats the BRDF `f` as if it were purely a distribution of facets, averaging over difference angles.
-    pub fn new(bins: usize, f: impl Fn(Vec3, Vec3) -> Rgb) -> Facets {
+    pub(super) fn new(bins: usize, f: impl Fn(Vec3, Vec3) -> Rgb) -> Facets {
         let share = |i: usize| {
             let (low, high) = (squared_sine(i, bins), squared_sine(i + 1, bins));
             let middle = FRAC_PI_2 * ((i as f32 + 0.5) / bins as f32).powi(2);
@@ -29,7 +29,7 @@ impl Facets {
     }
 
     /// Samples a normal above the surface.
-    pub fn sample(&self, u: Vec2) -> Vec3 {
+    pub(super) fn sample(&self, u: Vec2) -> Vec3 {
         let (i, _, inside) = self.bins.sample_discrete(u.x);
         let low = squared_sine(i, self.bins.cells());
         let high = squared_sine(i + 1, self.bins.cells());
@@ -40,7 +40,7 @@ impl Facets {
     }
 
     /// Density per solid angle of the direction to which `wo` is reflected; both are on the same side.
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let h = wo + wi;
         let count = self.bins.cells();
         let i = bin((half_angle(h) / FRAC_PI_2).sqrt(), count);

@@ -20,21 +20,21 @@ struct Angles {
 }
 
 impl HalfAngleTable {
-    pub fn new(file: MerlFile) -> HalfAngleTable {
+    pub(super) fn new(file: MerlFile) -> HalfAngleTable {
         HalfAngleTable(file)
     }
 
     /// Numbers of θh, θd and φd.
-    pub fn counts(&self) -> [usize; 3] {
+    pub(super) fn counts(&self) -> [usize; 3] {
         self.0.counts
     }
 
-    pub fn is_black(&self) -> bool {
+    pub(super) fn is_black(&self) -> bool {
         self.0.values.iter().all(|value| is_black(*value))
     }
 
     /// The BRDF, in 1/sr. The same below the surface as above.
-    pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+    pub(super) fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let Some(angles) = Angles::new(wo, wi) else {
             return Rgb::ZERO;
         };

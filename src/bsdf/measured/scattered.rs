@@ -43,7 +43,7 @@ struct Found {
 }
 
 impl Scattered {
-    pub fn new(file: &BrdfFile) -> Scattered {
+    pub(super) fn new(file: &BrdfFile) -> Scattered {
         let weights = channel_weights(&file.wavelengths);
         let points = file
             .samples()
@@ -59,17 +59,17 @@ impl Scattered {
         Scattered { points }
     }
 
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.points.len()
     }
 
-    pub fn is_black(&self) -> bool {
+    pub(super) fn is_black(&self) -> bool {
         let black = |point: &MeasuredSample| is_black(point.value.max(Rgb::ZERO));
         self.points.iter().all(black)
     }
 
     /// The BRDF, in 1/sr. The same below the surface as above.
-    pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+    pub(super) fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let at = place(wo, wi);
         for doubling in 0..=DOUBLINGS {
             let within = FIRST * 2f32.powi(doubling);

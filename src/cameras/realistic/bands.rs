@@ -19,7 +19,7 @@ use crate::optics::{Lens, Prescription};
 
 /// Bands: the lateral color of a lens without any correction, some 100 µm over the spectrum at the corner of full
 /// frame, becomes steps of about a pixel.
-pub const BANDS: usize = 12;
+pub(super) const BANDS: usize = 12;
 
 /// A part of the spectrum.
 #[derive(Clone, Debug)]

@@ -8,7 +8,7 @@ use crate::optics::stop_shape::{MAX_BLADES, StopImage, StopPolygon};
 use crate::params::ParamReader;
 
 /// The shape asked for; `None` for a round stop, and where what is asked for cannot be had, which is reported.
-pub fn from_params(params: &ParamReader) -> Option<StopShape> {
+pub(super) fn from_params(params: &ParamReader) -> Option<StopShape> {
     let aperture = params.string("aperture", "circular");
     let rotation = rotation(params);
     let turned = |polygon: fn(f64) -> StopPolygon| Some(StopShape::Polygon(polygon(rotation)));

@@ -8,7 +8,7 @@ use crate::math::{Rgb, UVec2};
 use std::path::{Path, PathBuf};
 
 /// An image with its file's properties.
-pub struct Input {
+pub(super) struct Input {
     pub path: PathBuf,
     pub loaded: LoadedImage,
     /// Values were decoded from sRGB: 8 or 16 bits, nothing brighter than white.
@@ -19,7 +19,7 @@ pub struct Input {
 
 impl Input {
     /// A short description of the file.
-    pub fn describe(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         let size = self.loaded.image.bounds.size();
         let mut words = format!("{} × {} pixels", size.x, size.y);
         if size != self.loaded.image.resolution {
@@ -44,7 +44,7 @@ impl Input {
 }
 
 /// Reads both images. Formats that do not record a crop window take the other's if they have as many pixels.
-pub fn read_pair(a: &Path, b: &Path) -> Result<[Input; 2], String> {
+pub(super) fn read_pair(a: &Path, b: &Path) -> Result<[Input; 2], String> {
     let (mut a, mut b) = (read(a)?, read(b)?);
     take_window(&mut a, &b);
     take_window(&mut b, &a);

@@ -9,7 +9,7 @@ use crate::film::PixelBounds;
 use serde_json::{Map, Value, json};
 
 /// A single object. Infinite numbers are `null`, as JSON has none.
-pub fn text(report: &Report) -> Result<String, String> {
+pub(super) fn text(report: &Report) -> Result<String, String> {
     serde_json::to_string_pretty(&value(report)).map_err(|e| e.to_string())
 }
 

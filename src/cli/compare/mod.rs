@@ -26,7 +26,7 @@ const EXAMPLES: &str = "Examples:
 /// Arguments of `fstop compare`.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
-pub struct CompareArgs {
+pub(super) struct CompareArgs {
     /// Image (.exr, .pfm, .hdr; .png, .tga, .jpg are taken for sRGB)
     #[arg(value_name = "A")]
     a: PathBuf,
@@ -140,7 +140,7 @@ struct Flip {
 }
 
 /// Compares two images.
-pub fn run(args: &CompareArgs) -> ExitCode {
+pub(super) fn run(args: &CompareArgs) -> ExitCode {
     match report(args) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(ANSWER_IS_NO),

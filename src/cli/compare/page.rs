@@ -14,7 +14,7 @@ const SCRIPT: &str = include_str!("page.js");
 const DECADES: f32 = 12.0;
 
 /// The whole page; `p` holds the pixels' p-values.
-pub fn html(report: &Report, p: &Image) -> String {
+pub(super) fn html(report: &Report, p: &Image) -> String {
     let comparison = &report.comparison;
     let names = report.inputs.each_ref().map(name);
     let [a, b] = names.each_ref().map(|name| escaped(name));

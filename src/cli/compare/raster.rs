@@ -7,11 +7,11 @@ use base64::engine::general_purpose::STANDARD;
 use half::f16;
 
 /// Maximum number of pixels of an image on the page, 16 MB of text for both; larger ones are reduced.
-pub const MAX_PIXELS: u64 = 1 << 20;
+pub(super) const MAX_PIXELS: u64 = 1 << 20;
 
 /// Division of an image into squares of pixels that are merged into one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reduction {
+pub(super) struct Reduction {
     full: UVec2,
     /// Side of the squares: 1 for images that fit.
     pub factor: u32,
@@ -19,7 +19,7 @@ pub struct Reduction {
 
 impl Reduction {
     /// The smallest factor that makes an image fit into `most` pixels.
-    pub fn new(full: UVec2, most: u64) -> Reduction {
+    pub(super) fn new(full: UVec2, most: u64) -> Reduction {
         let fits = |factor: u32| {
             let size = full.map(|n| n.div_ceil(factor));
             u64::from(size.x) * u64::from(size.y) <= most.max(1)
@@ -32,7 +32,7 @@ impl Reduction {
     }
 
     /// Width and height of the reduced image.
-    pub fn size(&self) -> UVec2 {
+    pub(super) fn size(&self) -> UVec2 {
         self.full.map(|n| n.div_ceil(self.factor))
     }
 
@@ -53,7 +53,7 @@ impl Reduction {
 
     /// The means of squares, as little-endian half floats R G B. Halves reach up to 65504; brighter values and
     /// NaN are stored as that.
-    pub fn halves(&self, image: &Image) -> String {
+    pub(super) fn halves(&self, image: &Image) -> String {
         let mut bytes = Vec::new();
         for square in self.squares() {
             let (mut sum, mut count) = (Rgb::ZERO, 0.0f32);
@@ -75,7 +75,7 @@ impl Reduction {
     }
 
     /// The maximum of each square, 0…1 as a byte.
-    pub fn bytes(&self, value: impl Fn(usize) -> f32) -> String {
+    pub(super) fn bytes(&self, value: impl Fn(usize) -> f32) -> String {
         let largest = |square: &mut dyn Iterator<Item = usize>| {
             let most = square.map(&value).fold(0.0, f32::max);
             (255.0 * most.min(1.0)).round() as u8

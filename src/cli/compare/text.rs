@@ -5,7 +5,7 @@ use crate::compare::{CHANNELS, Level, NoiseSource, Statistic, blocks, extent, pr
 use std::fmt::Write;
 
 /// The verdict, cautions about it, and tables.
-pub fn text(report: &Report) -> String {
+pub(super) fn text(report: &Report) -> String {
     let comparison = &report.comparison;
     let mut text = comparison.sentence() + "\n\n";
     for (name, input) in ["A", "B"].iter().zip(&report.inputs) {
@@ -48,7 +48,7 @@ pub fn text(report: &Report) -> String {
 }
 
 /// Name of a level.
-pub fn level_name(level: &Level) -> String {
+pub(super) fn level_name(level: &Level) -> String {
     match level.statistic {
         Statistic::Mean => blocks(level.side),
         Statistic::Neighbors => format!("neighbors in {}", blocks(level.side)),
@@ -56,7 +56,7 @@ pub fn level_name(level: &Level) -> String {
 }
 
 /// The cells of a level's row; see [`text`] for the columns.
-pub fn level_row(level: &Level) -> [String; 6] {
+pub(super) fn level_row(level: &Level) -> [String; 6] {
     let worst = &level.worst;
     let channel = CHANNELS[worst.channel.min(2)];
     let place = match level.side {
@@ -96,7 +96,7 @@ fn means(report: &Report) -> String {
 }
 
 /// The ratio of means with its 95 % confidence interval.
-pub fn ratio(report: &Report, channel: usize) -> String {
+pub(super) fn ratio(report: &Report, channel: usize) -> String {
     let means = &report.comparison.metrics.channels[channel.min(2)];
     match means.ratio_error {
         Some(error) => format!("{:.5} ± {error:.5}", means.ratio),
@@ -105,7 +105,7 @@ pub fn ratio(report: &Report, channel: usize) -> String {
 }
 
 /// Names and values of all whole-image metrics.
-pub fn numbers(report: &Report) -> Vec<(&'static str, String)> {
+pub(super) fn numbers(report: &Report) -> Vec<(&'static str, String)> {
     let metrics = &report.comparison.metrics;
     let mut mse = format!("{:.4e}", metrics.mse);
     if let (Some(expected), NoiseSource::Stored) = (metrics.expected_mse, report.comparison.noise) {

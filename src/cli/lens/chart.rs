@@ -5,17 +5,17 @@ use plotters::prelude::*;
 use std::ops::Range;
 
 /// An image being drawn.
-pub type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(crate) type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// The backend counts in whole pixels, so images are drawn so much larger than they are shown.
-pub const FINE: u32 = 4;
+pub(crate) const FINE: u32 = 4;
 
 /// Text height on axes, in drawn pixels.
 const TEXT: u32 = 13 * FINE;
 
 /// Blue, vermilion, green, purple, orange: told apart by people who see colors differently (Okabe and Ito, "Color universal design",
 /// 2008).
-pub const PALETTE: [RGBColor; 5] = [
+pub(crate) const PALETTE: [RGBColor; 5] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -25,7 +25,7 @@ pub const PALETTE: [RGBColor; 5] = [
 
 /// How a curve is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stroke {
+pub(crate) enum Stroke {
     /// In one line.
     Solid,
     /// Dashed.
@@ -36,7 +36,7 @@ pub enum Stroke {
 
 /// One curve.
 #[derive(Clone, Debug)]
-pub struct Curve {
+pub(crate) struct Curve {
     /// In the legend; empty for a curve that is explained by another one.
     pub name: String,
     pub color: RGBColor,
@@ -47,7 +47,7 @@ pub struct Curve {
 
 /// One set of axes with its curves.
 #[derive(Clone, Debug)]
-pub struct Chart {
+pub(crate) struct Chart {
     /// Above it.
     pub title: String,
     /// With units.
@@ -61,7 +61,7 @@ pub struct Chart {
 }
 
 /// Draws an image of `size` as shown on the page, as SVG text.
-pub fn svg(
+pub(crate) fn svg(
     size: (u32, u32),
     draw: impl FnOnce(&Canvas) -> Result<(), Failure>,
 ) -> Result<String, Failure> {
@@ -79,26 +79,26 @@ pub fn svg(
 }
 
 /// Why an image could not be drawn.
-pub type Failure = String;
+pub(crate) type Failure = String;
 
 /// Turns the library's errors into ours.
-pub fn failure(error: impl std::fmt::Display) -> Failure {
+pub(crate) fn failure(error: impl std::fmt::Display) -> Failure {
     format!("drawing: {error}")
 }
 
 impl Chart {
     /// As an image of its own.
-    pub fn svg(&self, size: (u32, u32)) -> Result<String, Failure> {
+    pub(crate) fn svg(&self, size: (u32, u32)) -> Result<String, Failure> {
         svg(size, |canvas| self.draw(canvas))
     }
 
     /// Onto a part of an image.
-    pub fn draw(&self, canvas: &Canvas) -> Result<(), Failure> {
+    pub(crate) fn draw(&self, canvas: &Canvas) -> Result<(), Failure> {
         self.draw_and_locate(canvas, std::iter::empty()).map(drop)
     }
 
     /// Onto a part of an image; returns where in the image `points` lie.
-    pub fn draw_and_locate(
+    pub(crate) fn draw_and_locate(
         &self,
         canvas: &Canvas,
         points: impl Iterator<Item = (f64, f64)>,
@@ -217,12 +217,12 @@ fn number(value: f64, step: f64) -> String {
 }
 
 /// The smallest round number that is at least `x`, for the end of an axis; 1 for nothing.
-pub fn round_up(x: f64) -> f64 {
+pub(crate) fn round_up(x: f64) -> f64 {
     next_of(&[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0], x)
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is at least `x`, for the distance between ticks.
-pub fn tick_step(x: f64) -> f64 {
+pub(crate) fn tick_step(x: f64) -> f64 {
     next_of(&[1.0, 2.0, 5.0, 10.0], x)
 }
 

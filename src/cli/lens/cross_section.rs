@@ -34,7 +34,7 @@ struct Scene<'a> {
 }
 
 /// Draws `lens` before `film` as an SVG document, with rays from `object`.
-pub fn svg(lens: &Lens, film: Film, object: ObjectPlane) -> String {
+pub(super) fn svg(lens: &Lens, film: Film, object: ObjectPlane) -> String {
     let scene = Scene::new(lens, film, object);
     let mut image = Drawing::new(scene.z, scene.y);
     scene.draw(&mut image);

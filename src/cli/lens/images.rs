@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// Writes the images of one lens to `folder/name`, and returns its part of the overview.
-pub fn write_all(folder: &Path, content: &Content) -> Result<String, String> {
+pub(super) fn write_all(folder: &Path, content: &Content) -> Result<String, String> {
     let own = folder.join(&content.name);
     std::fs::create_dir_all(&own).map_err(|e| format!("cannot make {}: {e}", own.display()))?;
     let mut part = format!(
@@ -27,7 +27,7 @@ pub fn write_all(folder: &Path, content: &Content) -> Result<String, String> {
 }
 
 /// The overview of all lenses; `command` is what made it.
-pub fn readme(parts: &[String], command: &str) -> String {
+pub(super) fn readme(parts: &[String], command: &str) -> String {
     let mut text = format!(
         "# Lenses\n\nPictures of the report pages of `fstop lens --report`, made by\n\n```text\n{command}\n```\n"
     );

@@ -24,7 +24,7 @@ const EXAMPLES: &str = "Examples:
 /// Arguments of `fstop lens`.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
-pub struct LensArgs {
+pub(super) struct LensArgs {
     /// Lens prescriptions (.dat tables, Zemax .zmx)
     #[arg(required = true, value_name = "LENS")]
     lenses: Vec<PathBuf>,
@@ -139,7 +139,7 @@ impl Bench {
 }
 
 /// Describes every lens.
-pub fn run(args: &LensArgs) -> ExitCode {
+pub(super) fn run(args: &LensArgs) -> ExitCode {
     match describe_all(args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {

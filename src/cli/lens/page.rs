@@ -8,7 +8,7 @@ use crate::optics::analysis::text::meters;
 use std::fmt::Write;
 
 /// One image of the report with what is said about it.
-pub struct Figure {
+pub(super) struct Figure {
     /// File name without ending, and the anchor on the page.
     pub slug: &'static str,
     /// Heading.
@@ -20,7 +20,7 @@ pub struct Figure {
 }
 
 /// Everything on the page.
-pub struct Content<'a> {
+pub(super) struct Content<'a> {
     /// Of the lens.
     pub name: String,
     /// From the film to the object plane, mm; `None` at infinity.
@@ -32,7 +32,7 @@ pub struct Content<'a> {
 
 impl<'a> Content<'a> {
     /// Draws all images of a lens.
-    pub fn new(
+    pub(super) fn new(
         bench: &Bench,
         report: &'a LensReport,
         analysis: &'a LensAnalysis,
@@ -47,7 +47,7 @@ impl<'a> Content<'a> {
     }
 
     /// Its name and the two numbers a photographer calls it by.
-    pub fn title(&self) -> String {
+    pub(super) fn title(&self) -> String {
         let mut title = self.name.clone();
         if let Some(f) = self.report.effective_focal_length {
             let _ = write!(title, ": {f:.1} mm");
@@ -59,7 +59,7 @@ impl<'a> Content<'a> {
     }
 
     /// Where it is focused, in words.
-    pub fn focus(&self) -> String {
+    pub(super) fn focus(&self) -> String {
         match self.object_distance {
             Some(distance) => format!("focused {} m from the film", meters(distance)),
             None => "focused at infinity".to_string(),
@@ -171,7 +171,7 @@ fn diffraction(analysis: &LensAnalysis) -> String {
 }
 
 /// The page.
-pub fn html(content: &Content) -> String {
+pub(super) fn html(content: &Content) -> String {
     let mut body = String::new();
     let title = escaped(&content.title());
     let _ = write!(

@@ -43,7 +43,7 @@ fn curve(
 }
 
 /// Distortion against film height.
-pub fn distortion(analysis: &LensAnalysis) -> Result<String, Failure> {
+pub(super) fn distortion(analysis: &LensAnalysis) -> Result<String, Failure> {
     let near_object = analysis
         .fields
         .iter()
@@ -87,7 +87,7 @@ pub fn distortion(analysis: &LensAnalysis) -> Result<String, Failure> {
 }
 
 /// Relative illumination, with the law of the fourth power.
-pub fn illumination(analysis: &LensAnalysis) -> Result<String, Failure> {
+pub(super) fn illumination(analysis: &LensAnalysis) -> Result<String, Failure> {
     let percent = |x: f64| Some(100.0 * x);
     let curves = vec![
         curve(analysis, "this lens", 0, Stroke::Solid, |f| {
@@ -123,7 +123,7 @@ pub fn illumination(analysis: &LensAnalysis) -> Result<String, Failure> {
 }
 
 /// Geometric MTF against film height.
-pub fn mtf(analysis: &LensAnalysis) -> Result<String, Failure> {
+pub(super) fn mtf(analysis: &LensAnalysis) -> Result<String, Failure> {
     let mut curves = Vec::new();
     for (i, frequency) in MTF_FREQUENCIES.iter().enumerate() {
         for (axis, stroke, which) in [
@@ -140,7 +140,7 @@ pub fn mtf(analysis: &LensAnalysis) -> Result<String, Failure> {
 }
 
 /// Lateral color against film height.
-pub fn lateral_color(analysis: &LensAnalysis, color: &Color) -> Result<String, Failure> {
+pub(super) fn lateral_color(analysis: &LensAnalysis, color: &Color) -> Result<String, Failure> {
     let curve = |name: &str, stroke_color, value: fn(&LateralColor) -> f64| Curve {
         name: name.to_string(),
         color: stroke_color,
@@ -161,7 +161,7 @@ pub fn lateral_color(analysis: &LensAnalysis, color: &Color) -> Result<String, F
 }
 
 /// Part of the sampled rays that get through, against film height.
-pub fn pass_fractions(analysis: &LensAnalysis) -> Result<String, Failure> {
+pub(super) fn pass_fractions(analysis: &LensAnalysis) -> Result<String, Failure> {
     let curve =
         |name: &str,
          color: usize,
@@ -190,7 +190,7 @@ pub fn pass_fractions(analysis: &LensAnalysis) -> Result<String, Failure> {
 }
 
 /// Spot diagrams side by side, on one scale.
-pub fn spots(analysis: &LensAnalysis) -> Result<String, Failure> {
+pub(super) fn spots(analysis: &LensAnalysis) -> Result<String, Failure> {
     let reach = analysis
         .spots
         .iter()
@@ -256,7 +256,7 @@ fn rms_radius(analysis: &LensAnalysis, i: usize) -> f64 {
 }
 
 /// Ray aberration curves: tangential above, sagittal below, on one scale.
-pub fn fans(analysis: &LensAnalysis) -> Result<String, Failure> {
+pub(super) fn fans(analysis: &LensAnalysis) -> Result<String, Failure> {
     let reach = analysis
         .fans
         .iter()

@@ -4,7 +4,7 @@ use crate::cli::lens::chart::{FINE, Failure, failure, svg};
 use plotters::prelude::*;
 
 /// A series of points in one color.
-pub struct Series {
+pub(super) struct Series {
     /// Name in the legend.
     pub name: String,
     /// Seconds of CPU time, error in percent, and a label for the point.
@@ -28,7 +28,7 @@ const PALETTE: [RGBColor; 8] = [
 ];
 
 /// Draws the series; those without a positive point are left out.
-pub fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Failure> {
+pub(super) fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Failure> {
     let points = || {
         series
             .iter()

@@ -25,7 +25,7 @@ const EXAMPLES: &str = "Examples:
 /// Arguments of `fstop tradeoff`.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
-pub struct TradeoffArgs {
+pub(super) struct TradeoffArgs {
     /// Scene file; if it has several frames, the first
     scene: PathBuf,
     /// Relative error to recommend a setting for
@@ -62,7 +62,7 @@ pub struct TradeoffArgs {
 }
 
 /// Studies the scene; exit code 0, or 2 if there is nothing to study.
-pub fn run(args: &TradeoffArgs) -> ExitCode {
+pub(super) fn run(args: &TradeoffArgs) -> ExitCode {
     study_scene(args).map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
 }
 

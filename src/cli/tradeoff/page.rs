@@ -13,7 +13,7 @@ table{border-collapse:collapse;font-variant-numeric:tabular-nums}th,td{padding:.
 td:nth-child(-n+2),th:nth-child(-n+2){text-align:left}";
 
 /// The page.
-pub fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, Failure> {
+pub(super) fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, Failure> {
     let mut body = String::new();
     let _ = write!(
         body,

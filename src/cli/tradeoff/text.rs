@@ -4,7 +4,7 @@ use crate::tradeoff::{Estimate, Measurement, Setting, Study};
 use std::fmt::Write;
 
 /// The table and the recommendation.
-pub fn report(study: &Study, scene: &str, shrunk: bool) -> String {
+pub(super) fn report(study: &Study, scene: &str, shrunk: bool) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}\n", heading(study, scene, shrunk));
@@ -41,7 +41,7 @@ pub fn report(study: &Study, scene: &str, shrunk: bool) -> String {
 }
 
 /// What was measured, in one line.
-pub fn heading(study: &Study, scene: &str, shrunk: bool) -> String {
+pub(super) fn heading(study: &Study, scene: &str, shrunk: bool) -> String {
     let [width, height] = study.resolution;
     let size = if shrunk {
         ", smaller than the scene asks for"
@@ -56,7 +56,7 @@ pub fn heading(study: &Study, scene: &str, shrunk: bool) -> String {
 }
 
 /// How to read the table.
-pub fn legend(study: &Study) -> String {
+pub(super) fn legend(study: &Study) -> String {
     let slope = study.slope.map_or_else(String::new, |slope| {
         format!(
             " Squared noise falls with samples to the power -{slope:.2} (independent samples: -1)."
@@ -71,7 +71,7 @@ pub fn legend(study: &Study) -> String {
 }
 
 /// The recommendation.
-pub fn sentence(study: &Study) -> String {
+pub(super) fn sentence(study: &Study) -> String {
     let Some(advice) = &study.recommendation else {
         return "Nothing could be measured.".to_string();
     };
@@ -113,7 +113,7 @@ pub fn sentence(study: &Study) -> String {
 }
 
 /// Efficiency of a setting relative to another's.
-pub fn relative_efficiency(m: &Measurement, base: &Measurement) -> Estimate {
+pub(super) fn relative_efficiency(m: &Measurement, base: &Measurement) -> Estimate {
     let value = m.efficiency.value / base.efficiency.value;
     let part = |e: &Estimate| (e.within / e.value).powi(2);
     // To first order; the scene's own setting is the unit.
@@ -125,7 +125,7 @@ pub fn relative_efficiency(m: &Measurement, base: &Measurement) -> Estimate {
 }
 
 /// A bias, or a dash if it cannot be told from noise.
-pub fn bias(m: &Measurement) -> String {
+pub(super) fn bias(m: &Measurement) -> String {
     match m.squared_bias.excludes(0.0) && m.squared_bias.value > 0.0 {
         true => percent(m.bias()),
         false => "-".to_string(),
@@ -133,7 +133,7 @@ pub fn bias(m: &Measurement) -> String {
 }
 
 /// A fraction in percent.
-pub fn percent(e: Estimate) -> String {
+pub(super) fn percent(e: Estimate) -> String {
     number(Estimate {
         value: 100.0 * e.value,
         within: 100.0 * e.within,
@@ -141,7 +141,7 @@ pub fn percent(e: Estimate) -> String {
 }
 
 /// Rounded to its significant digits.
-pub fn number(e: Estimate) -> String {
+pub(super) fn number(e: Estimate) -> String {
     if !e.value.is_finite() {
         return "-".to_string();
     }

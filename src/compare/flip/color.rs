@@ -25,7 +25,7 @@ pub(super) struct ColorSpaces {
 }
 
 impl ColorSpaces {
-    pub fn new() -> ColorSpaces {
+    pub(super) fn new() -> ColorSpaces {
         ColorSpaces {
             rgb_from_xyz: XYZ_FROM_RGB.inverse(),
             white: XYZ_FROM_RGB * Rgb::ONE,
@@ -34,7 +34,7 @@ impl ColorSpaces {
 
     /// Linear RGB to YCxCz, the linear opponent space in which the eye's blur is applied: 116 Y − 16, 500 (X − Y), 200
     /// (Y − Z), relative to white (Andersson et al. 2020, §4.1.1).
-    pub fn ycxcz_from_rgb(&self, rgb: Rgb) -> Rgb {
+    pub(super) fn ycxcz_from_rgb(&self, rgb: Rgb) -> Rgb {
         let xyz = XYZ_FROM_RGB * rgb / self.white;
         Rgb::new(
             116.0 * xyz.y - 16.0,
@@ -44,7 +44,7 @@ impl ColorSpaces {
     }
 
     /// The inverse.
-    pub fn rgb_from_ycxcz(&self, ycxcz: Rgb) -> Rgb {
+    pub(super) fn rgb_from_ycxcz(&self, ycxcz: Rgb) -> Rgb {
         let y = (ycxcz.x + 16.0) / 116.0;
         let xyz = Rgb::new(y + ycxcz.y / 500.0, y, y - ycxcz.z / 200.0);
         self.rgb_from_xyz * (xyz * self.white)
@@ -52,7 +52,7 @@ impl ColorSpaces {
 
     /// Linear RGB to CIE L*a*b*, with chroma scaled by lightness (0.01 L a, 0.01 L b) for the Hunt effect: darker
     /// colors look less saturated (§4.1.2).
-    pub fn hunt_lab_from_rgb(&self, rgb: Rgb) -> Rgb {
+    pub(super) fn hunt_lab_from_rgb(&self, rgb: Rgb) -> Rgb {
         let f = (XYZ_FROM_RGB * rgb / self.white).map(lab_curve);
         let lightness = 116.0 * f.y - 16.0;
         let hunt = 0.01 * lightness;

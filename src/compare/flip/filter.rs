@@ -34,7 +34,7 @@ impl Kernel {
     }
 
     /// Number of weights to either side of the center.
-    pub fn radius(&self) -> usize {
+    pub(super) fn radius(&self) -> usize {
         self.0.len() / 2
     }
 }
@@ -51,7 +51,7 @@ pub(super) struct ContrastSensitivity {
 
 impl ContrastSensitivity {
     /// The functions for `pixels_per_degree` pixels per degree of the visual field.
-    pub fn new(pixels_per_degree: f64) -> ContrastSensitivity {
+    pub(super) fn new(pixels_per_degree: f64) -> ContrastSensitivity {
         /// Width parameters of the three channels, in squared degrees.
         const LUMINANCE: f64 = 0.0047;
         const RED_GREEN: f64 = 0.0053;
@@ -90,7 +90,7 @@ pub(super) struct Features {
 }
 
 impl Features {
-    pub fn new(pixels_per_degree: f64) -> Features {
+    pub(super) fn new(pixels_per_degree: f64) -> Features {
         /// Width of the eye's edge detector in degrees (§4.2, after Marr and Hildreth).
         const WIDTH: f64 = 0.082;
         let sigma = 0.5 * WIDTH * pixels_per_degree;
@@ -116,7 +116,7 @@ pub(super) struct Rows {
 
 impl Rows {
     /// Filters along the rows, repeating the last value beyond their ends.
-    pub fn across(&self, kernel: &Kernel) -> Rows {
+    pub(super) fn across(&self, kernel: &Kernel) -> Rows {
         let radius = kernel.radius();
         let mut padded = vec![0.0; self.width + 2 * radius];
         let mut values = vec![0.0; self.values.len()];
@@ -139,7 +139,7 @@ impl Rows {
 
     /// Filters along the columns, for the image's rows `first..end`. Rows beyond those available repeat the outermost,
     /// as is right at the image's edges; elsewhere as many rows are available as the kernel reaches.
-    pub fn down(&self, kernel: &Kernel, first: usize, end: usize) -> Rows {
+    pub(super) fn down(&self, kernel: &Kernel, first: usize, end: usize) -> Rows {
         let rows: Vec<&[f32]> = self.values.chunks_exact(self.width).collect();
         let mut values = vec![0.0; (end - first) * self.width];
         for (y, out) in (first..end).zip(values.chunks_exact_mut(self.width)) {

@@ -98,7 +98,7 @@ pub(super) struct Context<'a> {
 
 impl Context<'_> {
     /// At `height`; `None` where no light arrives or there is no chief ray.
-    pub fn point(&self, height: f64) -> Option<FieldPoint> {
+    pub(super) fn point(&self, height: f64) -> Option<FieldPoint> {
         let omega = projected_solid_angle(self.lens, self.pupil, height, self.effort.pupil_samples);
         let chief = self.chief.find(height)?;
         if omega <= 0.0 || self.at_axis <= 0.0 {

@@ -13,7 +13,7 @@ pub(super) struct Extras {
 
 impl Extras {
     /// Reads the words of `row`; `error` is told of every one that cannot be read.
-    pub fn read(row: &Row, mut error: impl FnMut(&Cell, String)) -> Extras {
+    pub(super) fn read(row: &Row, mut error: impl FnMut(&Cell, String)) -> Extras {
         let mut extras = Extras::default();
         for cell in &row.extras {
             if let Err(message) = extras.word(cell.text) {

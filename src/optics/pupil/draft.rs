@@ -31,7 +31,7 @@ pub(super) struct Draft {
 impl Draft {
     /// Around the outlines at the ring's inner and outer radius, and what sticks out of the straight lines between them at
     /// the outlines `inside`, each with its t. At both ends all triangles have the same area, to [`UNEVEN`].
-    pub fn between<'a>(
+    pub(super) fn between<'a>(
         ends: [&Outline; 2],
         inside: impl Iterator<Item = (f64, &'a Outline)> + Clone,
     ) -> Draft {
@@ -80,7 +80,7 @@ impl Draft {
     }
 
     /// Around an ellipse at the inner, and one at the outer radius.
-    pub fn of_ellipses(inner: &Ellipse, outer: &Ellipse) -> Draft {
+    pub(super) fn of_ellipses(inner: &Ellipse, outer: &Ellipse) -> Draft {
         let corners = |e: &Ellipse| e.corners().collect::<Vec<_>>();
         Draft {
             center: Moving {
@@ -92,7 +92,7 @@ impl Draft {
     }
 
     /// In mm², at `t`.
-    pub fn area(&self, t: f64) -> f64 {
+    pub(super) fn area(&self, t: f64) -> f64 {
         let mut last = self.corners[0].at(t);
         let mut sum = 0.0;
         for corner in &self.corners[1..] {
@@ -105,7 +105,7 @@ impl Draft {
 
     /// The triangle in whose direction `p` (relative to the lens axis) lies, and how far `p` is
     /// beyond its outer side, mm; negative inside.
-    pub fn beyond(&self, t: f64, p: [f64; 2]) -> (usize, f64) {
+    pub(super) fn beyond(&self, t: f64, p: [f64; 2]) -> (usize, f64) {
         let v = [p[0] - self.center.at(t), p[1].abs()];
         let last = self.corners.len() - 1;
         let i = self
@@ -142,7 +142,7 @@ impl Draft {
 
     /// Moves the corners outward so that what sticks out by `gaps` where it was measured (and by
     /// more elsewhere) lies inside.
-    pub fn fill(&mut self, gaps: &[f64]) {
+    pub(super) fn fill(&mut self, gaps: &[f64]) {
         let last = self.corners.len() - 1;
         for i in 0..=last {
             // A bend may lie in a neighboring triangle at another radius.
@@ -153,7 +153,7 @@ impl Draft {
     }
 
     /// Moves every corner outward by the margin.
-    pub fn grow(&mut self) {
+    pub(super) fn grow(&mut self) {
         for c in &mut self.corners {
             c.from = c.from.map(|x| (1.0 + MARGIN) * x);
             c.to = c.to.map(|x| (1.0 + MARGIN) * x);
@@ -161,7 +161,7 @@ impl Draft {
     }
 
     /// Moves the corners of triangle `i` outward by `length` mm, at all radii.
-    pub fn push_side(&mut self, i: usize, length: f64) {
+    pub(super) fn push_side(&mut self, i: usize, length: f64) {
         self.push(i, length);
         self.push(i + 1, length);
     }
@@ -177,7 +177,7 @@ impl Draft {
     }
 
     /// Ready to sample; `None` where it is no star (see [`Ring::new`]).
-    pub fn finish(&self, radii: [f64; 2]) -> Option<Ring> {
+    pub(super) fn finish(&self, radii: [f64; 2]) -> Option<Ring> {
         Ring::new(radii, self.center, &self.corners)
     }
 }

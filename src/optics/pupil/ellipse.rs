@@ -16,7 +16,7 @@ pub(super) struct Ellipse {
 
 impl Ellipse {
     /// Corners of a polygon around the half with y ≥ 0, relative to the center.
-    pub fn corners(&self) -> impl Iterator<Item = [f64; 2]> {
+    pub(super) fn corners(&self) -> impl Iterator<Item = [f64; 2]> {
         let e = *self;
         let step = std::f64::consts::PI / DIRECTIONS as f64;
         let scale = 1.0 / (0.5 * step).cos();
@@ -29,7 +29,7 @@ impl Ellipse {
     /// A small ellipse, centered on the y = 0 axis, around points given by their half with y ≥ 0;
     /// `None` for no points. For each ratio of the axes the best circle after scaling y, and of the
     /// ratios the one with the least area.
-    pub fn around(points: &[[f64; 2]]) -> Option<Ellipse> {
+    pub(super) fn around(points: &[[f64; 2]]) -> Option<Ellipse> {
         let (mut low, mut high, mut top) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
         for p in points {
             (low, high, top) = (low.min(p[0]), high.max(p[0]), top.max(p[1]));
@@ -62,12 +62,12 @@ impl Ellipse {
     }
 
     /// In mm².
-    pub fn area(&self) -> f64 {
+    pub(super) fn area(&self) -> f64 {
         std::f64::consts::PI * self.along * self.across
     }
 
     /// The point `p` of the ellipse, relative to the lens axis.
-    pub fn point(&self, p: Spot<f64>) -> [f64; 2] {
+    pub(super) fn point(&self, p: Spot<f64>) -> [f64; 2] {
         let (sin, cos) = (std::f64::consts::PI * p.half).sin_cos();
         [
             self.center + self.along * p.radius * cos,

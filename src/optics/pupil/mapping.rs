@@ -39,7 +39,7 @@ impl<T: Index> Spot<T> {
     /// Choices between values, not between paths: which triangle of the square a sample falls into
     /// cannot be predicted, and differs within a bundle.
     #[inline(always)]
-    pub fn concentric(u: [T; 2]) -> Spot<T> {
+    pub(super) fn concentric(u: [T; 2]) -> Spot<T> {
         let (zero, one) = (T::Base::ZERO, T::Base::ONE);
         let [two, four, quarter] = [2.0, 4.0, 0.25].map(T::Base::round_from);
         let [x, y] = u.map(|x| x.times(two).plus(-one));
@@ -60,7 +60,7 @@ impl<T: Index> Spot<T> {
 
     /// The square-root polar mapping.
     #[inline(always)]
-    pub fn square_root(u: [T; 2]) -> Spot<T> {
+    pub(super) fn square_root(u: [T; 2]) -> Spot<T> {
         let one = T::Base::ONE;
         // From −1, where the turn begins, over 0 half-way to 1.
         let turn = u[1].times(T::Base::round_from(2.0)).plus(-one);

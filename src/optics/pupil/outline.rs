@@ -16,7 +16,7 @@ const LANES: usize = 16;
 /// Directions in which the outline is sought, over half a turn: the other half is its mirror image. A
 /// polygon around a circle with these corners is 0.14 % larger than the circle, and what [`super::ring`] adds
 /// for kinks between two directions costs 0.4 %.
-pub const DIRECTIONS: usize = 48;
+pub(super) const DIRECTIONS: usize = 48;
 
 /// The lens as seen from the film point (`radius`, 0) through a plane perpendicular to the axis.
 /// Points on that plane are (x, y): along and across the film point's azimuth.
@@ -59,7 +59,7 @@ pub(super) struct Outline {
 
 impl View<'_> {
     /// Does the ray through `p` reach the scene?
-    pub fn passes(&self, p: [f64; 2]) -> bool {
+    pub(super) fn passes(&self, p: [f64; 2]) -> bool {
         self.tracer.trace(&[self.radius, 0.0], &p).passed
     }
 
@@ -85,14 +85,14 @@ impl View<'_> {
     }
 
     /// Where the line from the film point through `p` meets the plane.
-    pub fn on_plane(&self, p: [f64; 3]) -> [f64; 2] {
+    pub(super) fn on_plane(&self, p: [f64; 3]) -> [f64; 2] {
         let film_z = self.film_z;
         let k = (self.plane_z - film_z) / (p[2] - film_z);
         [self.radius + k * (p[0] - self.radius), k * p[1]]
     }
 
     /// x of a ray in the meridional plane that passes; `None` where none does. `hint` is tried first.
-    pub fn inside(&self, rear: &Rear, hint: Option<f64>) -> Option<f64> {
+    pub(super) fn inside(&self, rear: &Rear, hint: Option<f64>) -> Option<f64> {
         let passes = |x: &f64| x.is_finite() && self.passes([*x, 0.0]);
         // Straight ahead is where light goes whose film all but touches the glass.
         hint.filter(passes)
@@ -128,7 +128,7 @@ impl View<'_> {
     }
 
     /// The outline; `None` where no ray in the meridional plane passes.
-    pub fn outline(&self, rear: &Rear, hint: Option<Hint>) -> Option<Outline> {
+    pub(super) fn outline(&self, rear: &Rear, hint: Option<Hint>) -> Option<Outline> {
         let inside = self.inside(rear, hint.map(|h| h.inside))?;
         // Without a hint the first step is found by doubling from next to nothing.
         let size = hint.map_or(1e-9 * rear.radius(), |h| h.size);
@@ -218,7 +218,7 @@ impl Kernel for Excess<'_> {
 
 impl Outline {
     /// For film points nearby.
-    pub fn hint(&self) -> Hint {
+    pub(super) fn hint(&self) -> Hint {
         Hint {
             inside: self.center,
             size: self.points[0][0],
@@ -245,12 +245,12 @@ impl Outline {
     }
 
     /// In mm², of the whole region.
-    pub fn area(&self) -> f64 {
+    pub(super) fn area(&self) -> f64 {
         self.points.windows(2).map(|p| cross(p[0], p[1])).sum()
     }
 
     /// The points with the middle added.
-    pub fn absolute(&self) -> impl Iterator<Item = [f64; 2]> {
+    pub(super) fn absolute(&self) -> impl Iterator<Item = [f64; 2]> {
         self.points.iter().map(|p| [self.center + p[0], p[1]])
     }
 }

@@ -13,7 +13,7 @@ pub(super) struct Rear {
 }
 
 impl Rear {
-    pub fn new(lens: &Lens) -> Rear {
+    pub(super) fn new(lens: &Lens) -> Rear {
         let rear = lens.rear();
         let radius = rear.clear_radius();
         Rear {
@@ -24,13 +24,13 @@ impl Rear {
     }
 
     /// Of its rim, mm.
-    pub fn radius(&self) -> f64 {
+    pub(super) fn radius(&self) -> f64 {
         self.radius
     }
 
     /// A circle on the plane `plane_z` around all lines from the film point through the element's
     /// cap, which lies in a cylinder between vertex and rim. `None` for a film inside the cap.
-    pub fn region(&self, film_radius: f64, plane_z: f64, film_z: f64) -> Option<Ellipse> {
+    pub(super) fn region(&self, film_radius: f64, plane_z: f64, film_z: f64) -> Option<Ellipse> {
         // A disk at z is seen on the plane enlarged by k about the film point.
         let disk = |z: f64| {
             let k = (plane_z - film_z) / (z - film_z);
@@ -47,7 +47,7 @@ impl Rear {
     }
 
     /// The point of the cap above (x, y).
-    pub fn point(&self, x: f64, y: f64) -> [f64; 3] {
+    pub(super) fn point(&self, x: f64, y: f64) -> [f64; 3] {
         let r2 = x * x + y * y;
         let c = self.curvature;
         [
@@ -58,7 +58,7 @@ impl Rear {
     }
 
     /// Points all over the half with y ≥ 0, in sunflower order.
-    pub fn probes(&self, count: usize) -> impl Iterator<Item = [f64; 3]> {
+    pub(super) fn probes(&self, count: usize) -> impl Iterator<Item = [f64; 3]> {
         let rear = *self;
         (0..count).map(move |i| {
             let r = rear.radius * ((i as f64 + 0.5) / count as f64).sqrt();

@@ -19,13 +19,13 @@ pub(super) struct Moving<T> {
 }
 
 impl Moving<f64> {
-    pub fn at(&self, t: f64) -> f64 {
+    pub(super) fn at(&self, t: f64) -> f64 {
         self.from + t * (self.to - self.from)
     }
 }
 
 impl Moving<[f64; 2]> {
-    pub fn at(&self, t: f64) -> [f64; 2] {
+    pub(super) fn at(&self, t: f64) -> [f64; 2] {
         [0, 1].map(|i| self.from[i] + t * (self.to[i] - self.from[i]))
     }
 }
@@ -60,7 +60,11 @@ pub struct Region {
 impl Ring {
     /// For film radii from `radii[0]` to `radii[1]`, where t runs from 0 to 1. `None` unless the
     /// corners go once around the middle, counterclockwise, at every t.
-    pub fn new(radii: [f64; 2], center: Moving<f64>, corners: &[Moving<[f64; 2]>]) -> Option<Ring> {
+    pub(super) fn new(
+        radii: [f64; 2],
+        center: Moving<f64>,
+        corners: &[Moving<[f64; 2]>],
+    ) -> Option<Ring> {
         let mut whole = [0.0; 3];
         for pair in corners.windows(2) {
             // Both halves' triangles.
@@ -82,29 +86,29 @@ impl Ring {
     }
 
     /// Distance of the middle from the lens axis, mm.
-    pub fn center(&self) -> Moving<f64> {
+    pub(super) fn center(&self) -> Moving<f64> {
         self.center
     }
 
     /// Corners of the half with y ≥ 0, from +x to −x, relative to the middle, mm.
-    pub fn corners(&self) -> impl Iterator<Item = &Moving<[f64; 2]>> {
+    pub(super) fn corners(&self) -> impl Iterator<Item = &Moving<[f64; 2]>> {
         self.corners.iter()
     }
 
     /// Where `radius` lies in the ring.
-    pub fn t(&self, radius: f64) -> f64 {
+    pub(super) fn t(&self, radius: f64) -> f64 {
         ((radius - self.radii[0]) * self.per_width).clamp(0.0, 1.0)
     }
 
     /// In mm².
-    pub fn area(&self, t: f64) -> f64 {
+    pub(super) fn area(&self, t: f64) -> f64 {
         quadratic(self.area, t)
     }
 
     /// By rejection a point of the region at `t`, evenly over its area, relative to the lens axis, along and across
     /// the film point's azimuth: the first candidate in the bounding box that lies in the region; where
     /// none does, the last one's numbers.
-    pub fn by_rejection(&self, t: f64, u: Vec2) -> Result<[f64; 2], Vec2> {
+    pub(super) fn by_rejection(&self, t: f64, u: Vec2) -> Result<[f64; 2], Vec2> {
         let (low, high) = self.bounds(t);
         let in_box = |u: Vec2| {
             let u = u.as_dvec2();
@@ -127,7 +131,7 @@ impl Ring {
 
     /// Is `p`, relative to the lens axis, within the region of film radius `radius`?
     #[cfg(test)]
-    pub fn holds_absolute(&self, radius: f64, p: [f64; 2]) -> bool {
+    pub(super) fn holds_absolute(&self, radius: f64, p: [f64; 2]) -> bool {
         let t = self.t(radius);
         self.holds(t, [p[0] - self.center.at(t), p[1]])
     }
@@ -146,7 +150,7 @@ impl Ring {
     }
 
     /// The region's extent.
-    pub fn region(&self, t: f64) -> Region {
+    pub(super) fn region(&self, t: f64) -> Region {
         let (low, high) = self.bounds(t);
         Region {
             center: self.center.at(t) + 0.5 * (low + high[0]),

@@ -47,7 +47,7 @@ struct End {
 
 impl Search {
     /// Begins at `guess`.
-    pub fn new(guess: f64) -> Search {
+    pub(super) fn new(guess: f64) -> Search {
         let end = End {
             t: guess,
             value: 0.0,
@@ -64,17 +64,17 @@ impl Search {
     }
 
     /// The t at which it wants to know the function next.
-    pub fn wanted(&self) -> f64 {
+    pub(super) fn wanted(&self) -> f64 {
         self.wanted
     }
 
     /// The t that was sought, once it is found.
-    pub fn found(&self) -> Option<f64> {
+    pub(super) fn found(&self) -> Option<f64> {
         (self.stage == Stage::Done).then_some(self.high.t)
     }
 
     /// Takes the function's value at the t that was wanted.
-    pub fn learn(&mut self, value: f64) {
+    pub(super) fn learn(&mut self, value: f64) {
         let end = End {
             t: self.wanted,
             value,

@@ -69,7 +69,7 @@ impl Survey {
 
     /// The regions of all rings, by film radius; starts with `count` rings. Film radii up to
     /// [`Survey::reach`] that are in none are dark.
-    pub fn rings(&self, count: usize) -> Vec<Ring> {
+    pub(super) fn rings(&self, count: usize) -> Vec<Ring> {
         let mut known: Vec<(f64, Option<Outline>)> = Vec::with_capacity(count + 3);
         let mut hint = None;
         for radius in self.radii(count) {

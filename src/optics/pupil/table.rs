@@ -46,7 +46,7 @@ pub(in crate::optics) struct Spread<T: Index> {
 
 impl PupilTable<f64> {
     /// Of `rings`, by film radius, all with as many corners, for film radii up to `reach` mm.
-    pub fn new(rings: &[Ring], reach: f64) -> PupilTable<f64> {
+    pub(super) fn new(rings: &[Ring], reach: f64) -> PupilTable<f64> {
         let corners = rings.first().map_or(2, |ring| ring.corners().count());
         let mut parts = 4 * rings.len() + 1;
         let first_rings = |parts: usize| -> Vec<usize> {
@@ -96,7 +96,7 @@ impl PupilTable<f64> {
     }
 
     /// In another precision.
-    pub fn rounded<B: Plain>(&self) -> PupilTable<B> {
+    pub(super) fn rounded<B: Plain>(&self) -> PupilTable<B> {
         let all = |values: &[f64]| values.iter().map(|x| B::round_from(*x)).collect();
         PupilTable {
             parts_per_mm: B::round_from(self.parts_per_mm),
@@ -113,7 +113,12 @@ impl PupilTable<f64> {
 impl<B: Plain> PupilTable<B> {
     /// The `spot` of the region of the film point (x, y) mm, at `radius` mm from the axis.
     #[inline(always)]
-    pub fn point<T: Index<Base = B>>(&self, film: &[T; 2], radius: T, spot: &Spot<T>) -> Spread<T> {
+    pub(super) fn point<T: Index<Base = B>>(
+        &self,
+        film: &[T; 2],
+        radius: T,
+        spot: &Spot<T>,
+    ) -> Spread<T> {
         let (zero, one) = (T::constant(B::ZERO), T::constant(B::ONE));
         let ring = self.ring(radius);
         let [inner, outer, per_width, center, drift] = T::row(&self.rows, [(ring, self.stride)], 0);

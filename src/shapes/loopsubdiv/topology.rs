@@ -44,7 +44,7 @@ pub(super) struct ControlMesh {
 
 impl ControlMesh {
     /// Every corner must be a position.
-    pub fn new(triangles: &[[u32; 3]], positions: &[DVec3]) -> ControlMesh {
+    pub(super) fn new(triangles: &[[u32; 3]], positions: &[DVec3]) -> ControlMesh {
         let mut warnings = Vec::new();
         let proper = |t: &&[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
         let mut kept: Vec<[u32; 3]> = triangles.iter().filter(proper).copied().collect();
@@ -129,12 +129,12 @@ pub(super) fn previous(h: u32) -> u32 {
 
 impl Topology {
     /// The vertex that half-edge `h` leaves.
-    pub fn origin(&self, h: u32) -> u32 {
+    pub(super) fn origin(&self, h: u32) -> u32 {
         self.triangles[h as usize / 3][h as usize % 3]
     }
 
     /// The vertex it leads to.
-    pub fn target(&self, h: u32) -> u32 {
+    pub(super) fn target(&self, h: u32) -> u32 {
         self.origin(next(h))
     }
 
@@ -157,7 +157,7 @@ impl Topology {
 
     /// The neighbors of a vertex in turn; those of a boundary vertex from one end of the boundary
     /// to the other.
-    pub fn ring(&self, vertex: &Vertex, mut visit: impl FnMut(u32)) {
+    pub(super) fn ring(&self, vertex: &Vertex, mut visit: impl FnMut(u32)) {
         if !vertex.boundary {
             let mut h = vertex.start;
             loop {
@@ -221,7 +221,7 @@ impl Topology {
 
     /// Every triangle cut into four: triangle f becomes 4 f + j at its corners j and 4 f + 3 in the
     /// middle. Vertices stay, with their numbers, and each edge adds one.
-    pub fn refine(&self) -> Topology {
+    pub(super) fn refine(&self) -> Topology {
         let mut finer = Topology {
             triangles: vec![[0; 3]; 4 * self.triangles.len()],
             twins: vec![NONE; 4 * self.twins.len()],
@@ -276,7 +276,7 @@ impl Topology {
     }
 
     /// Positions of `finer`'s vertices, which [`Topology::refine`] made from this.
-    pub fn refined_positions(&self, finer: &Topology, positions: &[DVec3]) -> Vec<DVec3> {
+    pub(super) fn refined_positions(&self, finer: &Topology, positions: &[DVec3]) -> Vec<DVec3> {
         let mut refined = Vec::with_capacity(finer.vertices.len());
         for (vertex, &p) in self.vertices.iter().zip(positions) {
             refined.push(if vertex.boundary {
@@ -300,14 +300,20 @@ impl Topology {
     }
 
     /// Each neighbor with `weight`, and what is left of 1 for `p` itself.
-    pub fn ring_mean(&self, vertex: &Vertex, p: DVec3, positions: &[DVec3], weight: f64) -> DVec3 {
+    pub(super) fn ring_mean(
+        &self,
+        vertex: &Vertex,
+        p: DVec3,
+        positions: &[DVec3],
+        weight: f64,
+    ) -> DVec3 {
         let mut sum = DVec3::ZERO;
         self.ring(vertex, |i| sum += positions[i as usize]);
         (1.0 - f64::from(vertex.valence) * weight) * p + weight * sum
     }
 
     /// The two neighbors along the boundary with `weight` each, and what is left of 1 for `p`.
-    pub fn boundary_mean(
+    pub(super) fn boundary_mean(
         &self,
         vertex: &Vertex,
         p: DVec3,

@@ -7,7 +7,7 @@ use crate::shapes::paraboloid::Paraboloid;
 use crate::shapes::sphere::Sphere;
 
 /// Points of the unit square, evenly spread (Roberts' R2 sequence).
-pub fn points(n: usize) -> impl Iterator<Item = DVec2> {
+pub(crate) fn points(n: usize) -> impl Iterator<Item = DVec2> {
     (0..n).map(|i| {
         let i = i as f64 + 0.5;
         DVec2::new(
@@ -23,7 +23,7 @@ fn in_unit_square(uv: DVec2) -> bool {
 }
 
 /// Derivatives against finite differences.
-pub fn check_derivatives(shape: &impl ObjectSurface) {
+pub(crate) fn check_derivatives(shape: &impl ObjectSurface) {
     // Truncation error of the differences is STEP times curvatures of order 10.
     const STEP: f64 = 1e-5;
     for u in points(500) {
@@ -59,7 +59,7 @@ pub fn check_derivatives(shape: &impl ObjectSurface) {
 }
 
 /// Rays toward points of the surface meet it there or before, and only where there is surface.
-pub fn check_hits(shape: &impl ObjectSurface) {
+pub(crate) fn check_hits(shape: &impl ObjectSurface) {
     for (i, u) in points(2000).enumerate() {
         let target = shape.sample(u);
         let o = DVec3::new(
@@ -86,7 +86,7 @@ pub fn check_hits(shape: &impl ObjectSurface) {
 
 /// Points are uniform over the area: with density 1/A, the mean of f/|∂p/∂u × ∂p/∂v| is the
 /// integral of f over (u, v) divided by A, for f = 1, u and v.
-pub fn check_uniform(shape: &impl ObjectSurface) {
+pub(crate) fn check_uniform(shape: &impl ObjectSurface) {
     let n = 400_000;
     let (mut one, mut first) = (0.0, DVec2::ZERO);
     for u in points(n) {

@@ -48,7 +48,7 @@ impl Axis {
     /// covers four to eight of them. Beyond a quarter of a face it would reach past neighbors on both
     /// sides: first its width stays that of four texels of a quarter each, then two texels a face, and in
     /// the end one, are interpolated by Hermite steps.
-    pub fn new(u: f32, width: f32, finest: u8) -> Axis {
+    pub(super) fn new(u: f32, width: f32, finest: u8) -> Axis {
         let width = width.max(1.0 / (1u32 << finest) as f32);
         if width >= 1.0 {
             let at = u - 0.5;
@@ -105,23 +105,23 @@ impl Axis {
     }
 
     /// Texels of the face in this direction.
-    pub fn size(&self) -> i32 {
+    pub(super) fn size(&self) -> i32 {
         1 << self.log2
     }
 
     /// The weights.
     #[inline]
-    pub fn weights(&self) -> &[f32] {
+    pub(super) fn weights(&self) -> &[f32] {
         &self.weights[..self.taps]
     }
 
     /// One past the last weight's texel.
-    pub fn end(&self) -> i32 {
+    pub(super) fn end(&self) -> i32 {
         self.start + self.taps as i32
     }
 
     /// Sum of the weights.
-    pub fn sum(&self) -> f32 {
+    pub(super) fn sum(&self) -> f32 {
         self.weights().iter().sum()
     }
 
@@ -134,7 +134,7 @@ impl Axis {
 
     /// Takes off what is beyond the edge: the high one, or the low one. It is then counted from the
     /// neighbor's edge, as if this was turned as the face is.
-    pub fn split(&mut self, high: bool) -> Axis {
+    pub(super) fn split(&mut self, high: bool) -> Axis {
         let size = self.size();
         let mut beyond = *self;
         if high {
@@ -153,7 +153,7 @@ impl Axis {
 
     /// Where there is no neighbor, what is beyond the edge counts for the outermost texel, or for
     /// nothing.
-    pub fn merge(&mut self, high: bool, border: Border) {
+    pub(super) fn merge(&mut self, high: bool, border: Border) {
         let size = self.size();
         let beyond = self.split(high);
         if border == Border::Black || beyond.taps == 0 {
@@ -172,13 +172,13 @@ impl Axis {
     }
 
     /// Seen from the other end.
-    pub fn flip(&mut self) {
+    pub(super) fn flip(&mut self) {
         self.start = self.size() - self.end();
         self.weights[..self.taps].reverse();
     }
 
     /// For texels twice as wide: the weights of each two are added up.
-    pub fn halve(&mut self) {
+    pub(super) fn halve(&mut self) {
         let first = self.start.div_euclid(2);
         let mut sums = [0.0; MAX_TAPS];
         for (i, weight) in (self.start..).zip(self.weights()) {
@@ -206,7 +206,7 @@ impl Axis {
 
     /// Counted in faces half as large, from the low end of the same face: where that has a single texel
     /// it is cut in two first.
-    pub fn enter_half_face(&mut self) {
+    pub(super) fn enter_half_face(&mut self) {
         if self.log2 == 0 {
             self.double();
         }
@@ -214,7 +214,7 @@ impl Axis {
     }
 
     /// Counted in faces twice as large; `in_high_half` tells which half of them this one is.
-    pub fn leave_half_face(&mut self, in_high_half: bool) {
+    pub(super) fn leave_half_face(&mut self, in_high_half: bool) {
         if in_high_half {
             self.start += self.size();
         }
@@ -222,7 +222,7 @@ impl Axis {
     }
 
     /// Drops all but the texels of the face.
-    pub fn clip(&mut self) {
+    pub(super) fn clip(&mut self) {
         self.split(false);
         self.split(true);
     }
@@ -234,7 +234,7 @@ impl Axis {
 
     /// Makes two kernels that start in a corner the same: the sum of both, as far as the shorter goes.
     /// Gives the sum of its weights. Faces around a corner of five or more are then all alike.
-    pub fn make_equal(a: &mut Axis, b: &mut Axis) -> f32 {
+    pub(super) fn make_equal(a: &mut Axis, b: &mut Axis) -> f32 {
         while a.log2 > b.log2 {
             a.halve();
         }
@@ -252,7 +252,7 @@ impl Axis {
     }
 
     /// Times a factor.
-    pub fn scale(&mut self, factor: f32) {
+    pub(super) fn scale(&mut self, factor: f32) {
         self.weights.iter_mut().for_each(|w| *w *= factor);
     }
 }

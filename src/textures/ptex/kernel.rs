@@ -26,7 +26,7 @@ pub(super) struct Kernel {
 impl Kernel {
     /// Around `uv` for a footprint of this width and height, on a face of this resolution. A subface is
     /// half of what the filter takes for a face.
-    pub fn new(uv: Vec2, width: Vec2, finest: Resolution, is_subface: bool) -> Kernel {
+    pub(super) fn new(uv: Vec2, width: Vec2, finest: Resolution, is_subface: bool) -> Kernel {
         let axis = |u, width, log2| match is_subface {
             false => Axis::new(u, width, log2),
             true => {
@@ -43,17 +43,17 @@ impl Kernel {
     }
 
     /// Sum of all weights.
-    pub fn weight(&self) -> f32 {
+    pub(super) fn weight(&self) -> f32 {
         self.u.sum() * self.v.sum()
     }
 
     /// Are there no texels?
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.u.weights().is_empty() || self.v.weights().is_empty()
     }
 
     /// Is some of it beyond this edge?
-    pub fn crosses(&self, edge: u8) -> bool {
+    pub(super) fn crosses(&self, edge: u8) -> bool {
         match edge & 3 {
             BOTTOM => self.v.start < 0,
             RIGHT => self.u.end() > self.u.size(),
@@ -63,7 +63,7 @@ impl Kernel {
     }
 
     /// Takes off what is beyond an edge: see [`Axis::split`].
-    pub fn split(&mut self, edge: u8) -> Kernel {
+    pub(super) fn split(&mut self, edge: u8) -> Kernel {
         let mut beyond = *self;
         match edge & 3 {
             BOTTOM => beyond.v = self.v.split(false),
@@ -75,7 +75,7 @@ impl Kernel {
     }
 
     /// Puts what is beyond an edge without neighbor back: see [`Axis::merge`].
-    pub fn merge(&mut self, edge: u8, [u, v]: [Border; 2]) {
+    pub(super) fn merge(&mut self, edge: u8, [u, v]: [Border; 2]) {
         match edge & 3 {
             BOTTOM => self.v.merge(false, v),
             RIGHT => self.u.merge(true, u),
@@ -86,7 +86,7 @@ impl Kernel {
 
     /// Counts from a face that is turned by so many quarters clockwise, so that the kernel turns
     /// counterclockwise.
-    pub fn rotate(&mut self, quarters: u8) {
+    pub(super) fn rotate(&mut self, quarters: u8) {
         match quarters & 3 {
             1 => {
                 self.u.flip();
@@ -107,7 +107,7 @@ impl Kernel {
 
     /// After a split from a whole face: counts from the first of the two subfaces beyond `edge`, or from
     /// the second. `true` where it is the first, as one comes to them counterclockwise around their face.
-    pub fn enter_subface(&mut self, edge: u8) -> bool {
+    pub(super) fn enter_subface(&mut self, edge: u8) -> bool {
         self.u.enter_half_face();
         self.v.enter_half_face();
         let (width, height) = (self.u.size(), self.v.size());
@@ -139,7 +139,7 @@ impl Kernel {
 
     /// After a split from a subface: counts from the whole face beyond `edge`, of which that edge is the
     /// half that follows its low corner on the right, and so on around.
-    pub fn leave_subface(&mut self, edge: u8) {
+    pub(super) fn leave_subface(&mut self, edge: u8) {
         let (in_high_u, in_high_v) = match edge & 3 {
             BOTTOM => (false, true),
             RIGHT => (false, false),
@@ -151,7 +151,7 @@ impl Kernel {
     }
 
     /// As coarse as a face is, where it is finer.
-    pub fn coarsen(&mut self, finest: Resolution) {
+    pub(super) fn coarsen(&mut self, finest: Resolution) {
         while self.u.log2 > finest.u {
             self.u.halve();
         }
@@ -161,7 +161,7 @@ impl Kernel {
     }
 
     /// The resolution whose texels it weighs.
-    pub fn resolution(&self) -> Resolution {
+    pub(super) fn resolution(&self) -> Resolution {
         Resolution {
             u: self.u.log2,
             v: self.v.log2,

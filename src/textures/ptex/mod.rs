@@ -56,7 +56,7 @@ impl<V: TextureValue> TextureClass<V> for PtexSpec {
 
 /// A [`PtexSpec`] ready for look-ups.
 #[derive(Clone, Copy, Debug)]
-pub struct Ptex {
+pub(super) struct Ptex {
     /// Position among the files.
     file: Option<usize>,
     gamma: f32,

@@ -3,13 +3,13 @@
 use fstop::optics::{Lens, Prescription};
 
 /// A lens and where its film is.
-pub struct Case {
+pub(super) struct Case {
     pub name: String,
     pub text: String,
     pub film_distance: f64,
 }
 
-pub fn case(name: impl Into<String>, text: impl Into<String>, film_distance: f64) -> Case {
+pub(super) fn case(name: impl Into<String>, text: impl Into<String>, film_distance: f64) -> Case {
     Case {
         name: name.into(),
         text: text.into(),
@@ -18,7 +18,7 @@ pub fn case(name: impl Into<String>, text: impl Into<String>, film_distance: f64
 }
 
 /// Radii from a tenth of a millimeter to a thousand kilometers, both ways round, and planes.
-pub fn radii() -> Vec<Case> {
+pub(super) fn radii() -> Vec<Case> {
     let mut cases = vec![case("plane", "inf 5 1.5 20\ninf 0 1 20\n", 50.0)];
     for exponent in -1..=9 {
         for side in [1.0, -1.0] {
@@ -38,7 +38,7 @@ pub fn radii() -> Vec<Case> {
     cases
 }
 
-pub fn apertures() -> Vec<Case> {
+pub(super) fn apertures() -> Vec<Case> {
     let scaled = |aperture: f64| {
         let a = aperture;
         let text = format!(
@@ -61,7 +61,7 @@ pub fn apertures() -> Vec<Case> {
         .collect()
 }
 
-pub fn thicknesses() -> Vec<Case> {
+pub(super) fn thicknesses() -> Vec<Case> {
     vec![
         case(
             "cemented",
@@ -83,7 +83,7 @@ pub fn thicknesses() -> Vec<Case> {
     ]
 }
 
-pub fn indices() -> Vec<Case> {
+pub(super) fn indices() -> Vec<Case> {
     [1.0, 1.0000001, 4.0, 6.0]
         .map(|n| {
             case(
@@ -95,14 +95,14 @@ pub fn indices() -> Vec<Case> {
         .into()
 }
 
-pub fn films() -> Vec<Case> {
+pub(super) fn films() -> Vec<Case> {
     const LENS: &str = "50 5 1.5168 20\n-50 2 1 20\n0 3 0 10\n60 4 1.62 20\n-45 0 1 20\n";
     [1e-6, 1e-3, 1e6]
         .map(|d| case(format!("film {d} mm behind"), LENS, d))
         .into()
 }
 
-pub fn counts() -> Vec<Case> {
+pub(super) fn counts() -> Vec<Case> {
     let window = "inf 0.01 1.5 30\ninf 0.01 1 30\n".repeat(100);
     let relay = "90 4 1.5 40\n-90 40 1 40\n".repeat(100);
     vec![
@@ -125,7 +125,7 @@ pub fn counts() -> Vec<Case> {
     ]
 }
 
-pub fn all() -> impl Iterator<Item = Case> {
+pub(super) fn all() -> impl Iterator<Item = Case> {
     [
         radii(),
         apertures(),
@@ -139,15 +139,15 @@ pub fn all() -> impl Iterator<Item = Case> {
 }
 
 impl Case {
-    pub fn prescription(&self) -> Prescription {
+    pub(super) fn prescription(&self) -> Prescription {
         prescription(&self.text)
     }
 
-    pub fn lens(&self) -> Lens {
+    pub(super) fn lens(&self) -> Lens {
         Lens::new(&self.prescription(), self.film_distance).expect("a film behind the lens")
     }
 }
 
-pub fn prescription(text: &str) -> Prescription {
+pub(super) fn prescription(text: &str) -> Prescription {
     Prescription::parse(text).unwrap_or_else(|e| panic!("{text}: {e}"))
 }

@@ -8,15 +8,15 @@ use super::exact_optics::{ExactLens, Outcome};
 use fstop::optics::Cause;
 
 /// Half a unit in the last place of 1, in f64 ...
-pub const DOUBLE: f64 = f64::EPSILON / 2.0;
+pub(super) const DOUBLE: f64 = f64::EPSILON / 2.0;
 /// ... and f32.
-pub const SINGLE: f64 = f32::EPSILON as f64 / 2.0;
+pub(super) const SINGLE: f64 = f32::EPSILON as f64 / 2.0;
 
 /// What a tracer answers: position and direction, or where and why the ray ended; lanes do not say.
-pub type Found = Result<([f64; 3], [f64; 3]), Option<(usize, Cause)>>;
+pub(super) type Found = Result<([f64; 3], [f64; 3]), Option<(usize, Cause)>>;
 
 /// The exact answer, and those for data that are off by some roundings.
-pub struct Neighborhood {
+pub(super) struct Neighborhood {
     center: Outcome,
     shaken: Vec<Outcome>,
     /// Relative rounding of the number type, times the square of the largest index.
@@ -25,14 +25,14 @@ pub struct Neighborhood {
 
 /// Every number of lens and ray is off by this many roundings, times the square of the largest index: what a few
 /// operations on each of them make. (Cosines carry an absolute rounding, which enters Snell's law times (n/n')².)
-pub const ROUNDINGS: f64 = 16.0;
+pub(super) const ROUNDINGS: f64 = 16.0;
 
 /// Patterns of up and down that are tried.
-pub const PATTERNS: u64 = 12;
+pub(super) const PATTERNS: u64 = 12;
 
 impl Neighborhood {
     /// Of the ray from `o` (z from the last vertex where `behind`) along `d`.
-    pub fn new(
+    pub(super) fn new(
         lens: &ExactLens,
         o: [f64; 3],
         d: [f64; 3],
@@ -85,7 +85,7 @@ impl Neighborhood {
     }
 
     /// Is what was found one of these answers?
-    pub fn holds(&self, found: Found, length: f64) -> Result<(), String> {
+    pub(super) fn holds(&self, found: Found, length: f64) -> Result<(), String> {
         // What roundings decide, or what lies on the very edge of two things, may end either way.
         let end = |o: &Outcome| o.end.err();
         let decided = self.shaken.iter().all(|o| end(o) == end(&self.center))

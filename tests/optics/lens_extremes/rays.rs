@@ -9,7 +9,7 @@ use fstop::optics::{Cause, Lens, LensRay, LensTracer, Prescription, Surface};
 use proptest::prelude::*;
 
 /// Well-spread numbers from 0 to 1 (Roberts' R sequence in four dimensions, 2018).
-pub fn spread(i: usize) -> [f64; 4] {
+pub(super) fn spread(i: usize) -> [f64; 4] {
     std::array::from_fn(|k| {
         (0.5 + (i + 1) as f64 / 1.167_303_978_261_418_7f64.powi(k as i32 + 1)).fract()
     })
@@ -58,7 +58,7 @@ fn trace_in<B: Plain + Real>(tracer: &LensTracer<B>, ray: &LensRay<f64>) -> (Len
 }
 
 /// Traces `count` rays through the lens in f64, f32 and f32 lanes, and back; the number that passed in f64.
-pub fn check_rays(
+pub(super) fn check_rays(
     name: &str,
     surfaces: &[Surface],
     film_distance: f64,
@@ -483,7 +483,7 @@ fn row() -> impl Strategy<Value = Surface> {
 }
 
 /// Any lens between the extremes; the last row's thickness is the film's affair.
-pub fn lens(rows: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Surface>> {
+pub(super) fn lens(rows: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Surface>> {
     prop::collection::vec(row(), rows).prop_map(|mut rows| {
         if let Some(last) = rows.last_mut() {
             last.thickness = 0.0;

@@ -83,7 +83,7 @@ fn lit(source: &str) -> Light {
 }
 
 /// Mean ratios of a reference, as the comparison with it has measured them.
-pub fn mean_ratio(name: &str) -> String {
+pub(super) fn mean_ratio(name: &str) -> String {
     let table = read(root().join("docs/generated/references.md"));
     let row = table
         .lines()
@@ -94,7 +94,7 @@ pub fn mean_ratio(name: &str) -> String {
 }
 
 /// All references with the realistic camera.
-pub fn realistic() -> String {
+pub(super) fn realistic() -> String {
     let table = read(root().join("docs/generated/references.md"));
     let rows = table.lines().filter(|l| l.starts_with("| `realistic_"));
     let ratios = rows.map(|row| row.split(" | ").nth(2).expect("a cell of ratios"));
@@ -113,7 +113,7 @@ pub fn realistic() -> String {
 }
 
 /// The quarter of `shape_alpha` where the quad with `shadowalpha` stands and casts its shadow.
-pub fn shadow_holes() -> String {
+pub(super) fn shadow_holes() -> String {
     let scene = root().join("tests/scenes/reference/shape_alpha.pbrt");
     let arguments = ["--spp", "2048", "--crop", "0.5,1,0.5,1"];
     let ours = Render::new(&scene, 1, 1, &arguments).image;
@@ -134,7 +134,7 @@ pub fn shadow_holes() -> String {
 }
 
 /// A cylinder stretched along its axis, and the same written longer.
-pub fn stretched_cylinder() -> String {
+pub(super) fn stretched_cylinder() -> String {
     let source = |scale: f32, end: f32| {
         format!(
             "Scale 1 1 {scale}\nAreaLightSource \"diffuse\" \"rgb L\" [9 9 9] \"integer samples\" [8]\n\
@@ -146,7 +146,7 @@ pub fn stretched_cylinder() -> String {
 }
 
 /// A projector under a large scale and under none.
-pub fn scaled_projector() -> String {
+pub(super) fn scaled_projector() -> String {
     let source = |scale: f32| {
         format!(
             "Rotate 90 1 0 0\nScale {scale} {scale} {scale}\nLightSource \"projection\" \"float fov\" [60]"
@@ -158,7 +158,7 @@ pub fn scaled_projector() -> String {
 
 /// pbrt-v3 blends and normalizes quaternions whose cosine is above 0.9995; the largest error of the
 /// angle on the way, as a part of the whole angle.
-pub fn small_turns() -> String {
+pub(super) fn small_turns() -> String {
     let half = 0.9995f64.acos();
     let degrees = (2.0 * half).to_degrees();
     let (start, end) = (Transform::IDENTITY, Transform::rotate(degrees, DVec3::Z));
@@ -178,7 +178,7 @@ pub fn small_turns() -> String {
 }
 
 /// The samplers that one stands in for, and `random`.
-pub fn samplers() -> String {
+pub(super) fn samplers() -> String {
     let source = format!(
         "{FLOOR}LightSource \"infinite\"\nMaterial \"plastic\"\nShape \"sphere\" \"float radius\" [.8]"
     );
@@ -214,7 +214,7 @@ fn beside_its_boundary(material: &str) -> String {
 }
 
 /// Milk.
-pub fn milk() -> String {
+pub(super) fn milk() -> String {
     const MILK: &str = "Material \"subsurface\" \"string name\" \"Wholemilk\" \"float scale\" [10]";
     format!(
         "a ball of milk in a white sky is {}",
@@ -223,7 +223,7 @@ pub fn milk() -> String {
 }
 
 /// Chalk with milk.
-pub fn chalk_and_milk() -> String {
+pub(super) fn chalk_and_milk() -> String {
     const MIXED: &str = "MakeNamedMaterial \"chalk\" \"string type\" \"matte\"\n\
         MakeNamedMaterial \"milk\" \"string type\" \"subsurface\" \"string name\" \"Wholemilk\" \
         \"float scale\" [10]\nMaterial \"mix\" \"string namedmaterial1\" \"chalk\" \
@@ -235,7 +235,7 @@ pub fn chalk_and_milk() -> String {
 }
 
 /// A light that is an instance, above a floor.
-pub fn instanced_lamp() -> String {
+pub(super) fn instanced_lamp() -> String {
     let source = "ObjectBegin \"light\"\nAreaLightSource \"diffuse\" \"rgb L\" [9 9 9]\n\
         Shape \"sphere\"\nObjectEnd\nObjectInstance \"light\"";
     let floor = lit(source).mean;
@@ -244,7 +244,7 @@ pub fn instanced_lamp() -> String {
 }
 
 /// What pbrt-v3 loses below a ball whose radius is 50 times the longest length.
-pub fn below_a_ball() -> String {
+pub(super) fn below_a_ball() -> String {
     let table = ProfileTable::new(0.0, 1.33);
     let (albedos, lengths) = ([0.5, 0.9, 0.98], [0.02, 0.01, 0.005]);
     let tabulated = |c: usize| TabulatedChannel::new(table.row(albedos[c]), lengths[c], 1e-12);
@@ -321,7 +321,7 @@ fn lost(profile: Profile, table: &ProfileTable) -> f64 {
 
 /// The largest value of the spline of `marble` in its six segments, and in the second one alone, past
 /// its end, as pbrt-v3 takes it (Pharr, Jakob and Humphreys 2016, §10.6.6).
-pub fn marble() -> String {
+pub(super) fn marble() -> String {
     // Red of the control points, which is the largest but for blue's 0.6.
     const RED: [f64; 9] = [0.58, 0.58, 0.58, 0.5, 0.6, 0.58, 0.58, 0.2, 0.58];
     let bezier = |first: usize, t: f64| -> f64 {
@@ -346,7 +346,7 @@ pub fn marble() -> String {
 }
 
 /// The polynomial that pbrt-v3 has for the first moment of light inside (d'Eon and Irving 2011).
-pub fn fresnel_polynomials() -> String {
+pub(super) fn fresnel_polynomials() -> String {
     const FIRST: [f64; 6] = [-4.61686, 11.1136, -10.4646, 5.11455, -1.27198, 0.12746];
     let polynomial = |coefficients: &[f64], x: f64| {
         let terms = coefficients.iter().rev();
@@ -363,7 +363,7 @@ pub fn fresnel_polynomials() -> String {
 }
 
 /// What references hold in channels that are black, as a part of the pixel's largest.
-pub fn black_channels() -> String {
+pub(super) fn black_channels() -> String {
     let folder = std::fs::read_dir(root().join("refimages")).expect("the references");
     let paths = folder.map(|entry| entry.expect("a readable entry").path());
     let pictures = paths.filter(|path| path.extension().is_some_and(|e| e == "exr"));
@@ -384,7 +384,7 @@ pub fn black_channels() -> String {
 }
 
 /// An emitter without material above a glossy floor, and one that is black.
-pub fn bare_emitter() -> String {
+pub(super) fn bare_emitter() -> String {
     let floor = FLOOR.replace("\"matte\"", "\"metal\" \"float roughness\" [.1]");
     let source = |material: &str| {
         let world = format!(

@@ -11,7 +11,7 @@ const NO_IMAGE: &[super::Much] = &[Words("no image to compare with")];
 /// Where expectations are the same.
 const NOISE: super::Much = Words("noise only");
 
-pub const ROWS: &[Row] = &[
+pub(super) const ROWS: &[Row] = &[
     Row {
         what: "Area lights under scales",
         much: &[Measured(measures::stretched_cylinder)],

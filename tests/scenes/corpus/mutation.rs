@@ -4,16 +4,16 @@
 use fstop::math::hash::mix;
 
 /// A stream of numbers.
-pub struct Dice(u64);
+pub(super) struct Dice(u64);
 
 impl Dice {
     /// The same seed gives the same numbers.
-    pub fn new(seed: u64) -> Dice {
+    pub(super) fn new(seed: u64) -> Dice {
         Dice(mix(seed))
     }
 
     /// A number below `n`, 0 where `n` is 0.
-    pub fn below(&mut self, n: usize) -> usize {
+    pub(super) fn below(&mut self, n: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         // The remainder prefers small numbers by one part in 10^15.
         mix(self.0).checked_rem(n as u64).unwrap_or(0) as usize
@@ -86,7 +86,7 @@ const NASTY: [&str; 50] = [
 ];
 
 /// `scene` with one to four damages; `other` is where pieces are taken from.
-pub fn spoil(scene: &[u8], other: &[u8], dice: &mut Dice) -> Vec<u8> {
+pub(super) fn spoil(scene: &[u8], other: &[u8], dice: &mut Dice) -> Vec<u8> {
     let mut bytes = scene.to_vec();
     for _ in 0..=dice.below(4) {
         damage(&mut bytes, other, dice);

@@ -8,7 +8,7 @@ use std::time::Duration;
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Does one piece of work; what it said where it panicked.
-pub fn trouble(work: impl FnOnce()) -> Option<String> {
+pub(super) fn trouble(work: impl FnOnce()) -> Option<String> {
     let panicked = catch_unwind(AssertUnwindSafe(work)).err()?;
     let text = panicked
         .downcast_ref::<String>()
@@ -18,7 +18,7 @@ pub fn trouble(work: impl FnOnce()) -> Option<String> {
 }
 
 /// Runs `work` beside a watch: it reports what it is about to try, and must do so often enough.
-pub fn under_watch(work: impl FnOnce(&dyn Fn(&str)) -> Vec<String> + Send + 'static) {
+pub(super) fn under_watch(work: impl FnOnce(&dyn Fn(&str)) -> Vec<String> + Send + 'static) {
     let (report, reports) = mpsc::channel();
     let worker = std::thread::spawn(move || {
         let work = AssertUnwindSafe(work);

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Why pixels are not compared.
-pub struct Reason {
+pub(super) struct Reason {
     /// Name of the constant that a scene's `left_out` has.
     pub name: &'static str,
     /// Heading of its explanation in `docs/compatibility.md`, and of its section here.
@@ -18,7 +18,7 @@ pub struct Reason {
 }
 
 /// A scene as the tables see it.
-pub struct Entry {
+pub(super) struct Entry {
     pub name: &'static str,
     /// The constant that says what is left out.
     pub left_out: Option<String>,
@@ -45,7 +45,7 @@ fn read() -> String {
 
 /// Takes over a scene's row, or checks that it is there already. An unoptimized program takes fewer
 /// samples: its rows differ and nothing is checked.
-pub fn record(entries: &[Entry], reasons: &[Reason], name: &str, cells: [String; 4]) {
+pub(super) fn record(entries: &[Entry], reasons: &[Reason], name: &str, cells: [String; 4]) {
     if cfg!(debug_assertions) {
         return;
     }
@@ -69,7 +69,7 @@ pub fn record(entries: &[Entry], reasons: &[Reason], name: &str, cells: [String;
 
 /// Checks what needs no rendering: that each scene has its row and nothing else has one, and that what
 /// is left out follows from them.
-pub fn check(entries: &[Entry], reasons: &[Reason]) {
+pub(super) fn check(entries: &[Entry], reasons: &[Reason]) {
     for name in entries.iter().filter_map(|entry| entry.left_out.as_ref()) {
         let known = reasons.iter().any(|reason| reason.name == name);
         assert!(known, "{name} leaves pixels out and has no row in REASONS");
@@ -117,7 +117,7 @@ fn rows(text: &str) -> BTreeMap<String, String> {
 }
 
 /// What a scene file says of itself: the first sentence of the comment at its top.
-pub fn description(source: &str) -> String {
+pub(super) fn description(source: &str) -> String {
     let comment = source.lines().map_while(|line| line.strip_prefix('#'));
     let words: Vec<&str> = comment.flat_map(str::split_whitespace).collect();
     // A bar would end the cell.

@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// `hi + lo`, |lo| at most half a unit in the last place of `hi`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dd {
+pub(crate) struct Dd {
     pub hi: f64,
     pub lo: f64,
 }
@@ -17,8 +17,8 @@ impl From<f64> for Dd {
 }
 
 impl Dd {
-    pub const ZERO: Dd = Dd { hi: 0.0, lo: 0.0 };
-    pub const ONE: Dd = Dd { hi: 1.0, lo: 0.0 };
+    pub(crate) const ZERO: Dd = Dd { hi: 0.0, lo: 0.0 };
+    pub(crate) const ONE: Dd = Dd { hi: 1.0, lo: 0.0 };
 
     /// The exact sum of two f64.
     fn sum(a: f64, b: f64) -> Dd {
@@ -39,7 +39,7 @@ impl Dd {
         }
     }
 
-    pub fn sqrt(self) -> Dd {
+    pub(crate) fn sqrt(self) -> Dd {
         if self.hi <= 0.0 {
             return Dd::ZERO;
         }

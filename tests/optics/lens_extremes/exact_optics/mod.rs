@@ -5,14 +5,14 @@
 
 #![allow(dead_code, reason = "not every test needs all of it")]
 
-pub mod dd;
+pub(super) mod dd;
 
 use dd::Dd;
 use fstop::optics::{Cause, Surface};
 
 /// One row: what [`Surface`] says, in 32 digits.
 #[derive(Clone, Copy, Debug)]
-pub struct Row {
+pub(super) struct Row {
     /// `None` for a plane.
     pub radius: Option<Dd>,
     pub thickness: Dd,
@@ -22,7 +22,7 @@ pub struct Row {
 
 /// A lens of spheres and planes.
 #[derive(Clone, Debug)]
-pub struct ExactLens {
+pub(super) struct ExactLens {
     pub rows: Vec<Row>,
     /// Rays are rounded this much behind every surface, up or down by the pattern.
     rounding: Option<(f64, u64)>,
@@ -30,7 +30,7 @@ pub struct ExactLens {
 
 /// What became of a ray.
 #[derive(Clone, Copy, Debug)]
-pub struct Outcome {
+pub(super) struct Outcome {
     /// Where it left the lens and where it goes, or where and why it ended.
     pub end: Result<([Dd; 3], [Dd; 3]), (usize, Cause)>,
     /// How near it came to another outcome, relative to the quantity that decides: 0 on the very edge.
@@ -40,7 +40,7 @@ pub struct Outcome {
 }
 
 impl ExactLens {
-    pub fn new(surfaces: &[Surface]) -> ExactLens {
+    pub(super) fn new(surfaces: &[Surface]) -> ExactLens {
         let row = |s: &Surface| Row {
             radius: s.radius.is_finite().then(|| Dd::from(s.radius)),
             thickness: Dd::from(s.thickness),
@@ -55,7 +55,7 @@ impl ExactLens {
 
     /// The same lens, every number of which is off by `epsilon` of itself, up or down by `pattern`; so are rays behind
     /// every surface.
-    pub fn shaken(&self, epsilon: f64, pattern: u64) -> ExactLens {
+    pub(super) fn shaken(&self, epsilon: f64, pattern: u64) -> ExactLens {
         let mut state = pattern.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
         let mut shake = |x: Dd| x * (Dd::ONE + Dd::from(sign(&mut state) * epsilon));
         ExactLens {
@@ -79,7 +79,7 @@ impl ExactLens {
     }
 
     /// From the first vertex to the last.
-    pub fn length(&self) -> Dd {
+    pub(super) fn length(&self) -> Dd {
         let inner = &self.rows[..self.rows.len() - 1];
         inner.iter().fold(Dd::ZERO, |sum, r| sum + r.thickness)
     }
@@ -93,7 +93,7 @@ impl ExactLens {
     }
 
     /// Traces a ray; toward the film where the direction's z is positive.
-    pub fn trace(&self, o: [Dd; 3], d: [Dd; 3]) -> Outcome {
+    pub(super) fn trace(&self, o: [Dd; 3], d: [Dd; 3]) -> Outcome {
         let to_film = d[2].hi > 0.0;
         let count = self.rows.len();
         let mut z = Dd::ZERO;
@@ -158,12 +158,12 @@ impl ExactLens {
 
     /// (a, b, c, d) that take height and angle in front of the first vertex plane to those behind the last. Angles are
     /// true ones, not reduced by the index.
-    pub fn matrix(&self) -> [Dd; 4] {
+    pub(super) fn matrix(&self) -> [Dd; 4] {
         self.matrix_of(0, self.rows.len())
     }
 
     /// The same of the rows from `first` up to `end`, thicknesses in between included.
-    pub fn matrix_of(&self, first: usize, end: usize) -> [Dd; 4] {
+    pub(super) fn matrix_of(&self, first: usize, end: usize) -> [Dd; 4] {
         let follow = |mut y: Dd, mut u: Dd| {
             for i in first..end {
                 let (n, n2) = (self.index_before(i), self.rows[i].index);
@@ -252,19 +252,19 @@ fn sign(state: &mut u64) -> f64 {
     if *state & 1 == 0 { 1.0 } else { -1.0 }
 }
 
-pub fn dot(a: [Dd; 3], b: [Dd; 3]) -> Dd {
+pub(super) fn dot(a: [Dd; 3], b: [Dd; 3]) -> Dd {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub fn minus(a: [Dd; 3], b: [Dd; 3]) -> [Dd; 3] {
+pub(super) fn minus(a: [Dd; 3], b: [Dd; 3]) -> [Dd; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-pub fn along(o: [Dd; 3], d: [Dd; 3], t: Dd) -> [Dd; 3] {
+pub(super) fn along(o: [Dd; 3], d: [Dd; 3], t: Dd) -> [Dd; 3] {
     std::array::from_fn(|i| o[i] + t * d[i])
 }
 
-pub fn unit(d: [Dd; 3]) -> [Dd; 3] {
+pub(super) fn unit(d: [Dd; 3]) -> [Dd; 3] {
     let length = dot(d, d).sqrt();
     d.map(|x| x / length)
 }
