@@ -1,6 +1,6 @@
 //! The planes before and behind which a camera sees nothing.
 
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 
 /// Clip planes at camera-space z = `hither` and z = `yon`, in the camera's units. pbrt-v1 and the
 /// course kits had them; pbrt-v3 has none. A ray that does not run forward (a fisheye's, beyond a
@@ -41,15 +41,6 @@ impl Clip {
             return Clip::NONE;
         }
         clip
-    }
-
-    /// Reads both in files of pbrt-v2; pbrt-v3 knows no clip planes: there the names stay unread
-    /// and are reported unused.
-    pub fn of_dialect(params: &ParamReader) -> Clip {
-        match params.dialect() {
-            Dialect::V2 => Clip::from_params(params),
-            Dialect::V3 => Clip::NONE,
-        }
     }
 
     /// The part of the ray from height `z` with z-direction `dz` between the planes, as

@@ -12,7 +12,7 @@ use super::kinds::OrdinaryCamera;
 use super::{CameraError, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::transform::Transform;
 use crate::math::{DVec2, DVec3, Rgb};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use std::f64::consts::{PI, TAU};
 
 /// An environment camera as the scene file describes it.
@@ -25,16 +25,14 @@ pub struct EnvironmentSpec {
 impl EnvironmentSpec {
     /// Reads the parameters.
     pub fn from_params(params: &ParamReader) -> EnvironmentSpec {
-        let mut idle = vec![
+        for name in [
             "lensradius",
             "focaldistance",
             "frameaspectratio",
             "screenwindow",
-        ];
-        if params.dialect() == Dialect::V2 {
-            idle.extend(["hither", "yon"]);
-        }
-        for name in idle {
+            "hither",
+            "yon",
+        ] {
             params.accept(name);
         }
         EnvironmentSpec {

@@ -48,7 +48,7 @@ impl OrthographicSpec {
             screen: Screen::from_params(params),
             lens: ThinLens::from_params(params),
             shutter: Shutter::from_params(params),
-            clip: Clip::of_dialect(params),
+            clip: Clip::from_params(params),
         }
     }
 }

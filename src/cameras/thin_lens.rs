@@ -2,7 +2,7 @@
 
 use crate::math::sampling::concentric_disk;
 use crate::math::{DVec2, Vec2};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 
 /// `lensradius` 0 and `focaldistance` 1e6 (1e30 for pbrt-v2 files), in camera units, of
 /// `perspective` and `orthographic` (docs/scene-language.md §3.1). The lens lies in z = 0.
@@ -29,13 +29,7 @@ impl ThinLens {
     /// other numbers that mean nothing are errors.
     pub fn from_params(params: &ParamReader) -> ThinLens {
         let default = ThinLens::default();
-        let focal_distance = params.float(
-            "focaldistance",
-            match params.dialect() {
-                Dialect::V2 => 1e30,
-                Dialect::V3 => default.focal_distance,
-            },
-        );
+        let focal_distance = params.float("focaldistance", default.focal_distance);
         let radius = params.float("lensradius", default.radius);
         let pinhole = ThinLens {
             radius: 0.0,

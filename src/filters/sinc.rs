@@ -8,7 +8,7 @@
 
 use super::radius::radius_from_params;
 use crate::math::DVec2;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use std::f64::consts::PI;
 
 /// A product of two sincs along each axis, cut off at `radius`.
@@ -18,8 +18,8 @@ pub struct SincFilter {
     pub radius: DVec2,
     /// Width of the window's central lobe relative to that of the sinc.
     pub tau: f64,
-    /// Which pbrt's meaning of `tau` and of distances.
-    pub dialect: Dialect,
+    /// As in pbrt-v2: `tau` counts zeros and the window is as wide as the filter.
+    pub counts_zeros: bool,
 }
 
 impl Default for SincFilter {
@@ -27,7 +27,7 @@ impl Default for SincFilter {
         SincFilter {
             radius: DVec2::splat(4.0),
             tau: 3.0,
-            dialect: Dialect::V3,
+            counts_zeros: false,
         }
     }
 }
@@ -38,7 +38,7 @@ impl SincFilter {
         SincFilter {
             radius: radius_from_params(reader, 4.0),
             tau: reader.float("tau", 3.0),
-            dialect: reader.dialect(),
+            counts_zeros: reader.means_v2("tau"),
         }
     }
 
@@ -47,9 +47,10 @@ impl SincFilter {
         if distance > radius {
             return 0.0;
         }
-        let (filter, window) = match self.dialect {
-            Dialect::V3 => (distance, distance / self.tau),
-            Dialect::V2 => (distance / radius * self.tau, distance / radius),
+        let (filter, window) = if self.counts_zeros {
+            (distance / radius * self.tau, distance / radius)
+        } else {
+            (distance, distance / self.tau)
         };
         sinc(filter) * sinc(window)
     }
@@ -82,7 +83,7 @@ mod tests {
     #[test]
     fn version_2_counts_zeros_up_to_the_edge() {
         let f = SincFilter {
-            dialect: Dialect::V2,
+            counts_zeros: true,
             ..SincFilter::default()
         };
         for k in 1..=3 {

@@ -15,7 +15,7 @@ use super::{Context, MAX_NULL_SURFACES, Path, Transport};
 use crate::math::frame::Frame;
 use crate::math::sampling::cosine_hemisphere;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::SurfaceHit;
 use std::f32::consts::PI;
 
@@ -47,22 +47,16 @@ pub struct AmbientOcclusion {
 impl AmbientOcclusion {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> AmbientOcclusion {
-        let samples = |default| reader.integer_within("nsamples", default, 1..=MAX) as u32;
-        match reader.dialect() {
-            Dialect::V2 => AmbientOcclusion {
-                directions: Directions::UniformFraction,
-                samples: samples(2048),
-                max_distance: reader.float("maxdist", f64::INFINITY) as f32,
+        AmbientOcclusion {
+            directions: if !reader.offers("cossample") {
+                Directions::UniformFraction
+            } else if reader.boolean("cossample", true) {
+                Directions::Cosine
+            } else {
+                Directions::Uniform
             },
-            Dialect::V3 => AmbientOcclusion {
-                directions: if reader.boolean("cossample", true) {
-                    Directions::Cosine
-                } else {
-                    Directions::Uniform
-                },
-                samples: samples(64),
-                max_distance: f32::INFINITY,
-            },
+            samples: reader.integer_within("nsamples", 64, 1..=MAX) as u32,
+            max_distance: reader.float("maxdist", f64::INFINITY) as f32,
         }
     }
 
@@ -133,6 +127,7 @@ impl Transport for AmbientOcclusion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::Dialect;
     use crate::params::testing::{Surroundings, read, read_in};
 
     /// Free all around: π, and 1 in pbrt-v2.
@@ -181,6 +176,7 @@ mod tests {
         );
         let v2 = Surroundings {
             dialect: Dialect::V2,
+            word: "Integrator",
             ..Surroundings::default()
         };
         let v2 = read_in(&v2, "ambientocclusion", "\"float maxdist\" 3", |r| {

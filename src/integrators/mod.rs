@@ -21,7 +21,7 @@ pub mod witness;
 use crate::lights::{LightGroups, LightSelector};
 use crate::math::Rgb;
 use crate::math::ray::{Ray, RayDifferentials};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
 use crate::world::World;
@@ -55,26 +55,12 @@ pub struct IntegratorSettings {
 }
 
 impl IntegratorSettings {
-    /// What a file without an integrator gets: `path` in v3, `directlighting` in v2.
-    pub fn default_for(dialect: Dialect) -> IntegratorSettings {
-        let spec = match dialect {
-            Dialect::V2 => IntegratorSpec::DirectLighting(DirectLighting::default()),
-            Dialect::V3 => IntegratorSpec::Path(Path::default()),
-        };
-        IntegratorSettings {
-            spec,
-            pixel_bounds: None,
-            place: None,
-            light_tracer: None,
-        }
-    }
-
-    /// Reads an `Integrator` or `SurfaceIntegrator` directive.
+    /// Reads an `Integrator` or `SurfaceIntegrator` directive. Its place is the caller's to add.
     pub fn from_params(reader: &ParamReader) -> IntegratorSettings {
         IntegratorSettings {
             spec: IntegratorSpec::from_params(reader),
             pixel_bounds: pixel_bounds(reader),
-            place: Some(reader.kind_span()),
+            place: None,
             light_tracer: LightTracer::from_params(reader),
         }
     }

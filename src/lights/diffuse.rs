@@ -12,7 +12,7 @@ use super::sample_count::{quick, sample_count};
 use super::strength::strength;
 use crate::math::color::is_black;
 use crate::math::{Rgb, Vec2, Vec3};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::shapes::emitter::Emitter;
 use crate::surface::{ReferencePoint, SurfaceHit};
 use std::f32::consts::PI;
@@ -39,7 +39,7 @@ impl DiffuseAreaSpec {
                 radiance: strength(reader, "L"),
                 two_sided: reader.boolean("twosided", false),
                 samples: sample_count(reader),
-                one_light: reader.dialect() == Dialect::V2,
+                one_light: reader.means_v2(""),
             }),
             "" => None,
             _ => {

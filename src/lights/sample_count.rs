@@ -1,6 +1,6 @@
 //! The `samples` parameter of area and infinite lights.
 
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 
 /// The most samples of one light at one point.
 const MAX: i64 = 4096;
@@ -9,11 +9,7 @@ const MAX: i64 = 4096;
 pub(super) fn sample_count(reader: &ParamReader) -> u32 {
     let find = |name| reader.find_integer_within(name, 1..=MAX);
     let older = find("nsamples");
-    let given = match reader.dialect() {
-        Dialect::V2 => older,
-        Dialect::V3 => find("samples").or(older),
-    };
-    given.unwrap_or(1) as u32
+    find("samples").or(older).unwrap_or(1) as u32
 }
 
 /// As many as pbrt takes under `--quick`.

@@ -10,7 +10,7 @@ use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
@@ -36,11 +36,8 @@ impl Glass {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Glass {
         let smooth = FloatInput::Constant(0.0);
-        let roughness = match reader.dialect() {
-            Dialect::V2 => [smooth; 2],
-            Dialect::V3 => ["uroughness", "vroughness"]
-                .map(|name| find_roughness(reader, name).unwrap_or(smooth)),
-        };
+        let roughness =
+            ["uroughness", "vroughness"].map(|name| find_roughness(reader, name).unwrap_or(smooth));
         Glass {
             kr: reader.spectrum_input("Kr", Rgb::ONE),
             kt: reader.spectrum_input("Kt", Rgb::ONE),

@@ -2,7 +2,7 @@
 
 use crate::inputs::FloatInput;
 use crate::math::float::clamp_nan_low;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 use std::ops::RangeInclusive;
@@ -41,11 +41,8 @@ pub(super) fn unit_input(reader: &ParamReader, name: &str, default: f32) -> Floa
 
 /// `eta`, else its older name `index` (the only one in pbrt-v2), 1.5 by default.
 pub(super) fn refractive_index(reader: &ParamReader) -> FloatInput {
-    let eta = match reader.dialect() {
-        Dialect::V2 => None,
-        Dialect::V3 => given_refractive_index(reader, "eta"),
-    };
-    eta.or_else(|| given_refractive_index(reader, "index"))
+    given_refractive_index(reader, "eta")
+        .or_else(|| given_refractive_index(reader, "index"))
         .unwrap_or(FloatInput::Constant(USUAL_INDEX))
 }
 

@@ -5,9 +5,9 @@ use super::roughness::find_roughness;
 use super::{Glass, RoughnessMeaning};
 use crate::bsdf::Bsdf;
 use crate::bssrdf::{Bssrdf, Profile, ProfileTable, TabulatedChannel, finest_length};
-use crate::inputs::{FloatInput, SpectrumInput};
+use crate::inputs::FloatInput;
 use crate::math::Rgb;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::SurfaceHit;
 use std::sync::Arc;
 
@@ -42,26 +42,13 @@ impl Interior {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Interior {
         let smooth = FloatInput::Constant(0.0);
-        let (kt, roughness, index, usual_eta, g) = match reader.dialect() {
-            Dialect::V2 => (
-                SpectrumInput::Constant(Rgb::ONE),
-                [smooth; 2],
-                "index",
-                1.3,
-                0.0,
-            ),
-            Dialect::V3 => {
-                let roughness = ["uroughness", "vroughness"]
-                    .map(|name| find_roughness(reader, name).unwrap_or(smooth));
-                let kt = reader.spectrum_input("Kt", Rgb::ONE);
-                let g = within(reader, "g", 0.0, |g| (-1.0..=1.0).contains(&g));
-                (kt, roughness, "eta", 1.33, g)
-            }
-        };
-        let eta = within(reader, index, usual_eta, |eta| eta > 0.0);
+        let roughness =
+            ["uroughness", "vroughness"].map(|name| find_roughness(reader, name).unwrap_or(smooth));
+        let g = within(reader, "g", 0.0, |g| (-1.0..=1.0).contains(&g));
+        let eta = within(reader, reader.spelling("eta"), 1.33, |eta| eta > 0.0);
         let boundary = Glass {
             kr: reader.spectrum_input("Kr", Rgb::ONE),
-            kt,
+            kt: reader.spectrum_input("Kt", Rgb::ONE),
             eta: FloatInput::Constant(eta),
             roughness,
             meaning: RoughnessMeaning::from_params(reader),
@@ -106,6 +93,7 @@ impl Interior {
 
 /// A constant number; if it is not `good`, or not finite, a warning is given and the usual one is used.
 fn within(reader: &ParamReader, name: &str, usual: f32, good: impl Fn(f32) -> bool) -> f32 {
+    let usual = reader.usual(name, f64::from(usual)) as f32;
     let given = reader.float(name, f64::from(usual)) as f32;
     if good(given) && given.is_finite() {
         return given;

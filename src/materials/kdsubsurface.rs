@@ -7,7 +7,7 @@ use crate::bsdf::Bsdf;
 use crate::bssrdf::Bssrdf;
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::{SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 
@@ -37,9 +37,9 @@ pub enum MeanFreePath {
 impl KdSubsurface {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> KdSubsurface {
-        let mean_free_path = match reader.dialect() {
-            Dialect::V2 => MeanFreePath::Float(reader.float_input("meanfreepath", 1.0)),
-            Dialect::V3 => MeanFreePath::Spectrum(reader.spectrum_input("mfp", Rgb::ONE)),
+        let mean_free_path = match reader.find_float_input("meanfreepath") {
+            Some(length) => MeanFreePath::Float(length),
+            None => MeanFreePath::Spectrum(reader.spectrum_input("mfp", Rgb::ONE)),
         };
         KdSubsurface {
             kd: reader.spectrum_input("Kd", Rgb::splat(0.5)),
@@ -99,6 +99,7 @@ impl Scattering for KdSubsurface {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::Dialect;
     use crate::params::testing::{Surroundings, read, read_in};
 
     #[test]
@@ -112,6 +113,7 @@ mod tests {
         assert_eq!(v3.value.interior.eta, 1.5);
         let v2 = Surroundings {
             dialect: Dialect::V2,
+            word: "Material",
             ..Surroundings::default()
         };
         let params = "\"rgb Kd\" [.1 .2 .3] \"float meanfreepath\" 2 \"float index\" 1.5";

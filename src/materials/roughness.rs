@@ -6,7 +6,7 @@ use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::FloatInput;
 use crate::math::Rgb;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 
 /// Minimum roughness that is not smooth: pbrt-v3 raises smaller values to this.
 const MIN: f32 = 1e-3;
@@ -66,10 +66,12 @@ pub enum RoughnessMeaning {
 impl RoughnessMeaning {
     /// Reads the parameter.
     pub fn from_params(reader: &ParamReader) -> RoughnessMeaning {
-        match reader.dialect() {
-            Dialect::V2 => RoughnessMeaning::BlinnExponent,
-            Dialect::V3 if reader.boolean("remaproughness", true) => RoughnessMeaning::Remapped,
-            Dialect::V3 => RoughnessMeaning::Alpha,
+        if !reader.offers("remaproughness") {
+            RoughnessMeaning::BlinnExponent
+        } else if reader.boolean("remaproughness", true) {
+            RoughnessMeaning::Remapped
+        } else {
+            RoughnessMeaning::Alpha
         }
     }
 

@@ -8,7 +8,7 @@ use crate::bssrdf::Bssrdf;
 use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
 use crate::media::presets::{self, Coefficients};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::{SurfaceHit, TexturePoint};
 use crate::syntax::suggest::nearest;
 use crate::textures::Textures;
@@ -47,10 +47,7 @@ impl Subsurface {
             sigma_a: USUAL_ABSORPTION,
             sigma_s: USUAL_SCATTERING,
         });
-        let sigma_s = match reader.dialect() {
-            Dialect::V2 => "sigma_prime_s",
-            Dialect::V3 => "sigma_s",
-        };
+        let sigma_s = reader.spelling("sigma_s");
         Subsurface {
             sigma_a: reader.spectrum_input("sigma_a", usual.sigma_a),
             sigma_s: reader.spectrum_input(sigma_s, usual.sigma_s),
@@ -122,6 +119,7 @@ fn measured(reader: &ParamReader) -> Option<Coefficients> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::Dialect;
     use crate::params::testing::{Surroundings, read, read_in};
 
     fn coefficients(subsurface: &Subsurface) -> [SpectrumInput; 2] {
@@ -185,6 +183,7 @@ mod tests {
     fn v2_has_names_of_its_own() {
         let v2 = Surroundings {
             dialect: Dialect::V2,
+            word: "Material",
             ..Surroundings::default()
         };
         let params = "\"rgb sigma_prime_s\" [1 2 3] \"float index\" 1.4 \"float scale\" 2";

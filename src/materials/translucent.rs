@@ -10,7 +10,7 @@ use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
@@ -51,7 +51,7 @@ impl Translucent {
             transmit: reader.spectrum_input("transmit", Rgb::splat(0.5)),
             roughness: find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.1)),
             meaning: RoughnessMeaning::from_params(reader),
-            mirrored: reader.dialect() == Dialect::V2,
+            mirrored: reader.means_v2(""),
         }
     }
 

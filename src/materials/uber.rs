@@ -11,7 +11,7 @@ use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 use crate::textures::Textures;
 
@@ -46,14 +46,8 @@ pub struct Uber {
 impl Uber {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Uber {
-        let swapped = reader.dialect() == Dialect::V2;
         let roughness = find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.1));
-        let (u, v) = if swapped {
-            (None, None)
-        } else {
-            let find = |name| find_roughness(reader, name);
-            (find("uroughness"), find("vroughness"))
-        };
+        let [u, v] = ["uroughness", "vroughness"].map(|name| find_roughness(reader, name));
         let u = u.unwrap_or(roughness);
         Uber {
             kd: reader.spectrum_input("Kd", Rgb::splat(0.25)),
@@ -64,7 +58,7 @@ impl Uber {
             roughness: [u, v.unwrap_or(u)],
             meaning: RoughnessMeaning::from_params(reader),
             eta: refractive_index(reader),
-            swapped,
+            swapped: reader.means_v2(""),
         }
     }
 }

@@ -6,6 +6,9 @@ use crate::syntax::{Diagnostic, ParamGroup};
 impl ParamReader<'_> {
     /// A parameter of this name is legal, whatever its type, and has no effect.
     pub fn accept(&self, name: &str) {
+        if !self.offers(name) {
+            return;
+        }
         for group in ParamGroup::ALL {
             self.asked.record(name, group);
         }

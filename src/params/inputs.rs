@@ -9,6 +9,9 @@ impl<'a> ParamReader<'a> {
     /// The layer and value that count where a texture or a number may be given: in each layer the
     /// texture comes before the number, and only a layer with neither lets the next one speak.
     fn find_input(&self, name: &str, group: ParamGroup) -> Option<&'a Param> {
+        if !self.offers(name) {
+            return None;
+        }
         self.asked.record(name, ParamGroup::Texture);
         self.asked.record(name, group);
         let mut counts = None;

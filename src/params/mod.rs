@@ -46,12 +46,15 @@ pub mod testing;
 #[cfg(test)]
 mod tests;
 mod unused;
+mod v2;
 mod v4;
 
 pub use layers::may_change_material;
 pub use named_file::NamedFile;
 pub use reader::{ParamContext, ParamReader};
 pub use spectrum::SpectrumFiles;
+#[cfg(any(test, feature = "internals"))]
+pub use v2::{DIRECTIVES as V2_DIRECTIVES, rows as v2_rows};
 
 use crate::handles::{FloatTextureId, SpectrumTextureId};
 use std::collections::HashMap;

@@ -1,6 +1,7 @@
 //! The look-ups.
 
 use super::param_use::ParamUse;
+use super::v2::{self, Row};
 use super::{Dialect, SpectrumFiles, TextureNames, spectrum};
 use crate::files::FileProblem;
 use crate::math::{DVec3, Rgb};
@@ -44,6 +45,8 @@ pub struct ParamReader<'a> {
     pub(super) own: &'a ParamList,
     /// Those that count where the directive has none of the name.
     below: &'a ParamList,
+    /// What pbrt-v2 reads otherwise.
+    pub(super) rows: &'static [Row],
     pub(super) asked: Rc<ParamUse>,
 }
 
@@ -64,6 +67,7 @@ impl<'a> ParamReader<'a> {
             kind_span: kind.span,
             own: params,
             below: const { &ParamList::EMPTY },
+            rows: v2::rows(word),
             asked: Rc::default(),
         }
     }
@@ -85,6 +89,7 @@ impl<'a> ParamReader<'a> {
         Self {
             kind,
             below,
+            rows: v2::rows("Material"),
             asked: Rc::clone(&self.asked),
             ..*self
         }
@@ -142,6 +147,9 @@ impl<'a> ParamReader<'a> {
     }
 
     fn find(&self, name: &str, group: ParamGroup) -> Option<&'a Param> {
+        if !self.offers(name) {
+            return None;
+        }
         self.asked.record(name, group);
         let [own, below] = [self.own, self.below].map(|layer| self.in_layer(layer, name, group));
         own.or(below)
@@ -207,7 +215,8 @@ impl<'a> ParamReader<'a> {
 
     /// One number of type `float`, or the default.
     pub fn float(&self, name: &str, default: f64) -> f64 {
-        self.find_float(name).unwrap_or(default)
+        let usual = || self.usual(name, default);
+        self.find_float(name).unwrap_or_else(usual)
     }
 
     /// One number of type `integer`. A fraction is cut off, as in pbrt-v3, but with a warning;
@@ -228,7 +237,8 @@ impl<'a> ParamReader<'a> {
 
     /// One number of type `integer`, or the default.
     pub fn integer(&self, name: &str, default: i64) -> i64 {
-        self.find_integer(name).unwrap_or(default)
+        let usual = || self.usual(name, default as f64) as i64;
+        self.find_integer(name).unwrap_or_else(usual)
     }
 
     /// One `bool`.

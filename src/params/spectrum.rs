@@ -3,25 +3,12 @@
 use super::{Dialect, ParamReader};
 use crate::assets::spd;
 use crate::files::FileProblem;
-use crate::math::spectrum::{rgb_from_blackbody, rgb_from_blackbody_v2, rgb_from_samples};
+use crate::math::spectrum::rgb_from_samples;
 use crate::math::{Rgb, color};
 use crate::syntax::{Diagnostic, Name, Param, ParamType, ParamValue};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::PathBuf;
-
-/// What pbrt-v2 makes of a sampled spectrum, over what pbrt-v3 makes of it: v2 divides the sum over
-/// 471 wavelengths by that of the luminosity function, v3 multiplies besides with the 470 nm
-/// between the first and the last of them and divides by their number (docs/scene-language.md §A.3).
-const V2_OVER_V3: f32 = 471.0 / 470.0;
-
-/// A sampled spectrum's color in the reader's dialect, from that in pbrt-v3's.
-fn in_dialect(reader: &ParamReader<'_>, v3: Rgb) -> Rgb {
-    match reader.dialect() {
-        Dialect::V2 => v3 * V2_OVER_V3,
-        Dialect::V3 => v3,
-    }
-}
 
 /// The `.spd` files read so far, so that a metal used a thousand times is read once. Those that
 /// could not be read are remembered too.
@@ -71,13 +58,7 @@ pub(super) fn first_value(reader: &ParamReader<'_>, param: &Param) -> Option<(Rg
 fn converted(dialect: Dialect, ty: ParamType, numbers: &[f64]) -> Rgb {
     match (ty, numbers) {
         (ParamType::Xyz, &[x, y, z]) => color::rgb_from_xyz(Rgb::new(x as f32, y as f32, z as f32)),
-        (ParamType::Blackbody, &[kelvin, scale]) => {
-            let curve = match dialect {
-                Dialect::V2 => rgb_from_blackbody_v2(kelvin),
-                Dialect::V3 => rgb_from_blackbody(kelvin),
-            };
-            curve * scale as f32
-        }
+        (ParamType::Blackbody, &[kelvin, scale]) => dialect.of_blackbody(kelvin) * scale as f32,
         (_, &[r, g, b]) => Rgb::new(r as f32, g as f32, b as f32),
         _ => Rgb::ZERO,
     }
@@ -85,7 +66,7 @@ fn converted(dialect: Dialect, ty: ParamType, numbers: &[f64]) -> Rgb {
 
 fn inline(reader: &ParamReader<'_>, param: &Param, numbers: &[f64]) -> Rgb {
     match spd::samples(numbers) {
-        Ok(samples) => in_dialect(reader, rgb_from_samples(&samples)),
+        Ok(samples) => reader.dialect().of_samples(rgb_from_samples(&samples)),
         Err(error) => {
             reader.context.diagnostics.push(
                 reader
@@ -104,7 +85,7 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
     let read = path
         .map_err(|problem| problem.to_string())
         .and_then(|path| reader.context.spectra.rgb(path))
-        .map(|v3| in_dialect(reader, v3));
+        .map(|v3| reader.dialect().of_samples(v3));
     read.unwrap_or_else(|error| {
         let diagnostic = Diagnostic::error(format!(
             "cannot use the spectrum file `{}`: {error}",

@@ -25,6 +25,8 @@ pub struct Surroundings {
     pub search: SearchFolder,
     /// Whose defaults apply.
     pub dialect: Dialect,
+    /// The directive that is read.
+    pub word: &'static str,
     /// The textures in scope.
     pub textures: TextureNames,
 }
@@ -34,6 +36,7 @@ impl Default for Surroundings {
         Self {
             search: SearchFolder::default(),
             dialect: Dialect::V3,
+            word: "Shape",
             textures: TextureNames::default(),
         }
     }
@@ -74,7 +77,7 @@ pub fn read_in<T>(
     };
     let reader = ParamReader::new(
         &context,
-        "Shape",
+        surroundings.word,
         directive.span,
         &shape.kind,
         &shape.params,

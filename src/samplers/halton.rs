@@ -9,12 +9,11 @@ use crate::params::ParamReader;
 
 /// Reads the parameters.
 pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
-    let default = SamplerSpec::default_for(reader.dialect()).spp;
     SamplerSpec {
         pixel_centers: reader.boolean("samplepixelcenter", false),
         note: Some(
             "sampler \"halton\" is rendered with Owen-scrambled low-discrepancy points (same image, other noise)",
         ),
-        ..SamplerSpec::sobol(positive(reader, "pixelsamples", default))
+        ..SamplerSpec::sobol(positive(reader, "pixelsamples", 16))
     }
 }

@@ -10,12 +10,11 @@ use crate::params::ParamReader;
 
 /// Reads the parameters.
 pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
-    let default = SamplerSpec::default_for(reader.dialect()).spp;
     reader.find_integer("dimensions");
     SamplerSpec {
         note: Some(
             "(0,2)-sequences are rendered with Owen-scrambled low-discrepancy points (same image, other noise)",
         ),
-        ..SamplerSpec::sobol(power_of_two(reader, "pixelsamples", default))
+        ..SamplerSpec::sobol(power_of_two(reader, "pixelsamples", 16))
     }
 }

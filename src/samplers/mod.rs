@@ -26,7 +26,7 @@ pub use stratified::Stratified;
 
 use crate::math::hash::{mix, mix2};
 use crate::math::{IVec2, Vec2};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use random::RandomStream;
 use sobol::SobolStream;
 use stratified::StratifiedStream;
@@ -80,20 +80,11 @@ pub struct SamplerSpec {
 }
 
 impl SamplerSpec {
-    /// The sampler of a scene that names none: halton with 16 samples in pbrt-v3, lowdiscrepancy
-    /// with 4 in pbrt-v2.
-    pub fn default_for(dialect: Dialect) -> SamplerSpec {
-        match dialect {
-            Dialect::V2 => SamplerSpec::sobol(4),
-            Dialect::V3 => SamplerSpec::sobol(16),
-        }
-    }
-
     /// Reads a `Sampler`. An unknown type is an error, and replaced by the default one.
     pub fn from_params(reader: &ParamReader) -> SamplerSpec {
         let Some((_, read)) = TYPES.iter().find(|(name, _)| *name == reader.kind()) else {
             reader.unknown_kind(&sampler_names());
-            return SamplerSpec::default_for(reader.dialect());
+            return SamplerSpec::sobol(reader.usual("pixelsamples", 16.0) as u32);
         };
         read(reader)
     }

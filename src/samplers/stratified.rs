@@ -15,7 +15,7 @@ use super::random::RandomStream;
 use super::{BELOW_ONE, Points, SamplerSpec};
 use crate::math::Vec2;
 use crate::math::hash::{mix, mix2, unit_float};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 
 /// The most cells per side: see [`positive`].
 const MAX_PER_SIDE: u32 = 1 << 12;
@@ -34,12 +34,8 @@ pub struct Stratified {
 
 /// Reads the parameters.
 pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
-    let default = match reader.dialect() {
-        Dialect::V2 => 2,
-        Dialect::V3 => 4,
-    };
     let side = |name: &str| {
-        let given = positive(reader, name, default);
+        let given = positive(reader, name, 4);
         if given > MAX_PER_SIDE {
             reader.error(
                 name,

@@ -101,7 +101,6 @@ impl StoredOptions {
     /// Reads all options; every problem is reported, and invalid values are replaced. With `details`, notes also what
     /// only affects noise.
     pub fn read(&self, reading: &Reading, details: bool) -> Options {
-        let dialect = reading.dialect();
         self.read_accelerator(reading);
         self.read_renderer(reading);
         let film = reading.read_or("Film", self.film.as_ref(), "image", |reader| {
@@ -113,9 +112,12 @@ impl StoredOptions {
         let filter = self.filter.as_ref();
         let filter = reading.read_or("PixelFilter", filter, "box", Filter::from_params);
         let sampler = self.read_sampler(reading, details);
-        let integrator = match &self.integrator {
-            Some(given) => reading.read_stored(given, IntegratorSettings::from_params),
-            None => IntegratorSettings::default_for(dialect),
+        let integrator = self.integrator.as_ref();
+        let usual = reading.dialect().usual_integrator();
+        let from_params = IntegratorSettings::from_params;
+        let integrator = IntegratorSettings {
+            place: integrator.map(|given| given.typed.kind.span),
+            ..reading.read_or("Integrator", integrator, usual, from_params)
         };
         let volume_integrator = self.volume_integrator.as_ref();
         let media_seen = reading.read_or(
@@ -147,7 +149,8 @@ impl StoredOptions {
 
     fn read_sampler(&self, reading: &Reading, details: bool) -> SamplerSpec {
         let Some(given) = &self.sampler else {
-            return SamplerSpec::default_for(reading.dialect());
+            let usual = |reader: &ParamReader| SamplerSpec::from_params(reader);
+            return reading.defaults("Sampler", "halton", usual);
         };
         reading.read_stored(given, |reader| {
             let sampler = SamplerSpec::from_params(reader);

@@ -17,7 +17,7 @@ use super::site::{ShapeType, Site};
 use super::{CompiledShape, ShapeError};
 use crate::assets::mesh::{MeshData, face_id};
 use crate::math::{DVec3, Vec2, Vec3};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 
 /// See the module.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,9 +33,8 @@ impl TriangleMeshSpec {
         let tangents = reader.vectors3("S");
         let uv_name = if reader.has("uv") { "uv" } else { "st" };
         let uv = reader.points2(uv_name);
-        // In pbrt-v2 only; its default leaves all as it is.
-        let discard =
-            reader.dialect() == Dialect::V2 && reader.boolean("discarddegenerateUVs", false);
+        // Its default leaves all as it is.
+        let discard = reader.boolean("discarddegenerateUVs", false);
         let faces = reader.integers("faceIndices");
         let (positions, indices) = vertices_and_triangles(reader)?;
         let per_vertex = |name: &str, values: Option<&[f64]>| -> Vec<Vec3> {

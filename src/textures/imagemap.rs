@@ -5,7 +5,7 @@ use super::{Compiler, Evaluate, Mapping, MappingSpec, TextureClass, TextureValue
 use crate::assets::image_data::ImageData;
 use crate::math::color::linear_from_srgb;
 use crate::math::transform::Transform;
-use crate::params::{Dialect, NamedFile, ParamReader};
+use crate::params::{NamedFile, ParamReader};
 use crate::surface::TexturePoint;
 use std::path::Path;
 
@@ -119,21 +119,13 @@ impl<V: TextureValue> TextureClass<V> for ImagemapSpec {
             false => Filter::Ewa { max_anisotropy },
         };
         let scale = reader.float("scale", 1.0) as f32;
-        let (decoding, top_first) = match reader.dialect() {
-            Dialect::V3 => {
-                let srgb = reader.boolean(
-                    "gamma",
-                    matches!(&*extension, "png" | "tga" | "jpg" | "jpeg"),
-                );
-                (Decoding::Scaled { srgb, scale }, false)
-            }
-            Dialect::V2 => (
-                Decoding::Power {
-                    scale,
-                    gamma: reader.float("gamma", 1.0) as f32,
-                },
-                extension == "exr",
-            ),
+        let decoding = if reader.means_v2("gamma") {
+            let gamma = reader.float("gamma", 1.0) as f32;
+            Decoding::Power { scale, gamma }
+        } else {
+            let is_srgb = matches!(&*extension, "png" | "tga" | "jpg" | "jpeg");
+            let srgb = reader.boolean("gamma", is_srgb);
+            Decoding::Scaled { srgb, scale }
         };
         ImagemapSpec {
             mapping: MappingSpec::from_params(reader, ctm),
@@ -142,7 +134,7 @@ impl<V: TextureValue> TextureClass<V> for ImagemapSpec {
                 wrap,
                 filter,
                 decoding,
-                top_first,
+                top_first: extension == "exr" && reader.means_v2("filename"),
             },
         }
     }

@@ -23,7 +23,7 @@ use crate::handles::MediumId;
 use crate::lights::SelectionStrategy;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
-use crate::params::{Dialect, ParamReader};
+use crate::params::ParamReader;
 use emission::MisState;
 
 /// Parameters of `Integrator "path"`.
@@ -62,7 +62,7 @@ impl Default for Path {
 impl Path {
     /// Reads the parameters; v2 counts one scattering event more (docs/scene-language.md §A.3).
     pub fn from_params(reader: &ParamReader) -> Path {
-        let extra = u32::from(reader.dialect() == Dialect::V2);
+        let extra = u32::from(reader.means_v2("maxdepth"));
         Path {
             max_depth: super::max_depth(reader) + extra,
             rr_threshold: reader.float("rrthreshold", 1.0) as f32,
