@@ -19,7 +19,7 @@
 //!     for pixel in bounds.pixels() {
 //!         tile.add_sample(pixel, Rgb::splat(0.25), 2.0);
 //!     }
-//!     film.merge(&tile);
+//!     film.merge(tile);
 //! }
 //! assert_eq!(film.develop().pixel(UVec2::new(3, 1)), Rgb::splat(0.5));
 //! ```
@@ -28,6 +28,7 @@ mod bounds;
 mod exr;
 mod image;
 mod metadata;
+mod pairwise;
 mod pfm;
 mod pixels;
 mod png;
@@ -42,6 +43,7 @@ mod tests;
 pub use bounds::PixelBounds;
 pub use image::Image;
 pub use metadata::FilmMetadata;
+pub(crate) use pairwise::Pairwise;
 pub use pixels::PixelStatistics;
 pub use read::{LoadedImage, ReadError, read, read_within};
 pub use spec::{FilmError, FilmSpec};
@@ -49,6 +51,7 @@ pub use tile::{DroppedSample, Tile};
 pub use write::{WriteError, check_name, check_output, keeps_variances, write, write_somewhere};
 
 use crate::math::{Rgb, UVec2};
+use pairwise::Join;
 
 /// The image being rendered: statistics of every pixel inside the crop window.
 #[derive(Clone, Debug)]
@@ -111,11 +114,12 @@ impl Film {
     ///
     /// A pixel that had no samples yet becomes a bit-for-bit copy of the tile's, so a film assembled from disjoint
     /// tiles is the same whatever their order and size. If both have samples they are pooled
-    /// ([`PixelStatistics::merge`]).
-    pub fn merge(&mut self, tile: &Tile) {
+    /// ([`pairwise::Join`]).
+    pub fn merge(&mut self, mut tile: Tile) {
+        tile.close();
         for (pixel, statistics) in tile.iter() {
             if let Some(index) = self.bounds.index(pixel) {
-                self.pixels[index].merge(statistics);
+                self.pixels[index].join(statistics);
             }
         }
         self.dropped += tile.dropped();

@@ -1,5 +1,6 @@
 //! Sample statistics of one pixel.
 
+use super::pairwise::Join;
 use crate::math::Rgb;
 use glam::DVec3;
 
@@ -25,24 +26,6 @@ impl PixelStatistics {
         let deviation = value - self.mean;
         self.mean += deviation / self.count as f64;
         self.squared_deviations += deviation * (value - self.mean);
-    }
-
-    /// Pools these samples with `other`'s. Pooling with empty statistics, either way round, copies exactly; otherwise
-    /// the order affects only rounding.
-    pub fn merge(&mut self, other: &PixelStatistics) {
-        if other.count == 0 {
-            return;
-        }
-        if self.count == 0 {
-            *self = *other;
-            return;
-        }
-        let (a, b) = (self.count as f64, other.count as f64);
-        let deviation = other.mean - self.mean;
-        self.mean += deviation * (b / (a + b));
-        self.squared_deviations +=
-            other.squared_deviations + deviation * deviation * (a * b / (a + b));
-        self.count += other.count;
     }
 
     /// The plain mean of two independent estimates of one pixel, regardless of their sample counts, or the one of them
@@ -83,6 +66,26 @@ impl PixelStatistics {
             1 => DVec3::INFINITY,
             n => self.squared_deviations / (n as f64 * (n - 1) as f64),
         }
+    }
+}
+
+impl Join for PixelStatistics {
+    /// Pools these samples with `other`'s. Pooling with empty statistics, either way round, copies exactly; otherwise
+    /// the order affects only rounding.
+    fn join(&mut self, other: &PixelStatistics) {
+        if other.count == 0 {
+            return;
+        }
+        if self.count == 0 {
+            *self = *other;
+            return;
+        }
+        let (a, b) = (self.count as f64, other.count as f64);
+        let deviation = other.mean - self.mean;
+        self.mean += deviation * (b / (a + b));
+        self.squared_deviations +=
+            other.squared_deviations + deviation * deviation * (a * b / (a + b));
+        self.count += other.count;
     }
 }
 
@@ -129,7 +132,7 @@ mod tests {
         fn merging_parts_agrees_with_the_whole(values in samples(), cut in 0.0f64..1.0) {
             let cut = (cut * values.len() as f64) as usize;
             let mut parts = of(&values[..cut]);
-            parts.merge(&of(&values[cut..]));
+            parts.join(&of(&values[cut..]));
             let whole = of(&values);
             prop_assert_eq!(parts.count(), whole.count());
             // As above: rounding only.
@@ -143,10 +146,10 @@ mod tests {
     fn merging_with_nothing_copies_bits() {
         let some = of(&[Rgb::new(0.1, 0.2, 0.3), Rgb::new(0.7, 0.1, 9.0)]);
         let mut empty = PixelStatistics::default();
-        empty.merge(&some);
+        empty.join(&some);
         assert_eq!(empty, some);
         let mut same = some;
-        same.merge(&PixelStatistics::default());
+        same.join(&PixelStatistics::default());
         assert_eq!(same, some);
     }
 

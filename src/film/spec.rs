@@ -2,7 +2,7 @@
 
 use super::PixelBounds;
 use crate::math::UVec2;
-use crate::params::{Dialect, NamedFile, ParamReader};
+use crate::params::{NamedFile, ParamReader};
 use std::path::PathBuf;
 
 /// Maximum width or height in pixels: four times an 8K panorama's.
@@ -65,26 +65,11 @@ impl Default for FilmSpec {
 }
 
 impl FilmSpec {
-    /// The defaults for a dialect.
-    pub fn defaults(dialect: Dialect) -> FilmSpec {
-        let resolution = match dialect {
-            Dialect::V2 => UVec2::new(640, 480),
-            Dialect::V3 => UVec2::new(1280, 720),
-        };
-        FilmSpec {
-            resolution,
-            ..FilmSpec::default()
-        }
-    }
-
     /// Reads a `Film` directive. Invalid values are reported as errors and replaced by defaults, so that the rest of
     /// the file is still checked.
     pub fn from_params(reader: &ParamReader) -> FilmSpec {
-        let defaults = FilmSpec::defaults(reader.dialect());
-        if reader.dialect() == Dialect::V2 {
-            // pbrt-v2's switch for a preview window, which it also reads and ignores.
-            let _ = reader.find_boolean("display");
-        }
+        let defaults = FilmSpec::default();
+        reader.accept("display");
         let mut film = FilmSpec {
             filename: filename(reader),
             resolution: UVec2::new(

@@ -26,7 +26,7 @@ fn expose(side: u32, order: impl Fn(&mut Vec<PixelBounds>)) -> Film {
                 tile.add_sample(pixel, value.max(Rgb::ZERO), 0.3);
             }
         }
-        film.merge(&tile);
+        film.merge(tile);
     }
     film
 }
@@ -67,7 +67,7 @@ fn negative_means_become_black_and_scale_applies() {
     let mut tile = film.tile(film.bounds());
     tile.add_sample(UVec2::ZERO, Rgb::new(1.0, 2.0, 0.0), 1.0);
     tile.add_sample(UVec2::ZERO, Rgb::new(0.0, 4.0, 0.5), -1.0);
-    film.merge(&tile);
+    film.merge(tile);
     let image = film.develop();
     // Means (½, −1, −¼); sample variances of {1,0}, {2,−4}, {0,−½} are ½, 18, ⅛, halved for the mean.
     assert_eq!(image.pixel(UVec2::ZERO), Rgb::new(1.5, 0.0, 0.0));
@@ -92,7 +92,7 @@ fn exr_comes_back_bit_for_bit() {
         tile.add_sample(pixel, pixel.as_vec2().extend(0.1) * 1e5, 1.0);
         tile.add_sample(pixel, Rgb::new(1e-7, 0.3, 0.7), 1.0);
     }
-    film.merge(&tile);
+    film.merge(tile);
     let image = film.develop();
     write(&path, &image, &metadata()).unwrap();
     let loaded = read(&path).unwrap();

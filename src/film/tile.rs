@@ -1,5 +1,6 @@
 //! A tile: the part of the film that one worker owns.
 
+use super::pairwise::{Join, PixelSum};
 use super::{PixelBounds, PixelStatistics};
 use crate::math::color::luminance;
 use crate::math::{Rgb, UVec2};
@@ -25,13 +26,17 @@ impl DroppedSample {
     }
 }
 
-/// The pixels of a rectangle while one thread renders them: samples are added without a lock.
+/// The pixels of a rectangle while one thread renders them: samples are added without a lock, those of a pixel one after
+/// the other (a pixel that is returned to has its parts pooled).
 #[derive(Clone, Debug)]
 pub struct Tile {
     bounds: PixelBounds,
     max_sample_luminance: f32,
     first_sample: u64,
     pixels: Vec<PixelStatistics>,
+    /// The pixel whose samples are being added, and those.
+    open: usize,
+    sum: PixelSum,
     dropped: u64,
     first_dropped: Option<DroppedSample>,
 }
@@ -45,6 +50,8 @@ impl Tile {
             max_sample_luminance,
             first_sample: 0,
             pixels,
+            open: 0,
+            sum: PixelSum::default(),
             dropped: 0,
             first_dropped: None,
         }
@@ -77,13 +84,13 @@ impl Tile {
 
     /// Like [`add_sample`](Self::add_sample), with a weight per channel.
     pub fn add_colored_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: Rgb) -> bool {
-        let Some(statistics) = self
-            .bounds
-            .index(pixel)
-            .and_then(|i| self.pixels.get_mut(i))
-        else {
+        let Some(index) = self.bounds.index(pixel) else {
             return true;
         };
+        if index != self.open {
+            self.close();
+            self.open = index;
+        }
         let y = luminance(radiance);
         let limited = if y > self.max_sample_luminance {
             radiance * (self.max_sample_luminance / y)
@@ -93,12 +100,12 @@ impl Tile {
         let value = limited * weight;
         let good = radiance.is_finite() && value.is_finite() && y >= MAX_NEGATIVE_LUMINANCE;
         if !good {
-            let sample = self.first_sample + statistics.count();
+            let sample = self.first_sample + self.pixels[index].count() + self.sum.count();
             let dropped = Some(DroppedSample { pixel, sample });
             self.first_dropped = DroppedSample::first(self.first_dropped, dropped);
             self.dropped += 1;
         }
-        statistics.add(if good { value } else { Rgb::ZERO });
+        self.sum.add(if good { value } else { Rgb::ZERO });
         good
     }
 
@@ -112,14 +119,32 @@ impl Tile {
         self.first_dropped
     }
 
-    /// The statistics of one pixel, `None` outside.
+    /// Pools what has been added to the last pixel.
+    pub fn close(&mut self) {
+        if let Some(pixel) = self.pixels.get_mut(self.open) {
+            pixel.join(&self.sum.take());
+        }
+    }
+
+    /// The statistics of one pixel, `None` outside. The last pixel's samples are missing until [`Tile::close`].
     pub fn statistics(&self, pixel: UVec2) -> Option<&PixelStatistics> {
         self.pixels.get(self.bounds.index(pixel)?)
     }
 
-    /// Every pixel with its statistics, row by row.
+    /// Every pixel with its statistics, row by row, as [`Tile::statistics`].
     pub fn iter(&self) -> impl Iterator<Item = (UVec2, &PixelStatistics)> {
         self.bounds.pixels().zip(&self.pixels)
+    }
+}
+
+impl Join for Tile {
+    /// Pools the samples of each pixel; both tiles are closed.
+    fn join(&mut self, right: &Tile) {
+        for (pixel, statistics) in self.pixels.iter_mut().zip(&right.pixels) {
+            pixel.join(statistics);
+        }
+        self.dropped += right.dropped;
+        self.first_dropped = DroppedSample::first(self.first_dropped, right.first_dropped);
     }
 }
 
@@ -136,10 +161,12 @@ mod tests {
         let p = UVec2::new(2, 3);
         let mut t = tile(1.0);
         assert!(t.add_sample(p, Rgb::splat(10.0), 3.0));
+        t.close();
         // Luminance 10 becomes 1, then times 3; the luminance weights sum to 1 within 1e-6.
         assert!((t.statistics(p).unwrap().mean().x - 3.0).abs() < 1e-5);
         let mut t = tile(1.0);
         t.add_sample(p, Rgb::splat(0.5), 30.0);
+        t.close();
         assert_eq!(t.statistics(p).unwrap().mean().x, 15.0);
     }
 
@@ -166,6 +193,7 @@ mod tests {
         t.add_sample(earlier, Rgb::ONE, 1.0);
         t.add_sample(earlier, Rgb::NAN, 1.0);
         assert_eq!(t.first_dropped(), first(earlier, 1));
+        t.close();
         let s = t.statistics(p).unwrap();
         assert_eq!(s.count(), 8);
         // (−1e-6 − 7) / 8, to single precision of the two samples.
@@ -177,6 +205,7 @@ mod tests {
         let mut t = tile(f32::INFINITY);
         t.add_sample(UVec2::new(1, 3), Rgb::ONE, 1.0);
         t.add_sample(UVec2::new(2, 5), Rgb::ONE, 1.0);
+        t.close();
         assert!(t.iter().all(|(_, s)| s.count() == 0));
     }
 }

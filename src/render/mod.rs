@@ -15,7 +15,7 @@ pub use progress::{Progress, Step};
 pub use progressive::render_until;
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
-use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, Tile};
+use crate::film::{DroppedSample, Film, FilmSpec, Pairwise, PixelBounds, Tile};
 use crate::filters::Filter;
 use crate::integrators::Integrator;
 use crate::integrators::witness::{Place, Watch};
@@ -64,16 +64,33 @@ pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     let rendered: Vec<Tile> = tiles
         .into_par_iter()
         .map(|bounds| {
-            let mut tile = blank.tile(bounds);
-            sample_tile(job, &job.sampler, 0..job.sampler.spp(), &mut tile, bounds);
-            progress.advance(bounds.area() as u64 * u64::from(job.sampler.spp()));
-            tile
+            let mut blocks = Pairwise::default();
+            for block in blocks_of(job.sampler.spp()) {
+                let samples = bounds.area() as u64 * block.len() as u64;
+                let mut tile = blank.tile(bounds).after(block.start.into());
+                sample_tile(job, &job.sampler, block, &mut tile, bounds);
+                progress.advance(samples);
+                blocks.push(tile);
+            }
+            blocks.take(None).unwrap_or_else(|| blank.tile(bounds))
         })
         .collect();
-    for tile in &rendered {
+    for tile in rendered {
         film.merge(tile);
     }
     film
+}
+
+/// Samples of each pixel that a tile is rendered by at a time, if there are more: a power of two of leaves
+/// ([`crate::film`]), so that the sums are the same without.
+const BLOCK: u32 = 1024;
+
+/// The blocks of a pixel's samples, in order.
+fn blocks_of(spp: u32) -> impl Iterator<Item = Range<u32>> {
+    let end = move |start: u32| start.saturating_add(BLOCK).min(spp);
+    (0..spp)
+        .step_by(BLOCK as usize)
+        .map(move |start| start..end(start))
 }
 
 /// Renders a range of the sampler's samples in every pixel of a tile, a bundle of camera rays at a time.
@@ -99,6 +116,7 @@ fn sample_tile(
             waiting.push(rest);
         }
         if samples.is_empty() {
+            tile.close();
             return;
         }
         job.camera.rays(&samples, want_differentials, &mut rays);

@@ -178,7 +178,9 @@ impl<'a> Passes<'a> {
                     Some(tile)
                 })
                 .collect();
-            for (tile, (have, &want)) in rendered.iter().zip(half.counts.iter_mut().zip(counts)) {
+            for (tile, (have, &want)) in
+                rendered.into_iter().zip(half.counts.iter_mut().zip(counts))
+            {
                 if let Some(tile) = tile {
                     half.film.merge(tile);
                     *have = want;
