@@ -85,6 +85,7 @@
 //! integrators   the light along a ray
 //! render        tiles over threads, passes until the error is small enough
 //! film          pixels with their variances; image files
+//! checkpoint    what a render has done, in a file that survives it
 //! session       a scene from file to image: what a program calls
 //! compare, tradeoff         do images agree; which settings are worth their time
 //! cli           the command line
@@ -123,6 +124,7 @@ mod parts {
     pub mod budget;
     pub mod build;
     pub mod cameras;
+    pub mod checkpoint;
     pub mod files;
     pub mod filters;
     pub mod handles;

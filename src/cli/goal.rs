@@ -51,6 +51,18 @@ pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     (!time.is_zero()).then_some(time).ok_or_else(expected)
 }
 
+/// Parses a positive duration with or without a unit: 90, 90s, 5m, 2h.
+pub(super) fn duration(text: &str) -> Result<Duration, String> {
+    let units = [("s", 1), ("m", 60), ("h", 3600)];
+    let unit = units
+        .iter()
+        .find_map(|(unit, s)| Some((text.strip_suffix(unit)?, *s)));
+    let (number, scale) = unit.unwrap_or((text, 1));
+    seconds(number)?
+        .checked_mul(scale)
+        .ok_or_else(|| "too long".to_string())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

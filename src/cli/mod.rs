@@ -1,8 +1,9 @@
 //! The command line: one file per command. Progress and messages go to standard error, results to standard output or
 //! files. Exit code 0: done; 1: the answer is no, or the image does not show the whole scene (`--keep-going`); 2: bad
-//! input.
+//! input; 75: interrupted, and the same command continues; 130: interrupted without a checkpoint.
 
 mod check;
+mod checkpoint;
 mod compare;
 mod goal;
 mod lens;
@@ -30,6 +31,12 @@ pub(crate) const ANSWER_IS_NO: u8 = 1;
 
 /// Exit code for input that cannot be used.
 pub(crate) const BAD_INPUT: u8 = 2;
+
+/// Exit code of an interrupted render that its checkpoint continues (EX_TEMPFAIL of sysexits.h).
+pub(crate) const INTERRUPTED: u8 = 75;
+
+/// Exit code of an interrupted render without a checkpoint, as shells give it for SIGINT.
+pub(crate) const LOST: u8 = 130;
 
 /// Exit code for images of a scene with missing files.
 pub(crate) const NOT_ALL: u8 = 1;

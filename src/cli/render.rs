@@ -1,18 +1,20 @@
 //! `fstop render SCENE`: renders a scene file to an image.
 
+use super::checkpoint::{self, CheckpointArgs};
 use super::goal::GoalArgs;
 use super::messages::{self, Failure};
 use super::progress::Bar;
-use super::{BAD_INPUT, NOT_ALL, ReadArgs};
+use super::{BAD_INPUT, INTERRUPTED, LOST, NOT_ALL, ReadArgs};
 use crate::console;
 use crate::render::{self, Ended};
 use crate::session::{
-    Frame, OutputNames, Outputs, Policy, Problems, RenderOptions, Rendered, Scene,
+    Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions, Rendered, Scene,
     THREADS_PER_PROCESSOR, threads_started,
 };
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Examples for the long help.
@@ -96,6 +98,8 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     goal: GoalArgs,
     #[command(flatten)]
+    checkpoint: CheckpointArgs,
+    #[command(flatten)]
     read: ReadArgs,
 }
 
@@ -103,7 +107,9 @@ pub(super) struct RenderArgs {
 pub(super) fn run(args: &RenderArgs) -> ExitCode {
     let flaws = match render_scene(args) {
         Ok(flaws) => flaws,
-        Err(failure) => return failure.exit(),
+        Err(End::Interrupted { kept: true }) => return ExitCode::from(INTERRUPTED),
+        Err(End::Interrupted { kept: false }) => return ExitCode::from(LOST),
+        Err(End::Failed(failure)) => return failure.exit(),
     };
     if flaws.passed > 0 {
         let errors = if flaws.passed == 1 { "error" } else { "errors" };
@@ -147,6 +153,8 @@ impl RenderArgs {
             quick: self.quick,
             variance: self.variance,
             tile_size: self.tile_size,
+            checkpoint: None,
+            stop: Some(Arc::default()),
         })
     }
 
@@ -166,8 +174,22 @@ struct Flaws {
     unwritten: usize,
 }
 
-fn render_scene(args: &RenderArgs) -> Result<Flaws, Failure> {
-    let options = args.options()?;
+/// Why there is no image.
+enum End {
+    /// Messages say it.
+    Failed(Failure),
+    /// A signal, and whether there is a checkpoint.
+    Interrupted { kept: bool },
+}
+
+impl<T: Into<Failure>> From<T> for End {
+    fn from(failure: T) -> End {
+        End::Failed(failure.into())
+    }
+}
+
+fn render_scene(args: &RenderArgs) -> Result<Flaws, End> {
+    let mut options = args.options()?;
     check_threads(args);
     let scene = Scene::load(&args.scene, &args.read.options(args.policy()))?;
     args.print(scene.problems());
@@ -186,8 +208,9 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, Failure> {
     if args.variance && !args.quiet && !outputs.iter().any(Outputs::keep_variances) {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
-    for (frame, outputs) in scene.into_frames().into_iter().zip(&outputs) {
-        let of_frame = render_frame(args, &options, frame, outputs)?;
+    for ((frame, outputs), number) in { scene.into_frames() }.into_iter().zip(&outputs).zip(1..) {
+        options.checkpoint = args.checkpoint.of_frame(outputs, number);
+        let of_frame = render_frame(args, &options, frame, number, outputs)?;
         flaws.passed += of_frame.passed;
         flaws.unwritten += of_frame.unwritten;
     }
@@ -217,13 +240,19 @@ fn render_frame(
     args: &RenderArgs,
     options: &RenderOptions,
     frame: Frame,
+    number: usize,
     outputs: &Outputs,
-) -> Result<Flaws, Failure> {
+) -> Result<Flaws, End> {
     let started = Instant::now();
     let frame = frame.prepare(options)?;
     args.print(frame.problems());
     if !args.quiet {
         frame.description().iter().for_each(console::say);
+        checkpoint::announce(&frame);
+    }
+    // Before, nothing is lost: signals end the program as usual.
+    if let Some(stop) = options.stop.as_ref().filter(|_| number == 1) {
+        checkpoint::listen(stop);
     }
     let rendering = Instant::now();
     let rendered = match args.quiet {
@@ -235,6 +264,9 @@ fn render_frame(
             rendered
         }
     };
+    if rendered.stopped {
+        return Err(interrupted(args, &frame, &rendered, outputs));
+    }
     let mut written = Vec::new();
     for path in outputs.paths() {
         match rendered.write_or_rescue(path) {
@@ -245,10 +277,52 @@ fn render_frame(
     if !args.quiet {
         report_end(&rendered, &written, started, rendering);
     }
+    let unwritten = outputs.paths().count() - written.len();
+    if unwritten == 0 {
+        clean_up(&frame, outputs);
+    }
     Ok(Flaws {
         passed: frame.problems().recoverable_errors(),
-        unwritten: outputs.paths().count() - written.len(),
+        unwritten,
     })
+}
+
+/// Removes what only an interrupted render needs.
+fn clean_up(frame: &Prepared, outputs: &Outputs) {
+    if let Err(error) = frame.forget() {
+        messages::warning(error);
+    }
+    for path in outputs.paths().map(checkpoint::partial) {
+        // Usually there is none.
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+/// Keeps what there is of an interrupted render, and says how it goes on.
+fn interrupted(args: &RenderArgs, frame: &Prepared, rendered: &Rendered, outputs: &Outputs) -> End {
+    let kept = frame.keep().unwrap_or_else(|error| {
+        messages::error(error);
+        false
+    });
+    let mut written = Vec::new();
+    for path in outputs.paths().map(checkpoint::partial) {
+        match rendered.write(&path) {
+            Ok(()) => written.push(path.display().to_string()),
+            Err(error) => messages::error(error),
+        }
+    }
+    if !args.quiet {
+        let how = match kept {
+            true => "the same command continues",
+            false => "there is no checkpoint: the same command starts anew",
+        };
+        let spp = rendered.spp;
+        let written = written.join(" and ");
+        console::say(format_args!(
+            "interrupted after {spp:.1} samples a pixel on average ({written}); {how}"
+        ));
+    }
+    End::Interrupted { kept }
 }
 
 fn report_end(rendered: &Rendered, written: &[String], started: Instant, rendering: Instant) {
@@ -290,6 +364,7 @@ fn quality(rendered: &Rendered) -> String {
             Ended::Error => "good enough",
             Ended::Time => "time is up",
             Ended::Samples => "no more samples allowed",
+            Ended::Stopped => "stopped",
         }
     )
 }

@@ -34,6 +34,7 @@ mod pixels;
 mod png;
 mod read;
 mod spec;
+mod stored;
 mod tile;
 mod write;
 
@@ -145,6 +146,11 @@ impl Film {
                 self.pixels[index] = *statistics;
             }
         }
+    }
+
+    /// Number of samples of all pixels.
+    pub fn samples(&self) -> u64 {
+        self.pixels.iter().map(PixelStatistics::count).sum()
     }
 
     /// Every pixel's statistics, row by row.

@@ -48,6 +48,16 @@ impl<T: Join> Pairwise<T> {
         self.count += 1;
     }
 
+    /// A sequence of `count` already joined.
+    pub(crate) fn of(nodes: Vec<T>, count: u32) -> Pairwise<T> {
+        Pairwise { nodes, count }
+    }
+
+    /// Its complete subtrees, from left to right.
+    pub(crate) fn nodes(&self) -> &[T] {
+        &self.nodes
+    }
+
     /// The whole tree, which lacks nodes on its right; `rest` follows the sequence. Starts anew.
     pub(crate) fn take(&mut self, rest: Option<T>) -> Option<T> {
         self.count = 0;

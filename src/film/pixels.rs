@@ -13,9 +13,9 @@ use glam::DVec3;
 /// nothing that the file could show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelStatistics {
-    mean: DVec3,
-    squared_deviations: DVec3,
-    count: u64,
+    pub(super) mean: DVec3,
+    pub(super) squared_deviations: DVec3,
+    pub(super) count: u64,
 }
 
 impl PixelStatistics {

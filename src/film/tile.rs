@@ -33,12 +33,12 @@ pub struct Tile {
     bounds: PixelBounds,
     max_sample_luminance: f32,
     first_sample: u64,
-    pixels: Vec<PixelStatistics>,
+    pub(super) pixels: Vec<PixelStatistics>,
     /// The pixel whose samples are being added, and those.
     open: usize,
     sum: PixelSum,
-    dropped: u64,
-    first_dropped: Option<DroppedSample>,
+    pub(super) dropped: u64,
+    pub(super) first_dropped: Option<DroppedSample>,
 }
 
 impl Tile {

@@ -31,4 +31,6 @@ pub enum Ended {
     Time,
     /// Every pixel has its most samples.
     Samples,
+    /// It was stopped before its goal.
+    Stopped,
 }

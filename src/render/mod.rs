@@ -9,13 +9,15 @@ mod allocation;
 mod goal;
 mod progress;
 mod progressive;
+mod work;
 
 pub use goal::{Ended, Goal};
 pub use progress::{Progress, Step};
 pub use progressive::render_until;
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
-use crate::film::{DroppedSample, Film, FilmSpec, Pairwise, PixelBounds, Tile};
+use crate::checkpoint::Unit;
+use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, Tile};
 use crate::filters::Filter;
 use crate::integrators::Integrator;
 use crate::integrators::witness::{Place, Watch};
@@ -25,6 +27,7 @@ use crate::world::World;
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
 use std::ops::Range;
+use work::{Worked, work};
 
 /// Side of a tile in pixels: small enough to keep two cores busy to the end of a small image, large enough that
 /// distributing tiles costs nothing.
@@ -52,7 +55,7 @@ pub struct RenderJob {
     pub sampled: PixelBounds,
 }
 
-/// Renders the image on the current rayon pool.
+/// Renders the image on the current rayon pool; if it is stopped, as much of it as was done.
 pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     let mut film = Film::new(&job.film);
     let tiles: Vec<PixelBounds> = film
@@ -63,34 +66,22 @@ pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     let blank = &film;
     let rendered: Vec<Tile> = tiles
         .into_par_iter()
-        .map(|bounds| {
-            let mut blocks = Pairwise::default();
-            for block in blocks_of(job.sampler.spp()) {
-                let samples = bounds.area() as u64 * block.len() as u64;
-                let mut tile = blank.tile(bounds).after(block.start.into());
-                sample_tile(job, &job.sampler, block, &mut tile, bounds);
-                progress.advance(samples);
-                blocks.push(tile);
+        .enumerate()
+        .map(|(tile, bounds)| {
+            let unit = Unit {
+                half: 0,
+                tile: tile as u32,
+                samples: 0..job.sampler.spp(),
+            };
+            match work(job, &job.sampler, blank, bounds, &unit, progress) {
+                Worked::Finished(tile) | Worked::Stopped(tile) => tile,
             }
-            blocks.take(None).unwrap_or_else(|| blank.tile(bounds))
         })
         .collect();
     for tile in rendered {
         film.merge(tile);
     }
     film
-}
-
-/// Samples of each pixel that a tile is rendered by at a time, if there are more: a power of two of leaves
-/// ([`crate::film`]), so that the sums are the same without.
-const BLOCK: u32 = 1024;
-
-/// The blocks of a pixel's samples, in order.
-fn blocks_of(spp: u32) -> impl Iterator<Item = Range<u32>> {
-    let end = move |start: u32| start.saturating_add(BLOCK).min(spp);
-    (0..spp)
-        .step_by(BLOCK as usize)
-        .map(move |start| start..end(start))
 }
 
 /// Renders a range of the sampler's samples in every pixel of a tile, a bundle of camera rays at a time.

@@ -1,6 +1,7 @@
-//! Progress reports: samples and passes done, for a callback to show.
+//! A render as it goes: what is done is reported and kept, and whether it is to stop is asked.
 
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use crate::checkpoint::Journal;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 
 /// What is reported while an image is rendered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,11 +25,13 @@ pub enum Step {
     },
 }
 
-/// Counts finished samples. Shared by threads.
+/// Counts finished samples, and tells workers of checkpoint and stop. Shared by threads.
 pub struct Progress<'a> {
     report: &'a (dyn Fn(Step) + Sync),
     done: AtomicU64,
     all: u64,
+    journal: Option<&'a Journal>,
+    stop: Option<&'a AtomicBool>,
 }
 
 impl<'a> Progress<'a> {
@@ -38,7 +41,28 @@ impl<'a> Progress<'a> {
             report,
             done: AtomicU64::new(0),
             all,
+            journal: None,
+            stop: None,
         }
+    }
+
+    /// The same, kept in `journal` and stopped by `stop`, if there are any.
+    pub fn kept(self, journal: Option<&'a Journal>, stop: Option<&'a AtomicBool>) -> Progress<'a> {
+        Progress {
+            journal,
+            stop,
+            ..self
+        }
+    }
+
+    /// The checkpoint.
+    pub fn journal(&self) -> Option<&'a Journal> {
+        self.journal
+    }
+
+    /// Returns `true` if no more work is to be begun.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.is_some_and(|stop| stop.load(Relaxed))
     }
 
     /// Told to nobody.
@@ -48,6 +72,9 @@ impl<'a> Progress<'a> {
 
     /// `samples` more are done.
     pub fn advance(&self, samples: u64) {
+        if samples == 0 {
+            return;
+        }
         let done = self.done.fetch_add(samples, Relaxed) + samples;
         (self.report)(Step::Samples {
             done,

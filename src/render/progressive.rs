@@ -17,7 +17,9 @@
 //! and a tile that has no sample by then is filled with that of its central pixel.
 
 use super::allocation::{Share, doubled, for_error, for_samples};
+use super::work::{Worked, work};
 use super::{Ended, Goal, Progress, RenderJob, sample_tile};
+use crate::checkpoint::{Journal, Unit};
 use crate::film::{DroppedSample, Film, PixelBounds, PixelStatistics, Tile};
 use crate::math::UVec2;
 use crate::samplers::Sampler;
@@ -54,7 +56,10 @@ pub fn render_until(
     goal: &Goal,
     progress: &Progress,
 ) -> Progressive {
-    let started = Instant::now();
+    // As if the processes that a checkpoint knows of had been this one.
+    let spent = progress.journal().map_or(Duration::ZERO, |j| j.spent());
+    let now = Instant::now();
+    let started = now.checked_sub(spent).unwrap_or(now);
     let mut passes = Passes::new(job, tile_size);
     let deadline = goal.time.and_then(|time| started.checked_add(time));
     let most = (goal.max_spp.max(Goal::PILOT) / 2).max(1);
@@ -64,8 +69,8 @@ pub fn render_until(
     }
     for counts in first_pass(deadline.is_some()) {
         let next = counts.map(|count| vec![count; passes.tiles.len()]);
-        if !passes.run(&next, deadline) {
-            return passes.finish(1, Ended::Time);
+        if !passes.run(&next, deadline, progress) {
+            return passes.finish(1, ended_early(progress));
         }
     }
     loop {
@@ -80,12 +85,38 @@ pub fn render_until(
         if passes.all_have(most) {
             return passes.finish(number, Ended::Samples);
         }
-        let next = passes.plan(goal, error, time_left, started.elapsed(), most);
+        let plan = || passes.plan(goal, error, time_left, started.elapsed(), most);
+        let next = match progress.journal().filter(|_| deadline.is_some()) {
+            Some(journal) => planned_once(journal, number, plan),
+            None => plan(),
+        };
         // No further pass fits into the time.
-        if next == passes.counts() || !passes.run(&next, deadline) {
-            return passes.finish(number, Ended::Time);
+        if next == passes.counts() || !passes.run(&next, deadline, progress) {
+            return passes.finish(number, ended_early(progress));
         }
     }
+}
+
+/// Why a pass was not finished.
+fn ended_early(progress: &Progress) -> Ended {
+    match progress.is_stopped() {
+        true => Ended::Stopped,
+        false => Ended::Time,
+    }
+}
+
+/// A plan that depends on the clock, or what it was when an earlier process made it.
+fn planned_once(
+    journal: &Journal,
+    pass: u32,
+    plan: impl FnOnce() -> [Vec<u32>; 2],
+) -> [Vec<u32>; 2] {
+    if let Some(counts) = journal.plan(pass) {
+        return counts.clone();
+    }
+    let counts = plan();
+    journal.planned(pass, &counts);
+    counts
 }
 
 /// Sample counts per pixel of the two halves, in sequence, up to the first pass's. With a time limit in small steps, so
@@ -162,20 +193,34 @@ impl<'a> Passes<'a> {
     }
 
     /// Renders every tile of both halves up to these sample counts. Starts no tile after the deadline: returns `false`
-    /// if some were not rendered because of it.
-    fn run(&mut self, counts: &[Vec<u32>; 2], deadline: Option<Instant>) -> bool {
+    /// if some were not rendered because of it, or because the render was stopped.
+    fn run(
+        &mut self,
+        counts: &[Vec<u32>; 2],
+        deadline: Option<Instant>,
+        progress: &Progress,
+    ) -> bool {
         let in_time = || deadline.is_none_or(|end| Instant::now() < end);
+        let kept = |unit: &Unit| progress.journal().is_some_and(|journal| journal.has(unit));
         let mut complete = true;
-        for (half, counts) in self.halves.iter_mut().zip(counts) {
+        for ((half, counts), which) in self.halves.iter_mut().zip(counts).zip(0..) {
             let jobs = self.tiles.par_iter().zip(&half.counts).zip(counts);
             let rendered: Vec<Option<Tile>> = jobs
-                .map(|((bounds, &have), &want)| {
-                    if want <= have || !in_time() {
+                .enumerate()
+                .map(|(tile, ((bounds, &have), &want))| {
+                    let unit = Unit {
+                        half: which,
+                        tile: tile as u32,
+                        samples: have..want,
+                    };
+                    if want <= have || !(in_time() || kept(&unit)) {
                         return None;
                     }
-                    let mut tile = half.film.tile(*bounds).after(have.into());
-                    sample_tile(self.job, &half.sampler, have..want, &mut tile, *bounds);
-                    Some(tile)
+                    let film = &half.film;
+                    match work(self.job, &half.sampler, film, *bounds, &unit, progress) {
+                        Worked::Finished(tile) => Some(tile),
+                        Worked::Stopped(_) => None,
+                    }
                 })
                 .collect();
             for (tile, (have, &want)) in

@@ -5,24 +5,28 @@
 //!  or Problems     Problems                     or Problems   Problems   Step
 //! ```
 
+mod identity;
 mod options;
 mod outputs;
 mod problems;
 mod rendered;
 
-pub use options::{Policy, ReadOptions, RenderOptions};
+pub use options::{Checkpoint, Policy, ReadOptions, RenderOptions};
 pub use outputs::{OutputNames, Outputs};
 pub use problems::Problems;
 pub use rendered::{DroppedSamples, Rendered};
 
 use crate::build::{self, PreparedScene};
+use crate::checkpoint::{CheckpointError, Journal};
 use crate::film;
 use crate::params::{Dialect, NamedFile};
 use crate::render::Step;
 use crate::scene::{self, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// A scene file that was read: fit to be rendered as far as its text tells.
 pub struct Scene {
@@ -32,6 +36,8 @@ pub struct Scene {
     dialect: Dialect,
     frames: Vec<scene::Frame>,
     problems: Problems,
+    /// What it was read with.
+    reading: BTreeMap<String, String>,
 }
 
 impl Scene {
@@ -82,13 +88,15 @@ impl Scene {
 
     /// The images that the file describes; nearly always one.
     pub fn into_frames(self) -> Vec<Frame> {
-        let frame = |frame| Frame {
+        let frame = |(number, frame)| Frame {
             name: self.name.clone(),
+            number,
             sources: Rc::clone(&self.sources),
             policy: self.policy,
+            reading: self.reading.clone(),
             frame,
         };
-        self.frames.into_iter().map(frame).collect()
+        (1..).zip(self.frames).map(frame).collect()
     }
 
     /// Renders the first frame. `progress` is called now and then, by any of the threads.
@@ -152,8 +160,10 @@ impl Scene {
 /// One image of a scene.
 pub struct Frame {
     name: String,
+    number: usize,
     sources: Rc<SourceMap>,
     policy: Policy,
+    reading: BTreeMap<String, String>,
     frame: scene::Frame,
 }
 
@@ -168,13 +178,16 @@ impl Frame {
         self.frame.options.film.shrink(pixels);
     }
 
-    /// Loads meshes and images, and builds the trees.
+    /// Loads meshes and images, builds the trees, and opens the checkpoint.
     ///
     /// # Errors
-    /// Files that cannot be used, what memory has no room for, and whatever else the policy refuses; a crop window
+    /// A checkpoint of another render, or one that cannot be made. Files that cannot be used, what memory has no room for, and whatever else the policy refuses; a crop window
     /// without a pixel; threads that the system does not give.
     pub fn prepare(mut self, options: &RenderOptions) -> Result<Prepared, Problems> {
         options.apply(&mut self.frame).map_err(Problems::one)?;
+        let (journal, replaced) = self
+            .journal(options)
+            .map_err(|e| Problems::one(e.to_string()))?;
         let (frame, seed) = (self.frame, options.seed);
         let scene_options = frame.options.clone();
         let (scene, diagnostics) =
@@ -187,8 +200,37 @@ impl Frame {
                 scene_options,
                 options: options.clone(),
                 problems,
+                journal,
+                replaced,
             }),
             None => Err(problems),
+        }
+    }
+
+    /// The checkpoint, and what was wrong with the one that it replaces.
+    fn journal(
+        &self,
+        options: &RenderOptions,
+    ) -> Result<(Option<Journal>, Vec<String>), CheckpointError> {
+        let Some(checkpoint) = &options.checkpoint else {
+            return Ok((None, Vec::new()));
+        };
+        let Frame {
+            name,
+            number,
+            sources,
+            reading,
+            ..
+        } = self;
+        let identity = identity::of_frame(name, *number, sources, reading, options);
+        let open = |after| Journal::open(&checkpoint.path, &identity, after, checkpoint.every);
+        match open(checkpoint.after) {
+            Err(CheckpointError::Differs { path, differences }) if !checkpoint.required => {
+                std::fs::remove_file(&path)
+                    .map_err(|source| CheckpointError::Io { path, source })?;
+                Ok((Some(open(checkpoint.after)?), differences))
+            }
+            opened => Ok((Some(opened?), Vec::new())),
         }
     }
 }
@@ -200,6 +242,8 @@ pub struct Prepared {
     pub(crate) scene_options: scene::options::Options,
     options: RenderOptions,
     problems: Problems,
+    journal: Option<Journal>,
+    replaced: Vec<String>,
 }
 
 impl Prepared {
@@ -217,10 +261,38 @@ impl Prepared {
         &self.scene.description
     }
 
+    /// Where there is a checkpoint to continue, the time that was spent on it.
+    pub fn resumes(&self) -> Option<Duration> {
+        let journal = self.journal.as_ref().filter(|journal| journal.resumes());
+        journal.map(Journal::spent)
+    }
+
+    /// What is different in the render whose checkpoint is replaced; empty if there was none.
+    pub fn replaced(&self) -> &[String] {
+        &self.replaced
+    }
+
+    /// Writes what the checkpoint does not have yet. Returns `false` if there is none.
+    ///
+    /// # Errors
+    /// Whatever went wrong with writing it, now or before: it holds what was written until then.
+    pub fn keep(&self) -> Result<bool, CheckpointError> {
+        self.journal.as_ref().map_or(Ok(false), Journal::flush)
+    }
+
+    /// Removes the checkpoint, when the image is safe.
+    ///
+    /// # Errors
+    /// A folder that lets nothing go.
+    pub fn forget(&self) -> Result<(), CheckpointError> {
+        self.journal.as_ref().map_or(Ok(()), Journal::remove)
+    }
+
     /// Renders the image: a pure function of scene, options and seed, but for the options that count time.
     /// `progress` is called now and then, by any of the threads.
     pub fn render(&self, progress: &(dyn Fn(Step) + Sync)) -> Rendered {
-        let take = || rendered::take(&self.scene, &self.name, &self.options, progress);
+        let journal = self.journal.as_ref();
+        let take = || rendered::take(&self.scene, &self.name, &self.options, journal, progress);
         // Threads that were there a moment ago: if the system refuses them now, those that are there do it.
         on_threads(self.options.threads, take).unwrap_or_else(|_| take())
     }
@@ -311,6 +383,7 @@ impl<'a> Reading<'a> {
             dialect: self.dialect,
             frames: self.frames,
             problems,
+            reading: identity::of_reading(self.options),
         })
     }
 

@@ -7,6 +7,8 @@ use crate::scene::dialect::DialectChoice;
 use crate::scene::{Frame, ReadSettings};
 use crate::syntax::{Diagnostics, SourceMap};
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// What a scene is refused for.
@@ -96,6 +98,23 @@ pub struct RenderOptions {
     pub variance: bool,
     /// Side of the square tiles that threads work on, in pixels; changes no bit of the image.
     pub tile_size: u32,
+    /// Where the render is kept, to be continued if it is interrupted.
+    pub checkpoint: Option<Checkpoint>,
+    /// Stops the render when it becomes `true`.
+    pub stop: Option<Arc<AtomicBool>>,
+}
+
+/// A file that keeps what a render has done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Checkpoint {
+    /// The file, usually `.fsc`.
+    pub path: PathBuf,
+    /// It is only made when the render has taken so long.
+    pub after: Duration,
+    /// The longest time whose work may be lost.
+    pub every: Duration,
+    /// A checkpoint of another render in its place is refused, not replaced.
+    pub required: bool,
 }
 
 impl Default for RenderOptions {
@@ -111,6 +130,8 @@ impl Default for RenderOptions {
             quick: false,
             variance: false,
             tile_size: TILE_SIZE,
+            checkpoint: None,
+            stop: None,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::RenderOptions;
 use crate::build::PreparedScene;
+use crate::checkpoint::Journal;
 use crate::film::{self, DroppedSample, FilmMetadata, Image, WriteError};
 use crate::integrators::witness::{Met, Place};
 use crate::materials::Material;
@@ -24,6 +25,8 @@ pub struct Rendered {
     pub passes: Option<(u32, Ended)>,
     /// Samples that were not finite.
     pub dropped: Option<DroppedSamples>,
+    /// Whether it was stopped before its end: then pixels may lack samples.
+    pub stopped: bool,
 }
 
 /// Samples that were not finite, and count as black.
@@ -72,22 +75,27 @@ pub(super) fn take(
     scene: &PreparedScene,
     name: &str,
     options: &RenderOptions,
+    journal: Option<&Journal>,
     report: &(dyn Fn(Step) + Sync),
 ) -> Rendered {
     let job = &scene.job;
-    let (film, spp, first_dropped, error, passes) = match options.goal() {
+    let stop = options.stop.as_deref();
+    let (film, spp, first_dropped, error, passes, stopped) = match options.goal() {
         None => {
             let spp = job.sampler.spp();
             let pixels = job.film.pixel_bounds().area() as u64;
-            let progress = Progress::new(pixels * u64::from(spp), report);
+            let progress = Progress::new(pixels * u64::from(spp), report).kept(journal, stop);
             let film = render::render(job, options.tile_size, &progress);
             let first = film.first_dropped();
             let first = first.map(|dropped| (dropped, render::locate(job, &job.sampler, dropped)));
-            (film, f64::from(spp), first, None, None)
+            let sampled = film.bounds().intersection(job.sampled).area() as u64;
+            let (all, done) = (sampled * u64::from(spp), film.samples());
+            let taken = done as f64 / sampled.max(1) as f64;
+            (film, taken, first, None, None, done < all)
         }
         Some(goal) => {
             // The size of tiles decides which pixels share their number of samples.
-            let progress = Progress::new(0, report);
+            let progress = Progress::new(0, report).kept(journal, stop);
             let done = render::render_until(job, render::TILE_SIZE, &goal, &progress);
             let first = done.first_dropped;
             let first = first.map(|(dropped, s)| (dropped, render::locate(job, &s, dropped)));
@@ -97,6 +105,7 @@ pub(super) fn take(
                 first,
                 done.error,
                 Some((done.passes, done.ended)),
+                done.ended == Ended::Stopped,
             )
         }
     };
@@ -117,6 +126,7 @@ pub(super) fn take(
         image,
         spp,
         passes,
+        stopped,
     }
 }
 

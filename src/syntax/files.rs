@@ -1,7 +1,10 @@
 //! Resolution of file names in a scene.
 
 use crate::files::FileProblem;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
+use std::rc::Rc;
 
 /// The folder in which the file names of a scene are looked up.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -10,6 +13,8 @@ pub struct SearchFolder {
     pub directory: PathBuf,
     /// The only folder, absolute and without links, that files may be in (`--files-within`).
     pub within: Option<PathBuf>,
+    /// What was found, by the name that the scene gives it.
+    pub(super) found: Rc<RefCell<BTreeMap<String, PathBuf>>>,
 }
 
 impl SearchFolder {
@@ -17,7 +22,7 @@ impl SearchFolder {
     pub fn new(directory: impl Into<PathBuf>) -> SearchFolder {
         SearchFolder {
             directory: directory.into(),
-            within: None,
+            ..SearchFolder::default()
         }
     }
 
@@ -46,13 +51,18 @@ impl SearchFolder {
     /// [`FileProblem::Outside`] if the name, or a link on the way, leaves the only folder that may be read. If the name
     /// itself leaves it, the file system is not accessed.
     pub fn resolve(&self, name: &str) -> Result<Option<PathBuf>, FileProblem> {
-        match self.found(name)? {
-            None => self.found(&slashed(name)),
-            found => Ok(found),
+        let path = match self.find(name)? {
+            None => self.find(&slashed(name))?,
+            found => found,
+        };
+        if let Some(path) = &path {
+            let mut found = self.found.borrow_mut();
+            found.insert(name.to_owned(), path.clone());
         }
+        Ok(path)
     }
 
-    fn found(&self, name: &str) -> Result<Option<PathBuf>, FileProblem> {
+    fn find(&self, name: &str) -> Result<Option<PathBuf>, FileProblem> {
         let path = self.directory.join(name);
         let Some(within) = &self.within else {
             return Ok(Some(path).filter(|path| is_there(path)));

@@ -7,6 +7,7 @@
 use super::files::SearchFolder;
 use crate::files::{self, FileProblem};
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -88,6 +89,8 @@ pub struct SourceMap {
     /// See [`SourceMap::within`].
     within: Option<PathBuf>,
     files: RefCell<Vec<SourceFile>>,
+    /// See [`SourceMap::named_files`].
+    found: Rc<RefCell<BTreeMap<String, PathBuf>>>,
     /// The last file read again for an excerpt: messages about one file tend to be adjacent.
     reread: RefCell<Option<(FileId, Rc<Vec<u8>>)>>,
     /// The last location whose line was counted: file, start of the line, number of line breaks before it.
@@ -186,7 +189,13 @@ impl SourceMap {
         SearchFolder {
             directory: path.parent().map(Path::to_owned).unwrap_or_default(),
             within: self.within.clone(),
+            found: Rc::clone(&self.found),
         }
+    }
+
+    /// The files that the scene has named, by those names.
+    pub fn named_files(&self) -> BTreeMap<String, PathBuf> {
+        self.found.borrow().clone()
     }
 
     /// Returns `true` if a file was read from disk, and not from a pipe or from memory.

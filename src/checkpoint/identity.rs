@@ -1,0 +1,84 @@
+//! What a checkpoint is of.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Everything that the bits of an image depend on: the program, the contents of all files that were read, and the
+/// settings. Two renders with the same identity make the same image.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// The program and its version.
+    pub program: String,
+    /// SHA-256 of every file, under the name that the scene gives it.
+    pub files: BTreeMap<String, String>,
+    /// Settings, under the names of their options.
+    pub settings: BTreeMap<String, String>,
+}
+
+impl Identity {
+    /// What differs from the identity of a checkpoint, one sentence each; nothing if they are the same.
+    pub fn differences(&self, checkpoint: &Identity) -> Vec<String> {
+        let mut found = Vec::new();
+        if self.program != checkpoint.program {
+            let (now, then) = (&self.program, &checkpoint.program);
+            found.push(format!("this is {now}, the checkpoint is by {then}"));
+        }
+        for (name, now, then) in both(&self.files, &checkpoint.files) {
+            match (now, then) {
+                (Some(_), Some(_)) => found.push(format!("the file `{name}` has changed")),
+                (Some(_), None) => found.push(format!("the scene now reads `{name}` too")),
+                (None, _) => found.push(format!("the scene no longer reads `{name}`")),
+            }
+        }
+        for (name, now, then) in both(&self.settings, &checkpoint.settings) {
+            let [now, then] = [now, then].map(|value| value.map_or("not given", String::as_str));
+            found.push(format!("{name} is {now}, the checkpoint's is {then}"));
+        }
+        found
+    }
+}
+
+/// The entries that differ, with their two values.
+fn both<'a>(
+    a: &'a BTreeMap<String, String>,
+    b: &'a BTreeMap<String, String>,
+) -> impl Iterator<Item = (&'a str, Option<&'a String>, Option<&'a String>)> {
+    let only_b = b.keys().filter(|name| !a.contains_key(*name));
+    let pair = |name: &'a String| (name.as_str(), a.get(name), b.get(name));
+    a.keys().chain(only_b).map(pair).filter(|(_, a, b)| a != b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_difference_is_named() {
+        let map = |entries: &[(&str, &str)]| {
+            let owned = |(a, b): &(&str, &str)| ((*a).to_string(), (*b).to_string());
+            entries.iter().map(owned).collect()
+        };
+        let then = Identity {
+            program: "fstop 1".to_string(),
+            files: map(&[("a.pbrt", "12"), ("gone.ply", "3")]),
+            settings: map(&[("--seed", "1"), ("--crop", "0,1,0,1")]),
+        };
+        let now = Identity {
+            program: "fstop 2".to_string(),
+            files: map(&[("a.pbrt", "13"), ("new.ply", "3")]),
+            settings: map(&[("--seed", "2")]),
+        };
+        assert_eq!(
+            now.differences(&then),
+            [
+                "this is fstop 2, the checkpoint is by fstop 1",
+                "the file `a.pbrt` has changed",
+                "the scene now reads `new.ply` too",
+                "the scene no longer reads `gone.ply`",
+                "--seed is 2, the checkpoint's is 1",
+                "--crop is not given, the checkpoint's is 0,1,0,1",
+            ]
+        );
+        assert!(now.differences(&now).is_empty());
+    }
+}

@@ -1,0 +1,384 @@
+//! Checkpoints: what a render has done so far, in a file that survives it.
+//!
+//! A checkpoint (`.fsc`) is a journal: a header that says what it is [of](Identity), then [records](record) of finished
+//! work, only ever appended. A process that is killed loses what it has not appended yet; a cut-off last record is
+//! dropped when the file is opened again. The sums in it are nodes of the image's fixed tree
+//! ([`crate::film`]), so that a resumed render ends in the bits of an undisturbed one.
+//!
+//! ```text
+//! "fstop checkpoint 1\n"   length, identity (JSON), CRC   length, record, CRC   ...
+//! ```
+
+mod identity;
+mod record;
+
+pub use identity::Identity;
+pub use record::Unit;
+
+use crate::film::{Pairwise, Tile};
+use crate::output::{self, OutputError};
+use record::Record;
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The first bytes of every checkpoint; the number is the format's.
+const MAGIC: &[u8] = b"fstop checkpoint 1\n";
+
+/// Longest record that is believed: a tile with all nodes that it can have.
+const LONGEST: u32 = 1 << 28;
+
+/// Finished tiles are collected up to this many bytes.
+const COLLECTED: usize = 1 << 20;
+
+/// Why there is no checkpoint to work with.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The file is something else.
+    #[error("{}: this is no checkpoint of fstop, and is not overwritten", .0.display())]
+    Foreign(PathBuf),
+    /// It is of another render.
+    #[error("{}: this is a checkpoint of another render: {}", .path.display(), .differences.join("; "))]
+    Differs {
+        /// The file.
+        path: PathBuf,
+        /// In sentences.
+        differences: Vec<String>,
+    },
+    /// Another process renders the same.
+    #[error("{}: another render is writing this checkpoint", .0.display())]
+    InUse(PathBuf),
+    /// It cannot be made.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// It cannot be read or written.
+    #[error("{}: {source}", .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's error.
+        source: io::Error,
+    },
+}
+
+impl CheckpointError {
+    fn at(path: &Path, source: io::Error) -> CheckpointError {
+        let path = path.to_owned();
+        CheckpointError::Io { path, source }
+    }
+}
+
+/// An open checkpoint. Shared by threads.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    after: Duration,
+    every: Duration,
+    /// Of what was whole when it was opened.
+    end: u64,
+    opened: Instant,
+    /// Rendered before, in earlier processes.
+    spent: Duration,
+    /// Where the latest record of each unit starts, and the end of its samples.
+    units: HashMap<Unit, Place>,
+    plans: HashMap<u32, [Vec<u32>; 2]>,
+    /// Intervals after which everything was written.
+    synced: AtomicU64,
+    file: Mutex<Appended>,
+}
+
+/// Of a record's bytes in the file.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    start: u64,
+    length: usize,
+}
+
+#[derive(Debug)]
+struct Appended {
+    /// `None` until a render has taken long enough for one.
+    file: Option<File>,
+    /// What a new file starts with.
+    header: Vec<u8>,
+    waiting: Vec<u8>,
+    /// After it nothing more is written.
+    failed: Option<CheckpointError>,
+}
+
+impl Journal {
+    /// Continues the checkpoint at `path`, or makes one: `after` so long, until when nothing is kept. Every `every` what
+    /// is finished by then is written, and the disk told to keep it.
+    ///
+    /// # Errors
+    /// A file that is no checkpoint, or one of another render; a folder or a disk that does not take a new one.
+    pub fn open(
+        path: &Path,
+        identity: &Identity,
+        after: Duration,
+        every: Duration,
+    ) -> Result<Journal, CheckpointError> {
+        let failed = |source| CheckpointError::at(path, source);
+        let header = serde_json::to_vec(identity).map_err(|error| failed(error.into()))?;
+        let header = [MAGIC, &record::framed(&header)].concat();
+        let exists = path.exists();
+        if !exists {
+            output::check(path)?;
+            if after.is_zero() {
+                output::write(path, &header)?;
+            }
+        }
+        let mut journal = Journal {
+            path: path.to_owned(),
+            after,
+            every: every.max(Duration::from_millis(1)),
+            end: 0,
+            opened: Instant::now(),
+            spent: Duration::ZERO,
+            units: HashMap::new(),
+            plans: HashMap::new(),
+            synced: AtomicU64::new(0),
+            file: Mutex::new(Appended {
+                file: None,
+                header,
+                waiting: Vec::new(),
+                failed: None,
+            }),
+        };
+        if !exists && !after.is_zero() {
+            return Ok(journal);
+        }
+        let file = locked(path)?;
+        let reader = BufReader::new(file.try_clone().map_err(failed)?);
+        let found = journal.read(reader).map_err(failed)?;
+        let found = found.ok_or_else(|| CheckpointError::Foreign(path.to_owned()))?;
+        let differences = identity.differences(&found);
+        if !differences.is_empty() {
+            let path = path.to_owned();
+            return Err(CheckpointError::Differs { path, differences });
+        }
+        // Only now: the file of another render stays as it is.
+        file.set_len(journal.end).map_err(failed)?;
+        journal.lock().file = Some(file);
+        Ok(journal)
+    }
+
+    /// Reads all that is whole. `None` if it is no checkpoint.
+    fn read(&mut self, mut file: BufReader<File>) -> io::Result<Option<Identity>> {
+        let mut magic = [0; MAGIC.len()];
+        if file.read_exact(&mut magic).is_err() || magic != MAGIC {
+            return Ok(None);
+        }
+        let Some(header) = next(&mut file)? else {
+            return Ok(None);
+        };
+        let Ok(identity) = serde_json::from_slice(&header) else {
+            return Ok(None);
+        };
+        self.end = (MAGIC.len() + header.len() + record::FRAME) as u64;
+        while let Some(body) = next(&mut file)? {
+            let (start, length) = (self.end + 4, body.len());
+            match Record::read(&mut &body[..]) {
+                Some(Record::Work { unit, .. }) => {
+                    self.units.insert(unit, Place { start, length });
+                }
+                Some(Record::Plan { pass, counts }) => drop(self.plans.insert(pass, counts)),
+                Some(Record::Spent(milliseconds)) => {
+                    self.spent = Duration::from_millis(milliseconds);
+                }
+                None => break,
+            }
+            self.end += (body.len() + record::FRAME) as u64;
+        }
+        Ok(Some(identity))
+    }
+
+    /// Returns `true` if it was there already and holds work.
+    pub fn resumes(&self) -> bool {
+        !self.units.is_empty()
+    }
+
+    /// Time spent by earlier processes.
+    pub fn spent(&self) -> Duration {
+        self.spent
+    }
+
+    /// Returns `true` if the file has the whole unit.
+    pub fn has(&self, unit: &Unit) -> bool {
+        self.units.contains_key(unit)
+    }
+
+    /// What the file has of a unit: the index after the last sample, and the subtrees before it.
+    pub fn restore(&self, unit: &Unit, blank: impl Fn() -> Tile) -> Option<(u32, Vec<Tile>)> {
+        let place = self.units.get(unit)?;
+        let mut body = vec![0; place.length];
+        {
+            let mut appended = self.lock();
+            let file = appended.file.as_mut()?;
+            file.seek(SeekFrom::Start(place.start)).ok()?;
+            file.read_exact(&mut body).ok()?;
+        }
+        let mut bytes = &body[..];
+        let Some(Record::Work { done, .. }) = Record::read(&mut bytes) else {
+            return None;
+        };
+        let samples = &unit.samples;
+        (samples.start..=samples.end)
+            .contains(&done)
+            .then_some(())?;
+        Some((done, record::read_tiles(&mut bytes, blank)?))
+    }
+
+    /// How many intervals have passed.
+    pub fn interval(&self) -> u64 {
+        (self.opened.elapsed().as_nanos() / self.every.as_nanos().max(1)) as u64
+    }
+
+    /// Keeps a finished unit.
+    pub fn finished(&self, unit: &Unit, tile: &Tile) {
+        let done = unit.samples.end;
+        self.work(unit, done, std::slice::from_ref(tile), false);
+    }
+
+    /// Keeps what there is of a unit under way, at once.
+    pub fn under_way(&self, unit: &Unit, done: u32, sum: &Pairwise<Tile>) {
+        self.work(unit, done, sum.nodes(), true);
+    }
+
+    fn work(&self, unit: &Unit, done: u32, tiles: &[Tile], at_once: bool) {
+        let unit = unit.clone();
+        self.append(&Record::Work { unit, done }.store(tiles), at_once);
+    }
+
+    /// The counts planned for a pass by an earlier process.
+    pub fn plan(&self, pass: u32) -> Option<&[Vec<u32>; 2]> {
+        self.plans.get(&pass)
+    }
+
+    /// Keeps the counts planned for a pass.
+    pub fn planned(&self, pass: u32, counts: &[Vec<u32>; 2]) {
+        let counts = counts.clone();
+        self.append(&Record::Plan { pass, counts }.store(&[]), true);
+    }
+
+    fn append(&self, body: &[u8], at_once: bool) {
+        let mut appended = self.lock();
+        if appended.file.is_none() {
+            if self.opened.elapsed() < self.after {
+                return;
+            }
+            self.create(&mut appended);
+        }
+        appended.waiting.extend(record::framed(body));
+        let interval = self.interval();
+        let is_due = self.synced.fetch_max(interval, Relaxed) < interval;
+        if at_once || is_due {
+            self.sync(&mut appended);
+        } else if appended.waiting.len() > COLLECTED {
+            appended.write(&self.path);
+        }
+    }
+
+    fn create(&self, appended: &mut Appended) {
+        let written = output::write(&self.path, &appended.header).map_err(CheckpointError::from);
+        match written.and_then(|()| locked(&self.path)) {
+            Ok(file) => appended.file = Some(file),
+            Err(error) => appended.failed = appended.failed.take().or(Some(error)),
+        }
+    }
+
+    /// Writes all that is waiting, and waits until the disk has it.
+    fn sync(&self, appended: &mut Appended) {
+        let spent = self.spent + self.opened.elapsed();
+        let spent = Record::Spent(spent.as_millis() as u64).store(&[]);
+        appended.waiting.extend(record::framed(&spent));
+        appended.write(&self.path);
+        if let (None, Some(file)) = (&appended.failed, &appended.file) {
+            let synced = file.sync_data();
+            appended.failed = synced
+                .err()
+                .map(|error| CheckpointError::at(&self.path, error));
+        }
+    }
+
+    /// Writes all that is waiting. Returns `false` if there is no file, as nothing has taken long enough for one.
+    ///
+    /// # Errors
+    /// The first error of all writing so far: what came after it is not in the file.
+    pub fn flush(&self) -> Result<bool, CheckpointError> {
+        let mut appended = self.lock();
+        self.sync(&mut appended);
+        let exists = appended.file.is_some();
+        appended.failed.take().map_or(Ok(exists), Err)
+    }
+
+    /// Removes the file, when the image is safe.
+    ///
+    /// # Errors
+    /// A folder that lets nothing go.
+    pub fn remove(&self) -> Result<(), CheckpointError> {
+        match self.lock().file {
+            Some(_) => {
+                std::fs::remove_file(&self.path).map_err(|e| CheckpointError::at(&self.path, e))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Appended> {
+        // A panic elsewhere leaves at most a record without its end, which is dropped when it is read.
+        self.file.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Appended {
+    fn write(&mut self, path: &Path) {
+        if let (None, Some(file)) = (&self.failed, &mut self.file) {
+            let written = file.seek(SeekFrom::End(0)).map(drop);
+            let written = written.and_then(|()| file.write_all(&self.waiting));
+            self.failed = written.err().map(|error| CheckpointError::at(path, error));
+        }
+        self.waiting.clear();
+    }
+}
+
+/// An existing file, for this process alone.
+fn locked(path: &Path) -> Result<File, CheckpointError> {
+    let file = { OpenOptions::new() }.read(true).write(true).open(path);
+    let file = file.map_err(|source| CheckpointError::at(path, source))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(CheckpointError::InUse(path.to_owned())),
+        Err(TryLockError::Error(source)) => Err(CheckpointError::at(path, source)),
+    }
+}
+
+/// The next record's bytes; `None` at the end, or where one is cut off or damaged.
+fn next(file: &mut BufReader<File>) -> io::Result<Option<Vec<u8>>> {
+    let mut length = [0; 4];
+    if let Err(error) = file.read_exact(&mut length) {
+        return end_or(error);
+    }
+    let count = u32::from_le_bytes(length);
+    if count > LONGEST {
+        return Ok(None);
+    }
+    let mut body = Vec::new();
+    file.by_ref().take(count.into()).read_to_end(&mut body)?;
+    let mut crc = [0; 4];
+    if let Err(error) = file.read_exact(&mut crc) {
+        return end_or(error);
+    }
+    let good = u32::from_le_bytes(crc) == record::crc32(&[&length, &body]);
+    Ok(good.then_some(body))
+}
+
+fn end_or(error: io::Error) -> io::Result<Option<Vec<u8>>> {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => Ok(None),
+        _ => Err(error),
+    }
+}

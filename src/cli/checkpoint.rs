@@ -1,0 +1,102 @@
+//! `--checkpoint`, and the signals that stop a render where it can be continued.
+
+use super::goal::duration;
+use super::{LOST, messages};
+use crate::session::{Checkpoint, Outputs, Prepared};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+/// A render that takes longer than this gets a checkpoint without being asked.
+const UNASKED_AFTER: Duration = Duration::from_secs(10);
+
+/// Arguments for interrupted renders.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "If it is interrupted")]
+pub(super) struct CheckpointArgs {
+    /// Keep the render in this file, from the first sample on. By default it is kept in OUTPUT.fsc if it takes longer
+    /// than ten seconds, and the file is removed when the image is written. The same command again continues where it
+    /// was, to the same bits as without interruption
+    #[arg(long, value_name = "FILE.fsc")]
+    checkpoint: Option<PathBuf>,
+    /// The longest time whose work may be lost: 60s, 5m, 1h
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration, allow_hyphen_values = true)]
+    checkpoint_every: Duration,
+    /// Refuse a checkpoint of another scene or of other settings; without this option it is replaced, with a warning
+    #[arg(long)]
+    resume: bool,
+    /// Keep nothing: an interrupted render is lost
+    #[arg(long, conflicts_with_all = ["checkpoint", "resume"])]
+    no_checkpoint: bool,
+}
+
+impl CheckpointArgs {
+    /// The checkpoint of one frame, if it is to have one. Pipes and devices have nothing beside them.
+    pub(super) fn of_frame(&self, outputs: &Outputs, number: usize) -> Option<Checkpoint> {
+        let image = outputs.image();
+        let (path, after) = match &self.checkpoint {
+            _ if self.no_checkpoint => return None,
+            Some(path) => (crate::output::numbered(path, number), Duration::ZERO),
+            None if image.exists() && !image.is_file() => return None,
+            None => (with_more(image, ".fsc"), UNASKED_AFTER),
+        };
+        Some(Checkpoint {
+            path,
+            after,
+            every: self.checkpoint_every,
+            required: self.resume,
+        })
+    }
+}
+
+/// `image.exr` as `image.exr.fsc`.
+fn with_more(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(ending);
+    path.with_file_name(name)
+}
+
+/// Where what there is of an interrupted image goes: `image.exr` as `image.partial.exr`.
+pub(super) fn partial(path: &Path) -> PathBuf {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_extension(format!("partial.{ending}"))
+}
+
+/// From now on Ctrl-C, and what a cluster sends before it ends a job, set a flag. A second Ctrl-C ends the program at
+/// once.
+pub(super) fn listen(stop: &Arc<AtomicBool>) {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::flag;
+    let ends = flag::register_conditional_shutdown(SIGINT, LOST.into(), Arc::clone(stop));
+    #[cfg(unix)]
+    let signals = {
+        use signal_hook::consts::{SIGHUP, SIGUSR1};
+        [SIGINT, SIGTERM, SIGUSR1, SIGHUP]
+    };
+    #[cfg(not(unix))]
+    let signals = [SIGINT, SIGTERM];
+    let registered = signals.map(|signal| flag::register(signal, Arc::clone(stop)));
+    if ends.is_err() || registered.iter().any(Result::is_err) {
+        messages::warning(
+            "signals cannot be caught: an interrupted render goes on from its checkpoint only",
+        );
+    }
+}
+
+/// What a render says of its checkpoint before it starts.
+pub(super) fn announce(frame: &Prepared) {
+    if !frame.replaced().is_empty() {
+        messages::warning(format!(
+            "the checkpoint there was is of another render and is replaced: {}",
+            frame.replaced().join("; ")
+        ));
+    }
+    if let Some(spent) = frame.resumes() {
+        crate::console::say(format_args!(
+            "continuing after {:.0} s",
+            spent.as_secs_f64()
+        ));
+    }
+}

@@ -1,0 +1,94 @@
+//! Tiles as bytes, in checkpoints: little-endian, to the same bits on every machine.
+
+use super::{DroppedSample, PixelStatistics, Tile};
+use crate::math::UVec2;
+
+impl Tile {
+    /// Appends the tile, which is closed, to `out`.
+    pub(crate) fn store(&self, out: &mut Vec<u8>) {
+        out.extend(self.dropped.to_le_bytes());
+        let first = self.first_dropped.map_or([u64::MAX; 3], |first| {
+            let UVec2 { x, y } = first.pixel;
+            [x.into(), y.into(), first.sample]
+        });
+        out.extend(first.map(u64::to_le_bytes).as_flattened());
+        for pixel in &self.pixels {
+            out.extend(pixel.to_words().map(u64::to_le_bytes).as_flattened());
+        }
+    }
+
+    /// This empty tile with the contents at the start of `bytes`, which are taken away; `None` if they are too short.
+    pub(crate) fn restored(mut self, bytes: &mut &[u8]) -> Option<Tile> {
+        let mut word = || {
+            let (first, rest) = bytes.split_first_chunk()?;
+            *bytes = rest;
+            Some(u64::from_le_bytes(*first))
+        };
+        self.dropped = word()?;
+        let [x, y, sample] = [word()?, word()?, word()?];
+        self.first_dropped = (sample != u64::MAX).then_some(DroppedSample {
+            pixel: UVec2::new(x as u32, y as u32),
+            sample,
+        });
+        for pixel in &mut self.pixels {
+            let mut words = [0; PixelStatistics::WORDS];
+            for slot in &mut words {
+                *slot = word()?;
+            }
+            *pixel = PixelStatistics::from_words(words);
+        }
+        Some(self)
+    }
+}
+
+impl PixelStatistics {
+    const WORDS: usize = 7;
+
+    fn to_words(self) -> [u64; Self::WORDS] {
+        let [a, b, c] = self.mean.to_array().map(f64::to_bits);
+        let [d, e, f] = self.squared_deviations.to_array().map(f64::to_bits);
+        [a, b, c, d, e, f, self.count]
+    }
+
+    fn from_words([a, b, c, d, e, f, count]: [u64; Self::WORDS]) -> PixelStatistics {
+        PixelStatistics {
+            mean: [a, b, c].map(f64::from_bits).into(),
+            squared_deviations: [d, e, f].map(f64::from_bits).into(),
+            count,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::film::{PixelBounds, Tile};
+    use crate::math::{Rgb, UVec2};
+
+    #[test]
+    fn tiles_come_back_bit_for_bit() {
+        let bounds = PixelBounds::new(UVec2::new(2, 3), UVec2::new(7, 5));
+        let mut tile = Tile::new(bounds, f32::INFINITY);
+        for (number, pixel) in bounds.pixels().enumerate() {
+            tile.add_sample(pixel, Rgb::new(0.1, 1e-30, 1e30) * number as f32, 0.3);
+            tile.add_sample(
+                pixel,
+                Rgb::splat(if number == 4 { f32::NAN } else { 1.0 }),
+                1.0,
+            );
+        }
+        tile.close();
+        let mut bytes = Vec::new();
+        tile.store(&mut bytes);
+        bytes.push(77);
+        let mut rest = &bytes[..];
+        let blank = || Tile::new(bounds, f32::INFINITY);
+        let again = blank().restored(&mut rest).expect("a tile");
+        assert_eq!(rest, [77]);
+        assert!(tile.iter().eq(again.iter()));
+        assert_eq!(again.dropped(), 1);
+        assert_eq!(tile.first_dropped(), again.first_dropped());
+        for cut in [0, 8, bytes.len() - 2] {
+            assert!(blank().restored(&mut &bytes[..cut]).is_none());
+        }
+    }
+}
