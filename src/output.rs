@@ -29,6 +29,16 @@ pub enum OutputError {
         /// The missing folder.
         folder: PathBuf,
     },
+    /// The disk is nearly full.
+    #[error("{}: cannot write: {} KiB are free there, the file needs about {}", .path.display(), .free >> 10, .needed >> 10)]
+    NoRoom {
+        /// The file's path.
+        path: PathBuf,
+        /// Bytes that are free.
+        free: u64,
+        /// Bytes that are needed, roughly.
+        needed: u64,
+    },
     /// The folder is read-only or full, or another error occurred.
     #[error("{}: cannot write: {source}", .path.display())]
     Io {
@@ -55,6 +65,32 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
             Ok(())
         }
     }
+}
+
+/// Checks that the disk of `path` has room for `needed` bytes, as far as that is known beforehand.
+///
+/// # Errors
+/// Fails if it has not.
+#[cfg(unix)]
+pub fn check_room(path: &Path, needed: u64) -> Result<(), OutputError> {
+    let Ok(Target::File(target)) = Target::of(path) else {
+        return Ok(());
+    };
+    let Ok(found) = rustix::fs::statvfs(folder_of(&target, path)?) else {
+        return Ok(());
+    };
+    let free = found.f_bavail.saturating_mul(found.f_frsize);
+    if free >= needed {
+        return Ok(());
+    }
+    let path = path.to_owned();
+    Err(OutputError::NoRoom { path, free, needed })
+}
+
+/// Unknown here.
+#[cfg(not(unix))]
+pub fn check_room(_path: &Path, _needed: u64) -> Result<(), OutputError> {
+    Ok(())
 }
 
 /// Writes a file. An existing one is replaced and keeps its permissions; the target of a symbolic link is replaced, not
@@ -175,13 +211,21 @@ fn replace(target: &Path, folder: &Path, bytes: &[u8]) -> io::Result<()> {
     if let Some(file) = unnamed(folder) {
         fill(&file)?;
         if link(&file, target, folder).is_ok() {
+            sync(folder);
             return Ok(());
         }
     }
     let file = named(folder)?;
     fill(file.as_file())?;
     file.persist(target).map_err(|e| e.error)?;
+    sync(folder);
     Ok(())
+}
+
+/// Has the disk keep the names in a folder, so that a file that was reported as written survives a loss of power. Not
+/// all systems can.
+fn sync(folder: &Path) {
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
 }
 
 /// Prefix of temporary names.

@@ -15,7 +15,7 @@ mod record;
 pub use identity::Identity;
 pub use record::Unit;
 
-use crate::film::{Pairwise, Tile};
+use crate::film::Tile;
 use crate::output::{self, OutputError};
 use record::Record;
 use std::collections::HashMap;
@@ -244,8 +244,8 @@ impl Journal {
     }
 
     /// Keeps what there is of a unit under way, at once.
-    pub fn under_way(&self, unit: &Unit, done: u32, sum: &Pairwise<Tile>) {
-        self.work(unit, done, sum.nodes(), true);
+    pub fn under_way(&self, unit: &Unit, done: u32, nodes: &[Tile]) {
+        self.work(unit, done, nodes, true);
     }
 
     fn work(&self, unit: &Unit, done: u32, tiles: &[Tile], at_once: bool) {
@@ -304,15 +304,12 @@ impl Journal {
         }
     }
 
-    /// Writes all that is waiting. Returns `false` if there is no file, as nothing has taken long enough for one.
-    ///
-    /// # Errors
-    /// The first error of all writing so far: what came after it is not in the file.
-    pub fn flush(&self) -> Result<bool, CheckpointError> {
+    /// Writes all that is waiting. Returns whether there is a file (there is none while nothing has taken long enough for
+    /// one), and the first error of all writing so far: what came after it is not in the file.
+    pub fn flush(&self) -> (bool, Option<CheckpointError>) {
         let mut appended = self.lock();
         self.sync(&mut appended);
-        let exists = appended.file.is_some();
-        appended.failed.take().map_or(Ok(exists), Err)
+        (appended.file.is_some(), appended.failed.take())
     }
 
     /// Removes the file, when the image is safe.

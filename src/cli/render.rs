@@ -289,6 +289,10 @@ fn render_frame(
 
 /// Removes what only an interrupted render needs.
 fn clean_up(frame: &Prepared, outputs: &Outputs) {
+    // Too late to help this render, but not the next one.
+    if let (_, Some(error)) = frame.keep() {
+        messages::warning(error);
+    }
     if let Err(error) = frame.forget() {
         messages::warning(error);
     }
@@ -300,10 +304,10 @@ fn clean_up(frame: &Prepared, outputs: &Outputs) {
 
 /// Keeps what there is of an interrupted render, and says how it goes on.
 fn interrupted(args: &RenderArgs, frame: &Prepared, rendered: &Rendered, outputs: &Outputs) -> End {
-    let kept = frame.keep().unwrap_or_else(|error| {
+    let (kept, error) = frame.keep();
+    if let Some(error) = error {
         messages::error(error);
-        false
-    });
+    }
     let mut written = Vec::new();
     for path in outputs.paths().map(checkpoint::partial) {
         match rendered.write(&path) {

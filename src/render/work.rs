@@ -43,7 +43,7 @@ pub(super) fn work(
     while done < end {
         if progress.is_stopped() {
             if let Some(journal) = journal {
-                journal.under_way(unit, done, &blocks);
+                journal.under_way(unit, done, blocks.nodes());
             }
             return Worked::Stopped(blocks.take(None).unwrap_or_else(blank));
         }
@@ -59,7 +59,7 @@ pub(super) fn work(
             && interval() > kept
         {
             kept = interval();
-            journal.under_way(unit, done, &blocks);
+            journal.under_way(unit, done, blocks.nodes());
         }
     }
     let tile = blocks.take(None).unwrap_or_else(blank);

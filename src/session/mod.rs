@@ -272,12 +272,10 @@ impl Prepared {
         &self.replaced
     }
 
-    /// Writes what the checkpoint does not have yet. Returns `false` if there is none.
-    ///
-    /// # Errors
-    /// Whatever went wrong with writing it, now or before: it holds what was written until then.
-    pub fn keep(&self) -> Result<bool, CheckpointError> {
-        self.journal.as_ref().map_or(Ok(false), Journal::flush)
+    /// Writes what the checkpoint does not have yet. Returns whether there is one, and what went wrong with writing it,
+    /// now or before: it holds what was written until then.
+    pub fn keep(&self) -> (bool, Option<CheckpointError>) {
+        self.journal.as_ref().map_or((false, None), Journal::flush)
     }
 
     /// Removes the checkpoint, when the image is safe.

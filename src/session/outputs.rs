@@ -2,7 +2,7 @@
 
 use super::check_place;
 use crate::film;
-use crate::output::numbered;
+use crate::output::{check_room, numbered};
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
 use std::path::{Path, PathBuf};
@@ -44,10 +44,13 @@ impl Outputs {
         same_file(&self.image, &other.image)
     }
 
-    /// Can all of them be written, as far as is known before rendering?
-    fn check(&self) -> Result<(), String> {
+    /// Can all of them, of `pixels` pixels, be written, as far as is known before rendering?
+    fn check(&self, pixels: usize) -> Result<(), String> {
         for path in self.paths() {
             film::check_output(path).map_err(|e| e.to_string())?;
+            // Three channels of four bytes; files are packed, to half of that at best.
+            let needed = pixels as u64 * 12 / 2;
+            check_room(path, needed).map_err(|e| e.to_string())?;
         }
         let Some(png) = &self.png else { return Ok(()) };
         if !png
@@ -117,6 +120,7 @@ pub(super) fn check(
     diagnostics: &Diagnostics,
 ) {
     for (frame, outputs) in frames.iter().zip(outputs) {
+        let pixels = frame.options.film.pixel_bounds().area();
         let named = frame.options.film.filename.as_ref();
         let named = named.filter(|_| names.image.is_none());
         if let Some(file) = named {
@@ -126,7 +130,7 @@ pub(super) fn check(
             && let Err(error) = film::check_output(&file.path)
         {
             diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
-        } else if let Err(error) = outputs.check() {
+        } else if let Err(error) = outputs.check(pixels) {
             diagnostics.push(Diagnostic::error(error));
         }
     }

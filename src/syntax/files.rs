@@ -206,6 +206,7 @@ mod tests {
             let search = SearchFolder {
                 directory: path(start),
                 within: Some(path("scene")),
+                ..SearchFolder::default()
             };
             let outside = Err(FileProblem::Outside(path("scene")));
             for name in [

@@ -12,6 +12,7 @@ mod cli;
 mod common;
 mod diagnostics;
 mod files_within;
+mod interrupted;
 mod lens_report;
 mod loading;
 mod lost_light;

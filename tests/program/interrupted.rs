@@ -1,0 +1,207 @@
+//! Renders that are killed, stopped and continued: the bits are those of an undisturbed render.
+
+use super::cli::Folder;
+use crate::common::program::{Run, fstop};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Stratified samples and a real lens.
+const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
+/// Random samples, caustics of a mirror ball.
+const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
+
+fn arguments<'a>(scene: &'a str, output: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["render", scene, "-o", output, "--variance"], more].concat()
+}
+
+fn render(scene: &str, output: &Path, more: &[&str]) -> Run {
+    fstop(arguments(scene, &output.display().to_string(), more))
+}
+
+/// A render that is under way: it has written work to its checkpoint.
+fn started(scene: &str, output: &Path, checkpoint: &Path, more: &[&str]) -> Child {
+    let size = || checkpoint.metadata().map_or(0, |found| found.len());
+    let before = size().max(4096);
+    let name = output.display().to_string();
+    let mut child = { Command::new(env!("CARGO_BIN_EXE_fstop")) }
+        .args(arguments(scene, &name, more))
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program");
+    let start = Instant::now();
+    while size() <= before
+        && child.try_wait().expect("a child").is_none()
+        && start.elapsed() < Duration::from_secs(60)
+    {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child
+}
+
+/// The bytes of an image rendered without interruption, and of the same killed three times.
+fn undisturbed_and_killed(scene: &str, goal: &[&str]) -> [Vec<u8>; 2] {
+    let folder = Folder::new();
+    let (reference, output) = (folder.path("reference.exr"), folder.path("a.exr"));
+    let checkpoint = folder.path("a.fsc");
+    let name = checkpoint.display().to_string();
+    let run = render(scene, &reference, &[goal, &["--no-checkpoint"]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let kept = ["--checkpoint", &name, "--checkpoint-every", "0.02s"];
+    for threads in ["1", "2", "3"] {
+        let more = [goal, &kept, &["--threads", threads]].concat();
+        let mut child = started(scene, &output, &checkpoint, &more);
+        child.kill().expect("it can be killed");
+        let code = child.wait().expect("a child").code();
+        // On a machine that is fast enough the last one was done.
+        assert!(code.is_none() || code == Some(0), "{code:?}");
+    }
+    let run = render(scene, &output, &[goal, &kept].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(folder.names(), ["a.exr", "reference.exr"]);
+    [reference, output].map(|path| std::fs::read(path).expect("the image"))
+}
+
+#[test]
+fn a_killed_render_ends_in_the_same_bits() {
+    let [undisturbed, killed] = undisturbed_and_killed(LENS, &["--spp", "900"]);
+    assert!(undisturbed == killed);
+}
+
+#[test]
+fn so_does_one_with_an_error_goal() {
+    let [undisturbed, killed] = undisturbed_and_killed(BOX, &["--error", "12%"]);
+    assert!(undisturbed == killed);
+}
+
+/// SIGTERM and the like: what there is of the image is written beside it, and the same command continues.
+#[cfg(unix)]
+#[test]
+fn a_stopped_render_says_how_it_goes_on() {
+    let folder = Folder::new();
+    let (reference, output) = (folder.path("reference.exr"), folder.path("a.exr"));
+    let checkpoint = folder.path("a.fsc");
+    let name = checkpoint.display().to_string();
+    let goal = ["--spp", "5000", "--checkpoint", &name];
+    let more = [&goal[..], &["--checkpoint-every", "0.02s"]].concat();
+    for signal in ["-INT", "-TERM", "-USR1", "-HUP"] {
+        let child = started(LENS, &output, &checkpoint, &more);
+        let id = child.id().to_string();
+        let sent = Command::new("kill").args([signal, &id]).status();
+        assert!(sent.expect("kill").success());
+        let done = child.wait_with_output().expect("a child");
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(75), "{signal}: {said}");
+        assert!(said.contains("the same command continues"), "{said}");
+        assert_eq!(folder.names(), ["a.fsc", "a.partial.exr"]);
+    }
+    let partial = fstop::film::read(&folder.path("a.partial.exr")).expect("an image");
+    assert!(partial.spp.is_some_and(|spp| (1..5000).contains(&spp)));
+    let run = render(LENS, &reference, &["--spp", "64", "--no-checkpoint"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    // Other settings: refused where they must agree, else replaced.
+    let other = ["--spp", "64", "--checkpoint", &name];
+    let run = render(LENS, &output, &[&other[..], &["--resume"]].concat());
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    let differs = "--spp is 64, the checkpoint's is 5000";
+    assert!(run.stderr.contains(differs), "{}", run.stderr);
+    let run = render(LENS, &output, &other);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.contains(differs), "{}", run.stderr);
+    assert_eq!(folder.names(), ["a.exr", "reference.exr"]);
+    let [a, b] = [reference, output].map(|path| std::fs::read(path).expect("the image"));
+    assert!(a == b);
+}
+
+/// A changed scene or lens is another render; a file that is no checkpoint is left alone; a damaged end is cut off.
+#[test]
+fn a_checkpoint_knows_what_it_is_of() {
+    let folder = Folder::new();
+    let scene = folder.path("a.pbrt");
+    let text = |fov: u32| {
+        format!(
+            "Include \"b.pbrt\"\nCamera \"perspective\" \"float fov\" {fov}\nSampler \"random\" \"integer pixelsamples\" 3000\n\
+             Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 48\n\
+             WorldBegin\nLightSource \"infinite\"\nTranslate 0 0 4\nShape \"sphere\"\nWorldEnd\n"
+        )
+    };
+    std::fs::write(folder.path("b.pbrt"), "# nothing\n").expect("a file");
+    std::fs::write(&scene, text(40)).expect("a file");
+    let scene = scene.display().to_string();
+    let (output, checkpoint) = (folder.path("a.exr"), folder.path("a.fsc"));
+    let name = checkpoint.display().to_string();
+    let more = [
+        "--checkpoint",
+        &name,
+        "--checkpoint-every",
+        "0.02s",
+        "--resume",
+    ];
+    let reference = folder.path("reference.exr");
+    assert_eq!(render(&scene, &reference, &["--no-checkpoint"]).code, 0);
+
+    let mut child = started(&scene, &output, &checkpoint, &more);
+    child.kill().expect("it can be killed");
+    child.wait().expect("a child");
+    let kept = std::fs::read(&checkpoint).expect("a checkpoint");
+    std::fs::write(folder.path("b.pbrt"), "# something\n").expect("a file");
+    let run = render(&scene, &output, &more);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("the file `b.pbrt` has changed"),
+        "{}",
+        run.stderr
+    );
+    std::fs::write(folder.path("b.pbrt"), "# nothing\n").expect("a file");
+    std::fs::write(folder.path("a.pbrt"), text(41)).expect("a file");
+    let run = render(&scene, &output, &more);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("the file `a.pbrt` has changed"),
+        "{}",
+        run.stderr
+    );
+    std::fs::write(folder.path("a.pbrt"), text(40)).expect("a file");
+    assert_eq!(std::fs::read(&checkpoint).expect("a checkpoint"), kept);
+
+    let expected = std::fs::read(&reference).expect("the image");
+    let longer = [&kept[..], &[7; 40]].concat();
+    let mut wrong = kept.clone();
+    let middle = wrong.len() / 2;
+    wrong[middle] ^= 1;
+    for damaged in [longer, kept[..kept.len() - 3].to_vec(), wrong] {
+        std::fs::write(&checkpoint, damaged).expect("a file");
+        let run = render(&scene, &output, &more);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert!(std::fs::read(&output).expect("the image") == expected);
+        assert!(!checkpoint.exists());
+    }
+
+    for foreign in ["", "fstop", "fstop checkpoint 1\n", "a letter to my sister"] {
+        std::fs::write(&checkpoint, foreign).expect("a file");
+        let run = render(&scene, &output, &more);
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        assert!(
+            run.stderr.contains("no checkpoint of fstop"),
+            "{}",
+            run.stderr
+        );
+        assert_eq!(
+            std::fs::read_to_string(&checkpoint).expect("the file"),
+            foreign
+        );
+    }
+}
+
+/// Found before the first sample is taken.
+#[test]
+fn a_checkpoint_that_cannot_be_made_is_refused_first() {
+    let folder = Folder::new();
+    let output = folder.path("a.exr");
+    let name = folder.path("nowhere/a.fsc").display().to_string();
+    let start = Instant::now();
+    let run = render(LENS, &output, &["--spp", "1000000", "--checkpoint", &name]);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(run.stderr.contains("there is no folder"), "{}", run.stderr);
+    assert!(start.elapsed() < Duration::from_secs(60));
+}
