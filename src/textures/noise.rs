@@ -6,6 +6,7 @@
 
 use super::solid::SolidPoint;
 use crate::math::Vec3;
+use crate::params::ParamReader;
 
 /// Perlin's reference permutation of 0…255.
 const PERMUTATION: [u8; 256] = [
@@ -90,16 +91,27 @@ fn lerp(t: f32, a: f32, b: f32) -> f32 {
 /// Which octaves are summed: as many as asked for, fewer where a film sample's footprint is wider
 /// than half their wavelength.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Octaves {
+pub(super) struct Octaves {
     /// The most octaves there are.
     pub most: u8,
     /// Weight of each octave relative to the one before (`roughness`).
     pub roughness: f32,
 }
 
+/// The most octaves a scene may ask for: 1.99¹²⁸ is the largest frequency in single precision.
+const MAX_OCTAVES: i64 = 128;
+
 impl Octaves {
+    /// `octaves` (8) and `roughness` (0.5).
+    pub(super) fn from_params(reader: &ParamReader) -> Octaves {
+        Octaves {
+            most: reader.integer_within("octaves", 8, 0..=MAX_OCTAVES) as u8,
+            roughness: reader.float("roughness", 0.5) as f32,
+        }
+    }
+
     /// Fractional Brownian motion: Σ roughnessⁱ · noise(1.99ⁱ p). May be negative.
-    pub fn fbm(&self, at: &SolidPoint) -> f32 {
+    pub(super) fn fbm(&self, at: &SolidPoint) -> f32 {
         let (whole, part) = self.seen(at);
         let mut sum = 0.0;
         let mut weight = 1.0;
@@ -114,7 +126,7 @@ impl Octaves {
 
     /// Turbulence: as [`Octaves::fbm`] of the noise's magnitude, with a mean value in place of what
     /// cannot be seen. As in pbrt-v3 the partly seen octave is counted a second time among the latter.
-    pub fn turbulence(&self, at: &SolidPoint) -> f32 {
+    pub(super) fn turbulence(&self, at: &SolidPoint) -> f32 {
         let (whole, part) = self.seen(at);
         let mut sum = 0.0;
         let mut weight = 1.0;

@@ -233,11 +233,10 @@ impl<'a> Gathering<'a> {
     ) {
         let to_subface = beside.face.is_subface();
         if face.is_subface() != to_subface {
-            match to_subface {
-                true => {
-                    kernel.enter_subface(edge + 3);
-                }
-                false => kernel.leave_subface(edge + 3),
+            if to_subface {
+                kernel.enter_subface(edge + 3);
+            } else {
+                kernel.leave_subface(edge + 3);
             }
         }
         kernel.rotate((edge + 4 - beside.edge + 2) & 3);
@@ -246,17 +245,10 @@ impl<'a> Gathering<'a> {
 
     /// Adds texels of a face, as coarse as it has them.
     fn add(&mut self, mut kernel: Kernel, face: &Face) {
-        let before = (
-            kernel.u.start,
-            kernel.u.end(),
-            kernel.v.start,
-            kernel.v.end(),
-        );
-        let inside = before.0 >= 0
-            && before.2 >= 0
-            && before.1 <= kernel.u.size()
-            && before.3 <= kernel.v.size();
-        if !inside {
+        if [BOTTOM, RIGHT, TOP, LEFT]
+            .iter()
+            .any(|&edge| kernel.crosses(edge))
+        {
             // Only where neighbors do not fit together.
             let weight = kernel.weight();
             kernel.u.clip();
@@ -266,17 +258,16 @@ impl<'a> Gathering<'a> {
         if kernel.is_empty() {
             return;
         }
-        let mut sum = match face.is_constant() {
-            true => kernel.weight() * sum::mean(self.file, face),
-            false => {
-                kernel.coarsen(face.resolution);
-                sum::weighted(self.file, face, kernel.resolution(), &kernel)
-            }
-        };
-        if self.file.tangent_vectors && !face.is_constant() {
-            sum = turned(sum, kernel.turns);
+        if face.is_constant() {
+            self.sum += kernel.weight() * sum::mean(self.file, face);
+            return;
         }
-        self.sum += sum;
+        kernel.coarsen(face.resolution);
+        let sum = sum::weighted(self.file, face, kernel.resolution(), &kernel);
+        self.sum += match self.file.tangent_vectors {
+            true => turned(sum, kernel.turns),
+            false => sum,
+        };
     }
 }
 
