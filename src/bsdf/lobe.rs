@@ -66,6 +66,66 @@ pub struct LobeSample {
     pub eta: f32,
 }
 
+impl LobeSample {
+    /// A reflected direction.
+    pub(super) fn reflected(wi: Vec3, f: Rgb, pdf: f32) -> LobeSample {
+        LobeSample {
+            f,
+            wi,
+            pdf,
+            transmission: false,
+            eta: 1.0,
+        }
+    }
+
+    /// A reflected direction, with its value where it could be sampled at all.
+    pub(super) fn evaluated(wi: Vec3, pdf: f32, f: impl FnOnce() -> Rgb) -> Option<LobeSample> {
+        (pdf > 0.0).then(|| LobeSample::reflected(wi, f(), pdf))
+    }
+
+    /// The same as a transmitted direction, `eta` the index on its side over that on the other.
+    pub(super) fn transmitted(self, eta: f32) -> LobeSample {
+        LobeSample {
+            transmission: true,
+            eta,
+            ..self
+        }
+    }
+}
+
+/// A lobe that scatters according to a table.
+#[derive(Debug)]
+pub struct TableLobe<'a, Table> {
+    /// The table.
+    pub table: &'a Table,
+    /// Scale of everything: the weight in a mix.
+    pub(super) share: Rgb,
+}
+
+impl<Table> Copy for TableLobe<'_, Table> {}
+
+impl<Table> Clone for TableLobe<'_, Table> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<'a, Table> TableLobe<'a, Table> {
+    /// The whole table, unscaled.
+    pub fn new(table: &'a Table) -> TableLobe<'a, Table> {
+        let share = Rgb::ONE;
+        TableLobe { table, share }
+    }
+}
+
+/// The normal of the facet that reflects one direction to the other; `None` for directions on opposite sides.
+pub(super) fn reflecting_facet(wo: Vec3, wi: Vec3) -> Option<Vec3> {
+    if wo.z * wi.z <= 0.0 {
+        return None;
+    }
+    (wo + wi).try_normalize()
+}
+
 impl Lobe<'_> {
     /// Returns `true` if the lobe is perfectly specular (a delta distribution).
     pub fn is_specular(&self) -> bool {
@@ -190,11 +250,8 @@ impl Lobe<'_> {
         let wi = wi.with_z(wi.z.copysign(side));
         let (f, pdf) = self.f_and_pdf(wo, wi);
         LobeSample {
-            f,
-            wi,
-            pdf,
             transmission,
-            eta: 1.0,
+            ..LobeSample::reflected(wi, f, pdf)
         }
     }
 
@@ -219,10 +276,10 @@ impl Lobe<'_> {
                 l.sheen *= share;
             }
             Lobe::Clearcoat(l) => l.weight *= share,
-            Lobe::Hair(l) => l.scale(share),
-            Lobe::SubsurfaceExit(l) => l.scale(share),
-            Lobe::Fourier(l) => l.scale(share),
-            Lobe::Measured(l) => l.scale(share),
+            Lobe::Hair(l) => l.scale *= share,
+            Lobe::SubsurfaceExit(l) => l.factor *= share,
+            Lobe::Fourier(l) => l.share *= share,
+            Lobe::Measured(l) => l.share *= share,
         }
         self
     }

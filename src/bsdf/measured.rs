@@ -4,7 +4,7 @@ mod facets;
 mod half_angle;
 mod scattered;
 
-use super::lobe::LobeSample;
+use super::lobe::{LobeSample, TableLobe};
 use crate::assets::brdf_file::{BrdfFile, BrdfFileError};
 use crate::assets::merl_file::{MerlFile, MerlFileError};
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
@@ -101,27 +101,9 @@ impl Data {
 }
 
 /// A lobe that reflects as measured.
-#[derive(Clone, Copy, Debug)]
-pub struct MeasuredLobe<'a> {
-    table: &'a MeasuredTable,
-    /// Scale of everything: the weight in a mix.
-    share: Rgb,
-}
+pub type MeasuredLobe<'a> = TableLobe<'a, MeasuredTable>;
 
-impl<'a> MeasuredLobe<'a> {
-    /// The whole table, unscaled.
-    pub fn new(table: &'a MeasuredTable) -> MeasuredLobe<'a> {
-        MeasuredLobe {
-            table,
-            share: Rgb::ONE,
-        }
-    }
-
-    /// Multiplies everything that is reflected by `share`.
-    pub fn scale(&mut self, share: Rgb) {
-        self.share *= share;
-    }
-
+impl MeasuredLobe<'_> {
     /// Value in 1/sr.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         self.table.data.f(wo, wi) * self.share
@@ -146,14 +128,7 @@ impl<'a> MeasuredLobe<'a> {
             let h = h.with_z(h.z.copysign(wo.z));
             (2.0 * wo.dot(h) * h - wo).try_normalize()?
         };
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| LobeSample {
-            f: self.f(wo, wi),
-            wi,
-            pdf,
-            transmission: false,
-            eta: 1.0,
-        })
+        LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))
     }
 }
 

@@ -2,7 +2,7 @@
 //! 2007; Pharr, Jakob and Humphreys 2016, §8.4.4 and §14.1.1–14.1.3). Directions are local.
 
 use super::fresnel::{Fresnel, dielectric};
-use super::lobe::LobeSample;
+use super::lobe::{LobeSample, reflecting_facet};
 use super::specular::refract;
 use super::trowbridge_reitz::TrowbridgeReitz;
 use crate::math::{Rgb, Vec2, Vec3};
@@ -36,13 +36,9 @@ impl MicrofacetReflection {
 
     /// Density of [`MicrofacetReflection::sample`].
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if wo.z * wi.z <= 0.0 {
-            return 0.0;
-        }
-        let Some(h) = (wo + wi).try_normalize() else {
-            return 0.0;
-        };
-        self.distribution.pdf(wo, h) / (4.0 * wo.dot(h).abs())
+        reflecting_facet(wo, wi).map_or(0.0, |h| {
+            self.distribution.pdf(wo, h) / (4.0 * wo.dot(h).abs())
+        })
     }
 
     /// Value and density together, which share the half vector, its density and the masking of `wo`.
@@ -74,13 +70,7 @@ impl MicrofacetReflection {
             return None;
         }
         let (f, pdf) = self.f_and_pdf(wo, wi);
-        Some(LobeSample {
-            f,
-            wi,
-            pdf,
-            transmission: false,
-            eta: 1.0,
-        })
+        Some(LobeSample::reflected(wi, f, pdf))
     }
 }
 
@@ -187,13 +177,7 @@ impl MicrofacetTransmission {
         }
         let eta = self.eta(wo);
         let wi = refract(wo, h, eta)?;
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| LobeSample {
-            f: self.f(wo, wi),
-            wi,
-            pdf,
-            transmission: true,
-            eta,
-        })
+        let sample = LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))?;
+        Some(sample.transmitted(eta))
     }
 }

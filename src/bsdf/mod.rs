@@ -100,6 +100,11 @@ impl<'a> Bsdf<'a> {
         let _ = self.lobes.try_push(lobe);
     }
 
+    /// Adds some lobes.
+    pub fn extend(&mut self, lobes: impl IntoIterator<Item = Lobe<'a>>) {
+        lobes.into_iter().for_each(|lobe| self.add(lobe));
+    }
+
     /// The number of lobes.
     pub fn lobe_count(&self) -> usize {
         self.lobes.len()

@@ -98,13 +98,7 @@ impl FresnelSpecular {
 
 fn reflected(wo: Vec3, factor: Rgb, pdf: f32) -> LobeSample {
     let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-    LobeSample {
-        f: factor / wi.z.abs(),
-        wi,
-        pdf,
-        transmission: false,
-        eta: 1.0,
-    }
+    LobeSample::reflected(wi, factor / wi.z.abs(), pdf)
 }
 
 fn refracted(wo: Vec3, factor: Rgb, eta_a: f32, eta_b: f32, pdf: f32) -> Option<LobeSample> {
@@ -117,13 +111,7 @@ fn refracted(wo: Vec3, factor: Rgb, eta_a: f32, eta_b: f32, pdf: f32) -> Option<
     let eta = eta_t / eta_i;
     let wi = refract(wo, n, eta)?;
     let f = factor / (eta * eta * wi.z.abs());
-    Some(LobeSample {
-        f,
-        wi,
-        pdf,
-        transmission: true,
-        eta,
-    })
+    Some(LobeSample::reflected(wi, f, pdf).transmitted(eta))
 }
 
 /// The direction in which light from `wo` (pointing away, on the side of `n`) is refracted by a boundary whose far
