@@ -17,7 +17,8 @@ use crate::samplers::SampleStream;
 pub struct Homogeneous {
     sigma_s: Rgb,
     sigma_t: Rgb,
-    phase: HenyeyGreenstein,
+    /// The phase function.
+    pub(super) phase: HenyeyGreenstein,
 }
 
 impl Homogeneous {
@@ -33,11 +34,6 @@ impl Homogeneous {
             sigma_t: coefficients.sigma_t(),
             phase,
         }
-    }
-
-    /// The phase function.
-    pub fn phase(&self) -> &HenyeyGreenstein {
-        &self.phase
     }
 
     /// The transmittance over the distance `t`, which may be infinite (Beer's law).

@@ -8,16 +8,15 @@
 //! fastest, trilinear between the centers of its voxels and constant beyond the outermost ones.
 //! Source: Pharr and Humphreys 2010, §11.3; docs/scene-language.md §A.1.
 
+use super::boxes::{BoxSpace, Chord};
 use super::common;
-use super::density_grid::DensityGrid;
-use super::heterogeneous::{densities, resolution};
+use super::density_grid::{self, DensityGrid};
 use super::numbers::Numbers;
 use super::phase::HenyeyGreenstein;
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb};
 use crate::params::ParamReader;
-use glam::DAffine3;
 
 /// The types that `Volume` may name.
 pub const KINDS: [&str; 3] = ["exponential", "homogeneous", "volumegrid"];
@@ -38,6 +37,20 @@ enum Density {
         falloff: DVec3,
     },
     Grid(DensityGrid),
+}
+
+impl Density {
+    /// The largest in the box.
+    fn largest(&self) -> f64 {
+        match self {
+            Density::Constant => 1.0,
+            // At one of the corners.
+            Density::Exponential { scale, falloff } => {
+                scale * (-falloff.min(DVec3::ZERO).element_sum()).exp()
+            }
+            Density::Grid(grid) => f64::from(grid.largest()),
+        }
+    }
 }
 
 /// A volume as specified by `Volume`, in world space.
@@ -77,7 +90,9 @@ impl VolumeSpec {
             "exponential" => exponential(reader, size),
             "volumegrid" => {
                 let sigma_t = (sigma_a + sigma_s).max_element();
-                grid(reader, sigma_t, &world_from_box)?
+                let resolution = density_grid::resolution(reader);
+                let grid = DensityGrid::from_params(reader, resolution, sigma_t, &world_from_box);
+                Density::Grid(grid?)
             }
             _ => Density::Constant,
         };
@@ -97,9 +112,7 @@ impl VolumeSpec {
             world_from_box,
         })
     }
-}
 
-impl VolumeSpec {
     /// Returns `true` if it emits, given that its density is positive somewhere.
     pub fn shines(&self) -> bool {
         self.emission.max_element() > 0.0
@@ -131,10 +144,9 @@ fn exponential(reader: &ParamReader, size: DVec3) -> Density {
         DVec3::Y
     });
     let falloff = reader.float("b", 1.0) * size * up;
-    // The corner of highest density.
-    let largest = scale * (-falloff.min(DVec3::ZERO).element_sum()).exp();
-    if largest <= LARGEST {
-        return Density::Exponential { scale, falloff };
+    let density = Density::Exponential { scale, falloff };
+    if density.largest() <= LARGEST {
+        return density;
     }
     reader.warn(
         "b",
@@ -145,56 +157,24 @@ fn exponential(reader: &ParamReader, size: DVec3) -> Density {
     Density::Constant
 }
 
-/// The density specified by a grid.
-fn grid(reader: &ParamReader, sigma_t: f32, world_from_box: &Transform) -> Option<Density> {
-    let resolution = resolution(reader);
-    let values = densities(reader, sigma_t, world_from_box)?;
-    let count = values.len();
-    let grid = DensityGrid::new(resolution, values);
-    if grid.is_none() {
-        let [x, y, z] = resolution.to_array();
-        reader.error(
-            "density",
-            format!("`density` has {count} values, but `nx` × `ny` × `nz` is {x} × {y} × {z}"),
-        );
-    }
-    grid.map(Density::Grid)
-}
-
 /// A box of matter in render space.
 #[derive(Clone, Debug)]
 pub struct Volume {
     sigma_s: Rgb,
     sigma_t: Rgb,
     emission: Rgb,
-    phase: HenyeyGreenstein,
+    /// The phase function.
+    pub(super) phase: HenyeyGreenstein,
     density: Density,
     largest_density: f64,
-    box_from_render: DAffine3,
-}
-
-/// The segment of a ray inside a box.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Chord {
-    /// The ray's origin in the unit cube's space.
-    o: DVec3,
-    d: DVec3,
-    /// Distances at which the ray enters and leaves.
-    pub start: f64,
-    pub end: f64,
+    space: BoxSpace,
 }
 
 impl Volume {
     /// Places the volume in render space.
     pub fn new(spec: VolumeSpec, render_from_world: &Transform) -> Volume {
         let placed = (*render_from_world * spec.world_from_box).with_translations_matched();
-        let largest_density = match &spec.density {
-            Density::Constant => 1.0,
-            Density::Exponential { scale, falloff } => {
-                scale * (-falloff.min(DVec3::ZERO).element_sum()).exp()
-            }
-            Density::Grid(grid) => f64::from(grid.largest()),
-        };
+        let largest_density = spec.density.largest();
         Volume {
             sigma_s: spec.sigma_s,
             sigma_t: spec.sigma_a + spec.sigma_s,
@@ -202,13 +182,8 @@ impl Volume {
             phase: spec.phase,
             density: spec.density,
             largest_density,
-            box_from_render: DAffine3::from_mat4(placed.inverse),
+            space: BoxSpace::new(&placed),
         }
-    }
-
-    /// The phase function.
-    pub fn phase(&self) -> &HenyeyGreenstein {
-        &self.phase
     }
 
     /// Returns `true` if anything in it emits.
@@ -223,22 +198,9 @@ impl Volume {
 
     /// The segment of the ray inside the box, before `t_max`.
     pub(super) fn chord(&self, ray: &Ray, t_max: f64) -> Option<Chord> {
-        let o = self.box_from_render.transform_point3(ray.o.as_dvec3());
-        let d = self.box_from_render.transform_vector3(ray.d.as_dvec3());
-        let (mut start, mut end) = (0.0f64, t_max);
-        for axis in 0..3 {
-            if d[axis] == 0.0 {
-                if !(0.0..=1.0).contains(&o[axis]) {
-                    return None;
-                }
-                continue;
-            }
-            let (a, b) = (-o[axis] / d[axis], (1.0 - o[axis]) / d[axis]);
-            start = start.max(a.min(b));
-            end = end.min(a.max(b));
-        }
+        let chord = self.space.chord(ray, t_max);
         // Also `None` if a distance is not finite.
-        (start < end && end.is_finite()).then_some(Chord { o, d, start, end })
+        chord.filter(|chord| chord.end.is_finite())
     }
 
     /// The density at distance `t` along a ray that is inside the box there.

@@ -7,9 +7,10 @@
 //! with a probability determined by the scattering in the channels that matter to the path, and absorption is a weight.
 
 use super::Flight;
+use super::boxes::Chord;
 use super::numbers::Numbers;
 use super::phase::HenyeyGreenstein;
-use super::volume::{Chord, Volume};
+use super::volume::Volume;
 use crate::math::Rgb;
 use crate::math::ray::Ray;
 use crate::samplers::SampleStream;
@@ -40,7 +41,7 @@ impl Volumes {
 
     /// The phase function of one of the volumes.
     pub fn phase(&self, volume: usize) -> Option<&HenyeyGreenstein> {
-        self.volumes.get(volume).map(Volume::phase)
+        self.volumes.get(volume).map(|volume| &volume.phase)
     }
 
     /// See [`super::Medium::transmittance`].
