@@ -10,7 +10,6 @@ use super::light_bounds::LightBounds;
 use super::light_map::LightMap;
 use super::light_type::LightType;
 use super::strength::strength;
-use crate::math::color::is_black;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -72,16 +71,8 @@ impl DistantLight {
 
 impl LightType for DistantLight {
     fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
-        if is_black(self.irradiance) {
-            return None;
-        }
-        let shadow = from.shadow_ray_toward(self.toward);
-        Some(LightSample {
-            radiance: self.irradiance,
-            wi: self.toward,
-            pdf: 1.0,
-            delta: true,
-            shadow,
+        LightSample::only(self.irradiance, self.toward, || {
+            from.shadow_ray_toward(self.toward)
         })
     }
 

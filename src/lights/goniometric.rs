@@ -60,7 +60,7 @@ impl GoniometricLight {
         GoniometricLight {
             p: render_from_light.point(DVec3::ZERO).as_vec3(),
             intensity: spec.intensity,
-            light_from_render: super::light_from_render(&render_from_light),
+            light_from_render: super::of_volume_1(&render_from_light).inverse().as_mat3(),
             mean: map.as_ref().map_or(Rgb::ONE, LightMap::sphere_mean),
             map,
         }
@@ -72,13 +72,10 @@ impl GoniometricLight {
             return Rgb::ONE;
         };
         let w = self.light_from_render * w;
-        let azimuth = w.z.atan2(w.x) * (0.5 / PI);
-        let u = if azimuth < 0.0 {
-            azimuth + 1.0
-        } else {
-            azimuth
-        };
-        map.lookup(Vec2::new(u, w.x.hypot(w.z).atan2(w.y) / PI))
+        map.lookup(Vec2::new(
+            super::turns(w.x, w.z),
+            w.x.hypot(w.z).atan2(w.y) / PI,
+        ))
     }
 }
 

@@ -9,7 +9,6 @@ use super::light_bounds::LightBounds;
 use super::light_map::LightMap;
 use super::light_type::LightType;
 use super::strength::strength;
-use crate::math::color::is_black;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -89,16 +88,8 @@ pub(super) fn sample_point(
     }
     let wi = to_light / distance2.sqrt();
     let radiance = intensity(-wi) / distance2;
-    if is_black(radiance) {
-        return None;
-    }
-    let shadow = from.shadow_ray_to(p, Vec3::ZERO, Vec3::ZERO);
-    Some(LightSample {
-        radiance,
-        wi,
-        pdf: 1.0,
-        delta: true,
-        shadow,
+    LightSample::only(radiance, wi, || {
+        from.shadow_ray_to(p, Vec3::ZERO, Vec3::ZERO)
     })
 }
 

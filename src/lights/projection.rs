@@ -89,7 +89,7 @@ impl ProjectionLight {
         ProjectionLight {
             p: render_from_light.point(DVec3::ZERO).as_vec3(),
             intensity: spec.intensity,
-            light_from_render: super::light_from_render(&render_from_light),
+            light_from_render: super::of_volume_1(&render_from_light).inverse().as_mat3(),
             axis: render_from_light
                 .vector(DVec3::Z)
                 .normalize_or_zero()
