@@ -31,16 +31,11 @@ pub struct FourierTable {
 
 impl fmt::Debug for FourierTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let BsdfFile {
-            eta,
-            channels,
-            cosines,
-            ..
-        } = &self.file;
+        let BsdfFile { eta, channels, .. } = self.file;
+        let count = self.file.cosines.len();
         write!(
             f,
-            "FourierTable {{ η {eta}, {channels} channels, {} cosines }}",
-            cosines.len()
+            "FourierTable {{ η {eta}, {channels} channels, {count} cosines }}"
         )
     }
 }

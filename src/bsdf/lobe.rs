@@ -13,6 +13,7 @@ use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission}
 use super::subsurface_exit::SubsurfaceExit;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
+use std::f32::consts::FRAC_1_PI;
 
 /// One component of a BSDF. Directions are local (z along the shading normal) and point away from the surface.
 #[derive(Clone, Copy, Debug)]
@@ -158,8 +159,8 @@ impl Lobe<'_> {
     /// Value, in 1/sr; black for a specular lobe.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match self {
-            Lobe::LambertianReflection(l) => l.f(),
-            Lobe::LambertianTransmission(l) => l.f(),
+            Lobe::LambertianReflection(l) => l.reflectance * FRAC_1_PI,
+            Lobe::LambertianTransmission(l) => l.transmittance * FRAC_1_PI,
             Lobe::OrenNayar(l) => l.f(wo, wi),
             Lobe::MicrofacetReflection(l) => l.f(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.f(wo, wi),
@@ -203,7 +204,10 @@ impl Lobe<'_> {
     #[inline]
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         match self {
-            Lobe::LambertianReflection(l) => (l.f(), cosine_pdf(wo.z * wi.z > 0.0, wi)),
+            Lobe::LambertianReflection(l) => {
+                let pdf = cosine_pdf(wo.z * wi.z > 0.0, wi);
+                (l.reflectance * FRAC_1_PI, pdf)
+            }
             Lobe::MicrofacetReflection(l) => l.f_and_pdf(wo, wi),
             _ => (self.f(wo, wi), self.pdf(wo, wi)),
         }

@@ -53,11 +53,7 @@ pub struct DistantLight {
 
 impl DistantLight {
     /// Compiles `spec`.
-    pub fn new(
-        spec: &DistantSpec,
-        _map: Option<LightMap>,
-        render_from_world: &Transform,
-    ) -> DistantLight {
+    pub fn new(spec: &DistantSpec, _map: Option<LightMap>, render_from_world: &Transform) -> Self {
         let toward = render_from_world
             .vector(spec.toward)
             .normalize_or(-DVec3::Z)

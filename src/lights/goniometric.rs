@@ -55,7 +55,7 @@ impl GoniometricLight {
         spec: &GoniometricSpec,
         map: Option<LightMap>,
         render_from_world: &Transform,
-    ) -> GoniometricLight {
+    ) -> Self {
         let render_from_light = *render_from_world * spec.light_to_world;
         GoniometricLight {
             p: render_from_light.point(DVec3::ZERO).as_vec3(),

@@ -56,11 +56,7 @@ pub struct InfiniteLight {
 
 impl InfiniteLight {
     /// Compiles `spec`; `map` is its image, where it has one that could be read.
-    pub fn new(
-        spec: &InfiniteSpec,
-        map: Option<LightMap>,
-        render_from_world: &Transform,
-    ) -> InfiniteLight {
+    pub fn new(spec: &InfiniteSpec, map: Option<LightMap>, render_from_world: &Transform) -> Self {
         let render_from_light = *render_from_world * spec.light_to_world;
         InfiniteLight {
             radiance: spec.radiance,

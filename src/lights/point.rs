@@ -48,11 +48,7 @@ pub struct PointLight {
 
 impl PointLight {
     /// Compiles `spec`.
-    pub fn new(
-        spec: &PointSpec,
-        _map: Option<LightMap>,
-        render_from_world: &Transform,
-    ) -> PointLight {
+    pub fn new(spec: &PointSpec, _map: Option<LightMap>, render_from_world: &Transform) -> Self {
         PointLight {
             p: render_from_world.point(spec.position).as_vec3(),
             intensity: spec.intensity,

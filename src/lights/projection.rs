@@ -75,7 +75,7 @@ impl ProjectionLight {
         spec: &ProjectionSpec,
         map: Option<LightMap>,
         render_from_world: &Transform,
-    ) -> ProjectionLight {
+    ) -> Self {
         let render_from_light = *render_from_world * spec.light_to_world;
         let aspect = map.as_ref().map_or(1.0, LightMap::aspect);
         let half = (0.5 * spec.fov).to_radians().tan() as f32

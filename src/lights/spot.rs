@@ -122,11 +122,7 @@ pub struct SpotLight {
 
 impl SpotLight {
     /// Compiles `spec`.
-    pub fn new(
-        spec: &SpotSpec,
-        _map: Option<LightMap>,
-        render_from_world: &Transform,
-    ) -> SpotLight {
+    pub fn new(spec: &SpotSpec, _map: Option<LightMap>, render_from_world: &Transform) -> Self {
         let render_from_light = *render_from_world * spec.light_to_world;
         let axis = (spec.to - spec.from).normalize_or(DVec3::Z);
         SpotLight {

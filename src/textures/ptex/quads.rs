@@ -31,12 +31,8 @@ pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, [x, y]: [Vec2; 2]
         weight: kernel.weight(),
     };
     gathering.add_across(kernel, number, face, 0);
-    let value = gathering.sum / (gathering.weight * file.texels().one());
-    match value.is_finite() {
-        true => value,
-        // All of the kernel was beyond corners where faces are missing.
-        false => sum::constant(file, face),
-    }
+    // Without weight, all of the kernel was beyond corners where faces are missing.
+    sum::weighted_mean(file, face, gathering.sum, gathering.weight)
 }
 
 /// A coordinate where the border's way of going on has a face; `None` where it is all black.

@@ -41,12 +41,8 @@ pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, footprint: [Vec2;
         weight: 0.0,
     };
     gathering.add_across(ellipse, face, 0);
-    let value = gathering.sum / (gathering.weight * file.texels().one());
-    match value.is_finite() {
-        true => value,
-        // No texel's center is in the ellipse.
-        false => sum::constant(file, face),
-    }
+    // Without weight, no texel's center is in the ellipse.
+    sum::weighted_mean(file, face, gathering.sum, gathering.weight)
 }
 
 /// An ellipse, or a part of it: within heights, and where a quadratic form of the differences to the
