@@ -293,8 +293,8 @@ impl Lobe<'_> {
         match (self, transmit) {
             (Lobe::SpecularReflection(l), false) => Some(l.sample(wo)),
             (Lobe::SpecularTransmission(l), true) => l.sample(wo),
-            (Lobe::FresnelSpecular(l), false) => Some(l.reflection().sample(wo)),
-            (Lobe::FresnelSpecular(l), true) => l.transmission().sample(wo),
+            (Lobe::FresnelSpecular(l), false) => Some(l.reflect(wo)),
+            (Lobe::FresnelSpecular(l), true) => l.refract(wo),
             _ => None,
         }
     }

@@ -7,10 +7,10 @@ mod scattered;
 use super::lobe::{LobeSample, TableLobe};
 use crate::assets::brdf_file::{BrdfFile, BrdfFileError};
 use crate::assets::merl_file::{MerlFile, MerlFileError};
+use crate::math::color::is_black;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
 use facets::Facets;
-use half_angle::HalfAngleTable;
 use scattered::Scattered;
 use std::fmt;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub struct MeasuredTable {
 
 #[derive(Clone, PartialEq)]
 enum Data {
-    HalfAngle(HalfAngleTable),
+    HalfAngle(MerlFile),
     Scattered(Scattered),
 }
 
@@ -46,7 +46,7 @@ pub enum MeasuredError {
 impl fmt::Debug for MeasuredTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.data {
-            Data::HalfAngle(table) => write!(f, "MeasuredTable {{ {:?} }}", table.counts()),
+            Data::HalfAngle(table) => write!(f, "MeasuredTable {{ {:?} }}", table.counts),
             Data::Scattered(table) => write!(f, "MeasuredTable {{ {} samples }}", table.len()),
         }
     }
@@ -73,7 +73,7 @@ impl MeasuredTable {
     /// From a MERL table.
     pub fn from_merl(file: MerlFile) -> MeasuredTable {
         let bins = file.counts[0];
-        MeasuredTable::new(Data::HalfAngle(HalfAngleTable::new(file)), bins)
+        MeasuredTable::new(Data::HalfAngle(file), bins)
     }
 
     fn new(data: Data, bins: usize) -> MeasuredTable {
@@ -84,7 +84,7 @@ impl MeasuredTable {
     /// Returns `true` if nothing is reflected at all.
     pub fn is_black(&self) -> bool {
         match &self.data {
-            Data::HalfAngle(table) => table.is_black(),
+            Data::HalfAngle(table) => table.values.iter().all(|value| is_black(*value)),
             Data::Scattered(table) => table.is_black(),
         }
     }
@@ -94,7 +94,7 @@ impl Data {
     /// The BRDF, in 1/sr.
     fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match self {
-            Data::HalfAngle(table) => table.f(wo, wi),
+            Data::HalfAngle(table) => half_angle::nearest(table, wo, wi),
             Data::Scattered(table) => table.f(wo, wi),
         }
     }

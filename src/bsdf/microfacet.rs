@@ -19,18 +19,20 @@ pub struct MicrofacetReflection {
 }
 
 impl MicrofacetReflection {
+    /// Fresnel reflectance of the facet with normal ±`h`, taken on the side of the surface normal.
+    fn fresnel_at(&self, h: Vec3, wi: Vec3) -> Rgb {
+        self.fresnel
+            .evaluate(wi.dot(if h.z < 0.0 { -h } else { h }))
+    }
+
     /// The BRDF, in 1/sr (equation 8.19).
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let cosines = (wo.z * wi.z).abs();
         let Some(h) = (wo + wi).try_normalize().filter(|_| cosines > 0.0) else {
             return Rgb::ZERO;
         };
-        // The facet normal on the side of the surface normal.
-        let f = self
-            .fresnel
-            .evaluate(wi.dot(if h.z < 0.0 { -h } else { h }));
         self.reflectance
-            * f
+            * self.fresnel_at(h, wi)
             * (self.distribution.d(h) * self.distribution.g(wo, wi) / (4.0 * cosines))
     }
 
@@ -47,9 +49,7 @@ impl MicrofacetReflection {
         let Some(h) = (wo + wi).try_normalize().filter(|_| cosines != 0.0) else {
             return (Rgb::ZERO, 0.0);
         };
-        let fresnel = self
-            .fresnel
-            .evaluate(wi.dot(if h.z < 0.0 { -h } else { h }));
+        let fresnel = self.fresnel_at(h, wi);
         let d = self.distribution.d(h);
         let (g, g1) = self.distribution.g_and_g1(wo, wi);
         let f = self.reflectance * fresnel * (d * g / (4.0 * cosines.abs()));

@@ -64,35 +64,27 @@ impl FresnelSpecular {
         if uc < f {
             Some(reflected(wo, self.reflectance * f, f))
         } else {
+            let share = 1.0 - f;
             refracted(
                 wo,
-                self.transmittance * (1.0 - f),
+                self.transmittance * share,
                 self.eta_a,
                 self.eta_b,
-                1.0 - f,
+                share,
             )
         }
     }
 
     /// The reflection alone.
-    pub fn reflection(&self) -> SpecularReflection {
-        let fresnel = Fresnel::Dielectric {
-            eta_i: self.eta_a,
-            eta_t: self.eta_b,
-        };
-        SpecularReflection {
-            reflectance: self.reflectance,
-            fresnel,
-        }
+    pub fn reflect(&self, wo: Vec3) -> LobeSample {
+        let f = dielectric(wo.z, self.eta_a, self.eta_b);
+        reflected(wo, self.reflectance * f, 1.0)
     }
 
     /// The refraction alone.
-    pub fn transmission(&self) -> SpecularTransmission {
-        SpecularTransmission {
-            transmittance: self.transmittance,
-            eta_a: self.eta_a,
-            eta_b: self.eta_b,
-        }
+    pub fn refract(&self, wo: Vec3) -> Option<LobeSample> {
+        let share = 1.0 - dielectric(wo.z, self.eta_a, self.eta_b);
+        refracted(wo, self.transmittance * share, self.eta_a, self.eta_b, 1.0)
     }
 }
 

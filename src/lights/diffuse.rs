@@ -5,11 +5,8 @@
 //! sides emit. `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.5; docs/scene-language.md §3.11 and §4.5.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_type::LightType;
 use super::sample_count::{quick, sample_count};
-use super::strength::strength;
+use super::{LightBounds, LightSample, LightType, strength};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::{Dialect, ParamReader};
 use crate::shapes::emitter::Emitter;

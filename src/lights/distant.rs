@@ -5,11 +5,7 @@
 //! transformation turns it, its scale does not count.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.4; docs/scene-language.md §3.10.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
-use super::strength::strength;
+use super::{LightBounds, LightMap, LightSample, LightType, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;

@@ -5,14 +5,10 @@
 //! `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4; docs/scene-language.md §3.10.
 
-use super::LightSample;
 use super::environment_map::EnvironmentMap;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
 use super::sample_count::sample_count;
 use super::sky_density::Receiver;
-use super::strength::strength;
+use super::{LightBounds, LightMap, LightSample, LightType, strength};
 use crate::math::frame::Frame;
 use crate::math::sampling::{
     UNIFORM_SPHERE_PDF, cosine_hemisphere, cosine_hemisphere_pdf, sin_cos_turns, uniform_sphere,

@@ -46,7 +46,10 @@ use crate::params::{NamedFile, ParamReader};
 use crate::surface::{ReferencePoint, SurfaceHit};
 use glam::DMat3;
 use light_bounds::LightBounds;
+use light_type::LightType;
+use point::sample_point;
 use std::f32::consts::PI;
+use strength::strength;
 
 /// What is done about a light that cannot be made.
 const LEFT_OUT: &str = "the light is left out";

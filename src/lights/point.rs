@@ -4,11 +4,7 @@
 //! which pbrt adds in *world* space to where the transformation takes the origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3; docs/scene-language.md §3.10.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
-use super::strength::strength;
+use super::{LightBounds, LightMap, LightSample, LightType, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;

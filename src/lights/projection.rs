@@ -6,12 +6,7 @@
 //! transformed +z from the transformation's origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.2; docs/scene-language.md §3.10.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
-use super::point::sample_point;
-use super::strength::strength;
+use super::{LightBounds, LightMap, LightSample, LightType, sample_point, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;

@@ -12,9 +12,8 @@
 use super::boxes::{self, BoxSpace};
 use super::density_grid::{self, DensityGrid};
 use super::numbers::Numbers;
-use super::phase::HenyeyGreenstein;
 use super::presets::Coefficients;
-use super::{Flight, common};
+use super::{Flight, HenyeyGreenstein, common};
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec3};

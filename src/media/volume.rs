@@ -9,10 +9,9 @@
 //! Source: Pharr and Humphreys 2010, §11.3; docs/scene-language.md §A.1.
 
 use super::boxes::{BoxSpace, Chord};
-use super::common;
 use super::density_grid::{self, DensityGrid};
 use super::numbers::Numbers;
-use super::phase::HenyeyGreenstein;
+use super::{HenyeyGreenstein, common};
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb};
@@ -59,7 +58,8 @@ pub struct VolumeSpec {
     sigma_a: Rgb,
     sigma_s: Rgb,
     emission: Rgb,
-    phase: HenyeyGreenstein,
+    /// The phase function.
+    pub(super) phase: HenyeyGreenstein,
     density: Density,
     /// From the unit cube to world space.
     world_from_box: Transform,
@@ -160,12 +160,8 @@ fn exponential(reader: &ParamReader, size: DVec3) -> Density {
 /// A box of matter in render space.
 #[derive(Clone, Debug)]
 pub struct Volume {
-    sigma_s: Rgb,
+    pub(super) spec: VolumeSpec,
     sigma_t: Rgb,
-    emission: Rgb,
-    /// The phase function.
-    pub(super) phase: HenyeyGreenstein,
-    density: Density,
     largest_density: f64,
     space: BoxSpace,
 }
@@ -174,21 +170,17 @@ impl Volume {
     /// Places the volume in render space.
     pub fn new(spec: VolumeSpec, render_from_world: &Transform) -> Volume {
         let placed = (*render_from_world * spec.world_from_box).with_translations_matched();
-        let largest_density = spec.density.largest();
         Volume {
-            sigma_s: spec.sigma_s,
             sigma_t: spec.sigma_a + spec.sigma_s,
-            emission: spec.emission,
-            phase: spec.phase,
-            density: spec.density,
-            largest_density,
+            largest_density: spec.density.largest(),
+            spec,
             space: BoxSpace::new(&placed),
         }
     }
 
     /// Returns `true` if anything in it emits.
     pub fn shines(&self) -> bool {
-        self.emission.max_element() > 0.0 && self.largest_density > 0.0
+        self.spec.shines() && self.largest_density > 0.0
     }
 
     /// Upper bound of the extinction of every channel.
@@ -206,7 +198,7 @@ impl Volume {
     /// The density at distance `t` along a ray that is inside the box there.
     fn density(&self, chord: &Chord, t: f64) -> f64 {
         let p = chord.o + chord.d * t;
-        match &self.density {
+        match &self.spec.density {
             Density::Constant => 1.0,
             Density::Exponential { scale, falloff } => {
                 // Rounding may leave the box.
@@ -219,18 +211,18 @@ impl Volume {
     /// Extinction and scattering coefficients at distance `t` in the box.
     pub(super) fn coefficients(&self, chord: &Chord, t: f64) -> (Rgb, Rgb) {
         let density = self.density(chord, t) as f32;
-        (self.sigma_t * density, self.sigma_s * density)
+        (self.sigma_t * density, self.spec.sigma_s * density)
     }
 
     /// Radiance emitted per unit length at distance `t` in the box.
     pub(super) fn emission(&self, chord: &Chord, t: f64) -> Rgb {
-        self.emission * self.density(chord, t) as f32
+        self.spec.emission * self.density(chord, t) as f32
     }
 
     /// The integral of the density from the start of the chord to `t`, if it has a closed form.
     fn column(&self, chord: &Chord, t: f64) -> Option<f64> {
         let length = t - chord.start;
-        match &self.density {
+        match &self.spec.density {
             Density::Constant => Some(length),
             Density::Exponential { scale, falloff } => {
                 let first = scale * (-falloff.dot(chord.o + chord.d * chord.start)).exp();

@@ -86,8 +86,9 @@ impl Decoding {
     fn apply<V: TextureValue>(self, stored: V, bytes: &SrgbBytes) -> V {
         match self {
             Decoding::Scaled { srgb: true, scale } => stored.map(|v| bytes.linear(v)) * scale,
-            Decoding::Scaled { srgb: false, scale } => stored * scale,
-            Decoding::Power { scale, gamma: 1.0 } => stored * scale,
+            Decoding::Scaled { srgb: false, scale } | Decoding::Power { scale, gamma: 1.0 } => {
+                stored * scale
+            }
             // A negative base has no real power; such texels are black.
             Decoding::Power { scale, gamma } => (stored * scale).map(|v| v.max(0.0).powf(gamma)),
         }

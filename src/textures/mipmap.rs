@@ -75,9 +75,7 @@ impl<V: TextureValue> Mipmap<V> {
         }
         .enlarged(wrap);
         let mut levels = vec![finest];
-        while let Some(coarser) = levels.last().and_then(Level::halved) {
-            levels.push(coarser);
-        }
+        levels.extend(std::iter::successors(levels[0].halved(), Level::halved));
         let gaussian = std::array::from_fn(|i| {
             let r2 = i as f32 / (GAUSSIAN_SIZE - 1) as f32;
             (-2.0 * r2).exp() - (-2.0f32).exp()

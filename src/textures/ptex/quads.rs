@@ -72,28 +72,29 @@ impl<'a> Gathering<'a> {
         })
     }
 
+    /// Takes off what is beyond an edge, if anything; without a neighbor there it is put back.
+    fn cut(&self, kernel: &mut Kernel, face: &Face, edge: u8, cuts: u8) -> Option<Kernel> {
+        if !kernel.crosses(edge) {
+            return None;
+        }
+        if cuts == MAX_CUTS || face.neighbor(edge).is_none() {
+            kernel.merge(edge, self.file.borders);
+            return None;
+        }
+        Some(kernel.split(edge))
+    }
+
     /// Adds a kernel that may reach beyond the face's edges. First the pieces beyond left and right edges,
     /// less those beyond corners, which are gathered around these; then the pieces above and below.
     fn add_across(&mut self, mut kernel: Kernel, number: u32, face: &'a Face, cuts: u8) {
-        let borders = self.file.borders;
         for side in [RIGHT, LEFT] {
-            if !kernel.crosses(side) {
+            let Some(mut beyond) = self.cut(&mut kernel, face, side, cuts) else {
                 continue;
-            }
-            if cuts == MAX_CUTS || face.neighbor(side).is_none() {
-                kernel.merge(side, borders);
-                continue;
-            }
-            let mut beyond = kernel.split(side);
+            };
             for end in [TOP, BOTTOM] {
-                if !beyond.crosses(end) {
+                let Some(corner) = self.cut(&mut beyond, face, end, cuts) else {
                     continue;
-                }
-                if face.neighbor(end).is_none() {
-                    beyond.merge(end, borders);
-                    continue;
-                }
-                let corner = beyond.split(end);
+                };
                 // The edge that one crosses first, going clockwise around the corner.
                 let first = match (side, end) {
                     (RIGHT, TOP) => TOP,
@@ -106,15 +107,9 @@ impl<'a> Gathering<'a> {
             self.add_beyond(beyond, number, face, side, cuts);
         }
         for end in [TOP, BOTTOM] {
-            if !kernel.crosses(end) {
-                continue;
+            if let Some(beyond) = self.cut(&mut kernel, face, end, cuts) {
+                self.add_beyond(beyond, number, face, end, cuts);
             }
-            if cuts == MAX_CUTS || face.neighbor(end).is_none() {
-                kernel.merge(end, borders);
-                continue;
-            }
-            let beyond = kernel.split(end);
-            self.add_beyond(beyond, number, face, end, cuts);
         }
         self.add(kernel, face);
     }
