@@ -174,10 +174,7 @@ impl FourierLobe<'_> {
         // `wo` rotated by φ and tilted to μi; at the pole any azimuth will do.
         let sine = (1.0 - mu_i * mu_i).max(0.0).sqrt();
         let across = wo.truncate().try_normalize().unwrap_or(Vec2::X);
-        let toward = Vec2::new(
-            cos * across.x - sin * across.y,
-            sin * across.x + cos * across.y,
-        );
+        let toward = Vec2::new(cos, sin).rotate(across);
         let wi = -(sine * toward).extend(mu_i);
         let wi = wi.try_normalize()?;
         let sample = LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))?;

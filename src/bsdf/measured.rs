@@ -45,10 +45,7 @@ pub enum MeasuredError {
 
 impl fmt::Debug for MeasuredTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.data {
-            Data::HalfAngle(table) => write!(f, "MeasuredTable {{ {:?} }}", table.counts),
-            Data::Scattered(table) => write!(f, "MeasuredTable {{ {} samples }}", table.len()),
-        }
+        f.debug_struct("MeasuredTable").finish_non_exhaustive()
     }
 }
 

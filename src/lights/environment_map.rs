@@ -56,7 +56,7 @@ impl EnvironmentMap {
     /// Prepares sampling of `map`.
     pub fn new(map: LightMap) -> EnvironmentMap {
         EnvironmentMap {
-            density: Luminances::of(&map).density(parts_for(map.texels().len())),
+            density: Luminances::of(&map).density(parts_for(map.texels.len())),
             mean: map.sphere_mean(),
             map,
         }
@@ -72,13 +72,12 @@ struct Luminances {
 
 impl Luminances {
     fn of(map: &LightMap) -> Luminances {
-        let (width, height) = map.size();
         Luminances {
-            width,
-            height,
+            width: map.width,
+            height: map.height,
             // Magnitudes of the channels: a negative one, which a damaged image may have, must
             // not hide a positive one.
-            values: map.texels().iter().map(|t| luminance(t.abs())).collect(),
+            values: map.texels.iter().map(|t| luminance(t.abs())).collect(),
         }
     }
 

@@ -72,7 +72,7 @@ impl ProjectionLight {
         render_from_world: &Transform,
     ) -> Self {
         let render_from_light = *render_from_world * spec.light_to_world;
-        let aspect = map.as_ref().map_or(1.0, LightMap::aspect);
+        let aspect = map.as_ref().map_or(1.0, |map| map.aspect);
         let half = (0.5 * spec.fov).to_radians().tan() as f32
             * Vec2::new(aspect.max(1.0), (1.0 / aspect).max(1.0));
         // The solid angle of a piece of the plane z = 1 is its area times cos³.

@@ -21,13 +21,8 @@ pub enum Pigment {
     Absorption(SpectrumInput),
     /// `color`: reflectance of a mass of such hair under uniform light, at most 1.
     Color(SpectrumInput),
-    /// `eumelanin` and `pheomelanin`: concentrations.
-    Melanin {
-        /// Brown and black.
-        eumelanin: FloatInput,
-        /// Yellow and red.
-        pheomelanin: FloatInput,
-    },
+    /// `eumelanin`, brown and black, and `pheomelanin`, yellow and red: concentrations.
+    Melanin([FloatInput; 2]),
 }
 
 /// Hair and fur (Chiang et al. 2016). Parameters: spectrum `sigma_a`, else spectrum `color`, else float `eumelanin` and
@@ -107,17 +102,9 @@ impl Pigment {
                 ignored("color", &["eumelanin", "pheomelanin"]);
                 Pigment::Color(color)
             }
-            (None, None, [None, None]) => Pigment::Melanin {
-                eumelanin: FloatInput::Constant(1.3),
-                pheomelanin: FloatInput::Constant(0.0),
-            },
+            (None, None, [None, None]) => Pigment::Melanin([1.3, 0.0].map(FloatInput::Constant)),
             (None, None, given) => {
-                let [eumelanin, pheomelanin] =
-                    given.map(|input| input.unwrap_or(FloatInput::Constant(0.0)));
-                Pigment::Melanin {
-                    eumelanin,
-                    pheomelanin,
-                }
+                Pigment::Melanin(given.map(|input| input.unwrap_or(FloatInput::Constant(0.0))))
             }
         }
     }
@@ -130,12 +117,9 @@ impl Pigment {
                 let color = at.reflectance(color);
                 absorption_of_color(color, clamp_nan_low(beta_n, 0.0, 1.0))
             }
-            Pigment::Melanin {
-                eumelanin,
-                pheomelanin,
-            } => {
-                let amount = |input| at.within(input, 0.0, f32::MAX);
-                (amount(eumelanin) * EUMELANIN + amount(pheomelanin) * PHEOMELANIN).min(Rgb::MAX)
+            Pigment::Melanin(amounts) => {
+                let [brown, red] = amounts.map(|input| at.within(&input, 0.0, f32::MAX));
+                (brown * EUMELANIN + red * PHEOMELANIN).min(Rgb::MAX)
             }
         }
     }

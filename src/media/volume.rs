@@ -121,13 +121,8 @@ impl VolumeSpec {
 
 /// Values clamped to 0…[`LARGEST`], with a warning if one was outside.
 fn usable<const N: usize>(reader: &ParamReader, name: &str, given: [f64; N]) -> [f64; N] {
-    let used = given.map(|v| {
-        if v.is_nan() {
-            0.0
-        } else {
-            v.clamp(0.0, LARGEST)
-        }
-    });
+    // NaN counts as 0.
+    let used = given.map(|v| if v >= 0.0 { v.min(LARGEST) } else { 0.0 });
     if used != given {
         let message = format!("`{name}` is {given:?}, outside 0 to {LARGEST:e}: {used:?} is used");
         reader.warn(name, message);

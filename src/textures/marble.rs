@@ -4,6 +4,7 @@ use super::TextureValue;
 use super::noise::Octaves;
 use super::solid::{Pattern, SolidPoint};
 use crate::math::Rgb;
+use crate::math::float::clamp_nan_low;
 use crate::params::ParamReader;
 
 /// Colors of the stone, control points of a spline whose segment i has the points i … i + 3.
@@ -60,11 +61,7 @@ impl Pattern for Marble {
 
 /// The spline's color at `t` in 0…1; that at 0 where `t` is no number.
 fn color(t: f32) -> Rgb {
-    let t = if t.is_nan() {
-        0.0
-    } else {
-        t.clamp(0.0, 1.0) * SEGMENTS as f32
-    };
+    let t = clamp_nan_low(t, 0.0, 1.0) * SEGMENTS as f32;
     let first = (t as usize).min(SEGMENTS - 1);
     let t = t - first as f32;
     // de Casteljau's algorithm on the segment's four points.

@@ -6,6 +6,7 @@
 
 use super::solid::SolidPoint;
 use crate::math::Vec3;
+use crate::math::float::clamp_nan_low;
 use crate::params::ParamReader;
 
 /// Perlin's reference permutation of 0…255.
@@ -134,11 +135,7 @@ impl Octaves {
         let most = f32::from(self.most);
         let seen = -1.0 - 0.5 * width2.log2();
         // Without a footprint (log2 0 = −∞) all of them; where it is no number, none.
-        let seen = if seen.is_nan() {
-            0.0
-        } else {
-            seen.clamp(0.0, most)
-        };
+        let seen = clamp_nan_low(seen, 0.0, most);
         let whole = seen.floor();
         (whole as u8, seen - whole)
     }

@@ -76,7 +76,7 @@ fn decode(v: f32, gamma: f32) -> f32 {
 /// The filtered value at `uv` of face `face`; of a file with one channel the first number alone.
 #[inline(never)]
 fn filtered(file: &PtexFile, face: u32, uv: Vec2, footprint: &Footprint) -> Rgb {
-    let Some(&here) = file.face(face) else {
+    let Some(here) = file.face(face) else {
         return Rgb::ZERO;
     };
     // What is not a number is nowhere in particular. Footprints beyond some faces are as wide as can be.
@@ -86,11 +86,11 @@ fn filtered(file: &PtexFile, face: u32, uv: Vec2, footprint: &Footprint) -> Rgb 
     });
     let uv = Vec2::new(number(uv.x), number(uv.y));
     if here.is_constant_around() {
-        return sum::constant(file, &here);
+        return sum::constant(file, here);
     }
     match file.mesh {
-        MeshKind::Quads => quads::filtered(file, face, uv, widths),
-        MeshKind::Triangles => triangles::filtered(file, face, uv, widths),
+        MeshKind::Quads => quads::filtered(file, (face, here), uv, widths),
+        MeshKind::Triangles => triangles::filtered(file, here, uv, widths),
     }
 }
 

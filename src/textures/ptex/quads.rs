@@ -14,11 +14,13 @@ const MAX_AROUND: usize = 10;
 /// directions and not farther. Neighbors that make no sense would lead on.
 const MAX_CUTS: u8 = 4;
 
-/// The filtered value at `uv` of a face that exists, of footprint [∂(u,v)/∂x, ∂(u,v)/∂y].
-pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, [x, y]: [Vec2; 2]) -> Rgb {
-    let Some(face) = file.face(number) else {
-        return Rgb::ZERO;
-    };
+/// The filtered value at `uv` of a face with its number, of footprint [∂(u,v)/∂x, ∂(u,v)/∂y].
+pub(super) fn filtered(
+    file: &PtexFile,
+    (number, face): (u32, &Face),
+    uv: Vec2,
+    [x, y]: [Vec2; 2],
+) -> Rgb {
     let (Some(u), Some(v)) = (within(uv.x, file.borders[0]), within(uv.y, file.borders[1])) else {
         return Rgb::ZERO;
     };
