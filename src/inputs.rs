@@ -21,6 +21,26 @@ pub enum SpectrumInput {
     Texture(SpectrumTextureId),
 }
 
+impl FloatInput {
+    /// The texture it is looked up in; `None` for a constant.
+    pub fn texture(self) -> Option<TextureRead> {
+        match self {
+            FloatInput::Constant(_) => None,
+            FloatInput::Texture(id) => Some(TextureRead::Float(id)),
+        }
+    }
+}
+
+impl SpectrumInput {
+    /// The texture it is looked up in; `None` for a constant.
+    pub fn texture(self) -> Option<TextureRead> {
+        match self {
+            SpectrumInput::Constant(_) => None,
+            SpectrumInput::Texture(id) => Some(TextureRead::Spectrum(id)),
+        }
+    }
+}
+
 /// A texture that an input is looked up in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureRead {

@@ -1,7 +1,7 @@
 //! Clearcoat of the Disney BRDF (Burley, "Physically Based Shading at Disney", 2012, §5.4 and appendix B.2). Directions
 //! are local.
 
-use super::lobe::LobeSample;
+use super::lobe::{LobeSample, reflecting_facet};
 use crate::math::{Rgb, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
@@ -42,13 +42,7 @@ impl Clearcoat {
 
     /// Density of [`Clearcoat::sample`].
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if wo.z * wi.z <= 0.0 {
-            return 0.0;
-        }
-        let Some(h) = (wo + wi).try_normalize() else {
-            return 0.0;
-        };
-        self.d(h) * h.z.abs() / (4.0 * wo.dot(h).abs())
+        reflecting_facet(wo, wi).map_or(0.0, |h| self.d(h) * h.z.abs() / (4.0 * wo.dot(h).abs()))
     }
 
     /// Reflects about a facet sampled by area; `None` if the light would leave below the surface.
@@ -60,14 +54,7 @@ impl Clearcoat {
         let (sin_phi, cos_phi) = (TAU * u.y).sin_cos();
         let h = Vec3::new(sin * cos_phi, sin * sin_phi, cos);
         let wi = 2.0 * wo.dot(h) * h - wo;
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| LobeSample {
-            f: self.f(wo, wi),
-            wi,
-            pdf,
-            transmission: false,
-            eta: 1.0,
-        })
+        LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))
     }
 }
 

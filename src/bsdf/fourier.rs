@@ -4,7 +4,7 @@
 //! The cosines follow pbrt's convention: μi is that of the incident light's direction of travel, which points toward
 //! the surface, μo that of the outgoing direction; so μi μo < 0 is reflection.
 
-use super::lobe::LobeSample;
+use super::lobe::{LobeSample, TableLobe};
 use crate::assets::bsdf_file::{BsdfFile, Series};
 use crate::math::spline::{self, Weights};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -31,16 +31,11 @@ pub struct FourierTable {
 
 impl fmt::Debug for FourierTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let BsdfFile {
-            eta,
-            channels,
-            cosines,
-            ..
-        } = &self.file;
+        let BsdfFile { eta, channels, .. } = self.file;
+        let count = self.file.cosines.len();
         write!(
             f,
-            "FourierTable {{ η {eta}, {channels} channels, {} cosines }}",
-            cosines.len()
+            "FourierTable {{ η {eta}, {channels} channels, {count} cosines }}"
         )
     }
 }
@@ -126,28 +121,9 @@ impl FourierTable {
 }
 
 /// A lobe that scatters according to a table.
-#[derive(Clone, Copy, Debug)]
-pub struct FourierLobe<'a> {
-    /// The table.
-    pub table: &'a FourierTable,
-    /// Scale of everything: the weight in a mix.
-    share: Rgb,
-}
+pub type FourierLobe<'a> = TableLobe<'a, FourierTable>;
 
-impl<'a> FourierLobe<'a> {
-    /// The whole table, unscaled.
-    pub fn new(table: &'a FourierTable) -> FourierLobe<'a> {
-        FourierLobe {
-            table,
-            share: Rgb::ONE,
-        }
-    }
-
-    /// Multiplies everything that is scattered by `share`.
-    pub fn scale(&mut self, share: Rgb) {
-        self.share *= share;
-    }
-
+impl FourierLobe<'_> {
     /// Value in 1/sr, for radiance.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let (mu_i, mu_o) = (-wi.z, wo.z);
@@ -198,24 +174,13 @@ impl<'a> FourierLobe<'a> {
         // `wo` rotated by φ and tilted to μi; at the pole any azimuth will do.
         let sine = (1.0 - mu_i * mu_i).max(0.0).sqrt();
         let across = wo.truncate().try_normalize().unwrap_or(Vec2::X);
-        let toward = Vec2::new(
-            cos * across.x - sin * across.y,
-            sin * across.x + cos * across.y,
-        );
+        let toward = Vec2::new(cos, sin).rotate(across);
         let wi = -(sine * toward).extend(mu_i);
         let wi = wi.try_normalize()?;
-        let pdf = self.pdf(wo, wi);
-        let transmission = wi.z * wo.z < 0.0;
-        (pdf > 0.0).then(|| LobeSample {
-            f: self.f(wo, wi),
-            wi,
-            pdf,
-            transmission,
-            eta: if transmission {
-                self.table.eta(wo.z)
-            } else {
-                1.0
-            },
+        let sample = LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))?;
+        Some(match wi.z * wo.z < 0.0 {
+            true => sample.transmitted(self.table.eta(wo.z)),
+            false => sample,
         })
     }
 }

@@ -2,7 +2,7 @@
 //! Humphreys 2016, §8.5 and §14.1.3). Directions are local.
 
 use super::fresnel::schlick_weight;
-use super::lobe::LobeSample;
+use super::lobe::{LobeSample, reflecting_facet};
 use super::trowbridge_reitz::TrowbridgeReitz;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -42,14 +42,10 @@ impl FresnelBlend {
 
     /// Density of [`FresnelBlend::sample`].
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if wo.z * wi.z <= 0.0 {
-            return 0.0;
-        }
-        let Some(h) = (wo + wi).try_normalize() else {
-            return 0.0;
-        };
-        let glossy = self.distribution.pdf(wo, h) / (4.0 * wo.dot(h).abs());
-        0.5 * (cosine_hemisphere_pdf(wi.z.abs()) + glossy)
+        reflecting_facet(wo, wi).map_or(0.0, |h| {
+            let glossy = self.distribution.pdf(wo, h) / (4.0 * wo.dot(h).abs());
+            0.5 * (cosine_hemisphere_pdf(wi.z.abs()) + glossy)
+        })
     }
 
     /// Samples a cosine-distributed direction for `uc` below ½, otherwise one reflected about a facet; `None` if that
@@ -62,14 +58,7 @@ impl FresnelBlend {
             let h = self.distribution.sample(wo, u);
             2.0 * wo.dot(h) * h - wo
         };
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| LobeSample {
-            f: self.f(wo, wi),
-            wi,
-            pdf,
-            transmission: false,
-            eta: 1.0,
-        })
+        LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))
     }
 }
 

@@ -22,7 +22,7 @@ const MIN_ROUGHNESS: f32 = 0.01;
 #[derive(Clone, Copy, Debug)]
 pub struct Hair {
     /// Scale of the whole.
-    scale: Rgb,
+    pub(super) scale: Rgb,
     /// Absorption coefficient, per fiber radius.
     sigma_a: Rgb,
     /// Offset of the hit from the fiber's axis, −1 to 1.
@@ -85,10 +85,6 @@ impl Hair {
         }
     }
 
-    pub(super) fn scale(&mut self, share: Rgb) {
-        self.scale *= share;
-    }
-
     /// The lobe's value in 1/sr (§2): the sum over paths of longitudinal, attenuation and azimuthal terms, divided by
     /// the cosine of the scattering equation.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
@@ -126,13 +122,10 @@ impl Hair {
         };
         let (sin_phi, cos_phi) = (seen.o.phi + turn).sin_cos();
         let wi = Vec3::new(sin_i, cos_i * cos_phi, cos_i * sin_phi);
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| LobeSample {
-            f: self.f(wo, wi),
-            wi,
-            pdf,
+        let sample = LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))?;
+        Some(LobeSample {
             transmission: wo.z * wi.z < 0.0,
-            eta: 1.0,
+            ..sample
         })
     }
 

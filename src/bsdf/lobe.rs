@@ -13,6 +13,7 @@ use super::specular::{FresnelSpecular, SpecularReflection, SpecularTransmission}
 use super::subsurface_exit::SubsurfaceExit;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
+use std::f32::consts::FRAC_1_PI;
 
 /// One component of a BSDF. Directions are local (z along the shading normal) and point away from the surface.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +67,66 @@ pub struct LobeSample {
     pub eta: f32,
 }
 
+impl LobeSample {
+    /// A reflected direction.
+    pub(super) fn reflected(wi: Vec3, f: Rgb, pdf: f32) -> LobeSample {
+        LobeSample {
+            f,
+            wi,
+            pdf,
+            transmission: false,
+            eta: 1.0,
+        }
+    }
+
+    /// A reflected direction, with its value where it could be sampled at all.
+    pub(super) fn evaluated(wi: Vec3, pdf: f32, f: impl FnOnce() -> Rgb) -> Option<LobeSample> {
+        (pdf > 0.0).then(|| LobeSample::reflected(wi, f(), pdf))
+    }
+
+    /// The same as a transmitted direction, `eta` the index on its side over that on the other.
+    pub(super) fn transmitted(self, eta: f32) -> LobeSample {
+        LobeSample {
+            transmission: true,
+            eta,
+            ..self
+        }
+    }
+}
+
+/// A lobe that scatters according to a table.
+#[derive(Debug)]
+pub struct TableLobe<'a, Table> {
+    /// The table.
+    pub table: &'a Table,
+    /// Scale of everything: the weight in a mix.
+    pub(super) share: Rgb,
+}
+
+impl<Table> Copy for TableLobe<'_, Table> {}
+
+impl<Table> Clone for TableLobe<'_, Table> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<'a, Table> TableLobe<'a, Table> {
+    /// The whole table, unscaled.
+    pub fn new(table: &'a Table) -> TableLobe<'a, Table> {
+        let share = Rgb::ONE;
+        TableLobe { table, share }
+    }
+}
+
+/// The normal of the facet that reflects one direction to the other; `None` for directions on opposite sides.
+pub(super) fn reflecting_facet(wo: Vec3, wi: Vec3) -> Option<Vec3> {
+    if wo.z * wi.z <= 0.0 {
+        return None;
+    }
+    (wo + wi).try_normalize()
+}
+
 impl Lobe<'_> {
     /// Returns `true` if the lobe is perfectly specular (a delta distribution).
     pub fn is_specular(&self) -> bool {
@@ -98,8 +159,8 @@ impl Lobe<'_> {
     /// Value, in 1/sr; black for a specular lobe.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match self {
-            Lobe::LambertianReflection(l) => l.f(),
-            Lobe::LambertianTransmission(l) => l.f(),
+            Lobe::LambertianReflection(l) => l.reflectance * FRAC_1_PI,
+            Lobe::LambertianTransmission(l) => l.transmittance * FRAC_1_PI,
             Lobe::OrenNayar(l) => l.f(wo, wi),
             Lobe::MicrofacetReflection(l) => l.f(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.f(wo, wi),
@@ -143,7 +204,10 @@ impl Lobe<'_> {
     #[inline]
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         match self {
-            Lobe::LambertianReflection(l) => (l.f(), cosine_pdf(wo.z * wi.z > 0.0, wi)),
+            Lobe::LambertianReflection(l) => {
+                let pdf = cosine_pdf(wo.z * wi.z > 0.0, wi);
+                (l.reflectance * FRAC_1_PI, pdf)
+            }
             Lobe::MicrofacetReflection(l) => l.f_and_pdf(wo, wi),
             _ => (self.f(wo, wi), self.pdf(wo, wi)),
         }
@@ -190,11 +254,8 @@ impl Lobe<'_> {
         let wi = wi.with_z(wi.z.copysign(side));
         let (f, pdf) = self.f_and_pdf(wo, wi);
         LobeSample {
-            f,
-            wi,
-            pdf,
             transmission,
-            eta: 1.0,
+            ..LobeSample::reflected(wi, f, pdf)
         }
     }
 
@@ -219,10 +280,10 @@ impl Lobe<'_> {
                 l.sheen *= share;
             }
             Lobe::Clearcoat(l) => l.weight *= share,
-            Lobe::Hair(l) => l.scale(share),
-            Lobe::SubsurfaceExit(l) => l.scale(share),
-            Lobe::Fourier(l) => l.scale(share),
-            Lobe::Measured(l) => l.scale(share),
+            Lobe::Hair(l) => l.scale *= share,
+            Lobe::SubsurfaceExit(l) => l.factor *= share,
+            Lobe::Fourier(l) => l.share *= share,
+            Lobe::Measured(l) => l.share *= share,
         }
         self
     }
@@ -232,8 +293,8 @@ impl Lobe<'_> {
         match (self, transmit) {
             (Lobe::SpecularReflection(l), false) => Some(l.sample(wo)),
             (Lobe::SpecularTransmission(l), true) => l.sample(wo),
-            (Lobe::FresnelSpecular(l), false) => Some(l.reflection().sample(wo)),
-            (Lobe::FresnelSpecular(l), true) => l.transmission().sample(wo),
+            (Lobe::FresnelSpecular(l), false) => Some(l.reflect(wo)),
+            (Lobe::FresnelSpecular(l), true) => l.refract(wo),
             _ => None,
         }
     }

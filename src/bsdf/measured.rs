@@ -4,13 +4,13 @@ mod facets;
 mod half_angle;
 mod scattered;
 
-use super::lobe::LobeSample;
+use super::lobe::{LobeSample, TableLobe};
 use crate::assets::brdf_file::{BrdfFile, BrdfFileError};
 use crate::assets::merl_file::{MerlFile, MerlFileError};
+use crate::math::color::is_black;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
 use facets::Facets;
-use half_angle::HalfAngleTable;
 use scattered::Scattered;
 use std::fmt;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub struct MeasuredTable {
 
 #[derive(Clone, PartialEq)]
 enum Data {
-    HalfAngle(HalfAngleTable),
+    HalfAngle(MerlFile),
     Scattered(Scattered),
 }
 
@@ -45,10 +45,7 @@ pub enum MeasuredError {
 
 impl fmt::Debug for MeasuredTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.data {
-            Data::HalfAngle(table) => write!(f, "MeasuredTable {{ {:?} }}", table.counts()),
-            Data::Scattered(table) => write!(f, "MeasuredTable {{ {} samples }}", table.len()),
-        }
+        f.debug_struct("MeasuredTable").finish_non_exhaustive()
     }
 }
 
@@ -73,7 +70,7 @@ impl MeasuredTable {
     /// From a MERL table.
     pub fn from_merl(file: MerlFile) -> MeasuredTable {
         let bins = file.counts[0];
-        MeasuredTable::new(Data::HalfAngle(HalfAngleTable::new(file)), bins)
+        MeasuredTable::new(Data::HalfAngle(file), bins)
     }
 
     fn new(data: Data, bins: usize) -> MeasuredTable {
@@ -84,7 +81,7 @@ impl MeasuredTable {
     /// Returns `true` if nothing is reflected at all.
     pub fn is_black(&self) -> bool {
         match &self.data {
-            Data::HalfAngle(table) => table.is_black(),
+            Data::HalfAngle(table) => table.values.iter().all(|value| is_black(*value)),
             Data::Scattered(table) => table.is_black(),
         }
     }
@@ -94,34 +91,16 @@ impl Data {
     /// The BRDF, in 1/sr.
     fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match self {
-            Data::HalfAngle(table) => table.f(wo, wi),
+            Data::HalfAngle(table) => half_angle::nearest(table, wo, wi),
             Data::Scattered(table) => table.f(wo, wi),
         }
     }
 }
 
 /// A lobe that reflects as measured.
-#[derive(Clone, Copy, Debug)]
-pub struct MeasuredLobe<'a> {
-    table: &'a MeasuredTable,
-    /// Scale of everything: the weight in a mix.
-    share: Rgb,
-}
+pub type MeasuredLobe<'a> = TableLobe<'a, MeasuredTable>;
 
-impl<'a> MeasuredLobe<'a> {
-    /// The whole table, unscaled.
-    pub fn new(table: &'a MeasuredTable) -> MeasuredLobe<'a> {
-        MeasuredLobe {
-            table,
-            share: Rgb::ONE,
-        }
-    }
-
-    /// Multiplies everything that is reflected by `share`.
-    pub fn scale(&mut self, share: Rgb) {
-        self.share *= share;
-    }
-
+impl MeasuredLobe<'_> {
     /// Value in 1/sr.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         self.table.data.f(wo, wi) * self.share
@@ -146,14 +125,7 @@ impl<'a> MeasuredLobe<'a> {
             let h = h.with_z(h.z.copysign(wo.z));
             (2.0 * wo.dot(h) * h - wo).try_normalize()?
         };
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| LobeSample {
-            f: self.f(wo, wi),
-            wi,
-            pdf,
-            transmission: false,
-            eta: 1.0,
-        })
+        LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))
     }
 }
 

@@ -2,7 +2,7 @@
 //! 2007; Pharr, Jakob and Humphreys 2016, §8.4.4 and §14.1.1–14.1.3). Directions are local.
 
 use super::fresnel::{Fresnel, dielectric};
-use super::lobe::LobeSample;
+use super::lobe::{LobeSample, reflecting_facet};
 use super::specular::refract;
 use super::trowbridge_reitz::TrowbridgeReitz;
 use crate::math::{Rgb, Vec2, Vec3};
@@ -19,30 +19,28 @@ pub struct MicrofacetReflection {
 }
 
 impl MicrofacetReflection {
+    /// Fresnel reflectance of the facet with normal ±`h`, taken on the side of the surface normal.
+    fn fresnel_at(&self, h: Vec3, wi: Vec3) -> Rgb {
+        self.fresnel
+            .evaluate(wi.dot(if h.z < 0.0 { -h } else { h }))
+    }
+
     /// The BRDF, in 1/sr (equation 8.19).
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let cosines = (wo.z * wi.z).abs();
         let Some(h) = (wo + wi).try_normalize().filter(|_| cosines > 0.0) else {
             return Rgb::ZERO;
         };
-        // The facet normal on the side of the surface normal.
-        let f = self
-            .fresnel
-            .evaluate(wi.dot(if h.z < 0.0 { -h } else { h }));
         self.reflectance
-            * f
+            * self.fresnel_at(h, wi)
             * (self.distribution.d(h) * self.distribution.g(wo, wi) / (4.0 * cosines))
     }
 
     /// Density of [`MicrofacetReflection::sample`].
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if wo.z * wi.z <= 0.0 {
-            return 0.0;
-        }
-        let Some(h) = (wo + wi).try_normalize() else {
-            return 0.0;
-        };
-        self.distribution.pdf(wo, h) / (4.0 * wo.dot(h).abs())
+        reflecting_facet(wo, wi).map_or(0.0, |h| {
+            self.distribution.pdf(wo, h) / (4.0 * wo.dot(h).abs())
+        })
     }
 
     /// Value and density together, which share the half vector, its density and the masking of `wo`.
@@ -51,9 +49,7 @@ impl MicrofacetReflection {
         let Some(h) = (wo + wi).try_normalize().filter(|_| cosines != 0.0) else {
             return (Rgb::ZERO, 0.0);
         };
-        let fresnel = self
-            .fresnel
-            .evaluate(wi.dot(if h.z < 0.0 { -h } else { h }));
+        let fresnel = self.fresnel_at(h, wi);
         let d = self.distribution.d(h);
         let (g, g1) = self.distribution.g_and_g1(wo, wi);
         let f = self.reflectance * fresnel * (d * g / (4.0 * cosines.abs()));
@@ -74,13 +70,7 @@ impl MicrofacetReflection {
             return None;
         }
         let (f, pdf) = self.f_and_pdf(wo, wi);
-        Some(LobeSample {
-            f,
-            wi,
-            pdf,
-            transmission: false,
-            eta: 1.0,
-        })
+        Some(LobeSample::reflected(wi, f, pdf))
     }
 }
 
@@ -187,13 +177,7 @@ impl MicrofacetTransmission {
         }
         let eta = self.eta(wo);
         let wi = refract(wo, h, eta)?;
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| LobeSample {
-            f: self.f(wo, wi),
-            wi,
-            pdf,
-            transmission: true,
-            eta,
-        })
+        let sample = LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))?;
+        Some(sample.transmitted(eta))
     }
 }

@@ -100,6 +100,11 @@ impl<'a> Bsdf<'a> {
         let _ = self.lobes.try_push(lobe);
     }
 
+    /// Adds some lobes.
+    pub fn extend(&mut self, lobes: impl IntoIterator<Item = Lobe<'a>>) {
+        lobes.into_iter().for_each(|lobe| self.add(lobe));
+    }
+
     /// The number of lobes.
     pub fn lobe_count(&self) -> usize {
         self.lobes.len()
@@ -269,12 +274,8 @@ impl<'a> Bsdf<'a> {
         let pdf = self.shared(pdf);
         (pdf > 0.0 && !is_black(f)).then_some(BsdfSample {
             f,
-            wi,
             pdf,
-            specular: false,
-            transmission: local.transmission,
-            eta: local.eta,
-            lobe: chosen as u8,
+            ..BsdfSample::of_lobe(chosen, &local, wi)
         })
     }
 
@@ -298,23 +299,29 @@ impl<'a> Bsdf<'a> {
     }
 
     fn specular_sample(&self, local: &LobeSample, chance: f32, lobe: usize) -> Option<BsdfSample> {
-        let LobeSample {
-            f,
-            wi,
-            pdf,
-            transmission,
-            eta,
-        } = *local;
+        let wi = self.frame.to_world(local.wi);
         let sample = BsdfSample {
-            f,
-            wi: self.frame.to_world(wi),
-            pdf: pdf * chance,
+            pdf: local.pdf * chance,
             specular: true,
-            transmission,
-            eta,
-            lobe: lobe as u8,
+            ..BsdfSample::of_lobe(lobe, local, wi)
         };
-        (sample.pdf > 0.0 && !is_black(f)).then_some(sample)
+        (sample.pdf > 0.0 && !is_black(sample.f)).then_some(sample)
+    }
+}
+
+impl BsdfSample {
+    /// As a lobe that is not specular has sampled it, toward `wi`.
+    #[inline]
+    fn of_lobe(lobe: usize, local: &LobeSample, wi: Vec3) -> BsdfSample {
+        BsdfSample {
+            f: local.f,
+            wi,
+            pdf: local.pdf,
+            specular: false,
+            transmission: local.transmission,
+            eta: local.eta,
+            lobe: lobe as u8,
+        }
     }
 }
 

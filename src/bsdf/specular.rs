@@ -64,47 +64,33 @@ impl FresnelSpecular {
         if uc < f {
             Some(reflected(wo, self.reflectance * f, f))
         } else {
+            let share = 1.0 - f;
             refracted(
                 wo,
-                self.transmittance * (1.0 - f),
+                self.transmittance * share,
                 self.eta_a,
                 self.eta_b,
-                1.0 - f,
+                share,
             )
         }
     }
 
     /// The reflection alone.
-    pub fn reflection(&self) -> SpecularReflection {
-        let fresnel = Fresnel::Dielectric {
-            eta_i: self.eta_a,
-            eta_t: self.eta_b,
-        };
-        SpecularReflection {
-            reflectance: self.reflectance,
-            fresnel,
-        }
+    pub fn reflect(&self, wo: Vec3) -> LobeSample {
+        let f = dielectric(wo.z, self.eta_a, self.eta_b);
+        reflected(wo, self.reflectance * f, 1.0)
     }
 
     /// The refraction alone.
-    pub fn transmission(&self) -> SpecularTransmission {
-        SpecularTransmission {
-            transmittance: self.transmittance,
-            eta_a: self.eta_a,
-            eta_b: self.eta_b,
-        }
+    pub fn refract(&self, wo: Vec3) -> Option<LobeSample> {
+        let share = 1.0 - dielectric(wo.z, self.eta_a, self.eta_b);
+        refracted(wo, self.transmittance * share, self.eta_a, self.eta_b, 1.0)
     }
 }
 
 fn reflected(wo: Vec3, factor: Rgb, pdf: f32) -> LobeSample {
     let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-    LobeSample {
-        f: factor / wi.z.abs(),
-        wi,
-        pdf,
-        transmission: false,
-        eta: 1.0,
-    }
+    LobeSample::reflected(wi, factor / wi.z.abs(), pdf)
 }
 
 fn refracted(wo: Vec3, factor: Rgb, eta_a: f32, eta_b: f32, pdf: f32) -> Option<LobeSample> {
@@ -117,13 +103,7 @@ fn refracted(wo: Vec3, factor: Rgb, eta_a: f32, eta_b: f32, pdf: f32) -> Option<
     let eta = eta_t / eta_i;
     let wi = refract(wo, n, eta)?;
     let f = factor / (eta * eta * wi.z.abs());
-    Some(LobeSample {
-        f,
-        wi,
-        pdf,
-        transmission: true,
-        eta,
-    })
+    Some(LobeSample::reflected(wi, f, pdf).transmitted(eta))
 }
 
 /// The direction in which light from `wo` (pointing away, on the side of `n`) is refracted by a boundary whose far

@@ -12,7 +12,7 @@ pub struct SubsurfaceExit {
     /// Refractive index relative to the outside.
     eta: f32,
     /// η² over the cosine-weighted integral of the transmittance.
-    factor: Rgb,
+    pub(super) factor: Rgb,
 }
 
 impl SubsurfaceExit {
@@ -23,11 +23,6 @@ impl SubsurfaceExit {
             eta,
             factor: Rgb::splat(eta * eta / (PI * through)),
         }
-    }
-
-    /// Scales everything that is transmitted by `share`.
-    pub fn scale(&mut self, share: Rgb) {
-        self.factor *= share;
     }
 
     /// Value in 1/sr; directions are local. Light arrives from outside only.

@@ -63,11 +63,7 @@ impl<'a> TabulatedChannel<'a> {
     pub fn new(row: Row<'a>, mean_free_path: f32, finest: f32) -> TabulatedChannel<'a> {
         TabulatedChannel {
             row,
-            mean_free_path: if mean_free_path > finest {
-                mean_free_path
-            } else {
-                finest
-            },
+            mean_free_path: mean_free_path.max(finest),
         }
     }
 
@@ -110,8 +106,8 @@ impl NormalizedChannel {
     /// Lengths below `finest`, and NaN, are raised to it.
     pub fn new(albedo: f32, length: f32, finest: f32) -> NormalizedChannel {
         NormalizedChannel {
-            albedo: if albedo > 0.0 { albedo } else { 0.0 },
-            length: if length > finest { length } else { finest },
+            albedo: albedo.max(0.0),
+            length: length.max(finest),
         }
     }
 

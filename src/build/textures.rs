@@ -1,6 +1,7 @@
 //! Compiles textures and loads their images.
 
 use crate::budget::Budget;
+use crate::inputs::FloatInput;
 use crate::math::transform::Transform;
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics};
@@ -37,7 +38,7 @@ fn usage(frame: &Frame) -> TextureUsage {
     let objects = frame.objects.iter().flat_map(|object| &object.shapes);
     for shape in frame.shapes.iter().chain(objects) {
         for alpha in [shape.spec.alpha, shape.spec.shadow_alpha] {
-            alpha.into_iter().for_each(|input| usage.float(input));
+            usage.add(alpha.and_then(FloatInput::texture));
         }
         if let Some(id) = shape.material.map(|material| material.index())
             && let Some(material) = frame.materials.get(id)

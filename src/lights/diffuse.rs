@@ -5,12 +5,8 @@
 //! sides emit. `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.5; docs/scene-language.md §3.11 and §4.5.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_type::LightType;
 use super::sample_count::{quick, sample_count};
-use super::strength::strength;
-use crate::math::color::is_black;
+use super::{LightBounds, LightSample, LightType, strength};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
 use crate::shapes::emitter::Emitter;
@@ -59,36 +55,25 @@ impl DiffuseAreaSpec {
 #[derive(Clone, Debug)]
 pub struct DiffuseAreaLight {
     emitter: Emitter,
-    radiance: Rgb,
-    two_sided: bool,
-    samples: u32,
-    one_light: bool,
+    spec: DiffuseAreaSpec,
     group: u32,
 }
 
 impl DiffuseAreaLight {
     /// The light of one emitter; those of one mesh share a `group` number of their own.
     pub fn new(spec: &DiffuseAreaSpec, emitter: Emitter, group: u32) -> DiffuseAreaLight {
-        let &DiffuseAreaSpec {
-            radiance,
-            two_sided,
-            samples,
-            one_light,
-        } = spec;
+        let spec = spec.clone();
         DiffuseAreaLight {
             emitter,
-            radiance,
-            two_sided,
-            samples,
-            one_light,
+            spec,
             group,
         }
     }
 
     /// Radiance that leaves in unit direction `w` where the normal is `n`.
     fn toward(&self, n: Vec3, w: Vec3) -> Rgb {
-        if self.two_sided || n.dot(w) > 0.0 {
-            self.radiance
+        if self.spec.two_sided || n.dot(w) > 0.0 {
+            self.spec.radiance
         } else {
             Rgb::ZERO
         }
@@ -96,7 +81,7 @@ impl DiffuseAreaLight {
 
     /// Does it count as a part of its group's one light?
     pub fn is_part(&self) -> bool {
-        self.one_light
+        self.spec.one_light
     }
 
     /// Area of the emitter, render space.
@@ -126,17 +111,8 @@ impl LightType for DiffuseAreaLight {
         let chosen = self.emitter.sample(from, u)?;
         let wi = chosen.wi;
         let radiance = self.toward(chosen.n, -wi);
-        if is_black(radiance) {
-            return None;
-        }
-        let shadow = from.shadow_ray_to(chosen.p, chosen.p_error, chosen.n);
-        Some(LightSample {
-            radiance,
-            wi,
-            pdf: chosen.pdf,
-            delta: false,
-            shadow,
-        })
+        let shadow = || from.shadow_ray_to(chosen.p, chosen.p_error, chosen.n);
+        Some(LightSample::only(radiance, wi, shadow)?.with_pdf(chosen.pdf))
     }
 
     fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: Option<&SurfaceHit>) -> f32 {
@@ -149,12 +125,12 @@ impl LightType for DiffuseAreaLight {
 
     /// Flux.
     fn power(&self, _scene_radius: f32) -> Rgb {
-        let sides = if self.two_sided { 2.0 } else { 1.0 };
-        sides * PI * self.emitter.area() as f32 * self.radiance
+        let sides = if self.spec.two_sided { 2.0 } else { 1.0 };
+        sides * PI * self.emitter.area() as f32 * self.spec.radiance
     }
 
     fn sample_count(&self) -> u32 {
-        self.samples
+        self.spec.samples
     }
 
     /// The mesh this emitter is a piece of.
@@ -184,11 +160,13 @@ impl LightType for DiffuseAreaLight {
             flat &= n.dot(first.1) > 0.999;
         }
         let area = self.emitter.area() as f32;
-        match (flat, self.two_sided) {
-            (true, false) => LightBounds::area(low, high, area * self.radiance).on_side(first.1),
-            (true, true) => LightBounds::area(low, high, area * self.radiance),
+        match (flat, self.spec.two_sided) {
+            (true, false) => {
+                LightBounds::area(low, high, area * self.spec.radiance).on_side(first.1)
+            }
+            (true, true) => LightBounds::area(low, high, area * self.spec.radiance),
             // A convex shape shows a quarter of its area, on average over all directions (Cauchy).
-            (false, _) => LightBounds::area(low, high, 0.25 * area * self.radiance),
+            (false, _) => LightBounds::area(low, high, 0.25 * area * self.spec.radiance),
         }
     }
 }
@@ -269,7 +247,7 @@ mod tests {
             (true, -1.0, true),
         ] {
             let l = light(two_sided);
-            let expected = if bright { l.radiance } else { Rgb::ZERO };
+            let expected = if bright { l.spec.radiance } else { Rgb::ZERO };
             assert_eq!(l.emitted(&hit(p, side * normal())), expected);
             let sample = l.sample(&point(p + side * normal()), Vec2::new(0.3, 0.6));
             assert_eq!(sample.map(|s| s.radiance), bright.then_some(expected));

@@ -5,12 +5,7 @@
 //! transformation turns it, its scale does not count.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.4; docs/scene-language.md §3.10.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
-use super::strength::strength;
-use crate::math::color::is_black;
+use super::{LightBounds, LightMap, LightSample, LightType, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -54,11 +49,7 @@ pub struct DistantLight {
 
 impl DistantLight {
     /// Compiles `spec`.
-    pub fn new(
-        spec: &DistantSpec,
-        _map: Option<LightMap>,
-        render_from_world: &Transform,
-    ) -> DistantLight {
+    pub fn new(spec: &DistantSpec, _map: Option<LightMap>, render_from_world: &Transform) -> Self {
         let toward = render_from_world
             .vector(spec.toward)
             .normalize_or(-DVec3::Z)
@@ -72,16 +63,8 @@ impl DistantLight {
 
 impl LightType for DistantLight {
     fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
-        if is_black(self.irradiance) {
-            return None;
-        }
-        let shadow = from.shadow_ray_toward(self.toward);
-        Some(LightSample {
-            radiance: self.irradiance,
-            wi: self.toward,
-            pdf: 1.0,
-            delta: true,
-            shadow,
+        LightSample::only(self.irradiance, self.toward, || {
+            from.shadow_ray_toward(self.toward)
         })
     }
 

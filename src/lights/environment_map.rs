@@ -6,9 +6,9 @@
 //! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4.
 
 use super::light_map::LightMap;
-use super::sky_density::{Receiver, SkyDensity};
+use super::sky_density::SkyDensity;
+use crate::math::Rgb;
 use crate::math::color::luminance;
-use crate::math::{Rgb, Vec2};
 use std::f64::consts::PI;
 
 /// Up to so many texels the density has four cells in each (256 × 128), beyond, one: the error is the same for texels that small
@@ -43,40 +43,23 @@ impl Blend {
 /// An image ready to be looked up and sampled.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
-    map: LightMap,
-    density: SkyDensity,
-    mean: Rgb,
+    /// The image.
+    pub(super) map: LightMap,
+    /// About proportional to luminance × sin θ for [`Receiver::Alone`](super::sky_density::Receiver::Alone), and
+    /// positive wherever the map is not black for all.
+    pub(super) density: SkyDensity,
+    /// Mean over the sphere of directions.
+    pub(super) mean: Rgb,
 }
 
 impl EnvironmentMap {
     /// Prepares sampling of `map`.
     pub fn new(map: LightMap) -> EnvironmentMap {
         EnvironmentMap {
-            density: Luminances::of(&map).density(parts_for(map.texels().len())),
+            density: Luminances::of(&map).density(parts_for(map.texels.len())),
             mean: map.sphere_mean(),
             map,
         }
-    }
-
-    /// The texels at `uv`, interpolated.
-    pub fn lookup(&self, uv: Vec2) -> Rgb {
-        self.map.lookup(uv)
-    }
-
-    /// A point, and its density over the unit square: about proportional to luminance × sin θ for
-    /// [`Receiver::Alone`], and positive wherever the map is not black for all.
-    pub fn sample(&self, receiver: Receiver, u: Vec2) -> (Vec2, f32) {
-        self.density.sample(receiver, u)
-    }
-
-    /// Density of [`EnvironmentMap::sample`].
-    pub fn pdf(&self, receiver: Receiver, uv: Vec2) -> f32 {
-        self.density.pdf(receiver, uv)
-    }
-
-    /// Mean over the sphere of directions.
-    pub fn mean(&self) -> Rgb {
-        self.mean
     }
 }
 
@@ -89,13 +72,12 @@ struct Luminances {
 
 impl Luminances {
     fn of(map: &LightMap) -> Luminances {
-        let (width, height) = map.size();
         Luminances {
-            width,
-            height,
+            width: map.width,
+            height: map.height,
             // Magnitudes of the channels: a negative one, which a damaged image may have, must
             // not hide a positive one.
-            values: map.texels().iter().map(|t| luminance(t.abs())).collect(),
+            values: map.texels.iter().map(|t| luminance(t.abs())).collect(),
         }
     }
 
@@ -138,6 +120,8 @@ impl Luminances {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lights::sky_density::Receiver;
+    use crate::math::Vec2;
 
     /// An image with a bright spot and black parts.
     fn spotted(width: usize, height: usize) -> EnvironmentMap {
@@ -159,8 +143,8 @@ mod tests {
             let mut total = 0.0;
             for i in 0..n * n {
                 let uv = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-                let pdf = map.pdf(Receiver::Alone, uv);
-                assert!(pdf > 0.0 || map.lookup(uv) == Rgb::ZERO);
+                let pdf = map.density.pdf(Receiver::Alone, uv);
+                assert!(pdf > 0.0 || map.map.lookup(uv) == Rgb::ZERO);
                 total += f64::from(pdf) / f64::from(n * n);
             }
             // Cells are whole numbers of grid points, except for 2 × 64 texels where they are too.
@@ -194,14 +178,14 @@ mod tests {
             let mut sum = 0.0;
             for i in 0..n * n {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-                let (uv, pdf) = map.sample(Receiver::Alone, u);
-                assert!((map.pdf(Receiver::Alone, uv) / pdf - 1.0).abs() < 1e-5);
+                let (uv, pdf) = map.density.sample(Receiver::Alone, u);
+                assert!((map.density.pdf(Receiver::Alone, uv) / pdf - 1.0).abs() < 1e-5);
                 // dω = 2π² sinθ du dv; the sphere has 4π.
                 let sphere = std::f32::consts::FRAC_PI_2 * (std::f32::consts::PI * uv.y).sin();
-                sum += f64::from(map.lookup(uv).x * sphere / pdf) / f64::from(n * n);
+                sum += f64::from(map.map.lookup(uv).x * sphere / pdf) / f64::from(n * n);
             }
             // The mean counts sin θ at texel centers only: off by O(1/height²) of it.
-            let expected = f64::from(map.mean().x);
+            let expected = f64::from(map.mean.x);
             assert!((sum / expected - 1.0).abs() < 0.05, "{sum} but {expected}");
         }
     }

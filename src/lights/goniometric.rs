@@ -6,12 +6,7 @@
 //! The light is at the transformation's origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.3; docs/scene-language.md §3.10.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
-use super::point::sample_point;
-use super::strength::strength;
+use super::{LightBounds, LightMap, LightSample, LightType, sample_point, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -55,12 +50,12 @@ impl GoniometricLight {
         spec: &GoniometricSpec,
         map: Option<LightMap>,
         render_from_world: &Transform,
-    ) -> GoniometricLight {
+    ) -> Self {
         let render_from_light = *render_from_world * spec.light_to_world;
         GoniometricLight {
             p: render_from_light.point(DVec3::ZERO).as_vec3(),
             intensity: spec.intensity,
-            light_from_render: super::light_from_render(&render_from_light),
+            light_from_render: super::of_volume_1(&render_from_light).inverse().as_mat3(),
             mean: map.as_ref().map_or(Rgb::ONE, LightMap::sphere_mean),
             map,
         }
@@ -72,13 +67,10 @@ impl GoniometricLight {
             return Rgb::ONE;
         };
         let w = self.light_from_render * w;
-        let azimuth = w.z.atan2(w.x) * (0.5 / PI);
-        let u = if azimuth < 0.0 {
-            azimuth + 1.0
-        } else {
-            azimuth
-        };
-        map.lookup(Vec2::new(u, w.x.hypot(w.z).atan2(w.y) / PI))
+        map.lookup(Vec2::new(
+            super::turns(w.x, w.z),
+            w.x.hypot(w.z).atan2(w.y) / PI,
+        ))
     }
 }
 

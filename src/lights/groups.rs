@@ -92,10 +92,7 @@ impl LightGroup {
 
     /// Probability with which [`LightGroup::piece`] gives `light`; 0 for one of another group.
     pub fn pmf(&self, light: LightId) -> f32 {
-        let piece = light
-            .0
-            .checked_sub(self.first.0)
-            .map(|piece| piece as usize);
+        let piece = light.index().checked_sub(self.first.index());
         match (piece, &self.pieces) {
             (Some(0), None) => 1.0,
             (Some(piece), Some(pieces)) if piece < pieces.cells() => pieces.probability(piece),

@@ -5,15 +5,10 @@
 //! `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4; docs/scene-language.md §3.10.
 
-use super::LightSample;
 use super::environment_map::EnvironmentMap;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
 use super::sample_count::sample_count;
 use super::sky_density::Receiver;
-use super::strength::strength;
-use crate::math::color::is_black;
+use super::{LightBounds, LightMap, LightSample, LightType, strength};
 use crate::math::frame::Frame;
 use crate::math::sampling::{
     UNIFORM_SPHERE_PDF, cosine_hemisphere, cosine_hemisphere_pdf, sin_cos_turns, uniform_sphere,
@@ -22,7 +17,7 @@ use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
 use crate::surface::{ReceiverSide, ReferencePoint, SurfaceHit};
-use glam::{DMat3, Mat3};
+use glam::Mat3;
 use std::f32::consts::PI;
 
 /// Parameters.
@@ -57,11 +52,7 @@ pub struct InfiniteLight {
 
 impl InfiniteLight {
     /// Compiles `spec`; `map` is its image, where it has one that could be read.
-    pub fn new(
-        spec: &InfiniteSpec,
-        map: Option<LightMap>,
-        render_from_world: &Transform,
-    ) -> InfiniteLight {
+    pub fn new(spec: &InfiniteSpec, map: Option<LightMap>, render_from_world: &Transform) -> Self {
         let render_from_light = *render_from_world * spec.light_to_world;
         InfiniteLight {
             radiance: spec.radiance,
@@ -75,7 +66,7 @@ impl InfiniteLight {
     fn mean(&self) -> Rgb {
         self.map
             .as_ref()
-            .map_or(self.radiance, |map| self.radiance * map.map.mean())
+            .map_or(self.radiance, |map| self.radiance * map.map.mean)
     }
 }
 
@@ -101,16 +92,10 @@ impl LightType for InfiniteLight {
                 (wi, pdf, self.radiance)
             }
         };
-        if is_black(radiance) || pdf.is_nan() || pdf <= 0.0 {
+        if pdf.is_nan() || pdf <= 0.0 {
             return None;
         }
-        Some(LightSample {
-            radiance,
-            wi,
-            pdf,
-            delta: false,
-            shadow: from.shadow_ray_toward(wi),
-        })
+        Some(LightSample::only(radiance, wi, || from.shadow_ray_toward(wi))?.with_pdf(pdf))
     }
 
     fn pdf(&self, from: &ReferencePoint, wi: Vec3, _hit: Option<&SurfaceHit>) -> f32 {
@@ -199,9 +184,8 @@ struct PlacedMap {
 
 impl PlacedMap {
     fn new(map: EnvironmentMap, render_from_light: &Transform) -> PlacedMap {
-        // Lengths do not count: scaled to volume 1 nothing overflows, whatever the scene's units.
-        let m = DMat3::from_mat4(render_from_light.m);
-        let m = m * (1.0 / m.determinant().abs().cbrt());
+        // Lengths do not count.
+        let m = super::of_volume_1(render_from_light);
         PlacedMap {
             map,
             render_from_light: m.as_mat3(),
@@ -213,21 +197,16 @@ impl PlacedMap {
     /// A point as the map's sampling sees it.
     fn receiver(&self, from: &ReferencePoint) -> Receiver {
         // The cosine to n of M w is that to Mᵀ n of w, but for a factor that hardly changes in what is not sheared.
+        let m = &self.render_from_light;
+        let facing = |n: Vec3| {
+            Receiver::Facing(Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n)))
+        };
         match from.receiver_side {
             ReceiverSide::NoMis => Receiver::Alone,
-            ReceiverSide::Front if from.n != Vec3::ZERO => {
-                Receiver::Facing(self.light_from_render_normal(from.n))
-            }
-            ReceiverSide::Back if from.n != Vec3::ZERO => {
-                Receiver::Facing(self.light_from_render_normal(-from.n))
-            }
+            ReceiverSide::Front if from.n != Vec3::ZERO => facing(from.n),
+            ReceiverSide::Back if from.n != Vec3::ZERO => facing(-from.n),
             _ => Receiver::BothSides,
         }
-    }
-
-    fn light_from_render_normal(&self, n: Vec3) -> Vec3 {
-        let m = &self.render_from_light;
-        Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
     }
 
     /// Map coordinates of the render-space direction `d`, and sin θ there.
@@ -235,29 +214,24 @@ impl PlacedMap {
         let w = self.light_from_render * d;
         // No lengths that could overflow: the matrix has volume 1.
         let across = (w.x * w.x + w.y * w.y).sqrt();
-        let azimuth = w.y.atan2(w.x) * (0.5 / PI);
-        let u = if azimuth < 0.0 {
-            azimuth + 1.0
-        } else {
-            azimuth
-        };
-        (Vec2::new(u, across.atan2(w.z) / PI), across / w.length())
+        let uv = Vec2::new(super::turns(w.x, w.y), across.atan2(w.z) / PI);
+        (uv, across / w.length())
     }
 
     fn radiance(&self, d: Vec3) -> Rgb {
-        self.map.lookup(self.coordinates(d).0)
+        self.map.map.lookup(self.coordinates(d).0)
     }
 
     /// A direction, its density, and the texels there.
     fn sample(&self, receiver: Receiver, u: Vec2) -> Option<(Vec3, f32, Rgb)> {
-        let (uv, pdf) = self.map.sample(receiver, u);
+        let (uv, pdf) = self.map.density.sample(receiver, u);
         let (sin_theta, cos_theta) = sin_cos_turns(0.5 * uv.y);
         let (sin_phi, cos_phi) = sin_cos_turns(uv.x);
         let w = Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
         let d = self.render_from_light * w;
         let length = d.length();
         let pdf = pdf / (2.0 * PI * PI * sin_theta) * self.density_change(length);
-        (pdf > 0.0 && pdf.is_finite()).then(|| (d / length, pdf, self.map.lookup(uv)))
+        (pdf > 0.0 && pdf.is_finite()).then(|| (d / length, pdf, self.map.map.lookup(uv)))
     }
 
     fn pdf(&self, receiver: Receiver, d: Vec3) -> f32 {
@@ -267,7 +241,10 @@ impl PlacedMap {
 
     fn radiance_and_pdf(&self, receiver: Receiver, d: Vec3) -> (Rgb, f32) {
         let (uv, sin_theta) = self.coordinates(d);
-        (self.map.lookup(uv), self.pdf_at(receiver, d, uv, sin_theta))
+        (
+            self.map.map.lookup(uv),
+            self.pdf_at(receiver, d, uv, sin_theta),
+        )
     }
 
     fn pdf_at(&self, receiver: Receiver, d: Vec3, uv: Vec2, sin_theta: f32) -> f32 {
@@ -276,7 +253,8 @@ impl PlacedMap {
         }
         // The unit vector w of light space with M w parallel to d has |M w| = 1 / |M⁻¹ d|.
         let length = 1.0 / (self.light_from_render * d).length();
-        self.map.pdf(receiver, uv) / (2.0 * PI * PI * sin_theta) * self.density_change(length)
+        self.map.density.pdf(receiver, uv) / (2.0 * PI * PI * sin_theta)
+            * self.density_change(length)
     }
 
     /// What a density per solid angle is multiplied with when a unit vector of light space becomes

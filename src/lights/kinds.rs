@@ -1,6 +1,5 @@
 //! The types of lights: one table for names, the reader and the dispatch.
 
-use super::light_type::LightType;
 use super::*;
 
 macro_rules! light_types {

@@ -33,7 +33,7 @@ impl Receiver {
 }
 
 /// Eight [`LightBounds`]es in the form they are estimated with; lanes without one bring nothing.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Lanes {
     center: [f32x8; 3],
     axis: [f32x8; 3],
@@ -50,17 +50,9 @@ pub(super) struct Lanes {
 
 impl Lanes {
     pub(super) fn empty() -> Lanes {
-        let zero = f32x8::ZERO;
         Lanes {
-            center: [zero; 3],
-            axis: [zero; 3],
-            radius: zero,
             most: f32x8::ONE,
-            intensity: zero,
-            cos_spread: zero,
-            sin_spread: zero,
-            cos_falloff: zero,
-            everywhere: zero,
+            ..Lanes::default()
         }
     }
 

@@ -12,11 +12,14 @@ use std::f64::consts::PI;
 /// An image ready to be looked up.
 #[derive(Clone, Debug)]
 pub struct LightMap {
-    /// Powers of two.
-    width: usize,
-    height: usize,
-    texels: Vec<Rgb>,
-    aspect: f32,
+    /// Columns; a power of two.
+    pub(super) width: usize,
+    /// Rows; a power of two.
+    pub(super) height: usize,
+    /// Row by row, the top one first.
+    pub(super) texels: Vec<Rgb>,
+    /// Width over height of the image as it was given.
+    pub(super) aspect: f32,
 }
 
 impl LightMap {
@@ -39,21 +42,6 @@ impl LightMap {
             texels,
             aspect,
         })
-    }
-
-    /// Width over height of the image as it was given.
-    pub fn aspect(&self) -> f32 {
-        self.aspect
-    }
-
-    /// Columns and rows of [`LightMap::texels`]; powers of two.
-    pub fn size(&self) -> (usize, usize) {
-        (self.width, self.height)
-    }
-
-    /// Row by row, the top one first.
-    pub fn texels(&self) -> &[Rgb] {
-        &self.texels
     }
 
     fn texel(&self, x: i64, y: i64) -> Rgb {

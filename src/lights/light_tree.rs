@@ -11,7 +11,7 @@
 
 use super::lanes::{LANES, Lanes, Receiver};
 use super::light_bounds::LightBounds;
-use super::tree::{Content, Leaf, Tree};
+use super::tree::{Content, Tree};
 use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
 
@@ -73,11 +73,10 @@ impl LightTree {
     /// From the candidates for all of `lights` lights. Distances below `min_distance` do not count
     /// as nearer.
     pub(super) fn new(candidates: &[Candidate], lights: usize, min_distance: f32) -> LightTree {
-        let leaves = candidates.iter().map(|c| Leaf {
-            light: c.light,
-            reach: c.reach,
-        });
-        let (local, placeless): (Vec<_>, Vec<_>) = leaves.partition(|leaf| leaf.reach.is_local());
+        let (local, placeless): (Vec<_>, Vec<_>) = candidates
+            .iter()
+            .copied()
+            .partition(|light| light.reach.is_local());
         let [local, placeless] = [local, placeless].map(Tree::new);
         let first: Vec<_> = placeless.cut(0, MAX_PLACELESS);
         let second = local.cut(0, TOP * LANES - first.len());

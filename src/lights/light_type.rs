@@ -1,7 +1,6 @@
 //! What every type of light implements in its own file.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
+use super::{LightBounds, LightSample};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::{ReferencePoint, SurfaceHit};
 

@@ -44,8 +44,12 @@ use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::{NamedFile, ParamReader};
 use crate::surface::{ReferencePoint, SurfaceHit};
-use glam::{DMat3, Mat3};
+use glam::DMat3;
 use light_bounds::LightBounds;
+use light_type::LightType;
+use point::sample_point;
+use std::f32::consts::PI;
+use strength::strength;
 
 /// What is done about a light that cannot be made.
 const LEFT_OUT: &str = "the light is left out";
@@ -74,11 +78,20 @@ impl LightSpec {
     }
 }
 
-/// The linear part of render-to-light, freed from the scene's units so that nothing overflows.
-fn light_from_render(render_from_light: &Transform) -> Mat3 {
-    let m = DMat3::from_mat4(render_from_light.m);
-    let m = m * (1.0 / m.determinant().abs().cbrt());
-    m.inverse().as_mat3()
+/// The linear part of a transformation, of volume 1: freed from the scene's units so that nothing overflows.
+fn of_volume_1(transform: &Transform) -> DMat3 {
+    let m = DMat3::from_mat4(transform.m);
+    m * (1.0 / m.determinant().abs().cbrt())
+}
+
+/// The share of a turn from +x over +y, in [0, 1].
+fn turns(x: f32, y: f32) -> f32 {
+    let azimuth = y.atan2(x) * (0.5 / PI);
+    if azimuth < 0.0 {
+        azimuth + 1.0
+    } else {
+        azimuth
+    }
 }
 
 /// One way for light to come to a point.
@@ -95,4 +108,26 @@ pub struct LightSample {
     pub delta: bool,
     /// The ray that must be free for the light to arrive.
     pub shadow: Ray,
+}
+
+impl LightSample {
+    /// The only way for light to come; `None` where none comes.
+    fn only(radiance: Rgb, wi: Vec3, shadow: impl FnOnce() -> Ray) -> Option<LightSample> {
+        (!is_black(radiance)).then(|| LightSample {
+            radiance,
+            wi,
+            pdf: 1.0,
+            delta: true,
+            shadow: shadow(),
+        })
+    }
+
+    /// As one of many ways, of this density.
+    fn with_pdf(self, pdf: f32) -> LightSample {
+        LightSample {
+            pdf,
+            delta: false,
+            ..self
+        }
+    }
 }

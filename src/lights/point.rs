@@ -4,12 +4,7 @@
 //! which pbrt adds in *world* space to where the transformation takes the origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3; docs/scene-language.md §3.10.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
-use super::strength::strength;
-use crate::math::color::is_black;
+use super::{LightBounds, LightMap, LightSample, LightType, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -49,11 +44,7 @@ pub struct PointLight {
 
 impl PointLight {
     /// Compiles `spec`.
-    pub fn new(
-        spec: &PointSpec,
-        _map: Option<LightMap>,
-        render_from_world: &Transform,
-    ) -> PointLight {
+    pub fn new(spec: &PointSpec, _map: Option<LightMap>, render_from_world: &Transform) -> Self {
         PointLight {
             p: render_from_world.point(spec.position).as_vec3(),
             intensity: spec.intensity,
@@ -89,16 +80,8 @@ pub(super) fn sample_point(
     }
     let wi = to_light / distance2.sqrt();
     let radiance = intensity(-wi) / distance2;
-    if is_black(radiance) {
-        return None;
-    }
-    let shadow = from.shadow_ray_to(p, Vec3::ZERO, Vec3::ZERO);
-    Some(LightSample {
-        radiance,
-        wi,
-        pdf: 1.0,
-        delta: true,
-        shadow,
+    LightSample::only(radiance, wi, || {
+        from.shadow_ray_to(p, Vec3::ZERO, Vec3::ZERO)
     })
 }
 

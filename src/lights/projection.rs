@@ -6,12 +6,7 @@
 //! transformed +z from the transformation's origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.2; docs/scene-language.md §3.10.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
-use super::point::sample_point;
-use super::strength::strength;
+use super::{LightBounds, LightMap, LightSample, LightType, sample_point, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -75,9 +70,9 @@ impl ProjectionLight {
         spec: &ProjectionSpec,
         map: Option<LightMap>,
         render_from_world: &Transform,
-    ) -> ProjectionLight {
+    ) -> Self {
         let render_from_light = *render_from_world * spec.light_to_world;
-        let aspect = map.as_ref().map_or(1.0, LightMap::aspect);
+        let aspect = map.as_ref().map_or(1.0, |map| map.aspect);
         let half = (0.5 * spec.fov).to_radians().tan() as f32
             * Vec2::new(aspect.max(1.0), (1.0 / aspect).max(1.0));
         // The solid angle of a piece of the plane z = 1 is its area times cos³.
@@ -89,7 +84,7 @@ impl ProjectionLight {
         ProjectionLight {
             p: render_from_light.point(DVec3::ZERO).as_vec3(),
             intensity: spec.intensity,
-            light_from_render: super::light_from_render(&render_from_light),
+            light_from_render: super::of_volume_1(&render_from_light).inverse().as_mat3(),
             axis: render_from_light
                 .vector(DVec3::Z)
                 .normalize_or_zero()

@@ -53,8 +53,7 @@ pub struct LightSelector {
 
 #[derive(Clone, Debug)]
 enum Choice {
-    Nothing,
-    Only,
+    /// Of so many lights, none or more.
     Uniform(u32),
     Power(Distribution1D),
     SmallLightSet(Box<SmallLightSet>),
@@ -65,9 +64,7 @@ impl LightSelector {
     /// For `lights` in a scene with a bounding sphere of radius `scene_radius`.
     pub fn new(lights: &[Light], strategy: SelectionStrategy, scene_radius: f32) -> LightSelector {
         let choice = match (lights.len(), strategy) {
-            (0, _) => Choice::Nothing,
-            (1, _) => Choice::Only,
-            (n, SelectionStrategy::Uniform) => Choice::Uniform(n as u32),
+            (n @ (0 | 1), _) | (n, SelectionStrategy::Uniform) => Choice::Uniform(n as u32),
             (_, SelectionStrategy::Power) => {
                 Choice::Power(power_distribution(lights, scene_radius))
             }
@@ -90,16 +87,14 @@ impl LightSelector {
 
     /// Does [`LightSelector::sample`] look at its number?
     pub fn chooses(&self) -> bool {
-        !matches!(self.choice, Choice::Nothing | Choice::Only)
+        !matches!(self.choice, Choice::Uniform(0 | 1))
     }
 
     /// A light for the point `from` and its probability; `None` where there are no lights.
     pub fn sample(&self, from: &ReferencePoint, u: f32) -> Option<(LightId, f32)> {
         match &self.choice {
-            Choice::Nothing => None,
-            Choice::Only => Some((LightId(0), 1.0)),
             Choice::Uniform(n) => {
-                let light = ((u * *n as f32) as u32).min(n - 1);
+                let light = ((u * *n as f32) as u32).min(n.checked_sub(1)?);
                 Some((LightId(light), 1.0 / *n as f32))
             }
             Choice::Power(distribution) => {
@@ -123,12 +118,11 @@ impl LightSelector {
     /// Probability with which [`LightSelector::sample`] chooses `light` for the point `from`; 0 for one that it was not given.
     pub fn pmf(&self, from: &ReferencePoint, light: LightId) -> f32 {
         match &self.choice {
-            Choice::Only if light.index() == 0 => 1.0,
             Choice::Uniform(n) if light.0 < *n => 1.0 / *n as f32,
             Choice::Power(distribution) if light.index() < distribution.cells() => {
                 distribution.probability(light.index())
             }
-            Choice::Nothing | Choice::Only | Choice::Uniform(_) | Choice::Power(_) => 0.0,
+            Choice::Uniform(_) | Choice::Power(_) => 0.0,
             Choice::SmallLightSet(few) => few.pmf(&Receiver::new(from.p, from.n), light),
             Choice::Spatial(clusters) => clusters.pmf(&Receiver::new(from.p, from.n), light),
         }

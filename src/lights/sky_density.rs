@@ -125,39 +125,30 @@ impl SkyDensity {
     fn fill_classes(&mut self, light: &[f64]) {
         let everywhere = vec![1.0; light.len()];
         let parts = self.parts();
-        self.push_class(light, &everywhere, &parts, 0.0);
-        self.push_class(light, &everywhere, &parts, COMPENSATION);
+        let sizes: Vec<f64> = (parts.iter())
+            .map(|part| part.iter().map(|d| d.1).sum())
+            .collect();
+        self.push_class(light, &everywhere, &sizes, 0.0);
+        self.push_class(light, &everywhere, &sizes, COMPENSATION);
         for class in 0..SIDE * SIDE {
             let normals = normals_of(class);
             let cosine = |d: &(DVec3, f64)| -> f64 {
                 let sum: f64 = normals.iter().map(|n| n.dot(d.0).max(0.0)).sum();
                 d.1 * sum / normals.len() as f64
             };
-            let cosines: Vec<f64> = (parts.iter())
-                .map(|part| {
-                    let size: f64 = part.iter().map(|d| d.1).sum();
-                    part.iter().map(cosine).sum::<f64>() / size
-                })
+            let cosines: Vec<f64> = (parts.iter().zip(&sizes))
+                .map(|(part, size)| part.iter().map(cosine).sum::<f64>() / size)
                 .collect();
-            self.push_class(light, &cosines, &parts, COMPENSATION);
+            self.push_class(light, &cosines, &sizes, COMPENSATION);
         }
     }
 
     /// A class to whom blocks bring light times `cosines`, or `compensation` times the mean less.
-    fn push_class(
-        &mut self,
-        light: &[f64],
-        cosines: &[f64],
-        parts: &[Vec<(DVec3, f64)>],
-        compensation: f64,
-    ) {
-        let sizes: Vec<f64> = (parts.iter())
-            .map(|part| part.iter().map(|d| d.1).sum())
-            .collect();
+    fn push_class(&mut self, light: &[f64], cosines: &[f64], sizes: &[f64], compensation: f64) {
         let total =
             |values: &[f64]| -> f64 { values.iter().zip(cosines).map(|(v, c)| v * c).sum() };
-        let mean = compensation * total(light) / total(&sizes);
-        let weights: Vec<f64> = (light.iter().zip(cosines).zip(&sizes))
+        let mean = compensation * total(light) / total(sizes);
+        let weights: Vec<f64> = (light.iter().zip(cosines).zip(sizes))
             .map(|((light, cosine), size)| {
                 (light - mean * size).max(MIN_SHARE * light) * (cosine + MIN_COSINE)
             })

@@ -58,11 +58,8 @@ impl SmallLightSet {
         if !(total > 0.0 && total.is_finite()) {
             return self.even;
         }
-        let mut probabilities = [0.0; LANES];
-        for (p, (even, estimate)) in (probabilities.iter_mut()).zip(self.even.iter().zip(estimates))
-        {
-            *p = EVEN_SHARE * even + (1.0 - EVEN_SHARE) * (estimate / total);
-        }
-        probabilities
+        std::array::from_fn(|i| {
+            EVEN_SHARE * self.even[i] + (1.0 - EVEN_SHARE) * (estimates[i] / total)
+        })
     }
 }

@@ -6,12 +6,7 @@
 //! many degrees before that it begins to fall, as the fourth power of what is left in cosine.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.1; docs/scene-language.md §3.10.
 
-use super::LightSample;
-use super::light_bounds::LightBounds;
-use super::light_map::LightMap;
-use super::light_type::LightType;
-use super::point::sample_point;
-use super::strength::strength;
+use super::{LightBounds, LightMap, LightSample, LightType, sample_point, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -60,13 +55,18 @@ impl SpotSpec {
     }
 }
 
+/// The angle in 0…180 degrees that has the same cosine.
+fn same_cosine(degrees: f64) -> f64 {
+    let turned = degrees.abs() % 360.0;
+    turned.min(360.0 - turned)
+}
+
 /// `coneangle` in 0…180 degrees. pbrt-v3 uses its cosine alone, and so takes other angles for ones
 /// in this range, without a word.
 fn cone_angle(reader: &ParamReader) -> f64 {
     let given = reader.float("coneangle", 30.0);
-    let turned = given.abs() % 360.0;
     let used = match given.is_finite() {
-        true => turned.min(360.0 - turned),
+        true => same_cosine(given),
         false => 180.0,
     };
     if used != given {
@@ -87,10 +87,8 @@ fn cone_delta_angle(reader: &ParamReader, cone_angle: f64) -> f64 {
     let Some(given) = reader.find_float("conedeltaangle") else {
         return DEFAULT;
     };
-    let turned = (cone_angle - given).abs() % 360.0;
-    let full = turned.min(360.0 - turned);
     let used = match given.is_finite() {
-        true => (cone_angle - full).max(0.0),
+        true => (cone_angle - same_cosine(cone_angle - given)).max(0.0),
         false => 0.0,
     };
     if !(0.0..=cone_angle).contains(&given) {
@@ -122,11 +120,7 @@ pub struct SpotLight {
 
 impl SpotLight {
     /// Compiles `spec`.
-    pub fn new(
-        spec: &SpotSpec,
-        _map: Option<LightMap>,
-        render_from_world: &Transform,
-    ) -> SpotLight {
+    pub fn new(spec: &SpotSpec, _map: Option<LightMap>, render_from_world: &Transform) -> Self {
         let render_from_light = *render_from_world * spec.light_to_world;
         let axis = (spec.to - spec.from).normalize_or(DVec3::Z);
         SpotLight {

@@ -4,6 +4,7 @@
 //! Many Lights with Adaptive Tree Splitting", 2018) is least among a few planes.
 
 use super::light_bounds::LightBounds;
+use super::light_tree::Candidate;
 use crate::handles::LightId;
 use crate::math::Vec3;
 
@@ -12,13 +13,6 @@ const BINS: usize = 12;
 
 /// Below this depth boxes are cut so that both halves have as many lights.
 const DEEPEST_BY_COST: u32 = 64;
-
-/// A light with its reach.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Leaf {
-    pub(super) light: LightId,
-    pub(super) reach: LightBounds,
-}
 
 /// What a node stands for.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +35,7 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    pub(super) fn new(mut leaves: Vec<Leaf>) -> Tree {
+    pub(super) fn new(mut leaves: Vec<Candidate>) -> Tree {
         let mut tree = Tree {
             nodes: Vec::with_capacity((2 * leaves.len()).saturating_sub(1)),
         };
@@ -57,7 +51,7 @@ impl Tree {
     }
 
     /// Makes the node at `position`, which exists, out of these leaves, and the tree below it.
-    fn build(&mut self, position: usize, leaves: &mut [Leaf], depth: u32) {
+    fn build(&mut self, position: usize, leaves: &mut [Candidate], depth: u32) {
         let (Some(leaf), 2..) = (leaves.first(), leaves.len()) else {
             if let Some(leaf) = leaves.first() {
                 self.nodes[position] = Node::of(leaf);
@@ -102,7 +96,7 @@ impl Tree {
 }
 
 impl Node {
-    fn of(leaf: &Leaf) -> Node {
+    fn of(leaf: &Candidate) -> Node {
         Node {
             reach: leaf.reach,
             content: Content::Light(leaf.light),
@@ -111,13 +105,13 @@ impl Node {
 }
 
 /// Sorts at least two leaves into two parts; where the second one starts.
-fn cut(leaves: &mut [Leaf], depth: u32) -> usize {
+fn cut(leaves: &mut [Candidate], depth: u32) -> usize {
     let half = leaves.len() / 2;
     let centers = leaves.iter().map(|leaf| leaf.reach.center());
     let low = centers.clone().fold(Vec3::INFINITY, Vec3::min);
     let high = centers.fold(Vec3::NEG_INFINITY, Vec3::max);
     let size = high - low;
-    let bin = |axis: usize, leaf: &Leaf| {
+    let bin = |axis: usize, leaf: &Candidate| {
         let place = (leaf.reach.center()[axis] - low[axis]) / size[axis];
         ((place * BINS as f32) as usize).min(BINS - 1)
     };
@@ -186,11 +180,13 @@ mod tests {
         }
     }
 
-    fn leaves(count: u32, place: impl Fn(u32) -> Vec3) -> Vec<Leaf> {
+    fn leaves(count: u32, place: impl Fn(u32) -> Vec3) -> Vec<Candidate> {
         (0..count)
-            .map(|i| Leaf {
+            .map(|i| Candidate {
                 light: LightId(i),
                 reach: LightBounds::point(place(i), Rgb::ONE),
+                power: 1.0,
+                even: 0.0,
             })
             .collect()
     }

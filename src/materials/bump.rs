@@ -74,15 +74,15 @@ mod tests {
     use crate::handles::FloatTextureId;
     use crate::math::transform::Transform;
     use crate::surface::Footprint;
-    use crate::textures::{Bilerp, MappingSpec, TextureSpec, TextureSpecs, TextureUsage};
+    use crate::textures::{Bilerp, Mapping, Texture, TextureSpecs, TextureUsage};
 
     /// Displacement 0.75 u − 0.5 v.
     fn slope() -> (Bump, Textures) {
-        let mapping = MappingSpec::Uv {
+        let mapping = Mapping::Uv {
             scale: Vec2::ONE,
             delta: Vec2::ZERO,
         };
-        let bilerp = TextureSpec::Bilerp(Bilerp {
+        let bilerp = Texture::Bilerp(Bilerp {
             mapping,
             v00: 0.0,
             v01: -0.5,

@@ -1,24 +1,19 @@
 //! The `disney` material.
 
-use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
-use super::roughness::add_rough_refraction;
-use super::{MAX_REFLECTANCE, Scattering, reflectance};
+use super::inputs::{float_within, given_refractive_index, unit_input};
+use super::lobes::{diffuse_transmission, glossy, refraction, rough_refraction};
+use super::{Place, Scattering, may_scatter};
 use crate::bsdf::clearcoat::Clearcoat;
 use crate::bsdf::disney_diffuse::DisneyDiffuse;
 use crate::bsdf::fresnel::Fresnel;
-use crate::bsdf::lambertian::LambertianTransmission;
-use crate::bsdf::microfacet::MicrofacetReflection;
-use crate::bsdf::specular::SpecularTransmission;
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::bssrdf::Bssrdf;
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::{is_black, luminance};
-use crate::math::float::clamp_nan_low;
 use crate::params::ParamReader;
-use crate::surface::{SurfaceHit, TexturePoint};
-use crate::textures::Textures;
+use crate::surface::SurfaceHit;
 
 /// Widths of the clearcoat at gloss 0 and 1 (Burley 2012, appendix B.2).
 const CLEARCOAT_ALPHA: [f32; 2] = [0.1, 0.001];
@@ -103,6 +98,11 @@ impl Point {
     fn diffuse_weight(&self) -> f32 {
         (1.0 - self.metallic) * (1.0 - self.spec_trans)
     }
+
+    fn distribution(&self, roughness: f32) -> TrowbridgeReitz {
+        let alpha = roughness * roughness;
+        TrowbridgeReitz::new(alpha / self.aspect, alpha * self.aspect)
+    }
 }
 
 impl Disney {
@@ -130,24 +130,24 @@ impl Disney {
     }
 
     /// The scatter distance, if it is not black and there is an interior.
-    fn scatter_distance(&self, at: &TexturePoint, textures: &Textures) -> Option<Rgb> {
+    fn scatter_distance(&self, at: &Place) -> Option<Rgb> {
         if !self.has_interior() {
             return None;
         }
-        let distance = reflectance(&self.scatter_distance, at, textures);
+        let distance = at.reflectance(&self.scatter_distance);
         (!is_black(distance)).then_some(distance)
     }
 
-    fn at(&self, at: &TexturePoint, textures: &Textures) -> Point {
-        let color = reflectance(&self.color, at, textures);
+    fn at(&self, at: &Place) -> Point {
+        let color = at.reflectance(&self.color);
         let brightness = luminance(color);
-        let anisotropic = textures.float(&self.anisotropic, at);
+        let anisotropic = at.float(&self.anisotropic);
         let anisotropic = if anisotropic.is_nan() {
             0.0
         } else {
             anisotropic.min(1.0)
         };
-        let diff_trans = clamp_nan_low(textures.float(&self.diff_trans, at), 0.0, 2.0);
+        let diff_trans = at.within(&self.diff_trans, 0.0, 2.0);
         Point {
             color,
             tint: if brightness > 0.0 {
@@ -155,40 +155,29 @@ impl Disney {
             } else {
                 Rgb::ONE
             },
-            metallic: unit_at(&self.metallic, at, textures),
-            eta: refractive_index_at(&self.eta, at, textures),
-            roughness: clamp_nan_low(textures.float(&self.roughness, at), 0.0, MAX_ROUGHNESS),
-            spec_trans: unit_at(&self.spec_trans, at, textures),
+            metallic: at.unit(&self.metallic),
+            eta: at.refractive_index(&self.eta),
+            roughness: at.within(&self.roughness, 0.0, MAX_ROUGHNESS),
+            spec_trans: at.unit(&self.spec_trans),
             diff_trans: if self.thin { 0.5 * diff_trans } else { 0.0 },
             // Burley 2012, appendix B.2.
             aspect: (1.0 - 0.9 * anisotropic).sqrt(),
         }
     }
 
-    fn add_diffuse(
-        &self,
-        point: &Point,
-        weight: f32,
-        at: &TexturePoint,
-        textures: &Textures,
-        bsdf: &mut Bsdf,
-    ) {
-        let sheen = strength_at(&self.sheen, at, textures);
-        let sheen_tint = unit_at(&self.sheen_tint, at, textures);
+    fn add_diffuse(&self, point: &Point, weight: f32, at: &Place, bsdf: &mut Bsdf) {
+        let sheen = at.strength(&self.sheen);
+        let sheen_tint = at.unit(&self.sheen_tint);
         let flat = if self.thin {
-            unit_at(&self.flatness, at, textures)
+            at.unit(&self.flatness)
         } else {
             0.0
         };
         let mut stays = 1.0 - point.diff_trans;
-        if self.scatter_distance(at, textures).is_some() {
+        if self.scatter_distance(at).is_some() {
             // The base becomes light that enters, to exit somewhere else.
             stays = 0.0;
-            bsdf.add(Lobe::SpecularTransmission(SpecularTransmission {
-                transmittance: Rgb::ONE,
-                eta_a: 1.0,
-                eta_b: point.eta,
-            }));
+            bsdf.extend(refraction(Rgb::ONE, 1.0, point.eta));
         }
         let lobe = DisneyDiffuse {
             reflectance: weight * point.color,
@@ -205,70 +194,53 @@ impl Disney {
     /// Rough refraction, tinted so that light that has entered and left has the color (Burley 2015, §4); for a thin
     /// sheet diffuse transmission, and a roughness that approximates a thin plate's (figure 15).
     fn add_transmission(&self, point: &Point, solid: TrowbridgeReitz, bsdf: &mut Bsdf) {
+        let distribution = if self.thin {
+            point.distribution((0.65 * point.eta - 0.35) * point.roughness)
+        } else {
+            solid
+        };
         let transmittance = point.spec_trans * point.color.map(f32::sqrt);
-        if !is_black(transmittance) {
-            let distribution = if self.thin {
-                point.distribution((0.65 * point.eta - 0.35) * point.roughness)
-            } else {
-                solid
-            };
-            add_rough_refraction(bsdf, transmittance, distribution, point.eta);
-        }
-        let transmittance = point.diff_trans * point.color;
-        if !is_black(transmittance) {
-            bsdf.add(Lobe::LambertianTransmission(LambertianTransmission {
-                transmittance,
-            }));
-        }
+        bsdf.extend(rough_refraction(transmittance, distribution, point.eta));
+        bsdf.extend(diffuse_transmission(point.diff_trans * point.color));
     }
 }
 
 impl Scattering for Disney {
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let point = self.at(at, textures);
-        let unit = |input| unit_at(input, at, textures);
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
+        let point = self.at(at);
         let diffuse_weight = point.diffuse_weight();
         if diffuse_weight > 0.0 {
-            self.add_diffuse(&point, diffuse_weight, at, textures, bsdf);
+            self.add_diffuse(&point, diffuse_weight, at, bsdf);
         }
         let distribution = point.distribution(point.roughness).separable();
         let glass = ((point.eta - 1.0) / (point.eta + 1.0)).powi(2);
-        let glass = glass * Rgb::ONE.lerp(point.tint, unit(&self.specular_tint));
-        bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
-            reflectance: Rgb::ONE,
-            distribution,
-            fresnel: Fresnel::Disney {
-                r0: glass.lerp(point.color, point.metallic),
-                metallic: point.metallic,
-                eta: point.eta,
-            },
-        }));
-        let clearcoat = strength_at(&self.clearcoat, at, textures);
+        let glass = glass * Rgb::ONE.lerp(point.tint, at.unit(&self.specular_tint));
+        let fresnel = Fresnel::Disney {
+            r0: glass.lerp(point.color, point.metallic),
+            metallic: point.metallic,
+            eta: point.eta,
+        };
+        bsdf.extend(glossy(Rgb::ONE, distribution, fresnel));
+        let clearcoat = at.strength(&self.clearcoat);
         if clearcoat > 0.0 {
             let [dull, glossy] = CLEARCOAT_ALPHA;
             bsdf.add(Lobe::Clearcoat(Clearcoat {
                 weight: Rgb::splat(clearcoat),
-                alpha: dull + unit(&self.clearcoat_gloss) * (glossy - dull),
+                alpha: dull + at.unit(&self.clearcoat_gloss) * (glossy - dull),
             }));
         }
         self.add_transmission(&point, distribution, bsdf);
     }
 
     fn has_interior(&self) -> bool {
-        !self.thin && super::may_scatter(&self.scatter_distance)
+        !self.thin && may_scatter(&self.scatter_distance)
     }
 
     /// Subsurface scattering at a point: Burley's normalized diffusion, with a fifth of `scatterdistance` as in pbrt-v3
     /// (Christensen and Burley 2015). `None` if the diffuse reflection is at the surface.
-    fn bssrdf(
-        &self,
-        hit: &SurfaceHit,
-        bsdf: &Bsdf,
-        at: &TexturePoint,
-        textures: &Textures,
-    ) -> Option<Bssrdf<'static>> {
-        let distance = self.scatter_distance(at, textures)?;
-        let point = self.at(at, textures);
+    fn bssrdf(&self, hit: &SurfaceHit, bsdf: &Bsdf, at: &Place) -> Option<Bssrdf<'static>> {
+        let distance = self.scatter_distance(at)?;
+        let point = self.at(at);
         let weight = point.diffuse_weight();
         (weight > 0.0).then(|| {
             let albedo = weight * point.color;
@@ -279,21 +251,4 @@ impl Scattering for Disney {
     fn max_lobes(&self) -> usize {
         MAX_LOBES
     }
-}
-
-impl Point {
-    fn distribution(&self, roughness: f32) -> TrowbridgeReitz {
-        let alpha = roughness * roughness;
-        TrowbridgeReitz::new(alpha / self.aspect, alpha * self.aspect)
-    }
-}
-
-/// An input evaluated at a point, clamped to 0 and above.
-fn strength_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
-    clamp_nan_low(textures.float(input, at), 0.0, MAX_REFLECTANCE)
-}
-
-/// An input evaluated at a point, clamped to 0…1.
-fn unit_at(input: &FloatInput, at: &TexturePoint, textures: &Textures) -> f32 {
-    clamp_nan_low(textures.float(input, at), 0.0, 1.0)
 }

@@ -1,12 +1,10 @@
 //! The `fourier` material.
 
-use super::Scattering;
 use super::prepare::Tables;
+use super::{Place, Scattering};
 use crate::bsdf::fourier::{FourierLobe, FourierTable};
 use crate::bsdf::{Bsdf, Lobe};
 use crate::params::{NamedFile, ParamReader};
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 use std::sync::Arc;
 
 /// A tabulated BSDF (docs/scene-language.md §3.8). Parameter: constant string `bsdffile`, a file read by
@@ -31,7 +29,7 @@ impl Fourier {
 }
 
 impl Scattering for Fourier {
-    fn add_lobes<'a>(&'a self, _: &TexturePoint, _: &Textures, bsdf: &mut Bsdf<'a>) {
+    fn add_lobes<'a>(&'a self, _: &Place, bsdf: &mut Bsdf<'a>) {
         if let Some(table) = self.table.as_deref().filter(|table| !table.is_black()) {
             bsdf.add(Lobe::Fourier(FourierLobe::new(table)));
         }

@@ -1,18 +1,15 @@
 //! The `glass` material.
 
-use super::inputs::{refractive_index, refractive_index_at};
-use super::roughness::{UNBENT, add_rough_refraction, find_roughness};
-use super::{RoughnessMeaning, Scattering, may_scatter, reflectance};
-use crate::bsdf::fresnel::Fresnel;
-use crate::bsdf::microfacet::MicrofacetReflection;
+use super::inputs::refractive_index;
+use super::lobes::{UNBENT, glossy, into_index, rough_refraction};
+use super::roughness::{Roughness, find_roughness};
+use super::{Material, Place, Scattering, may_scatter};
 use crate::bsdf::specular::FresnelSpecular;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 
 /// A dielectric boundary; the geometric normal points to the outside, whose index is 1. Parameters: spectrum `Kr` (1),
 /// `Kt` (1); float `eta`, else `index` (1.5); float `uroughness`, `vroughness` (0): smooth if both are 0 (like pbrt,
@@ -27,9 +24,7 @@ pub struct Glass {
     /// Refractive index of the inside.
     pub eta: FloatInput,
     /// Roughness along u and v.
-    pub roughness: [FloatInput; 2],
-    /// How roughnesses are interpreted.
-    pub meaning: RoughnessMeaning,
+    pub roughness: Roughness,
 }
 
 impl Glass {
@@ -42,44 +37,25 @@ impl Glass {
             kr: reader.spectrum_input("Kr", Rgb::ONE),
             kt: reader.spectrum_input("Kt", Rgb::ONE),
             eta: refractive_index(reader),
-            roughness,
-            meaning: RoughnessMeaning::from_params(reader),
+            roughness: Roughness::new(reader, roughness),
         }
     }
 }
 
 impl Scattering for Glass {
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let reflectance_of = |input| reflectance(input, at, textures);
-        let (reflectance, transmittance) = (reflectance_of(&self.kr), reflectance_of(&self.kt));
-        let eta_b = refractive_index_at(&self.eta, at, textures);
-        let [u, v] = self.roughness.map(|r| textures.float(&r, at));
-        if u == 0.0 && v == 0.0 {
-            if !is_black(reflectance) || !is_black(transmittance) {
-                let lobe = FresnelSpecular {
-                    reflectance,
-                    transmittance,
-                    eta_a: 1.0,
-                    eta_b,
-                };
-                bsdf.add(Lobe::FresnelSpecular(lobe));
-            }
-            return;
-        }
-        let distribution = self.meaning.distribution(u, v);
-        if !is_black(reflectance) {
-            let fresnel = Fresnel::Dielectric {
-                eta_i: 1.0,
-                eta_t: eta_b,
-            };
-            bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
+        let (reflectance, transmittance) = (at.reflectance(&self.kr), at.reflectance(&self.kt));
+        let eta_b = at.refractive_index(&self.eta);
+        if let Some(distribution) = self.roughness.facets(at) {
+            bsdf.extend(glossy(reflectance, distribution, into_index(eta_b)));
+            bsdf.extend(rough_refraction(transmittance, distribution, eta_b));
+        } else if !is_black(reflectance) || !is_black(transmittance) {
+            bsdf.add(Lobe::FresnelSpecular(FresnelSpecular {
                 reflectance,
-                distribution,
-                fresnel,
+                transmittance,
+                eta_a: 1.0,
+                eta_b,
             }));
-        }
-        if !is_black(transmittance) {
-            add_rough_refraction(bsdf, transmittance, distribution, eta_b);
         }
     }
 
@@ -87,14 +63,14 @@ impl Scattering for Glass {
         2
     }
 
-    fn is_smooth(&self) -> bool {
+    fn is_smooth(&self, _materials: &[Material]) -> bool {
         let colored = may_scatter(&self.kr) || may_scatter(&self.kt);
         let unbending = |eta: &FloatInput| matches!(eta, FloatInput::Constant(eta) if (eta - 1.0).abs() < UNBENT);
-        let polished = self.roughness == [FloatInput::Constant(0.0); 2];
+        let polished = self.roughness.is_smooth();
         (polished && colored) || (unbending(&self.eta) && may_scatter(&self.kt))
     }
 
     fn scatters_widely(&self) -> bool {
-        !self.is_smooth()
+        !self.is_smooth(&[])
     }
 }

@@ -1,14 +1,12 @@
 //! The `hair` material.
 
-use super::inputs::{float_within, given_refractive_index, refractive_index_at, unit_input};
-use super::{Scattering, reflectance};
+use super::inputs::{float_within, given_refractive_index, unit_input};
+use super::{Place, Scattering};
 use crate::bsdf::{self, Bsdf, Lobe};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::float::clamp_nan_low;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 
 /// Absorption per unit of eumelanin, the brown and black pigment (d'Eon et al. 2011).
 const EUMELANIN: Rgb = Rgb::new(0.419, 0.697, 1.37);
@@ -23,13 +21,8 @@ pub enum Pigment {
     Absorption(SpectrumInput),
     /// `color`: reflectance of a mass of such hair under uniform light, at most 1.
     Color(SpectrumInput),
-    /// `eumelanin` and `pheomelanin`: concentrations.
-    Melanin {
-        /// Brown and black.
-        eumelanin: FloatInput,
-        /// Yellow and red.
-        pheomelanin: FloatInput,
-    },
+    /// `eumelanin`, brown and black, and `pheomelanin`, yellow and red: concentrations.
+    Melanin([FloatInput; 2]),
 }
 
 /// Hair and fur (Chiang et al. 2016). Parameters: spectrum `sigma_a`, else spectrum `color`, else float `eumelanin` and
@@ -68,15 +61,17 @@ impl Hair {
 }
 
 impl Scattering for Hair {
-    const BUMPS: bool = false;
+    fn bumps(&self) -> bool {
+        false
+    }
 
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let beta = self.beta.map(|beta| textures.float(&beta, at));
-        let alpha = textures.float(&self.alpha, at);
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
+        let beta = self.beta.map(|beta| at.float(&beta));
+        let alpha = at.float(&self.alpha);
         bsdf.add(Lobe::Hair(bsdf::hair::Hair::new(
-            2.0 * at.uv.y - 1.0,
-            refractive_index_at(&self.eta, at, textures),
-            self.pigment.sigma_a(at, textures, beta[1]),
+            2.0 * at.point.uv.y - 1.0,
+            at.refractive_index(&self.eta),
+            self.pigment.sigma_a(at, beta[1]),
             beta,
             if alpha.is_finite() { alpha } else { 0.0 },
         )));
@@ -107,35 +102,24 @@ impl Pigment {
                 ignored("color", &["eumelanin", "pheomelanin"]);
                 Pigment::Color(color)
             }
-            (None, None, [None, None]) => Pigment::Melanin {
-                eumelanin: FloatInput::Constant(1.3),
-                pheomelanin: FloatInput::Constant(0.0),
-            },
+            (None, None, [None, None]) => Pigment::Melanin([1.3, 0.0].map(FloatInput::Constant)),
             (None, None, given) => {
-                let [eumelanin, pheomelanin] =
-                    given.map(|input| input.unwrap_or(FloatInput::Constant(0.0)));
-                Pigment::Melanin {
-                    eumelanin,
-                    pheomelanin,
-                }
+                Pigment::Melanin(given.map(|input| input.unwrap_or(FloatInput::Constant(0.0))))
             }
         }
     }
 
     /// Absorption per fiber radius, for the azimuthal roughness.
-    fn sigma_a(&self, at: &TexturePoint, textures: &Textures, beta_n: f32) -> Rgb {
+    fn sigma_a(&self, at: &Place, beta_n: f32) -> Rgb {
         match self {
-            Pigment::Absorption(sigma_a) => reflectance(sigma_a, at, textures),
+            Pigment::Absorption(sigma_a) => at.reflectance(sigma_a),
             Pigment::Color(color) => {
-                let color = reflectance(color, at, textures);
+                let color = at.reflectance(color);
                 absorption_of_color(color, clamp_nan_low(beta_n, 0.0, 1.0))
             }
-            Pigment::Melanin {
-                eumelanin,
-                pheomelanin,
-            } => {
-                let amount = |input| clamp_nan_low(textures.float(input, at), 0.0, f32::MAX);
-                (amount(eumelanin) * EUMELANIN + amount(pheomelanin) * PHEOMELANIN).min(Rgb::MAX)
+            Pigment::Melanin(amounts) => {
+                let [brown, red] = amounts.map(|input| at.within(&input, 0.0, f32::MAX));
+                (brown * EUMELANIN + red * PHEOMELANIN).min(Rgb::MAX)
             }
         }
     }
@@ -158,6 +142,7 @@ mod tests {
     use crate::math::{Vec2, Vec3};
     use crate::params::testing::read;
     use crate::surface::Footprint;
+    use crate::textures::Textures;
 
     #[test]
     fn one_pigment_counts() {

@@ -3,15 +3,13 @@
 use crate::inputs::FloatInput;
 use crate::math::float::clamp_nan_low;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 use std::ops::RangeInclusive;
 
 /// Refractive index if none, or an invalid one, is given.
-const USUAL_INDEX: f32 = 1.5;
+pub(super) const USUAL_INDEX: f32 = 1.5;
 
 /// Range of refractive indices: beyond these everything is reflected anyway.
-const INDICES: RangeInclusive<f32> = 1e-3..=1e3;
+pub(super) const INDICES: RangeInclusive<f32> = 1e-3..=1e3;
 
 /// A float or a texture. A constant outside `range` gives a warning and is clamped.
 pub(super) fn float_within(
@@ -57,18 +55,4 @@ pub(super) fn given_refractive_index(reader: &ParamReader, name: &str) -> Option
         }
         _ => given,
     })
-}
-
-/// A refractive index evaluated at a point; invalid texture values count as 1.5.
-pub(super) fn refractive_index_at(
-    input: &FloatInput,
-    at: &TexturePoint,
-    textures: &Textures,
-) -> f32 {
-    let eta = textures.float(input, at);
-    if eta > 0.0 {
-        eta.clamp(*INDICES.start(), *INDICES.end())
-    } else {
-        USUAL_INDEX
-    }
 }

@@ -1,8 +1,8 @@
 //! Subsurface scattering media, shared by `subsurface` and `kdsubsurface`.
 
 use super::prepare::Tables;
-use super::roughness::find_roughness;
-use super::{Glass, RoughnessMeaning};
+use super::roughness::{Roughness, find_roughness};
+use super::{Glass, Material, Place, Scattering};
 use crate::bsdf::Bsdf;
 use crate::bssrdf::{Bssrdf, Profile, ProfileTable, TabulatedChannel, finest_length};
 use crate::inputs::FloatInput;
@@ -29,6 +29,45 @@ pub struct Interior {
     table: Option<Arc<ProfileTable>>,
 }
 
+/// A medium below a surface, and what its boundary is.
+pub(super) trait Inside {
+    /// The boundary and other properties.
+    fn interior(&self) -> &Interior;
+
+    /// The same, to be changed.
+    fn interior_mut(&mut self) -> &mut Interior;
+
+    /// The medium at a point; `None` before the profiles have been computed.
+    fn medium(&self, at: &Place) -> Option<Extinction>;
+}
+
+impl<M: Inside> Scattering for M {
+    fn add_lobes<'a>(&'a self, at: &Place<'_, 'a>, bsdf: &mut Bsdf<'a>) {
+        self.interior().boundary.add_lobes(at, bsdf);
+    }
+
+    fn max_lobes(&self) -> usize {
+        self.interior().boundary.max_lobes()
+    }
+
+    fn has_interior(&self) -> bool {
+        true
+    }
+
+    fn bssrdf(&self, hit: &SurfaceHit, bsdf: &Bsdf, at: &Place) -> Option<Bssrdf<'_>> {
+        let medium = self.medium(at)?;
+        self.interior().bssrdf(&medium, hit, bsdf)
+    }
+
+    fn prepare(&mut self, tables: &mut Tables) {
+        self.interior_mut().prepare(tables);
+    }
+
+    fn is_smooth(&self, materials: &[Material]) -> bool {
+        self.interior().boundary.is_smooth(materials)
+    }
+}
+
 /// The albedo and the mean free path, in scene units, of a medium; the latter is infinite if the medium does nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Extinction {
@@ -50,8 +89,7 @@ impl Interior {
             kr: reader.spectrum_input("Kr", Rgb::ONE),
             kt: reader.spectrum_input("Kt", Rgb::ONE),
             eta: FloatInput::Constant(eta),
-            roughness,
-            meaning: RoughnessMeaning::from_params(reader),
+            roughness: Roughness::new(reader, roughness),
         };
         let scale = within(reader, "scale", 1.0, |scale| scale >= 0.0);
         Interior {

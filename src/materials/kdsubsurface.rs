@@ -1,15 +1,10 @@
 //! The `kdsubsurface` material.
 
-use super::interior::{Extinction, Interior};
-use super::prepare::Tables;
-use super::{Scattering, reflectance};
-use crate::bsdf::Bsdf;
-use crate::bssrdf::Bssrdf;
+use super::Place;
+use super::interior::{Extinction, Inside, Interior};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::params::ParamReader;
-use crate::surface::{SurfaceHit, TexturePoint};
-use crate::textures::Textures;
 
 /// A medium below a dielectric boundary, parameterized by its appearance (docs/scene-language.md §3.8).
 /// Parameters: spectrum `Kd` (0.5), the share of entering light that comes out again; spectrum `mfp`
@@ -47,52 +42,29 @@ impl KdSubsurface {
             interior: Interior::from_params(reader),
         }
     }
+}
 
-    /// The medium at a point; negative values count as 0. `None` before the profiles have been computed.
-    fn medium(&self, at: &TexturePoint, textures: &Textures) -> Option<Extinction> {
+impl Inside for KdSubsurface {
+    fn interior(&self) -> &Interior {
+        &self.interior
+    }
+
+    fn interior_mut(&mut self) -> &mut Interior {
+        &mut self.interior
+    }
+
+    /// Negative values count as 0.
+    fn medium(&self, at: &Place) -> Option<Extinction> {
         let table = self.interior.table()?;
-        let kd = reflectance(&self.kd, at, textures);
+        let kd = at.reflectance(&self.kd);
         let mean_free_path = match &self.mean_free_path {
-            MeanFreePath::Spectrum(mfp) => reflectance(mfp, at, textures),
-            MeanFreePath::Float(mfp) => Rgb::splat(textures.float(mfp, at).max(0.0)),
+            MeanFreePath::Spectrum(mfp) => at.reflectance(mfp),
+            MeanFreePath::Float(mfp) => Rgb::splat(at.float(mfp).max(0.0)),
         };
         Some(Extinction {
             albedo: kd.map(|kd| table.invert(kd)),
             mean_free_path: self.interior.scale * mean_free_path,
         })
-    }
-}
-
-impl Scattering for KdSubsurface {
-    fn add_lobes<'a>(&'a self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf<'a>) {
-        self.interior.boundary.add_lobes(at, textures, bsdf);
-    }
-
-    fn max_lobes(&self) -> usize {
-        self.interior.boundary.max_lobes()
-    }
-
-    fn has_interior(&self) -> bool {
-        true
-    }
-
-    fn bssrdf(
-        &self,
-        hit: &SurfaceHit,
-        bsdf: &Bsdf,
-        at: &TexturePoint,
-        textures: &Textures,
-    ) -> Option<Bssrdf<'_>> {
-        let medium = self.medium(at, textures)?;
-        self.interior.bssrdf(&medium, hit, bsdf)
-    }
-
-    fn prepare(&mut self, tables: &mut Tables) {
-        self.interior.prepare(tables);
-    }
-
-    fn is_smooth(&self) -> bool {
-        self.interior.boundary.is_smooth()
     }
 }
 

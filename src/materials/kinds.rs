@@ -2,7 +2,7 @@
 
 use super::prepare::Tables;
 use super::*;
-use crate::params::NamedFile;
+use crate::bssrdf::Bssrdf;
 
 macro_rules! material_types {
     (
@@ -32,18 +32,16 @@ macro_rules! material_types {
         impl MaterialKind {
             /// Creates a material that needs only parameters, and its bump map; `None` for other types.
             pub(super) fn from_params(reader: &ParamReader) -> Option<(MaterialKind, Option<Bump>)> {
-                let bump = |has_one: bool| has_one.then(|| Bump::from_params(reader)).flatten();
-                match reader.kind() {
-                    $($name => {
-                        let kind = MaterialKind::$Type($Type::from_params(reader));
-                        Some((kind, bump(<$Type as Scattering>::BUMPS)))
-                    })*
+                let kind = match reader.kind() {
+                    $($name => MaterialKind::$Type($Type::from_params(reader)),)*
                     $($v2_name if reader.dialect() == Dialect::V2 => {
-                        let kind = MaterialKind::$V2Type($V2Type::from_params(reader));
-                        Some((kind, bump(<$V2Type as Scattering>::BUMPS)))
+                        MaterialKind::$V2Type($V2Type::from_params(reader))
                     })*
-                    _ => None,
-                }
+                    _ => return None,
+                };
+                let bumps = kind.scattering().bumps();
+                let bump = bumps.then(|| Bump::from_params(reader)).flatten();
+                Some((kind, bump))
             }
 
             /// The name of the type in scene files.
@@ -55,54 +53,12 @@ macro_rules! material_types {
                 }
             }
 
-            /// Adds the lobes at a point; `materials` are those of the scene, for the handles of mixes.
-            pub(super) fn add_lobes<'a>(
-                &'a self,
-                at: &TexturePoint,
-                textures: &Textures,
-                materials: &'a [Material],
-                bsdf: &mut Bsdf<'a>,
-            ) {
+            /// Adds the lobes at a point.
+            pub(super) fn add_lobes<'a>(&'a self, at: &Place<'_, 'a>, bsdf: &mut Bsdf<'a>) {
                 match self {
-                    $(MaterialKind::$Type(m) => m.add_lobes(at, textures, bsdf),)*
-                    $(MaterialKind::$V2Type(m) => m.add_lobes(at, textures, bsdf),)*
-                    $(MaterialKind::$Mix(m) => m.add_lobes(at, textures, materials, bsdf),)*
-                }
-            }
-
-            /// Maximum number of lobes that the material can have at a point, at least 1.
-            pub(super) fn max_lobes(&self) -> usize {
-                match self {
-                    $(MaterialKind::$Type(m) => m.max_lobes(),)*
-                    $(MaterialKind::$V2Type(m) => m.max_lobes(),)*
-                    $(MaterialKind::$Mix(m) => m.max_lobes,)*
-                }
-            }
-
-            /// Returns `true` if it may scatter light in a single direction somewhere; `materials` as above.
-            pub(super) fn is_smooth(&self, materials: &[Material]) -> bool {
-                match self {
-                    $(MaterialKind::$Type(m) => m.is_smooth(),)*
-                    $(MaterialKind::$V2Type(m) => m.is_smooth(),)*
-                    $(MaterialKind::$Mix(m) => m.is_smooth(materials),)*
-                }
-            }
-
-            /// Returns `true` if it may scatter light into several directions. Mixes, rarely of mirrors alone, count as such.
-            pub(super) fn scatters_widely(&self) -> bool {
-                match self {
-                    $(MaterialKind::$Type(m) => m.scatters_widely(),)*
-                    $(MaterialKind::$V2Type(m) => m.scatters_widely(),)*
-                    $(MaterialKind::$Mix(_) => true,)*
-                }
-            }
-
-            /// Returns `true` if there is a medium inside that transmitted light may scatter in.
-            pub(super) fn has_interior(&self) -> bool {
-                match self {
-                    $(MaterialKind::$Type(m) => m.has_interior(),)*
-                    $(MaterialKind::$V2Type(m) => m.has_interior(),)*
-                    $(MaterialKind::$Mix(m) => m.has_interior,)*
+                    $(MaterialKind::$Type(m) => m.add_lobes(at, bsdf),)*
+                    $(MaterialKind::$V2Type(m) => m.add_lobes(at, bsdf),)*
+                    $(MaterialKind::$Mix(m) => m.add_lobes(at, bsdf),)*
                 }
             }
 
@@ -111,22 +67,21 @@ macro_rules! material_types {
                 &self,
                 hit: &SurfaceHit,
                 bsdf: &Bsdf,
-                at: &TexturePoint,
-                textures: &Textures,
+                at: &Place,
             ) -> Option<Bssrdf<'_>> {
                 match self {
-                    $(MaterialKind::$Type(m) => m.bssrdf(hit, bsdf, at, textures),)*
-                    $(MaterialKind::$V2Type(m) => m.bssrdf(hit, bsdf, at, textures),)*
-                    $(MaterialKind::$Mix(_) => None,)*
+                    $(MaterialKind::$Type(m) => m.bssrdf(hit, bsdf, at),)*
+                    $(MaterialKind::$V2Type(m) => m.bssrdf(hit, bsdf, at),)*
+                    $(MaterialKind::$Mix(m) => m.bssrdf(hit, bsdf, at),)*
                 }
             }
 
-            /// The file that holds its table.
-            pub(super) fn file(&self) -> Option<&NamedFile> {
+            /// What is asked about a material before rendering.
+            pub(super) fn scattering(&self) -> &dyn Scattering {
                 match self {
-                    $(MaterialKind::$Type(m) => m.file(),)*
-                    $(MaterialKind::$V2Type(m) => m.file(),)*
-                    $(MaterialKind::$Mix(_) => None,)*
+                    $(MaterialKind::$Type(m) => m,)*
+                    $(MaterialKind::$V2Type(m) => m,)*
+                    $(MaterialKind::$Mix(m) => m,)*
                 }
             }
 
@@ -135,7 +90,7 @@ macro_rules! material_types {
                 match self {
                     $(MaterialKind::$Type(m) => m.prepare(tables),)*
                     $(MaterialKind::$V2Type(m) => m.prepare(tables),)*
-                    $(MaterialKind::$Mix(_) => {})*
+                    $(MaterialKind::$Mix(m) => m.prepare(tables),)*
                 }
             }
         }

@@ -1,16 +1,13 @@
 //! The `matte` material.
 
-use super::{Scattering, reflectance};
-use crate::bsdf::lambertian::LambertianReflection;
+use super::lobes::diffuse;
+use super::{Place, Scattering};
 use crate::bsdf::oren_nayar::OrenNayar;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::math::float::clamp_nan_low;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 
 /// Diffuse reflection. Parameters: spectrum `Kd` (0.5); float `sigma` (0): standard deviation of the facets'
 /// inclination in degrees, clamped to 0…90; 0 is Lambertian, anything else Oren–Nayar.
@@ -40,16 +37,16 @@ impl Matte {
 }
 
 impl Scattering for Matte {
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let reflectance = reflectance(&self.kd, at, textures);
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
+        let reflectance = at.reflectance(&self.kd);
         if is_black(reflectance) {
             return;
         }
-        let sigma = clamp_nan_low(textures.float(&self.sigma, at), 0.0, 90.0);
-        bsdf.add(if sigma > 0.0 {
-            Lobe::OrenNayar(OrenNayar::new(reflectance, sigma))
+        let sigma = at.within(&self.sigma, 0.0, 90.0);
+        if sigma > 0.0 {
+            bsdf.add(Lobe::OrenNayar(OrenNayar::new(reflectance, sigma)));
         } else {
-            Lobe::LambertianReflection(LambertianReflection { reflectance })
-        });
+            bsdf.extend(diffuse(reflectance));
+        }
     }
 }

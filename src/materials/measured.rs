@@ -1,12 +1,10 @@
 //! The `measured` material.
 
-use super::Scattering;
 use super::prepare::Tables;
+use super::{Place, Scattering};
 use crate::bsdf::measured::{MeasuredLobe, MeasuredTable};
 use crate::bsdf::{Bsdf, Lobe};
 use crate::params::{NamedFile, ParamReader};
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 use std::sync::Arc;
 
 /// pbrt-v2's measured BRDF; pbrt-v3 has none. Parameter: constant string `filename`, a list of samples
@@ -32,7 +30,7 @@ impl Measured {
 }
 
 impl Scattering for Measured {
-    fn add_lobes<'a>(&'a self, _: &TexturePoint, _: &Textures, bsdf: &mut Bsdf<'a>) {
+    fn add_lobes<'a>(&'a self, _: &Place, bsdf: &mut Bsdf<'a>) {
         if let Some(table) = self.table.as_deref().filter(|table| !table.is_black()) {
             bsdf.add(Lobe::Measured(MeasuredLobe::new(table)));
         }

@@ -1,15 +1,13 @@
 //! The `metal` material.
 
-use super::roughness::find_roughness;
-use super::{RoughnessMeaning, Scattering};
+use super::lobes::glossy;
+use super::roughness::{Roughness, find_roughness};
+use super::{Place, Scattering};
+use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::Fresnel;
-use crate::bsdf::microfacet::MicrofacetReflection;
-use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 
 /// Refractive index of copper: pbrt's 56 samples from 299 to 886 nm converted to RGB (docs/scene-language.md §6.2).
 const COPPER_ETA: Rgb = Rgb::new(0.19999, 0.92209, 1.09988);
@@ -26,38 +24,32 @@ pub struct Metal {
     pub eta: SpectrumInput,
     /// Imaginary part.
     pub k: SpectrumInput,
-    /// Roughness along u and along v.
-    pub roughness: [FloatInput; 2],
-    /// How roughness is interpreted.
-    pub meaning: RoughnessMeaning,
+    /// Roughness.
+    pub roughness: Roughness,
 }
 
 impl Metal {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Metal {
         let both = find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.01));
-        let own = |name| find_roughness(reader, name).unwrap_or(both);
         Metal {
             eta: reader.spectrum_input("eta", COPPER_ETA),
             k: reader.spectrum_input("k", COPPER_K),
-            roughness: [own("uroughness"), own("vroughness")],
-            meaning: RoughnessMeaning::from_params(reader),
+            roughness: Roughness::anisotropic(reader, both),
         }
     }
 }
 
 impl Scattering for Metal {
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
         // Only the squares matter; beyond the bound everything is reflected anyway.
-        let index = |input| textures.spectrum(input, at).map(|x| x.abs().min(1e4));
-        let [u, v] = self.roughness.map(|r| textures.float(&r, at));
-        bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
-            reflectance: Rgb::ONE,
-            distribution: self.meaning.distribution(u, v),
-            fresnel: Fresnel::Conductor {
-                eta: index(&self.eta),
-                k: index(&self.k),
-            },
-        }));
+        let [eta, k] =
+            [&self.eta, &self.k].map(|input| at.spectrum(input).map(|x| x.abs().min(1e4)));
+        let distribution = self.roughness.distribution(at);
+        bsdf.extend(glossy(
+            Rgb::ONE,
+            distribution,
+            Fresnel::Conductor { eta, k },
+        ));
     }
 }

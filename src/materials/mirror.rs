@@ -1,15 +1,12 @@
 //! The `mirror` material.
 
-use super::{Scattering, reflectance};
+use super::lobes::mirror;
+use super::{Material, Place, Scattering, may_scatter};
+use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::Fresnel;
-use crate::bsdf::specular::SpecularReflection;
-use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
-use crate::math::color::is_black;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 
 /// Perfect specular reflection, the same at all angles. Parameter: spectrum `Kr` (0.9).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,18 +25,12 @@ impl Mirror {
 }
 
 impl Scattering for Mirror {
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let reflectance = reflectance(&self.kr, at, textures);
-        if !is_black(reflectance) {
-            bsdf.add(Lobe::SpecularReflection(SpecularReflection {
-                reflectance,
-                fresnel: Fresnel::NoOp,
-            }));
-        }
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
+        bsdf.extend(mirror(at.reflectance(&self.kr), Fresnel::NoOp));
     }
 
-    fn is_smooth(&self) -> bool {
-        super::may_scatter(&self.kr)
+    fn is_smooth(&self, _materials: &[Material]) -> bool {
+        may_scatter(&self.kr)
     }
 
     fn scatters_widely(&self) -> bool {

@@ -1,17 +1,15 @@
 //! The `mix` material.
 
+use super::lobes::straight;
 use super::subsurface_transport::{Part, Parts};
-use super::{Bump, Material, MaterialKind, may_scatter, reflectance};
-use crate::bsdf::specular::SpecularTransmission;
-use crate::bsdf::{Bsdf, Lobe, MAX_LOBES};
+use super::{Bump, Material, MaterialKind, Place, Scattering, may_scatter};
+use crate::bsdf::{Bsdf, MAX_LOBES};
 use crate::handles::MaterialId;
 use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
 use crate::syntax::suggest::nearest;
-use crate::textures::Textures;
 
 /// Maximum number of lobes of a mix with everything nested in it, present at once or not: enough for eight materials of
 /// eight lobes. More are a mistake, or an attack on rendering time.
@@ -46,8 +44,8 @@ impl Named {
         Named {
             id,
             bump: material.bump,
-            max_lobes: material.kind.max_lobes(),
-            has_interior: material.kind.has_interior(),
+            max_lobes: material.kind.scattering().max_lobes(),
+            has_interior: material.kind.scattering().has_interior(),
         }
     }
 }
@@ -110,38 +108,9 @@ impl Mix {
         true
     }
 
-    pub(super) fn add_lobes<'a>(
-        &'a self,
-        at: &TexturePoint,
-        textures: &Textures,
-        materials: &'a [Material],
-        bsdf: &mut Bsdf<'a>,
-    ) {
-        for (part, share) in self.shares(at, textures) {
-            let first = bsdf.lobe_count();
-            match part {
-                Some(id) => {
-                    if let Some(material) = materials.get(id.index()) {
-                        material.add_lobes(at, textures, materials, bsdf);
-                    }
-                }
-                None => bsdf.add(Lobe::SpecularTransmission(SpecularTransmission {
-                    transmittance: Rgb::ONE,
-                    eta_a: 1.0,
-                    eta_b: 1.0,
-                })),
-            }
-            bsdf.scale_from(first, share);
-        }
-    }
-
     /// The materials that contribute to the mix at a point, with their weights.
-    fn shares(
-        &self,
-        at: &TexturePoint,
-        textures: &Textures,
-    ) -> impl Iterator<Item = (Option<MaterialId>, Rgb)> {
-        let amount = reflectance(&self.amount, at, textures);
+    fn shares(&self, at: &Place) -> impl Iterator<Item = (Option<MaterialId>, Rgb)> {
+        let amount = at.reflectance(&self.amount);
         let rest = (Rgb::ONE - amount).max(Rgb::ZERO);
         let shares = self.parts.into_iter().zip([amount, rest]);
         shares.filter(|(_, share)| !is_black(*share))
@@ -149,24 +118,18 @@ impl Mix {
 
     /// Adds the materials whose lobes [`Mix::add_lobes`] adds to `parts`, in the same order. `lobes` is the number of
     /// lobes before; returns the number after, if all had room.
-    pub(super) fn parts_at(
-        &self,
-        at: &TexturePoint,
-        textures: &Textures,
-        materials: &[Material],
-        (first, parts): (usize, &mut Parts),
-    ) -> usize {
-        self.shares(at, textures).fold(first, |first, (part, _)| {
+    pub(super) fn parts_at(&self, at: &Place, (first, parts): (usize, &mut Parts)) -> usize {
+        self.shares(at).fold(first, |first, (part, _)| {
             // `none` has one lobe.
             let Some(material) = part else {
                 return first + 1;
             };
-            let lobes = match materials.get(material.index()) {
+            let lobes = match at.materials.get(material.index()) {
                 Some(Material {
                     kind: MaterialKind::Mix(mix),
                     ..
-                }) => return mix.parts_at(at, textures, materials, (first, parts)),
-                Some(other) => first..first + other.lobe_count(at, textures, materials),
+                }) => return mix.parts_at(at, (first, parts)),
+                Some(other) => first..first + other.lobe_count(at),
                 None => return first,
             };
             let next = lobes.end;
@@ -207,9 +170,32 @@ fn find(reader: &ParamReader, named: &dyn NamedMaterials, param: &str) -> Option
     Some(part)
 }
 
-impl Mix {
+impl Scattering for Mix {
+    fn add_lobes<'a>(&'a self, at: &Place<'_, 'a>, bsdf: &mut Bsdf<'a>) {
+        for (part, share) in self.shares(at) {
+            let first = bsdf.lobe_count();
+            match part {
+                Some(id) => {
+                    if let Some(material) = at.materials.get(id.index()) {
+                        material.kind.add_lobes(at, bsdf);
+                    }
+                }
+                None => bsdf.extend(straight(Rgb::ONE)),
+            }
+            bsdf.scale_from(first, share);
+        }
+    }
+
+    fn max_lobes(&self) -> usize {
+        self.max_lobes
+    }
+
+    fn has_interior(&self) -> bool {
+        self.has_interior
+    }
+
     /// Returns `true` if one of its parts, or the share that passes, is smooth.
-    pub(super) fn is_smooth(&self, materials: &[Material]) -> bool {
+    fn is_smooth(&self, materials: &[Material]) -> bool {
         let rest = match self.amount {
             SpectrumInput::Constant(amount) => SpectrumInput::Constant(Rgb::ONE - amount),
             texture => texture,
@@ -235,6 +221,7 @@ mod tests {
     use crate::math::Vec3;
     use crate::params::testing::{Outcome, read};
     use crate::surface::Footprint;
+    use crate::textures::Textures;
 
     /// Some materials, and a name for each and for `none`.
     #[derive(Default)]

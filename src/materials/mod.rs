@@ -12,11 +12,13 @@ mod inputs;
 mod interior;
 mod kdsubsurface;
 mod kinds;
+mod lobes;
 mod matte;
 mod measured;
 mod metal;
 mod mirror;
 mod mix;
+mod place;
 mod plastic;
 mod prepare;
 #[cfg(test)]
@@ -42,9 +44,9 @@ pub use measured::Measured;
 pub use metal::Metal;
 pub use mirror::Mirror;
 pub use mix::{Mix, Named, NamedMaterials};
+use place::Place;
 pub use plastic::Plastic;
 pub use prepare::{BsdfFiles, prepare};
-pub use roughness::RoughnessMeaning;
 use scattering::Scattering;
 pub use shinymetal::ShinyMetal;
 pub use substrate::Substrate;
@@ -53,13 +55,11 @@ pub use translucent::Translucent;
 pub use uber::Uber;
 
 use crate::bsdf::Bsdf;
-use crate::bssrdf::Bssrdf;
 use crate::inputs::{SpectrumInput, TexturesRead};
+use crate::math::Rgb;
 use crate::math::color::is_black;
-use crate::math::float::clamp_nan_low;
-use crate::math::{Rgb, Vec3};
 use crate::params::{Dialect, ParamReader};
-use crate::surface::{Footprint, ShadingGeometry, SurfaceHit, TexturePoint};
+use crate::surface::{Footprint, SurfaceHit};
 use crate::textures::{TextureUsage, Textures};
 
 /// A material: a kind of scattering, and a bump map that tilts the shading normal. Common parameter: float texture
@@ -84,12 +84,12 @@ impl Material {
     /// other scattering; `materials` are those of the scene, for the handles of mixes. Subsurface scattering does not count:
     /// light that enters exits scattered.
     pub fn is_smooth(&self, materials: &[Material]) -> bool {
-        self.kind.is_smooth(materials)
+        self.kind.scattering().is_smooth(materials)
     }
 
     /// Returns `true` if light from a single direction may be scattered into others.
     pub fn scatters_widely(&self) -> bool {
-        self.kind.scatters_widely()
+        self.kind.scattering().scatters_widely()
     }
 
     /// The material described by `Material "type"`, or by `MakeNamedMaterial` with that `"string type"` as the reader's
@@ -147,12 +147,16 @@ impl Material {
         materials: &'a [Material],
         bsdf: &mut Bsdf<'a>,
     ) {
-        let at = hit.texture_point(footprint);
+        let at = Place {
+            point: hit.texture_point(footprint),
+            textures,
+            materials,
+        };
         match &self.bump {
-            Some(bump) => bsdf.set_frame(hit.n, &bump.shading_geometry(hit, &at, textures)),
+            Some(bump) => bsdf.set_frame(hit.n, &bump.shading_geometry(hit, &at.point, textures)),
             None => bsdf.set_frame(hit.n, &hit.shading),
         }
-        self.add_lobes(&at, textures, materials, bsdf);
+        self.kind.add_lobes(&at, bsdf);
     }
 
     /// Of constants alone, without bumps.
@@ -179,49 +183,17 @@ impl Material {
         bsdf
     }
 
-    fn add_lobes<'a>(
-        &'a self,
-        at: &TexturePoint,
-        textures: &Textures,
-        materials: &'a [Material],
-        bsdf: &mut Bsdf<'a>,
-    ) {
-        self.kind.add_lobes(at, textures, materials, bsdf);
-    }
-
     /// The number of lobes that the material adds at a point.
-    fn lobe_count(&self, at: &TexturePoint, textures: &Textures, materials: &[Material]) -> usize {
+    fn lobe_count(&self, at: &Place) -> usize {
         // Lobes do not depend on their frame.
-        let mut bsdf = Bsdf::new(
-            Vec3::Z,
-            &ShadingGeometry {
-                n: Vec3::Z,
-                dpdu: Vec3::X,
-                dpdv: Vec3::Y,
-                dndu: Vec3::ZERO,
-                dndv: Vec3::ZERO,
-            },
-        );
-        self.add_lobes(at, textures, materials, &mut bsdf);
+        let mut bsdf = Bsdf::empty();
+        self.kind.add_lobes(at, &mut bsdf);
         bsdf.lobe_count()
-    }
-
-    /// Subsurface scattering of light that its `bsdf` transmits at a point; `None` if the light continues straight.
-    /// [`Material::subsurface_transport`] handles mixes.
-    fn bssrdf(
-        &self,
-        hit: &SurfaceHit,
-        bsdf: &Bsdf,
-        footprint: &Footprint,
-        textures: &Textures,
-    ) -> Option<Bssrdf<'_>> {
-        let at = hit.texture_point(footprint);
-        self.kind.bssrdf(hit, bsdf, &at, textures)
     }
 
     /// Adds the textures that this material looks up, including those of the `materials` it mixes.
     pub fn add_usage(&self, materials: &[Material], usage: &mut TextureUsage) {
-        usage.add(&self.textures);
+        usage.add(self.textures.iter().copied());
         if let MaterialKind::Mix(mix) = &self.kind {
             let parts = mix.parts.iter().flatten();
             parts
@@ -232,7 +204,7 @@ impl Material {
 
     /// Returns `true` if there is a medium inside that transmitted light may scatter in.
     pub fn has_interior(&self) -> bool {
-        self.kind.has_interior()
+        self.kind.scattering().has_interior()
     }
 
     /// Returns `true` if the material itself uses the footprint, apart from its textures.
@@ -247,15 +219,6 @@ fn may_scatter(input: &SpectrumInput) -> bool {
         SpectrumInput::Constant(factor) => !is_black(factor.max(Rgb::ZERO)),
         SpectrumInput::Texture(_) => true,
     }
-}
-
-/// Maximum reflectance: keeps sums and products of absurd values finite.
-const MAX_REFLECTANCE: f32 = 1e6;
-
-/// A reflectance evaluated at a point: negative values, and NaN, count as 0.
-fn reflectance(input: &SpectrumInput, at: &TexturePoint, textures: &Textures) -> Rgb {
-    let given = textures.spectrum(input, at);
-    given.map(|x| clamp_nan_low(x, 0.0, MAX_REFLECTANCE))
 }
 
 #[cfg(test)]

@@ -1,17 +1,14 @@
 //! The `plastic` material.
 
-use super::roughness::find_roughness;
-use super::{RoughnessMeaning, Scattering, reflectance};
+use super::lobes::{diffuse, glossy};
+use super::roughness::Roughness;
+use super::{Place, Scattering};
+use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::Fresnel;
-use crate::bsdf::lambertian::LambertianReflection;
-use crate::bsdf::microfacet::MicrofacetReflection;
-use crate::bsdf::{Bsdf, Lobe};
-use crate::inputs::{FloatInput, SpectrumInput};
+use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 
 /// A diffuse base with a glossy coat. Parameters: spectrum `Kd` (0.25), `Ks` (0.25); float
 /// `roughness` (0.1); constant bool `remaproughness` (true).
@@ -25,10 +22,13 @@ pub struct Plastic {
     /// Scale of the glossy reflection.
     pub ks: SpectrumInput,
     /// Roughness of the coat.
-    pub roughness: FloatInput,
-    /// How roughness is interpreted.
-    pub meaning: RoughnessMeaning,
+    pub roughness: Roughness,
 }
+
+const COAT: Fresnel = Fresnel::Dielectric {
+    eta_i: 1.5,
+    eta_t: 1.0,
+};
 
 impl Plastic {
     /// Reads the parameters.
@@ -36,31 +36,17 @@ impl Plastic {
         Plastic {
             kd: reader.spectrum_input("Kd", Rgb::splat(0.25)),
             ks: reader.spectrum_input("Ks", Rgb::splat(0.25)),
-            roughness: find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.1)),
-            meaning: RoughnessMeaning::from_params(reader),
+            roughness: Roughness::isotropic(reader),
         }
     }
 }
 
 impl Scattering for Plastic {
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let kd = reflectance(&self.kd, at, textures);
-        if !is_black(kd) {
-            bsdf.add(Lobe::LambertianReflection(LambertianReflection {
-                reflectance: kd,
-            }));
-        }
-        let ks = reflectance(&self.ks, at, textures);
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
+        bsdf.extend(diffuse(at.reflectance(&self.kd)));
+        let ks = at.reflectance(&self.ks);
         if !is_black(ks) {
-            let roughness = textures.float(&self.roughness, at);
-            bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
-                reflectance: ks,
-                distribution: self.meaning.distribution(roughness, roughness),
-                fresnel: Fresnel::Dielectric {
-                    eta_i: 1.5,
-                    eta_t: 1.0,
-                },
-            }));
+            bsdf.extend(glossy(ks, self.roughness.distribution(at), COAT));
         }
     }
 

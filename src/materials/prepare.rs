@@ -27,7 +27,7 @@ impl BsdfFiles {
     pub fn load(materials: &[Material], diagnostics: &Diagnostics) -> BsdfFiles {
         let mut files = BsdfFiles::default();
         for material in materials {
-            let Some(file) = material.kind.file() else {
+            let Some(file) = material.kind.scattering().file() else {
                 continue;
             };
             match &material.kind {

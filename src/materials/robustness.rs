@@ -4,12 +4,13 @@ use super::{Material, Named, NamedMaterials};
 use crate::bsdf::testing::{direction, flat_hit, random};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::handles::{FloatTextureId, MaterialId, SpectrumTextureId};
+use crate::inputs::TextureRead;
 use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::testing::{Surroundings, read_in};
 use crate::params::{Dialect, TextureNames};
 use crate::surface::Footprint;
-use crate::textures::{Constant, TextureSpec, TextureSpecs, TextureUsage, Textures};
+use crate::textures::{Constant, Texture, TextureSpecs, TextureUsage, Textures};
 use proptest::prelude::*;
 
 /// Extreme values that break formulas.
@@ -119,10 +120,10 @@ impl NamedMaterials for Two {
 
 /// A float and a spectrum texture for each extreme value, and their names.
 fn textures() -> (Textures, TextureNames) {
-    let floats = WILD.map(|value| TextureSpec::Constant(Constant { value }));
+    let floats = WILD.map(|value| Texture::Constant(Constant { value }));
     let spectra = WILD.map(|value| {
         let value = Rgb::new(value, 0.5, -value);
-        TextureSpec::Constant(Constant { value })
+        Texture::Constant(Constant { value })
     });
     let mut names = TextureNames::default();
     let specs = TextureSpecs::of(&floats, &spectra);
@@ -131,8 +132,7 @@ fn textures() -> (Textures, TextureNames) {
         let (float, spectrum) = (FloatTextureId(i as u32), SpectrumTextureId(i as u32));
         names.float.insert(format!("t{i}"), float);
         names.spectrum.insert(format!("t{i}"), spectrum);
-        usage.float(crate::inputs::FloatInput::Texture(float));
-        usage.spectrum(crate::inputs::SpectrumInput::Texture(spectrum));
+        usage.add([TextureRead::Float(float), TextureRead::Spectrum(spectrum)]);
     }
     let (textures, problems) = Textures::compile(
         &specs,

@@ -1,11 +1,8 @@
 //! Conversion of roughness parameters to the widths of microfacet distributions.
 
-use crate::bsdf::microfacet::MicrofacetTransmission;
-use crate::bsdf::specular::SpecularTransmission;
+use super::Place;
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
-use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::FloatInput;
-use crate::math::Rgb;
 use crate::params::ParamReader;
 
 /// Minimum roughness that is not smooth: pbrt-v3 raises smaller values to this.
@@ -24,37 +21,64 @@ pub(super) fn find_roughness(reader: &ParamReader, name: &str) -> Option<FloatIn
     })
 }
 
-/// Refractive indices this close to 1 deflect light by less than the half vector can resolve: it is transmitted
-/// straight.
-pub(super) const UNBENT: f32 = 1e-4;
+/// The roughness of a surface along u and v.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughness {
+    /// As given.
+    pub(super) along: [FloatInput; 2],
+    /// How it is interpreted.
+    pub(super) meaning: RoughnessMeaning,
+}
 
-/// Adds refraction through a rough boundary into the refractive index `eta`.
-pub(super) fn add_rough_refraction(
-    bsdf: &mut Bsdf,
-    transmittance: Rgb,
-    distribution: TrowbridgeReitz,
-    eta: f32,
-) {
-    bsdf.add(if (eta - 1.0).abs() < UNBENT {
-        Lobe::SpecularTransmission(SpecularTransmission {
-            transmittance,
-            eta_a: 1.0,
-            eta_b: 1.0,
-        })
-    } else {
-        Lobe::MicrofacetTransmission(MicrofacetTransmission {
-            transmittance,
-            distribution,
-            eta_a: 1.0,
-            eta_b: eta,
-        })
-    });
+impl Roughness {
+    /// These, with the meaning that the scene gives them.
+    pub(super) fn new(reader: &ParamReader, along: [FloatInput; 2]) -> Roughness {
+        let meaning = RoughnessMeaning::from_params(reader);
+        Roughness { along, meaning }
+    }
+
+    /// Float `roughness` (0.1), the same along u and v.
+    pub(super) fn isotropic(reader: &ParamReader) -> Roughness {
+        let both = find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.1));
+        Roughness::new(reader, [both; 2])
+    }
+
+    /// Floats `uroughness` and `vroughness`.
+    pub(super) fn anisotropic(reader: &ParamReader, default: FloatInput) -> Roughness {
+        let along = ["uroughness", "vroughness"]
+            .map(|name| find_roughness(reader, name).unwrap_or(default));
+        Roughness::new(reader, along)
+    }
+
+    /// Returns `true` if the surface is smooth everywhere.
+    pub(super) fn is_smooth(&self) -> bool {
+        self.along == [FloatInput::Constant(0.0); 2]
+    }
+
+    /// The roughnesses at a point, as given.
+    fn at(&self, place: &Place) -> [f32; 2] {
+        let [u, v] = &self.along;
+        let along_u = place.float(u);
+        [along_u, if u == v { along_u } else { place.float(v) }]
+    }
+
+    /// The facet distribution at a point.
+    pub(super) fn distribution(&self, place: &Place) -> TrowbridgeReitz {
+        let [u, v] = self.at(place);
+        self.meaning.distribution(u, v)
+    }
+
+    /// The facet distribution at a point; `None` where the surface is smooth.
+    pub(super) fn facets(&self, place: &Place) -> Option<TrowbridgeReitz> {
+        let [u, v] = self.at(place);
+        (u != 0.0 || v != 0.0).then(|| self.meaning.distribution(u, v))
+    }
 }
 
 /// How a roughness parameter is interpreted. Parameter: constant bool `remaproughness` (true); in pbrt-v2's language
 /// always [`RoughnessMeaning::BlinnExponent`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RoughnessMeaning {
+pub(super) enum RoughnessMeaning {
     /// pbrt-v3's perceptual scale (Pharr, Jakob and Humphreys 2016, §8.4.2).
     Remapped,
     /// The width α of the Trowbridge–Reitz distribution itself.
@@ -65,7 +89,7 @@ pub enum RoughnessMeaning {
 
 impl RoughnessMeaning {
     /// Reads the parameter.
-    pub fn from_params(reader: &ParamReader) -> RoughnessMeaning {
+    pub(super) fn from_params(reader: &ParamReader) -> RoughnessMeaning {
         if !reader.offers("remaproughness") {
             RoughnessMeaning::BlinnExponent
         } else if reader.boolean("remaproughness", true) {
@@ -76,7 +100,7 @@ impl RoughnessMeaning {
     }
 
     /// The width α for a roughness.
-    pub fn alpha(self, roughness: f32) -> f32 {
+    pub(super) fn alpha(self, roughness: f32) -> f32 {
         match self {
             RoughnessMeaning::Remapped => {
                 let x = roughness.max(MIN).ln();
@@ -93,7 +117,7 @@ impl RoughnessMeaning {
     }
 
     /// The facet distribution of a surface with these roughnesses along u and v.
-    pub fn distribution(self, u_roughness: f32, v_roughness: f32) -> TrowbridgeReitz {
+    pub(super) fn distribution(self, u_roughness: f32, v_roughness: f32) -> TrowbridgeReitz {
         TrowbridgeReitz::new(self.alpha(u_roughness), self.alpha(v_roughness))
     }
 }

@@ -1,20 +1,22 @@
 //! The trait that every type of material implements in its own file.
 
 use super::prepare::Tables;
+use super::{Material, Place};
 use crate::bsdf::Bsdf;
 use crate::bssrdf::Bssrdf;
 use crate::params::NamedFile;
-use crate::surface::{SurfaceHit, TexturePoint};
-use crate::textures::Textures;
+use crate::surface::SurfaceHit;
 
 /// How a material scatters light. Types with subsurface scattering, or that need tables, implement more than
 /// [`Scattering::add_lobes`].
 pub(super) trait Scattering {
-    /// Whether `bumpmap` is one of its parameters.
-    const BUMPS: bool = true;
+    /// Returns `true` if `bumpmap` is one of its parameters.
+    fn bumps(&self) -> bool {
+        true
+    }
 
     /// Adds the material's lobes at a point to `bsdf`, which has the shading frame there.
-    fn add_lobes<'a>(&'a self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf<'a>);
+    fn add_lobes<'a>(&'a self, at: &Place<'_, 'a>, bsdf: &mut Bsdf<'a>);
 
     /// Maximum number of lobes that it can have at a point, at least 1.
     fn max_lobes(&self) -> usize {
@@ -22,8 +24,8 @@ pub(super) trait Scattering {
     }
 
     /// Returns `true` if it may reflect or transmit light in a single direction somewhere, besides any other scattering.
-    /// Subsurface scattering does not count: light that enters exits scattered.
-    fn is_smooth(&self) -> bool {
+    /// Subsurface scattering does not count: light that enters exits scattered. `materials` are those of the scene.
+    fn is_smooth(&self, _materials: &[Material]) -> bool {
         false
     }
 
@@ -38,13 +40,7 @@ pub(super) trait Scattering {
     }
 
     /// Subsurface scattering of light that its `bsdf` transmits at a point; `None` if the light continues straight.
-    fn bssrdf(
-        &self,
-        _hit: &SurfaceHit,
-        _bsdf: &Bsdf,
-        _at: &TexturePoint,
-        _textures: &Textures,
-    ) -> Option<Bssrdf<'_>> {
+    fn bssrdf(&self, _hit: &SurfaceHit, _bsdf: &Bsdf, _at: &Place) -> Option<Bssrdf<'_>> {
         None
     }
 

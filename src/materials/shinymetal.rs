@@ -1,16 +1,13 @@
 //! The `shinymetal` material.
 
-use super::roughness::find_roughness;
-use super::{RoughnessMeaning, Scattering, reflectance};
+use super::lobes::{glossy, mirror};
+use super::roughness::Roughness;
+use super::{Material, Place, Scattering};
+use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::Fresnel;
-use crate::bsdf::microfacet::MicrofacetReflection;
-use crate::bsdf::specular::SpecularReflection;
-use crate::bsdf::{Bsdf, Lobe};
-use crate::inputs::{FloatInput, SpectrumInput};
+use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 
 /// pbrt-v2's glossy metal with a mirror reflection; pbrt-v3 has none. Parameters: spectrum `Ks`, `Kr` (1): reflectance
 /// of the two at normal incidence; float `roughness` (0.1). Their Fresnel reflectance is that of a conductor without
@@ -22,9 +19,7 @@ pub struct ShinyMetal {
     /// Reflectance of the mirror.
     pub kr: SpectrumInput,
     /// Roughness of the glossy part.
-    pub roughness: FloatInput,
-    /// How roughness is interpreted.
-    pub meaning: RoughnessMeaning,
+    pub roughness: Roughness,
 }
 
 impl ShinyMetal {
@@ -33,35 +28,27 @@ impl ShinyMetal {
         ShinyMetal {
             ks: reader.spectrum_input("Ks", Rgb::ONE),
             kr: reader.spectrum_input("Kr", Rgb::ONE),
-            roughness: find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.1)),
-            meaning: RoughnessMeaning::from_params(reader),
+            roughness: Roughness::isotropic(reader),
         }
     }
 }
 
 impl Scattering for ShinyMetal {
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let [glossy, mirror] = [&self.ks, &self.kr].map(|k| Fresnel::Conductor {
-            eta: index_of(reflectance(k, at, textures)),
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
+        let [of_glossy, of_mirror] = [&self.ks, &self.kr].map(|k| Fresnel::Conductor {
+            eta: index_of(at.reflectance(k)),
             k: Rgb::ZERO,
         });
-        let roughness = textures.float(&self.roughness, at);
-        bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
-            reflectance: Rgb::ONE,
-            distribution: self.meaning.distribution(roughness, roughness),
-            fresnel: glossy,
-        }));
-        bsdf.add(Lobe::SpecularReflection(SpecularReflection {
-            reflectance: Rgb::ONE,
-            fresnel: mirror,
-        }));
+        let distribution = self.roughness.distribution(at);
+        bsdf.extend(glossy(Rgb::ONE, distribution, of_glossy));
+        bsdf.extend(mirror(Rgb::ONE, of_mirror));
     }
 
     fn max_lobes(&self) -> usize {
         2
     }
 
-    fn is_smooth(&self) -> bool {
+    fn is_smooth(&self, _materials: &[Material]) -> bool {
         true
     }
 }

@@ -1,23 +1,12 @@
 //! The `subsurface` material.
 
-use super::interior::{Extinction, Interior};
-use super::prepare::Tables;
-use super::{Scattering, reflectance};
-use crate::bsdf::Bsdf;
-use crate::bssrdf::Bssrdf;
+use super::Place;
+use super::interior::{Extinction, Inside, Interior};
 use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
 use crate::media::presets::{self, Coefficients};
 use crate::params::ParamReader;
-use crate::surface::{SurfaceHit, TexturePoint};
 use crate::syntax::suggest::nearest;
-use crate::textures::Textures;
-
-/// Default absorption coefficient, in 1/mm: whole milk, as in pbrt-v3.
-const USUAL_ABSORPTION: Rgb = Rgb::new(0.0011, 0.0024, 0.014);
-
-/// Default reduced scattering coefficient, in 1/mm.
-const USUAL_SCATTERING: Rgb = Rgb::new(2.55, 3.21, 3.77);
 
 /// A medium of given coefficients below a dielectric boundary (docs/scene-language.md §3.8). Parameters:
 /// spectrum `sigma_a` ((0.0011, 0.0024, 0.014)) and `sigma_s` ((2.55, 3.21, 3.77)), absorption and
@@ -43,10 +32,7 @@ impl Subsurface {
             // Reduced coefficients include the mean cosine.
             interior.g = 0.0;
         }
-        let usual = measured.unwrap_or(Coefficients {
-            sigma_a: USUAL_ABSORPTION,
-            sigma_s: USUAL_SCATTERING,
-        });
+        let usual = measured.unwrap_or(presets::WHOLE_MILK);
         let sigma_s = reader.spelling("sigma_s");
         Subsurface {
             sigma_a: reader.spectrum_input("sigma_a", usual.sigma_a),
@@ -54,49 +40,26 @@ impl Subsurface {
             interior,
         }
     }
-
-    /// The medium at a point; coefficients below 0 count as 0.
-    fn medium(&self, at: &TexturePoint, textures: &Textures) -> Extinction {
-        let [absorption, scattering] = [&self.sigma_a, &self.sigma_s]
-            .map(|sigma| self.interior.scale * reflectance(sigma, at, textures));
-        let extinction = absorption + scattering;
-        Extinction {
-            albedo: scattering / extinction.max(Rgb::splat(f32::MIN_POSITIVE)),
-            mean_free_path: extinction.recip(),
-        }
-    }
 }
 
-impl Scattering for Subsurface {
-    fn add_lobes<'a>(&'a self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf<'a>) {
-        self.interior.boundary.add_lobes(at, textures, bsdf);
+impl Inside for Subsurface {
+    fn interior(&self) -> &Interior {
+        &self.interior
     }
 
-    fn max_lobes(&self) -> usize {
-        self.interior.boundary.max_lobes()
+    fn interior_mut(&mut self) -> &mut Interior {
+        &mut self.interior
     }
 
-    fn has_interior(&self) -> bool {
-        true
-    }
-
-    fn bssrdf(
-        &self,
-        hit: &SurfaceHit,
-        bsdf: &Bsdf,
-        at: &TexturePoint,
-        textures: &Textures,
-    ) -> Option<Bssrdf<'_>> {
-        let medium = self.medium(at, textures);
-        self.interior.bssrdf(&medium, hit, bsdf)
-    }
-
-    fn prepare(&mut self, tables: &mut Tables) {
-        self.interior.prepare(tables);
-    }
-
-    fn is_smooth(&self) -> bool {
-        self.interior.boundary.is_smooth()
+    /// Coefficients below 0 count as 0.
+    fn medium(&self, at: &Place) -> Option<Extinction> {
+        let [absorption, scattering] =
+            [&self.sigma_a, &self.sigma_s].map(|sigma| self.interior.scale * at.reflectance(sigma));
+        let extinction = absorption + scattering;
+        Some(Extinction {
+            albedo: scattering / extinction.max(Rgb::splat(f32::MIN_POSITIVE)),
+            mean_free_path: extinction.recip(),
+        })
     }
 }
 
@@ -121,6 +84,8 @@ mod tests {
     use super::*;
     use crate::params::Dialect;
     use crate::params::testing::{Surroundings, read, read_in};
+    use crate::surface::TexturePoint;
+    use crate::textures::Textures;
 
     fn coefficients(subsurface: &Subsurface) -> [SpectrumInput; 2] {
         [subsurface.sigma_a, subsurface.sigma_s]
@@ -155,11 +120,15 @@ mod tests {
 
     #[test]
     fn wild_coefficients_make_media_of_numbers() {
-        let at = TexturePoint {
-            p: Rgb::ZERO,
-            uv: crate::math::Vec2::ZERO,
-            footprint: Default::default(),
-            face: 0,
+        let at = Place {
+            point: TexturePoint {
+                p: Rgb::ZERO,
+                uv: crate::math::Vec2::ZERO,
+                footprint: Default::default(),
+                face: 0,
+            },
+            textures: &Textures::default(),
+            materials: &[],
         };
         let wild = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30, 1e30];
         for a in wild {
@@ -167,7 +136,7 @@ mod tests {
                 let mut material = read("subsurface", "", Subsurface::from_params).value;
                 material.sigma_a = rgb(a, 1.0, 1.0);
                 material.sigma_s = rgb(s, 1.0, 1.0);
-                let medium = material.medium(&at, &Textures::default());
+                let medium = material.medium(&at).unwrap();
                 assert!(medium.mean_free_path.x >= 0.0, "{a} {s}: {medium:?}");
                 // NaN counts as black (`ProfileTable::row`).
                 assert!(

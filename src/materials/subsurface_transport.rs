@@ -5,7 +5,7 @@
 //! part looks for exits on surfaces of that part itself, finds those of the mix, and is lost; the second part has no
 //! subsurface scattering.)
 
-use super::{Material, MaterialKind};
+use super::{Material, MaterialKind, Place};
 use crate::bsdf::{Bsdf, BsdfSample, MAX_LOBES};
 use crate::bssrdf::Bssrdf;
 use crate::handles::MaterialId;
@@ -53,19 +53,23 @@ impl Material {
         materials: &'a [Material],
         choice: impl FnOnce() -> f32,
     ) -> SubsurfaceTransport<'a> {
+        let at = Place {
+            point: hit.texture_point(footprint),
+            textures,
+            materials,
+        };
         let mix = match &self.kind {
             MaterialKind::Mix(mix) if mix.has_interior => mix,
             MaterialKind::Mix(_) => return SubsurfaceTransport::STRAIGHT_ON,
             _ => {
                 return SubsurfaceTransport {
-                    bssrdf: self.bssrdf(hit, bsdf, footprint, textures),
+                    bssrdf: self.kind.bssrdf(hit, bsdf, &at),
                     ..SubsurfaceTransport::STRAIGHT_ON
                 };
             }
         };
-        let at = hit.texture_point(footprint);
         let mut parts = Parts::new();
-        mix.parts_at(&at, textures, materials, (0, &mut parts));
+        mix.parts_at(&at, (0, &mut parts));
         let chosen = if sample.specular {
             let lobe = usize::from(sample.lobe);
             let of_lobe = parts.iter().find(|part| part.lobes.contains(&lobe));
@@ -79,7 +83,7 @@ impl Material {
         let part = materials.get(id.index());
         SubsurfaceTransport {
             share,
-            bssrdf: part.and_then(|part| part.bssrdf(hit, bsdf, footprint, textures)),
+            bssrdf: part.and_then(|part| part.kind.bssrdf(hit, bsdf, &at)),
         }
     }
 }

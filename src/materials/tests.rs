@@ -1,6 +1,7 @@
 //! Materials against pbrt-v3's values, and their parameters.
 
 use super::inputs::refractive_index;
+use super::roughness::{Roughness, RoughnessMeaning};
 use super::*;
 use crate::bsdf::testing::{direction, flat_hit, sky_by_sampling, sky_by_value};
 use crate::inputs::FloatInput;
@@ -31,6 +32,11 @@ const fn float(v: f32) -> FloatInput {
     FloatInput::Constant(v)
 }
 
+fn rough(r: f32, meaning: RoughnessMeaning) -> Roughness {
+    let along = [float(r); 2];
+    Roughness { along, meaning }
+}
+
 fn matte(kd: f32, sigma: f32) -> MaterialKind {
     MaterialKind::Matte(Matte {
         kd: gray(kd),
@@ -42,8 +48,7 @@ fn plastic(kd: f32, ks: f32, meaning: RoughnessMeaning) -> MaterialKind {
     MaterialKind::Plastic(Plastic {
         kd: gray(kd),
         ks: gray(ks),
-        roughness: float(0.1),
-        meaning,
+        roughness: rough(0.1, meaning),
     })
 }
 
@@ -54,8 +59,7 @@ fn uber(kd: f32, ks: f32, kr: f32, kt: f32, opacity: f32) -> MaterialKind {
         kr: gray(kr),
         kt: gray(kt),
         opacity: gray(opacity),
-        roughness: [float(0.1); 2],
-        meaning: RoughnessMeaning::Remapped,
+        roughness: rough(0.1, RoughnessMeaning::Remapped),
         eta: float(1.5),
         swapped: false,
     })
@@ -65,8 +69,7 @@ fn substrate(kd: f32, ks: f32, roughness: f32) -> MaterialKind {
     MaterialKind::Substrate(Substrate {
         kd: gray(kd),
         ks: gray(ks),
-        roughness: [float(roughness); 2],
-        meaning: RoughnessMeaning::Remapped,
+        roughness: rough(roughness, RoughnessMeaning::Remapped),
     })
 }
 
@@ -76,8 +79,7 @@ fn translucent(kd: f32, ks: f32) -> MaterialKind {
         ks: gray(ks),
         reflect: gray(0.5),
         transmit: gray(0.5),
-        roughness: float(0.1),
-        meaning: RoughnessMeaning::Remapped,
+        roughness: rough(0.1, RoughnessMeaning::Remapped),
         mirrored: false,
     })
 }
@@ -92,8 +94,7 @@ fn glass(roughness: f32) -> MaterialKind {
         kr: gray(1.0),
         kt: gray(1.0),
         eta: float(1.5),
-        roughness: [float(roughness); 2],
-        meaning: RoughnessMeaning::Remapped,
+        roughness: rough(roughness, RoughnessMeaning::Remapped),
     })
 }
 
@@ -192,8 +193,7 @@ fn metal(roughness: f32) -> MaterialKind {
     MaterialKind::Metal(Metal {
         eta: gray(0.2),
         k: gray(4.0),
-        roughness: [FloatInput::Constant(roughness); 2],
-        meaning: RoughnessMeaning::Remapped,
+        roughness: rough(roughness, RoughnessMeaning::Remapped),
     })
 }
 

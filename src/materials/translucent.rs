@@ -1,18 +1,15 @@
 //! The `translucent` material.
 
-use super::roughness::find_roughness;
-use super::{RoughnessMeaning, Scattering, may_scatter, reflectance};
+use super::lobes::{diffuse, diffuse_transmission, glossy, into_index, rough_refraction};
+use super::roughness::Roughness;
+use super::{Place, Scattering, may_scatter};
 use crate::bsdf::fresnel::Fresnel;
-use crate::bsdf::lambertian::{LambertianReflection, LambertianTransmission};
-use crate::bsdf::microfacet::{MicrofacetReflection, MicrofacetTransmission, MirroredReflection};
-use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
+use crate::bsdf::microfacet::{MicrofacetReflection, MirroredReflection};
 use crate::bsdf::{Bsdf, Lobe};
-use crate::inputs::{FloatInput, SpectrumInput};
+use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 
 /// Refractive index inside; pbrt has no parameter for it.
 const ETA: f32 = 1.5;
@@ -34,9 +31,7 @@ pub struct Translucent {
     /// Fraction transmitted.
     pub transmit: SpectrumInput,
     /// Roughness of the glossy part.
-    pub roughness: FloatInput,
-    /// How roughness is interpreted.
-    pub meaning: RoughnessMeaning,
+    pub roughness: Roughness,
     /// Whether the glossy transmission is mirrored, not refracted, as in pbrt-v2.
     pub mirrored: bool,
 }
@@ -49,63 +44,45 @@ impl Translucent {
             ks: reader.spectrum_input("Ks", Rgb::splat(0.25)),
             reflect: reader.spectrum_input("reflect", Rgb::splat(0.5)),
             transmit: reader.spectrum_input("transmit", Rgb::splat(0.5)),
-            roughness: find_roughness(reader, "roughness").unwrap_or(FloatInput::Constant(0.1)),
-            meaning: RoughnessMeaning::from_params(reader),
+            roughness: Roughness::isotropic(reader),
             mirrored: reader.means_v2(""),
         }
     }
 
-    fn glossy(&self, reflectance: Rgb, distribution: TrowbridgeReitz) -> MicrofacetReflection {
-        let (eta_i, eta_t) = if self.mirrored {
-            (ETA, 1.0)
-        } else {
-            (1.0, ETA)
-        };
-        MicrofacetReflection {
-            reflectance,
-            distribution,
-            fresnel: Fresnel::Dielectric { eta_i, eta_t },
+    /// Fresnel reflectance of the boundary.
+    fn fresnel(&self) -> Fresnel {
+        match self.mirrored {
+            true => Fresnel::Dielectric {
+                eta_i: ETA,
+                eta_t: 1.0,
+            },
+            false => into_index(ETA),
         }
     }
 }
 
 impl Scattering for Translucent {
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let [kd, ks, reflect, transmit] = [&self.kd, &self.ks, &self.reflect, &self.transmit]
-            .map(|input| reflectance(input, at, textures));
-        let (reflectance, transmittance) = (reflect * kd, transmit * kd);
-        if !is_black(reflectance) {
-            bsdf.add(Lobe::LambertianReflection(LambertianReflection {
-                reflectance,
-            }));
-        }
-        if !is_black(transmittance) {
-            bsdf.add(Lobe::LambertianTransmission(LambertianTransmission {
-                transmittance,
-            }));
-        }
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
+        let [kd, ks, reflect, transmit] =
+            [&self.kd, &self.ks, &self.reflect, &self.transmit].map(|input| at.reflectance(input));
+        bsdf.extend(diffuse(reflect * kd));
+        bsdf.extend(diffuse_transmission(transmit * kd));
         let (reflectance, transmittance) = (reflect * ks, transmit * ks);
         if is_black(reflectance) && is_black(transmittance) {
             return;
         }
-        let roughness = textures.float(&self.roughness, at);
-        let distribution = self.meaning.distribution(roughness, roughness);
-        if !is_black(reflectance) {
-            let lobe = self.glossy(reflectance, distribution);
-            bsdf.add(Lobe::MicrofacetReflection(lobe));
-        }
-        if !is_black(transmittance) {
-            bsdf.add(if self.mirrored {
-                let lobe = self.glossy(transmittance, distribution);
-                Lobe::MirroredReflection(MirroredReflection(lobe))
-            } else {
-                Lobe::MicrofacetTransmission(MicrofacetTransmission {
-                    transmittance,
+        let distribution = self.roughness.distribution(at);
+        bsdf.extend(glossy(reflectance, distribution, self.fresnel()));
+        if !self.mirrored {
+            bsdf.extend(rough_refraction(transmittance, distribution, ETA));
+        } else if !is_black(transmittance) {
+            bsdf.add(Lobe::MirroredReflection(MirroredReflection(
+                MicrofacetReflection {
+                    reflectance: transmittance,
                     distribution,
-                    eta_a: 1.0,
-                    eta_b: ETA,
-                })
-            });
+                    fresnel: self.fresnel(),
+                },
+            )));
         }
     }
 

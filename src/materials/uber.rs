@@ -1,19 +1,15 @@
 //! The `uber` material.
 
-use super::inputs::{refractive_index, refractive_index_at};
-use super::roughness::find_roughness;
-use super::{RoughnessMeaning, Scattering, may_scatter, reflectance};
+use super::inputs::refractive_index;
+use super::lobes::{diffuse, glossy, mirror, refraction, straight};
+use super::roughness::{Roughness, find_roughness};
+use super::{Material, Place, Scattering, may_scatter};
+use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::Fresnel;
-use crate::bsdf::lambertian::LambertianReflection;
-use crate::bsdf::microfacet::MicrofacetReflection;
-use crate::bsdf::specular::{SpecularReflection, SpecularTransmission};
-use crate::bsdf::{Bsdf, Lobe};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
-use crate::textures::Textures;
 
 /// Diffuse and glossy reflection, mirror reflection, refraction and opacity combined. Parameters: spectrum `Kd` (0.25),
 /// `Ks` (0.25), `Kr` (0), `Kt` (0), all scaled by spectrum `opacity` (1), while 1 − opacity of the light is transmitted
@@ -34,9 +30,7 @@ pub struct Uber {
     /// Fraction of light that interacts with the surface at all.
     pub opacity: SpectrumInput,
     /// Roughness along u and v.
-    pub roughness: [FloatInput; 2],
-    /// How roughnesses are interpreted.
-    pub meaning: RoughnessMeaning,
+    pub roughness: Roughness,
     /// Refractive index of the inside.
     pub eta: FloatInput,
     /// Whether the two sides' indices are swapped.
@@ -55,8 +49,7 @@ impl Uber {
             kr: reader.spectrum_input("Kr", Rgb::ZERO),
             kt: reader.spectrum_input("Kt", Rgb::ZERO),
             opacity: reader.spectrum_input("opacity", Rgb::ONE),
-            roughness: [u, v.unwrap_or(u)],
-            meaning: RoughnessMeaning::from_params(reader),
+            roughness: Roughness::new(reader, [u, v.unwrap_or(u)]),
             eta: refractive_index(reader),
             swapped: reader.means_v2(""),
         }
@@ -64,53 +57,21 @@ impl Uber {
 }
 
 impl Scattering for Uber {
-    fn add_lobes(&self, at: &TexturePoint, textures: &Textures, bsdf: &mut Bsdf) {
-        let factor = |input| reflectance(input, at, textures);
-        let opacity = factor(&self.opacity);
+    fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
+        let opacity = at.reflectance(&self.opacity);
         let holes = (Rgb::ONE - opacity).max(Rgb::ZERO);
         let [kd, ks, kr, kt] =
-            [&self.kd, &self.ks, &self.kr, &self.kt].map(|input| opacity * factor(input));
-        let eta = refractive_index_at(&self.eta, at, textures);
-        let (eta_a, eta_b) = if self.swapped { (eta, 1.0) } else { (1.0, eta) };
-        let fresnel = Fresnel::Dielectric {
-            eta_i: eta_a,
-            eta_t: eta_b,
-        };
-        if !is_black(holes) {
-            let lobe = SpecularTransmission {
-                transmittance: holes,
-                eta_a: 1.0,
-                eta_b: 1.0,
-            };
-            bsdf.add(Lobe::SpecularTransmission(lobe));
-        }
-        if !is_black(kd) {
-            bsdf.add(Lobe::LambertianReflection(LambertianReflection {
-                reflectance: kd,
-            }));
-        }
+            [&self.kd, &self.ks, &self.kr, &self.kt].map(|input| opacity * at.reflectance(input));
+        let eta = at.refractive_index(&self.eta);
+        let (eta_i, eta_t) = if self.swapped { (eta, 1.0) } else { (1.0, eta) };
+        let fresnel = Fresnel::Dielectric { eta_i, eta_t };
+        bsdf.extend(straight(holes));
+        bsdf.extend(diffuse(kd));
         if !is_black(ks) {
-            let [u, v] = self.roughness.map(|r| textures.float(&r, at));
-            let distribution = self.meaning.distribution(u, v);
-            bsdf.add(Lobe::MicrofacetReflection(MicrofacetReflection {
-                reflectance: ks,
-                distribution,
-                fresnel,
-            }));
+            bsdf.extend(glossy(ks, self.roughness.distribution(at), fresnel));
         }
-        if !is_black(kr) {
-            bsdf.add(Lobe::SpecularReflection(SpecularReflection {
-                reflectance: kr,
-                fresnel,
-            }));
-        }
-        if !is_black(kt) {
-            bsdf.add(Lobe::SpecularTransmission(SpecularTransmission {
-                transmittance: kt,
-                eta_a,
-                eta_b,
-            }));
-        }
+        bsdf.extend(mirror(kr, fresnel));
+        bsdf.extend(refraction(kt, eta_i, eta_t));
     }
 
     fn max_lobes(&self) -> usize {
@@ -120,9 +81,9 @@ impl Scattering for Uber {
         lobes.max(1)
     }
 
-    fn is_smooth(&self) -> bool {
+    fn is_smooth(&self, _materials: &[Material]) -> bool {
         let holes = self.opacity != SpectrumInput::Constant(Rgb::ONE);
-        let polished = super::may_scatter(&self.kr) || super::may_scatter(&self.kt);
-        holes || (super::may_scatter(&self.opacity) && polished)
+        let polished = may_scatter(&self.kr) || may_scatter(&self.kt);
+        holes || (may_scatter(&self.opacity) && polished)
     }
 }

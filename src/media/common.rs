@@ -3,14 +3,9 @@
 use super::phase::HenyeyGreenstein;
 use super::presets::{self, Coefficients};
 use crate::math::Rgb;
+use crate::math::float::clamp_nan_low;
 use crate::params::ParamReader;
 use crate::syntax::suggest::nearest;
-
-/// Default coefficients, per scene unit: whole milk.
-const DEFAULT: Coefficients = Coefficients {
-    sigma_a: Rgb::new(0.0011, 0.0024, 0.014),
-    sigma_s: Rgb::new(2.55, 3.21, 3.77),
-};
 
 /// Maximum coefficient per scene unit: light gets nowhere either way, and sums and products stay finite in single
 /// precision.
@@ -26,31 +21,18 @@ pub(super) fn coefficients(reader: &ParamReader) -> Coefficients {
         let message = format!("there is no medium preset `{name}`{meant}: whole milk is used");
         reader.warn("preset", message);
     }
-    let Coefficients { sigma_a, sigma_s } = found.unwrap_or(DEFAULT);
+    let Coefficients { sigma_a, sigma_s } = found.unwrap_or(presets::WHOLE_MILK);
     let scale = reader.float("scale", 1.0) as f32;
+    let scaled = |name, usual| usable(reader, name, reader.spectrum(name, usual) * scale);
     Coefficients {
-        sigma_a: usable(
-            reader,
-            "sigma_a",
-            reader.spectrum("sigma_a", sigma_a) * scale,
-        ),
-        sigma_s: usable(
-            reader,
-            "sigma_s",
-            reader.spectrum("sigma_s", sigma_s) * scale,
-        ),
+        sigma_a: scaled("sigma_a", sigma_a),
+        sigma_s: scaled("sigma_s", sigma_s),
     }
 }
 
 /// A coefficient with every channel clamped to 0…[`LARGEST_COEFFICIENT`].
 fn usable(reader: &ParamReader, name: &str, given: Rgb) -> Rgb {
-    let used = Rgb::from_array(given.to_array().map(|v| {
-        if v.is_nan() {
-            0.0
-        } else {
-            v.clamp(0.0, LARGEST_COEFFICIENT)
-        }
-    }));
+    let used = given.map(|v| clamp_nan_low(v, 0.0, LARGEST_COEFFICIENT));
     if used != given {
         let [r, g, b] = used.to_array();
         let message =
@@ -89,9 +71,12 @@ mod tests {
         assert_eq!(outcome.value.sigma_s, Rgb::new(1.0, 2.0, 3.0));
         assert_eq!(outcome.value.sigma_a, Rgb::new(0.032, 0.17, 0.48));
         let outcome = read("homogeneous", r#""string preset" "Skin3""#, coefficients);
-        assert_eq!((outcome.warnings, outcome.value), (1, DEFAULT));
+        assert_eq!((outcome.warnings, outcome.value), (1, presets::WHOLE_MILK));
         assert!(outcome.text.contains("Skin1"), "{}", outcome.text);
-        assert_eq!(read("homogeneous", "", coefficients).value, DEFAULT);
+        assert_eq!(
+            read("homogeneous", "", coefficients).value,
+            presets::WHOLE_MILK
+        );
     }
 
     #[test]

@@ -1,7 +1,13 @@
 //! A density sampled on a grid over the unit cube, interpolated, with upper bounds (majorants).
 
 use super::majorants::Majorants;
-use crate::math::{UVec3, Vec3};
+use crate::math::transform::Transform;
+use crate::math::{DVec3, UVec3, Vec3};
+use crate::params::ParamReader;
+
+/// A box this many mean free paths across is as dense as single precision can resolve; denser voxels are thinned to it.
+/// It also bounds the number of steps of a ray.
+const MAX_FREE_PATHS: f64 = 1e5;
 
 /// A density over the unit cube, trilinear between the centers of its voxels and 0 beyond them.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +19,27 @@ pub(super) struct DensityGrid {
 }
 
 impl DensityGrid {
+    /// Reads `density`. `None`, after reporting an error, if the densities are missing or their number is not that of
+    /// the voxels.
+    pub(super) fn from_params(
+        reader: &ParamReader,
+        resolution: UVec3,
+        sigma_t: f32,
+        world_from_grid: &Transform,
+    ) -> Option<DensityGrid> {
+        let values = densities(reader, sigma_t, world_from_grid)?;
+        let count = values.len();
+        let grid = DensityGrid::new(resolution, values);
+        if grid.is_none() {
+            let [x, y, z] = resolution.to_array();
+            reader.error(
+                "density",
+                format!("`density` has {count} values, but `nx` × `ny` × `nz` is {x} × {y} × {z}"),
+            );
+        }
+        grid
+    }
+
     /// `None` if the number of values is not the product of the resolution, or is 0.
     pub(super) fn new(resolution: UVec3, values: Vec<f32>) -> Option<DensityGrid> {
         let [x, y, z] = resolution.to_array().map(|n| n as usize);
@@ -74,6 +101,59 @@ impl DensityGrid {
         let i = (z as usize * n.y as usize + y as usize) * n.x as usize + x as usize;
         self.values.get(i).copied().unwrap_or(0.0)
     }
+}
+
+/// `nx`, `ny` and `nz`.
+pub(super) fn resolution(reader: &ParamReader) -> UVec3 {
+    let along = |name| reader.integer_within(name, 1, 1..=i64::from(i32::MAX)) as u32;
+    UVec3::new(along("nx"), along("ny"), along("nz"))
+}
+
+/// The values of `density`, made finite, non-negative and no denser than can be resolved.
+fn densities(reader: &ParamReader, sigma_t: f32, world_from_grid: &Transform) -> Option<Vec<f32>> {
+    let Some(given) = reader.floats("density") else {
+        reader.error(
+            "density",
+            format!("`{}` needs `float density` values", reader.kind()),
+        );
+        return None;
+    };
+    let across = [DVec3::X, DVec3::Y, DVec3::Z]
+        .map(|axis| world_from_grid.vector(axis).length())
+        .iter()
+        .sum::<f64>();
+    let largest = MAX_FREE_PATHS / (f64::from(sigma_t) * across);
+    let largest = if largest > 0.0 {
+        largest
+    } else {
+        f64::INFINITY
+    };
+    let largest = largest.min(f64::from(f32::MAX));
+    let (mut wrong, mut dense) = (None, None);
+    let used = |(i, &value): (usize, &f64)| {
+        if value > largest && value.is_finite() {
+            dense = dense.or(Some(i));
+            largest as f32
+        } else if value.is_finite() && value >= 0.0 {
+            value as f32
+        } else {
+            wrong = wrong.or(Some(i));
+            0.0
+        }
+    };
+    let values = given.iter().enumerate().map(used).collect();
+    if let Some(i) = wrong {
+        let value = given.get(i).copied().unwrap_or_default();
+        let message = format!("a density is {value}: 0 is used where it is negative or not finite");
+        reader.warn_item("density", i, message);
+    }
+    if let Some(i) = dense {
+        let message = format!(
+            "densities above {largest:e} are taken as that: a ray would get through 1/100,000 of the box"
+        );
+        reader.warn_item("density", i, message);
+    }
+    Some(values)
 }
 
 #[cfg(test)]

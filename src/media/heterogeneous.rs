@@ -9,22 +9,16 @@
 //! (Novák, Selle and Jarosz 2014), both with local majorants for parts of the box.
 //! Source: Pharr, Jakob and Humphreys 2016, §11.3.2 and §15.2.2; docs/scene-language.md §3.12.
 
-use super::density_grid::DensityGrid;
-use super::majorants::Cells;
+use super::boxes::{self, BoxSpace};
+use super::density_grid::{self, DensityGrid};
 use super::numbers::Numbers;
-use super::phase::HenyeyGreenstein;
 use super::presets::Coefficients;
-use super::{Flight, common};
+use super::{Flight, HenyeyGreenstein, common};
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
-use crate::math::{DVec3, Rgb, UVec3, Vec3};
+use crate::math::{DVec3, Rgb, Vec3};
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
-use glam::DAffine3;
-
-/// A box this many mean free paths across is as dense as single precision can resolve; denser voxels are thinned to it.
-/// It also bounds the number of steps of a ray.
-const MAX_FREE_PATHS: f64 = 1e5;
 
 /// Transmittance below which ratio tracking uses Russian roulette, as in pbrt-v3.
 const ROULETTE_BELOW: f32 = 0.1;
@@ -53,18 +47,9 @@ impl HeterogeneousSpec {
         let [p0, p1] = [("p0", DVec3::ZERO), ("p1", DVec3::ONE)].map(|(n, p)| reader.point3(n, p));
         let world_from_grid =
             *world_from_medium * Transform::translate(p0) * Transform::scale(p1 - p0);
-        let resolution = resolution(reader);
+        let resolution = density_grid::resolution(reader);
         let sigma_t = uniform_extinction(reader, coefficients);
-        let values = densities(reader, sigma_t, &world_from_grid)?;
-        let count = values.len();
-        let Some(grid) = DensityGrid::new(resolution, values) else {
-            let [x, y, z] = resolution.to_array();
-            reader.error(
-                "density",
-                format!("`density` has {count} values, but `nx` × `ny` × `nz` is {x} × {y} × {z}"),
-            );
-            return None;
-        };
+        let grid = DensityGrid::from_params(reader, resolution, sigma_t, &world_from_grid)?;
         if !world_from_grid.is_invertible() {
             reader.warn(
                 "p1",
@@ -79,12 +64,6 @@ impl HeterogeneousSpec {
             world_from_grid,
         })
     }
-}
-
-/// `nx`, `ny` and `nz`.
-pub(super) fn resolution(reader: &ParamReader) -> UVec3 {
-    let along = |name| reader.integer_within(name, 1, 1..=i64::from(i32::MAX)) as u32;
-    UVec3::new(along("nx"), along("ny"), along("nz"))
 }
 
 /// The extinction coefficient of all channels.
@@ -103,65 +82,15 @@ fn uniform_extinction(reader: &ParamReader, coefficients: Coefficients) -> f32 {
     sigma_t.x
 }
 
-/// The values of `density`, made finite, non-negative and no denser than can be resolved.
-pub(super) fn densities(
-    reader: &ParamReader,
-    sigma_t: f32,
-    world_from_grid: &Transform,
-) -> Option<Vec<f32>> {
-    let Some(given) = reader.floats("density") else {
-        reader.error(
-            "density",
-            format!("`{}` needs `float density` values", reader.kind()),
-        );
-        return None;
-    };
-    let across = [DVec3::X, DVec3::Y, DVec3::Z]
-        .map(|axis| world_from_grid.vector(axis).length())
-        .iter()
-        .sum::<f64>();
-    let largest = MAX_FREE_PATHS / (f64::from(sigma_t) * across);
-    let largest = if largest > 0.0 {
-        largest
-    } else {
-        f64::INFINITY
-    };
-    let largest = largest.min(f64::from(f32::MAX));
-    let (mut wrong, mut dense) = (None, None);
-    let used = |(i, &value): (usize, &f64)| {
-        if value > largest && value.is_finite() {
-            dense = dense.or(Some(i));
-            largest as f32
-        } else if value.is_finite() && value >= 0.0 {
-            value as f32
-        } else {
-            wrong = wrong.or(Some(i));
-            0.0
-        }
-    };
-    let values = given.iter().enumerate().map(used).collect();
-    if let Some(i) = wrong {
-        let value = given.get(i).copied().unwrap_or_default();
-        let message = format!("a density is {value}: 0 is used where it is negative or not finite");
-        reader.warn_item("density", i, message);
-    }
-    if let Some(i) = dense {
-        let message = format!(
-            "densities above {largest:e} are taken as that: a ray would get through 1/100,000 of the box"
-        );
-        reader.warn_item("density", i, message);
-    }
-    Some(values)
-}
-
 /// A medium of varying density, in render space.
 #[derive(Clone, Debug)]
 pub struct Heterogeneous {
     albedo: Rgb,
     sigma_t: f32,
-    phase: HenyeyGreenstein,
+    /// The phase function.
+    pub(super) phase: HenyeyGreenstein,
     grid: DensityGrid,
-    grid_from_render: DAffine3,
+    space: BoxSpace,
 }
 
 /// The segment of a ray inside the box, in the grid's space.
@@ -185,31 +114,13 @@ impl Heterogeneous {
             sigma_t: if empty { 0.0 } else { spec.sigma_t },
             phase: spec.phase,
             grid: spec.grid,
-            grid_from_render: DAffine3::from_mat4(placed.inverse),
+            space: BoxSpace::new(&placed),
         }
-    }
-
-    /// The phase function.
-    pub fn phase(&self) -> &HenyeyGreenstein {
-        &self.phase
     }
 
     /// The segment of the ray inside the box, before `t_max`.
     fn chord(&self, ray: &Ray, t_max: f32) -> Option<Chord> {
-        let o = self.grid_from_render.transform_point3(ray.o.as_dvec3());
-        let d = self.grid_from_render.transform_vector3(ray.d.as_dvec3());
-        let (mut start, mut end) = (0.0f64, f64::from(t_max));
-        for axis in 0..3 {
-            if d[axis] == 0.0 {
-                if !(0.0..=1.0).contains(&o[axis]) {
-                    return None;
-                }
-                continue;
-            }
-            let (a, b) = (-o[axis] / d[axis], (1.0 - o[axis]) / d[axis]);
-            start = start.max(a.min(b));
-            end = end.min(a.max(b));
-        }
+        let boxes::Chord { o, d, start, end } = self.space.chord(ray, f64::from(t_max))?;
         let chord = Chord {
             o: (o + d * start).as_vec3(),
             d: d.as_vec3(),
@@ -217,13 +128,38 @@ impl Heterogeneous {
             length: (end - start) as f32,
         };
         // A box too small or too far away for single precision is ignored.
-        let passes =
-            self.sigma_t > 0.0 && start < end && chord.o.is_finite() && chord.d.is_finite();
+        let passes = self.sigma_t > 0.0 && chord.o.is_finite() && chord.d.is_finite();
         passes.then_some(chord)
     }
 
-    fn cells(&self, chord: &Chord) -> Cells<'_> {
-        self.grid.majorants().along(chord.o, chord.d, chord.length)
+    /// Delta tracking: goes from one tentative collision to the next along the chord, and gives each one's distance,
+    /// the density there and its local majorant to `collide`, until this has a result.
+    #[inline]
+    fn track<T>(
+        &self,
+        chord: &Chord,
+        numbers: &mut Numbers,
+        mut collide: impl FnMut(&mut Numbers, f32, f32, f32) -> Option<T>,
+    ) -> Option<T> {
+        for piece in self.grid.majorants().along(chord.o, chord.d, chord.length) {
+            let majorant = piece.majorant * self.sigma_t;
+            if majorant <= 0.0 {
+                continue;
+            }
+            let mut t = piece.start;
+            loop {
+                t += numbers.step() / majorant;
+                if t >= piece.end {
+                    break;
+                }
+                let density = self.grid.density(chord.o + chord.d * t);
+                let result = collide(numbers, t, density, piece.majorant);
+                if result.is_some() {
+                    return result;
+                }
+            }
+        }
+        None
     }
 
     /// An unbiased estimate of the transmittance up to the distance `t_max`.
@@ -231,31 +167,23 @@ impl Heterogeneous {
         let Some(chord) = self.chord(ray, t_max) else {
             return 1.0;
         };
-        let mut numbers = Numbers::new(stream);
         let mut left = 1.0f32;
-        for piece in self.cells(&chord) {
-            let majorant = piece.majorant * self.sigma_t;
-            if majorant <= 0.0 {
-                continue;
-            }
-            let mut t = piece.start;
-            loop {
-                t += numbers.step() / majorant;
-                if t >= piece.end {
-                    break;
-                }
-                let density = self.grid.density(chord.o + chord.d * t);
-                left *= (1.0 - density / piece.majorant).clamp(0.0, 1.0);
+        let lost = self.track(
+            &chord,
+            &mut Numbers::new(stream),
+            |numbers, _, density, majorant| {
+                left *= (1.0 - density / majorant).clamp(0.0, 1.0);
                 if left < ROULETTE_BELOW {
                     // Russian roulette: survives with probability `left` / 0.1, and then counts as 0.1.
                     if numbers.next() * ROULETTE_BELOW >= left {
-                        return 0.0;
+                        return Some(0.0);
                     }
                     left = ROULETTE_BELOW;
                 }
-            }
-        }
-        left
+                None
+            },
+        );
+        lost.unwrap_or(left)
     }
 
     /// Samples a free path before `t_max`, where the ray ends.
@@ -263,28 +191,15 @@ impl Heterogeneous {
         let Some(chord) = self.chord(ray, t_max) else {
             return Flight::UNDISTURBED;
         };
-        let mut numbers = Numbers::new(stream);
-        for piece in self.cells(&chord) {
-            let majorant = piece.majorant * self.sigma_t;
-            if majorant <= 0.0 {
-                continue;
-            }
-            let mut t = piece.start;
-            loop {
-                t += numbers.step() / majorant;
-                if t >= piece.end {
-                    break;
-                }
-                let density = self.grid.density(chord.o + chord.d * t);
-                if density > numbers.next() * piece.majorant {
-                    return Flight {
-                        scattered: Some((chord.start + f64::from(t)) as f32),
-                        weight: self.albedo,
-                    };
-                }
-            }
-        }
-        Flight::UNDISTURBED
+        let scattered = self.track(
+            &chord,
+            &mut Numbers::new(stream),
+            |numbers, t, density, majorant| (density > numbers.next() * majorant).then_some(t),
+        );
+        scattered.map_or(Flight::UNDISTURBED, |t| Flight {
+            scattered: Some((chord.start + f64::from(t)) as f32),
+            weight: self.albedo,
+        })
     }
 }
 
@@ -342,7 +257,7 @@ mod tests {
         let density = |i: i32| {
             let t = (f64::from(i) + 0.5) * step;
             let p = ray.o.as_dvec3() + ray.d.as_dvec3() * t;
-            let q = medium.grid_from_render.transform_point3(p).as_vec3();
+            let q = medium.space.0.transform_point3(p).as_vec3();
             let inside = q.cmpge(Vec3::ZERO).all() && q.cmple(Vec3::ONE).all();
             if inside {
                 f64::from(medium.grid.density(q))

@@ -5,9 +5,8 @@
 //! preset's. `scale` (float, 1): factor on both. `g` (float, 0): mean cosine of the [phase function](super::phase).
 //! Source: Pharr, Jakob and Humphreys 2016, §11.3.1 and §15.2.1; docs/scene-language.md §3.12.
 
-use super::phase::HenyeyGreenstein;
 use super::presets::Coefficients;
-use super::{Flight, common};
+use super::{Flight, HenyeyGreenstein, common};
 use crate::math::Rgb;
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
@@ -17,7 +16,8 @@ use crate::samplers::SampleStream;
 pub struct Homogeneous {
     sigma_s: Rgb,
     sigma_t: Rgb,
-    phase: HenyeyGreenstein,
+    /// The phase function.
+    pub(super) phase: HenyeyGreenstein,
 }
 
 impl Homogeneous {
@@ -33,11 +33,6 @@ impl Homogeneous {
             sigma_t: coefficients.sigma_t(),
             phase,
         }
-    }
-
-    /// The phase function.
-    pub fn phase(&self) -> &HenyeyGreenstein {
-        &self.phase
     }
 
     /// The transmittance over the distance `t`, which may be infinite (Beer's law).

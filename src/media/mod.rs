@@ -4,6 +4,7 @@
 //! Coefficients are per scene unit, in linear RGB. Media absorb and scatter; only pbrt-v2's [volumes](volume) emit
 //! (docs/scene-language.md §3.12, §4.3 and §A.1).
 
+mod boxes;
 mod common;
 mod density_grid;
 pub mod heterogeneous;
@@ -113,8 +114,8 @@ impl Medium {
         stream: &mut SampleStream,
     ) -> (Flight, HenyeyGreenstein) {
         match self {
-            Medium::Homogeneous(m) => (m.sample(t_max, throughput, stream), *m.phase()),
-            Medium::Heterogeneous(m) => (m.sample(ray, t_max, stream), *m.phase()),
+            Medium::Homogeneous(m) => (m.sample(t_max, throughput, stream), m.phase),
+            Medium::Heterogeneous(m) => (m.sample(ray, t_max, stream), m.phase),
             Medium::Volumes(m) => {
                 let (flight, volume) = m.sample(ray, t_max, throughput, stream);
                 (flight, m.phase(volume).copied().unwrap_or_default())

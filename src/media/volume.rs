@@ -8,16 +8,14 @@
 //! fastest, trilinear between the centers of its voxels and constant beyond the outermost ones.
 //! Source: Pharr and Humphreys 2010, §11.3; docs/scene-language.md §A.1.
 
-use super::common;
-use super::density_grid::DensityGrid;
-use super::heterogeneous::{densities, resolution};
+use super::boxes::{BoxSpace, Chord};
+use super::density_grid::{self, DensityGrid};
 use super::numbers::Numbers;
-use super::phase::HenyeyGreenstein;
+use super::{HenyeyGreenstein, common};
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb};
 use crate::params::ParamReader;
-use glam::DAffine3;
 
 /// The types that `Volume` may name.
 pub const KINDS: [&str; 3] = ["exponential", "homogeneous", "volumegrid"];
@@ -40,13 +38,28 @@ enum Density {
     Grid(DensityGrid),
 }
 
+impl Density {
+    /// The largest in the box.
+    fn largest(&self) -> f64 {
+        match self {
+            Density::Constant => 1.0,
+            // At one of the corners.
+            Density::Exponential { scale, falloff } => {
+                scale * (-falloff.min(DVec3::ZERO).element_sum()).exp()
+            }
+            Density::Grid(grid) => f64::from(grid.largest()),
+        }
+    }
+}
+
 /// A volume as specified by `Volume`, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeSpec {
     sigma_a: Rgb,
     sigma_s: Rgb,
     emission: Rgb,
-    phase: HenyeyGreenstein,
+    /// The phase function.
+    pub(super) phase: HenyeyGreenstein,
     density: Density,
     /// From the unit cube to world space.
     world_from_box: Transform,
@@ -77,7 +90,9 @@ impl VolumeSpec {
             "exponential" => exponential(reader, size),
             "volumegrid" => {
                 let sigma_t = (sigma_a + sigma_s).max_element();
-                grid(reader, sigma_t, &world_from_box)?
+                let resolution = density_grid::resolution(reader);
+                let grid = DensityGrid::from_params(reader, resolution, sigma_t, &world_from_box);
+                Density::Grid(grid?)
             }
             _ => Density::Constant,
         };
@@ -97,9 +112,7 @@ impl VolumeSpec {
             world_from_box,
         })
     }
-}
 
-impl VolumeSpec {
     /// Returns `true` if it emits, given that its density is positive somewhere.
     pub fn shines(&self) -> bool {
         self.emission.max_element() > 0.0
@@ -108,13 +121,8 @@ impl VolumeSpec {
 
 /// Values clamped to 0…[`LARGEST`], with a warning if one was outside.
 fn usable<const N: usize>(reader: &ParamReader, name: &str, given: [f64; N]) -> [f64; N] {
-    let used = given.map(|v| {
-        if v.is_nan() {
-            0.0
-        } else {
-            v.clamp(0.0, LARGEST)
-        }
-    });
+    // NaN counts as 0.
+    let used = given.map(|v| if v >= 0.0 { v.min(LARGEST) } else { 0.0 });
     if used != given {
         let message = format!("`{name}` is {given:?}, outside 0 to {LARGEST:e}: {used:?} is used");
         reader.warn(name, message);
@@ -131,10 +139,9 @@ fn exponential(reader: &ParamReader, size: DVec3) -> Density {
         DVec3::Y
     });
     let falloff = reader.float("b", 1.0) * size * up;
-    // The corner of highest density.
-    let largest = scale * (-falloff.min(DVec3::ZERO).element_sum()).exp();
-    if largest <= LARGEST {
-        return Density::Exponential { scale, falloff };
+    let density = Density::Exponential { scale, falloff };
+    if density.largest() <= LARGEST {
+        return density;
     }
     reader.warn(
         "b",
@@ -145,75 +152,30 @@ fn exponential(reader: &ParamReader, size: DVec3) -> Density {
     Density::Constant
 }
 
-/// The density specified by a grid.
-fn grid(reader: &ParamReader, sigma_t: f32, world_from_box: &Transform) -> Option<Density> {
-    let resolution = resolution(reader);
-    let values = densities(reader, sigma_t, world_from_box)?;
-    let count = values.len();
-    let grid = DensityGrid::new(resolution, values);
-    if grid.is_none() {
-        let [x, y, z] = resolution.to_array();
-        reader.error(
-            "density",
-            format!("`density` has {count} values, but `nx` × `ny` × `nz` is {x} × {y} × {z}"),
-        );
-    }
-    grid.map(Density::Grid)
-}
-
 /// A box of matter in render space.
 #[derive(Clone, Debug)]
 pub struct Volume {
-    sigma_s: Rgb,
+    pub(super) spec: VolumeSpec,
     sigma_t: Rgb,
-    emission: Rgb,
-    phase: HenyeyGreenstein,
-    density: Density,
     largest_density: f64,
-    box_from_render: DAffine3,
-}
-
-/// The segment of a ray inside a box.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Chord {
-    /// The ray's origin in the unit cube's space.
-    o: DVec3,
-    d: DVec3,
-    /// Distances at which the ray enters and leaves.
-    pub start: f64,
-    pub end: f64,
+    space: BoxSpace,
 }
 
 impl Volume {
     /// Places the volume in render space.
     pub fn new(spec: VolumeSpec, render_from_world: &Transform) -> Volume {
         let placed = (*render_from_world * spec.world_from_box).with_translations_matched();
-        let largest_density = match &spec.density {
-            Density::Constant => 1.0,
-            Density::Exponential { scale, falloff } => {
-                scale * (-falloff.min(DVec3::ZERO).element_sum()).exp()
-            }
-            Density::Grid(grid) => f64::from(grid.largest()),
-        };
         Volume {
-            sigma_s: spec.sigma_s,
             sigma_t: spec.sigma_a + spec.sigma_s,
-            emission: spec.emission,
-            phase: spec.phase,
-            density: spec.density,
-            largest_density,
-            box_from_render: DAffine3::from_mat4(placed.inverse),
+            largest_density: spec.density.largest(),
+            spec,
+            space: BoxSpace::new(&placed),
         }
-    }
-
-    /// The phase function.
-    pub fn phase(&self) -> &HenyeyGreenstein {
-        &self.phase
     }
 
     /// Returns `true` if anything in it emits.
     pub fn shines(&self) -> bool {
-        self.emission.max_element() > 0.0 && self.largest_density > 0.0
+        self.spec.shines() && self.largest_density > 0.0
     }
 
     /// Upper bound of the extinction of every channel.
@@ -223,28 +185,15 @@ impl Volume {
 
     /// The segment of the ray inside the box, before `t_max`.
     pub(super) fn chord(&self, ray: &Ray, t_max: f64) -> Option<Chord> {
-        let o = self.box_from_render.transform_point3(ray.o.as_dvec3());
-        let d = self.box_from_render.transform_vector3(ray.d.as_dvec3());
-        let (mut start, mut end) = (0.0f64, t_max);
-        for axis in 0..3 {
-            if d[axis] == 0.0 {
-                if !(0.0..=1.0).contains(&o[axis]) {
-                    return None;
-                }
-                continue;
-            }
-            let (a, b) = (-o[axis] / d[axis], (1.0 - o[axis]) / d[axis]);
-            start = start.max(a.min(b));
-            end = end.min(a.max(b));
-        }
+        let chord = self.space.chord(ray, t_max);
         // Also `None` if a distance is not finite.
-        (start < end && end.is_finite()).then_some(Chord { o, d, start, end })
+        chord.filter(|chord| chord.end.is_finite())
     }
 
     /// The density at distance `t` along a ray that is inside the box there.
     fn density(&self, chord: &Chord, t: f64) -> f64 {
         let p = chord.o + chord.d * t;
-        match &self.density {
+        match &self.spec.density {
             Density::Constant => 1.0,
             Density::Exponential { scale, falloff } => {
                 // Rounding may leave the box.
@@ -257,18 +206,18 @@ impl Volume {
     /// Extinction and scattering coefficients at distance `t` in the box.
     pub(super) fn coefficients(&self, chord: &Chord, t: f64) -> (Rgb, Rgb) {
         let density = self.density(chord, t) as f32;
-        (self.sigma_t * density, self.sigma_s * density)
+        (self.sigma_t * density, self.spec.sigma_s * density)
     }
 
     /// Radiance emitted per unit length at distance `t` in the box.
     pub(super) fn emission(&self, chord: &Chord, t: f64) -> Rgb {
-        self.emission * self.density(chord, t) as f32
+        self.spec.emission * self.density(chord, t) as f32
     }
 
     /// The integral of the density from the start of the chord to `t`, if it has a closed form.
     fn column(&self, chord: &Chord, t: f64) -> Option<f64> {
         let length = t - chord.start;
-        match &self.density {
+        match &self.spec.density {
             Density::Constant => Some(length),
             Density::Exponential { scale, falloff } => {
                 let first = scale * (-falloff.dot(chord.o + chord.d * chord.start)).exp();

@@ -6,10 +6,9 @@
 //! Free paths are sampled by spectral tracking (Kutz, Habel, Li and Novák 2017, §4): a tentative collision scatters
 //! with a probability determined by the scattering in the channels that matter to the path, and absorption is a weight.
 
-use super::Flight;
+use super::boxes::Chord;
 use super::numbers::Numbers;
-use super::phase::HenyeyGreenstein;
-use super::volume::{Chord, Volume};
+use super::{Flight, HenyeyGreenstein, Volume};
 use crate::math::Rgb;
 use crate::math::ray::Ray;
 use crate::samplers::SampleStream;
@@ -40,7 +39,7 @@ impl Volumes {
 
     /// The phase function of one of the volumes.
     pub fn phase(&self, volume: usize) -> Option<&HenyeyGreenstein> {
-        self.volumes.get(volume).map(Volume::phase)
+        self.volumes.get(volume).map(|volume| &volume.spec.phase)
     }
 
     /// See [`super::Medium::transmittance`].

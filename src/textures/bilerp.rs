@@ -1,6 +1,6 @@
 //! `bilerp`.
 
-use super::{Compiler, Evaluate, Mapping, MappingSpec, TextureClass, TextureValue, Textures};
+use super::{Compiler, Mapping, TextureClass, TextureValue, Textures};
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
 use crate::surface::TexturePoint;
@@ -9,9 +9,9 @@ use crate::surface::TexturePoint;
 /// square. Parameters: `v00` (0), `v01` (1) at s = 0, t = 1, `v10` (0), `v11` (1), constants of the
 /// texture's kind; a 2-D mapping.
 #[derive(Clone, Copy, Debug)]
-pub struct Bilerp<V, M> {
+pub struct Bilerp<V> {
     /// From points to (s, t).
-    pub mapping: M,
+    pub mapping: Mapping,
     /// Value at (0, 0).
     pub v00: V,
     /// Value at (0, 1).
@@ -22,12 +22,12 @@ pub struct Bilerp<V, M> {
     pub v11: V,
 }
 
-impl<V: TextureValue> TextureClass<V> for Bilerp<V, MappingSpec> {
-    type Compiled = Bilerp<V, Mapping>;
+impl<V: TextureValue> TextureClass<V> for Bilerp<V> {
+    const FILTERS: bool = false;
 
     fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
         Bilerp {
-            mapping: MappingSpec::from_params(reader, ctm),
+            mapping: Mapping::from_params(reader, ctm),
             v00: V::constant_from_params(reader, "v00", 0.0),
             v01: V::constant_from_params(reader, "v01", 1.0),
             v10: V::constant_from_params(reader, "v10", 0.0),
@@ -35,19 +35,9 @@ impl<V: TextureValue> TextureClass<V> for Bilerp<V, MappingSpec> {
         }
     }
 
-    fn compile(&self, compiler: &mut Compiler) -> Bilerp<V, Mapping> {
-        Bilerp {
-            mapping: self.mapping.compile(compiler.render_from_world),
-            v00: self.v00,
-            v01: self.v01,
-            v10: self.v10,
-            v11: self.v11,
-        }
+    fn prepare(&mut self, compiler: &mut Compiler) {
+        self.mapping.place(compiler.render_from_world);
     }
-}
-
-impl<V: TextureValue> Evaluate<V> for Bilerp<V, Mapping> {
-    const FILTERS: bool = false;
 
     fn evaluate(&self, _textures: &Textures, at: &TexturePoint) -> V {
         let st = self.mapping.position(at);

@@ -1,8 +1,8 @@
 //! `checkerboard`.
 
-use super::{
-    Compiler, Evaluate, Mapping, MappingSpec, SolidMapping, TextureClass, TextureValue, Textures,
-};
+use super::value::textures_of;
+use super::{Compiler, Mapping, PointMap, TextureClass, TextureValue, Textures};
+use crate::inputs::TexturesRead;
 use crate::math::Vec2;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
@@ -14,9 +14,9 @@ use crate::surface::TexturePoint;
 /// The closed form is the board's mean over a box around the point
 /// (Pharr, Jakob and Humphreys 2016, §10.5.1).
 #[derive(Clone, Copy, Debug)]
-pub struct Checkerboard<V: TextureValue, M> {
+pub struct Checkerboard<V: TextureValue> {
     /// How points fall into cells.
-    pub cells: Cells<M>,
+    pub cells: Cells,
     /// Value on even cells.
     pub tex1: V::Input,
     /// Value on odd cells.
@@ -25,11 +25,11 @@ pub struct Checkerboard<V: TextureValue, M> {
 
 /// The board's cells.
 #[derive(Clone, Copy, Debug)]
-pub enum Cells<M> {
+pub enum Cells {
     /// Unit squares in (s, t).
-    Squares(M, Antialiasing),
-    /// Unit cubes in the texture's space.
-    Cubes(SolidMapping),
+    Squares(Mapping, Antialiasing),
+    /// Unit cubes in the space to which the CTM itself leads ([`Solid`](super::solid::Solid)).
+    Cubes(PointMap),
 }
 
 /// Filtering of a 2-D checkerboard.
@@ -41,12 +41,10 @@ pub enum Antialiasing {
     ClosedForm,
 }
 
-impl<V: TextureValue> TextureClass<V> for Checkerboard<V, MappingSpec> {
-    type Compiled = Checkerboard<V, Mapping>;
-
+impl<V: TextureValue> TextureClass<V> for Checkerboard<V> {
     fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
         let cells = match reader.integer("dimension", 2) {
-            3 => Cells::Cubes(SolidMapping::new(ctm)),
+            3 => Cells::Cubes(PointMap::new(&ctm.m)),
             dimension => {
                 if dimension != 2 {
                     reader.error(
@@ -58,7 +56,7 @@ impl<V: TextureValue> TextureClass<V> for Checkerboard<V, MappingSpec> {
                     "none" => Antialiasing::None,
                     _ => Antialiasing::ClosedForm,
                 };
-                Cells::Squares(MappingSpec::from_params(reader, ctm), antialiasing)
+                Cells::Squares(Mapping::from_params(reader, ctm), antialiasing)
             }
         };
         let tex1 = V::input_from_params(reader, "tex1", 1.0);
@@ -66,26 +64,17 @@ impl<V: TextureValue> TextureClass<V> for Checkerboard<V, MappingSpec> {
         Checkerboard { cells, tex1, tex2 }
     }
 
-    fn inputs(&self) -> Vec<V::Input> {
-        vec![self.tex1, self.tex2]
+    fn inputs(&self) -> TexturesRead {
+        textures_of::<V>([self.tex1, self.tex2])
     }
 
-    fn compile(&self, compiler: &mut Compiler) -> Checkerboard<V, Mapping> {
-        let cells = match self.cells {
-            Cells::Squares(mapping, antialiasing) => {
-                Cells::Squares(mapping.compile(compiler.render_from_world), antialiasing)
-            }
-            Cells::Cubes(map) => Cells::Cubes(map.from_render(compiler.render_from_world)),
-        };
-        Checkerboard {
-            cells,
-            tex1: self.tex1,
-            tex2: self.tex2,
+    fn prepare(&mut self, compiler: &mut Compiler) {
+        match &mut self.cells {
+            Cells::Squares(mapping, _) => mapping.place(compiler.render_from_world),
+            Cells::Cubes(map) => map.place(compiler.render_from_world),
         }
     }
-}
 
-impl<V: TextureValue> Evaluate<V> for Checkerboard<V, Mapping> {
     fn needs_footprint(&self) -> bool {
         matches!(self.cells, Cells::Squares(_, Antialiasing::ClosedForm))
     }
@@ -99,7 +88,7 @@ impl<V: TextureValue> Evaluate<V> for Checkerboard<V, Mapping> {
                 let c = mapping.coordinates(at);
                 odd_share(c.st, c.dstdx.abs().max(c.dstdy.abs()))
             }
-            Cells::Cubes(map) => odd_cell(&map.position(at).to_array()),
+            Cells::Cubes(map) => odd_cell(&map.point(at.p).to_array()),
         };
         if odd == 0.0 {
             V::lookup(self.tex1, textures, at)
@@ -155,7 +144,7 @@ mod tests {
     use crate::math::hash::{mix2, unit_float};
     use crate::math::{DVec3, Vec3};
     use crate::surface::Footprint;
-    use crate::textures::{TextureSpec, TextureSpecs, TextureUsage};
+    use crate::textures::{Texture, TextureSpecs, TextureUsage};
 
     #[test]
     fn even_cells_come_first_on_both_sides_of_zero() {
@@ -196,12 +185,12 @@ mod tests {
         // `Scale 4 4 1` before the texture makes cells four times smaller, not larger.
         let ctm = Transform::scale(DVec3::new(4.0, 4.0, 1.0));
         let camera = DVec3::new(0.0, 0.0, -7.0);
-        let board = Checkerboard::<f32, MappingSpec> {
-            cells: Cells::Cubes(SolidMapping::new(&ctm)),
+        let board = Checkerboard::<f32> {
+            cells: Cells::Cubes(PointMap::new(&ctm.m)),
             tex1: FloatInput::Constant(1.0),
             tex2: FloatInput::Constant(0.0),
         };
-        let specs = TextureSpecs::of(&[TextureSpec::Checkerboard(board)], &[]);
+        let specs = TextureSpecs::of(&[Texture::Checkerboard(board)], &[]);
         let textures = Textures::compile(
             &specs,
             &TextureUsage::new(&specs),

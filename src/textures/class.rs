@@ -2,42 +2,31 @@
 
 use super::compile::Compiler;
 use super::{TextureValue, Textures};
-use crate::inputs::FloatInput;
+use crate::inputs::TexturesRead;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
 use crate::surface::TexturePoint;
 
-/// A class of texture with values of type `V`, as the scene file describes it.
-pub(super) trait TextureClass<V: TextureValue>: Sized {
-    /// The texture in render space.
-    type Compiled: Evaluate<V>;
-
+/// A class of texture with values of type `V`.
+pub(super) trait TextureClass<V: TextureValue> {
     /// Whether there are no float textures of it.
     const COLORS_ONLY: bool = false;
+
+    /// Whether it uses the footprint.
+    const FILTERS: bool = true;
 
     /// Reads the parameters under the transformation `ctm`.
     fn from_params(reader: &ParamReader, ctm: &Transform) -> Self;
 
-    /// The inputs of the texture's own kind.
-    fn inputs(&self) -> Vec<V::Input> {
+    /// The textures it looks values up in.
+    fn inputs(&self) -> TexturesRead {
         Vec::new()
     }
 
-    /// The input that is a float whatever the texture's kind.
-    fn amount(&self) -> Option<FloatInput> {
-        None
-    }
+    /// Moves it from world to render space, and asks for the files it needs.
+    fn prepare(&mut self, _compiler: &mut Compiler) {}
 
-    /// Moves it to render space.
-    fn compile(&self, compiler: &mut Compiler) -> Self::Compiled;
-}
-
-/// A texture ready for look-ups.
-pub(super) trait Evaluate<V: TextureValue> {
-    /// Whether it uses the footprint.
-    const FILTERS: bool = true;
-
-    /// The value at a point.
+    /// The value at a point, once it is prepared.
     fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V;
 
     /// Returns `true` if this one uses the footprint.

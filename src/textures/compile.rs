@@ -115,7 +115,9 @@ impl Compiler<'_> {
     ) -> (Vec<Texture<V>>, Vec<PendingMap>) {
         let compile = |(index, texture): (usize, &NestedTexture<V>)| {
             self.used = used.get(index) == Some(&true);
-            texture.spec.compile(self)
+            let mut texture = texture.spec.clone();
+            texture.prepare(self);
+            texture
         };
         let textures = textures.iter().enumerate().map(compile).collect();
         (textures, std::mem::take(&mut self.maps))

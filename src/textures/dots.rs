@@ -1,7 +1,9 @@
 //! `dots`.
 
 use super::noise::noise2;
-use super::{Compiler, Evaluate, Mapping, MappingSpec, TextureClass, TextureValue, Textures};
+use super::value::textures_of;
+use super::{Compiler, Mapping, TextureClass, TextureValue, Textures};
+use crate::inputs::TexturesRead;
 use crate::math::Vec2;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
@@ -18,41 +20,33 @@ const MAX_SHIFT: f32 = 0.5 - RADIUS;
 /// the names are exchanged: `inside` is the value *around* the dots, `outside` that *of* the dots
 /// (Pharr, Jakob and Humphreys 2016, §10.6.2; docs/scene-language.md §3.9).
 #[derive(Clone, Copy, Debug)]
-pub struct Dots<V: TextureValue, M> {
+pub struct Dots<V: TextureValue> {
     /// From points to (s, t).
-    pub mapping: M,
+    pub mapping: Mapping,
     /// Value around the dots.
     pub inside: V::Input,
     /// Value of the dots.
     pub outside: V::Input,
 }
 
-impl<V: TextureValue> TextureClass<V> for Dots<V, MappingSpec> {
-    type Compiled = Dots<V, Mapping>;
+impl<V: TextureValue> TextureClass<V> for Dots<V> {
+    const FILTERS: bool = false;
 
     fn from_params(reader: &ParamReader, ctm: &Transform) -> Self {
         Dots {
-            mapping: MappingSpec::from_params(reader, ctm),
+            mapping: Mapping::from_params(reader, ctm),
             inside: V::input_from_params(reader, "inside", 1.0),
             outside: V::input_from_params(reader, "outside", 0.0),
         }
     }
 
-    fn inputs(&self) -> Vec<V::Input> {
-        vec![self.inside, self.outside]
+    fn inputs(&self) -> TexturesRead {
+        textures_of::<V>([self.inside, self.outside])
     }
 
-    fn compile(&self, compiler: &mut Compiler) -> Dots<V, Mapping> {
-        Dots {
-            mapping: self.mapping.compile(compiler.render_from_world),
-            inside: self.inside,
-            outside: self.outside,
-        }
+    fn prepare(&mut self, compiler: &mut Compiler) {
+        self.mapping.place(compiler.render_from_world);
     }
-}
-
-impl<V: TextureValue> Evaluate<V> for Dots<V, Mapping> {
-    const FILTERS: bool = false;
 
     fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
         let input = if in_dot(self.mapping.position(at)) {

@@ -1,7 +1,7 @@
 //! `imagemap`.
 
 use super::mipmap::{Filter, Mipmap, Wrap};
-use super::{Compiler, Evaluate, Mapping, MappingSpec, TextureClass, TextureValue, Textures};
+use super::{Compiler, Mapping, TextureClass, TextureValue, Textures};
 use crate::assets::image_data::ImageData;
 use crate::math::color::linear_from_srgb;
 use crate::math::transform::Transform;
@@ -19,13 +19,15 @@ use std::path::Path;
 /// (s, t) = (0, 0) is the image's lower-left corner; of an .exr in v2's language, its upper-left.
 /// An image that cannot be read counts as one texel of 0.5.
 #[derive(Clone, Debug)]
-pub struct ImagemapSpec {
+pub struct Imagemap {
     /// From points to (s, t).
-    pub mapping: MappingSpec,
+    pub mapping: Mapping,
     /// The image; `None` where none was given or found.
     pub file: Option<NamedFile>,
     /// Everything that shapes the filtered image besides the file.
     pub settings: ImageSettings,
+    /// Position of the filtered image, once it is prepared.
+    pub map: usize,
 }
 
 /// How a file becomes a filtered image: textures that agree in it share one.
@@ -84,18 +86,17 @@ impl Decoding {
     fn apply<V: TextureValue>(self, stored: V, bytes: &SrgbBytes) -> V {
         match self {
             Decoding::Scaled { srgb: true, scale } => stored.map(|v| bytes.linear(v)) * scale,
-            Decoding::Scaled { srgb: false, scale } => stored * scale,
-            Decoding::Power { scale, gamma: 1.0 } => stored * scale,
+            Decoding::Scaled { srgb: false, scale } | Decoding::Power { scale, gamma: 1.0 } => {
+                stored * scale
+            }
             // A negative base has no real power; such texels are black.
             Decoding::Power { scale, gamma } => (stored * scale).map(|v| v.max(0.0).powf(gamma)),
         }
     }
 }
 
-impl<V: TextureValue> TextureClass<V> for ImagemapSpec {
-    type Compiled = Imagemap;
-
-    fn from_params(reader: &ParamReader, ctm: &Transform) -> ImagemapSpec {
+impl<V: TextureValue> TextureClass<V> for Imagemap {
+    fn from_params(reader: &ParamReader, ctm: &Transform) -> Imagemap {
         if !reader.has("filename") {
             reader.error(
                 "filename",
@@ -127,8 +128,8 @@ impl<V: TextureValue> TextureClass<V> for ImagemapSpec {
             let srgb = reader.boolean("gamma", is_srgb);
             Decoding::Scaled { srgb, scale }
         };
-        ImagemapSpec {
-            mapping: MappingSpec::from_params(reader, ctm),
+        Imagemap {
+            mapping: Mapping::from_params(reader, ctm),
             file: reader.named_file("filename"),
             settings: ImageSettings {
                 wrap,
@@ -136,14 +137,17 @@ impl<V: TextureValue> TextureClass<V> for ImagemapSpec {
                 decoding,
                 top_first: extension == "exr" && reader.means_v2("filename"),
             },
+            map: 0,
         }
     }
 
-    fn compile(&self, compiler: &mut Compiler) -> Imagemap {
-        Imagemap {
-            mapping: self.mapping.compile(compiler.render_from_world),
-            map: compiler.map(self.file.as_ref(), self.settings),
-        }
+    fn prepare(&mut self, compiler: &mut Compiler) {
+        self.mapping.place(compiler.render_from_world);
+        self.map = compiler.map(self.file.as_ref(), self.settings);
+    }
+
+    fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
+        V::mipmap(textures, self.map).lookup(&self.mapping.coordinates(at))
     }
 }
 
@@ -170,18 +174,5 @@ impl ImageSettings {
             }));
         }
         Mipmap::new(width, height, texels, self.wrap, self.filter)
-    }
-}
-
-/// An [`ImagemapSpec`] ready for look-ups.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Imagemap {
-    mapping: Mapping,
-    map: usize,
-}
-
-impl<V: TextureValue> Evaluate<V> for Imagemap {
-    fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
-        V::mipmap(textures, self.map).lookup(&self.mapping.coordinates(at))
     }
 }

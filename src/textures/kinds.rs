@@ -1,38 +1,38 @@
 //! The classes of textures: one table for names, the reader and the dispatch.
 
+use super::combinations::{Constant, Mix, Scale};
+use super::solid::{Fbm, Solid, Windy, Wrinkled};
 use super::*;
+use crate::inputs::TexturesRead;
+use crate::math::transform::Transform;
+use crate::params::ParamReader;
+use crate::surface::TexturePoint;
 
 macro_rules! texture_classes {
-    ($($name:literal => $Class:ident($Spec:ty),)*) => {
-        /// A texture as the scene file describes it, in world space.
+    ($($name:literal => $Class:ident($Type:ty),)*) => {
+        /// A texture: in world space as the scene file describes it, or, once it is prepared, in render space.
         #[derive(Clone, Debug)]
-        pub enum TextureSpec<V: TextureValue> {
-            $(#[doc = concat!("`", $name, "`")] $Class($Spec),)*
+        pub enum Texture<V: TextureValue> {
+            $(#[doc = concat!("`", $name, "`")] $Class($Type),)*
         }
 
-        /// A texture ready for look-ups, in render space.
-        #[derive(Clone, Debug)]
-        pub(super) enum Texture<V: TextureValue> {
-            $($Class(<$Spec as TextureClass<V>>::Compiled),)*
-        }
-
-        impl<V: TextureValue> TextureSpec<V> {
+        impl<V: TextureValue> Texture<V> {
             /// The classes that a scene may name.
             pub const KINDS: &'static [&'static str] = &[$($name,)*];
 
             /// The texture that `Texture "name" "type" "class"` describes under the transformation
             /// `ctm`; `None`, with a message, where there is no such class.
-            pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Option<TextureSpec<V>> {
+            pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Option<Texture<V>> {
                 match reader.kind() {
-                    $($name if !V::HAS_COLORS && <$Spec as TextureClass<V>>::COLORS_ONLY => {
+                    $($name if !V::HAS_COLORS && <$Type as TextureClass<V>>::COLORS_ONLY => {
                         reader.accept_all();
                         let message = "texture has colors only: no float texture is defined";
                         reader.warn("", format!("a `{}` {message}", $name));
                         None
                     })*
                     $($name => {
-                        let class = <$Spec as TextureClass<V>>::from_params(reader, ctm);
-                        Some(TextureSpec::$Class(class))
+                        let class = <$Type as TextureClass<V>>::from_params(reader, ctm);
+                        Some(Texture::$Class(class))
                     })*
                     _ => {
                         reader.unknown_kind_replaced(Self::KINDS, "no texture is defined");
@@ -42,49 +42,39 @@ macro_rules! texture_classes {
             }
 
             /// The textures this one looks values up in.
-            pub(super) fn operands(&self) -> Operands<V> {
-                match self {
-                    $(TextureSpec::$Class(t) => Operands {
-                        own: TextureClass::<V>::inputs(t),
-                        amount: TextureClass::<V>::amount(t),
-                    },)*
-                }
+            pub(super) fn inputs(&self) -> TexturesRead {
+                match self { $(Texture::$Class(t) => TextureClass::<V>::inputs(t),)* }
             }
 
-            pub(super) fn compile(&self, compiler: &mut Compiler) -> Texture<V> {
-                match self {
-                    $(TextureSpec::$Class(t) => {
-                        Texture::$Class(TextureClass::<V>::compile(t, compiler))
-                    })*
-                }
+            /// Moves it from world to render space, and asks for the files it needs.
+            pub(super) fn prepare(&mut self, compiler: &mut Compiler) {
+                match self { $(Texture::$Class(t) => TextureClass::<V>::prepare(t, compiler),)* }
             }
-        }
 
-        impl<V: TextureValue> Texture<V> {
             pub(super) fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
                 match self { $(Texture::$Class(t) => t.evaluate(textures, at),)* }
             }
 
             pub(super) fn needs_footprint(&self) -> bool {
-                match self { $(Texture::$Class(t) => Evaluate::<V>::needs_footprint(t),)* }
+                match self { $(Texture::$Class(t) => TextureClass::<V>::needs_footprint(t),)* }
             }
         }
     };
 }
 
-// A new class: its file, which implements `TextureClass` and `Evaluate`, and a line here.
+// A new class: its file, which implements `TextureClass`, and a line here.
 texture_classes! {
     "constant" => Constant(Constant<V>),
     "scale" => Scale(Scale<V>),
     "mix" => Mix(Mix<V>),
-    "bilerp" => Bilerp(Bilerp<V, MappingSpec>),
-    "uv" => Uv(Uv<MappingSpec>),
-    "checkerboard" => Checkerboard(Checkerboard<V, MappingSpec>),
-    "imagemap" => Imagemap(ImagemapSpec),
-    "dots" => Dots(Dots<V, MappingSpec>),
-    "fbm" => Fbm(Fbm),
-    "wrinkled" => Wrinkled(Wrinkled),
-    "windy" => Windy(Windy),
-    "marble" => Marble(Marble),
-    "ptex" => Ptex(PtexSpec),
+    "bilerp" => Bilerp(Bilerp<V>),
+    "uv" => Uv(Uv),
+    "checkerboard" => Checkerboard(Checkerboard<V>),
+    "imagemap" => Imagemap(Imagemap),
+    "dots" => Dots(Dots<V>),
+    "fbm" => Fbm(Solid<Fbm>),
+    "wrinkled" => Wrinkled(Solid<Wrinkled>),
+    "windy" => Windy(Solid<Windy>),
+    "marble" => Marble(Solid<Marble>),
+    "ptex" => Ptex(Ptex),
 }

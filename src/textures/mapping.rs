@@ -5,6 +5,7 @@ use crate::math::transform::Transform;
 use crate::math::{DMat4, DVec3, Vec2, Vec3};
 use crate::params::ParamReader;
 use crate::surface::TexturePoint;
+use glam::{DVec2, DVec4};
 use std::f32::consts::{PI, TAU};
 
 /// A point in texture space with its change from one film sample to the next.
@@ -18,9 +19,9 @@ pub struct TextureCoordinates {
     pub dstdy: Vec2,
 }
 
-/// A mapping as the scene file says it, in world space.
+/// From points to (s, t): points in world space, or, once it is placed, in render space.
 #[derive(Clone, Copy, Debug)]
-pub enum MappingSpec {
+pub enum Mapping {
     /// Scaled and shifted surface parameters.
     Uv {
         /// `uscale`, `vscale` (1).
@@ -28,125 +29,63 @@ pub enum MappingSpec {
         /// `udelta`, `vdelta` (0).
         delta: Vec2,
     },
-    /// s is the angle from the texture's z axis over π, t the azimuth over 2π.
-    Spherical {
-        /// The CTM of the `Texture` directive.
-        world_from_texture: Transform,
-    },
+    /// s is the angle from the z axis of the texture's space over π, t the azimuth over 2π.
+    Spherical(PointMap),
     /// s is the azimuth over 2π, with ½ at +x; t is z of the point *brought to unit length* (a
     /// quirk of pbrt).
-    Cylindrical {
-        /// The CTM of the `Texture` directive.
-        world_from_texture: Transform,
-    },
-    /// Projections on two vectors, in *world* space whatever the CTM (a quirk of pbrt).
-    Planar {
-        /// `v1` (1, 0, 0): s for a unit step along it.
-        v1: DVec3,
-        /// `v2` (0, 1, 0).
-        v2: DVec3,
-        /// `udelta`, `vdelta` (0).
-        delta: [f64; 2],
-    },
-}
-
-impl MappingSpec {
-    /// Reads `mapping` (`uv`) and its parameters.
-    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> MappingSpec {
-        match reader.one_of("mapping", &["uv", "spherical", "cylindrical", "planar"]) {
-            "spherical" => MappingSpec::Spherical {
-                world_from_texture: *ctm,
-            },
-            "cylindrical" => MappingSpec::Cylindrical {
-                world_from_texture: *ctm,
-            },
-            "planar" => MappingSpec::Planar {
-                v1: reader.vector3("v1", DVec3::X),
-                v2: reader.vector3("v2", DVec3::Y),
-                delta: [reader.float("udelta", 0.0), reader.float("vdelta", 0.0)],
-            },
-            _ => MappingSpec::Uv {
-                scale: Vec2::new(
-                    reader.float("uscale", 1.0) as f32,
-                    reader.float("vscale", 1.0) as f32,
-                ),
-                delta: Vec2::new(
-                    reader.float("udelta", 0.0) as f32,
-                    reader.float("vdelta", 0.0) as f32,
-                ),
-            },
-        }
-    }
-
-    /// For points in render space.
-    pub fn compile(&self, render_from_world: &Transform) -> Mapping {
-        let from_render = |t: &Transform| PointMap::new(&t.inverse).from_render(render_from_world);
-        match *self {
-            MappingSpec::Uv { scale, delta } => Mapping::Uv { scale, delta },
-            MappingSpec::Spherical { world_from_texture } => {
-                Mapping::Spherical(from_render(&world_from_texture))
-            }
-            MappingSpec::Cylindrical { world_from_texture } => {
-                Mapping::Cylindrical(from_render(&world_from_texture))
-            }
-            MappingSpec::Planar { v1, v2, delta } => {
-                // s = v1·world + δ = v1·(M render + o) + δ, with M and o those of world-from-render.
-                let world_from_render = render_from_world.inverted();
-                let transposed = |v: DVec3| {
-                    let m = world_from_render.m;
-                    DVec3::new(
-                        m.x_axis.truncate().dot(v),
-                        m.y_axis.truncate().dot(v),
-                        m.z_axis.truncate().dot(v),
-                    )
-                };
-                let origin = world_from_render.point(DVec3::ZERO);
-                Mapping::Planar {
-                    v1: transposed(v1).as_vec3(),
-                    v2: transposed(v2).as_vec3(),
-                    delta: Vec2::new(
-                        (v1.dot(origin) + delta[0]) as f32,
-                        (v2.dot(origin) + delta[1]) as f32,
-                    ),
-                }
-            }
-        }
-    }
-}
-
-/// A mapping from points in render space.
-#[derive(Clone, Copy, Debug)]
-pub enum Mapping {
-    /// See [`MappingSpec::Uv`].
-    Uv {
-        /// Factors of u and v.
-        scale: Vec2,
-        /// Added afterwards.
-        delta: Vec2,
-    },
-    /// See [`MappingSpec::Spherical`].
-    Spherical(PointMap),
-    /// See [`MappingSpec::Cylindrical`].
     Cylindrical(PointMap),
-    /// See [`MappingSpec::Planar`].
-    Planar {
-        /// s for a unit step along it.
-        v1: Vec3,
-        /// t for a unit step along it.
-        v2: Vec3,
-        /// (s, t) of the render-space origin.
-        delta: Vec2,
-    },
+    /// s is x and t is y of the point, mapped.
+    Planar(PointMap),
 }
 
 impl Mapping {
+    /// Reads `mapping` (`uv`) and its parameters. The texture's space is that of the CTM.
+    pub fn from_params(reader: &ParamReader, ctm: &Transform) -> Mapping {
+        let pair = |names: [&str; 2], default| names.map(|name| reader.float(name, default));
+        let single = |names, default| DVec2::from_array(pair(names, default)).as_vec2();
+        match reader.one_of("mapping", &["uv", "spherical", "cylindrical", "planar"]) {
+            "spherical" => Mapping::Spherical(PointMap::new(&ctm.inverse)),
+            "cylindrical" => Mapping::Cylindrical(PointMap::new(&ctm.inverse)),
+            "planar" => Mapping::planar(
+                reader.vector3("v1", DVec3::X),
+                reader.vector3("v2", DVec3::Y),
+                pair(["udelta", "vdelta"], 0.0),
+            ),
+            _ => Mapping::Uv {
+                scale: single(["uscale", "vscale"], 1.0),
+                delta: single(["udelta", "vdelta"], 0.0),
+            },
+        }
+    }
+
+    /// Projections on two vectors, shifted, in *world* space whatever the CTM (a quirk of pbrt).
+    fn planar(v1: DVec3, v2: DVec3, delta: [f64; 2]) -> Mapping {
+        let rows = DMat4::from_cols(
+            v1.extend(delta[0]),
+            v2.extend(delta[1]),
+            DVec4::ZERO,
+            DVec4::W,
+        );
+        Mapping::Planar(PointMap::new(&rows.transpose()))
+    }
+
+    /// Makes this mapping of world-space points one of points in render space.
+    pub fn place(&mut self, render_from_world: &Transform) {
+        match self {
+            Mapping::Uv { .. } => {}
+            Mapping::Spherical(map) | Mapping::Cylindrical(map) | Mapping::Planar(map) => {
+                map.place(render_from_world);
+            }
+        }
+    }
+
     /// (s, t) of a point.
     pub fn position(&self, at: &TexturePoint) -> Vec2 {
         match self {
             Mapping::Uv { scale, delta } => *scale * at.uv + *delta,
             Mapping::Spherical(map) => spherical(map.point(at.p)),
             Mapping::Cylindrical(map) => cylindrical(map.point(at.p)),
-            Mapping::Planar { v1, v2, delta } => Vec2::new(at.p.dot(*v1), at.p.dot(*v2)) + *delta,
+            Mapping::Planar(map) => map.point(at.p).truncate(),
         }
     }
 
@@ -161,20 +100,15 @@ impl Mapping {
             // Across the seam an azimuth jumps by 1: the short way round is meant.
             (change - wraps * change.round()) / step
         };
-        let (dstdx, dstdy) = match self {
-            Mapping::Uv { scale, .. } => (*scale * f.duvdx, *scale * f.duvdy),
+        let [dstdx, dstdy] = match self {
+            Mapping::Uv { scale, .. } => [f.duvdx, f.duvdy].map(|duv| *scale * duv),
             Mapping::Spherical(m) => {
-                let d = |dp| difference(spherical, m, dp, 0.1, Vec2::Y);
-                (d(f.dpdx), d(f.dpdy))
+                [f.dpdx, f.dpdy].map(|dp| difference(spherical, m, dp, 0.1, Vec2::Y))
             }
             Mapping::Cylindrical(m) => {
-                let d = |dp| difference(cylindrical, m, dp, 0.01, Vec2::X);
-                (d(f.dpdx), d(f.dpdy))
+                [f.dpdx, f.dpdy].map(|dp| difference(cylindrical, m, dp, 0.01, Vec2::X))
             }
-            Mapping::Planar { v1, v2, .. } => (
-                Vec2::new(f.dpdx.dot(*v1), f.dpdx.dot(*v2)),
-                Vec2::new(f.dpdy.dot(*v1), f.dpdy.dot(*v2)),
-            ),
+            Mapping::Planar(m) => [f.dpdx, f.dpdy].map(|dp| m.vector(dp).truncate()),
         };
         TextureCoordinates { st, dstdx, dstdy }
     }
@@ -184,14 +118,8 @@ impl Mapping {
 fn spherical(p: Vec3) -> Vec2 {
     let q = p.normalize_or_zero();
     let azimuth = q.y.atan2(q.x);
-    Vec2::new(
-        q.z.clamp(-1.0, 1.0).acos() / PI,
-        if azimuth < 0.0 {
-            azimuth + TAU
-        } else {
-            azimuth
-        } / TAU,
-    )
+    let turned = if azimuth < 0.0 { TAU } else { 0.0 };
+    Vec2::new(q.z.clamp(-1.0, 1.0).acos() / PI, (azimuth + turned) / TAU)
 }
 
 /// (½ + azimuth / 2π, z of the point at unit length).
@@ -223,9 +151,9 @@ impl PointMap {
         }
     }
 
-    /// This map of world-space points for points in render space.
-    pub fn from_render(&self, render_from_world: &Transform) -> PointMap {
-        PointMap::new(&(self.exact * render_from_world.inverse))
+    /// Makes this map of world-space points one of points in render space.
+    pub fn place(&mut self, render_from_world: &Transform) {
+        *self = PointMap::new(&(self.exact * render_from_world.inverse));
     }
 
     /// Where `p` goes, divided by w where that is not 1.
@@ -268,11 +196,10 @@ mod tests {
     #[test]
     fn uv_is_scaled_then_shifted() {
         let scale = Vec2::new(2.0, 3.0);
-        let mapping = MappingSpec::Uv {
+        let mapping = Mapping::Uv {
             scale,
             delta: Vec2::new(10.0, 20.0),
-        }
-        .compile(&Transform::IDENTITY);
+        };
         let footprint = Footprint {
             duvdx: Vec2::new(0.1, 0.0),
             duvdy: Vec2::new(0.0, 0.2),
@@ -288,10 +215,7 @@ mod tests {
 
     #[test]
     fn spherical_takes_latitude_first() {
-        let m = MappingSpec::Spherical {
-            world_from_texture: Transform::translate(DVec3::X),
-        };
-        let m = m.compile(&Transform::IDENTITY);
+        let m = Mapping::Spherical(PointMap::new(&Transform::translate(-DVec3::X).m));
         let st = |p: Vec3| m.position(&at(p + Vec3::X, Footprint::default()));
         // One rounding of an inverse trigonometric function.
         close(st(Vec3::Z), Vec2::new(0.0, 0.0), 1e-6);
@@ -303,10 +227,7 @@ mod tests {
 
     #[test]
     fn cylindrical_takes_z_of_the_unit_vector() {
-        let m = MappingSpec::Cylindrical {
-            world_from_texture: Transform::IDENTITY,
-        }
-        .compile(&Transform::IDENTITY);
+        let m = Mapping::Cylindrical(PointMap::new(&DMat4::IDENTITY));
         let st = |p: Vec3| m.position(&at(p, Footprint::default()));
         close(st(Vec3::X), Vec2::new(0.5, 0.0), 1e-6);
         close(st(-Vec3::Y), Vec2::new(0.25, 0.0), 1e-6);
@@ -315,13 +236,9 @@ mod tests {
 
     #[test]
     fn planar_ignores_the_ctm_and_survives_the_move_to_render_space() {
-        let spec = MappingSpec::Planar {
-            v1: DVec3::new(2.0, 0.0, 0.0),
-            v2: DVec3::Z,
-            delta: [0.5, 0.0],
-        };
+        let mut m = Mapping::planar(DVec3::new(2.0, 0.0, 0.0), DVec3::Z, [0.5, 0.0]);
         let camera = DVec3::new(100.0, -50.0, 30.0);
-        let m = spec.compile(&Transform::translate(-camera));
+        m.place(&Transform::translate(-camera));
         let world = DVec3::new(101.0, -49.0, 33.0);
         let c = m.coordinates(&at(
             (world - camera).as_vec3(),
@@ -344,21 +261,13 @@ mod tests {
             dpdy: Vec3::Y * 0.01,
             ..Footprint::default()
         };
-        for spec in [
-            MappingSpec::Spherical {
-                world_from_texture: ctm,
-            },
-            MappingSpec::Cylindrical {
-                world_from_texture: ctm,
-            },
-            MappingSpec::Planar {
-                v1: DVec3::ONE,
-                v2: DVec3::Y,
-                delta: [0.1, 0.2],
-            },
+        for world in [
+            Mapping::Spherical(PointMap::new(&ctm.inverse)),
+            Mapping::Cylindrical(PointMap::new(&ctm.inverse)),
+            Mapping::planar(DVec3::ONE, DVec3::Y, [0.1, 0.2]),
         ] {
-            let world = spec.compile(&Transform::IDENTITY);
-            let render = spec.compile(&Transform::translate(-camera));
+            let mut render = world;
+            render.place(&Transform::translate(-camera));
             for p in [DVec3::new(1.0, 0.3, 0.2), DVec3::new(-2.0, 1.0, 5.0)] {
                 let a = world.coordinates(&at(p.as_vec3(), footprint));
                 let b = render.coordinates(&at((p - camera).as_vec3(), footprint));
@@ -376,28 +285,16 @@ mod tests {
             dpdx: Vec3::Y * 0.02,
             ..Footprint::default()
         };
-        for (spec, seam, pick) in [
-            (
-                MappingSpec::Spherical {
-                    world_from_texture: Transform::IDENTITY,
-                },
-                Vec3::X,
-                Vec2::Y,
-            ),
-            (
-                MappingSpec::Cylindrical {
-                    world_from_texture: Transform::IDENTITY,
-                },
-                -Vec3::X,
-                Vec2::X,
-            ),
+        let map = PointMap::new(&DMat4::IDENTITY);
+        for (m, seam, pick) in [
+            (Mapping::Spherical(map), Vec3::X, Vec2::Y),
+            (Mapping::Cylindrical(map), -Vec3::X, Vec2::X),
         ] {
-            let m = spec.compile(&Transform::IDENTITY);
             let c = m.coordinates(&at(seam - Vec3::Y * 1e-4 * seam.x, footprint));
             // A step of 0.02 along the unit circle is 0.02/2π of a turn.
             assert!(
                 (c.dstdx.dot(pick).abs() - 0.02 / TAU).abs() < 1e-4,
-                "{spec:?}: {}",
+                "{m:?}: {}",
                 c.dstdx
             );
         }

@@ -1,12 +1,11 @@
 //! `marble`.
 
+use super::TextureValue;
 use super::noise::Octaves;
-use super::solid::SolidMapping;
-use super::{Compiler, Evaluate, TextureClass, TextureValue, Textures, octaves_from_params};
+use super::solid::{Pattern, SolidPoint};
 use crate::math::Rgb;
-use crate::math::transform::Transform;
+use crate::math::float::clamp_nan_low;
 use crate::params::ParamReader;
-use crate::surface::TexturePoint;
 
 /// Colors of the stone, control points of a spline whose segment i has the points i … i + 3.
 const COLORS: [Rgb; 9] = [
@@ -30,44 +29,31 @@ const GAIN: f32 = 1.5;
 
 /// Veined stone: layers along y of the texture's space, displaced by noise, colored by a spline.
 /// Spectrum only. Parameters: integer `octaves` (8, at most 128), float `roughness` (0.5), float
-/// `scale` (1) of the pattern's frequency, float `variation` (0.2) of the displacement. The CTM at
-/// the directive takes points to the pattern (Pharr, Jakob and Humphreys 2016, §10.6.6).
+/// `scale` (1) of the pattern's frequency, float `variation` (0.2) of the displacement (Pharr, Jakob
+/// and Humphreys 2016, §10.6.6).
 ///
 /// pbrt-v3 runs past the end of the spline's second segment, to far brighter colors than the stone's, by
 /// a slip of one number; the six segments of the book (and of pbrt-v2) are used here.
 #[derive(Clone, Copy, Debug)]
 pub struct Marble {
-    mapping: SolidMapping,
     octaves: Octaves,
     scale: f32,
     variation: f32,
 }
 
-impl<V: TextureValue> TextureClass<V> for Marble {
-    type Compiled = Marble;
-
+impl Pattern for Marble {
     const COLORS_ONLY: bool = true;
 
-    fn from_params(reader: &ParamReader, ctm: &Transform) -> Marble {
+    fn from_params(reader: &ParamReader) -> Marble {
         Marble {
-            mapping: SolidMapping::new(ctm),
-            octaves: octaves_from_params(reader),
+            octaves: Octaves::from_params(reader),
             scale: reader.float("scale", 1.0) as f32,
             variation: reader.float("variation", 0.2) as f32,
         }
     }
 
-    fn compile(&self, compiler: &mut Compiler) -> Marble {
-        Marble {
-            mapping: self.mapping.from_render(compiler.render_from_world),
-            ..*self
-        }
-    }
-}
-
-impl<V: TextureValue> Evaluate<V> for Marble {
-    fn evaluate(&self, _textures: &Textures, at: &TexturePoint) -> V {
-        let at = self.mapping.point(at).scaled(self.scale);
+    fn value<V: TextureValue>(&self, at: &SolidPoint) -> V {
+        let at = at.scaled(self.scale);
         let layer = at.p.y + self.variation * self.octaves.fbm(&at);
         V::from_texel(color(0.5 + 0.5 * layer.sin()))
     }
@@ -75,11 +61,7 @@ impl<V: TextureValue> Evaluate<V> for Marble {
 
 /// The spline's color at `t` in 0…1; that at 0 where `t` is no number.
 fn color(t: f32) -> Rgb {
-    let t = if t.is_nan() {
-        0.0
-    } else {
-        t.clamp(0.0, 1.0) * SEGMENTS as f32
-    };
+    let t = clamp_nan_low(t, 0.0, 1.0) * SEGMENTS as f32;
     let first = (t as usize).min(SEGMENTS - 1);
     let t = t - first as f32;
     // de Casteljau's algorithm on the segment's four points.

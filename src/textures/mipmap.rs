@@ -3,7 +3,7 @@
 
 use super::{TextureCoordinates, TextureValue};
 use crate::math::Vec2;
-use crate::math::float::floor;
+use crate::math::float::{clamp_nan_low, floor};
 use std::f32::consts::PI;
 
 /// What lies outside the image.
@@ -63,11 +63,8 @@ impl<V: TextureValue> Mipmap<V> {
         filter: Filter,
     ) -> Mipmap<V> {
         let filter = match filter {
-            Filter::Ewa { max_anisotropy } if max_anisotropy >= 1.0 => Filter::Ewa {
-                max_anisotropy: max_anisotropy.min(ANISOTROPY_LIMIT),
-            },
-            Filter::Ewa { .. } => Filter::Ewa {
-                max_anisotropy: 1.0,
+            Filter::Ewa { max_anisotropy } => Filter::Ewa {
+                max_anisotropy: clamp_nan_low(max_anisotropy, 1.0, ANISOTROPY_LIMIT),
             },
             Filter::Trilinear => Filter::Trilinear,
         };
@@ -78,9 +75,7 @@ impl<V: TextureValue> Mipmap<V> {
         }
         .enlarged(wrap);
         let mut levels = vec![finest];
-        while let Some(coarser) = levels.last().and_then(Level::halved) {
-            levels.push(coarser);
-        }
+        levels.extend(std::iter::successors(levels[0].halved(), Level::halved));
         let gaussian = std::array::from_fn(|i| {
             let r2 = i as f32 / (GAUSSIAN_SIZE - 1) as f32;
             (-2.0 * r2).exp() - (-2.0f32).exp()
@@ -213,13 +208,8 @@ impl<V: TextureValue> Level<V> {
             );
             return self.texels[t * self.width + s];
         }
-        match (
-            wrap_index(s, self.width, wrap),
-            wrap_index(t, self.height, wrap),
-        ) {
-            (Some(s), Some(t)) => self.texels[t * self.width + s],
-            _ => V::default(),
-        }
+        let inside = wrap_index(s, self.width, wrap).zip(wrap_index(t, self.height, wrap));
+        inside.map_or(V::default(), |(s, t)| self.texels[t * self.width + s])
     }
 
     /// The next coarser level, each texel the mean of the four (at a side of 1: two) it covers;

@@ -1,7 +1,8 @@
 //! The textures of a scene in the order of their definition: each uses only those before it, and not too many.
 
-use super::{Constant, FloatTextureSpec, SpectrumTextureSpec, TextureSpec, TextureValue};
+use super::{Constant, FloatTextureSpec, SpectrumTextureSpec, Texture, TextureValue};
 use crate::handles::{FloatTextureId, SpectrumTextureId};
+use crate::inputs::TextureRead;
 use crate::math::Rgb;
 
 /// Deepest nesting of textures in textures. Scenes in the wild stay below 10; the stack of a
@@ -38,12 +39,26 @@ pub struct TextureSpecs {
 /// A texture with how much it uses others, those that they use in turn included.
 #[derive(Clone, Debug)]
 pub(super) struct NestedTexture<V: TextureValue> {
-    pub(super) spec: TextureSpec<V>,
-    /// How many textures stand one inside the other at most, 1 for a texture that uses none.
+    pub(super) spec: Texture<V>,
+    cost: Cost,
+}
+
+/// What looking a texture up takes at most.
+#[derive(Clone, Copy, Debug)]
+struct Cost {
+    /// How many textures stand one inside the other, 1 for a texture that uses none.
     depth: usize,
-    /// How many textures are evaluated for one value at most. A texture named twice counts twice, so
+    /// How many textures are evaluated for one value. A texture named twice counts twice, so
     /// that thirty textures of two operands each can come to a thousand million.
     lookups: u64,
+}
+
+impl Cost {
+    /// Of a texture that uses none.
+    const ALONE: Cost = Cost {
+        depth: 1,
+        lookups: 1,
+    };
 }
 
 impl TextureSpecs {
@@ -52,7 +67,7 @@ impl TextureSpecs {
         &mut self,
         spec: FloatTextureSpec,
     ) -> (FloatTextureId, Option<NestingProblem>) {
-        let (texture, problem) = NestedTexture::new(spec, &self.float, &self.float);
+        let (texture, problem) = self.nested(spec);
         self.float.push(texture);
         (FloatTextureId(self.float.len() as u32 - 1), problem)
     }
@@ -62,9 +77,46 @@ impl TextureSpecs {
         &mut self,
         spec: SpectrumTextureSpec,
     ) -> (SpectrumTextureId, Option<NestingProblem>) {
-        let (texture, problem) = NestedTexture::new(spec, &self.float, &self.spectrum);
+        let (texture, problem) = self.nested(spec);
         self.spectrum.push(texture);
         (SpectrumTextureId(self.spectrum.len() as u32 - 1), problem)
+    }
+
+    /// The texture after those there are; another in its place, and why, where it cannot be used.
+    fn nested<V: TextureValue>(
+        &self,
+        spec: Texture<V>,
+    ) -> (NestedTexture<V>, Option<NestingProblem>) {
+        match self.cost(&spec.inputs()) {
+            Ok(cost) => (NestedTexture { spec, cost }, None),
+            Err(problem) => {
+                let value = V::splat(0.5);
+                let constant = NestedTexture {
+                    spec: Texture::Constant(Constant { value }),
+                    cost: Cost::ALONE,
+                };
+                (constant, Some(problem))
+            }
+        }
+    }
+
+    /// What a texture costs that uses these.
+    fn cost(&self, inputs: &[TextureRead]) -> Result<Cost, NestingProblem> {
+        let mut cost = Cost::ALONE;
+        for input in inputs {
+            let used = match input {
+                TextureRead::Float(id) => self.float.get(id.index()).map(|t| t.cost),
+                TextureRead::Spectrum(id) => self.spectrum.get(id.index()).map(|t| t.cost),
+            };
+            let used = used.ok_or(NestingProblem::NotYetDefined)?;
+            cost.depth = cost.depth.max(1 + used.depth);
+            cost.lookups = cost.lookups.saturating_add(used.lookups);
+        }
+        match cost {
+            Cost { depth, .. } if depth > MAX_DEPTH => Err(NestingProblem::TooDeep),
+            Cost { lookups, .. } if lookups > MAX_LOOKUPS => Err(NestingProblem::TooMany),
+            _ => Ok(cost),
+        }
     }
 
     /// These textures, all of which can be used.
@@ -78,49 +130,5 @@ impl TextureSpecs {
             assert_eq!(specs.add_spectrum(spec.clone()).1, None);
         }
         specs
-    }
-}
-
-impl<V: TextureValue> NestedTexture<V> {
-    /// After `floats` and, of its own kind, `own`.
-    fn new(
-        spec: TextureSpec<V>,
-        floats: &[NestedTexture<f32>],
-        own: &[NestedTexture<V>],
-    ) -> (NestedTexture<V>, Option<NestingProblem>) {
-        let operands = spec.operands();
-        let inputs = operands.own.into_iter().filter_map(V::texture_index);
-        let inputs = inputs.map(|i| own.get(i).map(|t| (t.depth, t.lookups)));
-        let amount = operands.amount.and_then(f32::texture_index);
-        let amount = amount.map(|i| floats.get(i).map(|t| (t.depth, t.lookups)));
-        let (mut depth, mut lookups, mut defined) = (1, 1u64, true);
-        for used in inputs.chain(amount) {
-            let (inner_depth, inner_lookups) = used.unwrap_or_default();
-            depth = depth.max(1 + inner_depth);
-            lookups = lookups.saturating_add(inner_lookups);
-            defined &= used.is_some();
-        }
-        let problem = match () {
-            _ if !defined => NestingProblem::NotYetDefined,
-            _ if depth > MAX_DEPTH => NestingProblem::TooDeep,
-            _ if lookups > MAX_LOOKUPS => NestingProblem::TooMany,
-            _ => {
-                return (
-                    NestedTexture {
-                        spec,
-                        depth,
-                        lookups,
-                    },
-                    None,
-                );
-            }
-        };
-        let value = V::splat(0.5);
-        let constant = NestedTexture {
-            spec: TextureSpec::Constant(Constant { value }),
-            depth: 1,
-            lookups: 1,
-        };
-        (constant, Some(problem))
     }
 }

@@ -6,23 +6,11 @@
 
 use super::solid::SolidPoint;
 use crate::math::Vec3;
+use crate::math::float::clamp_nan_low;
+use crate::params::ParamReader;
 
 /// Perlin's reference permutation of 0…255.
-const PERMUTATION: [u8; 256] = [
-    151, 160, 137, 91, 90, 15, 131, 13, 201, 95, 96, 53, 194, 233, 7, 225, 140, 36, 103, 30, 69,
-    142, 8, 99, 37, 240, 21, 10, 23, 190, 6, 148, 247, 120, 234, 75, 0, 26, 197, 62, 94, 252, 219,
-    203, 117, 35, 11, 32, 57, 177, 33, 88, 237, 149, 56, 87, 174, 20, 125, 136, 171, 168, 68, 175,
-    74, 165, 71, 134, 139, 48, 27, 166, 77, 146, 158, 231, 83, 111, 229, 122, 60, 211, 133, 230,
-    220, 105, 92, 41, 55, 46, 245, 40, 244, 102, 143, 54, 65, 25, 63, 161, 1, 216, 80, 73, 209, 76,
-    132, 187, 208, 89, 18, 169, 200, 196, 135, 130, 116, 188, 159, 86, 164, 100, 109, 198, 173,
-    186, 3, 64, 52, 217, 226, 250, 124, 123, 5, 202, 38, 147, 118, 126, 255, 82, 85, 212, 207, 206,
-    59, 227, 47, 16, 58, 17, 182, 189, 28, 42, 223, 183, 170, 213, 119, 248, 152, 2, 44, 154, 163,
-    70, 221, 153, 101, 155, 167, 43, 172, 9, 129, 22, 39, 253, 19, 98, 108, 110, 79, 113, 224, 232,
-    178, 185, 112, 104, 218, 246, 97, 228, 251, 34, 242, 193, 238, 210, 144, 12, 191, 179, 162,
-    241, 81, 51, 145, 235, 249, 14, 239, 107, 49, 192, 214, 31, 181, 199, 106, 157, 184, 84, 204,
-    176, 115, 121, 50, 45, 127, 4, 150, 254, 138, 236, 205, 93, 222, 114, 67, 29, 24, 72, 243, 141,
-    128, 195, 78, 66, 215, 61, 156, 180,
-];
+const PERMUTATION: [u8; 256] = include!("permutation.in");
 
 /// Ratio of successive octaves' frequencies. Just below 2, so that lattice points of different
 /// octaves, where noise is 0, do not coincide.
@@ -90,47 +78,55 @@ fn lerp(t: f32, a: f32, b: f32) -> f32 {
 /// Which octaves are summed: as many as asked for, fewer where a film sample's footprint is wider
 /// than half their wavelength.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Octaves {
+pub(super) struct Octaves {
     /// The most octaves there are.
     pub most: u8,
     /// Weight of each octave relative to the one before (`roughness`).
     pub roughness: f32,
 }
 
+/// The most octaves a scene may ask for: 1.99¹²⁸ is the largest frequency in single precision.
+const MAX_OCTAVES: i64 = 128;
+
 impl Octaves {
-    /// Fractional Brownian motion: Σ roughnessⁱ · noise(1.99ⁱ p). May be negative.
-    pub fn fbm(&self, at: &SolidPoint) -> f32 {
-        let (whole, part) = self.seen(at);
-        let mut sum = 0.0;
-        let mut weight = 1.0;
-        let mut frequency = 1.0;
-        for _ in 0..whole {
-            sum += weight * noise(at.p * frequency);
-            weight *= self.roughness;
-            frequency *= LACUNARITY;
+    /// `octaves` (8) and `roughness` (0.5).
+    pub(super) fn from_params(reader: &ParamReader) -> Octaves {
+        Octaves {
+            most: reader.integer_within("octaves", 8, 0..=MAX_OCTAVES) as u8,
+            roughness: reader.float("roughness", 0.5) as f32,
         }
+    }
+
+    /// Fractional Brownian motion: Σ roughnessⁱ · noise(1.99ⁱ p). May be negative.
+    pub(super) fn fbm(&self, at: &SolidPoint) -> f32 {
+        let (whole, part) = self.seen(at);
+        let (sum, weight, frequency) = self.sum_whole(whole, |frequency| noise(at.p * frequency));
         sum + weight * smooth_step(part) * noise(at.p * frequency)
     }
 
     /// Turbulence: as [`Octaves::fbm`] of the noise's magnitude, with a mean value in place of what
     /// cannot be seen. As in pbrt-v3 the partly seen octave is counted a second time among the latter.
-    pub fn turbulence(&self, at: &SolidPoint) -> f32 {
+    pub(super) fn turbulence(&self, at: &SolidPoint) -> f32 {
         let (whole, part) = self.seen(at);
-        let mut sum = 0.0;
-        let mut weight = 1.0;
-        let mut frequency = 1.0;
-        for _ in 0..whole {
-            sum += weight * noise(at.p * frequency).abs();
-            weight *= self.roughness;
-            frequency *= LACUNARITY;
-        }
-        let last = noise(at.p * frequency).abs();
-        sum += weight * lerp(smooth_step(part), MEAN_MAGNITUDE, last);
+        let magnitude = |frequency: f32| noise(at.p * frequency).abs();
+        let (mut sum, mut weight, frequency) = self.sum_whole(whole, magnitude);
+        sum += weight * lerp(smooth_step(part), MEAN_MAGNITUDE, magnitude(frequency));
         for _ in whole..self.most {
             sum += weight * MEAN_MAGNITUDE;
             weight *= self.roughness;
         }
         sum
+    }
+
+    /// The sum of the octaves seen fully, and weight and frequency of the next one.
+    fn sum_whole(&self, whole: u8, octave: impl Fn(f32) -> f32) -> (f32, f32, f32) {
+        let (mut sum, mut weight, mut frequency) = (0.0, 1.0, 1.0);
+        for _ in 0..whole {
+            sum += weight * octave(frequency);
+            weight *= self.roughness;
+            frequency *= LACUNARITY;
+        }
+        (sum, weight, frequency)
     }
 
     /// How many octaves are seen fully, and what part of the next one.
@@ -139,11 +135,7 @@ impl Octaves {
         let most = f32::from(self.most);
         let seen = -1.0 - 0.5 * width2.log2();
         // Without a footprint (log2 0 = −∞) all of them; where it is no number, none.
-        let seen = if seen.is_nan() {
-            0.0
-        } else {
-            seen.clamp(0.0, most)
-        };
+        let seen = clamp_nan_low(seen, 0.0, most);
         let whole = seen.floor();
         (whole as u8, seen - whole)
     }

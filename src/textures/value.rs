@@ -2,7 +2,7 @@
 
 use super::mipmap::Mipmap;
 use super::{Texture, Textures};
-use crate::inputs::{FloatInput, SpectrumInput};
+use crate::inputs::{FloatInput, SpectrumInput, TextureRead, TexturesRead};
 use crate::math::Rgb;
 use crate::math::color::luminance;
 use crate::params::ParamReader;
@@ -48,14 +48,19 @@ pub trait TextureValue:
     /// The parameter `name`, constant or texture.
     fn input_from_params(reader: &ParamReader, name: &str, default: f32) -> Self::Input;
 
-    /// Position of the texture an input refers to; `None` for a constant.
-    fn texture_index(input: Self::Input) -> Option<usize>;
+    /// The texture an input refers to; `None` for a constant.
+    fn texture(input: Self::Input) -> Option<TextureRead>;
 
     /// The input's value at a point.
     fn lookup(input: Self::Input, textures: &Textures, at: &TexturePoint) -> Self;
 
     /// The filtered image of this kind at `index`.
     fn mipmap(textures: &Textures, index: usize) -> &Mipmap<Self>;
+}
+
+/// The textures among these inputs.
+pub(super) fn textures_of<V: TextureValue>(inputs: [V::Input; 2]) -> TexturesRead {
+    inputs.into_iter().filter_map(V::texture).collect()
 }
 
 impl TextureValue for f32 {
@@ -87,11 +92,8 @@ impl TextureValue for f32 {
         reader.float_input(name, default)
     }
 
-    fn texture_index(input: FloatInput) -> Option<usize> {
-        match input {
-            FloatInput::Constant(_) => None,
-            FloatInput::Texture(id) => Some(id.index()),
-        }
+    fn texture(input: FloatInput) -> Option<TextureRead> {
+        input.texture()
     }
 
     fn lookup(input: FloatInput, textures: &Textures, at: &TexturePoint) -> f32 {
@@ -132,11 +134,8 @@ impl TextureValue for Rgb {
         reader.spectrum_input(name, Rgb::splat(default))
     }
 
-    fn texture_index(input: SpectrumInput) -> Option<usize> {
-        match input {
-            SpectrumInput::Constant(_) => None,
-            SpectrumInput::Texture(id) => Some(id.index()),
-        }
+    fn texture(input: SpectrumInput) -> Option<TextureRead> {
+        input.texture()
     }
 
     fn lookup(input: SpectrumInput, textures: &Textures, at: &TexturePoint) -> Rgb {

@@ -67,10 +67,8 @@ fn mean(theta_h: f32, f: &impl Fn(Vec3, Vec3) -> Rgb) -> f32 {
     let (mut sum, mut count) = (0.0f64, 0.0);
     for k in 0..DIFFERENCES * AZIMUTHS {
         let d = (k / AZIMUTHS) as f32 + 0.5;
-        let (sin_d, cos_d) = {
-            let squared = d / DIFFERENCES as f32;
-            (squared.sqrt(), (1.0 - squared).sqrt())
-        };
+        let squared = d / DIFFERENCES as f32;
+        let (sin_d, cos_d) = (squared.sqrt(), (1.0 - squared).sqrt());
         let phi = PI * ((k % AZIMUTHS) as f32 + 0.5) / AZIMUTHS as f32;
         let (x, y) = (sin_d * phi.cos(), sin_d * phi.sin());
         let wi = Vec3::new(cos_h * x + sin_h * cos_d, y, cos_h * cos_d - sin_h * x);

@@ -1,14 +1,8 @@
 //! BRDFs tabulated over half and difference angles (Rusinkiewicz 1998).
 
 use crate::assets::merl_file::MerlFile;
-use crate::math::color::is_black;
 use crate::math::{Rgb, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
-
-/// A table with equal steps in √θh, θd and φd. The nearest entry is used, as in pbrt-v2: between the last measured
-/// entries and the black ones of directions below the surface there is nothing to interpolate.
-#[derive(Clone, PartialEq)]
-pub(super) struct HalfAngleTable(MerlFile);
 
 /// Angles in radians: between half vector and normal, and, in the frame of the half vector, of the light's direction to
 /// it, and around it from the plane that contains the normal.
@@ -19,32 +13,19 @@ struct Angles {
     phi_d: f32,
 }
 
-impl HalfAngleTable {
-    pub(super) fn new(file: MerlFile) -> HalfAngleTable {
-        HalfAngleTable(file)
-    }
-
-    /// Numbers of θh, θd and φd.
-    pub(super) fn counts(&self) -> [usize; 3] {
-        self.0.counts
-    }
-
-    pub(super) fn is_black(&self) -> bool {
-        self.0.values.iter().all(|value| is_black(*value))
-    }
-
-    /// The BRDF, in 1/sr. The same below the surface as above.
-    pub(super) fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
-        let Some(angles) = Angles::new(wo, wi) else {
-            return Rgb::ZERO;
-        };
-        let [count_h, count_d, count_phi] = self.0.counts;
-        let h = bin((angles.theta_h / FRAC_PI_2).sqrt(), count_h);
-        let d = bin(angles.theta_d / FRAC_PI_2, count_d);
-        let phi = bin(angles.phi_d * FRAC_1_PI, count_phi);
-        let entry = phi + count_phi * (d + count_d * h);
-        self.0.values.get(entry).copied().unwrap_or(Rgb::ZERO)
-    }
+/// The nearest entry of a table with equal steps in √θh, θd and φd, in 1/sr, as in pbrt-v2: between the last measured
+/// entries and the black ones of directions below the surface there is nothing to interpolate. The same below the
+/// surface as above.
+pub(super) fn nearest(table: &MerlFile, wo: Vec3, wi: Vec3) -> Rgb {
+    let Some(angles) = Angles::new(wo, wi) else {
+        return Rgb::ZERO;
+    };
+    let [count_h, count_d, count_phi] = table.counts;
+    let h = bin((angles.theta_h / FRAC_PI_2).sqrt(), count_h);
+    let d = bin(angles.theta_d / FRAC_PI_2, count_d);
+    let phi = bin(angles.phi_d * FRAC_1_PI, count_phi);
+    let entry = phi + count_phi * (d + count_d * h);
+    table.values.get(entry).copied().unwrap_or(Rgb::ZERO)
 }
 
 /// The bin, of `count`, for a fraction of the range.

@@ -59,10 +59,6 @@ impl Scattered {
         Scattered { points }
     }
 
-    pub(super) fn len(&self) -> usize {
-        self.points.len()
-    }
-
     pub(super) fn is_black(&self) -> bool {
         let black = |point: &MeasuredSample| is_black(point.value.max(Rgb::ZERO));
         self.points.iter().all(black)

@@ -8,16 +8,16 @@ use crate::math::color::linear_from_srgb;
 use crate::math::{Vec2, Vec3};
 use crate::surface::{Footprint, TexturePoint};
 use crate::syntax::FileId;
-use crate::textures::imagemap::{Decoding, ImagemapSpec};
+use crate::textures::combinations::{Constant, Mix, Scale};
+use crate::textures::imagemap::Decoding;
 use crate::textures::mipmap::{Filter, Wrap};
 use crate::textures::nesting::NestingProblem;
 use crate::textures::{
-    Bilerp, Constant, FloatTextureSpec, MappingSpec, Mix, Scale, SpectrumTextureSpec, TextureSpec,
-    Uv,
+    Bilerp, FloatTextureSpec, Imagemap, Mapping, SpectrumTextureSpec, Texture, Uv,
 };
 use std::path::Path;
 
-const UV: MappingSpec = MappingSpec::Uv {
+const UV: Mapping = Mapping::Uv {
     scale: Vec2::ONE,
     delta: Vec2::ZERO,
 };
@@ -48,7 +48,7 @@ fn compile_specs(specs: &TextureSpecs) -> (Textures, Vec<TextureProblem>) {
     Textures::compile(specs, &usage, &Transform::IDENTITY, &Budget::unlimited())
 }
 
-fn imagemap(path: &Path, decoding: Decoding, top_first: bool) -> ImagemapSpec {
+fn imagemap(path: &Path, decoding: Decoding, top_first: bool) -> Imagemap {
     let filter = Filter::Ewa {
         max_anisotropy: 8.0,
     };
@@ -58,10 +58,11 @@ fn imagemap(path: &Path, decoding: Decoding, top_first: bool) -> ImagemapSpec {
         decoding,
         top_first,
     };
-    ImagemapSpec {
+    Imagemap {
         mapping: UV,
         file: Some(named(path, 0)),
         settings,
+        map: 0,
     }
 }
 
@@ -102,15 +103,15 @@ fn scale_mix_bilerp_and_uv_combine() {
         v11: 5.0,
     };
     let f = [
-        TextureSpec::Bilerp(bilerp),
-        TextureSpec::Scale(Scale {
+        Texture::Bilerp(bilerp),
+        Texture::Scale(Scale {
             tex1: float(0),
             tex2: FloatInput::Constant(3.0),
         }),
     ];
     let s = [
-        TextureSpec::Uv(Uv { mapping: UV }),
-        TextureSpec::Mix(Mix {
+        Texture::Uv(Uv { mapping: UV }),
+        Texture::Mix(Mix {
             tex1: spectrum(0),
             tex2: SpectrumInput::Constant(Rgb::ONE),
             amount: FloatInput::Constant(0.25),
@@ -136,8 +137,8 @@ fn images_stand_on_their_lower_left_corner() {
     let directory = tempfile::tempdir().unwrap();
     let path = quadrants(directory.path());
     let s = [
-        TextureSpec::Imagemap(imagemap(&path, PLAIN, false)),
-        TextureSpec::Imagemap(imagemap(&path, PLAIN, true)),
+        Texture::Imagemap(imagemap(&path, PLAIN, false)),
+        Texture::Imagemap(imagemap(&path, PLAIN, true)),
     ];
     let (textures, problems) = compile(&[], &s);
     assert!(problems.is_empty() && textures.needs_footprint());
@@ -184,8 +185,8 @@ fn texels_are_decoded_before_or_after_as_the_dialect_says() {
         ),
     ] {
         let (textures, _) = compile(
-            &[TextureSpec::Imagemap(imagemap(&path, decoding, false))],
-            &[TextureSpec::Imagemap(imagemap(&path, decoding, false))],
+            &[Texture::Imagemap(imagemap(&path, decoding, false))],
+            &[Texture::Imagemap(imagemap(&path, decoding, false))],
         );
         let v = textures.spectrum(&spectrum(0), &at(0.75, 0.25));
         assert!(
@@ -196,7 +197,7 @@ fn texels_are_decoded_before_or_after_as_the_dialect_says() {
     }
     // A float texture decodes the luminance of the encoded color, not the colors.
     let (textures, _) = compile(
-        &[TextureSpec::Imagemap(imagemap(
+        &[Texture::Imagemap(imagemap(
             &path,
             Decoding::Scaled {
                 srgb: true,
@@ -218,7 +219,7 @@ fn textures_share_filtered_images() {
         srgb: true,
         scale: 1.0,
     };
-    let s = [PLAIN, other, PLAIN].map(|d| TextureSpec::Imagemap(imagemap(&path, d, false)));
+    let s = [PLAIN, other, PLAIN].map(|d| Texture::Imagemap(imagemap(&path, d, false)));
     let (textures, _) = compile(&[], &s);
     assert_eq!(textures.spectrum_maps.len(), 2);
     for i in [0, 2] {
@@ -242,8 +243,8 @@ fn a_missing_image_is_gray_and_reported_once() {
         false,
     );
     let (textures, problems) = compile(
-        &[TextureSpec::Imagemap(spec.clone())],
-        &[TextureSpec::Imagemap(spec)],
+        &[Texture::Imagemap(spec.clone())],
+        &[Texture::Imagemap(spec)],
     );
     assert_eq!(problems.len(), 1);
     assert!(problems[0].error.to_string().contains("missing.png"));
@@ -263,7 +264,7 @@ fn a_broken_image_is_reported_where_it_is_used() {
     std::fs::write(&path, [0x89, b'P', b'N', b'G']).unwrap();
     let specs: Vec<SpectrumTextureSpec> = (0..4)
         .map(|start| {
-            TextureSpec::Imagemap(ImagemapSpec {
+            Texture::Imagemap(Imagemap {
                 file: Some(named(&path, start)),
                 ..imagemap(&path, PLAIN, false)
             })
@@ -277,7 +278,7 @@ fn a_broken_image_is_reported_where_it_is_used() {
     ] {
         let mut usage = TextureUsage::new(&specs);
         for &user in users {
-            usage.spectrum(spectrum(user));
+            usage.add(spectrum(user).texture());
         }
         let (_, problems) =
             Textures::compile(&specs, &usage, &Transform::IDENTITY, &Budget::unlimited());
@@ -291,12 +292,12 @@ fn a_broken_image_is_reported_where_it_is_used() {
 #[test]
 fn long_chains_and_wrong_references_are_refused() {
     let link = |i: u32| {
-        TextureSpec::Scale(Scale {
+        Texture::Scale(Scale {
             tex1: float(i),
             tex2: FloatInput::Constant(1.0),
         })
     };
-    let one = || TextureSpec::Constant(Constant { value: 1.0 });
+    let one = || Texture::Constant(Constant { value: 1.0 });
     let mut specs = TextureSpecs::of(&[one()], &[]);
     let added = (0..100_000).map(|i| specs.add_float(link(i)).1);
     let problems: Vec<_> = added.collect();

@@ -66,8 +66,7 @@ impl Axis {
             });
         }
         if width >= 0.25 {
-            let at = 4.0 * u - 0.5;
-            return Axis::around(2, at, 1.0);
+            return Axis::around(2, 4.0 * u - 0.5, 1.0);
         }
         // 2^-log2 ≤ width < 2^(1 - log2), from the exponent: no logarithm is rounded.
         let log2 = (127 - (width.to_bits() >> 23) as i32).clamp(0, i32::from(finest)) as u8;
@@ -94,13 +93,8 @@ impl Axis {
         };
         let zeros = axis.weights().iter().take_while(|&&w| w == 0.0).count();
         axis.drop_first(zeros);
-        let zeros = axis
-            .weights()
-            .iter()
-            .rev()
-            .take_while(|&&w| w == 0.0)
-            .count();
-        axis.taps -= zeros;
+        let last = axis.weights().iter().rposition(|&w| w != 0.0);
+        axis.taps = last.map_or(0, |last| last + 1);
         axis
     }
 
@@ -197,9 +191,8 @@ impl Axis {
 
     /// For texels half as wide: each weight is divided among two. Only kernels of few texels may be.
     fn double(&mut self) {
-        let taps = (2 * self.taps).min(MAX_TAPS);
         self.weights = std::array::from_fn(|i| 0.5 * self.weights[i / 2]);
-        self.taps = taps;
+        self.taps = (2 * self.taps).min(MAX_TAPS);
         self.start *= 2;
         self.log2 += 1;
     }

@@ -52,6 +52,16 @@ impl Kernel {
         self.u.weights().is_empty() || self.v.weights().is_empty()
     }
 
+    /// The direction that leads across an edge, and whether the edge is at its high end.
+    fn across(&mut self, edge: u8) -> (&mut Axis, bool) {
+        match edge & 3 {
+            BOTTOM => (&mut self.v, false),
+            RIGHT => (&mut self.u, true),
+            TOP => (&mut self.v, true),
+            _ => (&mut self.u, false),
+        }
+    }
+
     /// Is some of it beyond this edge?
     pub(super) fn crosses(&self, edge: u8) -> bool {
         match edge & 3 {
@@ -65,42 +75,30 @@ impl Kernel {
     /// Takes off what is beyond an edge: see [`Axis::split`].
     pub(super) fn split(&mut self, edge: u8) -> Kernel {
         let mut beyond = *self;
-        match edge & 3 {
-            BOTTOM => beyond.v = self.v.split(false),
-            RIGHT => beyond.u = self.u.split(true),
-            TOP => beyond.v = self.v.split(true),
-            _ => beyond.u = self.u.split(false),
-        }
+        let (axis, high) = self.across(edge);
+        *beyond.across(edge).0 = axis.split(high);
         beyond
     }
 
     /// Puts what is beyond an edge without neighbor back: see [`Axis::merge`].
     pub(super) fn merge(&mut self, edge: u8, [u, v]: [Border; 2]) {
-        match edge & 3 {
-            BOTTOM => self.v.merge(false, v),
-            RIGHT => self.u.merge(true, u),
-            TOP => self.v.merge(true, v),
-            _ => self.u.merge(false, u),
-        }
+        let border = if edge & 1 == 1 { u } else { v };
+        let (axis, high) = self.across(edge);
+        axis.merge(high, border);
     }
 
     /// Counts from a face that is turned by so many quarters clockwise, so that the kernel turns
     /// counterclockwise.
     pub(super) fn rotate(&mut self, quarters: u8) {
-        match quarters & 3 {
-            1 => {
-                self.u.flip();
-                std::mem::swap(&mut self.u, &mut self.v);
-            }
-            2 => {
-                self.u.flip();
-                self.v.flip();
-            }
-            3 => {
-                self.v.flip();
-                std::mem::swap(&mut self.u, &mut self.v);
-            }
-            _ => {}
+        let quarters = quarters & 3;
+        if quarters == 1 || quarters == 2 {
+            self.u.flip();
+        }
+        if quarters == 2 || quarters == 3 {
+            self.v.flip();
+        }
+        if quarters == 1 || quarters == 3 {
+            std::mem::swap(&mut self.u, &mut self.v);
         }
         self.turns = (self.turns + quarters) & 3;
     }
@@ -110,31 +108,17 @@ impl Kernel {
     pub(super) fn enter_subface(&mut self, edge: u8) -> bool {
         self.u.enter_half_face();
         self.v.enter_half_face();
-        let (width, height) = (self.u.size(), self.v.size());
-        match edge & 3 {
-            BOTTOM => {
-                let first = self.u.start < width;
-                self.v.start -= height;
-                self.u.start -= if first { 0 } else { width };
-                first
-            }
-            RIGHT => {
-                let first = self.v.start < height;
-                self.v.start -= if first { 0 } else { height };
-                first
-            }
-            TOP => {
-                let first = self.u.start >= width;
-                self.u.start -= if first { width } else { 0 };
-                first
-            }
-            _ => {
-                let first = self.v.start >= height;
-                self.u.start -= width;
-                self.v.start -= if first { height } else { 0 };
-                first
-            }
+        let (across, edge_is_high) = self.across(edge);
+        if !edge_is_high {
+            across.start -= across.size();
         }
+        let (along, _) = self.across(edge + 1);
+        let in_high_half = along.start >= along.size();
+        if in_high_half {
+            along.start -= along.size();
+        }
+        // Counterclockwise one comes to the high half first on the top and on the left.
+        in_high_half == matches!(edge & 3, TOP | LEFT)
     }
 
     /// After a split from a subface: counts from the whole face beyond `edge`, of which that edge is the

@@ -6,7 +6,7 @@ mod quads;
 mod sum;
 mod triangles;
 
-use super::{Compiler, Evaluate, TextureClass, TextureValue, Textures};
+use super::{Compiler, TextureClass, TextureValue, Textures};
 use crate::assets::ptex::{MeshKind, PtexFile};
 use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec2};
@@ -23,48 +23,36 @@ use crate::surface::{Footprint, TexturePoint};
 /// after filtering, others stay as they are. A float texture of a colored file is the mean of the
 /// three results. A face that the file does not have, and all of a file that cannot be read, is black.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PtexSpec {
+pub struct Ptex {
     /// The file; `None` where none was given or found.
     pub file: Option<NamedFile>,
     /// Exponent.
     pub gamma: f32,
+    /// Position of the file's contents, once it is prepared.
+    index: Option<usize>,
 }
 
-impl<V: TextureValue> TextureClass<V> for PtexSpec {
-    type Compiled = Ptex;
-
-    fn from_params(reader: &ParamReader, _ctm: &Transform) -> PtexSpec {
+impl<V: TextureValue> TextureClass<V> for Ptex {
+    fn from_params(reader: &ParamReader, _ctm: &Transform) -> Ptex {
         if !reader.has("filename") {
             reader.error(
                 "filename",
                 "a ptex texture needs a \"string filename\": black is used",
             );
         }
-        PtexSpec {
+        Ptex {
             file: reader.named_file("filename"),
             gamma: reader.float("gamma", 2.2) as f32,
+            index: None,
         }
     }
 
-    fn compile(&self, compiler: &mut Compiler) -> Ptex {
-        Ptex {
-            file: compiler.ptex(self.file.as_ref()),
-            gamma: self.gamma,
-        }
+    fn prepare(&mut self, compiler: &mut Compiler) {
+        self.index = compiler.ptex(self.file.as_ref());
     }
-}
 
-/// A [`PtexSpec`] ready for look-ups.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ptex {
-    /// Position among the files.
-    file: Option<usize>,
-    gamma: f32,
-}
-
-impl<V: TextureValue> Evaluate<V> for Ptex {
     fn evaluate(&self, textures: &Textures, at: &TexturePoint) -> V {
-        let Some(file) = self.file.and_then(|i| textures.ptex.get(i)?.as_ref()) else {
+        let Some(file) = self.index.and_then(|i| textures.ptex.get(i)?.as_ref()) else {
             return V::default();
         };
         let filtered = filtered(file, at.face, at.uv, &at.footprint);
@@ -88,7 +76,7 @@ fn decode(v: f32, gamma: f32) -> f32 {
 /// The filtered value at `uv` of face `face`; of a file with one channel the first number alone.
 #[inline(never)]
 fn filtered(file: &PtexFile, face: u32, uv: Vec2, footprint: &Footprint) -> Rgb {
-    let Some(&here) = file.face(face) else {
+    let Some(here) = file.face(face) else {
         return Rgb::ZERO;
     };
     // What is not a number is nowhere in particular. Footprints beyond some faces are as wide as can be.
@@ -98,11 +86,11 @@ fn filtered(file: &PtexFile, face: u32, uv: Vec2, footprint: &Footprint) -> Rgb 
     });
     let uv = Vec2::new(number(uv.x), number(uv.y));
     if here.is_constant_around() {
-        return sum::constant(file, &here);
+        return sum::constant(file, here);
     }
     match file.mesh {
-        MeshKind::Quads => quads::filtered(file, face, uv, widths),
-        MeshKind::Triangles => triangles::filtered(file, face, uv, widths),
+        MeshKind::Quads => quads::filtered(file, (face, here), uv, widths),
+        MeshKind::Triangles => triangles::filtered(file, here, uv, widths),
     }
 }
 

@@ -14,11 +14,13 @@ const MAX_AROUND: usize = 10;
 /// directions and not farther. Neighbors that make no sense would lead on.
 const MAX_CUTS: u8 = 4;
 
-/// The filtered value at `uv` of a face that exists, of footprint [∂(u,v)/∂x, ∂(u,v)/∂y].
-pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, [x, y]: [Vec2; 2]) -> Rgb {
-    let Some(face) = file.face(number) else {
-        return Rgb::ZERO;
-    };
+/// The filtered value at `uv` of a face with its number, of footprint [∂(u,v)/∂x, ∂(u,v)/∂y].
+pub(super) fn filtered(
+    file: &PtexFile,
+    (number, face): (u32, &Face),
+    uv: Vec2,
+    [x, y]: [Vec2; 2],
+) -> Rgb {
     let (Some(u), Some(v)) = (within(uv.x, file.borders[0]), within(uv.y, file.borders[1])) else {
         return Rgb::ZERO;
     };
@@ -31,12 +33,8 @@ pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, [x, y]: [Vec2; 2]
         weight: kernel.weight(),
     };
     gathering.add_across(kernel, number, face, 0);
-    let value = gathering.sum / (gathering.weight * file.texels().one());
-    match value.is_finite() {
-        true => value,
-        // All of the kernel was beyond corners where faces are missing.
-        false => sum::constant(file, face),
-    }
+    // Without weight, all of the kernel was beyond corners where faces are missing.
+    sum::weighted_mean(file, face, gathering.sum, gathering.weight)
 }
 
 /// A coordinate where the border's way of going on has a face; `None` where it is all black.
@@ -76,28 +74,29 @@ impl<'a> Gathering<'a> {
         })
     }
 
+    /// Takes off what is beyond an edge, if anything; without a neighbor there it is put back.
+    fn cut(&self, kernel: &mut Kernel, face: &Face, edge: u8, cuts: u8) -> Option<Kernel> {
+        if !kernel.crosses(edge) {
+            return None;
+        }
+        if cuts == MAX_CUTS || face.neighbor(edge).is_none() {
+            kernel.merge(edge, self.file.borders);
+            return None;
+        }
+        Some(kernel.split(edge))
+    }
+
     /// Adds a kernel that may reach beyond the face's edges. First the pieces beyond left and right edges,
     /// less those beyond corners, which are gathered around these; then the pieces above and below.
     fn add_across(&mut self, mut kernel: Kernel, number: u32, face: &'a Face, cuts: u8) {
-        let borders = self.file.borders;
         for side in [RIGHT, LEFT] {
-            if !kernel.crosses(side) {
+            let Some(mut beyond) = self.cut(&mut kernel, face, side, cuts) else {
                 continue;
-            }
-            if cuts == MAX_CUTS || face.neighbor(side).is_none() {
-                kernel.merge(side, borders);
-                continue;
-            }
-            let mut beyond = kernel.split(side);
+            };
             for end in [TOP, BOTTOM] {
-                if !beyond.crosses(end) {
+                let Some(corner) = self.cut(&mut beyond, face, end, cuts) else {
                     continue;
-                }
-                if face.neighbor(end).is_none() {
-                    beyond.merge(end, borders);
-                    continue;
-                }
-                let corner = beyond.split(end);
+                };
                 // The edge that one crosses first, going clockwise around the corner.
                 let first = match (side, end) {
                     (RIGHT, TOP) => TOP,
@@ -110,15 +109,9 @@ impl<'a> Gathering<'a> {
             self.add_beyond(beyond, number, face, side, cuts);
         }
         for end in [TOP, BOTTOM] {
-            if !kernel.crosses(end) {
-                continue;
+            if let Some(beyond) = self.cut(&mut kernel, face, end, cuts) {
+                self.add_beyond(beyond, number, face, end, cuts);
             }
-            if cuts == MAX_CUTS || face.neighbor(end).is_none() {
-                kernel.merge(end, borders);
-                continue;
-            }
-            let beyond = kernel.split(end);
-            self.add_beyond(beyond, number, face, end, cuts);
         }
         self.add(kernel, face);
     }
@@ -233,11 +226,10 @@ impl<'a> Gathering<'a> {
     ) {
         let to_subface = beside.face.is_subface();
         if face.is_subface() != to_subface {
-            match to_subface {
-                true => {
-                    kernel.enter_subface(edge + 3);
-                }
-                false => kernel.leave_subface(edge + 3),
+            if to_subface {
+                kernel.enter_subface(edge + 3);
+            } else {
+                kernel.leave_subface(edge + 3);
             }
         }
         kernel.rotate((edge + 4 - beside.edge + 2) & 3);
@@ -246,17 +238,10 @@ impl<'a> Gathering<'a> {
 
     /// Adds texels of a face, as coarse as it has them.
     fn add(&mut self, mut kernel: Kernel, face: &Face) {
-        let before = (
-            kernel.u.start,
-            kernel.u.end(),
-            kernel.v.start,
-            kernel.v.end(),
-        );
-        let inside = before.0 >= 0
-            && before.2 >= 0
-            && before.1 <= kernel.u.size()
-            && before.3 <= kernel.v.size();
-        if !inside {
+        if [BOTTOM, RIGHT, TOP, LEFT]
+            .iter()
+            .any(|&edge| kernel.crosses(edge))
+        {
             // Only where neighbors do not fit together.
             let weight = kernel.weight();
             kernel.u.clip();
@@ -266,17 +251,16 @@ impl<'a> Gathering<'a> {
         if kernel.is_empty() {
             return;
         }
-        let mut sum = match face.is_constant() {
-            true => kernel.weight() * sum::mean(self.file, face),
-            false => {
-                kernel.coarsen(face.resolution);
-                sum::weighted(self.file, face, kernel.resolution(), &kernel)
-            }
-        };
-        if self.file.tangent_vectors && !face.is_constant() {
-            sum = turned(sum, kernel.turns);
+        if face.is_constant() {
+            self.sum += kernel.weight() * sum::mean(self.file, face);
+            return;
         }
-        self.sum += sum;
+        kernel.coarsen(face.resolution);
+        let sum = sum::weighted(self.file, face, kernel.resolution(), &kernel);
+        self.sum += match self.file.tangent_vectors {
+            true => turned(sum, kernel.turns),
+            false => sum,
+        };
     }
 }
 

@@ -57,3 +57,12 @@ pub(super) fn mean(file: &PtexFile, face: &Face) -> Rgb {
 pub(super) fn constant(file: &PtexFile, face: &Face) -> Rgb {
     mean(file, face) / file.texels().one()
 }
+
+/// The mean by weights of a sum over texels, as a value; where no texel weighs anything, that of the face.
+pub(super) fn weighted_mean(file: &PtexFile, face: &Face, sum: Rgb, weight: f32) -> Rgb {
+    let value = sum / (weight * file.texels().one());
+    match value.is_finite() {
+        true => value,
+        false => constant(file, face),
+    }
+}

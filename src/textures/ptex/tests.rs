@@ -216,7 +216,11 @@ fn gamma_applies_between_0_and_1_after_filtering() {
         footprint: Footprint::default(),
         face: 0,
     };
-    let of = |file, gamma| Ptex { file, gamma };
+    let of = |index, gamma| Ptex {
+        file: None,
+        gamma,
+        index,
+    };
     let color: Rgb = of(Some(0), 2.2).evaluate(&textures, &here);
     assert!(
         (color - Rgb::new(0.5f32.powf(2.2), 4.0, -0.5))

@@ -27,11 +27,8 @@ const V: usize = 0;
 const W: usize = 1;
 const U: usize = 2;
 
-/// The filtered value at `uv` of a face that exists, of footprint [∂(u,v)/∂x, ∂(u,v)/∂y].
-pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, footprint: [Vec2; 2]) -> Rgb {
-    let Some(face) = file.face(number) else {
-        return Rgb::ZERO;
-    };
+/// The filtered value at `uv` of a face, of footprint [∂(u,v)/∂x, ∂(u,v)/∂y].
+pub(super) fn filtered(file: &PtexFile, face: &Face, uv: Vec2, footprint: [Vec2; 2]) -> Rgb {
     let uv = uv.clamp(Vec2::ZERO, Vec2::ONE);
     let (ellipse, log2) = Ellipse::new(uv, footprint, face.resolution.u);
     let mut gathering = Gathering {
@@ -41,12 +38,8 @@ pub(super) fn filtered(file: &PtexFile, number: u32, uv: Vec2, footprint: [Vec2;
         weight: 0.0,
     };
     gathering.add_across(ellipse, face, 0);
-    let value = gathering.sum / (gathering.weight * file.texels().one());
-    match value.is_finite() {
-        true => value,
-        // No texel's center is in the ellipse.
-        false => sum::constant(file, face),
-    }
+    // Without weight, no texel's center is in the ellipse.
+    sum::weighted_mean(file, face, gathering.sum, gathering.weight)
 }
 
 /// An ellipse, or a part of it: within heights, and where a quadratic form of the differences to the
