@@ -153,11 +153,6 @@ impl Realistic {
         rays.extend(samples.iter().take(BUNDLE).map(one));
     }
 
-    /// Returns `true`: the pupil is sampled, however small it is.
-    pub fn has_lens(&self) -> bool {
-        true
-    }
-
     /// Returns `true` if rays are traced in several bands of the spectrum.
     pub fn disperses(&self) -> bool {
         !self.bands.is_empty()
