@@ -1,7 +1,7 @@
 //! One surface of a lens, ready to be traced: where a ray meets it, whether its rim lets the ray pass, and where it goes.
 
 use super::asphere::AsphericSurface;
-use super::real::{Mask, Number, Plain, Real};
+use super::real::{Mask, Number, Plain};
 use super::stop_shape::{StopEdges, StopPolygon};
 use super::surface::Surface;
 use super::trace::{Blocked, Cause, LensRay};
@@ -85,11 +85,11 @@ impl<T: Number> Crossing<T> {
     /// Which rays go on.
     #[inline(always)]
     pub(super) fn passes(&self) -> T::Mask {
-        self.met.and(self.inside).and(self.refracted)
+        self.met & self.inside & self.refracted
     }
 }
 
-impl<T: Real> Crossing<T> {
+impl<T: Number<Mask = bool>> Crossing<T> {
     /// Why the ray ends at this surface, number `surface`, if it does.
     #[inline(always)]
     pub(super) fn blocked(&self, surface: usize) -> Option<Blocked> {
@@ -167,7 +167,7 @@ impl<B: Plain> Element<B> {
                 o: [x, y, z],
                 d: ray.d,
             },
-            met: ahead.and(reached).and(near),
+            met: ahead & reached & near,
             inside: self.within(x, y, clip),
             refracted: T::Mask::YES,
         };
@@ -190,7 +190,10 @@ impl<B: Plain> Element<B> {
 
     /// Takes a ray into the front surface that runs away from the film, as light from behind a fisheye does: its first
     /// meeting with the sphere, on the half in front of the center. Concave, plane and aspheric fronts are missed.
-    pub(super) fn enter_from_behind<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Crossing<T> {
+    pub(super) fn enter_from_behind<T: Number<Base = B, Mask = bool>>(
+        &self,
+        ray: &LensRay<T>,
+    ) -> Crossing<T> {
         let (c, [x, y, z], d) = (self.curvature, ray.o, ray.d);
         // Lengths in radii: (o − center)/R, whose product with the direction and square make the quadratic equation.
         let to = [x.times(c), y.times(c), z.times(c).plus(-B::ONE)];
@@ -226,7 +229,7 @@ impl<B: Plain> Element<B> {
         }
         let round = (x * x + y * y).at_most(self.radius2);
         match &self.edges {
-            Some(edges) => round.and(edges.hold(x, y)),
+            Some(edges) => round & edges.hold(x, y),
             None => round,
         }
     }
@@ -260,10 +263,7 @@ impl<B: Plain> Element<B> {
                 o: meeting.point,
                 d,
             },
-            met: ahead
-                .and(on)
-                .and(meeting.inside.greater(B::ZERO))
-                .and(forward),
+            met: ahead & on & meeting.inside.greater(B::ZERO) & forward,
             inside: self.within(x, y, clip),
             refracted: T::Mask::YES,
         };

@@ -246,8 +246,8 @@ fn line(f: &mut fmt::Formatter<'_>, name: &str, value: Option<f64>) -> fmt::Resu
 
 /// A length as a message says it: six digits, without zeros at the end.
 pub fn length_text(mm: f64) -> String {
-    let whole_digits = mm.abs().max(1.0).log10().floor() as usize + 1;
-    let text = format!("{mm:.*}", 6usize.saturating_sub(whole_digits));
+    let whole_digits = mm.abs().max(1.0).log10().floor() as usize;
+    let text = format!("{mm:.*}", 5usize.saturating_sub(whole_digits));
     // What small lengths have no decimals for is said as it is.
     if mm != 0.0 && mm.abs() < 1e-2 {
         return format!("{mm}");

@@ -149,8 +149,8 @@ impl<B: Plain> StopEdges<B> {
         let (mut within_all, mut within_all_but_one) = (T::Mask::YES, T::Mask::YES);
         for normal in &self.normals {
             let within = (x.times(normal[0]) + y.times(normal[1])).at_most(self.distance);
-            within_all_but_one = within_all_but_one.and(within.or(within_all));
-            within_all = within_all.and(within);
+            within_all_but_one = within_all_but_one & (within | within_all);
+            within_all = within_all & within;
         }
         if self.star {
             within_all_but_one

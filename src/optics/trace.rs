@@ -10,7 +10,7 @@
 //! the film. Light runs toward +z; rays from the film run toward −z.
 
 use super::element::{Crossing, Element, Toward};
-use super::real::{Dual, Index, Mask, Number, Plain, Real};
+use super::real::{Dual, Index, Mask, Number, Plain};
 use super::stop_shape::StopPolygon;
 use super::surface::Surface;
 use std::fmt;
@@ -59,10 +59,15 @@ impl<T: Number> LensRay<T> {
             o: self.o,
             d: [d[0] / length, d[1] / length, d[2] / length],
         };
-        let o = ray.o[0].finite().and(ray.o[1].finite());
-        let d = ray.d[0].finite().and(ray.d[1].finite());
-        let z = ray.o[2].finite().and(ray.d[2].finite());
-        (ray, o.and(d).and(z).and(length.finite()))
+        (ray, ray.finite() & length.finite())
+    }
+
+    /// Are all its numbers finite?
+    #[inline(always)]
+    pub(super) fn finite(&self) -> T::Mask {
+        let ([x, y, z], [l, m, n]) = (self.o, self.d);
+        let o = x.finite() & y.finite() & z.finite();
+        o & l.finite() & m.finite() & n.finite()
     }
 }
 
@@ -164,7 +169,7 @@ impl<B: Plain> LensTracer<B> {
 
     /// The same for one ray, which ends where it is blocked.
     #[inline(always)]
-    fn walk_alone<T: Real<Base = B>>(
+    fn walk_alone<T: Number<Base = B, Mask = bool>>(
         &self,
         surfaces: Range<usize>,
         toward: Toward,
@@ -189,13 +194,16 @@ impl<B: Plain> LensTracer<B> {
 
     /// Traces a ray from the film through the lens: where it leaves the first surface, and where
     /// it goes. The direction's z must be negative.
-    pub fn to_scene<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
+    pub fn to_scene<T: Number<Base = B, Mask = bool>>(
+        &self,
+        ray: &LensRay<T>,
+    ) -> Result<LensRay<T>, Blocked> {
         let ray = ray.shifted(-self.length);
         finished(self.walk_alone(self.all(), Toward::Scene, true, ray)?, 0)
     }
 
     /// As [`LensTracer::to_scene`], but apertures do not block.
-    pub fn to_scene_unclipped<T: Real<Base = B>>(
+    pub fn to_scene_unclipped<T: Number<Base = B, Mask = bool>>(
         &self,
         ray: &LensRay<T>,
     ) -> Result<LensRay<T>, Blocked> {
@@ -205,9 +213,12 @@ impl<B: Plain> LensTracer<B> {
 
     /// Traces a ray from the scene through the lens: where it leaves the last surface, and where
     /// it goes. A direction whose z is not positive comes from behind the front vertex, as a fisheye's may.
-    pub fn to_film<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
+    pub fn to_film<T: Number<Base = B, Mask = bool>>(
+        &self,
+        ray: &LensRay<T>,
+    ) -> Result<LensRay<T>, Blocked> {
         let (mut ray, mut surfaces) = (*ray, self.all());
-        if let (Some(front), true) = (self.elements.first(), ray.d[2].value() <= B::ZERO) {
+        if let (Some(front), true) = (self.elements.first(), ray.d[2].at_most(B::ZERO)) {
             let crossing = front.enter_from_behind(&ray);
             crossing.blocked(0).map_or(Ok(()), Err)?;
             (ray, surfaces.start) = (crossing.ray, 1);
@@ -228,7 +239,7 @@ impl<B: Plain> LensTracer<B> {
         let mut largest = T::constant(B::ZERO);
         let mut passes = T::Mask::YES;
         self.walk(self.all(), Toward::Scene, false, *ray, |i, crossing| {
-            passes = passes.and(crossing.passes());
+            passes = passes & crossing.passes();
             let [x, y, _] = crossing.ray.o;
             let height2 = (x * x + y * y) / T::constant(self.elements[i].radius2);
             largest = T::select((height2 - largest).greater(B::ZERO), height2, largest);
@@ -245,11 +256,11 @@ impl<B: Plain> LensTracer<B> {
     pub fn to_scene_masked<T: Number<Base = B>>(&self, ray: &LensRay<T>) -> (LensRay<T>, T::Mask) {
         let mut passes = T::Mask::YES;
         let ray = self.walk(self.all(), Toward::Scene, true, *ray, |_, crossing| {
-            passes = passes.and(crossing.passes());
+            passes = passes & crossing.passes();
             passes.any()
         });
         let (ray, finite) = ray.normalized();
-        (ray, passes.and(finite))
+        (ray, passes & finite)
     }
 
     fn all(&self) -> Range<usize> {
@@ -281,7 +292,10 @@ impl LensTracer<f64> {
 }
 
 /// Makes the direction's length 1 again, and makes sure that what is handed out is finite.
-fn finished<T: Real>(ray: LensRay<T>, surface: usize) -> Result<LensRay<T>, Blocked> {
+fn finished<T: Number<Mask = bool>>(
+    ray: LensRay<T>,
+    surface: usize,
+) -> Result<LensRay<T>, Blocked> {
     let (ray, finite) = ray.normalized();
     if finite {
         Ok(ray)

@@ -20,17 +20,17 @@
 //! lens designers do, by imaging every aperture.
 
 mod draft;
-mod ellipse;
 mod mapping;
 mod outline;
 mod rear;
+mod region;
 mod ring;
 mod search;
 mod survey;
 mod table;
 
 pub use mapping::PupilSampling;
-pub use ring::Region;
+pub use region::Region;
 
 use self::mapping::Spot;
 use self::outline::View;
@@ -86,14 +86,13 @@ impl ExitPupil {
             reach: max_radius.max(f64::MIN_POSITIVE),
         };
         let rings = survey.rings(rings.max(1));
-        let double = PupilTable::new(&rings, survey.reach);
         ExitPupil {
             plane_z: survey.plane_z,
             film_z: lens.film_z(),
             reach: survey.reach,
+            double: PupilTable::new(&rings, survey.reach),
+            single: PupilTable::new(&rings, survey.reach),
             rings,
-            single: double.rounded(),
-            double,
             rear: survey.rear,
             sampling: PupilSampling::default(),
         }
@@ -120,13 +119,7 @@ impl ExitPupil {
         if radius <= self.reach {
             return self.ring(radius).map(|ring| ring.region(ring.t(radius)));
         }
-        let e = self.rear.region(radius, self.plane_z, self.film_z)?;
-        Some(Region {
-            center: e.center,
-            along: e.along,
-            across: e.across,
-            area: e.area(),
-        })
+        self.rear.region(radius, self.plane_z, self.film_z)
     }
 
     /// The ring of a film radius within reach.
@@ -208,7 +201,10 @@ impl ExitPupil {
                 }
             }
         } else {
-            self.beyond_reach(radius, u)?
+            // A point of what the rear element lets through.
+            let e = self.rear.region(radius, self.plane_z, self.film_z)?;
+            let spot = Spot::concentric(u.as_dvec2().to_array());
+            (e.point(spot), e.area)
         };
         let (cos, sin) = if radius > 0.0 {
             (film[0] / radius, film[1] / radius)
@@ -219,13 +215,6 @@ impl ExitPupil {
             point: [cos * x - sin * y, sin * x + cos * y, self.plane_z],
             area,
         })
-    }
-
-    /// A point of what the rear element lets through, and its area.
-    fn beyond_reach(&self, radius: f64, u: Vec2) -> Option<([f64; 2], f64)> {
-        let e = self.rear.region(radius, self.plane_z, self.film_z)?;
-        let spot = Spot::concentric(u.as_dvec2().to_array());
-        Some((e.point(spot), e.area()))
     }
 
     /// Projected solid angle ∫cosθ dω, in steradians, that a sample of area `area` stands for, seen

@@ -1,9 +1,9 @@
 //! Making the regions: outlines at a few film radii, and more of them where the pupil changes fast.
 
 use super::draft::Draft;
-use super::ellipse::Ellipse;
 use super::outline::{Hint, Outline, View};
 use super::rear::Rear;
+use super::region::Region;
 use super::ring::Ring;
 use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::optics::lanes::{Doubles, FilmTracer};
@@ -331,11 +331,9 @@ impl Survey {
         let whole = Draft::of_ellipses(&inner, &outer);
         // Probes lie this far apart, relative to the element.
         let spacing = (4.0 / count as f64).sqrt() * inner.along.max(outer.along);
-        let around = Ellipse::around(&found).map(|e| Ellipse {
-            along: e.along + 2.0 * spacing,
-            across: e.across + 2.0 * spacing,
-            ..e
-        });
+        let around = Region::around(&found);
+        let around = around
+            .map(|e| Region::ellipse(e.center, e.along + 2.0 * spacing, e.across + 2.0 * spacing));
         let draft = match around {
             Some(e) if e.along * e.across < inner.along * inner.across => {
                 Draft::of_ellipses(&e, &e)
