@@ -144,7 +144,7 @@ impl CameraTransform {
 }
 
 /// Origin and unit direction of a bundle of rays.
-type Lines<const N: usize> = [[Lanes<N>; 3]; 2];
+pub(super) type Lines<const N: usize> = [[Lanes<N>; 3]; 2];
 
 impl BatchTransform {
     /// Origin, unit direction and t_max in render space, as [`CameraTransform::ray`].

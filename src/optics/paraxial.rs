@@ -6,6 +6,7 @@
 //! coordinates: millimeters from the first vertex, toward the film.
 
 use super::surface::Surface;
+use serde::Serialize;
 
 /// Takes (y, n·u) from one plane to another.
 ///
@@ -82,7 +83,7 @@ pub struct Cardinals {
 }
 
 /// An image of the aperture stop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pupil {
     /// Where it lies on the axis.
     pub z: f64,

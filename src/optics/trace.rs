@@ -40,6 +40,15 @@ impl<T: Number> LensRay<T> {
         LensRay::new(from, [to[0] - from[0], to[1] - from[1], to[2] - from[2]])
     }
 
+    /// This ray with other numbers.
+    #[inline(always)]
+    pub fn map<U>(self, f: impl Fn(T) -> U) -> LensRay<U> {
+        LensRay {
+            o: self.o.map(&f),
+            d: self.d.map(&f),
+        }
+    }
+
     /// This ray with its origin moved along z.
     fn shifted(self, by: T::Base) -> LensRay<T> {
         let [x, y, z] = self.o;

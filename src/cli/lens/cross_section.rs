@@ -1,6 +1,6 @@
 //! The lens cut through its axis, to scale, with rays.
 
-use crate::optics::analysis::path::PathTracer;
+use crate::optics::analysis::path;
 use crate::optics::analysis::{Beam, ChiefFinder, Film, ObjectPlane};
 use crate::optics::pupil::RINGS;
 use crate::optics::{ExitPupil, Lens, Surface};
@@ -94,7 +94,6 @@ impl<'a> Scene<'a> {
             .map_or(f64::INFINITY, |l| l[0])
             .min(0.5 * self.film.diagonal());
         let pupil = ExitPupil::new(self.lens, corner * (1.0 + 1e-6), RINGS);
-        let path = PathTracer::new(self.lens);
         for (part, color, count) in FIELDS {
             let beam = chief
                 .find(part * corner)
@@ -104,7 +103,7 @@ impl<'a> Scene<'a> {
                 .into_iter()
                 .map(|v| {
                     let ray = beam.ray([0.0, v]);
-                    let mut points = path.points(&ray);
+                    let mut points = path::points(self.lens, &ray);
                     // On a plane across the chief ray, `lead` in front of where that enters.
                     let (o, c) = (beam.chief().ray.o, beam.chief().ray.d);
                     let to: f64 = (0..3).map(|i| c[i] * (o[i] - ray.o[i])).sum();
