@@ -1,7 +1,7 @@
 //! One surface of a lens, ready to be traced: where a ray meets it, whether its rim lets the ray pass, and where it goes.
 
 use super::asphere::AsphericSurface;
-use super::real::{Mask, Number, Plain};
+use super::real::{Mask, Number, Plain, Real};
 use super::stop_shape::{StopEdges, StopPolygon};
 use super::surface::Surface;
 use super::trace::{Blocked, Cause, LensRay};
@@ -89,7 +89,7 @@ impl<T: Number> Crossing<T> {
     }
 }
 
-impl<T: Number<Mask = bool>> Crossing<T> {
+impl<T: Real> Crossing<T> {
     /// Why the ray ends at this surface, number `surface`, if it does.
     #[inline(always)]
     pub(super) fn blocked(&self, surface: usize) -> Option<Blocked> {
@@ -190,10 +190,7 @@ impl<B: Plain> Element<B> {
 
     /// Takes a ray into the front surface that runs away from the film, as light from behind a fisheye does: its first
     /// meeting with the sphere, on the half in front of the center. Concave, plane and aspheric fronts are missed.
-    pub(super) fn enter_from_behind<T: Number<Base = B, Mask = bool>>(
-        &self,
-        ray: &LensRay<T>,
-    ) -> Crossing<T> {
+    pub(super) fn enter_from_behind<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Crossing<T> {
         let (c, [x, y, z], d) = (self.curvature, ray.o, ray.d);
         // Lengths in radii: (o − center)/R, whose product with the direction and square make the quadratic equation.
         let to = [x.times(c), y.times(c), z.times(c).plus(-B::ONE)];

@@ -78,8 +78,13 @@ impl Mask for bool {
     }
 }
 
+/// One number, not a bundle.
+pub trait Real: Number<Mask = bool> {}
+
+impl<T: Number<Mask = bool>> Real for T {}
+
 /// f32 and f64.
-pub trait Plain: Number<Base = Self, Mask = bool> + Index + PartialOrd {
+pub trait Plain: Real<Base = Self> + Index + PartialOrd {
     /// 0.
     const ZERO: Self;
     /// 1.

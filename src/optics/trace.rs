@@ -10,7 +10,7 @@
 //! the film. Light runs toward +z; rays from the film run toward −z.
 
 use super::element::{Crossing, Element, Toward};
-use super::real::{Dual, Index, Mask, Number, Plain};
+use super::real::{Dual, Index, Mask, Number, Plain, Real};
 use super::stop_shape::StopPolygon;
 use super::surface::Surface;
 use std::fmt;
@@ -178,7 +178,7 @@ impl<B: Plain> LensTracer<B> {
 
     /// The same for one ray, which ends where it is blocked.
     #[inline(always)]
-    fn walk_alone<T: Number<Base = B, Mask = bool>>(
+    fn walk_alone<T: Real<Base = B>>(
         &self,
         surfaces: Range<usize>,
         toward: Toward,
@@ -203,16 +203,13 @@ impl<B: Plain> LensTracer<B> {
 
     /// Traces a ray from the film through the lens: where it leaves the first surface, and where
     /// it goes. The direction's z must be negative.
-    pub fn to_scene<T: Number<Base = B, Mask = bool>>(
-        &self,
-        ray: &LensRay<T>,
-    ) -> Result<LensRay<T>, Blocked> {
+    pub fn to_scene<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
         let ray = ray.shifted(-self.length);
         finished(self.walk_alone(self.all(), Toward::Scene, true, ray)?, 0)
     }
 
     /// As [`LensTracer::to_scene`], but apertures do not block.
-    pub fn to_scene_unclipped<T: Number<Base = B, Mask = bool>>(
+    pub fn to_scene_unclipped<T: Real<Base = B>>(
         &self,
         ray: &LensRay<T>,
     ) -> Result<LensRay<T>, Blocked> {
@@ -222,10 +219,7 @@ impl<B: Plain> LensTracer<B> {
 
     /// Traces a ray from the scene through the lens: where it leaves the last surface, and where
     /// it goes. A direction whose z is not positive comes from behind the front vertex, as a fisheye's may.
-    pub fn to_film<T: Number<Base = B, Mask = bool>>(
-        &self,
-        ray: &LensRay<T>,
-    ) -> Result<LensRay<T>, Blocked> {
+    pub fn to_film<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
         let (mut ray, mut surfaces) = (*ray, self.all());
         if let (Some(front), true) = (self.elements.first(), ray.d[2].at_most(B::ZERO)) {
             let crossing = front.enter_from_behind(&ray);
@@ -301,10 +295,7 @@ impl LensTracer<f64> {
 }
 
 /// Makes the direction's length 1 again, and makes sure that what is handed out is finite.
-fn finished<T: Number<Mask = bool>>(
-    ray: LensRay<T>,
-    surface: usize,
-) -> Result<LensRay<T>, Blocked> {
+fn finished<T: Real>(ray: LensRay<T>, surface: usize) -> Result<LensRay<T>, Blocked> {
     let (ray, finite) = ray.normalized();
     if finite {
         Ok(ray)

@@ -105,7 +105,7 @@ impl<'a> Scene<'a> {
                     let ray = beam.ray([0.0, v]);
                     let mut points = path::points(self.lens, &ray);
                     // On a plane across the chief ray, `lead` in front of where that enters.
-                    let (o, c) = (beam.chief().ray.o, beam.chief().ray.d);
+                    let (o, c) = (beam.chief.ray.o, beam.chief.ray.d);
                     let to: f64 = (0..3).map(|i| c[i] * (o[i] - ray.o[i])).sum();
                     let t = (to + lead) / (0..3).map(|i| c[i] * ray.d[i]).sum::<f64>();
                     points.insert(0, std::array::from_fn(|i| ray.o[i] + t * ray.d[i]));
@@ -236,7 +236,7 @@ impl<'a> Scene<'a> {
 
 /// `count` tangential coordinates spread evenly over the part of the beam that gets through.
 fn fan(lens: &Lens, beam: &Beam, count: usize) -> Vec<f64> {
-    let [low, high] = beam.extent()[1];
+    let [low, high] = beam.extent[1];
     let at = |i: i32| low + (high - low) * f64::from(i) / 400.0;
     let passing: Vec<f64> = (0..=400)
         .map(at)

@@ -32,7 +32,7 @@ pub use thin::Thin;
 use super::lanes::{FilmTracer, LaneMask, Lanes, Traced};
 use super::lens::Lens;
 use super::pupil::{ExitPupil, PupilSample, Spread};
-use super::real::{Dual, Number, Plain};
+use super::real::{Dual, Number, Plain, Real};
 use super::trace::{Blocked, Cause, LensRay};
 use crate::math::Vec2;
 use crate::math::sampling::concentric_disk;
@@ -294,7 +294,7 @@ impl LensModel {
         })
     }
 
-    fn outcome<T: Number<Mask = bool>>(&self, traced: Traced<T>) -> Result<LensRay<T>, Blocked> {
+    fn outcome<T: Real>(&self, traced: Traced<T>) -> Result<LensRay<T>, Blocked> {
         if traced.passed {
             return Ok(traced.ray);
         }
