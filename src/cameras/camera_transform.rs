@@ -1,12 +1,12 @@
 //! How a camera stands in the scene: from camera-space rays to render-space rays.
 
-use super::Clip;
+use super::{CameraRay, Clip};
 use crate::math::motion::Motion;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
-use crate::math::{DMat4, DVec3, Vec3};
+use crate::math::{DMat4, DVec3, Rgb, Vec3};
 use crate::optics::lanes::Lanes;
-use crate::optics::real::{Index, Mask, Number};
+use crate::optics::real::{Index, Number};
 use crate::optics::trace::LensRay;
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
@@ -74,12 +74,10 @@ impl CameraTransform {
     ) -> RayDifferentials {
         let render_from_camera = self.render_from_camera(time);
         let place = |r: &CameraSpaceRay| -> (Vec3, Vec3) {
+            let d = render_from_camera.transform_vector3(r.d).normalize();
             (
                 render_from_camera.project_point3(r.o).as_vec3(),
-                render_from_camera
-                    .transform_vector3(r.d)
-                    .normalize()
-                    .as_vec3(),
+                d.as_vec3(),
             )
         };
         let ((rx_o, rx_d), (ry_o, ry_d)) = (place(x), place(y));
@@ -88,6 +86,21 @@ impl CameraTransform {
             rx_d,
             ry_o,
             ry_d,
+        }
+    }
+
+    /// The camera's `ray` at `time` with a weight of 1, and those of the neighboring pixels in x and y where they are given.
+    pub(super) fn unweighted(
+        &self,
+        ray: &CameraSpaceRay,
+        neighbors: Option<[CameraSpaceRay; 2]>,
+        time: f32,
+    ) -> CameraRay {
+        CameraRay {
+            ray: self.ray(ray, time),
+            weight: 1.0,
+            tint: Rgb::ONE,
+            differentials: neighbors.map(|[x, y]| self.differentials(&x, &y, time)),
         }
     }
 }
@@ -131,7 +144,7 @@ impl CameraTransform {
 }
 
 /// Origin and unit direction of a bundle of rays.
-type Lines<const N: usize> = [[Lanes<N>; 3]; 2];
+pub(super) type Lines<const N: usize> = [[Lanes<N>; 3]; 2];
 
 impl BatchTransform {
     /// Origin, unit direction and t_max in render space, as [`CameraTransform::ray`].
@@ -149,7 +162,7 @@ impl BatchTransform {
             let forward = dz.greater(0.0);
             let zero = Lanes::splat(0.0);
             let start = (Lanes::splat(hither) - z) / dz;
-            let start = Lanes::select(start.greater(0.0).and(forward), start, zero);
+            let start = Lanes::select(start.greater(0.0) & forward, start, zero);
             let end = (Lanes::splat(yon) - z) / dz;
             for (o, d) in o.iter_mut().zip(&d) {
                 *o = *o + *d * (start * length);

@@ -13,6 +13,12 @@ pub struct Clip {
     pub yon: f64,
 }
 
+impl Default for Clip {
+    fn default() -> Clip {
+        Clip::NONE
+    }
+}
+
 impl Clip {
     /// Clips nothing.
     pub const NONE: Clip = Clip {
@@ -26,11 +32,8 @@ impl Clip {
             hither: params.float("hither", f64::NEG_INFINITY),
             yon: params.float("yon", f64::INFINITY),
         };
-        // Written so that a NaN is caught as well.
-        if !matches!(
-            clip.hither.partial_cmp(&clip.yon),
-            Some(std::cmp::Ordering::Less)
-        ) {
+        let between = clip.hither < clip.yon;
+        if !between {
             params.error(
                 "yon",
                 format!(

@@ -8,10 +8,10 @@
 //! Rows run from the camera's +y (up) to −y, columns from +x over +z (ahead) to −x and −z.
 
 use super::camera_transform::{CameraSpaceRay, CameraTransform};
-use super::kinds::OrdinaryCamera;
-use super::{CameraError, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
+use super::{CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
+use crate::math::motion::Motion;
 use crate::math::transform::Transform;
-use crate::math::{DVec2, DVec3, Rgb};
+use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
 use std::f64::consts::{PI, TAU};
 
@@ -56,12 +56,12 @@ impl Environment {
         spec: &EnvironmentSpec,
         film: &FilmGeometry,
         render_from_camera: &Transform,
-    ) -> Result<Environment, CameraError> {
-        Ok(Environment {
+    ) -> Environment {
+        Environment {
             spec: spec.clone(),
             transform: CameraTransform::new(render_from_camera, Clip::NONE),
             per_pixel: DVec2::new(TAU, PI) / film.resolution.as_dvec2(),
-        })
+        }
     }
 
     /// The ray for `sample`; its weight is 1. The differentials' directions are the derivatives by
@@ -72,34 +72,16 @@ impl Environment {
         let d = DVec3::new(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi);
         let through = |d: DVec3| CameraSpaceRay { o: DVec3::ZERO, d };
         let time = self.spec.shutter.time(sample.time);
-        CameraRay {
-            ray: self.transform.ray(&through(d), time),
-            weight: 1.0,
-            tint: Rgb::ONE,
-            differentials: want_differentials.then(|| {
-                let across = DVec3::new(-sin_theta * sin_phi, 0.0, sin_theta * cos_phi);
-                let down = DVec3::new(cos_theta * cos_phi, -sin_theta, cos_theta * sin_phi);
-                self.transform.differentials(
-                    &through(d + self.per_pixel.x * across),
-                    &through(d + self.per_pixel.y * down),
-                    time,
-                )
-            }),
-        }
-    }
-}
-
-impl OrdinaryCamera for Environment {
-    fn transform(&mut self) -> &mut CameraTransform {
-        &mut self.transform
+        let neighbors = want_differentials.then(|| {
+            let across = DVec3::new(-sin_theta * sin_phi, 0.0, sin_theta * cos_phi);
+            let down = DVec3::new(cos_theta * cos_phi, -sin_theta, cos_theta * sin_phi);
+            [self.per_pixel.x * across, self.per_pixel.y * down].map(|step| through(d + step))
+        });
+        self.transform.unweighted(&through(d), neighbors, time)
     }
 
-    fn has_lens(&self) -> bool {
-        false
-    }
-
-    fn describe(&self, _: &FilmGeometry) -> Vec<String> {
-        vec!["environment camera: all directions, latitude by longitude".to_string()]
+    pub(super) fn set_motion(&mut self, motion: Motion) {
+        self.transform.set_motion(motion);
     }
 }
 
@@ -115,7 +97,7 @@ mod tests {
     };
 
     fn camera() -> Environment {
-        Environment::new(&EnvironmentSpec::default(), &FILM, &Transform::IDENTITY).unwrap()
+        Environment::new(&EnvironmentSpec::default(), &FILM, &Transform::IDENTITY)
     }
 
     fn ray(x: f32, y: f32) -> CameraRay {

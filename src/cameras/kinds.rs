@@ -1,131 +1,143 @@
-//! The types of cameras: one table for names, the reader and the dispatch.
+//! The types of cameras: their names, and what each does.
 
-use super::camera_transform::CameraTransform;
 use super::*;
 
-/// What `perspective`, `orthographic` and `environment` have in common; `realistic` has methods of its own.
-pub(super) trait OrdinaryCamera {
-    /// Camera space to render space.
-    fn transform(&mut self) -> &mut CameraTransform;
+/// The type names a scene may give, for "did you mean".
+pub const CAMERA_NAMES: &[&str] = &["perspective", "realistic", "orthographic", "environment"];
 
-    /// See [`Camera::has_lens`].
-    fn has_lens(&self) -> bool;
+/// A camera as the scene file describes it.
+#[derive(Clone, Debug)]
+pub enum CameraSpec {
+    /// `perspective` and `orthographic`
+    Projective(Box<ProjectiveSpec>),
+    /// `realistic`
+    Realistic(Box<RealisticSpec>),
+    /// `environment`
+    Environment(Box<EnvironmentSpec>),
+}
 
-    /// See [`Camera::describe`].
-    fn describe(&self, film: &FilmGeometry) -> Vec<String>;
-
-    /// See [`Camera::set_motion`].
-    fn set_motion(&mut self, motion: Motion) {
-        self.transform().set_motion(motion);
-    }
-
-    /// See [`Camera::disperses`].
-    fn disperses(&self) -> bool {
-        false
-    }
-
-    /// See [`Camera::warnings`].
-    fn warnings(&self) -> Vec<String> {
-        Vec::new()
+impl CameraSpec {
+    /// Reads the camera; `None` where none can be made (reported).
+    pub(super) fn read(params: &ParamReader) -> Option<CameraSpec> {
+        Some(match params.kind() {
+            "perspective" | "orthographic" => {
+                CameraSpec::Projective(Box::new(ProjectiveSpec::from_params(params)))
+            }
+            "realistic" => CameraSpec::Realistic(Box::new(RealisticSpec::from_params(params)?)),
+            "environment" => {
+                CameraSpec::Environment(Box::new(EnvironmentSpec::from_params(params)))
+            }
+            _ => {
+                params.unknown_kind(CAMERA_NAMES);
+                return None;
+            }
+        })
     }
 }
 
-macro_rules! camera_types {
-    ($($name:literal => $Type:ident($Spec:ident),)*) => {
-        /// The type names a scene may give, for "did you mean".
-        pub const CAMERA_NAMES: &[&str] = &[$($name,)*];
-
-        /// A camera as the scene file describes it.
-        #[derive(Clone, Debug)]
-        pub enum CameraSpec {
-            $(#[doc = concat!("`", $name, "`")] $Type(Box<$Spec>),)*
-        }
-
-        impl CameraSpec {
-            /// Reads the camera; `None` where none can be made (reported).
-            pub(super) fn read(params: &ParamReader) -> Option<CameraSpec> {
-                match params.kind() {
-                    $($name => {
-                        let spec: Option<$Spec> = $Spec::from_params(params).into();
-                        spec.map(|spec| CameraSpec::$Type(Box::new(spec)))
-                    })*
-                    _ => {
-                        params.unknown_kind(CAMERA_NAMES);
-                        None
-                    }
-                }
-            }
-        }
-
-        /// A camera ready to make rays.
-        #[derive(Clone, Debug)]
-        pub enum Camera {
-            $(#[doc = concat!("`", $name, "`")] $Type(Box<$Type>),)*
-        }
-
-        impl Camera {
-            /// Puts `spec` behind `film`; `render_from_camera` places it (camera space in the units of
-            /// the camera: scene units, but see [`RealisticSpec`]).
-            pub fn new(
-                spec: &CameraSpec,
-                film: &FilmGeometry,
-                render_from_camera: &Transform,
-            ) -> Result<Camera, CameraError> {
-                if film.resolution.x == 0 || film.resolution.y == 0 {
-                    return Err(CameraError::EmptyFilm);
-                }
-                if !render_from_camera.is_invertible() {
-                    return Err(CameraError::SingularTransform);
-                }
-                Ok(match spec {
-                    $(CameraSpec::$Type(spec) => {
-                        Camera::$Type(Box::new($Type::new(spec, film, render_from_camera)?))
-                    })*
-                })
-            }
-
-            /// Lets the camera move through render space while its shutter is open; `motion` takes camera
-            /// space to render space.
-            pub fn set_motion(&mut self, motion: Motion) {
-                match self { $(Camera::$Type(c) => c.set_motion(motion),)* }
-            }
-
-            /// Returns `true` if it depends on [`CameraSample::lens`].
-            pub fn has_lens(&self) -> bool {
-                match self { $(Camera::$Type(c) => c.has_lens(),)* }
-            }
-
-            /// Returns `true` if it depends on [`CameraSample::wavelength`].
-            pub fn disperses(&self) -> bool {
-                match self { $(Camera::$Type(c) => c.disperses(),)* }
-            }
-
-            /// What a photographer wants to know before the image is taken on `film`, one fact a line.
-            pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
-                match self { $(Camera::$Type(c) => c.describe(film),)* }
-            }
-
-            /// What looks wrong although an image can be made: a lens focused inside itself, a film
-            /// inside glass, an image larger than the image circle.
-            pub fn warnings(&self) -> Vec<String> {
-                match self { $(Camera::$Type(c) => c.warnings(),)* }
-            }
-
-            /// The ray for `sample`; `None` where no light can arrive (a vignetted ray), which counts as
-            /// a black sample. `want_differentials` asks for the rays of the neighboring pixels; asking
-            /// never changes whether the sample counts.
-            pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
-                match self { $(Camera::$Type(c) => c.ray(sample, want_differentials).into(),)* }
-            }
-        }
-    };
+/// A camera ready to make rays.
+#[derive(Clone, Debug)]
+pub enum Camera {
+    /// `perspective` and `orthographic`
+    Projective(Box<Projective>),
+    /// `realistic`
+    Realistic(Box<Realistic>),
+    /// `environment`
+    Environment(Box<Environment>),
 }
 
-// A new type: its file, which gives the two types, their `from_params`, `new` and `ray`, and implements
-// `OrdinaryCamera`, and a line here.
-camera_types! {
-    "perspective" => Perspective(PerspectiveSpec),
-    "realistic" => Realistic(RealisticSpec),
-    "orthographic" => Orthographic(OrthographicSpec),
-    "environment" => Environment(EnvironmentSpec),
+impl Camera {
+    /// Puts `spec` behind `film`; `place` takes camera space to render space (camera space in the units of
+    /// the camera: scene units, but see [`RealisticSpec`]).
+    pub fn new(
+        spec: &CameraSpec,
+        film: &FilmGeometry,
+        place: &Transform,
+    ) -> Result<Camera, CameraError> {
+        if film.resolution.x == 0 || film.resolution.y == 0 {
+            return Err(CameraError::EmptyFilm);
+        }
+        if !place.is_invertible() {
+            return Err(CameraError::SingularTransform);
+        }
+        Ok(match spec {
+            CameraSpec::Projective(s) => Camera::Projective(Projective::new(s, film, place).into()),
+            CameraSpec::Realistic(s) => Camera::Realistic(Realistic::new(s, film, place)?.into()),
+            CameraSpec::Environment(s) => {
+                Camera::Environment(Environment::new(s, film, place).into())
+            }
+        })
+    }
+
+    /// Lets the camera move through render space while its shutter is open; `motion` takes camera
+    /// space to render space.
+    pub fn set_motion(&mut self, motion: Motion) {
+        match self {
+            Camera::Projective(c) => c.set_motion(motion),
+            Camera::Realistic(c) => c.set_motion(motion),
+            Camera::Environment(c) => c.set_motion(motion),
+        }
+    }
+
+    /// Returns `true` if it depends on [`CameraSample::lens`].
+    pub fn has_lens(&self) -> bool {
+        match self {
+            Camera::Projective(c) => c.has_lens(),
+            Camera::Realistic(_) => true,
+            Camera::Environment(_) => false,
+        }
+    }
+
+    /// Returns `true` if it depends on [`CameraSample::wavelength`].
+    pub fn disperses(&self) -> bool {
+        matches!(self, Camera::Realistic(c) if c.disperses())
+    }
+
+    /// What a photographer wants to know before the image is taken on `film`, one fact a line.
+    pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
+        match self {
+            Camera::Projective(c) => c.describe(film),
+            Camera::Realistic(c) => c.describe(film),
+            Camera::Environment(_) => {
+                vec!["environment camera: all directions, latitude by longitude".to_string()]
+            }
+        }
+    }
+
+    /// What looks wrong although an image can be made: a lens focused inside itself, a film
+    /// inside glass, an image larger than the image circle.
+    pub fn warnings(&self) -> Vec<String> {
+        match self {
+            Camera::Realistic(c) => c.warnings(),
+            Camera::Projective(_) | Camera::Environment(_) => Vec::new(),
+        }
+    }
+
+    /// The ray for `sample`; `None` where no light can arrive (a vignetted ray), which counts as
+    /// a black sample. `want_differentials` asks for the rays of the neighboring pixels; asking
+    /// never changes whether the sample counts.
+    pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
+        match self {
+            Camera::Projective(c) => Some(c.ray(sample, want_differentials)),
+            Camera::Realistic(c) => c.ray(sample, want_differentials),
+            Camera::Environment(c) => Some(c.ray(sample, want_differentials)),
+        }
+    }
+
+    /// The rays for up to [`BUNDLE`] samples, in order: as [`Camera::ray`] for each, whatever the
+    /// others are; those of `realistic` in single precision.
+    pub fn rays(
+        &self,
+        samples: &[CameraSample],
+        want_differentials: bool,
+        rays: &mut ArrayVec<Option<CameraRay>, BUNDLE>,
+    ) {
+        if let Camera::Realistic(c) = self {
+            c.rays(samples, want_differentials, rays);
+            return;
+        }
+        rays.clear();
+        let one = |sample| self.ray(sample, want_differentials);
+        rays.extend(samples.iter().take(BUNDLE).map(one));
+    }
 }

@@ -14,8 +14,7 @@ mod clip;
 mod environment;
 mod kinds;
 mod ndc;
-mod orthographic;
-mod perspective;
+mod projective;
 mod realistic;
 mod screen;
 mod shutter;
@@ -26,8 +25,7 @@ pub use environment::{Environment, EnvironmentSpec};
 #[cfg(any(test, feature = "internals"))]
 pub use kinds::CAMERA_NAMES;
 pub use kinds::{Camera, CameraSpec};
-pub use orthographic::{Orthographic, OrthographicSpec};
-pub use perspective::{Perspective, PerspectiveSpec};
+pub use projective::{Projective, ProjectiveSpec};
 #[cfg(any(test, feature = "internals"))]
 pub use realistic::{Band, Form, Weighting, pbrt_pupil_box};
 pub use realistic::{Compat, Precision, Realistic, RealisticSpec};
@@ -146,28 +144,9 @@ fn stand_in(params: &ParamReader) -> CameraSpec {
     const NORMAL_FOV: f64 = 27.0;
     // Parameters that were not come to are not superfluous.
     params.accept_all();
-    CameraSpec::Perspective(Box::new(PerspectiveSpec {
-        fov: NORMAL_FOV,
+    CameraSpec::Projective(Box::new(ProjectiveSpec {
+        fov: Some(NORMAL_FOV),
         shutter: Shutter::from_params(params),
-        ..PerspectiveSpec::default()
+        ..ProjectiveSpec::default()
     }))
-}
-
-impl Camera {
-    /// The rays for up to [`BUNDLE`] samples, in order: as [`Camera::ray`] for each, whatever the
-    /// others are; those of `realistic` in single precision.
-    pub fn rays(
-        &self,
-        samples: &[CameraSample],
-        want_differentials: bool,
-        rays: &mut ArrayVec<Option<CameraRay>, BUNDLE>,
-    ) {
-        if let Camera::Realistic(c) = self {
-            c.rays(samples, want_differentials, rays);
-            return;
-        }
-        rays.clear();
-        let one = |sample| self.ray(sample, want_differentials);
-        rays.extend(samples.iter().take(BUNDLE).map(one));
-    }
 }

@@ -2,7 +2,7 @@
 //! lower right corner of the full image.
 
 use super::realistic::Form;
-use super::{CameraSpec, FilmGeometry, OrthographicSpec, PerspectiveSpec, RealisticSpec};
+use super::{CameraSpec, FilmGeometry, ProjectiveSpec, RealisticSpec};
 use crate::math::DMat4;
 use glam::DVec4;
 
@@ -12,8 +12,7 @@ impl CameraSpec {
     /// `environment`, whose image is no projection, and for a lens without pupils.
     pub fn ndc_from_camera(&self, film: &FilmGeometry) -> Option<DMat4> {
         match self {
-            CameraSpec::Perspective(spec) => Some(perspective(spec, film)),
-            CameraSpec::Orthographic(spec) => Some(orthographic(spec, film)),
+            CameraSpec::Projective(spec) => Some(projective(spec, film)),
             CameraSpec::Realistic(spec) => realistic(spec, film),
             CameraSpec::Environment(_) => None,
         }
@@ -40,16 +39,11 @@ fn pinhole(left: f64, right: f64, top: f64, bottom: f64, pinhole_z: f64) -> DMat
     projection * DMat4::from_translation(glam::DVec3::new(0.0, 0.0, -pinhole_z))
 }
 
-fn perspective(spec: &PerspectiveSpec, film: &FilmGeometry) -> DMat4 {
-    let [xmin, xmax, ymin, ymax] = spec
-        .screen
-        .window(film)
-        .map(|v| v * (0.5 * spec.fov).to_radians().tan());
-    pinhole(xmin, xmax, ymax, ymin, 0.0)
-}
-
-fn orthographic(spec: &OrthographicSpec, film: &FilmGeometry) -> DMat4 {
-    let [xmin, xmax, ymin, ymax] = spec.screen.window(film);
+fn projective(spec: &ProjectiveSpec, film: &FilmGeometry) -> DMat4 {
+    let [xmin, xmax, ymin, ymax] = spec.window(film);
+    if spec.fov.is_some() {
+        return pinhole(xmin, xmax, ymax, ymin, 0.0);
+    }
     let (sx, sy) = (1.0 / (xmax - xmin), 1.0 / (ymin - ymax));
     let scale = DMat4::from_scale(glam::DVec3::new(sx, sy, 1.0));
     scale * DMat4::from_translation(glam::DVec3::new(-xmin, -ymax, 0.0))
@@ -95,16 +89,12 @@ mod tests {
             window: Some([-1.0, 3.0, 0.5, 2.0]),
             ..Screen::default()
         };
-        for spec in [
-            CameraSpec::Perspective(Box::new(PerspectiveSpec {
+        for fov in [Some(90.0), None] {
+            let spec = CameraSpec::Projective(Box::new(ProjectiveSpec {
+                fov,
                 screen: screen.clone(),
-                ..PerspectiveSpec::default()
-            })),
-            CameraSpec::Orthographic(Box::new(OrthographicSpec {
-                screen,
-                ..OrthographicSpec::default()
-            })),
-        ] {
+                ..ProjectiveSpec::default()
+            }));
             let camera = Camera::new(&spec, &film, &Transform::IDENTITY).unwrap();
             let sample = CameraSample {
                 raster: Vec2::new(12.0, 5.0),

@@ -45,26 +45,16 @@ impl ThinLens {
             );
             return pinhole;
         }
-        if !radius.is_finite() {
-            params.error(
-                "lensradius",
-                format!("lensradius is {radius}; expected a positive number"),
-            );
+        // Infinity is sharp, as for a photographer; what is not a number is not.
+        let (name, x, fits) = match radius.is_finite() {
+            true => ("focaldistance", focal_distance, focal_distance > 0.0),
+            false => ("lensradius", radius, false),
+        };
+        if !fits {
+            params.error(name, format!("{name} is {x}; expected a positive number"));
             return pinhole;
         }
-        // Written so that a NaN is caught as well; infinity is sharp, as for a photographer.
-        let in_front = focal_distance > 0.0;
-        if !in_front {
-            params.error(
-                "focaldistance",
-                format!("focaldistance is {focal_distance}; expected a positive number"),
-            );
-            return pinhole;
-        }
-        ThinLens {
-            radius,
-            focal_distance,
-        }
+        ThinLens { radius, ..pinhole }
     }
 
     /// The point of the lens for `u` in the unit square.

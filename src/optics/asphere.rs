@@ -69,18 +69,13 @@ impl<B: Plain> AsphericSurface<B> {
             .find(|r| r.is_finite())
             // No bound at all: that of a telescope.
             .unwrap_or(1e4);
-        let mut epsilon = B::ONE;
-        let half = B::round_from(0.5);
-        while B::ONE + epsilon * half > B::ONE {
-            epsilon = epsilon * half;
-        }
         AsphericSurface {
             curvature: B::round_from(1.0 / radius),
             one_plus_conic: B::round_from(1.0 + asphere.conic),
             terms: asphere.terms.map(B::round_from),
             reach: B::round_from(reach),
             // Some hundred roundings of numbers of the size of the reach.
-            tolerance: B::round_from(reach) * epsilon * B::round_from(256.0),
+            tolerance: B::round_from(reach) * B::EPSILON * B::round_from(256.0),
         }
     }
 

@@ -5,7 +5,8 @@
 //! height of rays on a plane is a quadratic function of the plane's z, so its minimum needs no search (Welford,
 //! *Aberrations of Optical Systems*, §9.6).
 
-use super::focus::FocusError;
+use super::bisection::bisect;
+use super::focus::{self, FocusError};
 use super::lens::Lens;
 use super::prescription::Prescription;
 use super::trace::{LensRay, LensTracer};
@@ -23,15 +24,7 @@ pub fn film_distance(prescription: &Prescription, distance: f64) -> Result<f64, 
         length: prescription.length(),
         distance,
     };
-    let found = search.solve(gaussian);
-    if found > 0.0 {
-        Ok(found)
-    } else {
-        Err(FocusError::InsideLens {
-            asked: distance,
-            inside: -found,
-        })
-    }
+    focus::checked(search.solve(gaussian), distance)
 }
 
 struct Search {
@@ -115,14 +108,7 @@ impl Search {
             }
             low = high;
         }
-        for _ in 0..50 {
-            let middle = 0.5 * (low + high);
-            if passes(middle) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let [low, _] = bisect([low, high], 50, passes);
         Some(low)
     }
 }

@@ -85,7 +85,7 @@ impl<T: Number> Crossing<T> {
     /// Which rays go on.
     #[inline(always)]
     pub(super) fn passes(&self) -> T::Mask {
-        self.met.and(self.inside).and(self.refracted)
+        self.met & self.inside & self.refracted
     }
 }
 
@@ -167,7 +167,7 @@ impl<B: Plain> Element<B> {
                 o: [x, y, z],
                 d: ray.d,
             },
-            met: ahead.and(reached).and(near),
+            met: ahead & reached & near,
             inside: self.within(x, y, clip),
             refracted: T::Mask::YES,
         };
@@ -226,7 +226,7 @@ impl<B: Plain> Element<B> {
         }
         let round = (x * x + y * y).at_most(self.radius2);
         match &self.edges {
-            Some(edges) => round.and(edges.hold(x, y)),
+            Some(edges) => round & edges.hold(x, y),
             None => round,
         }
     }
@@ -260,10 +260,7 @@ impl<B: Plain> Element<B> {
                 o: meeting.point,
                 d,
             },
-            met: ahead
-                .and(on)
-                .and(meeting.inside.greater(B::ZERO))
-                .and(forward),
+            met: ahead & on & meeting.inside.greater(B::ZERO) & forward,
             inside: self.within(x, y, clip),
             refracted: T::Mask::YES,
         };

@@ -124,7 +124,7 @@ fn imaging(cardinals: Option<Cardinals>) -> Result<Cardinals, FocusError> {
     }
 }
 
-fn checked(film_distance: f64, asked: f64) -> Result<f64, FocusError> {
+pub(super) fn checked(film_distance: f64, asked: f64) -> Result<f64, FocusError> {
     if film_distance > 0.0 {
         Ok(film_distance)
     } else {

@@ -42,6 +42,7 @@
 pub mod analysis;
 pub mod asphere;
 pub mod best_focus;
+mod bisection;
 pub mod dispersion;
 mod element;
 pub mod focus;

@@ -6,6 +6,7 @@
 //! coordinates: millimeters from the first vertex, toward the film.
 
 use super::surface::Surface;
+use serde::Serialize;
 
 /// Takes (y, n·u) from one plane to another.
 ///
@@ -82,7 +83,7 @@ pub struct Cardinals {
 }
 
 /// An image of the aperture stop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pupil {
     /// Where it lies on the axis.
     pub z: f64,
@@ -113,11 +114,9 @@ pub(super) const FAR: f64 = 1e12;
 impl Paraxial {
     /// Of `surfaces`, scene to film; at least one, air in front.
     pub fn new(surfaces: &[Surface]) -> Paraxial {
-        let (heights, whole) = propagate(surfaces);
-        let length: f64 = surfaces[..surfaces.len() - 1]
-            .iter()
-            .map(|s| s.thickness)
-            .sum();
+        let (heights, whole) = propagate(surfaces, 0);
+        let inner = &surfaces[..surfaces.len() - 1];
+        let length: f64 = inner.iter().map(|s| s.thickness).sum();
         let behind = surfaces[surfaces.len() - 1].index;
         let cardinals = cardinals(&whole, length, behind);
         let stop = limiting_surface(surfaces, &heights);
@@ -126,7 +125,7 @@ impl Paraxial {
             surfaces[stop].aperture / heights[stop].a().abs(),
         );
         // From the stop to the space behind the lens; refraction at the stop itself moves no image of it.
-        let (_, rear) = propagate_from(surfaces, stop);
+        let (_, rear) = propagate(surfaces, stop);
         let exit_pupil = pupil(
             length - behind * rear.b / rear.d(),
             surfaces[stop].aperture / rear.d().abs(),
@@ -151,19 +150,11 @@ fn pupil(z: f64, diameter: f64) -> Option<Pupil> {
     (z.abs() < FAR && diameter < FAR).then_some(Pupil { z, diameter })
 }
 
-/// The matrices from the first vertex plane to each surface (before it refracts), and to the
+/// The matrices from the vertex plane of surface `first` to each surface behind (before it refracts), and to the
 /// space behind the last.
-fn propagate(surfaces: &[Surface]) -> (Vec<RayMatrix>, RayMatrix) {
-    propagate_from(surfaces, 0)
-}
-
-fn propagate_from(surfaces: &[Surface], first: usize) -> (Vec<RayMatrix>, RayMatrix) {
+fn propagate(surfaces: &[Surface], first: usize) -> (Vec<RayMatrix>, RayMatrix) {
     let mut m = RayMatrix::IDENTITY;
-    let mut n = if first == 0 {
-        1.0
-    } else {
-        surfaces[first - 1].index
-    };
+    let mut n = first.checked_sub(1).map_or(1.0, |i| surfaces[i].index);
     let mut at = Vec::with_capacity(surfaces.len() - first);
     for (i, s) in surfaces.iter().enumerate().skip(first) {
         at.push(m);

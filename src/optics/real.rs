@@ -1,7 +1,7 @@
 //! The numbers a lens is traced with: f64, f32, bundles of f32 side by side, and dual numbers that
 //! carry derivatives along.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 /// What tracing asks of a number: one of them, or a bundle of them side by side
 /// ([`super::lanes::Lanes`]). Lens data themselves are of the plain type `Base`, so that
@@ -47,13 +47,7 @@ pub trait Index: Number {
     /// The whole part as a place from 0 to `last`, and what is left beyond it. What is not a number
     /// looks at 0.
     fn place(self, last: usize) -> (Self::Place, Self);
-    /// The entry at the sum of place · stride over `at`, plus `offset`; 0 beyond the table's end.
-    fn look_up<const K: usize>(
-        table: &[Self::Base],
-        at: [(Self::Place, usize); K],
-        offset: usize,
-    ) -> Self;
-    /// The `M` entries that begin there; 0 where some lie beyond the table's end.
+    /// The `M` entries that begin at the sum of place · stride over `at`, plus `offset`; 0 where some lie beyond the table's end.
     fn row<const K: usize, const M: usize>(
         table: &[Self::Base],
         at: [(Self::Place, usize); K],
@@ -69,13 +63,9 @@ pub trait Index: Number {
 }
 
 /// The answers of a comparison.
-pub trait Mask: Copy {
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
     /// Yes throughout.
     const YES: Self;
-    /// Where both say yes.
-    fn and(self, other: Self) -> Self;
-    /// Where at least one says yes.
-    fn or(self, other: Self) -> Self;
     /// Is there a yes?
     fn any(self) -> bool;
 }
@@ -83,37 +73,28 @@ pub trait Mask: Copy {
 impl Mask for bool {
     const YES: bool = true;
     #[inline(always)]
-    fn and(self, other: bool) -> bool {
-        self & other
-    }
-    #[inline(always)]
-    fn or(self, other: bool) -> bool {
-        self | other
-    }
-    #[inline(always)]
     fn any(self) -> bool {
         self
     }
 }
 
-/// One number, which can be looked at.
-pub trait Real: Number<Mask = bool> + PartialOrd {
-    /// The value without derivatives.
-    fn value(self) -> Self::Base;
-}
+/// One number, not a bundle.
+pub trait Real: Number<Mask = bool> {}
+
+impl<T: Number<Mask = bool>> Real for T {}
 
 /// f32 and f64.
-pub trait Plain: Real<Base = Self> + Index {
+pub trait Plain: Real<Base = Self> + Index + PartialOrd {
     /// 0.
     const ZERO: Self;
     /// 1.
     const ONE: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
     /// Rounds to this type.
     fn round_from(x: f64) -> Self;
     /// As an f64, exactly.
     fn to_f64(self) -> f64;
-    /// Neither infinite nor not a number.
-    fn is_finite(self) -> bool;
 }
 
 macro_rules! plain {
@@ -147,14 +128,6 @@ macro_rules! plain {
                 (place, self - place as $t)
             }
             #[inline(always)]
-            fn look_up<const K: usize>(table: &[$t], at: [(usize, usize); K], offset: usize) -> $t {
-                let mut entry = offset;
-                for (place, stride) in at {
-                    entry += place * stride;
-                }
-                table.get(entry).copied().unwrap_or(0.0)
-            }
-            #[inline(always)]
             fn row<const K: usize, const M: usize>(
                 table: &[$t],
                 at: [(usize, usize); K],
@@ -170,19 +143,14 @@ macro_rules! plain {
             #[inline(always)]
             fn select(mask: bool, yes: $t, no: $t) -> $t { if mask { yes } else { no } }
         }
-        impl Real for $t {
-            #[inline(always)]
-            fn value(self) -> $t { self }
-        }
         impl Plain for $t {
             const ZERO: $t = 0.0;
             const ONE: $t = 1.0;
+            const EPSILON: $t = <$t>::EPSILON;
             #[inline(always)]
             fn round_from(x: f64) -> $t { x as $t }
             #[inline(always)]
             fn to_f64(self) -> f64 { f64::from(self) }
-            #[inline(always)]
-            fn is_finite(self) -> bool { <$t>::is_finite(self) }
         }
     )*};
 }
@@ -199,6 +167,12 @@ pub struct Dual<V = f64> {
 }
 
 impl<V: Number> Dual<V> {
+    #[inline(always)]
+    fn new(value: V, by_x: V, by_y: V) -> Dual<V> {
+        let by = [by_x, by_y];
+        Dual { value, by }
+    }
+
     /// The parameter number `i` (0 or 1) itself, at `value`.
     #[inline(always)]
     pub fn parameter(value: V, i: usize) -> Dual<V> {
@@ -210,30 +184,8 @@ impl<V: Number> Dual<V> {
     /// A value that depends on neither parameter.
     #[inline(always)]
     pub fn fixed(value: V) -> Dual<V> {
-        Dual {
-            value,
-            by: [V::constant(V::Base::ZERO); 2],
-        }
-    }
-
-    #[inline(always)]
-    fn map(self, value: V, slope: V) -> Dual<V> {
-        Dual {
-            value,
-            by: [self.by[0] * slope, self.by[1] * slope],
-        }
-    }
-}
-
-impl<V: PartialEq> PartialEq for Dual<V> {
-    fn eq(&self, other: &Dual<V>) -> bool {
-        self.value == other.value
-    }
-}
-
-impl<V: PartialOrd> PartialOrd for Dual<V> {
-    fn partial_cmp(&self, other: &Dual<V>) -> Option<std::cmp::Ordering> {
-        self.value.partial_cmp(&other.value)
+        let zero = V::constant(V::Base::ZERO);
+        Dual::new(value, zero, zero)
     }
 }
 
@@ -241,10 +193,11 @@ impl<V: Number> Add for Dual<V> {
     type Output = Dual<V>;
     #[inline(always)]
     fn add(self, b: Dual<V>) -> Dual<V> {
-        Dual {
-            value: self.value + b.value,
-            by: [self.by[0] + b.by[0], self.by[1] + b.by[1]],
-        }
+        Dual::new(
+            self.value + b.value,
+            self.by[0] + b.by[0],
+            self.by[1] + b.by[1],
+        )
     }
 }
 
@@ -252,43 +205,33 @@ impl<V: Number> Sub for Dual<V> {
     type Output = Dual<V>;
     #[inline(always)]
     fn sub(self, b: Dual<V>) -> Dual<V> {
-        Dual {
-            value: self.value - b.value,
-            by: [self.by[0] - b.by[0], self.by[1] - b.by[1]],
-        }
+        Dual::new(
+            self.value - b.value,
+            self.by[0] - b.by[0],
+            self.by[1] - b.by[1],
+        )
     }
 }
 
-/// The product rule.
 impl<V: Number> Mul for Dual<V> {
     type Output = Dual<V>;
     #[inline(always)]
     fn mul(self, b: Dual<V>) -> Dual<V> {
-        Dual {
-            value: self.value * b.value,
-            by: [
-                self.by[0] * b.value + self.value * b.by[0],
-                self.by[1] * b.value + self.value * b.by[1],
-            ],
-        }
+        let by_x = self.by[0] * b.value + self.value * b.by[0];
+        let by_y = self.by[1] * b.value + self.value * b.by[1];
+        Dual::new(self.value * b.value, by_x, by_y)
     }
 }
 
-/// The quotient rule.
 impl<V: Number> Div for Dual<V> {
     type Output = Dual<V>;
     #[inline(always)]
     fn div(self, b: Dual<V>) -> Dual<V> {
         let value = self.value / b.value;
-        // Two divisions in place of three: the derivatives may be off in the last bit.
         let inverse = V::constant(V::Base::ONE) / b.value;
-        Dual {
-            value,
-            by: [
-                (self.by[0] - value * b.by[0]) * inverse,
-                (self.by[1] - value * b.by[1]) * inverse,
-            ],
-        }
+        let by_x = (self.by[0] - value * b.by[0]) * inverse;
+        let by_y = (self.by[1] - value * b.by[1]) * inverse;
+        Dual::new(value, by_x, by_y)
     }
 }
 
@@ -296,10 +239,7 @@ impl<V: Number> Neg for Dual<V> {
     type Output = Dual<V>;
     #[inline(always)]
     fn neg(self) -> Dual<V> {
-        Dual {
-            value: -self.value,
-            by: [-self.by[0], -self.by[1]],
-        }
+        Dual::new(-self.value, -self.by[0], -self.by[1])
     }
 }
 
@@ -313,20 +253,19 @@ impl<V: Number> Number for Dual<V> {
     #[inline(always)]
     fn sqrt(self) -> Dual<V> {
         let root = self.value.sqrt();
-        self.map(root, V::constant(V::Base::ONE) / (root + root))
+        let slope = V::constant(V::Base::ONE) / (root + root);
+        Dual::new(root, self.by[0] * slope, self.by[1] * slope)
     }
     #[inline(always)]
     fn times(self, base: V::Base) -> Dual<V> {
-        Dual {
-            value: self.value.times(base),
-            by: [self.by[0].times(base), self.by[1].times(base)],
-        }
+        let [by_x, by_y] = self.by;
+        Dual::new(self.value.times(base), by_x.times(base), by_y.times(base))
     }
     #[inline(always)]
     fn plus(self, base: V::Base) -> Dual<V> {
         Dual {
             value: self.value.plus(base),
-            by: self.by,
+            ..self
         }
     }
     #[inline(always)]
@@ -344,13 +283,6 @@ impl<V: Number> Number for Dual<V> {
     #[inline(always)]
     fn finite(self) -> V::Mask {
         self.value.finite()
-    }
-}
-
-impl<V: Plain> Real for Dual<V> {
-    #[inline(always)]
-    fn value(self) -> V {
-        self.value
     }
 }
 

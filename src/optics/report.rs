@@ -34,9 +34,9 @@ pub struct LensReport {
     /// Effective focal length over entrance pupil diameter.
     pub f_number: Option<f64>,
     /// The stop as the scene sees it.
-    pub entrance_pupil: Option<PupilReport>,
+    pub entrance_pupil: Option<Pupil>,
     /// The stop as the film sees it.
-    pub exit_pupil: Option<PupilReport>,
+    pub exit_pupil: Option<Pupil>,
     /// Of all apertures' images behind the lens the one that looks smallest from the middle of the film: the exit pupil as
     /// the course's lecture finds it ([`stops`]). That of the stop, unless another rim is narrower.
     pub exit_pupil_by_imaging: Option<ImagedPupilReport>,
@@ -67,15 +67,6 @@ pub struct SurfaceReport {
     pub aspheric_terms: Option<[f64; 8]>,
     /// z of the vertex.
     pub z: f64,
-}
-
-/// A pupil.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PupilReport {
-    /// z of its center.
-    pub z: f64,
-    /// Its diameter.
-    pub diameter: f64,
 }
 
 /// A pupil found among the images of all apertures.
@@ -112,15 +103,6 @@ impl SurfaceReport {
     }
 }
 
-impl From<Pupil> for PupilReport {
-    fn from(p: Pupil) -> PupilReport {
-        PupilReport {
-            z: p.z,
-            diameter: p.diameter,
-        }
-    }
-}
-
 impl LensReport {
     /// Of `lens`, as it is stopped down and focused.
     pub fn new(lens: &Lens) -> LensReport {
@@ -153,8 +135,8 @@ impl LensReport {
             front_principal_plane: cardinals.map(|c| c.front_principal_plane),
             rear_principal_plane: cardinals.map(|c| c.rear_principal_plane),
             f_number: paraxial.f_number,
-            entrance_pupil: paraxial.entrance_pupil.map(PupilReport::from),
-            exit_pupil: paraxial.exit_pupil.map(PupilReport::from),
+            entrance_pupil: paraxial.entrance_pupil,
+            exit_pupil: paraxial.exit_pupil,
             exit_pupil_by_imaging: exit_pupil_by_imaging(lens),
             focused_at_infinity: lens.plane_of_focus() == Some(f64::NEG_INFINITY),
             plane_of_focus: lens.plane_of_focus().filter(|z| z.is_finite()),
@@ -204,7 +186,7 @@ impl fmt::Display for LensReport {
             }
         }
         writeln!(f, "\nmm; z from the front vertex, positive toward the film")?;
-        let diameter = |pupil: Option<PupilReport>| pupil.map(|p| p.diameter);
+        let diameter = |pupil: Option<Pupil>| pupil.map(|p| p.diameter);
         for (name, value) in [
             ("effective focal length", self.effective_focal_length),
             ("f-number", self.f_number),
@@ -246,8 +228,8 @@ fn line(f: &mut fmt::Formatter<'_>, name: &str, value: Option<f64>) -> fmt::Resu
 
 /// A length as a message says it: six digits, without zeros at the end.
 pub fn length_text(mm: f64) -> String {
-    let whole_digits = mm.abs().max(1.0).log10().floor() as usize + 1;
-    let text = format!("{mm:.*}", 6usize.saturating_sub(whole_digits));
+    let magnitude = mm.abs().max(1.0).log10().floor() as usize;
+    let text = format!("{mm:.*}", 5usize.saturating_sub(magnitude));
     // What small lengths have no decimals for is said as it is.
     if mm != 0.0 && mm.abs() < 1e-2 {
         return format!("{mm}");

@@ -56,45 +56,34 @@ pub struct StopPolygon {
 pub const MAX_BLADES: usize = 1000;
 
 impl StopPolygon {
+    fn new(blades: usize, corner: f64, direction: f64, beyond: usize) -> StopPolygon {
+        StopPolygon {
+            blades,
+            corner,
+            direction,
+            beyond,
+        }
+    }
+
     /// A diaphragm of `blades` (3 to [`MAX_BLADES`]) straight edges, its corners on the stop's circle, one of them up, turned
     /// counterclockwise by `rotation` degrees.
     pub fn of_blades(blades: usize, rotation: f64) -> StopPolygon {
-        StopPolygon {
-            blades: blades.clamp(3, MAX_BLADES),
-            corner: 1.0,
-            direction: 90.0 + rotation,
-            beyond: 0,
-        }
+        StopPolygon::new(blades.clamp(3, MAX_BLADES), 1.0, 90.0 + rotation, 0)
     }
 
     /// pbrt-v4's "square": its sides are half the stop's diameter.
     pub fn square(rotation: f64) -> StopPolygon {
-        StopPolygon {
-            blades: 4,
-            corner: std::f64::consts::FRAC_1_SQRT_2,
-            direction: 45.0 + rotation,
-            beyond: 0,
-        }
+        StopPolygon::new(4, std::f64::consts::FRAC_1_SQRT_2, 45.0 + rotation, 0)
     }
 
     /// pbrt-v4's "pentagon": corners at 0.8 of the stop's radius, one of them down.
     pub fn pentagon(rotation: f64) -> StopPolygon {
-        StopPolygon {
-            blades: 5,
-            corner: 0.8,
-            direction: rotation - 90.0,
-            beyond: 0,
-        }
+        StopPolygon::new(5, 0.8, rotation - 90.0, 0)
     }
 
     /// pbrt-v4's "star": a pentagram, its points on the stop's circle, one of them to the left.
     pub fn star(rotation: f64) -> StopPolygon {
-        StopPolygon {
-            blades: 5,
-            corner: 1.0,
-            direction: 180.0 + rotation,
-            beyond: 1,
-        }
+        StopPolygon::new(5, 1.0, 180.0 + rotation, 1)
     }
 
     /// The edges of a stop of `radius` mm.
@@ -149,8 +138,8 @@ impl<B: Plain> StopEdges<B> {
         let (mut within_all, mut within_all_but_one) = (T::Mask::YES, T::Mask::YES);
         for normal in &self.normals {
             let within = (x.times(normal[0]) + y.times(normal[1])).at_most(self.distance);
-            within_all_but_one = within_all_but_one.and(within.or(within_all));
-            within_all = within_all.and(within);
+            within_all_but_one = within_all_but_one & (within | within_all);
+            within_all = within_all & within;
         }
         if self.star {
             within_all_but_one

@@ -36,30 +36,8 @@ pub enum AxisPoint {
 
 /// All apertures as the film sees them, from the axis point `from` behind the lens.
 pub fn images_toward_film(surfaces: &[Surface], from: AxisPoint) -> Vec<StopImage> {
-    let last = surfaces.len().saturating_sub(1);
-    let length: f64 = surfaces[..last].iter().map(|s| s.thickness).sum();
-    let behind = surfaces.last().map_or(1.0, |s| s.index);
-    (0..surfaces.len())
-        .map(|i| {
-            // From the rim's plane, in the medium behind the surface, to the last vertex plane.
-            let (rim, index) = (
-                surfaces[i].sag(surfaces[i].clear_radius()),
-                surfaces[i].index,
-            );
-            let mut m = RayMatrix::IDENTITY;
-            let mut ahead = -rim;
-            for k in i + 1..surfaces.len() {
-                let n = surfaces[k - 1].index;
-                m = m.transfer(ahead + surfaces[k - 1].thickness, n);
-                m = m.refract(surfaces[k].curvature(), n, surfaces[k].index);
-                ahead = 0.0;
-            }
-            if i == last {
-                m = m.transfer(ahead, index);
-            }
-            image(i, &surfaces[i], &m, behind, length, from)
-        })
-        .collect()
+    let images = 0..surfaces.len();
+    images.map(|i| image(surfaces, i, from)).collect()
 }
 
 /// The exit pupil of an axis point behind the lens: the aperture image of smallest solid angle.
@@ -69,20 +47,25 @@ pub fn exit_pupil(surfaces: &[Surface], from: AxisPoint) -> Option<StopImage> {
     images.min_by(|a, b| a.opening.total_cmp(&b.opening))
 }
 
-/// The image of an aperture by `m`, which leads from its rim to the last vertex plane at z = `length`, in front of a medium of
-/// index `n`.
-fn image(
-    surface: usize,
-    s: &Surface,
-    m: &RayMatrix,
-    n: f64,
-    length: f64,
-    from: AxisPoint,
-) -> StopImage {
+/// The aperture of surface `i` as it is seen from the axis point `from` behind the lens.
+fn image(surfaces: &[Surface], i: usize, from: AxisPoint) -> StopImage {
+    let (s, last) = (&surfaces[i], surfaces.len() - 1);
+    let length: f64 = surfaces[..last].iter().map(|s| s.thickness).sum();
+    let (radius, n) = (s.clear_radius(), surfaces[last].index);
+    // From the rim's plane, in the medium behind the surface, to the last vertex plane.
+    let mut m = RayMatrix::IDENTITY;
+    let mut ahead = -s.sag(radius);
+    for pair in surfaces[i..].windows(2) {
+        m = m.transfer(ahead + pair[0].thickness, pair[0].index);
+        m = m.refract(pair[1].curvature(), pair[0].index, pair[1].index);
+        ahead = 0.0;
+    }
+    if i == last {
+        m = m.transfer(ahead, s.index);
+    }
     // A ray from the rim's middle with reduced angle 1 is here at height b with reduced angle d, so
     // it seems to come from n·b/d before the plane; heights are magnified by 1/d.
     let distance = -n * m.b / m.d();
-    let radius = s.clear_radius();
     let opening = match from {
         AxisPoint::Infinity => radius / m.d().abs(),
         // Backward from the axis point: a ray of slope 1 there has reduced angle n and comes to the
@@ -91,7 +74,7 @@ fn image(
         AxisPoint::At(z) => radius / (m.b * n + m.d() * (z - length)).abs(),
     };
     StopImage {
-        surface,
+        surface: i,
         z: length + distance,
         diameter: 2.0 * radius / m.d().abs(),
         opening,

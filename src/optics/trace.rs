@@ -40,6 +40,15 @@ impl<T: Number> LensRay<T> {
         LensRay::new(from, [to[0] - from[0], to[1] - from[1], to[2] - from[2]])
     }
 
+    /// This ray with other numbers.
+    #[inline(always)]
+    pub fn map<U>(self, f: impl Fn(T) -> U) -> LensRay<U> {
+        LensRay {
+            o: self.o.map(&f),
+            d: self.d.map(&f),
+        }
+    }
+
     /// This ray with its origin moved along z.
     fn shifted(self, by: T::Base) -> LensRay<T> {
         let [x, y, z] = self.o;
@@ -59,10 +68,15 @@ impl<T: Number> LensRay<T> {
             o: self.o,
             d: [d[0] / length, d[1] / length, d[2] / length],
         };
-        let o = ray.o[0].finite().and(ray.o[1].finite());
-        let d = ray.d[0].finite().and(ray.d[1].finite());
-        let z = ray.o[2].finite().and(ray.d[2].finite());
-        (ray, o.and(d).and(z).and(length.finite()))
+        (ray, ray.finite() & length.finite())
+    }
+
+    /// Are all its numbers finite?
+    #[inline(always)]
+    pub(super) fn finite(&self) -> T::Mask {
+        let ([x, y, z], [l, m, n]) = (self.o, self.d);
+        let o = x.finite() & y.finite() & z.finite();
+        o & l.finite() & m.finite() & n.finite()
     }
 }
 
@@ -207,7 +221,7 @@ impl<B: Plain> LensTracer<B> {
     /// it goes. A direction whose z is not positive comes from behind the front vertex, as a fisheye's may.
     pub fn to_film<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
         let (mut ray, mut surfaces) = (*ray, self.all());
-        if let (Some(front), true) = (self.elements.first(), ray.d[2].value() <= B::ZERO) {
+        if let (Some(front), true) = (self.elements.first(), ray.d[2].at_most(B::ZERO)) {
             let crossing = front.enter_from_behind(&ray);
             crossing.blocked(0).map_or(Ok(()), Err)?;
             (ray, surfaces.start) = (crossing.ray, 1);
@@ -228,7 +242,7 @@ impl<B: Plain> LensTracer<B> {
         let mut largest = T::constant(B::ZERO);
         let mut passes = T::Mask::YES;
         self.walk(self.all(), Toward::Scene, false, *ray, |i, crossing| {
-            passes = passes.and(crossing.passes());
+            passes = passes & crossing.passes();
             let [x, y, _] = crossing.ray.o;
             let height2 = (x * x + y * y) / T::constant(self.elements[i].radius2);
             largest = T::select((height2 - largest).greater(B::ZERO), height2, largest);
@@ -245,11 +259,11 @@ impl<B: Plain> LensTracer<B> {
     pub fn to_scene_masked<T: Number<Base = B>>(&self, ray: &LensRay<T>) -> (LensRay<T>, T::Mask) {
         let mut passes = T::Mask::YES;
         let ray = self.walk(self.all(), Toward::Scene, true, *ray, |_, crossing| {
-            passes = passes.and(crossing.passes());
+            passes = passes & crossing.passes();
             passes.any()
         });
         let (ray, finite) = ray.normalized();
-        (ray, passes.and(finite))
+        (ray, passes & finite)
     }
 
     fn all(&self) -> Range<usize> {

@@ -3,7 +3,7 @@
 
 use super::Realistic;
 use super::optics::{Optics, PupilTarget};
-use crate::cameras::camera_transform::BatchTransform;
+use crate::cameras::camera_transform::{BatchTransform, Lines};
 
 use crate::cameras::{BUNDLE, CameraRay, CameraSample};
 use crate::math::Vec3;
@@ -12,7 +12,7 @@ use crate::math::ray::{Ray, RayDifferentials};
 use crate::optics::lanes::{LaneMask, Lanes};
 use crate::optics::models::{LensModel, WeightedRays};
 use crate::optics::pupil::ExitPupil;
-use crate::optics::real::{Dual, Number};
+use crate::optics::real::Number;
 use crate::optics::trace::LensRay;
 use arrayvec::ArrayVec;
 
@@ -42,14 +42,14 @@ impl Realistic {
             let chosen: ArrayVec<usize, BUNDLE> = (0..samples.len()).filter(of_this).collect();
             if want_differentials {
                 for few in chosen.chunks(FEW) {
-                    maker.make_with_differentials(optics, few)?;
+                    maker.make::<FEW, 2>(optics, few)?;
                 }
             } else if self.disperses() {
                 for few in chosen.chunks(FEW) {
-                    maker.make::<FEW>(optics, few)?;
+                    maker.make::<FEW, 0>(optics, few)?;
                 }
             } else {
-                maker.make::<BUNDLE>(optics, &chosen)?;
+                maker.make::<BUNDLE, 0>(optics, &chosen)?;
             }
         }
         Some(rays)
@@ -65,28 +65,16 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// The rays of the samples number `chosen`, at most N, through `optics`. `None` unless those aim at an exit pupil.
-    fn make<const N: usize>(&mut self, optics: &Optics, chosen: &[usize]) -> Option<()> {
-        let (film, u) = self.bundle::<N>(chosen);
-        let made = vectorize(N, self.kernel(optics, &film, &u)?);
-        self.finish(optics, chosen, &made, |_| None);
-        Some(())
-    }
-
-    /// The same with differentials.
-    fn make_with_differentials(&mut self, optics: &Optics, chosen: &[usize]) -> Option<()> {
-        let (film, u) = self.bundle::<FEW>(chosen);
-        let kernel = RaysWithDifferentials {
-            rays: self.kernel(optics, &film, &u)?,
-            shift: self.camera.per_pixel.map(|x| x as f32),
+    /// The rays of the samples number `chosen`, at most N, through `optics`, with those of M neighboring pixels: none, or the
+    /// next in x and in y. `None` unless `optics` aims at an exit pupil.
+    fn make<const N: usize, const M: usize>(
+        &mut self,
+        optics: &Optics,
+        chosen: &[usize],
+    ) -> Option<()> {
+        let PupilTarget::Pupil(pupil) = &optics.aim else {
+            return None;
         };
-        let made = vectorize(FEW, kernel);
-        self.finish(optics, chosen, &made.rays, |lane| made.differentials(lane));
-        Some(())
-    }
-
-    /// Film points and lens samples of the chosen samples.
-    fn bundle<const N: usize>(&self, chosen: &[usize]) -> ([Lanes<N>; 2], [Lanes<N>; 2]) {
         let mut film = [Lanes::splat(0.0); 2];
         let mut u = film;
         for (lane, i) in chosen.iter().take(N).enumerate() {
@@ -96,34 +84,15 @@ impl Maker<'_> {
                 u[axis].0[lane] = self.samples[*i].lens[axis];
             }
         }
-        (film, u)
-    }
-
-    fn kernel<'b, const N: usize>(
-        &self,
-        optics: &'b Optics,
-        film: &'b [Lanes<N>; 2],
-        u: &'b [Lanes<N>; 2],
-    ) -> Option<Rays<'b, N>> {
-        let PupilTarget::Pupil(pupil) = &optics.aim else {
-            return None;
-        };
-        Some(Rays {
+        let kernel = Rays::<N, M> {
             model: &optics.model,
             pupil,
             placing: *self.placing,
-            film,
-            u,
-        })
-    }
-
-    fn finish<const N: usize>(
-        &mut self,
-        optics: &Optics,
-        chosen: &[usize],
-        made: &Placed<N>,
-        differentials: impl Fn(usize) -> Option<RayDifferentials>,
-    ) {
+            film: &film,
+            u: &u,
+            shift: self.camera.per_pixel.map(|x| x as f32),
+        };
+        let made = vectorize(N, kernel);
         for (lane, i) in chosen.iter().take(N).enumerate() {
             if !made.passed.at(lane) {
                 continue;
@@ -137,9 +106,10 @@ impl Maker<'_> {
                 },
                 weight: optics.weight_scale as f32 * made.projected_solid_angle.0[lane],
                 tint: optics.tint,
-                differentials: differentials(lane),
+                differentials: made.differentials(lane),
             });
         }
+        Some(())
     }
 }
 
@@ -147,70 +117,76 @@ fn vector<const N: usize>(lanes: &[Lanes<N>; 3], lane: usize) -> Vec3 {
     Vec3::from(lanes.each_ref().map(|x| x.0[lane]))
 }
 
-/// From film points and lens samples to rays in render space.
-struct Rays<'a, const N: usize> {
+/// From film points and lens samples to rays in render space, and to those of M neighboring pixels.
+struct Rays<'a, const N: usize, const M: usize> {
     model: &'a LensModel,
     pupil: &'a ExitPupil,
     placing: BatchTransform,
     film: &'a [Lanes<N>; 2],
     u: &'a [Lanes<N>; 2],
+    /// Change of the film point per pixel in x and in y, mm.
+    shift: [f32; 2],
 }
 
 /// Rays in render space, cut to what lies between the clip planes.
-struct Placed<const N: usize> {
+struct Placed<const N: usize, const M: usize> {
     o: [Lanes<N>; 3],
     d: [Lanes<N>; 3],
     t_max: Lanes<N>,
+    /// Origin and direction of the rays one pixel on in x and y.
+    shifted: [Lines<N>; M],
     projected_solid_angle: Lanes<N>,
     passed: LaneMask<N>,
 }
 
-impl<const N: usize> Kernel for Rays<'_, N> {
-    type Output = Placed<N>;
+impl<const N: usize, const M: usize> Kernel for Rays<'_, N, M> {
+    type Output = Placed<N, M>;
     #[inline(always)]
-    fn run(self, _: impl Instructions) -> Placed<N> {
-        let made = self.model.rays(self.pupil, self.film, self.u);
-        Placed::new(&self.placing, &made.traced.ray, &made)
+    fn run(self, _: impl Instructions) -> Placed<N, M> {
+        if M == 0 {
+            let made = self.model.rays(self.pupil, self.film, self.u);
+            let ray = made.traced.ray;
+            return self.placed(&made, &ray, |_| ray);
+        }
+        let made = self
+            .model
+            .rays_with_derivatives(self.pupil, self.film, self.u);
+        let dual = made.traced.ray;
+        self.placed(&made, &dual.map(|x| x.value), |axis| {
+            // To first order.
+            let shift = Lanes::splat(self.shift[axis]);
+            dual.map(|x| x.value + x.by[axis] * shift)
+        })
     }
 }
 
-impl<const N: usize> Placed<N> {
-    /// `ray`, one of `made` or its value.
+impl<const N: usize, const M: usize> Rays<'_, N, M> {
+    /// `made` in render space, whose values are `ray`, with the rays `shifted` in x and y.
     #[inline(always)]
-    fn new<T: Number<Mask = LaneMask<N>>>(
-        placing: &BatchTransform,
-        ray: &LensRay<Lanes<N>>,
+    fn placed<T: Number<Mask = LaneMask<N>>>(
+        &self,
         made: &WeightedRays<T, N>,
-    ) -> Placed<N> {
-        let (o, d, t_max) = placing.ray(ray);
+        ray: &LensRay<Lanes<N>>,
+        shifted: impl Fn(usize) -> LensRay<Lanes<N>>,
+    ) -> Placed<N, M> {
+        let (o, d, t_max) = self.placing.ray(ray);
         Placed {
             o,
             d,
             t_max,
+            shifted: std::array::from_fn(|axis| self.placing.unclipped(&shifted(axis))),
             projected_solid_angle: made.projected_solid_angle,
             passed: made.traced.passed,
         }
     }
 }
 
-/// The same with the rays one pixel on.
-struct RaysWithDifferentials<'a, const N: usize> {
-    rays: Rays<'a, N>,
-    /// Change of the film point per pixel in x and in y, mm.
-    shift: [f32; 2],
-}
-
-/// Rays and those one pixel on in x and y: origin and direction.
-struct PlacedWithDifferentials<const N: usize> {
-    rays: Placed<N>,
-    shifted: [[[Lanes<N>; 3]; 2]; 2],
-}
-
-impl<const N: usize> PlacedWithDifferentials<N> {
-    /// `None` on the very edge of total reflection, where a derivative is infinite.
+impl<const N: usize, const M: usize> Placed<N, M> {
+    /// `None` without neighbors, and on the very edge of total reflection, where a derivative is infinite.
     fn differentials(&self, lane: usize) -> Option<RayDifferentials> {
         let [[rx_o, rx_d], [ry_o, ry_d]] = self
             .shifted
+            .first_chunk()?
             .each_ref()
             .map(|ray| ray.each_ref().map(|v| vector(v, lane)));
         let finite = [rx_o, rx_d, ry_o, ry_d].iter().all(|v| v.is_finite());
@@ -220,33 +196,5 @@ impl<const N: usize> PlacedWithDifferentials<N> {
             ry_o,
             ry_d,
         })
-    }
-}
-
-impl<const N: usize> Kernel for RaysWithDifferentials<'_, N> {
-    type Output = PlacedWithDifferentials<N>;
-    #[inline(always)]
-    fn run(self, _: impl Instructions) -> PlacedWithDifferentials<N> {
-        let Rays { model, placing, .. } = self.rays;
-        let made = model.rays_with_derivatives(self.rays.pupil, self.rays.film, self.rays.u);
-        let LensRay { o, d } = &made.traced.ray;
-        let value = |x: &Dual<Lanes<N>>| x.value;
-        let ray = LensRay {
-            o: o.each_ref().map(value),
-            d: d.each_ref().map(value),
-        };
-        let shifted = [0, 1].map(|axis| {
-            // To first order.
-            let shift = Lanes::splat(self.shift[axis]);
-            let shifted = |x: &Dual<Lanes<N>>| x.value + x.by[axis] * shift;
-            placing.unclipped(&LensRay {
-                o: o.each_ref().map(shifted),
-                d: d.each_ref().map(shifted),
-            })
-        });
-        PlacedWithDifferentials {
-            rays: Placed::new(&placing, &ray, &made),
-            shifted,
-        }
     }
 }

@@ -153,11 +153,6 @@ impl Realistic {
         rays.extend(samples.iter().take(BUNDLE).map(one));
     }
 
-    /// Returns `true`: the pupil is sampled, however small it is.
-    pub fn has_lens(&self) -> bool {
-        true
-    }
-
     /// Returns `true` if rays are traced in several bands of the spectrum.
     pub fn disperses(&self) -> bool {
         !self.bands.is_empty()
@@ -180,7 +175,7 @@ impl Realistic {
         let (ray, differentials) = if want_differentials {
             let ray = optics.model.trace_with_derivatives(film, pupil.point);
             let ray = ray.ok()?;
-            (value(&ray), self.differentials(&ray, time))
+            (ray.map(|x| x.value), self.differentials(&ray, time))
         } else {
             (optics.model.trace_from_film(film, pupil.point).ok()?, None)
         };
@@ -231,11 +226,7 @@ impl Realistic {
         time: f32,
     ) -> Option<crate::math::ray::RayDifferentials> {
         let shifted = |axis: usize| {
-            let shift = |x: Dual| x.value + self.per_pixel[axis] * x.by[axis];
-            self.camera_ray(&LensRay {
-                o: ray.o.map(shift),
-                d: ray.d.map(shift),
-            })
+            self.camera_ray(&ray.map(|x| x.value + self.per_pixel[axis] * x.by[axis]))
         };
         let (x, y) = (shifted(0), shifted(1));
         let finite = [x.o, x.d, y.o, y.d].iter().all(|v| v.is_finite());
@@ -285,12 +276,5 @@ fn camera_from_lens(spec: &RealisticSpec) -> DMat4 {
             let film = DVec3::new(0.0, 0.0, spec.lens.film_z());
             DMat4::from_scale(DVec3::splat(1e-3)) * DMat4::from_translation(film) * turned
         }
-    }
-}
-
-fn value(ray: &LensRay<Dual>) -> LensRay<f64> {
-    LensRay {
-        o: ray.o.map(|x| x.value),
-        d: ray.d.map(|x| x.value),
     }
 }

@@ -26,41 +26,37 @@ impl RealisticSpec {
     pub fn from_params(params: &ParamReader) -> Option<RealisticSpec> {
         let form = form(params);
         let shutter = Shutter::from_params(params);
-        let compat = match params.one_of("compat", &["none", "pbrt-v2"]) {
-            "pbrt-v2" => Compat::PbrtV2,
-            _ => Compat::None,
-        };
-        let pupil_sampling = pupil_sampling(params);
+        let compat = [("none", Compat::None), ("pbrt-v2", Compat::PbrtV2)];
+        let compat = choice(params, "compat", compat);
+        let pupil_sampling = [
+            ("concentric", PupilSampling::Concentric),
+            ("polar", PupilSampling::Polar),
+            ("rejection", PupilSampling::Rejection),
+        ];
+        let pupil_sampling = choice(params, "pupilsampling", pupil_sampling);
         let model = model(params);
-        let precision = match params.one_of("precision", &["single", "double"]) {
-            "double" => Precision::Double,
-            _ => Precision::Single,
-        };
-        let simple = params.boolean("simpleweighting", form == Form::Pbrt3);
-        let weighting = if simple {
-            Weighting::Simple
-        } else {
-            Weighting::Physical
+        let precision = [("single", Precision::Single), ("double", Precision::Double)];
+        let precision = choice(params, "precision", precision);
+        let weighting = match params.boolean("simpleweighting", form == Form::Pbrt3) {
+            true => Weighting::Simple,
+            false => Weighting::Physical,
         };
         let course = form == Form::Course;
         let film_diagonal =
             (course && params.has("filmdiag")).then(|| positive(params, "filmdiag", 35.0));
-        let clip = if course {
-            Clip::from_params(params)
-        } else {
-            Clip::NONE
+        let clip = match form {
+            Form::Course => Clip::from_params(params),
+            Form::Pbrt3 => Clip::NONE,
         };
         let prescription = prescription(params, form)?;
         let stop_shape = stop_shape::from_params(params);
         let lens = lens(params, form, &prescription)?;
         let bands = bands(params, &prescription, &lens);
         if stop_shape.is_some() && !lens.surfaces().iter().any(|s| s.is_stop) {
-            let name = if params.has("aperture") {
-                "aperture"
-            } else {
-                "blades"
-            };
-            params.warn(name, "the lens has no stop row to be given a shape");
+            params.warn(
+                given(params, ["aperture", "blades"]),
+                "the lens has no stop row to be given a shape",
+            );
         }
         let file = params.string(if course { "specfile" } else { "lensfile" }, "");
         let lens_name = file.rsplit(['/', '\\']).next().unwrap_or(file).to_string();
@@ -82,12 +78,15 @@ impl RealisticSpec {
     }
 }
 
-fn pupil_sampling(params: &ParamReader) -> PupilSampling {
-    match params.one_of("pupilsampling", &["concentric", "polar", "rejection"]) {
-        "polar" => PupilSampling::Polar,
-        "rejection" => PupilSampling::Rejection,
-        _ => PupilSampling::Concentric,
-    }
+/// The choice of this name, the first of `choices` unless another is given.
+fn choice<T: Copy, const N: usize>(
+    params: &ParamReader,
+    name: &str,
+    choices: [(&'static str, T); N],
+) -> T {
+    let chosen = params.one_of(name, &choices.map(|(word, _)| word));
+    let chosen = choices.iter().find(|(word, _)| *word == chosen);
+    chosen.unwrap_or(&choices[0]).1
 }
 
 /// What rays are to be made with. Scenes written for earlier versions may name approximations that are gone.
@@ -101,11 +100,14 @@ fn model(params: &ParamReader) -> ModelKind {
             ));
             ModelKind::Exact
         }
-        _ => match params.one_of("model", &["exact", "thick", "thin"]) {
-            "thick" => ModelKind::Thick,
-            "thin" => ModelKind::Thin,
-            _ => ModelKind::Exact,
-        },
+        _ => {
+            let kinds = [
+                ("exact", ModelKind::Exact),
+                ("thick", ModelKind::Thick),
+                ("thin", ModelKind::Thin),
+            ];
+            choice(params, "model", kinds)
+        }
     }
 }
 
@@ -141,19 +143,14 @@ fn given<'n>(params: &ParamReader, names: [&'n str; 2]) -> &'n str {
 
 /// The surfaces, scaled and their stop set.
 fn prescription(params: &ParamReader, form: Form) -> Option<Prescription> {
-    let (file_names, aperture_names) = match form {
-        Form::Course => (
-            ["specfile", "lensfile"],
-            ["aperture_diameter", "aperturediameter"],
-        ),
-        Form::Pbrt3 => (
-            ["lensfile", "specfile"],
-            ["aperturediameter", "aperture_diameter"],
-        ),
+    // The form's own name first.
+    let name = |[course, pbrt3]: [&'static str; 2]| match form {
+        Form::Course => given(params, [course, pbrt3]),
+        Form::Pbrt3 => given(params, [pbrt3, course]),
     };
-    let aperture_name = given(params, aperture_names);
+    let aperture_name = name(["aperture_diameter", "aperturediameter"]);
     let aperture = positive(params, aperture_name, DEFAULT_APERTURE);
-    let mut prescription = read(params, given(params, file_names))?;
+    let mut prescription = read(params, name(["specfile", "lensfile"]))?;
     let scale = positive(params, "scale", 1.0);
     if scale != 1.0 {
         prescription = prescription.scaled(scale);

@@ -50,10 +50,7 @@ pub fn pupil_box(lens: &Lens, diagonal: f64, ring: u32) -> Option<PupilBox> {
     }
     // Twice the square's diagonal over the candidates per side, on every side.
     let margin = 2.0 * (2.0 * half) * std::f64::consts::SQRT_2 / f64::from(CANDIDATES).sqrt();
-    found.map(|b| PupilBox {
-        low: b.low.map(|x| x - margin),
-        high: b.high.map(|x| x + margin),
-    })
+    found.map(|b| b.grown(margin))
 }
 
 /// An axis-parallel rectangle, mm.
@@ -76,20 +73,21 @@ impl PupilBox {
         let points = [0.0, 0.5, 1.0]
             .map(|s| boundary(lens, inner + s * width, lens.length()))
             .concat();
-        let first = *points.first()?;
-        let b = points.iter().fold(
-            PupilBox {
-                low: first,
-                high: first,
-            },
-            |b, p| b.with(*p).with([p[0], -p[1]]),
-        );
+        let one = |p: [f64; 2]| PupilBox { low: p, high: p };
+        let first = one(*points.first()?);
+        let b = points
+            .iter()
+            .fold(first, |b, p| b.with(*p).with([p[0], -p[1]]));
         // Wide of the boundary, sought in 3.75 degree steps, by any measure.
-        let grow = 0.05 * (b.high[0] - b.low[0]).max(b.high[1] - b.low[1]);
-        Some(PupilBox {
-            low: b.low.map(|x| x - grow),
-            high: b.high.map(|x| x + grow),
-        })
+        Some(b.grown(0.05 * (b.high[0] - b.low[0]).max(b.high[1] - b.low[1])))
+    }
+
+    /// With this margin on every side.
+    fn grown(&self, margin: f64) -> PupilBox {
+        PupilBox {
+            low: self.low.map(|x| x - margin),
+            high: self.high.map(|x| x + margin),
+        }
     }
 
     fn holds(&self, p: [f64; 2]) -> bool {

@@ -1,6 +1,6 @@
 //! The lens cut through its axis, to scale, with rays.
 
-use crate::optics::analysis::path::PathTracer;
+use crate::optics::analysis::path;
 use crate::optics::analysis::{Beam, ChiefFinder, Film, ObjectPlane};
 use crate::optics::pupil::RINGS;
 use crate::optics::{ExitPupil, Lens, Surface};
@@ -94,7 +94,6 @@ impl<'a> Scene<'a> {
             .map_or(f64::INFINITY, |l| l[0])
             .min(0.5 * self.film.diagonal());
         let pupil = ExitPupil::new(self.lens, corner * (1.0 + 1e-6), RINGS);
-        let path = PathTracer::new(self.lens);
         for (part, color, count) in FIELDS {
             let beam = chief
                 .find(part * corner)
@@ -104,9 +103,9 @@ impl<'a> Scene<'a> {
                 .into_iter()
                 .map(|v| {
                     let ray = beam.ray([0.0, v]);
-                    let mut points = path.points(&ray);
+                    let mut points = path::points(self.lens, &ray);
                     // On a plane across the chief ray, `lead` in front of where that enters.
-                    let (o, c) = (beam.chief().ray.o, beam.chief().ray.d);
+                    let (o, c) = (beam.chief.ray.o, beam.chief.ray.d);
                     let to: f64 = (0..3).map(|i| c[i] * (o[i] - ray.o[i])).sum();
                     let t = (to + lead) / (0..3).map(|i| c[i] * ray.d[i]).sum::<f64>();
                     points.insert(0, std::array::from_fn(|i| ray.o[i] + t * ray.d[i]));
@@ -237,7 +236,7 @@ impl<'a> Scene<'a> {
 
 /// `count` tangential coordinates spread evenly over the part of the beam that gets through.
 fn fan(lens: &Lens, beam: &Beam, count: usize) -> Vec<f64> {
-    let [low, high] = beam.extent()[1];
+    let [low, high] = beam.extent[1];
     let at = |i: i32| low + (high - low) * f64::from(i) / 400.0;
     let passing: Vec<f64> = (0..=400)
         .map(at)

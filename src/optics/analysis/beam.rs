@@ -10,15 +10,16 @@ use crate::optics::trace::LensRay;
 /// perpendicular to the chief ray where that enters the lens. Beams of a distant object are parallel.
 #[derive(Clone, Debug)]
 pub struct Beam {
-    chief: ChiefRay,
+    /// Its chief ray, which says where on the film it lands.
+    pub chief: ChiefRay,
     /// Toward the film.
     direction: [f64; 3],
     /// Unit vectors of that plane, sagittal (across the meridional plane) and tangential (in it).
     axes: [[f64; 3]; 2],
     /// The object point; `None` at infinity.
     object: Option<[f64; 3]>,
-    /// The rectangle that holds the beam: lowest and highest coordinate along each axis, relative to the chief ray.
-    extent: [[f64; 2]; 2],
+    /// The rectangle that holds the beam: lowest and highest coordinate sagittally and tangentially, mm from the chief ray.
+    pub extent: [[f64; 2]; 2],
 }
 
 impl Beam {
@@ -41,21 +42,6 @@ impl Beam {
         beam.find_extent(lens, pupil)?;
         beam.widen(lens);
         Some(beam)
-    }
-
-    /// The film height, mm, the chief ray lands at.
-    pub fn height(&self) -> f64 {
-        self.chief.height
-    }
-
-    /// Its chief ray.
-    pub fn chief(&self) -> &ChiefRay {
-        &self.chief
-    }
-
-    /// The rectangle that holds the beam, [low, high] sagittally and tangentially, mm from the chief ray.
-    pub fn extent(&self) -> [[f64; 2]; 2] {
-        self.extent
     }
 
     /// Half its height in the meridional plane.

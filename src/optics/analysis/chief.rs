@@ -1,5 +1,6 @@
 //! Chief rays: from a film point through the middle of the stop.
 
+use crate::optics::bisection::bisect;
 use crate::optics::lens::Lens;
 use crate::optics::trace::LensRay;
 
@@ -89,7 +90,11 @@ impl<'a> ChiefFinder<'a> {
             }
         }
         let (a, b, _) = best?;
-        Some(self.bisect(height, a, b))
+        let below = |x: f64| self.stop_height(height, x).map(|f| f <= 0.0);
+        let sign = below(a);
+        // 60 halvings leave nothing of the interval.
+        let [_, aim] = bisect([a, b], 60, |x| below(x) == sign);
+        Some(aim)
     }
 
     /// The part of the rear vertex plane that the rear element covers, seen from (0, `height`), and a fifth more at
@@ -125,13 +130,7 @@ impl<'a> ChiefFinder<'a> {
             return None;
         }
         // 40 halvings leave nothing of the interval.
-        for _ in 0..40 {
-            let middle = 0.5 * (low + high);
-            match passes(middle) {
-                Some(_) => low = middle,
-                None => high = middle,
-            }
-        }
+        let [low, _] = bisect([low, high], 40, |h| passes(h).is_some());
         Some([low, passes(low)?.field_angle().to_degrees()])
     }
 
@@ -147,21 +146,6 @@ impl<'a> ChiefFinder<'a> {
         tracer.to_scene_unclipped(&film).ok()?;
         let at = tracer.point_from_film(&film, self.lens.paraxial().stop, false)?;
         Some(at[1])
-    }
-
-    fn bisect(&self, height: f64, mut a: f64, mut b: f64) -> f64 {
-        let below = |x: f64| self.stop_height(height, x).map(|f| f <= 0.0);
-        let sign = below(a);
-        // 60 halvings leave nothing of the interval.
-        for _ in 0..60 {
-            let middle = 0.5 * (a + b);
-            if below(middle) == sign {
-                a = middle;
-            } else {
-                b = middle;
-            }
-        }
-        b
     }
 }
 

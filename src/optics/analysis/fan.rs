@@ -23,18 +23,18 @@ impl Fan {
     /// Of `beam`; `axial_radius` is half the height of the axial one.
     pub fn trace(lens: &Lens, beam: &Beam, axial_radius: f64) -> Fan {
         let fan = |axis: usize| {
-            let [low, high] = beam.extent()[axis];
+            let [low, high] = beam.extent[axis];
             let error = |i: usize| {
                 let mut p = [0.0; 2];
                 p[axis] = low + (high - low) * i as f64 / RAYS as f64;
                 let at = beam.on_film(lens, p)?;
-                let error = [at[0], at[1] - beam.height()];
+                let error = [at[0], at[1] - beam.chief.height];
                 Some([p[axis] / axial_radius, error[axis]])
             };
             (0..=RAYS).filter_map(error).collect()
         };
         Fan {
-            height: beam.height(),
+            height: beam.chief.height,
             tangential: fan(1),
             sagittal: fan(0),
         }

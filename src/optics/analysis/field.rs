@@ -66,23 +66,22 @@ impl ReferenceScale {
     }
 
     fn distortion(&self, chief: &ChiefRay) -> Option<f64> {
-        if chief.height == 0.0 {
-            return Some(0.0);
-        }
-        let ideal = self.ideal_height(chief);
-        (chief.ray.d[2] < 0.0 && ideal > 0.0).then(|| 100.0 * (chief.height / ideal - 1.0))
+        let forward = chief.ray.d[2] < 0.0 || chief.height == 0.0;
+        percent_off(chief.height, self.ideal_height(chief)).filter(|_| forward)
     }
 
     fn f_theta_distortion(&self, chief: &ChiefRay) -> Option<f64> {
-        if self.object.z.is_some() {
-            return None;
-        }
-        if chief.height == 0.0 {
-            return Some(0.0);
-        }
-        let ideal = self.scale * chief.field_angle();
-        (ideal > 0.0).then(|| 100.0 * (chief.height / ideal - 1.0))
+        let distant = self.object.z.is_none();
+        percent_off(chief.height, self.scale * chief.field_angle()).filter(|_| distant)
     }
+}
+
+/// How far a height differs from the ideal one, %; nothing on the axis, `None` where there is no ideal one.
+fn percent_off(height: f64, ideal: f64) -> Option<f64> {
+    if height == 0.0 {
+        return Some(0.0);
+    }
+    (ideal > 0.0).then(|| 100.0 * (height / ideal - 1.0))
 }
 
 /// What a field point is computed from.

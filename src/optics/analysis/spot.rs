@@ -17,7 +17,7 @@ pub struct Spot {
 impl Spot {
     /// With `across`² rays over the rectangle around the beam.
     pub fn trace(lens: &Lens, beam: &Beam, across: usize) -> Spot {
-        let height = beam.height();
+        let height = beam.chief.height;
         let points = beam.grid(lens, across);
         Spot {
             height,

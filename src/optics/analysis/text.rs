@@ -53,21 +53,16 @@ impl LensAnalysis {
             " lp/mm\n    mm    deg           %             %      %        um"
         )?;
         for p in &self.fields {
-            let distortion = p
-                .distortion
-                .map_or_else(|| "-".to_string(), |d| format!("{d:.3}"));
+            let distortion = or_dash(p.distortion, |d| format!("{d:.3}"));
+            let spot = or_dash(p.spot_rms, |r| format!("{:.2}", 1e3 * r));
             write!(
                 f,
-                "{:6.2} {:6.2} {distortion:>11} {:13.1} {:6.1} ",
+                "{:6.2} {:6.2} {distortion:>11} {:13.1} {:6.1} {spot:>9} ",
                 p.height,
                 p.field_angle,
                 100.0 * p.relative_illumination,
                 100.0 * p.cos4_field
             )?;
-            match p.spot_rms {
-                Some(r) => write!(f, "{:9.2} ", 1e3 * r)?,
-                None => write!(f, "{:>9} ", "-")?,
-            }
             for [s, t] in p.mtf.iter().flatten() {
                 write!(f, "  {s:.2}/{t:.2}")?;
             }
@@ -89,8 +84,8 @@ impl LensAnalysis {
                 row.film_distance,
                 row.extension,
                 row.magnification,
-                row.near.map_or_else(|| "-".to_string(), meters),
-                row.far.map_or_else(|| "-".to_string(), meters)
+                or_dash(row.near, meters),
+                or_dash(row.far, meters)
             )?;
         }
         Ok(())
@@ -102,9 +97,7 @@ impl LensAnalysis {
             "\nrays that get through, %\nheight mm  fstop  box per radius  exit pupil  rear element"
         )?;
         for p in &self.pass_fractions {
-            let pupil = p
-                .exit_pupil
-                .map_or_else(|| "-".to_string(), |x| format!("{:.1}", 100.0 * x));
+            let pupil = or_dash(p.exit_pupil, |x| format!("{:.1}", 100.0 * x));
             writeln!(
                 f,
                 "{:9.2} {:6.1} {:15.1} {pupil:>11} {:13.1}",
@@ -116,6 +109,11 @@ impl LensAnalysis {
         }
         Ok(())
     }
+}
+
+/// A number's text, or a dash where there is none.
+fn or_dash(x: Option<f64>, text: impl Fn(f64) -> String) -> String {
+    x.map_or_else(|| "-".to_string(), text)
 }
 
 /// A distance given in mm, in meters.

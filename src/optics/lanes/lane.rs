@@ -1,7 +1,7 @@
 //! Bundles of numbers side by side.
 
 use crate::optics::real::{Index, Mask, Number};
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 /// Makes the bundle `$lanes` of `$float`s with its answers `$mask` of `$bits`; `$digits` is the number of bits
 /// that a `$float` has for a fraction.
@@ -24,6 +24,13 @@ macro_rules! bundle {
                 $lanes([x; N])
             }
 
+            #[inline(always)]
+            fn each(mut self, f: impl Fn($float) -> $float) -> $lanes<N> {
+                for x in &mut self.0 {
+                    *x = f(*x);
+                }
+                self
+            }
         }
 
         impl<const N: usize> $mask<N> {
@@ -43,22 +50,6 @@ macro_rules! bundle {
         impl<const N: usize> Mask for $mask<N> {
             const YES: $mask<N> = $mask([$bits::MAX; N]);
             #[inline(always)]
-            fn and(self, other: $mask<N>) -> $mask<N> {
-                let mut r = self;
-                for i in 0..N {
-                    r.0[i] &= other.0[i];
-                }
-                r
-            }
-            #[inline(always)]
-            fn or(self, other: $mask<N>) -> $mask<N> {
-                let mut r = self;
-                for i in 0..N {
-                    r.0[i] |= other.0[i];
-                }
-                r
-            }
-            #[inline(always)]
             fn any(self) -> bool {
                 let mut all = 0;
                 for x in self.0 {
@@ -68,17 +59,14 @@ macro_rules! bundle {
             }
         }
 
+        bundle!(each $mask: BitAnd bitand &, BitOr bitor |);
         bundle!(each $lanes: Add add +, Sub sub -, Mul mul *, Div div /);
 
         impl<const N: usize> Neg for $lanes<N> {
             type Output = $lanes<N>;
             #[inline(always)]
             fn neg(self) -> $lanes<N> {
-                let mut r = self;
-                for x in &mut r.0 {
-                    *x = -*x;
-                }
-                r
+                self.each(|x| -x)
             }
         }
 
@@ -92,11 +80,7 @@ macro_rules! bundle {
             }
             #[inline(always)]
             fn sqrt(self) -> $lanes<N> {
-                let mut r = self;
-                for x in &mut r.0 {
-                    *x = x.sqrt();
-                }
-                r
+                self.each($float::sqrt)
             }
             #[inline(always)]
             fn times(self, base: $float) -> $lanes<N> {
@@ -138,22 +122,6 @@ macro_rules! bundle {
                 (place, rest)
             }
             #[inline(always)]
-            fn look_up<const K: usize>(
-                table: &[$float],
-                at: [([$bits; N], usize); K],
-                offset: usize,
-            ) -> $lanes<N> {
-                let mut r = $lanes([0.0; N]);
-                for i in 0..N {
-                    let mut entry = offset;
-                    for (place, stride) in &at {
-                        entry += place[i] as usize * stride;
-                    }
-                    r.0[i] = table.get(entry).copied().unwrap_or(0.0);
-                }
-                r
-            }
-            #[inline(always)]
             fn row<const K: usize, const M: usize>(
                 table: &[$float],
                 at: [([$bits; N], usize); K],
@@ -184,11 +152,7 @@ macro_rules! bundle {
             }
             #[inline(always)]
             fn abs(self) -> $lanes<N> {
-                let mut r = self;
-                for x in &mut r.0 {
-                    *x = x.abs();
-                }
-                r
+                self.each($float::abs)
             }
         }
     };

@@ -79,9 +79,6 @@ impl<B: Plain> FilmTracer<B> {
 impl<const N: usize> Traced<Lanes<N>> {
     /// The ray in lane `i`; `None` where it did not pass.
     pub fn get(&self, i: usize) -> Option<LensRay<f32>> {
-        self.passed.at(i).then(|| LensRay {
-            o: self.ray.o.map(|x| x.0[i]),
-            d: self.ray.d.map(|x| x.0[i]),
-        })
+        self.passed.at(i).then(|| self.ray.map(|x| x.0[i]))
     }
 }

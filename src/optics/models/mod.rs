@@ -29,10 +29,10 @@ pub mod thin;
 pub use thick::Thick;
 pub use thin::Thin;
 
-use super::lanes::{FilmTracer, Lanes, Traced};
+use super::lanes::{FilmTracer, LaneMask, Lanes, Traced};
 use super::lens::Lens;
 use super::pupil::{ExitPupil, PupilSample, Spread};
-use super::real::{Dual, Mask, Number, Plain};
+use super::real::{Dual, Number, Plain, Real};
 use super::trace::{Blocked, Cause, LensRay};
 use crate::math::Vec2;
 use crate::math::sampling::concentric_disk;
@@ -80,8 +80,8 @@ impl<B: Plain> Map<B> {
         let exact = FilmTracer::new(lens, plane_z);
         Some(match kind {
             ModelKind::Exact => Map::Exact(exact),
-            ModelKind::Thick => Map::Thick(Thick::new(lens, plane_z)?.rounded(), exact),
-            ModelKind::Thin => Map::Thin(Thin::new(lens)?.rounded()),
+            ModelKind::Thick => Map::Thick(Thick::new(lens, plane_z)?, exact),
+            ModelKind::Thin => Map::Thin(Thin::new(lens)?),
         })
     }
 
@@ -95,14 +95,9 @@ impl<B: Plain> Map<B> {
         // Not what overflowed: the length of a direction that did is 0.
         let [l, m, n] = ray.d;
         let unit = (l * l + m * m + n * n).at_least(B::round_from(0.5));
-        let o = ray.o[0]
-            .finite()
-            .and(ray.o[1].finite())
-            .and(ray.o[2].finite());
-        let d = l.finite().and(m.finite()).and(n.finite());
         Traced {
             ray,
-            passed: passed.and(o).and(d).and(unit),
+            passed: passed & ray.finite() & unit,
         }
     }
 }
@@ -128,12 +123,16 @@ pub struct LensModel {
 impl LensModel {
     /// The traced prescription, aimed at points of the plane at `plane_z`.
     pub fn exact(lens: &Lens, plane_z: f64) -> LensModel {
+        let (double, single) = (
+            FilmTracer::new(lens, plane_z),
+            FilmTracer::new(lens, plane_z),
+        );
         LensModel {
             kind: ModelKind::Exact,
             lens: lens.clone(),
             plane_z,
-            double: Map::Exact(FilmTracer::new(lens, plane_z)),
-            single: Map::Exact(FilmTracer::new(lens, plane_z)),
+            double: Map::Exact(double),
+            single: Map::Exact(single),
         }
     }
 
@@ -207,16 +206,8 @@ impl LensModel {
             return self.lens.tracer().to_scene_with_derivatives(film, pupil);
         }
         // Held fixed is `pupil`; where the line through it meets the plane may move.
-        let k = (self.plane_z - self.lens.film_z()) / (pupil[2] - self.lens.film_z());
         let film = [Dual::parameter(film[0], 0), Dual::parameter(film[1], 1)];
-        let on_plane = |i: usize| {
-            if pupil[2] == self.plane_z {
-                Dual::fixed(pupil[i])
-            } else {
-                film[i] + (Dual::fixed(pupil[i]) - film[i]).times(k)
-            }
-        };
-        let traced = self.double.trace(&film, &[on_plane(0), on_plane(1)]);
+        let traced = self.double.trace(&film, &self.on_plane(film, pupil));
         self.outcome(traced)
     }
 
@@ -230,13 +221,9 @@ impl LensModel {
         film: &[Lanes<N>; 2],
         u: &[Lanes<N>; 2],
     ) -> WeightedRays<Lanes<N>, N> {
-        let samples = self.sample_lanes(pupil, film, u);
-        let mut traced = self.single.trace(film, &samples.point);
-        traced.passed = traced.passed.and(samples.lit);
-        WeightedRays {
-            traced,
-            projected_solid_angle: self.projected_solid_angle(film, &samples),
-        }
+        self.weighted(film, &self.sample_lanes(pupil, film, u), film, |point| {
+            point
+        })
     }
 
     /// The same with derivatives by the film point's x and y, the pupil point held fixed.
@@ -247,13 +234,25 @@ impl LensModel {
         film: &[Lanes<N>; 2],
         u: &[Lanes<N>; 2],
     ) -> WeightedRays<Dual<Lanes<N>>, N> {
-        let samples = self.sample_lanes(pupil, film, u);
         let from = [Dual::parameter(film[0], 0), Dual::parameter(film[1], 1)];
-        let mut traced = self.single.trace(&from, &samples.point.map(Dual::fixed));
-        traced.passed = traced.passed.and(samples.lit);
+        let samples = self.sample_lanes(pupil, film, u);
+        self.weighted(film, &samples, &from, |point| point.map(Dual::fixed))
+    }
+
+    /// The rays from `film`, as numbers of another kind `from`, through `samples`, which `lift` makes such numbers.
+    #[inline(always)]
+    fn weighted<T: Number<Base = f32, Mask = LaneMask<N>>, const N: usize>(
+        &self,
+        film: &[Lanes<N>; 2],
+        samples: &Spread<Lanes<N>>,
+        from: &[T; 2],
+        lift: impl Fn([Lanes<N>; 2]) -> [T; 2],
+    ) -> WeightedRays<T, N> {
+        let mut traced = self.single.trace(from, &lift(samples.point));
+        traced.passed = traced.passed & samples.lit;
         WeightedRays {
             traced,
-            projected_solid_angle: self.projected_solid_angle(film, &samples),
+            projected_solid_angle: self.projected_solid_angle(film, samples),
         }
     }
 
@@ -286,15 +285,16 @@ impl LensModel {
         samples.area.times(1.0 / z2) / (r * r)
     }
 
-    fn on_plane(&self, film: [f64; 2], pupil: [f64; 3]) -> [f64; 2] {
-        if pupil[2] == self.plane_z {
-            return [pupil[0], pupil[1]];
-        }
+    /// Where the line from a film point through `pupil` meets the plane that is aimed at.
+    fn on_plane<T: Number<Base = f64>>(&self, film: [T; 2], pupil: [f64; 3]) -> [T; 2] {
         let k = (self.plane_z - self.lens.film_z()) / (pupil[2] - self.lens.film_z());
-        std::array::from_fn(|i| film[i] + k * (pupil[i] - film[i]))
+        [0, 1].map(|i| match pupil[2] == self.plane_z {
+            true => T::constant(pupil[i]),
+            false => film[i] + (T::constant(pupil[i]) - film[i]).times(k),
+        })
     }
 
-    fn outcome<T: Number<Mask = bool>>(&self, traced: Traced<T>) -> Result<LensRay<T>, Blocked> {
+    fn outcome<T: Real>(&self, traced: Traced<T>) -> Result<LensRay<T>, Blocked> {
         if traced.passed {
             return Ok(traced.ray);
         }

@@ -28,33 +28,20 @@ pub struct Thick<B> {
     front: B,
 }
 
-impl Thick<f64> {
+impl<B: Plain> Thick<B> {
     /// Of `lens`, for rays aimed at the plane at `plane_z`; `None` for an afocal lens.
-    pub fn new(lens: &Lens, plane_z: f64) -> Option<Thick<f64>> {
+    pub fn new(lens: &Lens, plane_z: f64) -> Option<Thick<B>> {
         let cardinals = lens.paraxial().cardinals?;
         let per_distance = 1.0 / (lens.film_z() - plane_z);
         Some(Thick {
-            per_distance,
-            index_per_distance: cardinals.index_behind * per_distance,
-            film_distance: lens.film_z() - cardinals.rear_principal_plane,
-            power: 1.0 / cardinals.focal_length,
-            front: cardinals.front_principal_plane,
+            per_distance: B::round_from(per_distance),
+            index_per_distance: B::round_from(cardinals.index_behind * per_distance),
+            film_distance: B::round_from(lens.film_z() - cardinals.rear_principal_plane),
+            power: B::round_from(1.0 / cardinals.focal_length),
+            front: B::round_from(cardinals.front_principal_plane),
         })
     }
 
-    /// In another precision.
-    pub fn rounded<B: Plain>(&self) -> Thick<B> {
-        Thick {
-            per_distance: B::round_from(self.per_distance),
-            index_per_distance: B::round_from(self.index_per_distance),
-            film_distance: B::round_from(self.film_distance),
-            power: B::round_from(self.power),
-            front: B::round_from(self.front),
-        }
-    }
-}
-
-impl<B: Plain> Thick<B> {
     /// Where the ray crosses the principal planes, mm.
     #[inline(always)]
     pub fn height<T: Number<Base = B>>(&self, film: &[T; 2], pupil: &[T; 2]) -> [T; 2] {

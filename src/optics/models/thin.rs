@@ -20,27 +20,18 @@ pub struct Thin<B> {
     radius: B,
 }
 
-impl Thin<f64> {
+impl<B: Plain> Thin<B> {
     /// Of `lens`, for rays aimed at the rear principal plane; `None` for a lens without focal length
     /// or f-number.
-    pub fn new(lens: &Lens) -> Option<Thin<f64>> {
+    pub fn new(lens: &Lens) -> Option<Thin<B>> {
         let cardinals = lens.paraxial().cardinals?;
+        let radius = 0.5 * cardinals.focal_length.abs() / lens.paraxial().f_number?;
         Some(Thin {
             thick: Thick::new(lens, cardinals.rear_principal_plane)?,
-            radius: 0.5 * cardinals.focal_length.abs() / lens.paraxial().f_number?,
+            radius: B::round_from(radius),
         })
     }
 
-    /// In another precision.
-    pub fn rounded<B: Plain>(&self) -> Thin<B> {
-        Thin {
-            thick: self.thick.rounded(),
-            radius: B::round_from(self.radius),
-        }
-    }
-}
-
-impl<B: Plain> Thin<B> {
     /// Radius of the disk, mm.
     #[inline(always)]
     pub fn radius(&self) -> B {

@@ -73,3 +73,14 @@ fn cells(line: &str) -> Vec<Cell<'_>> {
     }
     placed(line, line.split_whitespace())
 }
+
+/// The finite number that a text is; `what` is expected.
+pub(super) fn number(text: &str, what: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => {
+            let found = if text.is_empty() { "a blank" } else { text };
+            Err(format!("expected {what}, found {found}"))
+        }
+    }
+}

@@ -33,9 +33,9 @@
 //! # Ok::<(), fstop::optics::PrescriptionError>(())
 //! ```
 
-use super::cells::{Row, lines, split};
+use super::cells::{Cell, Row, lines, number, split};
 use super::extras::Extras;
-use super::{Prescription, PrescriptionError, RowNote};
+use super::{INDICES, Notes, Prescription, PrescriptionError, RowNote};
 use crate::optics::surface::Surface;
 
 /// Reads a table.
@@ -54,138 +54,134 @@ pub fn parse(text: &str) -> Result<Prescription, PrescriptionError> {
             });
         }
     }
-    if rows.is_empty() {
+    let Some(last) = rows.last() else {
         return Err(PrescriptionError::Empty);
-    }
-    let five_columns = rows.iter().any(|r| r.cells.len() == 5);
-    let mut reader = Reader {
-        medium: 1.0,
-        warnings: Vec::new(),
-        errors: Vec::new(),
     };
-    let mut surfaces: Vec<Surface> = rows
-        .iter()
-        .filter_map(|row| reader.surface(row, five_columns))
-        .collect();
-    if let Some(first) = reader.errors.first() {
-        if surfaces.is_empty() && rows.len() > 1 {
-            return Err(PrescriptionError::NoLens {
-                rows: rows.len(),
-                line: first.line,
-                column: first.column,
-            });
-        }
-        return Err(PrescriptionError::Rows(reader.errors));
-    }
-    let film_distance = surfaces
-        .last_mut()
-        .map_or(0.0, |s| std::mem::take(&mut s.thickness));
-    if reader.medium != 1.0
-        && let Some(row) = rows.last()
+    let mut reader = Reader {
+        five_columns: rows.iter().any(|r| r.cells.len() == 5),
+        medium: 1.0,
+        notes: Notes::default(),
+    };
+    let surfaces: Vec<Surface> = rows.iter().filter_map(|row| reader.surface(row)).collect();
+    if let Some(first) = reader.notes.errors.first()
+        && surfaces.is_empty()
+        && rows.len() > 1
     {
+        return Err(PrescriptionError::NoLens {
+            rows: rows.len(),
+            line: first.line,
+            column: first.column,
+        });
+    }
+    if reader.medium != 1.0 {
+        let medium = reader.medium;
         reader.warn(
-            row,
-            0,
-            format!(
-                "the last space has index {}: the film lies in glass",
-                reader.medium
-            ),
+            last,
+            format!("the last space has index {medium}: the film lies in glass"),
         );
     }
-    Ok(Prescription {
-        surfaces,
-        film_distance,
-        warnings: reader.warnings,
-    })
+    reader.notes.prescription(surfaces)
 }
 
 /// Turns rows into surfaces, collecting what is wrong.
 struct Reader {
+    /// Has any row five columns?
+    five_columns: bool,
     /// Index of the space in front of the next row.
     medium: f64,
-    warnings: Vec<RowNote>,
-    errors: Vec<RowNote>,
+    notes: Notes,
 }
 
 /// Absolute radii this side of which curvature and its square are ordinary numbers.
 const RADIUS_RANGE: std::ops::RangeInclusive<f64> = 1e-6..=1e30;
 
-impl Reader {
-    fn note(row: &Row, cell: usize, message: String) -> RowNote {
+impl Row<'_> {
+    fn note(&self, cell: Option<&Cell>, message: impl Into<String>) -> RowNote {
         RowNote {
-            line: row.line,
-            column: row.cells.get(cell).map_or(1, |c| c.column),
-            row: row.row,
-            message,
+            line: self.line,
+            column: cell.map_or(1, |c| c.column),
+            row: self.row,
+            message: message.into(),
         }
     }
+}
 
-    fn warn(&mut self, row: &Row, cell: usize, message: String) {
-        self.warnings.push(Reader::note(row, cell, message));
+impl Reader {
+    fn warn(&mut self, row: &Row, message: impl Into<String>) {
+        let note = row.note(row.cells.first(), message);
+        self.notes.warnings.push(note);
     }
 
-    fn error(&mut self, row: &Row, cell: usize, message: String) {
-        self.errors.push(Reader::note(row, cell, message));
+    fn error(&mut self, row: &Row, cell: Option<&Cell>, message: impl Into<String>) {
+        self.notes.errors.push(row.note(cell, message));
+    }
+
+    /// What `read` makes of a cell; `None` where there is no cell or it has an error.
+    fn value<T>(
+        &mut self,
+        row: &Row,
+        cell: Option<Cell>,
+        read: impl FnOnce(&str) -> Result<T, String>,
+    ) -> Option<T> {
+        let cell = cell?;
+        let value = read(cell.text);
+        value
+            .map_err(|message| self.error(row, Some(&cell), message))
+            .ok()
     }
 
     /// Reads one row; `None` where it has an error.
-    fn surface(&mut self, row: &Row, five_columns: bool) -> Option<Surface> {
-        let columns = self.columns(row, five_columns)?;
-        let before = self.errors.len();
-        let (radius, stop_word) = self.radius(row, columns.radius);
-        let thickness = self
-            .number(row, columns.thickness, "the thickness in mm")
-            .unwrap_or(0.0);
-        let index = self.index(row, columns.index);
-        let abbe = self.abbe(row, columns.abbe);
-        let aperture = self.aperture(row, columns.aperture);
-        let extras = Extras::read(row, |cell, message| {
-            self.errors.push(RowNote {
-                line: row.line,
-                column: cell.column,
-                row: row.row,
-                message,
-            });
-        });
-        if self.errors.len() > before {
+    fn surface(&mut self, row: &Row) -> Option<Surface> {
+        let columns = self.columns(row)?;
+        let before = self.notes.errors.len();
+        let radius = self.value(row, columns[0], radius).flatten();
+        let thickness = self.value(row, columns[1], |t| number(t, "the thickness in mm"));
+        let index = self.value(row, columns[2], index).flatten();
+        let abbe = self.value(row, columns[3], abbe).flatten();
+        let aperture = self.value(row, columns[4], aperture);
+        let mut extras = Extras::default();
+        for cell in &row.extras {
+            self.value(row, Some(*cell), |word| extras.read(word));
+        }
+        if self.notes.errors.len() > before {
             return None;
         }
+        let (thickness, aperture) = (thickness?, aperture?);
         if thickness < 0.0 {
-            self.warn(row, 1, format!("thickness {thickness} mm is negative: the next surface lies in front of this one"));
+            let message = format!(
+                "thickness {thickness} mm is negative: the next surface lies in front of this one"
+            );
+            let note = row.note(columns[1].as_ref(), message);
+            self.notes.warnings.push(note);
         }
         // A stop changes no medium. Radius 0 with a new medium behind is a plane glass surface.
-        let is_stop = stop_word || (radius == 0.0 && index.is_none_or(|n| n == self.medium));
+        let is_stop = radius.is_none_or(|r| r == 0.0 && index.is_none_or(|n| n == self.medium));
+        let radius = radius.unwrap_or(0.0);
+        let index = match is_stop {
+            true => self.medium,
+            false => index.unwrap_or(1.0),
+        };
         if radius == 0.0 && !is_stop {
+            let before = self.medium;
             self.warn(
                 row,
-                0,
                 format!(
-                    "radius 0 between indices {} and {} is read as a plane glass surface; write `inf` (pbrt would read a stop)",
-                    self.medium,
-                    index.unwrap_or(1.0)
+                    "radius 0 between indices {before} and {index} is read as a plane glass surface; write `inf` (pbrt would read a stop)"
                 ),
             );
         }
-        let index = if is_stop {
-            self.medium
-        } else {
-            index.unwrap_or(1.0)
-        };
         self.medium = index;
         if is_stop && extras.asphere.is_some() {
-            self.error(
-                row,
-                0,
-                "a stop with aspheric terms; write `inf` for the radius of an aspheric plate"
-                    .to_string(),
-            );
+            let message =
+                "a stop with aspheric terms; write `inf` for the radius of an aspheric plate";
+            self.error(row, row.cells.first(), message);
             return None;
         }
         let surface = Surface {
             radius: if radius == 0.0 { f64::INFINITY } else { radius },
             thickness,
             index,
-            abbe: if index == 1.0 { None } else { abbe },
+            abbe: abbe.filter(|_| index != 1.0),
             dispersion: extras.dispersion,
             aperture,
             is_stop,
@@ -194,173 +190,124 @@ impl Reader {
         if surface.clear_radius() < 0.5 * aperture {
             self.warn(
                 row,
-                0,
                 format!("aperture {aperture} mm reaches beyond the equator of a surface of radius {radius} mm"),
             );
         }
         Some(surface)
     }
 
-    /// Which cell holds what.
-    fn columns(&mut self, row: &Row, five_columns: bool) -> Option<Columns> {
-        let some = |radius, thickness, index, abbe, aperture| {
-            Some(Columns {
-                radius,
-                thickness,
-                index,
-                abbe,
-                aperture,
-            })
-        };
-        match row.cells.len() {
-            5 => some(Some(0), 1, Some(2), Some(3), 4),
-            4 => some(Some(0), 1, Some(2), None, 3),
-            3 if plausible_index(row.cells[2].text) => {
-                self.error(
-                    row,
-                    2,
-                    format!(
-                        "three columns, the last of which, {}, may be an index or an aperture; expected radius, thickness, index, aperture (write index 1 for air)",
-                        row.cells[2].text
-                    ),
+    /// The cells of radius, thickness, index, Abbe number and aperture, as far as the row has them.
+    fn columns<'a>(&mut self, row: &Row<'a>) -> Option<[Option<Cell<'a>>; 5]> {
+        match row.cells[..] {
+            [radius, thickness, index, abbe, aperture] => {
+                Some([radius, thickness, index, abbe, aperture].map(Some))
+            }
+            [radius, thickness, index, aperture] => Some([
+                Some(radius),
+                Some(thickness),
+                Some(index),
+                None,
+                Some(aperture),
+            ]),
+            [_, _, last] if plausible_index(last.text) => {
+                let message = format!(
+                    "three columns, the last of which, {}, may be an index or an aperture; expected radius, thickness, index, aperture (write index 1 for air)",
+                    last.text
                 );
+                self.error(row, Some(&last), message);
                 None
             }
-            3 => some(Some(0), 1, None, None, 2),
-            2 if five_columns => {
+            [radius, thickness, aperture] => {
+                Some([Some(radius), Some(thickness), None, None, Some(aperture)])
+            }
+            [thickness, aperture] if self.five_columns => {
                 self.warn(
                     row,
-                    0,
-                    "two columns are read as thickness and aperture of a stop".to_string(),
+                    "two columns are read as thickness and aperture of a stop",
                 );
-                some(None, 0, None, None, 1)
+                Some([None, Some(thickness), None, None, Some(aperture)])
             }
-            n => {
+            ref cells => {
+                let n = cells.len();
                 let what = if n > 5 {
                     "; write conic and aspheric coefficients as k=-1 A4=1e-6 behind the columns"
                 } else {
                     ""
                 };
-                self.error(
-                    row,
-                    n.min(5),
-                    format!("{n} columns; expected radius, thickness, index, aperture or radius, thickness, n_d, V, aperture{what}"),
+                let message = format!(
+                    "{n} columns; expected radius, thickness, index, aperture or radius, thickness, n_d, V, aperture{what}"
                 );
-                None
-            }
-        }
-    }
-
-    /// The radius, 0 for a stop or plane of radius 0; and was it called a stop by name?
-    fn radius(&mut self, row: &Row, cell: Option<usize>) -> (f64, bool) {
-        let Some(cell) = cell else { return (0.0, true) };
-        let text = row.cells[cell].text;
-        if text.is_empty()
-            || ["stop", "sto", "aperture"]
-                .iter()
-                .any(|w| text.eq_ignore_ascii_case(w))
-        {
-            return (0.0, true);
-        }
-        let radius = match text.parse::<f64>() {
-            Ok(r) if r.is_infinite() && !text.contains(|c: char| c.is_ascii_digit()) => {
-                return (f64::INFINITY, false);
-            }
-            _ => self.number(row, cell, "the radius in mm").unwrap_or(0.0),
-        };
-        if radius != 0.0 && !RADIUS_RANGE.contains(&radius.abs()) {
-            self.error(
-                row,
-                cell,
-                format!("a radius of {radius} mm; expected between 1e-6 and 1e30, `inf` for a plane or 0 for a stop"),
-            );
-        }
-        (radius, false)
-    }
-
-    /// The index behind the surface; `None` for 0 and blank.
-    fn index(&mut self, row: &Row, cell: Option<usize>) -> Option<f64> {
-        let cell = cell.filter(|c| !row.cells[*c].text.is_empty())?;
-        let text = row.cells[cell].text;
-        if text.eq_ignore_ascii_case("air") {
-            return Some(1.0);
-        }
-        if text.starts_with(|c: char| c.is_ascii_alphabetic()) {
-            self.error(
-                row,
-                cell,
-                format!(
-                    "glass names such as {text} cannot be read; expected the refractive index n_d"
-                ),
-            );
-            return None;
-        }
-        let n = self.number(row, cell, "the refractive index")?;
-        if n == 0.0 {
-            return None;
-        }
-        // No lens material leaves this range; a column mix-up does.
-        if !(1.0..=6.0).contains(&n) {
-            self.error(
-                row,
-                cell,
-                format!("a refractive index of {n}; expected 1 to about 4, or 0 for air"),
-            );
-        }
-        Some(n)
-    }
-
-    fn abbe(&mut self, row: &Row, cell: Option<usize>) -> Option<f64> {
-        let cell = cell.filter(|c| !row.cells[*c].text.is_empty())?;
-        if matches!(row.cells[cell].text, "-" | "inf") {
-            return None;
-        }
-        let v = self.number(row, cell, "the Abbe number V")?;
-        if v < 0.0 {
-            self.error(
-                row,
-                cell,
-                format!("an Abbe number of {v}; expected a positive number, or 0 for air"),
-            );
-        }
-        (v > 0.0).then_some(v)
-    }
-
-    fn aperture(&mut self, row: &Row, cell: usize) -> f64 {
-        let d = self
-            .number(row, cell, "the aperture diameter in mm")
-            .unwrap_or(1.0);
-        if d <= 0.0 {
-            self.error(
-                row,
-                cell,
-                format!("an aperture diameter of {d} mm; expected a positive length"),
-            );
-        }
-        d
-    }
-
-    /// A finite number.
-    fn number(&mut self, row: &Row, cell: usize, what: &str) -> Option<f64> {
-        let text = row.cells[cell].text;
-        match text.parse::<f64>() {
-            Ok(x) if x.is_finite() => Some(x),
-            _ => {
-                let found = if text.is_empty() { "a blank" } else { text };
-                self.error(row, cell, format!("expected {what}, found {found}"));
+                self.error(row, cells.get(5), message);
                 None
             }
         }
     }
 }
 
-/// Where in a row the columns are.
-struct Columns {
-    radius: Option<usize>,
-    thickness: usize,
-    index: Option<usize>,
-    abbe: Option<usize>,
-    aperture: usize,
+/// The radius in mm; infinite for a plane, `None` for the word `stop` or a blank.
+fn radius(text: &str) -> Result<Option<f64>, String> {
+    let stop = ["", "stop", "sto", "aperture"];
+    if stop.iter().any(|word| text.eq_ignore_ascii_case(word)) {
+        return Ok(None);
+    }
+    // Not for a number too large to be one.
+    let infinite = text.parse::<f64>().is_ok_and(f64::is_infinite);
+    if infinite && !text.contains(|c: char| c.is_ascii_digit()) {
+        return Ok(Some(f64::INFINITY));
+    }
+    let radius = number(text, "the radius in mm")?;
+    if radius != 0.0 && !RADIUS_RANGE.contains(&radius.abs()) {
+        return Err(format!(
+            "a radius of {radius} mm; expected between 1e-6 and 1e30, `inf` for a plane or 0 for a stop"
+        ));
+    }
+    Ok(Some(radius))
+}
+
+/// The refractive index; `None` where it is blank or 0.
+fn index(text: &str) -> Result<Option<f64>, String> {
+    if text.eq_ignore_ascii_case("air") {
+        return Ok(Some(1.0));
+    }
+    if text.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        return Err(format!(
+            "glass names such as {text} cannot be read; expected the refractive index n_d"
+        ));
+    }
+    match text {
+        "" => Ok(None),
+        _ => match number(text, "the refractive index")? {
+            0.0 => Ok(None),
+            n if INDICES.contains(&n) => Ok(Some(n)),
+            n => Err(format!(
+                "a refractive index of {n}; expected 1 to about 4, or 0 for air"
+            )),
+        },
+    }
+}
+
+/// The Abbe number; `None` for air, and where it is not given.
+fn abbe(text: &str) -> Result<Option<f64>, String> {
+    if matches!(text, "" | "-" | "inf") {
+        return Ok(None);
+    }
+    let v = number(text, "the Abbe number V")?;
+    if v < 0.0 {
+        return Err(format!(
+            "an Abbe number of {v}; expected a positive number, or 0 for air"
+        ));
+    }
+    Ok(Some(v).filter(|v| *v > 0.0))
+}
+
+fn aperture(text: &str) -> Result<f64, String> {
+    let d = number(text, "the aperture diameter in mm")?;
+    if d <= 0.0 {
+        return Err(format!(
+            "an aperture diameter of {d} mm; expected a positive length"
+        ));
+    }
+    Ok(d)
 }
 
 /// Could this be the refractive index of a glass, of which lenses have 1.3 to 2.2?

@@ -1,6 +1,6 @@
 //! Aspheric and dispersion terms behind the columns of a lens table.
 
-use super::cells::{Cell, Row};
+use super::INDICES;
 use crate::optics::asphere::{Asphere, TERMS};
 use crate::optics::dispersion::Dispersion;
 
@@ -12,18 +12,8 @@ pub(super) struct Extras {
 }
 
 impl Extras {
-    /// Reads the words of `row`; `error` is told of every one that cannot be read.
-    pub(super) fn read(row: &Row, mut error: impl FnMut(&Cell, String)) -> Extras {
-        let mut extras = Extras::default();
-        for cell in &row.extras {
-            if let Err(message) = extras.word(cell.text) {
-                error(cell, message);
-            }
-        }
-        extras
-    }
-
-    fn word(&mut self, word: &str) -> Result<(), String> {
+    /// Reads one word.
+    pub(super) fn read(&mut self, word: &str) -> Result<(), String> {
         let (name, value) = word
             .split_once('=')
             .filter(|(name, value)| !name.is_empty() && !value.is_empty())
@@ -56,7 +46,7 @@ impl Extras {
         };
         for wavelength in [0.38, 0.5875618, 0.78] {
             let n = formula.index(wavelength);
-            if !(1.0..=6.0).contains(&n) {
+            if !INDICES.contains(&n) {
                 return Err(format!(
                     "the dispersion formula gives an index of {n} at {wavelength} µm; expected 1 to about 4"
                 ));

@@ -24,6 +24,9 @@ const LARGEST: u64 = 16 << 20;
 /// by then.
 const ROWS_SHOWN: usize = 5;
 
+/// Refractive indices that a medium may have.
+const INDICES: std::ops::RangeInclusive<f64> = 1.0..=6.0;
+
 /// A lens: its surfaces from the scene to the film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prescription {
@@ -83,6 +86,28 @@ pub enum PrescriptionError {
     /// Every row that cannot be read.
     #[error("{}", in_one_line(.0))]
     Rows(Vec<RowNote>),
+}
+
+/// What there is to say about a file by the time it is read.
+#[derive(Default)]
+struct Notes {
+    warnings: Vec<RowNote>,
+    errors: Vec<RowNote>,
+}
+
+impl Notes {
+    /// The lens of these surfaces, the last of which has its distance from the film as thickness; if nothing is wrong.
+    fn prescription(self, mut surfaces: Vec<Surface>) -> Result<Prescription, PrescriptionError> {
+        if !self.errors.is_empty() {
+            return Err(PrescriptionError::Rows(self.errors));
+        }
+        let last = surfaces.last_mut().ok_or(PrescriptionError::Empty)?;
+        Ok(Prescription {
+            film_distance: std::mem::take(&mut last.thickness),
+            surfaces,
+            warnings: self.warnings,
+        })
+    }
 }
 
 fn in_one_line(notes: &[RowNote]) -> String {

@@ -1,7 +1,7 @@
 //! A ring's region while it is being made: corners that are pushed outward until nothing is left out.
 
-use super::ellipse::Ellipse;
 use super::outline::{Outline, cross, reach};
+use super::region::Region;
 use super::ring::{Moving, Ring};
 
 /// Every corner is moved outward by this part of its distance from the middle: covers what the
@@ -80,8 +80,8 @@ impl Draft {
     }
 
     /// Around an ellipse at the inner, and one at the outer radius.
-    pub(super) fn of_ellipses(inner: &Ellipse, outer: &Ellipse) -> Draft {
-        let corners = |e: &Ellipse| e.corners().collect::<Vec<_>>();
+    pub(super) fn of_ellipses(inner: &Region, outer: &Region) -> Draft {
+        let corners = |e: &Region| e.corners().collect::<Vec<_>>();
         Draft {
             center: Moving {
                 from: inner.center,

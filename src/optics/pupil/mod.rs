@@ -20,26 +20,24 @@
 //! lens designers do, by imaging every aperture.
 
 mod draft;
-mod ellipse;
 mod mapping;
 mod outline;
 mod rear;
+mod region;
 mod ring;
 mod search;
 mod survey;
 mod table;
 
 pub use mapping::PupilSampling;
-pub use ring::Region;
+pub use region::Region;
 
 use self::mapping::Spot;
-use self::outline::View;
-use self::rear::Rear;
 use self::ring::Ring;
 use self::survey::Survey;
 use self::table::PupilTable;
 pub(super) use self::table::Spread;
-use super::lanes::{FilmTracer, Lanes};
+use super::lanes::Lanes;
 use super::lens::Lens;
 use super::real::{Index, Number};
 use crate::math::Vec2;
@@ -56,16 +54,13 @@ pub struct PupilSample {
 /// For every film radius, the region of the exit pupil to sample.
 #[derive(Clone, Debug)]
 pub struct ExitPupil {
-    plane_z: f64,
-    film_z: f64,
-    /// Largest film radius that `rings` know of.
-    reach: f64,
+    /// What it was found with.
+    survey: Survey,
     /// By film radius; between them it is dark.
     rings: Vec<Ring>,
     /// What samples are made with: `rings` once more, for f64 and for f32 and bundles of them.
     double: PupilTable<f64>,
     single: PupilTable<f32>,
-    rear: Rear,
     sampling: PupilSampling,
 }
 
@@ -77,24 +72,13 @@ impl ExitPupil {
     /// Finds the regions for film points up to `max_radius` mm from the axis, beginning with `rings`
     /// rings.
     pub fn new(lens: &Lens, max_radius: f64, rings: usize) -> ExitPupil {
-        let plane_z = sampling_plane(lens);
-        let survey = Survey {
-            tracer: FilmTracer::new(lens, plane_z),
-            film_z: lens.film_z(),
-            plane_z,
-            rear: Rear::new(lens),
-            reach: max_radius.max(f64::MIN_POSITIVE),
-        };
+        let survey = Survey::new(lens, sampling_plane(lens), max_radius);
         let rings = survey.rings(rings.max(1));
-        let double = PupilTable::new(&rings, survey.reach);
         ExitPupil {
-            plane_z: survey.plane_z,
-            film_z: lens.film_z(),
-            reach: survey.reach,
+            double: PupilTable::new(&rings, survey.reach),
+            single: PupilTable::new(&rings, survey.reach),
             rings,
-            single: double.rounded(),
-            double,
-            rear: survey.rear,
+            survey,
             sampling: PupilSampling::default(),
         }
     }
@@ -106,7 +90,7 @@ impl ExitPupil {
 
     /// z of the plane that is sampled.
     pub fn plane_z(&self) -> f64 {
-        self.plane_z
+        self.survey.plane_z
     }
 
     /// Number of rings.
@@ -117,16 +101,10 @@ impl ExitPupil {
     /// The region for film points `radius` mm from the axis; `None` where no light arrives.
     /// Beyond the largest radius: everything the rear element lets through.
     pub fn region(&self, radius: f64) -> Option<Region> {
-        if radius <= self.reach {
+        if radius <= self.survey.reach {
             return self.ring(radius).map(|ring| ring.region(ring.t(radius)));
         }
-        let e = self.rear.region(radius, self.plane_z, self.film_z)?;
-        Some(Region {
-            center: e.center,
-            along: e.along,
-            across: e.across,
-            area: e.area(),
-        })
+        self.survey.rear_region(radius)
     }
 
     /// The ring of a film radius within reach.
@@ -142,13 +120,13 @@ impl ExitPupil {
         // Not `hypot`, which takes as long as all the rest: film points are neither tiny nor huge,
         // and one nearer than 1e-154 mm to the axis is on it.
         let radius = (film[0] * film[0] + film[1] * film[1]).sqrt();
-        if !self.is_tabulated(radius, self.reach) {
+        if !self.is_tabulated(radius, self.survey.reach) {
             return self.one_by_one(film, radius, u);
         }
         let spot = self.spot(u.as_dvec2().to_array());
         let found = self.double.point(&film, radius, &spot);
         found.lit.then_some(PupilSample {
-            point: [found.point[0], found.point[1], self.plane_z],
+            point: [found.point[0], found.point[1], self.survey.plane_z],
             area: found.area,
         })
     }
@@ -162,7 +140,7 @@ impl ExitPupil {
     ) -> Spread<Lanes<N>> {
         let radius = (film[0] * film[0] + film[1] * film[1]).sqrt();
         let mut found = self.single.point(film, radius, &self.spot(*u));
-        let reach = self.reach as f32;
+        let reach = self.survey.reach as f32;
         if (0..N).any(|i| !self.is_tabulated(radius.0[i], reach)) {
             for i in (0..N).filter(|i| !self.is_tabulated(radius.0[*i], reach)) {
                 let film = film.map(|x| f64::from(x.0[i]));
@@ -195,7 +173,7 @@ impl ExitPupil {
     /// A sample of what is in no table: by rejection, and beyond the reach.
     #[cold]
     fn one_by_one(&self, film: [f64; 2], radius: f64, u: Vec2) -> Option<PupilSample> {
-        let ([x, y], area) = if radius <= self.reach {
+        let ([x, y], area) = if radius <= self.survey.reach {
             let ring = self.ring(radius)?;
             let t = ring.t(radius);
             match ring.by_rejection(t, u) {
@@ -208,7 +186,10 @@ impl ExitPupil {
                 }
             }
         } else {
-            self.beyond_reach(radius, u)?
+            // A point of what the rear element lets through.
+            let e = self.survey.rear_region(radius)?;
+            let spot = Spot::concentric(u.as_dvec2().to_array());
+            (e.point(spot), e.area)
         };
         let (cos, sin) = if radius > 0.0 {
             (film[0] / radius, film[1] / radius)
@@ -216,22 +197,15 @@ impl ExitPupil {
             (1.0, 0.0)
         };
         Some(PupilSample {
-            point: [cos * x - sin * y, sin * x + cos * y, self.plane_z],
+            point: [cos * x - sin * y, sin * x + cos * y, self.survey.plane_z],
             area,
         })
-    }
-
-    /// A point of what the rear element lets through, and its area.
-    fn beyond_reach(&self, radius: f64, u: Vec2) -> Option<([f64; 2], f64)> {
-        let e = self.rear.region(radius, self.plane_z, self.film_z)?;
-        let spot = Spot::concentric(u.as_dvec2().to_array());
-        Some((e.point(spot), e.area()))
     }
 
     /// Projected solid angle ∫cosθ dω, in steradians, that a sample of area `area` stands for, seen
     /// from the film point: area·cos⁴θ/Z², the factor between radiance and irradiance.
     pub fn projected_solid_angle(&self, film: [f64; 2], sample: &PupilSample) -> f64 {
-        projected_solid_angle([film[0], film[1], self.film_z], sample)
+        projected_solid_angle([film[0], film[1], self.survey.film_z], sample)
     }
 }
 
@@ -265,14 +239,8 @@ pub fn sampling_plane(lens: &Lens) -> f64 {
 /// Points on the outline of the rays that pass, for the film point (radius, 0), on the plane
 /// `plane_z`: the half with y ≥ 0, each just outside. Empty where no ray passes.
 pub fn boundary(lens: &Lens, radius: f64, plane_z: f64) -> Vec<[f64; 2]> {
-    let tracer = FilmTracer::new(lens, plane_z);
-    let view = View {
-        tracer: &tracer,
-        film_z: lens.film_z(),
-        radius,
-        plane_z,
-    };
-    let outline = view.outline(&Rear::new(lens), None);
+    let survey = Survey::new(lens, plane_z, radius);
+    let outline = survey.view(radius).outline(None);
     outline.map_or(Vec::new(), |o| o.absolute().collect())
 }
 

@@ -5,8 +5,8 @@
 //! kinks, and the outline is where it is 0; so false position finds it in about five rays, where
 //! bisection to the same precision takes seventeen.
 
-use super::rear::Rear;
 use super::search::Search;
+use super::survey::Survey;
 use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::optics::lanes::{Doubles, FilmTracer};
 
@@ -22,14 +22,10 @@ pub(super) const DIRECTIONS: usize = 48;
 /// Points on that plane are (x, y): along and across the film point's azimuth.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
-    /// Of the lens, aimed at the plane.
-    pub tracer: &'a FilmTracer<f64>,
-    /// z of the film.
-    pub film_z: f64,
+    /// The lens and the plane.
+    pub survey: &'a Survey,
     /// Of the film point, mm from the axis.
     pub radius: f64,
-    /// z of the plane.
-    pub plane_z: f64,
 }
 
 /// Where the outline of a neighboring film point is.
@@ -60,7 +56,7 @@ pub(super) struct Outline {
 impl View<'_> {
     /// Does the ray through `p` reach the scene?
     pub(super) fn passes(&self, p: [f64; 2]) -> bool {
-        self.tracer.trace(&[self.radius, 0.0], &p).passed
+        self.survey.tracer.trace(&[self.radius, 0.0], &p).passed
     }
 
     /// How far the rays through these points pass beyond the worst aperture; infinite where they end for
@@ -70,7 +66,7 @@ impl View<'_> {
         vectorize(
             LANES,
             Excess {
-                tracer: self.tracer,
+                tracer: &self.survey.tracer,
                 film,
                 p,
             },
@@ -80,34 +76,34 @@ impl View<'_> {
     /// The same for one.
     fn excess_of(&self, p: [f64; 2]) -> f64 {
         let film = [self.radius, 0.0];
-        let (height2, whole) = self.tracer.largest_relative_height2(&film, &p);
+        let (height2, whole) = self.survey.tracer.largest_relative_height2(&film, &p);
         excess(height2, whole)
     }
 
     /// Where the line from the film point through `p` meets the plane.
     pub(super) fn on_plane(&self, p: [f64; 3]) -> [f64; 2] {
-        let film_z = self.film_z;
-        let k = (self.plane_z - film_z) / (p[2] - film_z);
+        let film_z = self.survey.film_z;
+        let k = (self.survey.plane_z - film_z) / (p[2] - film_z);
         [self.radius + k * (p[0] - self.radius), k * p[1]]
     }
 
     /// x of a ray in the meridional plane that passes; `None` where none does. `hint` is tried first.
-    pub(super) fn inside(&self, rear: &Rear, hint: Option<f64>) -> Option<f64> {
+    pub(super) fn inside(&self, hint: Option<f64>) -> Option<f64> {
         let passes = |x: &f64| x.is_finite() && self.passes([*x, 0.0]);
         // Straight ahead is where light goes whose film all but touches the glass.
         hint.filter(passes)
             .or(Some(self.radius).filter(passes))
-            .or_else(|| self.search(rear).filter(passes))
+            .or_else(|| self.search().filter(passes))
     }
 
     /// The ray in the meridional plane that passes all apertures with most room, or the first
     /// found that passes at all. It need not pass: then none does.
-    fn search(&self, rear: &Rear) -> Option<f64> {
+    fn search(&self) -> Option<f64> {
         // The excess of a ray aimed at a height of the rear element: each surface's part grows on both
         // sides of its zero, so their maximum has one valley, however narrow (a stop of a micrometer).
         // One ray is aimed at the very middle: with the film at the vertex none but those near it get
         // anywhere.
-        let scan = 4 * LANES;
+        let (rear, scan) = (&self.survey.rear, 4 * LANES);
         let at = |i: usize| rear.radius() * (2.0 * i as f64 / scan as f64 - 1.0);
         let on_plane = |x: f64| self.on_plane(rear.point(x, 0.0));
         let bundles = (0..scan).step_by(LANES).flat_map(|first| {
@@ -128,10 +124,10 @@ impl View<'_> {
     }
 
     /// The outline; `None` where no ray in the meridional plane passes.
-    pub(super) fn outline(&self, rear: &Rear, hint: Option<Hint>) -> Option<Outline> {
-        let inside = self.inside(rear, hint.map(|h| h.inside))?;
+    pub(super) fn outline(&self, hint: Option<Hint>) -> Option<Outline> {
+        let inside = self.inside(hint.map(|h| h.inside))?;
         // Without a hint the first step is found by doubling from next to nothing.
-        let size = hint.map_or(1e-9 * rear.radius(), |h| h.size);
+        let size = hint.map_or(1e-9 * self.survey.rear.radius(), |h| h.size);
         let [right, left] = self.reaches(inside, [[1.0, 0.0], [-1.0, 0.0]], size);
         let (center, along) = (inside + 0.5 * (right - left), 0.5 * (right + left));
         let [across] = self.reaches(center, [[0.0, 1.0]], along);

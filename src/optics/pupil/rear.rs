@@ -1,6 +1,6 @@
 //! The rear element as the film sees it: what light could at most come through.
 
-use super::ellipse::Ellipse;
+use super::region::Region;
 use crate::optics::lens::Lens;
 
 /// The cap of the rear element.
@@ -30,7 +30,7 @@ impl Rear {
 
     /// A circle on the plane `plane_z` around all lines from the film point through the element's
     /// cap, which lies in a cylinder between vertex and rim. `None` for a film inside the cap.
-    pub(super) fn region(&self, film_radius: f64, plane_z: f64, film_z: f64) -> Option<Ellipse> {
+    pub(super) fn region(&self, film_radius: f64, plane_z: f64, film_z: f64) -> Option<Region> {
         // A disk at z is seen on the plane enlarged by k about the film point.
         let disk = |z: f64| {
             let k = (plane_z - film_z) / (z - film_z);
@@ -39,11 +39,8 @@ impl Rear {
         let ((c0, r0), (c1, r1)) = (disk(self.ends[0]), disk(self.ends[1]));
         let (low, high) = ((c0 - r0).min(c1 - r1), (c0 + r0).max(c1 + r1));
         let radius = 0.5 * (high - low).max(2.0 * r0).max(2.0 * r1);
-        (radius.is_finite() && radius > 0.0).then_some(Ellipse {
-            center: 0.5 * (low + high),
-            along: radius,
-            across: radius,
-        })
+        let circle = Region::ellipse(0.5 * (low + high), radius, radius);
+        (radius.is_finite() && radius > 0.0).then_some(circle)
     }
 
     /// The point of the cap above (x, y).

@@ -7,6 +7,7 @@
 
 use super::mapping::redrawn;
 use super::outline::cross;
+use super::region::Region;
 use crate::math::Vec2;
 
 /// Where a region's middle or corner is, as a function of t: 0 at the inner, 1 at the outer end.
@@ -37,24 +38,12 @@ pub(super) struct Ring {
     pub radii: [f64; 2],
     /// One over their difference.
     per_width: f64,
-    center: Moving<f64>,
-    /// Of the half with y ≥ 0, relative to the middle, mm.
-    corners: Vec<Moving<[f64; 2]>>,
+    /// Distance of the middle from the lens axis, mm.
+    pub center: Moving<f64>,
+    /// Of the half with y ≥ 0, from +x to −x, relative to the middle, mm.
+    pub corners: Vec<Moving<[f64; 2]>>,
     /// Of the whole region, mm²: coefficients of 1, t and t².
     area: [f64; 3],
-}
-
-/// The extent of a region, and its area.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Region {
-    /// Distance of the middle from the lens axis, in the direction of the film point, mm.
-    pub center: f64,
-    /// Half the extent along that direction, mm.
-    pub along: f64,
-    /// Half the extent across it, mm.
-    pub across: f64,
-    /// In mm².
-    pub area: f64,
 }
 
 impl Ring {
@@ -83,16 +72,6 @@ impl Ring {
             corners: corners.to_vec(),
             area: whole,
         })
-    }
-
-    /// Distance of the middle from the lens axis, mm.
-    pub(super) fn center(&self) -> Moving<f64> {
-        self.center
-    }
-
-    /// Corners of the half with y ≥ 0, from +x to −x, relative to the middle, mm.
-    pub(super) fn corners(&self) -> impl Iterator<Item = &Moving<[f64; 2]>> {
-        self.corners.iter()
     }
 
     /// Where `radius` lies in the ring.

@@ -4,7 +4,7 @@
 const TOLERANCE: f64 = 1e-5;
 
 /// Steps 1 + 2^k/64 leave the range of f64 within so many either way.
-const MAX_STEPS_OUT: u32 = 60;
+const MAX_STEPS_OUT: u32 = 61;
 
 /// False position needs a handful of steps; every fourth is a bisection, so that none takes more than 4·17.
 const MAX_STEPS: u32 = 80;
@@ -15,27 +15,19 @@ const MAX_STEPS: u32 = 80;
 /// the far side by half the tolerance so that both ends close in.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
-    stage: Stage,
     /// Where the function's value is wanted.
     wanted: f64,
-    low: End,
-    high: End,
+    /// The farthest point known where the function is not positive.
+    low: Option<End>,
+    /// The nearest point known where it is.
+    high: Option<End>,
+    /// Since the search began, or since there are two ends.
     steps: u32,
-    /// Step to the next point outward or inward, relative to t.
+    /// Last step outward or inward, relative to t.
     factor: f64,
-    /// Which end moved last: 1 the high one, −1 the low one.
-    last_side: i32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Stage {
-    Start,
-    /// The function is positive here: go inward.
-    Inward,
-    Outward,
-    /// The change lies between the ends.
-    Narrowing,
-    Done,
+    /// Which of two ends moved last: was it the high one?
+    high_moved: Option<bool>,
+    found: Option<f64>,
 }
 
 /// One end of a bracket.
@@ -48,18 +40,14 @@ struct End {
 impl Search {
     /// Begins at `guess`.
     pub(super) fn new(guess: f64) -> Search {
-        let end = End {
-            t: guess,
-            value: 0.0,
-        };
         Search {
-            stage: Stage::Start,
             wanted: guess,
-            low: end,
-            high: end,
+            low: None,
+            high: None,
             steps: 0,
-            factor: 1.0 / 64.0,
-            last_side: 0,
+            factor: 1.0 / 128.0,
+            high_moved: None,
+            found: None,
         }
     }
 
@@ -70,97 +58,69 @@ impl Search {
 
     /// The t that was sought, once it is found.
     pub(super) fn found(&self) -> Option<f64> {
-        (self.stage == Stage::Done).then_some(self.high.t)
+        self.found
     }
 
     /// Takes the function's value at the t that was wanted.
     pub(super) fn learn(&mut self, value: f64) {
+        let outside = value > 0.0 || value.is_nan();
+        let narrowing = self.low.is_some() && self.high.is_some();
+        let (moves, stays) = match outside {
+            true => (&mut self.high, &mut self.low),
+            false => (&mut self.low, &mut self.high),
+        };
         let end = End {
             t: self.wanted,
             value,
         };
-        let outside = value > 0.0 || value.is_nan();
-        match (self.stage, outside) {
-            (Stage::Start, _) => {
-                (self.low, self.high) = (end, end);
-                self.stage = if outside {
-                    Stage::Inward
-                } else {
-                    Stage::Outward
-                };
-            }
-            (Stage::Inward, true) => self.step_out(end, |s| &mut s.high),
-            (Stage::Outward, false) => self.step_out(end, |s| &mut s.low),
-            (Stage::Inward, false) => (self.low, self.stage) = (end, Stage::Narrowing),
-            (Stage::Outward, true) => (self.high, self.stage) = (end, Stage::Narrowing),
-            (Stage::Narrowing, _) => self.narrow(end, outside),
-            (Stage::Done, _) => {}
-        }
-        self.want();
-    }
-
-    fn step_out(&mut self, end: End, moved: impl Fn(&mut Search) -> &mut End) {
-        *moved(self) = end;
-        self.factor *= 2.0;
-        self.steps += 1;
-        if self.steps == MAX_STEPS_OUT {
-            // Nothing inside, or nothing outside.
-            (self.high, self.stage) = (end, Stage::Done);
-        }
-    }
-
-    fn narrow(&mut self, end: End, outside: bool) {
-        let side = if outside { 1 } else { -1 };
-        if side == self.last_side {
+        *moves = Some(end);
+        if let (Some(stays), true) = (stays, self.high_moved == Some(outside)) {
             // The end that stays is given half its weight.
-            let stays = if outside {
-                &mut self.low
-            } else {
-                &mut self.high
-            };
             stays.value *= 0.5;
         }
-        let moves = if outside {
-            &mut self.high
-        } else {
-            &mut self.low
-        };
-        *moves = end;
-        self.last_side = side;
+        if narrowing {
+            self.high_moved = Some(outside);
+        }
+        match (self.low, self.high) {
+            (Some(low), Some(high)) => {
+                self.steps = if narrowing { self.steps + 1 } else { 1 };
+                self.narrow(low, high);
+            }
+            _ => self.step_out(end.t, outside),
+        }
     }
 
-    /// Chooses the next point.
-    fn want(&mut self) {
-        let (low, high) = (self.low, self.high);
-        match self.stage {
-            Stage::Inward => self.wanted = high.t / (1.0 + self.factor),
-            Stage::Outward => self.wanted = low.t * (1.0 + self.factor),
-            Stage::Narrowing => {
-                let width = high.t - low.t;
-                let tolerance = TOLERANCE * high.t;
-                if self.last_side == 0 {
-                    self.steps = 0;
-                }
-                self.steps += 1;
-                let narrow = !(width > tolerance && high.t.is_finite());
-                if narrow || self.steps == MAX_STEPS {
-                    self.stage = Stage::Done;
-                    return;
-                }
-                let bisect = self.steps.is_multiple_of(4)
-                    || !high.value.is_finite()
-                    || !low.value.is_finite();
-                self.wanted = if bisect {
-                    low.t + 0.5 * width
-                } else {
-                    let t = low.t + width * low.value / (low.value - high.value);
-                    let toward = if t - low.t < high.t - t { 0.45 } else { -0.45 };
-                    let t = t + toward * tolerance;
-                    t.max(low.t + 0.4 * tolerance).min(high.t - 0.4 * tolerance)
-                };
-            }
-            Stage::Start | Stage::Done => {}
+    /// Goes on from `t` inward if that is `outside`, else outward.
+    fn step_out(&mut self, t: f64, outside: bool) {
+        self.factor *= 2.0;
+        self.steps += 1;
+        let step = 1.0 + self.factor;
+        self.wanted = if outside { t / step } else { t * step };
+        if self.steps == MAX_STEPS_OUT {
+            // Nothing inside, or nothing outside.
+            self.found = Some(t);
         }
+    }
+
+    /// Chooses the next point between two ends.
+    fn narrow(&mut self, low: End, high: End) {
+        let width = high.t - low.t;
+        let tolerance = TOLERANCE * high.t;
+        let wide = width > tolerance && high.t.is_finite();
+        if !wide || self.steps == MAX_STEPS {
+            self.found = Some(high.t);
+            return;
+        }
+        let bisect =
+            self.steps.is_multiple_of(4) || !high.value.is_finite() || !low.value.is_finite();
+        self.wanted = if bisect {
+            low.t + 0.5 * width
+        } else {
+            let t = low.t + width * low.value / (low.value - high.value);
+            let toward = if t - low.t < high.t - t { 0.45 } else { -0.45 };
+            let t = t + toward * tolerance;
+            t.max(low.t + 0.4 * tolerance).min(high.t - 0.4 * tolerance)
+        };
     }
 }
 

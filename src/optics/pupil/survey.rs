@@ -1,12 +1,13 @@
 //! Making the regions: outlines at a few film radii, and more of them where the pupil changes fast.
 
 use super::draft::Draft;
-use super::ellipse::Ellipse;
 use super::outline::{Hint, Outline, View};
 use super::rear::Rear;
+use super::region::Region;
 use super::ring::Ring;
 use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::optics::lanes::{Doubles, FilmTracer};
+use crate::optics::lens::Lens;
 
 /// Rings are split until less than this part of the samples, averaged over the film, is lost to the pupil's
 /// change within a ring ...
@@ -31,6 +32,7 @@ const PROBES_ASTRAY: usize = 4096;
 const LANES: usize = 16;
 
 /// The lens and the plane on which its pupil is surveyed.
+#[derive(Clone, Debug)]
 pub(super) struct Survey {
     /// Of the lens, aimed at the plane.
     pub tracer: FilmTracer<f64>,
@@ -54,17 +56,31 @@ struct Span {
 }
 
 impl Survey {
-    fn view(&self, radius: f64) -> View<'_> {
+    /// Of `lens` on the plane at `plane_z`, for film points up to `max_radius` mm from the axis.
+    pub(super) fn new(lens: &Lens, plane_z: f64, max_radius: f64) -> Survey {
+        Survey {
+            tracer: FilmTracer::new(lens, plane_z),
+            film_z: lens.film_z(),
+            plane_z,
+            rear: Rear::new(lens),
+            reach: max_radius.max(f64::MIN_POSITIVE),
+        }
+    }
+
+    /// A circle on the plane around all that the rear element lets through to a film radius; see [`Rear::region`].
+    pub(super) fn rear_region(&self, radius: f64) -> Option<Region> {
+        self.rear.region(radius, self.plane_z, self.film_z)
+    }
+
+    pub(super) fn view(&self, radius: f64) -> View<'_> {
         View {
-            tracer: &self.tracer,
-            film_z: self.film_z,
+            survey: self,
             radius,
-            plane_z: self.plane_z,
         }
     }
 
     fn outline(&self, radius: f64, hint: Option<Hint>) -> Option<Outline> {
-        self.view(radius).outline(&self.rear, hint)
+        self.view(radius).outline(hint)
     }
 
     /// The regions of all rings, by film radius; starts with `count` rings. Film radii up to
@@ -75,12 +91,10 @@ impl Survey {
         for radius in self.radii(count) {
             let outline = self.outline(radius, hint);
             hint = outline.as_ref().map(Outline::hint);
-            if let Some(previous) = known.pop() {
-                let edge = (previous.1.is_some() != outline.is_some())
-                    .then(|| self.edge(&previous, &(radius, outline.clone())));
-                known.push(previous);
-                known.extend(edge.into_iter().flatten());
-            }
+            let changes = |(_, last): &&(f64, Option<Outline>)| last.is_some() != outline.is_some();
+            let last = known.last().filter(changes);
+            let edge = last.map(|last| self.edge(last, &(radius, outline.clone())));
+            known.extend(edge.into_iter().flatten());
             known.push((radius, outline));
         }
         let mut spans = Vec::new();
@@ -123,7 +137,7 @@ impl Survey {
         let lit: Vec<bool> = radii
             .iter()
             .map(|radius| {
-                hint = self.view(*radius).inside(&self.rear, hint);
+                hint = self.view(*radius).inside(hint);
                 hint.is_some()
             })
             .collect();
@@ -132,7 +146,7 @@ impl Survey {
             let mut hint = None;
             let around = [radii[first_dark - 1], radii[first_dark]];
             let ends = self.bisected(around, |radius| {
-                let inside = self.view(radius).inside(&self.rear, hint);
+                let inside = self.view(radius).inside(hint);
                 hint = inside.or(hint);
                 usize::from(inside.is_none())
             });
@@ -153,7 +167,7 @@ impl Survey {
         let mut hint = ends[lit].1.as_ref().map(Outline::hint);
         // One ray that passes tells lit from dark; the outline is found where the search ends.
         let radii = self.bisected([a.0, b.0], |radius| {
-            let inside = self.view(radius).inside(&self.rear, hint.map(|h| h.inside));
+            let inside = self.view(radius).inside(hint.map(|h| h.inside));
             if let (Some(hint), Some(inside)) = (&mut hint, inside) {
                 hint.inside = inside;
             }
@@ -326,16 +340,13 @@ impl Survey {
         if found.is_empty() {
             return None;
         }
-        let rear = |radius: f64| self.rear.region(radius, self.plane_z, self.film_z);
-        let (inner, outer) = (rear(radii[0])?, rear(radii[1])?);
+        let (inner, outer) = (self.rear_region(radii[0])?, self.rear_region(radii[1])?);
         let whole = Draft::of_ellipses(&inner, &outer);
         // Probes lie this far apart, relative to the element.
         let spacing = (4.0 / count as f64).sqrt() * inner.along.max(outer.along);
-        let around = Ellipse::around(&found).map(|e| Ellipse {
-            along: e.along + 2.0 * spacing,
-            across: e.across + 2.0 * spacing,
-            ..e
-        });
+        let around = Region::around(&found);
+        let around = around
+            .map(|e| Region::ellipse(e.center, e.along + 2.0 * spacing, e.across + 2.0 * spacing));
         let draft = match around {
             Some(e) if e.along * e.across < inner.along * inner.across => {
                 Draft::of_ellipses(&e, &e)

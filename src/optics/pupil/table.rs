@@ -3,7 +3,7 @@
 
 use super::mapping::Spot;
 use super::ring::Ring;
-use crate::optics::real::{Index, Mask, Plain};
+use crate::optics::real::{Index, Plain};
 
 /// Numbers of a ring before its corners: inner and outer radius, one over their difference, and the
 /// middle's x at the inner radius and its change to the outer.
@@ -44,10 +44,10 @@ pub(in crate::optics) struct Spread<T: Index> {
     pub lit: T::Mask,
 }
 
-impl PupilTable<f64> {
+impl<B: Plain> PupilTable<B> {
     /// Of `rings`, by film radius, all with as many corners, for film radii up to `reach` mm.
-    pub(super) fn new(rings: &[Ring], reach: f64) -> PupilTable<f64> {
-        let corners = rings.first().map_or(2, |ring| ring.corners().count());
+    pub(super) fn new(rings: &[Ring], reach: f64) -> PupilTable<B> {
+        let corners = rings.first().map_or(2, |ring| ring.corners.len());
         let mut parts = 4 * rings.len() + 1;
         let first_rings = |parts: usize| -> Vec<usize> {
             let first = |i: usize| {
@@ -69,10 +69,10 @@ impl PupilTable<f64> {
         }
         let mut rows = Vec::with_capacity(rings.len() * (HEADER + CORNER * corners));
         for ring in rings {
-            let (center, [inner, outer]) = (ring.center(), ring.radii);
+            let (center, [inner, outer]) = (ring.center, ring.radii);
             let change = center.to - center.from;
             rows.extend([inner, outer, 1.0 / (outer - inner), center.from, change]);
-            rows.extend(ring.corners().flat_map(|c| {
+            rows.extend(ring.corners.iter().flat_map(|c| {
                 let [x, y] = c.from;
                 [x, y, c.to[0] - x, c.to[1] - y]
             }));
@@ -84,33 +84,18 @@ impl PupilTable<f64> {
             rows.extend([1.0, -1.0]);
             rows.resize(HEADER + CORNER * corners, 0.0);
         }
+        let rounded = |values: Vec<f64>| values.into_iter().map(B::round_from).collect();
         PupilTable {
-            parts_per_mm: parts as f64 / reach,
+            parts_per_mm: B::round_from(parts as f64 / reach),
             steps: most(&first),
-            first: first.iter().map(|i| *i as f64).collect(),
-            outer,
-            rows,
+            first: rounded(first.iter().map(|i| *i as f64).collect()),
+            outer: rounded(outer),
+            rows: rounded(rows),
             stride: HEADER + CORNER * corners,
             triangles: corners - 1,
         }
     }
 
-    /// In another precision.
-    pub(super) fn rounded<B: Plain>(&self) -> PupilTable<B> {
-        let all = |values: &[f64]| values.iter().map(|x| B::round_from(*x)).collect();
-        PupilTable {
-            parts_per_mm: B::round_from(self.parts_per_mm),
-            first: all(&self.first),
-            steps: self.steps,
-            outer: all(&self.outer),
-            rows: all(&self.rows),
-            stride: self.stride,
-            triangles: self.triangles,
-        }
-    }
-}
-
-impl<B: Plain> PupilTable<B> {
     /// The `spot` of the region of the film point (x, y) mm, at `radius` mm from the axis.
     #[inline(always)]
     pub(super) fn point<T: Index<Base = B>>(
@@ -123,7 +108,7 @@ impl<B: Plain> PupilTable<B> {
         let ring = self.ring(radius);
         let [inner, outer, per_width, center, drift] = T::row(&self.rows, [(ring, self.stride)], 0);
         let within = (radius - inner).at_least(B::ZERO);
-        let lit = within.and((outer - radius).at_least(B::ZERO));
+        let lit = within & (outer - radius).at_least(B::ZERO);
         let t = (radius - inner) * per_width;
         let t = T::select(t.greater(B::ZERO), t, zero);
         let t = T::select(t.at_most(B::ONE), t, one);
@@ -159,10 +144,10 @@ impl<B: Plain> PupilTable<B> {
             .times(self.parts_per_mm)
             .place(self.first.len().saturating_sub(2));
         let last = self.outer.len().saturating_sub(1);
-        let mut ring = T::look_up(&self.first, [(part, 1)], 0);
+        let [mut ring] = T::row(&self.first, [(part, 1)], 0);
         for _ in 0..self.steps {
             let (at, _) = ring.place(last);
-            let outer = T::look_up(&self.outer, [(at, 1)], 0);
+            let [outer] = T::row(&self.outer, [(at, 1)], 0);
             let beyond = (radius - outer).greater(B::ZERO);
             ring = T::select(beyond, ring.plus(B::ONE), ring);
         }

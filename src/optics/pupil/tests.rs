@@ -39,7 +39,7 @@ fn mean(lens: &Lens, film: [f64; 2], samples: impl Fn(Vec2) -> Option<PupilSampl
 /// Samples everything the rear element lets through.
 fn everything(lens: &Lens) -> ExitPupil {
     let mut all = ExitPupil::new(lens, 1e-3, 1);
-    all.reach = -1.0;
+    all.survey.reach = -1.0;
     all
 }
 
@@ -177,19 +177,13 @@ fn of_wild_lenses_next_to_nothing_is_lost() {
             continue;
         }
         let pupil = ExitPupil::new(&lens, 20.0, RINGS);
-        let tracer = FilmTracer::new(&lens, pupil.plane_z);
         for i in 0..20_000u32 {
             let r = |a: f64| (0.5 + f64::from(i) * a).fract();
             let radius = 20.0 * r(0.819_172_513_396_164_4);
-            let height = pupil.rear.radius() * r(0.671_043_606_703_789_2).sqrt();
+            let height = pupil.survey.rear.radius() * r(0.671_043_606_703_789_2).sqrt();
             let (sin, cos) = (std::f64::consts::PI * r(0.549_700_477_901_970_3)).sin_cos();
-            let view = View {
-                tracer: &tracer,
-                film_z: lens.film_z(),
-                radius,
-                plane_z: pupil.plane_z,
-            };
-            let p = view.on_plane(pupil.rear.point(height * cos, height * sin));
+            let view = pupil.survey.view(radius);
+            let p = view.on_plane(pupil.survey.rear.point(height * cos, height * sin));
             if view.passes(p) {
                 passed += 1;
                 lost += u32::from(

@@ -4,7 +4,7 @@ use super::cases::{self, prescription};
 use super::exact_optics::ExactLens;
 use super::neighborhood::{DOUBLE, Found, Neighborhood, SINGLE};
 use fstop::optics::lanes::{FilmTracer, Lanes};
-use fstop::optics::real::{Plain, Real};
+use fstop::optics::real::Plain;
 use fstop::optics::{Cause, Lens, LensRay, LensTracer, Prescription, Surface};
 use proptest::prelude::*;
 
@@ -38,7 +38,7 @@ fn aim(surfaces: &[Surface], film_distance: f64, i: usize) -> ([f64; 2], [f64; 2
 }
 
 /// One ray in number type `B`, both directions.
-fn trace_in<B: Plain + Real>(tracer: &LensTracer<B>, ray: &LensRay<f64>) -> (LensRay<f64>, Found) {
+fn trace_in<B: Plain>(tracer: &LensTracer<B>, ray: &LensRay<f64>) -> (LensRay<f64>, Found) {
     let rounded = LensRay {
         o: ray.o.map(B::round_from),
         d: ray.d.map(B::round_from),

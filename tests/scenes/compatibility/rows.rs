@@ -177,7 +177,7 @@ pub(super) const ROWS: &[Row] = &[
         what: "Orthographic camera with a lens",
         much: &[Words("another image")],
         held: &[Test(
-            "src/cameras/orthographic.rs",
+            "src/cameras/projective.rs",
             "rays_of_one_film_point_meet_in_focus_and_spread_by_the_lens",
         )],
     },

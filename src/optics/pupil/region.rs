@@ -3,18 +3,30 @@
 use super::mapping::Spot;
 use super::outline::DIRECTIONS;
 
-/// An ellipse on the sampling plane, its axes along and across the film point's azimuth.
+/// The extent of a region, and its area.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ellipse {
-    /// Distance of the center from the lens axis, in the direction of the film point, mm.
+pub struct Region {
+    /// Distance of the middle from the lens axis, in the direction of the film point, mm.
     pub center: f64,
-    /// Semi-axis along that direction, mm.
+    /// Half the extent along that direction, mm.
     pub along: f64,
-    /// Semi-axis across it, mm.
+    /// Half the extent across it, mm.
     pub across: f64,
+    /// In mm².
+    pub area: f64,
 }
 
-impl Ellipse {
+impl Region {
+    /// The ellipse with these center and semi-axes.
+    pub(super) fn ellipse(center: f64, along: f64, across: f64) -> Region {
+        Region {
+            center,
+            along,
+            across,
+            area: std::f64::consts::PI * along * across,
+        }
+    }
+
     /// Corners of a polygon around the half with y ≥ 0, relative to the center.
     pub(super) fn corners(&self) -> impl Iterator<Item = [f64; 2]> {
         let e = *self;
@@ -29,7 +41,7 @@ impl Ellipse {
     /// A small ellipse, centered on the y = 0 axis, around points given by their half with y ≥ 0;
     /// `None` for no points. For each ratio of the axes the best circle after scaling y, and of the
     /// ratios the one with the least area.
-    pub(super) fn around(points: &[[f64; 2]]) -> Option<Ellipse> {
+    pub(super) fn around(points: &[[f64; 2]]) -> Option<Region> {
         let (mut low, mut high, mut top) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
         for p in points {
             (low, high, top) = (low.min(p[0]), high.max(p[0]), top.max(p[1]));
@@ -51,19 +63,10 @@ impl Ellipse {
             };
             let center = valley(farthest, low, high);
             let radius = farthest(center).sqrt().max(f64::MIN_POSITIVE);
-            Ellipse {
-                center,
-                along: radius,
-                across: radius * ratio,
-            }
+            Region::ellipse(center, radius, radius * ratio)
         };
         // The axes' ratio is the box' to within a factor of e, for any convex region.
         Some(fit(valley(|k| fit(k).along * fit(k).across, -1.0, 1.0)))
-    }
-
-    /// In mm².
-    pub(super) fn area(&self) -> f64 {
-        std::f64::consts::PI * self.along * self.across
     }
 
     /// The point `p` of the ellipse, relative to the lens axis.
@@ -105,14 +108,14 @@ mod tests {
             .map(|i| std::f64::consts::PI * f64::from(i) / 48.0)
             .map(|a| [7.0 + 3.0 * a.cos(), 0.5 * a.sin()])
             .collect();
-        let e = Ellipse::around(&points).unwrap();
+        let e = Region::around(&points).unwrap();
         // What the coarse search leaves, on each axis.
         assert!(
             (e.along / 3.0 - 1.0).abs() < 5e-3 && (e.across / 0.5 - 1.0).abs() < 5e-3,
             "{e:?}"
         );
         assert!((e.center - 7.0).abs() < 1e-2);
-        assert_eq!(Ellipse::around(&[]), None);
+        assert_eq!(Region::around(&[]), None);
         // Its polygon's sides touch it from outside.
         let corners: Vec<[f64; 2]> = e.corners().collect();
         for p in corners.windows(2) {
