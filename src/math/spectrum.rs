@@ -185,7 +185,7 @@ mod tests {
     fn double_precision_matrix_is_the_shared_one() {
         let rgb = rgb_from_function(|_| 1.0);
         let mut xyz = Rgb::ZERO;
-        for row in &COLOR_MATCHING {
+        for row in COLOR_MATCHING.iter() {
             xyz += Rgb::new(row[0] as f32, row[1] as f32, row[2] as f32);
         }
         // 471 single-precision additions.
