@@ -8,6 +8,7 @@ use crate::lights::{LightKind, LightSpec, PointSpec};
 use crate::materials::{MaterialKind, Matte};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Vec2};
+use crate::media::Media;
 use crate::shapes::sphere::Sphere;
 use crate::shapes::{Form, ShapeKind, ShapeSpec};
 use std::f32::consts::PI;
@@ -43,6 +44,7 @@ fn lit_sphere() -> World {
         Textures::default(),
         vec![Light::new(&light, None, &Transform::IDENTITY)],
         1,
+        Media::default(),
     )
 }
 
