@@ -26,7 +26,7 @@ fn other_cost(kind: OtherKind) -> f32 {
         OtherKind::Curve => 0.3,
         OtherKind::Quadric => 2.0,
         // The ray is transformed, set up again, and traverses another tree.
-        OtherKind::Instance | OtherKind::Moving => 6.0,
+        OtherKind::Instance => 6.0,
     }
 }
 
@@ -92,13 +92,6 @@ impl Plan {
     pub(super) fn new(binary: &Bvh2, groups: &Groups, items: &[Item]) -> Plan {
         let (mut entries, levels) = breadth_first(binary);
         let mixed = items.par_iter().any(|item| !item.id.is_triangle());
-        let others = |group: u32| {
-            let id = |i: u32| items[i as usize].id;
-            let others = groups.members(group).map(id).filter(|id| !id.is_triangle());
-            others.fold((0, 0.0), |(count, cost), id| {
-                (count + 1, cost + other_cost(id.kind()))
-            })
-        };
         let leaf = |entry: &Entry| {
             let first = entry.first as usize;
             let members = &binary.primitive_indices[first..first + entry.groups as usize];
@@ -111,10 +104,11 @@ impl Plan {
                 cost: [0.0; ROOTS],
             };
             if mixed {
-                for &group in members {
-                    let (count, cost) = others(group);
-                    below.others += count;
-                    below.others_cost += cost;
+                let ids = members.iter().flat_map(|&group| groups.members(group));
+                let ids = ids.map(|i| items[i as usize].id);
+                for id in ids.filter(|id| !id.is_triangle()) {
+                    below.others += 1;
+                    below.others_cost += other_cost(id.kind());
                 }
             }
             below.cost = [leaf_cost(entry, &below); ROOTS];

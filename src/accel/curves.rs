@@ -3,7 +3,6 @@
 
 use super::PrimitiveAttributes;
 use super::aabb::Aabb;
-use crate::handles::LightId;
 use crate::math::{DVec3, Vec3};
 use crate::shapes::curve::{CurveHit, CurveKind, Curves, Placement, Segment};
 use crate::shapes::local::LocalSurface;
@@ -17,12 +16,7 @@ struct Owner {
     flip: bool,
     placement: Option<Box<Placement>>,
     attributes: PrimitiveAttributes,
-    /// Index of the curve's first segment.
-    first: u32,
 }
-
-/// The surface at a hit on a curve, the curve's attributes, and its light.
-type CurveSurface<'a> = (LocalSurface, &'a PrimitiveAttributes, Option<LightId>);
 
 /// The curves.
 #[derive(Default)]
@@ -36,7 +30,6 @@ impl CurveStore {
     /// Adds a curve whose coordinates are relative to the level's anchor.
     pub(super) fn add(&mut self, curves: &Curves, attributes: PrimitiveAttributes) {
         let (owner, normal) = (self.owners.len() as u32, self.normals.len() as u32);
-        let first = self.segments.len() as u32;
         self.segments.extend(curves.stored(owner, normal));
         let widen = |n: [Vec3; 2]| n.map(Vec3::as_dvec3);
         self.normals.extend(curves.stored_normals().map(widen));
@@ -45,7 +38,6 @@ impl CurveStore {
             flip: curves.flip,
             placement: curves.placement.map(Box::new),
             attributes,
-            first,
         });
     }
 
@@ -61,27 +53,28 @@ impl CurveStore {
 
     /// All pieces with their boxes.
     pub(super) fn pieces(&self) -> impl Iterator<Item = (usize, Aabb)> {
-        self.segments
-            .iter()
-            .enumerate()
-            .flat_map(move |(i, segment)| {
-                (0..segment.pieces()).map(move |piece| {
-                    let number = i << PIECE_BITS | piece;
-                    (number, self.piece_bounds(segment, piece))
-                })
-            })
+        let segments = self.segments.iter().enumerate();
+        segments.flat_map(move |(i, segment)| {
+            let piece = move |k| (i << PIECE_BITS | k, self.piece_bounds(segment, k));
+            (0..segment.pieces()).map(piece)
+        })
     }
 
     fn piece_bounds(&self, segment: &Segment, piece: usize) -> Aabb {
-        let (min, max) = segment.bounds(piece);
-        match &self.owners[segment.owner()].placement {
-            None => Aabb::around(min, max),
-            Some(placement) => {
-                let affine = &placement.level_from_local;
-                let center = affine.transform_point3((min + max) * 0.5);
-                let reach = placement.spread() * ((max - min) * 0.5);
-                Aabb::around(center - reach, center + reach)
-            }
+        let (mut min, mut max) = segment.bounds(piece);
+        if let Some(placement) = &self.owners[segment.owner()].placement {
+            let affine = &placement.level_from_local;
+            let center = affine.transform_point3((min + max) * 0.5);
+            // The largest factor by which a length grows, per axis.
+            let reach = affine.matrix3.abs() * ((max - min) * 0.5);
+            (min, max) = (center - reach, center + reach);
+        }
+        let bounds = Aabb::around(min, max);
+        // A ray may see a curve outside its box by what both lose in single precision.
+        let slack = bounds.min.abs().max(bounds.max.abs()) * (2.0 * f32::EPSILON);
+        Aabb {
+            min: bounds.min - slack,
+            max: bounds.max + slack,
         }
     }
 
@@ -115,8 +108,13 @@ impl CurveStore {
         segment.intersect(piece, normals, o, d, t_max)
     }
 
-    /// The surface at the hit that [`CurveStore::intersect`] found.
-    pub(super) fn surface(&self, number: usize, o: DVec3, d: DVec3) -> Option<CurveSurface<'_>> {
+    /// The surface at the hit that [`CurveStore::intersect`] found, and the curve's attributes.
+    pub(super) fn surface(
+        &self,
+        number: usize,
+        o: DVec3,
+        d: DVec3,
+    ) -> Option<(LocalSurface, &PrimitiveAttributes)> {
         let hit = self.intersect(number, o, d, f64::INFINITY)?;
         let segment = &self.segments[number >> PIECE_BITS];
         let owner = &self.owners[segment.owner()];
@@ -126,9 +124,7 @@ impl CurveStore {
             None => local,
             Some(p) => local.transformed(&p.level_from_local, &p.local_from_level),
         };
-        let of_curve = (number >> PIECE_BITS) as u32 - owner.first;
-        let light = owner.attributes.light.map(|l| LightId(l.0 + of_curve));
-        Some((surface, &owner.attributes, light))
+        Some((surface, &owner.attributes))
     }
 
     /// The attributes of the curve that primitive `number` is a piece of.

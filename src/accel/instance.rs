@@ -1,11 +1,15 @@
-//! Instances: copies of objects.
+//! Trees within a tree: instances of objects, at rest or moving, and moving shapes.
+//!
+//! A scene without motion has none that moves, and pays nothing for them.
 
 use super::aabb::Aabb;
 use super::level::Level;
 use crate::handles::ObjectId;
 use crate::math::DVec3;
-use crate::math::transform::{Transform, box_corners};
+use crate::math::motion::Motion;
+use crate::math::transform::{Transform, box_around, box_corners};
 use glam::DAffine3;
+use std::borrow::Cow;
 
 /// The placement of one tree within another.
 #[derive(Clone, Copy)]
@@ -16,12 +20,32 @@ pub(super) struct Place {
     pub inner_from_outer: DAffine3,
 }
 
-/// An object with its placement.
+/// What stands in a tree.
+pub(super) enum Inner {
+    /// A shape, with a tree of its own.
+    Shape(Box<Level>),
+    /// A named object.
+    Object(ObjectId),
+}
+
+/// Where it stands.
+enum Placement {
+    AtRest(Place),
+    Moving(Box<Moving>),
+}
+
+/// A placement that depends on the time of the ray.
+struct Moving {
+    /// From the inner level's coordinates, relative to the origin and not to its anchor, to those of the tree.
+    motion: Motion,
+    /// The inner level's anchor.
+    anchor: DVec3,
+}
+
+/// A tree with its place in another one.
 pub(super) struct Instance {
-    /// The object.
-    pub object: ObjectId,
-    /// Its placement.
-    pub place: Place,
+    pub inner: Inner,
+    placement: Placement,
 }
 
 /// A ray transformed to an object's space, with its origin moved up to the object.
@@ -38,7 +62,7 @@ pub(super) struct InnerRay {
 
 impl Instance {
     /// Places `object`, whose shapes are `level`. `None` if the transformation is singular.
-    pub(super) fn new(
+    pub(super) fn at_rest(
         object: ObjectId,
         level: &Level,
         render_from_object: &Transform,
@@ -46,26 +70,57 @@ impl Instance {
         let placed =
             (*render_from_object * Transform::translate(level.anchor)).with_translations_matched();
         placed.is_invertible().then(|| Instance {
-            object,
-            place: Place {
+            inner: Inner::Object(object),
+            placement: Placement::AtRest(Place {
                 outer_from_inner: DAffine3::from_mat4(placed.m),
                 inner_from_outer: DAffine3::from_mat4(placed.inverse),
-            },
+            }),
         })
     }
 
-    /// Bounding box of the object in render space. The transformed bounding box would be up to twice as wide as the
-    /// object, so this is the union of the transformed boxes of the root's children: correspondingly fewer rays enter
-    /// in vain.
-    pub(super) fn bounds(&self, level: &Level) -> Aabb {
-        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for (low, high) in level.padded_parts() {
-            for corner in box_corners(low, high) {
-                let corner = self.place.outer_from_inner.transform_point3(corner);
-                min = min.min(corner);
-                max = max.max(corner);
-            }
+    /// A moving `inner`, a level with the given anchor; `motion` maps the space its shapes were compiled in to that of
+    /// the outer tree.
+    pub(super) fn moving(inner: Inner, anchor: DVec3, motion: Motion) -> Instance {
+        Instance {
+            inner,
+            placement: Placement::Moving(Box::new(Moving { motion, anchor })),
         }
+    }
+
+    pub(super) fn moves(&self) -> bool {
+        matches!(self.placement, Placement::Moving(_))
+    }
+
+    /// The inner tree, one of `objects` or its own.
+    #[inline]
+    pub(super) fn level<'a>(&'a self, objects: &'a [Level]) -> &'a Level {
+        match &self.inner {
+            Inner::Object(object) => &objects[object.index()],
+            Inner::Shape(level) => level,
+        }
+    }
+
+    /// Its placement at `time`.
+    #[inline]
+    pub(super) fn place(&self, time: f32) -> Cow<'_, Place> {
+        match &self.placement {
+            Placement::AtRest(place) => Cow::Borrowed(place),
+            Placement::Moving(moving) => Cow::Owned(moving.place(time)),
+        }
+    }
+
+    /// Bounding box in the outer space, over all times.
+    pub(super) fn bounds(&self, level: &Level) -> Aabb {
+        let (min, max) = match &self.placement {
+            Placement::AtRest(place) => place.bounds(level),
+            Placement::Moving(moving) => match level.padded_bounds() {
+                Some((low, high)) => {
+                    let anchor = moving.anchor;
+                    moving.motion.bounds(low + anchor, high + anchor)
+                }
+                None => return Aabb::EMPTY,
+            },
+        };
         if min.x > max.x {
             // Not finite: the level leaves it out.
             return Aabb::EMPTY;
@@ -74,7 +129,29 @@ impl Instance {
     }
 }
 
+impl Moving {
+    #[cold]
+    fn place(&self, time: f32) -> Place {
+        let mut outer_from_inner = self.motion.at(f64::from(time));
+        outer_from_inner.translation = outer_from_inner.transform_point3(self.anchor);
+        Place {
+            outer_from_inner,
+            inner_from_outer: outer_from_inner.inverse(),
+        }
+    }
+}
+
 impl Place {
+    /// Corners of the box of `level` in the outer space. The transformed bounding box would be up to twice as wide as
+    /// the object, so this is the union of the transformed boxes of the root's children: correspondingly fewer rays
+    /// enter in vain.
+    fn bounds(&self, level: &Level) -> (DVec3, DVec3) {
+        let corners = level
+            .padded_parts()
+            .flat_map(|(low, high)| box_corners(low, high));
+        box_around(corners.map(|corner| self.outer_from_inner.transform_point3(corner)))
+    }
+
     /// The ray `o + t d` in the inner space, starting near the object: distances are then small, and single precision
     /// is spent where it matters, however far away the ray began.
     pub(super) fn enter(&self, o: DVec3, d: DVec3, level: &Level) -> InnerRay {
@@ -107,8 +184,8 @@ impl InnerRay {
 
 #[cfg(test)]
 mod tests {
+    use super::super::GeometryBuilder;
     use super::super::PrimitiveAttributes;
-    use super::super::level::LevelBuilder;
     use super::*;
     use crate::assets::mesh::MeshData;
     use crate::shapes::CompiledShape;
@@ -124,13 +201,13 @@ mod tests {
             data.positions.extend(corners);
             data.indices.push([3 * i, 3 * i + 1, 3 * i + 2]);
         }
-        let mesh = TriangleMesh::new(&data, &Transform::IDENTITY, false);
-        let mut builder = LevelBuilder::default();
+        let mesh = TriangleMesh::new(data.clone(), &Transform::IDENTITY, false);
+        let mut builder = GeometryBuilder::of_object();
         let shape = CompiledShape::Mesh(Box::new(mesh));
         builder.add(shape, PrimitiveAttributes::default());
-        let level = builder.build(vec![], vec![]).unwrap();
+        let level = builder.level(&[]).unwrap();
         let turn = Transform::rotate(45.0, DVec3::Z);
-        let instance = Instance::new(ObjectId(0), &level, &turn).unwrap();
+        let instance = Instance::at_rest(ObjectId(0), &level, &turn).unwrap();
         let bounds = instance.bounds(&level);
         for p in &data.positions {
             let p = turn.m.transform_point3(*p).as_vec3();

@@ -6,11 +6,10 @@ use super::aabb::Aabb;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OtherKind {
     Quadric,
+    /// An instance of an object, or a moving shape.
     Instance,
     /// A piece of a curve.
     Curve,
-    /// A moving shape or object.
-    Moving,
 }
 
 /// A primitive of one level: its kind, and its index among that kind.
@@ -62,8 +61,7 @@ impl PrimitiveId {
         match self.0 >> Self::KIND_SHIFT & 3 {
             0 => OtherKind::Quadric,
             1 => OtherKind::Instance,
-            2 => OtherKind::Curve,
-            _ => OtherKind::Moving,
+            _ => OtherKind::Curve,
         }
     }
 

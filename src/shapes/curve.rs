@@ -24,12 +24,12 @@ pub use bezier::Bezier;
 pub use segment::{CurveHit, Segment};
 
 use super::site::{ShapeType, Site};
-use super::{CompiledShape, ShapeError};
-use crate::math::transform::Transform;
+use super::{CompiledShape, ShapeError, left_out, needed, triples};
+use crate::math::transform::{Transform, box_around};
 use crate::math::{DMat4, DVec3, Vec3};
 use crate::params::ParamReader;
 use crate::syntax::suggest::nearest;
-use glam::{DAffine3, DMat3};
+use glam::DAffine3;
 
 /// More boxes per segment than 2 to this do not pay.
 const MAX_SPLITS: i64 = 3;
@@ -75,51 +75,13 @@ impl CurveSpec {
         let degree = match reader.integer("degree", 3) {
             degree @ (2 | 3) => degree as usize,
             other => {
-                let message =
-                    format!("curves are of degree 2 or 3, not {other}: the shape is left out");
-                reader.error("degree", message);
-                return None;
+                let why = format_args!("curves are of degree 2 or 3, not {other}");
+                return left_out(reader, "degree", why);
             }
         };
         let basis = reader.one_of("basis", &["bezier", "bspline"]);
         let kind = read_kind(reader);
-        let Some(points) = reader.points3("P") else {
-            reader.error("P", "a curve needs control points: \"point3 P\"");
-            return None;
-        };
-        let points: Vec<DVec3> = points
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .copied()
-            .map(DVec3::from)
-            .collect();
-        let bezier = basis == "bezier";
-        if points.len() <= degree || (bezier && !(points.len() - 1).is_multiple_of(degree)) {
-            let more = if bezier {
-                format!("and {degree} more for each further segment")
-            } else {
-                "or more".to_string()
-            };
-            let message = format!(
-                "{} control points: a {basis} curve of degree {degree} takes {} {more}; the shape \
-                 is left out",
-                points.len(),
-                degree + 1
-            );
-            reader.error("P", message);
-            return None;
-        }
-        let segments: Vec<Bezier> = if bezier {
-            let starts = (0..points.len() - 1).step_by(degree);
-            let control = starts.map(|i| &points[i..=i + degree]);
-            control.map(Bezier::from_bezier).collect()
-        } else {
-            points
-                .windows(degree + 1)
-                .map(Bezier::from_bspline)
-                .collect()
-        };
+        let segments = read_segments(reader, basis, degree)?;
         let normals = read_normals(reader, kind, segments.len())?;
         Some(CurveSpec {
             kind,
@@ -205,6 +167,32 @@ fn read_widths(reader: &ParamReader) -> [f64; 2] {
     })
 }
 
+/// The segments of the spline with the control points given; `None` where these are missing or not as many as they
+/// must be (reported).
+fn read_segments(reader: &ParamReader, basis: &str, degree: usize) -> Option<Vec<Bezier>> {
+    let message = "a curve needs control points: \"point3 P\"";
+    let points = needed(reader, "P", reader.points3("P"), message)?;
+    let points: Vec<DVec3> = triples(points).collect();
+    // How many points each further segment takes.
+    let (step, segment): (usize, fn(&[DVec3]) -> Bezier) = match basis {
+        "bezier" => (degree, Bezier::from_bezier),
+        _ => (1, Bezier::from_bspline),
+    };
+    if points.len() <= degree || !(points.len() - 1).is_multiple_of(step) {
+        let more = match step {
+            1 => "or more".to_string(),
+            _ => format!("and {degree} more for each further segment"),
+        };
+        let (given, least) = (points.len(), degree + 1);
+        let why = format_args!(
+            "{given} control points: a {basis} curve of degree {degree} takes {least} {more}"
+        );
+        return left_out(reader, "P", why);
+    }
+    let starts = (0..points.len() - degree).step_by(step);
+    Some(starts.map(|i| segment(&points[i..=i + degree])).collect())
+}
+
 /// What is not known is a cylinder, as in pbrt-v3.
 fn read_kind(reader: &ParamReader) -> CurveKind {
     match reader.string("type", "flat") {
@@ -234,27 +222,15 @@ fn read_normals(reader: &ParamReader, kind: CurveKind, segments: usize) -> Optio
         }
         return Some(Vec::new());
     }
-    let Some(given) = given else {
-        reader.error(
-            "N",
-            "a ribbon needs \"normal N\" at the ends of its segments",
-        );
-        return None;
-    };
-    let normals: Vec<DVec3> = given
-        .as_chunks::<3>()
-        .0
-        .iter()
-        .map(|&n| DVec3::from(n).normalize_or_zero())
-        .collect();
+    let message = "a ribbon needs \"normal N\" at the ends of its segments";
+    let given = needed(reader, "N", given, message)?;
+    let normals: Vec<DVec3> = triples(given).map(DVec3::normalize_or_zero).collect();
     if normals.len() != segments + 1 {
-        let message = format!(
-            "{} normals for a ribbon of {segments} segments, which takes {}: the shape is left out",
-            normals.len(),
-            segments + 1
+        let (given, taken) = (normals.len(), segments + 1);
+        let why = format_args!(
+            "{given} normals for a ribbon of {segments} segments, which takes {taken}"
         );
-        reader.error("N", message);
-        return None;
+        return left_out(reader, "N", why);
     }
     if let Some(zero) = normals.iter().position(|n| *n == DVec3::ZERO) {
         reader.error_item(
@@ -321,11 +297,7 @@ impl Curves {
             Some(placement) => placement.level_from_local.transform_point3(p),
             None => p,
         });
-        placed
-            .filter(|p| p.is_finite())
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| {
-                (min.min(p), max.max(p))
-            })
+        box_around(placed.filter(|p| p.is_finite()))
     }
 
     /// The same curve with coordinates that count from `anchor`.
@@ -367,14 +339,6 @@ impl Curves {
         let ribbon = self.kind == CurveKind::Ribbon;
         let segments = self.segments.iter().filter(move |_| ribbon);
         segments.map(|s| s.normals.map(DVec3::as_vec3))
-    }
-}
-
-impl Placement {
-    /// The largest factor by which a length grows on its way to the tree, per axis.
-    pub fn spread(&self) -> DMat3 {
-        let m = &self.level_from_local.matrix3;
-        DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs())
     }
 }
 

@@ -13,9 +13,6 @@ const TRIANGLE_BYTES: u64 = 150;
 
 /// A type of shape, as the scene file describes it.
 pub(super) trait ShapeType {
-    /// Whether `alpha` and `shadowalpha` are parameters of it.
-    const CUTOUTS: bool = false;
-
     /// Loads and places the shape.
     fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError>;
 }
@@ -50,7 +47,7 @@ impl Site<'_> {
 
     /// A mesh that has been charged.
     pub(super) fn mesh(&self, data: MeshData) -> CompiledShape {
-        let mesh = TriangleMesh::placed(data, self.level_from_object, self.reverse_orientation);
+        let mesh = TriangleMesh::new(data, self.level_from_object, self.reverse_orientation);
         CompiledShape::Mesh(Box::new(mesh))
     }
 

@@ -27,6 +27,20 @@ pub struct Orientation {
     pub flip_shading: bool,
 }
 
+impl Orientation {
+    /// A normal by the corners' order, turned.
+    #[inline]
+    pub(super) fn geometric(self, n: DVec3) -> DVec3 {
+        if self.flip_geometric { -n } else { n }
+    }
+
+    /// An interpolated normal or its derivative, turned.
+    #[inline]
+    pub(super) fn shading(self, n: DVec3) -> DVec3 {
+        if self.flip_shading { -n } else { n }
+    }
+}
+
 /// Corner parameters of a triangle without texture coordinates.
 #[cfg(test)]
 const DEFAULT_UV: [crate::math::Vec2; 3] = [
@@ -85,11 +99,7 @@ impl Triangle {
     #[inline]
     fn normal_beside(&self, interpolated: Option<DVec3>) -> DVec3 {
         let n = self.edges().2.normalize_or(DVec3::Z);
-        let n = if self.orientation.flip_geometric {
-            -n
-        } else {
-            n
-        };
+        let n = self.orientation.geometric(n);
         match interpolated {
             Some(ns) if ns.dot(n) < 0.0 => -n,
             _ => n,
@@ -100,7 +110,13 @@ impl Triangle {
     #[inline]
     fn interpolated_normal(&self, b: [f64; 3]) -> Option<DVec3> {
         let n = interpolate(self.normals.as_ref()?, b).try_normalize()?;
-        Some(if self.orientation.flip_shading { -n } else { n })
+        Some(self.orientation.shading(n))
+    }
+
+    /// The point at `b`.
+    #[inline]
+    pub fn point(&self, b: [f64; 3]) -> DVec3 {
+        interpolate(&self.p, b)
     }
 
     /// (u, v) at `b`.
@@ -126,7 +142,7 @@ impl Triangle {
         let (dndu, dndv) = self.normal_derivatives();
         let largest = self.p[0].abs().max(self.p[1].abs()).max(self.p[2].abs());
         LocalSurface {
-            p: interpolate(&self.p, b),
+            p: self.point(b),
             // Three products and two sums, and as much again for the coordinates' own rounding.
             p_error: largest * (8.0 * f64::EPSILON),
             n,
@@ -173,17 +189,10 @@ impl Triangle {
     #[inline]
     fn normal_derivatives(&self) -> (DVec3, DVec3) {
         let Some([n0, n1, n2]) = self.normals else {
-            return (DVec3::ZERO, DVec3::ZERO);
+            return Default::default();
         };
-        let side = if self.orientation.flip_shading {
-            -1.0
-        } else {
-            1.0
-        };
-        let (du, dv) = self
-            .solve(n0 - n2, n1 - n2)
-            .unwrap_or((DVec3::ZERO, DVec3::ZERO));
-        (du * side, dv * side)
+        let (du, dv) = self.solve(n0 - n2, n1 - n2).unwrap_or_default();
+        (self.orientation.shading(du), self.orientation.shading(dv))
     }
 
     /// Unit shading ∂p/∂u and ∂p/∂v: s is the interpolated tangent or ∂p/∂u, t = s × n, then
