@@ -136,11 +136,9 @@ impl Plan {
 
     /// The leaf or node that the entry becomes as a root; entry 0 is the root of the tree.
     pub(super) fn root(&self, entry: usize) -> Root {
-        let Entry {
-            groups, decision, ..
-        } = self.entries[entry];
-        let left = decision.left(1);
-        if groups > 0 || left == 0 {
+        let root = &self.entries[entry];
+        let left = root.decision.left(1);
+        if root.groups > 0 || left == 0 {
             return Root::Leaf;
         }
         let mut children = ArrayVec::new();
@@ -158,17 +156,15 @@ impl Plan {
     ) {
         let first = self.entries[entry].first as usize;
         for (child, mut roots) in [(first, left), (first + 1, roots - left)] {
-            let Entry {
-                groups, decision, ..
-            } = self.entries[child];
-            while roots > 1 && decision.left(roots) == 0 {
+            let below = &self.entries[child];
+            while roots > 1 && below.decision.left(roots) == 0 {
                 roots -= 1;
             }
-            if roots == 1 || groups > 0 {
+            if roots == 1 || below.groups > 0 {
                 // There is room: at most as many roots are requested as a node has children.
                 let _ = found.try_push(child);
             } else {
-                self.forest(child, roots, decision.left(roots), found);
+                self.forest(child, roots, below.decision.left(roots), found);
             }
         }
     }

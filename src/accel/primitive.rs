@@ -13,7 +13,8 @@ pub(super) enum OtherKind {
 }
 
 /// A primitive of one level: its kind, and its index among that kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
 pub(super) struct PrimitiveId(u32);
 
 impl PrimitiveId {
@@ -37,16 +38,6 @@ impl PrimitiveId {
     #[inline(always)]
     pub(super) fn is_triangle(self) -> bool {
         self.0 & Self::OTHER == 0
-    }
-
-    #[inline(always)]
-    pub(super) fn from_bits(bits: u32) -> PrimitiveId {
-        PrimitiveId(bits)
-    }
-
-    #[inline(always)]
-    pub(super) fn bits(self) -> u32 {
-        self.0
     }
 
     /// Returns `true` for a non-triangle primitive, and `false` for an unused lane.

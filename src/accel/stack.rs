@@ -18,8 +18,7 @@ fn take(hits: &mut NodeHits) -> StackEntry {
 }
 
 /// The order in which a ray visits nodes.
-pub(super) trait Order {
-    fn new() -> Self;
+pub(super) trait Order: Default {
     /// Returns the child to visit next and pushes the others.
     fn choose(&mut self, with: impl Instructions, hits: NodeHits, cells: &[Cell]) -> Child;
     /// Pops the next child that is not beyond `t_max`.
@@ -27,14 +26,10 @@ pub(super) trait Order {
 }
 
 /// Nearest child first: for the closest hit.
+#[derive(Default)]
 pub(super) struct NearestFirst(ArrayVec<StackEntry, DEPTH>);
 
 impl Order for NearestFirst {
-    #[inline(always)]
-    fn new() -> NearestFirst {
-        NearestFirst(ArrayVec::new())
-    }
-
     #[inline(always)]
     fn choose(&mut self, _: impl Instructions, mut hits: NodeHits, cells: &[Cell]) -> Child {
         let mut nearest = take(&mut hits);
@@ -78,14 +73,10 @@ impl Order for NearestFirst {
 }
 
 /// Last child first, regardless of distance: for any hit.
+#[derive(Default)]
 pub(super) struct LastFirst(ArrayVec<Child, { DEPTH + Node::WIDTH }>);
 
 impl Order for LastFirst {
-    #[inline(always)]
-    fn new() -> LastFirst {
-        LastFirst(ArrayVec::new())
-    }
-
     #[inline(always)]
     fn choose(&mut self, with: impl Instructions, hits: NodeHits, cells: &[Cell]) -> Child {
         let last = (hits.mask.leading_zeros() ^ 31) & 7;
