@@ -3,8 +3,9 @@
 
 use super::PrimitiveAttributes;
 use super::aabb::Aabb;
-use crate::math::{DVec3, Vec3};
-use crate::shapes::curve::{CurveHit, CurveKind, Curves, Placement, Segment};
+use crate::math::DVec3;
+use crate::math::transform::Place;
+use crate::shapes::curve::{CurveHit, CurveKind, Curves, Segment};
 use crate::shapes::local::LocalSurface;
 
 /// Bits for a piece's index within its segment, since a segment has up to eight.
@@ -14,7 +15,7 @@ const PIECE_BITS: u32 = 3;
 struct Owner {
     kind: CurveKind,
     flip: bool,
-    placement: Option<Box<Placement>>,
+    placement: Option<Box<Place>>,
     attributes: PrimitiveAttributes,
 }
 
@@ -31,8 +32,7 @@ impl CurveStore {
     pub(super) fn add(&mut self, curves: &Curves, attributes: PrimitiveAttributes) {
         let (owner, normal) = (self.owners.len() as u32, self.normals.len() as u32);
         self.segments.extend(curves.stored(owner, normal));
-        let widen = |n: [Vec3; 2]| n.map(Vec3::as_dvec3);
-        self.normals.extend(curves.stored_normals().map(widen));
+        self.normals.extend(curves.stored_normals());
         self.owners.push(Owner {
             kind: curves.kind,
             flip: curves.flip,
@@ -63,7 +63,7 @@ impl CurveStore {
     fn piece_bounds(&self, segment: &Segment, piece: usize) -> Aabb {
         let (mut min, mut max) = segment.bounds(piece);
         if let Some(placement) = &self.owners[segment.owner()].placement {
-            let affine = &placement.level_from_local;
+            let affine = &placement.outer_from_inner;
             let center = affine.transform_point3((min + max) * 0.5);
             // The largest factor by which a length grows, per axis.
             let reach = affine.matrix3.abs() * ((max - min) * 0.5);
@@ -84,13 +84,8 @@ impl CurveStore {
         if !segment.is_placed() {
             return (o, d);
         }
-        match &self.owners[segment.owner()].placement {
-            None => (o, d),
-            Some(placement) => (
-                placement.local_from_level.transform_point3(o),
-                placement.local_from_level.transform_vector3(d),
-            ),
-        }
+        let placement = self.owners[segment.owner()].placement.as_deref();
+        placement.map_or((o, d), |place| place.inward(o, d))
     }
 
     /// The nearest intersection of the ray with a piece at 0 < t < `t_max`.
@@ -120,10 +115,8 @@ impl CurveStore {
         let owner = &self.owners[segment.owner()];
         let (o, d) = self.local(segment, o, d);
         let local = segment.surface(&hit, owner.kind, owner.flip, o, d)?;
-        let surface = match &owner.placement {
-            None => local,
-            Some(p) => local.transformed(&p.level_from_local, &p.local_from_level),
-        };
+        let placement = owner.placement.as_deref();
+        let surface = placement.map_or(local, |place| local.transformed(place));
         Some((surface, &owner.attributes))
     }
 
@@ -138,6 +131,6 @@ impl CurveStore {
         size_of_val(&self.segments[..])
             + size_of_val(&self.normals[..])
             + size_of_val(&self.owners[..])
-            + placed * size_of::<Placement>()
+            + placed * size_of::<Place>()
     }
 }

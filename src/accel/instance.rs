@@ -7,18 +7,8 @@ use super::level::Level;
 use crate::handles::ObjectId;
 use crate::math::DVec3;
 use crate::math::motion::Motion;
-use crate::math::transform::{Transform, box_around, box_corners};
-use glam::DAffine3;
+use crate::math::transform::{Place, Transform, box_around, box_corners};
 use std::borrow::Cow;
-
-/// The placement of one tree within another.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    /// From the inner tree's coordinates, relative to its anchor, to the outer tree's.
-    pub outer_from_inner: DAffine3,
-    /// The inverse.
-    pub inner_from_outer: DAffine3,
-}
 
 /// What stands in a tree.
 pub(super) enum Inner {
@@ -30,6 +20,7 @@ pub(super) enum Inner {
 
 /// Where it stands.
 enum Placement {
+    /// From the inner tree's coordinates, relative to its anchor, to the outer tree's.
     AtRest(Place),
     Moving(Box<Moving>),
 }
@@ -71,10 +62,7 @@ impl Instance {
             (*render_from_object * Transform::translate(level.anchor)).with_translations_matched();
         placed.is_invertible().then(|| Instance {
             inner: Inner::Object(object),
-            placement: Placement::AtRest(Place {
-                outer_from_inner: DAffine3::from_mat4(placed.m),
-                inner_from_outer: DAffine3::from_mat4(placed.inverse),
-            }),
+            placement: Placement::AtRest(Place::new(&placed)),
         })
     }
 
@@ -112,14 +100,14 @@ impl Instance {
     /// Bounding box in the outer space, over all times.
     pub(super) fn bounds(&self, level: &Level) -> Aabb {
         let (min, max) = match &self.placement {
-            Placement::AtRest(place) => place.bounds(level),
-            Placement::Moving(moving) => match level.padded_bounds() {
-                Some((low, high)) => {
-                    let anchor = moving.anchor;
-                    moving.motion.bounds(low + anchor, high + anchor)
-                }
-                None => return Aabb::EMPTY,
-            },
+            Placement::AtRest(place) => bounds_at(place, level),
+            Placement::Moving(moving) => {
+                let Some(bounds) = level.padded_bounds() else {
+                    return Aabb::EMPTY;
+                };
+                let [low, high] = [bounds.0, bounds.1].map(|corner| corner + moving.anchor);
+                moving.motion.bounds(low, high)
+            }
         };
         if min.x > max.x {
             // Not finite: the level leaves it out.
@@ -141,22 +129,21 @@ impl Moving {
     }
 }
 
-impl Place {
-    /// Corners of the box of `level` in the outer space. The transformed bounding box would be up to twice as wide as
-    /// the object, so this is the union of the transformed boxes of the root's children: correspondingly fewer rays
-    /// enter in vain.
-    fn bounds(&self, level: &Level) -> (DVec3, DVec3) {
-        let corners = level
-            .padded_parts()
-            .flat_map(|(low, high)| box_corners(low, high));
-        box_around(corners.map(|corner| self.outer_from_inner.transform_point3(corner)))
-    }
+/// Corners of the box of `level` in the outer space. The transformed bounding box would be up to twice as wide as the
+/// object, so this is the union of the transformed boxes of the root's children: correspondingly fewer rays enter in
+/// vain.
+fn bounds_at(place: &Place, level: &Level) -> (DVec3, DVec3) {
+    let corners = level
+        .padded_parts()
+        .flat_map(|(low, high)| box_corners(low, high));
+    box_around(corners.map(|corner| place.outer_from_inner.transform_point3(corner)))
+}
 
-    /// The ray `o + t d` in the inner space, starting near the object: distances are then small, and single precision
-    /// is spent where it matters, however far away the ray began.
-    pub(super) fn enter(&self, o: DVec3, d: DVec3, level: &Level) -> InnerRay {
-        let inner_o = self.inner_from_outer.transform_point3(o);
-        let inner_d = self.inner_from_outer.transform_vector3(d);
+impl InnerRay {
+    /// The ray `o + t d` within `place`, starting near the object: distances are then small, and single precision is
+    /// spent where it matters, however far away the ray began.
+    pub(super) fn new(place: &Place, o: DVec3, d: DVec3, level: &Level) -> InnerRay {
+        let (inner_o, inner_d) = place.inward(o, d);
         let scale = inner_d.length();
         let d = inner_d / scale;
         // The ray cannot reach the object's bounding sphere before this.
@@ -168,9 +155,7 @@ impl Place {
             start,
         }
     }
-}
 
-impl InnerRay {
     /// The outer distance of an inner one.
     pub(super) fn outer(&self, t: f64) -> f64 {
         (t + self.start) / self.scale

@@ -70,9 +70,7 @@ impl StoredMesh {
         let area = (b - a).cross(c - a).length_squared();
         let usable = corners.iter().all(|&p| is_place(p));
         let bounds = if usable && area != 0.0 {
-            corners
-                .iter()
-                .fold(Aabb::EMPTY, |bounds, &p| bounds.with_point(p))
+            corners.into_iter().fold(Aabb::EMPTY, Aabb::with_point)
         } else {
             Aabb::EMPTY
         };
@@ -156,20 +154,15 @@ impl Level {
         let others = self.quadrics.len() + instances.len();
         let mut items = Vec::with_capacity(self.triangles() + others);
         for mesh in &self.meshes {
-            let start = items.len();
             let triangles = 0..mesh.indices.len();
             if triangles.len() < PARALLEL {
                 items.extend(triangles.map(|i| mesh.item(i)));
             } else {
                 items.par_extend(triangles.into_par_iter().map(|i| mesh.item(i)));
             }
-            let unusable = |item: &&Item| item.bounds.is_empty();
-            let skipped = items[start..].iter().filter(unusable).count();
-            if skipped > 0 {
-                self.skipped += skipped;
-                items.retain(|item| !item.bounds.is_empty());
-            }
         }
+        items.retain(|item| !item.bounds.is_empty());
+        self.skipped = self.triangles() - items.len();
         let quadrics = self.quadrics.iter().map(|stored| stored.quadric.bounds());
         let quadrics = quadrics
             .map(|(min, max)| Aabb::around(min, max))
@@ -184,10 +177,7 @@ impl Level {
     /// Corners of the level's box, padded for the rounding of rays that enter it to single precision, which may move
     /// them by that fraction of the distance from the anchor. `None` if the level is empty.
     pub(super) fn padded_bounds(&self) -> Option<(DVec3, DVec3)> {
-        if self.bounds.is_empty() {
-            return None;
-        }
-        Some(self.padded(self.bounds))
+        (!self.bounds.is_empty()).then(|| self.padded(self.bounds))
     }
 
     /// The padded boxes of the root's children, which together contain everything.

@@ -34,6 +34,7 @@ use crate::math::DVec3;
 use crate::math::ray::Ray;
 use crate::shapes::local::LocalSurface;
 use crate::surface::{SurfaceHit, TexturePoint};
+use instance::InnerRay;
 use level::Level;
 use primitive::{OtherKind, PrimitiveId};
 use search::{ClosestHit, Search};
@@ -46,7 +47,7 @@ pub struct PrimitiveAttributes {
     /// First light of the shape: triangle i of a mesh is light `LightId(first.0 + i)`, or i/2 where
     /// `paired_lights`.
     pub light: Option<LightId>,
-    /// Every two triangles of the mesh are one light; see [`crate::shapes::emitter::Emitter::faces_per_piece`].
+    /// Every two triangles of the mesh are one light; see [`crate::shapes::emitter::Emitter::are_pairs`].
     pub paired_lights: bool,
     /// Hits count only where this is not exactly 0. Quadrics ignore it, as in pbrt-v3.
     pub alpha: Option<FloatInput>,
@@ -111,6 +112,11 @@ pub struct GeometryStatistics {
     pub bytes: usize,
 }
 
+/// Evaluates a cut-out texture at a point in render space.
+pub trait Alpha: Fn(&FloatInput, &TexturePoint) -> f32 {}
+
+impl<F: Fn(&FloatInput, &TexturePoint) -> f32> Alpha for F {}
+
 /// All surfaces of a scene, ready to be intersected.
 pub struct Geometry {
     top: Level,
@@ -118,22 +124,14 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// The closest hit nearer than `ray.t_max`. `alpha` evaluates a cut-out texture at points in render space.
-    pub fn intersect(
-        &self,
-        ray: &Ray,
-        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
-    ) -> Option<GeometryHit> {
+    /// The closest hit nearer than `ray.t_max`.
+    pub fn intersect(&self, ray: &Ray, alpha: &impl Alpha) -> Option<GeometryHit> {
         let found = Search::<_, false>::run(self, ray, alpha)?;
         self.resolve(ray, &found)
     }
 
     /// Closest hit; the surface is computed only if it emits.
-    pub fn intersect_emitter(
-        &self,
-        ray: &Ray,
-        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
-    ) -> EmitterHit {
+    pub fn intersect_emitter(&self, ray: &Ray, alpha: &impl Alpha) -> EmitterHit {
         let Some(found) = Search::<_, false>::run(self, ray, alpha) else {
             return EmitterHit::Escaped;
         };
@@ -150,16 +148,12 @@ impl Geometry {
 
     /// Distance to the closest hit, without computing the surface there.
     #[cfg(any(test, feature = "internals"))]
-    pub fn distance(
-        &self,
-        ray: &Ray,
-        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
-    ) -> Option<f32> {
+    pub fn distance(&self, ray: &Ray, alpha: &impl Alpha) -> Option<f32> {
         Search::<_, false>::run(self, ray, alpha).map(|found| found.t)
     }
 
     /// Returns `true` if anything is hit nearer than `ray.t_max`.
-    pub fn occluded(&self, ray: &Ray, alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32) -> bool {
+    pub fn occluded(&self, ray: &Ray, alpha: &impl Alpha) -> bool {
         Search::<_, true>::run(self, ray, alpha).is_some()
     }
 
@@ -198,7 +192,7 @@ impl Geometry {
         }
         let instance = &level.instances[next.index()];
         let (place, inside) = (instance.place(time), instance.level(&self.objects));
-        let inner = place.enter(o, d, inside);
+        let inner = InnerRay::new(&place, o, d, inside);
         let found = ClosestHit {
             path: [rest, PrimitiveId::NONE],
             ..*found
@@ -210,7 +204,7 @@ impl Geometry {
             (inner.o.as_vec3().as_dvec3(), inner.d.as_vec3().as_dvec3())
         };
         let (local, attributes, light) = self.resolve_along(inside, o, d, &found, time)?;
-        let outer = local.transformed(&place.outer_from_inner, &place.inner_from_outer);
+        let outer = local.transformed(&place);
         Some((outer, attributes, light))
     }
 

@@ -1,12 +1,14 @@
 //! Searches: the closest hit, or any hit.
 
-use super::Geometry;
-use super::instance::Place;
+use super::instance::InnerRay;
 use super::level::Level;
 use super::primitive::{OtherKind, PrimitiveId};
 use super::stack::{LastFirst, NearestFirst};
 use super::tree::Visitor;
+use super::{Alpha, Geometry};
 use crate::inputs::FloatInput;
+use crate::math::ray::Ray;
+use crate::math::transform::Place;
 use crate::math::{DVec3, Vec3};
 use crate::surface::{Footprint, TexturePoint};
 use glam::DAffine3;
@@ -38,16 +40,9 @@ pub(super) struct Search<'a, A, const SHADOW: bool> {
     pub found: Option<ClosestHit>,
 }
 
-impl<'a, A, const SHADOW: bool> Search<'a, A, SHADOW>
-where
-    A: Fn(&FloatInput, &TexturePoint) -> f32,
-{
+impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
     /// Searches the top level along `ray`.
-    pub(super) fn run(
-        geometry: &'a Geometry,
-        ray: &crate::math::ray::Ray,
-        alpha: &'a A,
-    ) -> Option<ClosestHit> {
+    pub(super) fn run(geometry: &'a Geometry, ray: &Ray, alpha: &'a A) -> Option<ClosestHit> {
         let mut search = Search::<A, SHADOW> {
             geometry,
             level: &geometry.top,
@@ -119,23 +114,22 @@ where
         solid(mesh.attributes.alpha) && (!SHADOW || solid(mesh.attributes.shadow_alpha))
     }
 
+    /// Accepts a hit at `t` if it is the nearest so far.
+    fn accept_nearer(&mut self, id: PrimitiveId, t: Option<f64>) -> bool {
+        t.is_some_and(|t| (t as f32) < self.t_max && self.accept(id, t as f32))
+    }
+
     fn quadric(&mut self, id: PrimitiveId) -> bool {
-        let stored = &self.level.quadrics[id.index()];
         let (o, d) = self.precise();
-        match stored.quadric.intersect(o, d) {
-            Some((t, _)) if (t as f32) < self.t_max => self.accept(id, t as f32),
-            _ => false,
-        }
+        let hit = self.level.quadrics[id.index()].quadric.intersect(o, d);
+        self.accept_nearer(id, hit.map(|(t, _)| t))
     }
 
     fn curve(&mut self, id: PrimitiveId) -> bool {
-        let t_max = f64::from(self.t_max);
-        let curves = &self.level.curves;
         let (o, d) = self.precise();
-        match curves.intersect(id.index(), o, d, t_max) {
-            Some(hit) if (hit.t as f32) < self.t_max => self.accept(id, hit.t as f32),
-            _ => false,
-        }
+        let t_max = f64::from(self.t_max);
+        let hit = self.level.curves.intersect(id.index(), o, d, t_max);
+        self.accept_nearer(id, hit.map(|hit| hit.t))
     }
 
     fn instance(&mut self, id: PrimitiveId) -> bool {
@@ -148,7 +142,7 @@ where
     /// recurses at most two levels deep.
     fn search_inside(&mut self, id: PrimitiveId, place: &Place, level: &'a Level) -> bool {
         let (o, d) = self.precise();
-        let inner = place.enter(o, d, level);
+        let inner = InnerRay::new(place, o, d, level);
         let t_max = inner.inner(f64::from(self.t_max)) as f32;
         if t_max <= 0.0 {
             return false;
@@ -175,10 +169,7 @@ where
     }
 }
 
-impl<A, const SHADOW: bool> Visitor for Search<'_, A, SHADOW>
-where
-    A: Fn(&FloatInput, &TexturePoint) -> f32,
-{
+impl<A: Alpha, const SHADOW: bool> Visitor for Search<'_, A, SHADOW> {
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.t_max

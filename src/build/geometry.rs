@@ -9,7 +9,7 @@ use crate::math::transform::Transform;
 use crate::scene::Frame;
 use crate::scene::description::{InstanceEntity, ObjectDefinition, ShapeEntity};
 use crate::shapes::emitter::Emitter;
-use crate::shapes::{CompiledShape, ShapeError};
+use crate::shapes::{CompiledShape, ShapeError, Site};
 use crate::syntax::{Diagnostic, Diagnostics};
 use rayon::prelude::*;
 
@@ -105,14 +105,10 @@ fn add_instance(
 pub(super) fn check(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) {
     let objects = frame.objects.iter().flat_map(|object| &object.shapes);
     let shapes: Vec<&ShapeEntity> = frame.shapes.iter().chain(objects).collect();
-    let problems: Vec<Vec<Diagnostic>> = shapes
-        .into_par_iter()
-        .map(|shape| {
-            // The camera's position does not affect what is wrong with a shape.
-            problems(shape, &compile(shape, &Transform::IDENTITY, budget))
-        })
-        .collect();
-    for problem in problems.into_iter().flatten() {
+    // The camera's position does not affect what is wrong with a shape.
+    let of_shape = |shape| problems(shape, &compile(shape, &Transform::IDENTITY, budget));
+    let found: Vec<_> = shapes.into_par_iter().flat_map_iter(of_shape).collect();
+    for problem in found {
         diagnostics.push(problem);
     }
 }
@@ -149,9 +145,11 @@ fn compile(
         Some(_) if place.motion().is_none() => return Err(ShapeError::Singular),
         Some(_) => Transform::IDENTITY,
     };
-    shape
-        .spec
-        .compile(&level_from_shape, shape.reverse_orientation, budget)
+    shape.spec.compile(&Site {
+        level_from_object: &level_from_shape,
+        reverse_orientation: shape.reverse_orientation,
+        budget,
+    })
 }
 
 /// Turns shapes into primitives with attributes, collecting the lights they form.
@@ -215,16 +213,11 @@ impl Adder<'_> {
     /// triangles are one light.
     fn add_lights(&mut self, shape: &CompiledShape, area_light: usize) -> (Option<LightId>, bool) {
         let first = LightId(self.lights.len() as u32);
-        let spec = &self.area_lights[area_light];
+        let (spec, group) = (&self.area_lights[area_light], self.groups);
         let emitters = shape.emitters();
-        let paired = Emitter::faces_per_piece(&emitters) == 2;
-        for emitter in emitters {
-            self.lights.push(Light::DiffuseArea(DiffuseAreaLight::new(
-                spec,
-                emitter,
-                self.groups,
-            )));
-        }
+        let paired = Emitter::are_pairs(&emitters);
+        let light = |emitter| Light::DiffuseArea(DiffuseAreaLight::new(spec, emitter, group));
+        self.lights.extend(emitters.into_iter().map(light));
         self.groups += 1;
         (Some(first), paired)
     }

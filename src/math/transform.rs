@@ -1,7 +1,7 @@
 //! Transformations, composed in double precision (docs/scene-language.md §2.2).
 
 use super::{DMat4, DVec3};
-use glam::{DMat3, DVec4};
+use glam::{DAffine3, DMat3, DVec4};
 
 /// A 4×4 matrix with its inverse. Column vectors: `a * b` applies b first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,6 +135,32 @@ impl std::ops::Mul for Transform {
             m: self.m * b.m,
             inverse: b.inverse * self.inverse,
         }
+    }
+}
+
+/// The placement of one space within another.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// From the inner space to the outer one.
+    pub outer_from_inner: DAffine3,
+    /// The inverse.
+    pub inner_from_outer: DAffine3,
+}
+
+impl Place {
+    /// By an affine transformation.
+    pub fn new(outer_from_inner: &Transform) -> Place {
+        Place {
+            outer_from_inner: DAffine3::from_mat4(outer_from_inner.m),
+            inner_from_outer: DAffine3::from_mat4(outer_from_inner.inverse),
+        }
+    }
+
+    /// Origin and direction of a ray, in the inner space.
+    #[inline]
+    pub fn inward(&self, o: DVec3, d: DVec3) -> (DVec3, DVec3) {
+        let inverse = &self.inner_from_outer;
+        (inverse.transform_point3(o), inverse.transform_vector3(d))
     }
 }
 

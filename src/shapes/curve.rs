@@ -25,11 +25,10 @@ pub use segment::{CurveHit, Segment};
 
 use super::site::{ShapeType, Site};
 use super::{CompiledShape, ShapeError, left_out, needed, triples};
-use crate::math::transform::{Transform, box_around};
-use crate::math::{DMat4, DVec3, Vec3};
+use crate::math::transform::{Place, Transform, box_around};
+use crate::math::{DMat4, DVec3};
 use crate::params::ParamReader;
 use crate::syntax::suggest::nearest;
-use glam::DAffine3;
 
 /// More boxes per segment than 2 to this do not pay.
 const MAX_SPLITS: i64 = 3;
@@ -94,10 +93,8 @@ impl CurveSpec {
 
     /// Places the curve.
     pub fn place(&self, level_from_object: &Transform, reverse_orientation: bool) -> Curves {
-        let flip = reverse_orientation ^ level_from_object.swaps_handedness();
-        let scale = level_from_object
-            .similarity()
-            .filter(|_| !level_from_object.swaps_handedness());
+        let mirrors = level_from_object.swaps_handedness();
+        let scale = level_from_object.similarity().filter(|_| !mirrors);
         // Widths and the strip's turning are object space's. Where the transformation keeps angles
         // the curve is placed once; elsewhere rays are taken to object space, counted from the
         // curve's first point so that single precision is spent on the curve.
@@ -107,11 +104,8 @@ impl CurveSpec {
                 let anchor = self.segments.first().map_or(DVec3::ZERO, |s| s.0[0]);
                 let placed =
                     (*level_from_object * Transform::translate(anchor)).with_translations_matched();
-                let placement = Placement {
-                    level_from_local: DAffine3::from_mat4(placed.m),
-                    local_from_level: DAffine3::from_mat4(placed.inverse),
-                };
-                (Transform::translate(-anchor), Some(placement), 1.0)
+                let place = Place::new(&placed);
+                (Transform::translate(-anchor), Some(place), 1.0)
             }
         };
         let count = self.segments.len() as f64;
@@ -126,7 +120,7 @@ impl CurveSpec {
         let segments = self.segments.iter().enumerate();
         Curves {
             kind: self.kind,
-            flip,
+            flip: reverse_orientation ^ mirrors,
             placement,
             segments: segments
                 .map(|(i, bezier)| PlacedSegment {
@@ -233,23 +227,11 @@ fn read_normals(reader: &ParamReader, kind: CurveKind, segments: usize) -> Optio
         return left_out(reader, "N", why);
     }
     if let Some(zero) = normals.iter().position(|n| *n == DVec3::ZERO) {
-        reader.error_item(
-            "N",
-            3 * zero,
-            "a normal of no length turns nothing: the shape is left out",
-        );
+        let message = "a normal of no length turns nothing: the shape is left out";
+        reader.error_item("N", 3 * zero, message);
         return None;
     }
     Some(normals)
-}
-
-/// Between the space of a tree and the space that a curve's widths are measured in.
-#[derive(Clone, Copy, Debug)]
-pub struct Placement {
-    /// Curve to tree.
-    pub level_from_local: DAffine3,
-    /// Tree to curve.
-    pub local_from_level: DAffine3,
 }
 
 /// One segment of a curve in place.
@@ -281,8 +263,8 @@ pub struct Curves {
     pub kind: CurveKind,
     /// Normals are turned.
     pub flip: bool,
-    /// `None` where segments are in the space of the tree.
-    pub placement: Option<Placement>,
+    /// Of the space that widths are measured in; `None` where that is the space of the tree.
+    pub placement: Option<Place>,
     /// The segments.
     pub segments: Vec<PlacedSegment>,
     split_depth: u32,
@@ -294,7 +276,7 @@ impl Curves {
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let points = self.segments.iter().flat_map(|s| s.bezier.0);
         let placed = points.map(|p| match &self.placement {
-            Some(placement) => placement.level_from_local.transform_point3(p),
+            Some(placement) => placement.outer_from_inner.transform_point3(p),
             None => p,
         });
         box_around(placed.filter(|p| p.is_finite()))
@@ -309,10 +291,10 @@ impl Curves {
                 }
             }
             Some(placement) => {
-                let moved = Transform::from_matrix(DMat4::from(placement.level_from_local));
+                let moved = Transform::from_matrix(DMat4::from(placement.outer_from_inner));
                 let moved = (Transform::translate(-anchor) * moved).with_translations_matched();
-                placement.level_from_local.translation -= anchor;
-                placement.local_from_level.translation = moved.inverse.w_axis.truncate();
+                placement.outer_from_inner.translation -= anchor;
+                placement.inner_from_outer.translation = moved.inverse.w_axis.truncate();
             }
         }
         self
@@ -335,10 +317,10 @@ impl Curves {
     }
 
     /// Normals at the ends of the segments, of ribbons.
-    pub fn stored_normals(&self) -> impl Iterator<Item = [Vec3; 2]> {
+    pub fn stored_normals(&self) -> impl Iterator<Item = [DVec3; 2]> {
         let ribbon = self.kind == CurveKind::Ribbon;
         let segments = self.segments.iter().filter(move |_| ribbon);
-        segments.map(|s| s.normals.map(DVec3::as_vec3))
+        segments.map(|s| s.normals.map(|n| n.as_vec3().as_dvec3()))
     }
 }
 

@@ -49,14 +49,8 @@ pub enum Emitter {
 }
 
 impl Emitter {
-    /// One flat triangle with its normal by the order of its corners.
-    #[cfg(any(test, feature = "internals"))]
-    pub fn triangle(corners: [Vec3; 3]) -> Emitter {
-        Emitter::Triangle(TriangleEmitter::new(corners, None, Orientation::default()))
-    }
-
     /// The pieces of `mesh`, in order: parallelograms where every two of its triangles make one, else its
-    /// triangles ([`Emitter::faces_per_piece`]).
+    /// triangles ([`Emitter::are_pairs`]).
     pub fn of_mesh(mesh: &TriangleMesh) -> Vec<Emitter> {
         if let Some(pieces) = parallelograms(mesh) {
             return pieces;
@@ -71,12 +65,9 @@ impl Emitter {
         mesh.data.indices.iter().map(triangle).collect()
     }
 
-    /// How many triangles of a mesh each of these is, which are the [`Emitter::of_mesh`] of it.
-    pub fn faces_per_piece(pieces: &[Emitter]) -> u32 {
-        match pieces.first() {
-            Some(Emitter::Parallelogram(_)) => 2,
-            _ => 1,
-        }
+    /// Is each of these, which are the [`Emitter::of_mesh`] of a mesh, two of its triangles?
+    pub fn are_pairs(pieces: &[Emitter]) -> bool {
+        matches!(pieces.first(), Some(Emitter::Parallelogram(_)))
     }
 
     /// A quadric in render space.
@@ -243,8 +234,7 @@ impl TriangleEmitter {
         sample_at(p, error, self.normal(b), self.area, from)
     }
 
-    /// The normal at `b` on the side that [`Triangle::geometric_normal`](super::triangle::Triangle::geometric_normal)
-    /// has there.
+    /// The normal at `b` on the side that [`Triangle::surface`](super::triangle::Triangle::surface) has there.
     fn normal(&self, b: [f64; 3]) -> DVec3 {
         let Some(normals) = self.normals else {
             return self.face;

@@ -58,12 +58,10 @@ impl HeightfieldSpec {
     /// The mesh.
     pub fn mesh(&self) -> MeshData {
         let last = DVec2::new(f64::from(self.columns - 1), f64::from(self.rows - 1));
-        let at = |i: usize| {
-            let i = i as u32;
-            DVec2::new(f64::from(i % self.columns), f64::from(i / self.columns)) / last
-        };
-        let heights = self.heights.iter().enumerate();
-        let positions: Vec<DVec3> = heights.map(|(i, &z)| at(i).extend(z)).collect();
+        let at =
+            |i: u32| DVec2::new(f64::from(i % self.columns), f64::from(i / self.columns)) / last;
+        let heights = self.heights.iter().zip(0..);
+        let positions: Vec<DVec3> = heights.map(|(&z, i)| at(i).extend(z)).collect();
         MeshData {
             indices: grid::triangles(self.columns, self.rows),
             uv: positions.iter().map(|p| p.truncate().as_vec2()).collect(),

@@ -285,10 +285,8 @@ impl ObjectSurface for Hyperboloid {
         let segment = self.p2 - self.p1;
         let outward = p.truncate().try_normalize()?;
         let from = self.on_segment(p.z).try_normalize()?;
-        let (radial, around) = (
-            from.dot(segment.truncate()),
-            from.perp_dot(segment.truncate()),
-        );
+        let across = segment.truncate();
+        let (radial, around) = (from.dot(across), from.perp_dot(across));
         let n = (outward * segment.z).extend(-radial).try_normalize()?;
         Some(ShadingFrame {
             n,

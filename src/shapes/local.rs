@@ -2,9 +2,9 @@
 
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;
+use crate::math::transform::Place;
 use crate::math::{DVec3, Vec2};
 use crate::surface::{ShadingGeometry, SurfaceHit};
-use glam::DAffine3;
 
 /// What a [`SurfaceHit`] is made from. Evaluated once per ray, for the closest hit.
 #[derive(Clone, Copy, Debug)]
@@ -37,14 +37,14 @@ pub struct LocalSurface {
 }
 
 impl LocalSurface {
-    /// The surface of an instance: moved by `outer_from_inner`, whose inverse is also given.
+    /// The surface of an instance at `place`.
     /// Mirrored instances are not turned; the shading normal is, to the side of the geometric one
     /// (docs/scene-language.md §4.4).
-    pub fn transformed(
-        &self,
-        outer_from_inner: &DAffine3,
-        inner_from_outer: &DAffine3,
-    ) -> LocalSurface {
+    pub fn transformed(&self, place: &Place) -> LocalSurface {
+        let Place {
+            outer_from_inner,
+            inner_from_outer,
+        } = place;
         let m = &outer_from_inner.matrix3;
         let normal_matrix = inner_from_outer.matrix3.transpose();
         let p = outer_from_inner.transform_point3(self.p);

@@ -29,25 +29,20 @@ impl TriangleMesh {
             *p = level_from_object.point(*p);
         }
         // A singular transformation (a mesh pressed flat) still places vertices, but no normals.
-        if data.normals.len() != count || !level_from_object.is_invertible() {
+        if !level_from_object.is_invertible() {
             data.normals = Vec::new();
         }
+        keep_if_each(&mut data.normals, count);
         for n in &mut data.normals {
             let normal = level_from_object.normal(n.as_dvec3());
             *n = normal.normalize_or_zero().as_vec3();
         }
-        if data.tangents.len() != count {
-            data.tangents = Vec::new();
-        }
+        keep_if_each(&mut data.tangents, count);
         for s in &mut data.tangents {
             *s = level_from_object.vector(s.as_dvec3()).as_vec3();
         }
-        if data.uv.len() != count {
-            data.uv = Vec::new();
-        }
-        if data.face_ids.len() != data.indices.len() {
-            data.face_ids = Vec::new();
-        }
+        keep_if_each(&mut data.uv, count);
+        keep_if_each(&mut data.face_ids, data.indices.len());
         TriangleMesh {
             data,
             orientation: Orientation {
@@ -61,5 +56,12 @@ impl TriangleMesh {
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let finite = self.data.positions.iter().filter(|p| p.is_finite());
         box_around(finite.copied())
+    }
+}
+
+/// Frees attributes that are not one for each.
+fn keep_if_each<T>(attributes: &mut Vec<T>, count: usize) {
+    if attributes.len() != count {
+        *attributes = Vec::new();
     }
 }

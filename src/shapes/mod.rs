@@ -26,12 +26,12 @@ pub mod triangle;
 pub mod trianglemesh;
 
 pub use kinds::{Form, ShapeKind};
+pub use site::Site;
 
 use crate::assets::mesh::MeshFileError;
-use crate::budget::{Budget, OverBudget};
+use crate::budget::OverBudget;
 use crate::inputs::FloatInput;
 use crate::math::DVec3;
-use crate::math::transform::Transform;
 use crate::params::ParamReader;
 use cone::Cone;
 use curve::Curves;
@@ -42,7 +42,6 @@ use hyperboloid::Hyperboloid;
 use mesh::TriangleMesh;
 use paraboloid::Paraboloid;
 use quadric::Quadric;
-use site::Site;
 use sphere::Sphere;
 use std::fmt::Display;
 
@@ -88,19 +87,9 @@ impl ShapeSpec {
         !matches!(self.kind, ShapeKind::Curve(_))
     }
 
-    /// Loads and places the shape. `level_from_object` is object-to-render for the top level,
-    /// object-to-world for shapes of a named object. Meshes are charged to `budget` with their trees.
-    pub fn compile(
-        &self,
-        level_from_object: &Transform,
-        reverse_orientation: bool,
-        budget: &Budget,
-    ) -> Result<CompiledShape, ShapeError> {
-        self.kind.compile(&Site {
-            level_from_object,
-            reverse_orientation,
-            budget,
-        })
+    /// Loads and places the shape.
+    pub fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+        self.kind.compile(site)
     }
 }
 

@@ -18,7 +18,6 @@ use crate::assets::mesh::MeshData;
 use crate::math::{DVec3, Vec2};
 use crate::params::ParamReader;
 use glam::DVec4;
-use std::ops::{Add, Mul, Sub};
 
 /// Points in u and in v of the mesh.
 const DICED: u32 = 30;
@@ -45,11 +44,10 @@ pub struct NurbsSpec {
     points: Vec<DVec4>,
 }
 
-/// A point of a spline with its derivative.
-#[derive(Clone, Copy)]
-struct Jet<T> {
-    value: T,
-    derivative: T,
+/// A point of a spline, times its weight and with it, and the derivative.
+struct Jet {
+    value: DVec4,
+    derivative: DVec4,
 }
 
 impl NurbsSpec {
@@ -174,12 +172,9 @@ impl Direction {
     }
 
     /// De Boor's algorithm: the spline at `t` with the control points `point(i)`.
-    fn spline<T>(&self, t: f64, point: impl Fn(usize) -> T) -> Jet<T>
-    where
-        T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>,
-    {
+    fn spline(&self, t: f64, point: impl Fn(usize) -> DVec4) -> Jet {
         let (degree, k) = (self.order - 1, self.interval(t));
-        let mut work: Vec<T> = (0..=degree).map(|i| point(k - degree + i)).collect();
+        let mut work: Vec<DVec4> = (0..=degree).map(|i| point(k - degree + i)).collect();
         for level in 1..degree {
             for i in 0..=degree - level {
                 let (from, to) = (self.knots[k - degree + level + i], self.knots[k + 1 + i]);
@@ -222,7 +217,7 @@ fn fraction(t: f64, from: f64, to: f64) -> f64 {
     }
 }
 
-fn between<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(a: T, b: T, t: f64) -> T {
+fn between(a: DVec4, b: DVec4, t: f64) -> DVec4 {
     a * (1.0 - t) + b * t
 }
 

@@ -271,10 +271,8 @@ impl Swept {
 
     /// Corners of the box around the part, whose points are at most `rho` away from the axis.
     pub(super) fn bounds(&self, rho: f64) -> (DVec3, DVec3) {
-        (
-            DVec3::new(-rho, -rho, self.z_min),
-            DVec3::new(rho, rho, self.z_max),
-        )
+        let low = DVec3::new(-rho, -rho, self.z_min);
+        (low, DVec3::new(rho, rho, self.z_max))
     }
 }
 

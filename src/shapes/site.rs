@@ -18,10 +18,13 @@ pub(super) trait ShapeType {
 }
 
 /// Where a shape is placed, and what memory there is.
-pub(super) struct Site<'a> {
-    pub(super) level_from_object: &'a Transform,
-    pub(super) reverse_orientation: bool,
-    pub(super) budget: &'a Budget,
+pub struct Site<'a> {
+    /// Object-to-render for the top level, object-to-world for shapes of a named object.
+    pub level_from_object: &'a Transform,
+    /// `ReverseOrientation` is on.
+    pub reverse_orientation: bool,
+    /// Meshes are charged to it, with their trees.
+    pub budget: &'a Budget,
 }
 
 impl Site<'_> {

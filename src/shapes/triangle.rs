@@ -41,14 +41,6 @@ impl Orientation {
     }
 }
 
-/// Corner parameters of a triangle without texture coordinates.
-#[cfg(test)]
-const DEFAULT_UV: [crate::math::Vec2; 3] = [
-    crate::math::Vec2::ZERO,
-    crate::math::Vec2::X,
-    crate::math::Vec2::ONE,
-];
-
 /// ∂p/∂u and ∂p/∂v are taken from the texture coordinates where their determinant is at least this.
 const SMALLEST_UV_DETERMINANT: f64 = 1e-8;
 
@@ -88,18 +80,13 @@ impl Triangle {
         Some(b.map(|b| b * scale))
     }
 
-    /// The unit geometric normal at `b`: the corners' order and the orientation decide its side,
-    /// or else the interpolated normal does.
-    #[cfg(any(test, feature = "internals"))]
-    pub fn geometric_normal(&self, b: [f64; 3]) -> DVec3 {
-        self.normal_beside(self.interpolated_normal(b))
-    }
-
-    /// The same, where the interpolated normal is known.
+    /// The unit geometric normal where the interpolated one is as given: the corners' order and the orientation decide
+    /// its side, or else the interpolated normal does.
     #[inline]
     fn normal_beside(&self, interpolated: Option<DVec3>) -> DVec3 {
-        let n = self.edges().2.normalize_or(DVec3::Z);
-        let n = self.orientation.geometric(n);
+        let n = self
+            .orientation
+            .geometric(self.edges().2.normalize_or(DVec3::Z));
         match interpolated {
             Some(ns) if ns.dot(n) < 0.0 => -n,
             _ => n,
@@ -214,6 +201,9 @@ impl Triangle {
 mod tests {
     use super::*;
 
+    /// Corner parameters of a triangle without texture coordinates.
+    const DEFAULT_UV: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
+
     fn triangle() -> Triangle {
         Triangle {
             p: [
@@ -233,7 +223,7 @@ mod tests {
         let t = triangle();
         let s = t.surface([0.2, 0.3, 0.5]);
         assert_eq!(s.n, DVec3::Z);
-        for (p, uv) in t.p.iter().zip(DEFAULT_UV.map(crate::math::Vec2::as_dvec2)) {
+        for (p, uv) in t.p.iter().zip(DEFAULT_UV) {
             let moved =
                 s.p + s.dpdu * (uv.x - f64::from(s.uv.x)) + s.dpdv * (uv.y - f64::from(s.uv.y));
             assert!((*p - moved).length() < 1e-6); // uv are single precision
@@ -254,7 +244,7 @@ mod tests {
                 ..triangle()
             };
             let with = Triangle {
-                uv: Some(DEFAULT_UV.map(crate::math::Vec2::as_dvec2)),
+                uv: Some(DEFAULT_UV),
                 ..without
             };
             let b = [0.2, 0.3, 0.5];

@@ -123,19 +123,6 @@ impl World {
         material.fill_bsdf(surface, &footprint, &self.textures, &self.materials, bsdf);
     }
 
-    /// Like [`World::fill_bsdf`], by value, where speed does not matter.
-    #[cfg(any(test, feature = "internals"))]
-    pub fn bsdf<'a>(
-        &'a self,
-        material: &'a Material,
-        surface: &SurfaceHit,
-        differentials: Option<&RayDifferentials>,
-    ) -> Bsdf<'a> {
-        let mut bsdf = Bsdf::empty();
-        self.fill_bsdf(material, surface, differentials, &mut bsdf);
-        bsdf
-    }
-
     /// How light continues that the `bsdf` at a hit has transmitted as `sample`; `choice` returns a sample in [0, 1) if
     /// one is needed.
     pub fn subsurface_transport(

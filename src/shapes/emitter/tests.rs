@@ -430,7 +430,7 @@ fn two_triangles_are_one_lamp_where_they_make_a_parallelogram() {
             center
                 .n
                 .as_dvec3()
-                .dot(triangles[0].geometric_normal([1.0, 0.0, 0.0]))
+                .dot(triangles[0].surface([1.0, 0.0, 0.0]).n)
                 > 0.999
         );
     }

@@ -225,12 +225,12 @@ impl Topology {
         let first_half = |h: u32| corner_child(h) + h % 3;
         // The one to the next corner, at its end.
         let second_half = |h: u32| corner_child(next(h)) + h % 3;
-        for vertex in &self.vertices {
-            finer.vertices.push(Vertex {
+        finer
+            .vertices
+            .extend(self.vertices.iter().map(|vertex| Vertex {
                 start: first_half(vertex.start),
                 ..*vertex
-            });
-        }
+            }));
         let mut middles = vec![NONE; self.twins.len()];
         for h in 0..self.twins.len() as u32 {
             let twin = self.twin(h);
