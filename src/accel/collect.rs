@@ -151,12 +151,8 @@ impl GeometryBuilder {
         let mut instances: Vec<Instance> = at_rest.chain(moving).collect();
         for (shape, motion) in self.moving {
             let level = shape.level(&[])?;
-            let anchor = level.anchor;
-            instances.push(Instance::moving(
-                Inner::Shape(Box::new(level)),
-                anchor,
-                motion,
-            ));
+            let (anchor, inner) = (level.anchor, Inner::Shape(Box::new(level)));
+            instances.push(Instance::moving(inner, anchor, motion));
         }
         let others = self.quadrics.len().max(self.curves.piece_numbers());
         let largest = self.triangles.max(others).max(instances.len());
