@@ -178,10 +178,12 @@ fn read_segments(reader: &ParamReader, basis: &str, degree: usize) -> Option<Vec
             _ => format!("and {degree} more for each further segment"),
         };
         let (given, least) = (points.len(), degree + 1);
-        let why = format_args!(
-            "{given} control points: a {basis} curve of degree {degree} takes {least} {more}"
+        let message = format!(
+            "{given} control points: a {basis} curve of degree {degree} takes {least} {more}; the shape \
+             is left out"
         );
-        return left_out(reader, "P", why);
+        reader.error("P", message);
+        return None;
     }
     let starts = (0..points.len() - degree).step_by(step);
     Some(starts.map(|i| segment(&points[i..=i + degree])).collect())
