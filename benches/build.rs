@@ -29,7 +29,7 @@ const RINGS: usize = 500;
 const ROUNDS: usize = 5;
 
 fn main() {
-    let mesh = TriangleMesh::new(&ball(), &Transform::IDENTITY, false);
+    let mesh = TriangleMesh::new(ball(), &Transform::IDENTITY, false);
     let pools = [1, 2].map(|threads| {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         (threads, pool.expect("threads"))

@@ -1,7 +1,7 @@
 //! Typed indices (handles): the scene and the world own flat arrays, whose items refer to each other by these.
 
-macro_rules! handle {
-    ($(#[$doc:meta])* $name:ident) => {
+macro_rules! handles {
+    ($($(#[$doc:meta])* $name:ident;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub struct $name(pub u32);
@@ -12,34 +12,22 @@ macro_rules! handle {
                 self.0 as usize
             }
         }
-    };
+    )*};
 }
 
-handle!(
+handles! {
     /// A float-valued texture.
-    FloatTextureId
-);
-handle!(
+    FloatTextureId;
     /// A spectrum-valued texture.
-    SpectrumTextureId
-);
-handle!(
+    SpectrumTextureId;
     /// A material.
-    MaterialId
-);
-handle!(
+    MaterialId;
     /// A light source, area lights included.
-    LightId
-);
-handle!(
+    LightId;
     /// A participating medium.
-    MediumId
-);
-handle!(
+    MediumId;
     /// An interface between two media.
-    InterfaceId
-);
-handle!(
+    InterfaceId;
     /// A named object (`ObjectBegin`): shapes with a tree of their own.
-    ObjectId
-);
+    ObjectId;
+}

@@ -51,11 +51,7 @@ impl SurfaceHit {
     /// A ray leaving this point in unit direction `d`, starting outside the error box.
     #[inline]
     pub fn spawn_ray(&self, d: Vec3) -> Ray {
-        Ray::new(
-            offset_ray_origin(self.p, self.p_error, self.n, d),
-            d,
-            self.time,
-        )
+        self.reference_point().shadow_ray_toward(d)
     }
 
     /// The point for texture lookups, with a footprint.
@@ -201,10 +197,7 @@ impl ReferencePoint {
     /// An infinite shadow ray from here in unit direction `d`.
     #[inline]
     pub fn shadow_ray_toward(&self, d: Vec3) -> Ray {
-        Ray::new(
-            offset_ray_origin(self.p, self.p_error, self.n, d),
-            d,
-            self.time,
-        )
+        let o = offset_ray_origin(self.p, self.p_error, self.n, d);
+        Ray::new(o, d, self.time)
     }
 }

@@ -79,7 +79,7 @@ fn write_ply(mut file: impl Write) -> std::io::Result<()> {
 
 fn load_and_build(path: &std::path::Path) -> Geometry {
     let data = ply::load(path, &Budget::unlimited()).expect("the file just written");
-    let mesh = TriangleMesh::placed(data, &Transform::IDENTITY, false);
+    let mesh = TriangleMesh::new(data, &Transform::IDENTITY, false);
     let mut builder = GeometryBuilder::default();
     builder.add(
         CompiledShape::Mesh(Box::new(mesh)),

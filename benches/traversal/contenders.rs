@@ -55,7 +55,7 @@ fn opaque(_: &FloatInput, _: &TexturePoint) -> f32 {
 impl Ours {
     pub(crate) fn new(mesh: &Mesh) -> Ours {
         let mut builder = GeometryBuilder::default();
-        let placed = TriangleMesh::new(&mesh.data, &Transform::IDENTITY, false);
+        let placed = TriangleMesh::new(mesh.data.clone(), &Transform::IDENTITY, false);
         builder.add(
             CompiledShape::Mesh(Box::new(placed)),
             PrimitiveAttributes::default(),

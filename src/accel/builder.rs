@@ -79,17 +79,12 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
         Part::Leaf(..) => Parts::from_iter([root]),
         _ => source.divided(&root),
     };
-    let tree = if items.len() >= PARALLEL_ITEMS {
-        source.add_parallel(&parts, 0).0.joined()
+    let parallel_levels = if items.len() >= PARALLEL_ITEMS {
+        PARALLEL_DEPTH
     } else {
-        let mut tree = Tree {
-            instructions: InstructionSet::best(),
-            ..Tree::default()
-        };
-        source.add(&parts, &mut tree);
-        tree.cells.shrink_to_fit();
-        tree
+        0
     };
+    let tree = source.pieces(&parts, parallel_levels).0.joined();
     debug_assert_eq!(tree.validate(items), Ok(()));
     tree
 }
@@ -99,18 +94,14 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
 /// there is one search per box.
 fn affordable_share(items: &[Item]) -> f32 {
     // In fixed chunks, so that the sum does not depend on the number of threads.
-    let parts = items.par_chunks(PARALLEL_ITEMS).map(|items| {
-        items.iter().fold((0.0, Aabb::EMPTY), |(area, all), item| {
-            let half_area = f64::from(item.bounds.half_area());
-            (area + half_area, all.union(item.bounds))
-        })
-    });
-    let parts: Vec<(f64, Aabb)> = parts.collect();
-    let (mut area, mut all) = (0.0, Aabb::EMPTY);
-    for (part, bounds) in parts {
-        area += part;
-        all = all.union(bounds);
-    }
+    let half_area = |item: &Item| f64::from(item.bounds.half_area());
+    let chunks = items.par_chunks(PARALLEL_ITEMS);
+    let areas: Vec<f64> = chunks
+        .map(|items| items.iter().map(half_area).sum())
+        .collect();
+    let area: f64 = areas.iter().sum();
+    let boxes = items.par_iter().map(|item| item.bounds);
+    let all = boxes.reduce(|| Aabb::EMPTY, Aabb::union);
     let visits = items.len() as f64 * area / f64::from(all.half_area());
     // NaN (areas that overflow, or no boxes) does not reduce the search.
     if visits > AFFORDABLE_VISITS {
@@ -209,20 +200,16 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
         finish(children, &mut to.cells[at..])
     }
 
-    /// Like `add`, building subtrees in parallel down to a depth.
-    fn add_parallel(&self, parts: &[Part], depth: usize) -> (Pieces, Aabb) {
+    /// Like `add`, building subtrees in parallel down to so many levels.
+    fn pieces(&self, parts: &[Part], parallel_levels: usize) -> (Pieces, Aabb) {
         let mut tree = Tree::default();
+        if parallel_levels == 0 {
+            let bounds = self.add(parts, &mut tree);
+            return (Pieces(vec![tree]), bounds);
+        }
         let mut children = self.start(parts, &mut tree);
         let inner: Vec<&Part> = parts.iter().filter(|part| !part.is_leaf()).collect();
-        let build = |part: &Part| {
-            let parts = self.divided(part);
-            if depth + 1 < PARALLEL_DEPTH {
-                return self.add_parallel(&parts, depth + 1);
-            }
-            let mut tree = Tree::default();
-            let bounds = self.add(&parts, &mut tree);
-            (Pieces(vec![tree]), bounds)
-        };
+        let build = |part: &Part| self.pieces(&self.divided(part), parallel_levels - 1);
         let below: Vec<(Pieces, Aabb)> = inner.into_par_iter().map(build).collect();
         let mut offset = tree.cells.len();
         for (pieces, bounds) in &below {
@@ -245,10 +232,8 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
             };
             let offset = to.cells.len() - at;
             if !ids.iter().all(|id| id.is_triangle()) {
-                let mut cell = [PrimitiveId::NONE.bits(); 8];
-                for (to, id) in cell.iter_mut().zip(ids) {
-                    *to = id.bits();
-                }
+                let mut cell = [PrimitiveId::NONE; 8];
+                cell[..ids.len()].copy_from_slice(ids);
                 to.cells.push(bytemuck::cast(cell));
                 return Some((Child::others(offset), *bounds));
             }

@@ -26,7 +26,7 @@ fn other_cost(kind: OtherKind) -> f32 {
         OtherKind::Curve => 0.3,
         OtherKind::Quadric => 2.0,
         // The ray is transformed, set up again, and traverses another tree.
-        OtherKind::Instance | OtherKind::Moving => 6.0,
+        OtherKind::Instance => 6.0,
     }
 }
 
@@ -92,13 +92,6 @@ impl Plan {
     pub(super) fn new(binary: &Bvh2, groups: &Groups, items: &[Item]) -> Plan {
         let (mut entries, levels) = breadth_first(binary);
         let mixed = items.par_iter().any(|item| !item.id.is_triangle());
-        let others = |group: u32| {
-            let id = |i: u32| items[i as usize].id;
-            let others = groups.members(group).map(id).filter(|id| !id.is_triangle());
-            others.fold((0, 0.0), |(count, cost), id| {
-                (count + 1, cost + other_cost(id.kind()))
-            })
-        };
         let leaf = |entry: &Entry| {
             let first = entry.first as usize;
             let members = &binary.primitive_indices[first..first + entry.groups as usize];
@@ -111,10 +104,11 @@ impl Plan {
                 cost: [0.0; ROOTS],
             };
             if mixed {
-                for &group in members {
-                    let (count, cost) = others(group);
-                    below.others += count;
-                    below.others_cost += cost;
+                let ids = members.iter().flat_map(|&group| groups.members(group));
+                let ids = ids.map(|i| items[i as usize].id);
+                for id in ids.filter(|id| !id.is_triangle()) {
+                    below.others += 1;
+                    below.others_cost += other_cost(id.kind());
                 }
             }
             below.cost = [leaf_cost(entry, &below); ROOTS];
@@ -142,11 +136,9 @@ impl Plan {
 
     /// The leaf or node that the entry becomes as a root; entry 0 is the root of the tree.
     pub(super) fn root(&self, entry: usize) -> Root {
-        let Entry {
-            groups, decision, ..
-        } = self.entries[entry];
-        let left = decision.left(1);
-        if groups > 0 || left == 0 {
+        let root = &self.entries[entry];
+        let left = root.decision.left(1);
+        if root.groups > 0 || left == 0 {
             return Root::Leaf;
         }
         let mut children = ArrayVec::new();
@@ -164,17 +156,15 @@ impl Plan {
     ) {
         let first = self.entries[entry].first as usize;
         for (child, mut roots) in [(first, left), (first + 1, roots - left)] {
-            let Entry {
-                groups, decision, ..
-            } = self.entries[child];
-            while roots > 1 && decision.left(roots) == 0 {
+            let below = &self.entries[child];
+            while roots > 1 && below.decision.left(roots) == 0 {
                 roots -= 1;
             }
-            if roots == 1 || groups > 0 {
+            if roots == 1 || below.groups > 0 {
                 // There is room: at most as many roots are requested as a node has children.
                 let _ = found.try_push(child);
             } else {
-                self.forest(child, roots, decision.left(roots), found);
+                self.forest(child, roots, below.decision.left(roots), found);
             }
         }
     }

@@ -3,9 +3,9 @@
 
 use super::PrimitiveAttributes;
 use super::aabb::Aabb;
-use crate::handles::LightId;
-use crate::math::{DVec3, Vec3};
-use crate::shapes::curve::{CurveHit, CurveKind, Curves, Placement, Segment};
+use crate::math::DVec3;
+use crate::math::transform::Place;
+use crate::shapes::curve::{CurveHit, CurveKind, Curves, Segment};
 use crate::shapes::local::LocalSurface;
 
 /// Bits for a piece's index within its segment, since a segment has up to eight.
@@ -15,14 +15,9 @@ const PIECE_BITS: u32 = 3;
 struct Owner {
     kind: CurveKind,
     flip: bool,
-    placement: Option<Box<Placement>>,
+    placement: Option<Box<Place>>,
     attributes: PrimitiveAttributes,
-    /// Index of the curve's first segment.
-    first: u32,
 }
-
-/// The surface at a hit on a curve, the curve's attributes, and its light.
-type CurveSurface<'a> = (LocalSurface, &'a PrimitiveAttributes, Option<LightId>);
 
 /// The curves.
 #[derive(Default)]
@@ -36,16 +31,13 @@ impl CurveStore {
     /// Adds a curve whose coordinates are relative to the level's anchor.
     pub(super) fn add(&mut self, curves: &Curves, attributes: PrimitiveAttributes) {
         let (owner, normal) = (self.owners.len() as u32, self.normals.len() as u32);
-        let first = self.segments.len() as u32;
         self.segments.extend(curves.stored(owner, normal));
-        let widen = |n: [Vec3; 2]| n.map(Vec3::as_dvec3);
-        self.normals.extend(curves.stored_normals().map(widen));
+        self.normals.extend(curves.stored_normals());
         self.owners.push(Owner {
             kind: curves.kind,
             flip: curves.flip,
             placement: curves.placement.map(Box::new),
             attributes,
-            first,
         });
     }
 
@@ -61,27 +53,28 @@ impl CurveStore {
 
     /// All pieces with their boxes.
     pub(super) fn pieces(&self) -> impl Iterator<Item = (usize, Aabb)> {
-        self.segments
-            .iter()
-            .enumerate()
-            .flat_map(move |(i, segment)| {
-                (0..segment.pieces()).map(move |piece| {
-                    let number = i << PIECE_BITS | piece;
-                    (number, self.piece_bounds(segment, piece))
-                })
-            })
+        let segments = self.segments.iter().enumerate();
+        segments.flat_map(move |(i, segment)| {
+            let piece = move |k| (i << PIECE_BITS | k, self.piece_bounds(segment, k));
+            (0..segment.pieces()).map(piece)
+        })
     }
 
     fn piece_bounds(&self, segment: &Segment, piece: usize) -> Aabb {
-        let (min, max) = segment.bounds(piece);
-        match &self.owners[segment.owner()].placement {
-            None => Aabb::around(min, max),
-            Some(placement) => {
-                let affine = &placement.level_from_local;
-                let center = affine.transform_point3((min + max) * 0.5);
-                let reach = placement.spread() * ((max - min) * 0.5);
-                Aabb::around(center - reach, center + reach)
-            }
+        let (mut min, mut max) = segment.bounds(piece);
+        if let Some(placement) = &self.owners[segment.owner()].placement {
+            let affine = &placement.outer_from_inner;
+            let center = affine.transform_point3((min + max) * 0.5);
+            // The largest factor by which a length grows, per axis.
+            let reach = affine.matrix3.abs() * ((max - min) * 0.5);
+            (min, max) = (center - reach, center + reach);
+        }
+        let bounds = Aabb::around(min, max);
+        // A ray may see a curve outside its box by what both lose in single precision.
+        let slack = bounds.min.abs().max(bounds.max.abs()) * (2.0 * f32::EPSILON);
+        Aabb {
+            min: bounds.min - slack,
+            max: bounds.max + slack,
         }
     }
 
@@ -91,13 +84,8 @@ impl CurveStore {
         if !segment.is_placed() {
             return (o, d);
         }
-        match &self.owners[segment.owner()].placement {
-            None => (o, d),
-            Some(placement) => (
-                placement.local_from_level.transform_point3(o),
-                placement.local_from_level.transform_vector3(d),
-            ),
-        }
+        let placement = self.owners[segment.owner()].placement.as_deref();
+        placement.map_or((o, d), |place| place.inward(o, d))
     }
 
     /// The nearest intersection of the ray with a piece at 0 < t < `t_max`.
@@ -115,20 +103,21 @@ impl CurveStore {
         segment.intersect(piece, normals, o, d, t_max)
     }
 
-    /// The surface at the hit that [`CurveStore::intersect`] found.
-    pub(super) fn surface(&self, number: usize, o: DVec3, d: DVec3) -> Option<CurveSurface<'_>> {
+    /// The surface at the hit that [`CurveStore::intersect`] found, and the curve's attributes.
+    pub(super) fn surface(
+        &self,
+        number: usize,
+        o: DVec3,
+        d: DVec3,
+    ) -> Option<(LocalSurface, &PrimitiveAttributes)> {
         let hit = self.intersect(number, o, d, f64::INFINITY)?;
         let segment = &self.segments[number >> PIECE_BITS];
         let owner = &self.owners[segment.owner()];
         let (o, d) = self.local(segment, o, d);
         let local = segment.surface(&hit, owner.kind, owner.flip, o, d)?;
-        let surface = match &owner.placement {
-            None => local,
-            Some(p) => local.transformed(&p.level_from_local, &p.local_from_level),
-        };
-        let of_curve = (number >> PIECE_BITS) as u32 - owner.first;
-        let light = owner.attributes.light.map(|l| LightId(l.0 + of_curve));
-        Some((surface, &owner.attributes, light))
+        let placement = owner.placement.as_deref();
+        let surface = placement.map_or(local, |place| local.transformed(place));
+        Some((surface, &owner.attributes))
     }
 
     /// The attributes of the curve that primitive `number` is a piece of.
@@ -142,6 +131,6 @@ impl CurveStore {
         size_of_val(&self.segments[..])
             + size_of_val(&self.normals[..])
             + size_of_val(&self.owners[..])
-            + placed * size_of::<Placement>()
+            + placed * size_of::<Place>()
     }
 }

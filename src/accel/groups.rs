@@ -34,7 +34,7 @@ impl Groups {
         let hash = |item: &Item| bits(item).into_iter().fold(0, mix2);
         let hashes: Vec<u64> = items.par_iter().map(hash).collect();
         let parts = (0..PARTS).into_par_iter();
-        let mut later: Vec<Later> = parts
+        let mut later: Vec<(u32, u32)> = parts
             .flat_map_iter(|part| later_of_part(items, &hashes, part))
             .collect();
         if later.is_empty() {
@@ -42,8 +42,8 @@ impl Groups {
         }
         later.par_sort_unstable();
         let mut is_later = vec![false; items.len()];
-        for pair in &later {
-            is_later[pair.item as usize] = true;
+        for &(_, item) in &later {
+            is_later[item as usize] = true;
         }
         let mut order = Vec::with_capacity(items.len());
         let mut starts = Vec::with_capacity(items.len() - later.len() + 1);
@@ -54,8 +54,8 @@ impl Groups {
             }
             starts.push(order.len() as u32);
             order.push(i);
-            while let Some(pair) = later.next_if(|pair| pair.first == i) {
-                order.push(pair.item);
+            while let Some(&(_, item)) = later.next_if(|&&(first, _)| first == i) {
+                order.push(item);
             }
         }
         starts.push(order.len() as u32);
@@ -113,15 +113,8 @@ impl Groups {
     }
 }
 
-/// An item whose box is that of an earlier one, and the first such item.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Later {
-    first: u32,
-    item: u32,
-}
-
-/// The duplicates among the items that belong to a part.
-fn later_of_part(items: &[Item], hashes: &[u64], part: usize) -> Vec<Later> {
+/// The duplicates among the items that belong to a part: the first item with a box, and a later one with the same.
+fn later_of_part(items: &[Item], hashes: &[u64], part: usize) -> Vec<(u32, u32)> {
     let parts = PARTS as u64;
     let belongs = |hash: &u64| hash % parts == part as u64;
     // At least half empty: the first free slot is near.
@@ -138,7 +131,7 @@ fn later_of_part(items: &[Item], hashes: &[u64], part: usize) -> Vec<Later> {
                 break;
             };
             if bits(&items[first as usize]) == bits(&items[i as usize]) {
-                found.push(Later { first, item: i });
+                found.push((first, i));
                 break;
             }
             place = (place + 1) & (places - 1);

@@ -4,17 +4,12 @@ use super::aabb::Aabb;
 use super::builder;
 use super::curves::CurveStore;
 use super::face_ids::FaceIds;
-use super::instance::Instance;
-use super::moving::{Inner, Moving};
+use super::instance::{Inner, Instance};
 use super::node::Child;
 use super::primitive::{Item, OtherKind, PrimitiveId};
 use super::tree::Tree;
 use super::{GeometryError, PrimitiveAttributes};
-use crate::inputs::FloatInput;
-use crate::math::motion::Motion;
 use crate::math::{DVec3, Vec2, Vec3};
-use crate::shapes::CompiledShape;
-use crate::shapes::mesh::TriangleMesh;
 use crate::shapes::quadric::Quadric;
 use crate::shapes::triangle::{Orientation, Triangle};
 use rayon::prelude::*;
@@ -29,18 +24,18 @@ fn is_place(p: Vec3) -> bool {
 }
 
 /// Fewer vertices or triangles than this are not worth splitting between threads.
-const PARALLEL: usize = 1 << 12;
+pub(super) const PARALLEL: usize = 1 << 12;
 
 /// A mesh rounded to single precision.
 pub(super) struct StoredMesh {
     /// Index of its first triangle within the level.
     pub first: u32,
-    indices: Box<[[u32; 3]]>,
-    positions: Box<[Vec3]>,
-    normals: Box<[Vec3]>,
-    tangents: Box<[Vec3]>,
-    uv: Box<[Vec2]>,
-    orientation: Orientation,
+    pub indices: Box<[[u32; 3]]>,
+    pub positions: Box<[Vec3]>,
+    pub normals: Box<[Vec3]>,
+    pub tangents: Box<[Vec3]>,
+    pub uv: Box<[Vec2]>,
+    pub orientation: Orientation,
     pub attributes: PrimitiveAttributes,
 }
 
@@ -75,9 +70,7 @@ impl StoredMesh {
         let area = (b - a).cross(c - a).length_squared();
         let usable = corners.iter().all(|&p| is_place(p));
         let bounds = if usable && area != 0.0 {
-            corners
-                .iter()
-                .fold(Aabb::EMPTY, |bounds, &p| bounds.with_point(p))
+            corners.into_iter().fold(Aabb::EMPTY, Aabb::with_point)
         } else {
             Aabb::EMPTY
         };
@@ -103,158 +96,17 @@ pub(super) struct StoredQuadric {
     pub attributes: PrimitiveAttributes,
 }
 
-/// Collects the shapes of a level.
-#[derive(Default)]
-pub(super) struct LevelBuilder {
-    /// Origin of single-precision coordinates; set by the first shape unless given. Any point of the object will do: no
-    /// coordinate is then larger than the object.
-    anchor: Option<DVec3>,
-    meshes: Vec<StoredMesh>,
-    face_ids: FaceIds,
-    quadrics: Vec<StoredQuadric>,
-    curves: CurveStore,
-    /// Moving shapes, each with a level of its own.
-    moving: Vec<(LevelBuilder, Motion)>,
-    triangles: usize,
-    has_recoverable: bool,
-}
-
-impl LevelBuilder {
-    /// A level whose coordinates are relative to the origin.
-    pub(super) fn at_origin() -> LevelBuilder {
-        LevelBuilder {
-            anchor: Some(DVec3::ZERO),
-            ..LevelBuilder::default()
-        }
-    }
-
-    pub(super) fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
-        let (min, max) = match &shape {
-            CompiledShape::Mesh(mesh) => mesh.bounds(),
-            CompiledShape::Quadric(quadric) => quadric.bounds(),
-            CompiledShape::Curves(curves) => curves.bounds(),
-        };
-        let center = (min + max) * 0.5;
-        if self.anchor.is_none() && center.is_finite() {
-            self.anchor = Some(center);
-        }
-        let anchor = self.anchor.unwrap_or_default();
-        self.has_recoverable |= attributes.material.is_none() || attributes.shadow_alpha.is_some();
-        match shape {
-            CompiledShape::Mesh(mesh) => self.add_mesh(*mesh, attributes, anchor),
-            CompiledShape::Quadric(quadric) => self.quadrics.push(StoredQuadric {
-                quadric: quadric.relative_to(anchor),
-                attributes,
-            }),
-            CompiledShape::Curves(curves) => {
-                self.curves.add(&curves.relative_to(anchor), attributes);
-            }
-        }
-    }
-
-    /// Adds a shape, compiled in the space that `motion` maps to the level's.
-    pub(super) fn add_moving(
-        &mut self,
-        shape: CompiledShape,
-        attributes: PrimitiveAttributes,
-        motion: Motion,
-    ) {
-        let mut level = LevelBuilder::default();
-        level.add(shape, attributes);
-        if let (None, Some(center)) = (self.anchor, level.anchor) {
-            // Its position at the start of the motion.
-            self.anchor = Some(motion.at(f64::NEG_INFINITY).transform_point3(center));
-        }
-        let motion = motion.shifted(-self.anchor.unwrap_or_default());
-        self.moving.push((level, motion));
-    }
-
-    fn add_mesh(&mut self, mesh: TriangleMesh, attributes: PrimitiveAttributes, anchor: DVec3) {
-        // A nonzero constant cuts nothing out, and need not be evaluated at every hit.
-        let cuts =
-            |alpha: &FloatInput| !matches!(alpha, FloatInput::Constant(value) if *value != 0.0);
-        let attributes = PrimitiveAttributes {
-            alpha: attributes.alpha.filter(cuts),
-            shadow_alpha: attributes.shadow_alpha.filter(cuts),
-            ..attributes
-        };
-        let first = self.triangles;
-        self.face_ids.push(first as u32, mesh.face_ids);
-        self.triangles += mesh.indices.len();
-        self.meshes.push(StoredMesh {
-            // Checked against the limit before use.
-            first: first as u32,
-            indices: mesh.indices.into(),
-            positions: mesh
-                .positions
-                .par_iter()
-                .with_min_len(PARALLEL)
-                .map(|&p| (p - anchor).as_vec3())
-                .collect(),
-            normals: mesh.normals.into(),
-            tangents: mesh.tangents.into(),
-            uv: mesh.uv.into(),
-            orientation: mesh.orientation,
-            attributes,
-        });
-    }
-
-    /// Builds the tree, including instances and moving objects, and the trees of moving shapes.
-    pub(super) fn build(
-        self,
-        instances: Vec<(Instance, Aabb)>,
-        moving: Vec<(Moving, Aabb)>,
-    ) -> Result<Level, GeometryError> {
-        let (mut moving, mut moving_boxes): (Vec<Moving>, Vec<Aabb>) = moving.into_iter().unzip();
-        for (shape, motion) in self.moving {
-            let shape = shape.build(Vec::new(), Vec::new())?;
-            let (anchor, bounds) = (shape.anchor, shape.padded_bounds());
-            let shape = Moving::new(Inner::Shape(Box::new(shape)), anchor, motion);
-            moving_boxes.push(shape.bounds(bounds));
-            moving.push(shape);
-        }
-        let (instances, boxes): (Vec<Instance>, Vec<Aabb>) = instances.into_iter().unzip();
-        let others = self.quadrics.len().max(self.curves.piece_numbers());
-        let placed = instances.len().max(moving.len());
-        let largest = self.triangles.max(others).max(placed);
-        if largest >= PrimitiveId::LIMIT {
-            return Err(GeometryError::TooMany(largest));
-        }
-        let mut level = Level {
-            anchor: self.anchor.unwrap_or_default(),
-            radius: 0.0,
-            meshes: self.meshes,
-            face_ids: self.face_ids,
-            quadrics: self.quadrics,
-            curves: self.curves,
-            instances,
-            moving,
-            bounds: Aabb::EMPTY,
-            has_recoverable: self.has_recoverable,
-            skipped: 0,
-            tree: builder::build(&[], |_| [Vec3::ZERO; 3]),
-        };
-        let items = level.items(&boxes, &moving_boxes);
-        level.bounds = items
-            .par_iter()
-            .with_min_len(PARALLEL)
-            .map(|item| item.bounds)
-            .reduce(|| Aabb::EMPTY, Aabb::union);
-        if !level.bounds.is_empty() {
-            level.radius = level
-                .bounds
-                .min
-                .abs()
-                .max(level.bounds.max.abs())
-                .as_dvec3()
-                .length();
-        }
-        level.tree = builder::build(&items, |id| level.corners(id.index()));
-        if level.tree.cells.len() > Child::MAX_CELLS {
-            return Err(GeometryError::TooMany(items.len()));
-        }
-        Ok(level)
-    }
+/// Those primitives of a kind, numbered and with their boxes, that are at a place.
+fn usable(
+    kind: OtherKind,
+    boxes: impl Iterator<Item = (usize, Aabb)>,
+) -> impl Iterator<Item = Item> {
+    boxes
+        .filter(|(_, bounds)| is_place(bounds.min) && is_place(bounds.max))
+        .map(move |(i, bounds)| Item {
+            id: PrimitiveId::other(kind, i),
+            bounds,
+        })
 }
 
 /// A tree with its shapes.
@@ -268,7 +120,6 @@ pub(super) struct Level {
     pub quadrics: Vec<StoredQuadric>,
     pub curves: CurveStore,
     pub instances: Vec<Instance>,
-    pub moving: Vec<Moving>,
     pub tree: Tree,
     /// Relative to the anchor.
     pub bounds: Aabb,
@@ -279,75 +130,54 @@ pub(super) struct Level {
 }
 
 impl Level {
+    /// The level with its tree, in which its instances have the given boxes.
+    pub(super) fn with_tree(mut self, instances: &[Aabb]) -> Result<Level, GeometryError> {
+        let items = self.items(instances);
+        let bounds = items.par_iter().with_min_len(PARALLEL);
+        self.bounds = bounds
+            .map(|item| item.bounds)
+            .reduce(|| Aabb::EMPTY, Aabb::union);
+        if !self.bounds.is_empty() {
+            let farthest = self.bounds.min.abs().max(self.bounds.max.abs());
+            self.radius = farthest.as_dvec3().length();
+        }
+        self.tree = builder::build(&items, |id| self.corners(id.index()));
+        if self.tree.cells.len() > Child::MAX_CELLS {
+            return Err(GeometryError::TooMany(items.len()));
+        }
+        Ok(self)
+    }
+
     /// The primitives that the tree is built over. Triangles without area or with unusable corners are skipped and
     /// counted.
-    fn items(&mut self, instances: &[Aabb], moving: &[Aabb]) -> Vec<Item> {
-        let others = self.quadrics.len() + instances.len() + moving.len();
+    fn items(&mut self, instances: &[Aabb]) -> Vec<Item> {
+        let others = self.quadrics.len() + instances.len();
         let mut items = Vec::with_capacity(self.triangles() + others);
         for mesh in &self.meshes {
-            let start = items.len();
             let triangles = 0..mesh.indices.len();
             if triangles.len() < PARALLEL {
                 items.extend(triangles.map(|i| mesh.item(i)));
             } else {
                 items.par_extend(triangles.into_par_iter().map(|i| mesh.item(i)));
             }
-            let unusable = |item: &&Item| item.bounds.is_empty();
-            let skipped = items[start..].iter().filter(unusable).count();
-            if skipped > 0 {
-                self.skipped += skipped;
-                items.retain(|item| !item.bounds.is_empty());
-            }
         }
-        let usable = |b: &Aabb| is_place(b.min) && is_place(b.max);
-        for (i, stored) in self.quadrics.iter().enumerate() {
-            let (min, max) = stored.quadric.bounds();
-            let bounds = Aabb::around(min, max);
-            if usable(&bounds) {
-                items.push(Item {
-                    id: PrimitiveId::other(OtherKind::Quadric, i),
-                    bounds,
-                });
-            }
-        }
-        for (i, bounds) in self.curves.pieces() {
-            // A ray may see a curve outside its box by what both lose in single precision.
-            let slack = bounds.min.abs().max(bounds.max.abs()) * (2.0 * f32::EPSILON);
-            let bounds = Aabb {
-                min: bounds.min - slack,
-                max: bounds.max + slack,
-            };
-            if usable(&bounds) {
-                items.push(Item {
-                    id: PrimitiveId::other(OtherKind::Curve, i),
-                    bounds,
-                });
-            }
-        }
-        let placed = [
-            (OtherKind::Instance, instances),
-            (OtherKind::Moving, moving),
-        ];
-        for (kind, boxes) in placed {
-            for (i, &bounds) in boxes.iter().enumerate() {
-                if usable(&bounds) {
-                    items.push(Item {
-                        id: PrimitiveId::other(kind, i),
-                        bounds,
-                    });
-                }
-            }
-        }
+        items.retain(|item| !item.bounds.is_empty());
+        self.skipped = self.triangles() - items.len();
+        let quadrics = self.quadrics.iter().map(|stored| stored.quadric.bounds());
+        let quadrics = quadrics
+            .map(|(min, max)| Aabb::around(min, max))
+            .enumerate();
+        items.extend(usable(OtherKind::Quadric, quadrics));
+        items.extend(usable(OtherKind::Curve, self.curves.pieces()));
+        let instances = instances.iter().copied().enumerate();
+        items.extend(usable(OtherKind::Instance, instances));
         items
     }
 
     /// Corners of the level's box, padded for the rounding of rays that enter it to single precision, which may move
     /// them by that fraction of the distance from the anchor. `None` if the level is empty.
     pub(super) fn padded_bounds(&self) -> Option<(DVec3, DVec3)> {
-        if self.bounds.is_empty() {
-            return None;
-        }
-        Some(self.padded(self.bounds))
+        (!self.bounds.is_empty()).then(|| self.padded(self.bounds))
     }
 
     /// The padded boxes of the root's children, which together contain everything.
@@ -363,7 +193,7 @@ impl Level {
 
     /// The levels of moving shapes in this one.
     pub(super) fn moving_shapes(&self) -> impl Iterator<Item = &Level> {
-        self.moving.iter().filter_map(|m| match &m.inner {
+        self.instances.iter().filter_map(|i| match &i.inner {
             Inner::Shape(level) => Some(&**level),
             Inner::Object(_) => None,
         })
@@ -410,6 +240,5 @@ impl Level {
             + size_of_val(&self.meshes[..])
             + size_of_val(&self.quadrics[..])
             + size_of_val(&self.instances[..])
-            + size_of_val(&self.moving[..])
     }
 }

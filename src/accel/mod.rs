@@ -2,19 +2,19 @@
 //!
 //! A [`Geometry`] has two levels. The top one is in render space and holds shapes and instances; each instance refers
 //! to an object with a tree of its own, stored relative to the object's own center (its anchor), so that single
-//! precision is spent on the object and not on its position. Moving shapes and objects are a separate kind beside
-//! instances; moving shapes may also be part of an object.
+//! precision is spent on the object and not on its position. Instances may move; a moving shape is an instance of a tree
+//! of its own, and may also be part of an object.
 
 mod aabb;
 mod box_test;
 mod builder;
 mod collapse;
+mod collect;
 mod curves;
 mod face_ids;
 mod groups;
 mod instance;
 mod level;
-mod moving;
 mod node;
 mod packet;
 mod pages;
@@ -26,19 +26,16 @@ mod tree;
 mod validate;
 
 pub use aabb::Aabb;
+pub use collect::GeometryBuilder;
 
-use crate::handles::{InterfaceId, LightId, MaterialId, ObjectId};
+use crate::handles::{InterfaceId, LightId, MaterialId};
 use crate::inputs::FloatInput;
 use crate::math::DVec3;
-use crate::math::motion::Motion;
 use crate::math::ray::Ray;
-use crate::math::transform::Transform;
-use crate::shapes::CompiledShape;
 use crate::shapes::local::LocalSurface;
 use crate::surface::{SurfaceHit, TexturePoint};
-use instance::{Instance, Place};
-use level::{Level, LevelBuilder};
-use moving::{Inner, Moving};
+use instance::InnerRay;
+use level::Level;
 use primitive::{OtherKind, PrimitiveId};
 use search::{ClosestHit, Search};
 
@@ -50,7 +47,7 @@ pub struct PrimitiveAttributes {
     /// First light of the shape: triangle i of a mesh is light `LightId(first.0 + i)`, or i/2 where
     /// `paired_lights`.
     pub light: Option<LightId>,
-    /// Every two triangles of the mesh are one light; see [`crate::shapes::emitter::Emitter::faces_per_piece`].
+    /// Every two triangles of the mesh are one light; see [`crate::shapes::emitter::Emitter::are_pairs`].
     pub paired_lights: bool,
     /// Hits count only where this is not exactly 0. Quadrics ignore it, as in pbrt-v3.
     pub alpha: Option<FloatInput>,
@@ -94,101 +91,6 @@ pub enum GeometryError {
     TooMany(usize),
 }
 
-/// Collects the shapes of one named object (`ObjectBegin`), with the transformations they have there.
-#[derive(Default)]
-pub struct ObjectBuilder {
-    level: LevelBuilder,
-}
-
-impl ObjectBuilder {
-    /// Adds a shape compiled with its object-to-world transformation.
-    pub fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
-        self.level.add(shape, attributes);
-    }
-
-    /// Adds a moving shape: compiled without a transformation, and mapped to the object's space by `motion`.
-    pub fn add_moving(
-        &mut self,
-        shape: CompiledShape,
-        attributes: PrimitiveAttributes,
-        motion: Motion,
-    ) {
-        self.level.add_moving(shape, attributes, motion);
-    }
-}
-
-/// Collects the top level: shapes in render space, and instances.
-pub struct GeometryBuilder {
-    level: LevelBuilder,
-    instances: Vec<(ObjectId, Transform)>,
-    moving: Vec<(ObjectId, Motion)>,
-}
-
-impl Default for GeometryBuilder {
-    fn default() -> GeometryBuilder {
-        GeometryBuilder {
-            level: LevelBuilder::at_origin(),
-            instances: Vec::new(),
-            moving: Vec::new(),
-        }
-    }
-}
-
-impl GeometryBuilder {
-    /// Adds a shape compiled with its object-to-render transformation.
-    pub fn add(&mut self, shape: CompiledShape, attributes: PrimitiveAttributes) {
-        self.level.add(shape, attributes);
-    }
-
-    /// Adds a moving shape: compiled without a transformation, and mapped to render space by `motion`.
-    pub fn add_moving(
-        &mut self,
-        shape: CompiledShape,
-        attributes: PrimitiveAttributes,
-        motion: Motion,
-    ) {
-        self.level.add_moving(shape, attributes, motion);
-    }
-
-    /// Adds a moving copy of `object`, as [`GeometryBuilder::add_instance`] adds a static one.
-    pub fn add_moving_instance(&mut self, object: ObjectId, motion: Motion) {
-        self.moving.push((object, motion));
-    }
-
-    /// Adds an instance of `object` (an index into `build`'s argument; others are ignored). `render_from_object` is
-    /// render-from-world times the transformation at `ObjectInstance`; a singular one adds nothing.
-    pub fn add_instance(&mut self, object: ObjectId, render_from_object: &Transform) {
-        self.instances.push((object, *render_from_object));
-    }
-
-    /// Builds all trees.
-    pub fn build(self, objects: Vec<ObjectBuilder>) -> Result<Geometry, GeometryError> {
-        let objects = objects
-            .into_iter()
-            .map(|object| object.level.build(Vec::new(), Vec::new()))
-            .collect::<Result<Vec<Level>, _>>()?;
-        let level = |id: &ObjectId| objects.get(id.index());
-        let stand = |(id, transform): &(ObjectId, Transform)| {
-            let level = level(id)?;
-            let instance = Instance::new(*id, level, transform)?;
-            let bounds = instance.bounds(level);
-            Some((instance, bounds))
-        };
-        let instances = self.instances.iter().filter_map(stand).collect();
-        let moves = |&(id, motion): &(ObjectId, Motion)| {
-            let level = level(&id)?;
-            let moving = Moving::new(Inner::Object(id), level.anchor, motion);
-            let bounds = moving.bounds(level.padded_bounds());
-            Some((moving, bounds))
-        };
-        let moving = self.moving.iter().filter_map(moves).collect();
-        Ok(Geometry {
-            top: self.level.build(instances, moving)?,
-            objects,
-        })
-    }
-}
-
 /// Statistics of a built geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GeometryStatistics {
@@ -210,6 +112,11 @@ pub struct GeometryStatistics {
     pub bytes: usize,
 }
 
+/// Evaluates a cut-out texture at a point in render space.
+pub trait Alpha: Fn(&FloatInput, &TexturePoint) -> f32 {}
+
+impl<F: Fn(&FloatInput, &TexturePoint) -> f32> Alpha for F {}
+
 /// All surfaces of a scene, ready to be intersected.
 pub struct Geometry {
     top: Level,
@@ -217,27 +124,21 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// The closest hit nearer than `ray.t_max`. `alpha` evaluates a cut-out texture at points in render space.
-    pub fn intersect(
-        &self,
-        ray: &Ray,
-        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
-    ) -> Option<GeometryHit> {
+    /// The closest hit nearer than `ray.t_max`.
+    pub fn intersect(&self, ray: &Ray, alpha: &impl Alpha) -> Option<GeometryHit> {
         let found = Search::<_, false>::run(self, ray, alpha)?;
         self.resolve(ray, &found)
     }
 
     /// Closest hit; the surface is computed only if it emits.
-    pub fn intersect_emitter(
-        &self,
-        ray: &Ray,
-        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
-    ) -> EmitterHit {
+    pub fn intersect_emitter(&self, ray: &Ray, alpha: &impl Alpha) -> EmitterHit {
         let Some(found) = Search::<_, false>::run(self, ray, alpha) else {
             return EmitterHit::Escaped;
         };
-        let innermost = found.path.into_iter().filter(|&id| id != PrimitiveId::NONE);
-        let level = innermost.fold(&self.top, |level, id| self.inside(level, id));
+        let mut level = &self.top;
+        for id in found.path.into_iter().filter(|&id| id != PrimitiveId::NONE) {
+            level = level.instances[id.index()].level(&self.objects);
+        }
         if level.attributes(found.id).light.is_none() {
             return EmitterHit::NotEmissive;
         }
@@ -245,29 +146,14 @@ impl Geometry {
             .map_or(EmitterHit::Escaped, EmitterHit::Emitter)
     }
 
-    /// The level that an instance or moving object of `level` refers to.
-    fn inside<'a>(&'a self, level: &'a Level, id: PrimitiveId) -> &'a Level {
-        if id.kind() == OtherKind::Instance {
-            return &self.objects[level.instances[id.index()].object.index()];
-        }
-        match &level.moving[id.index()].inner {
-            Inner::Shape(level) => level,
-            Inner::Object(object) => &self.objects[object.index()],
-        }
-    }
-
     /// Distance to the closest hit, without computing the surface there.
     #[cfg(any(test, feature = "internals"))]
-    pub fn distance(
-        &self,
-        ray: &Ray,
-        alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32,
-    ) -> Option<f32> {
+    pub fn distance(&self, ray: &Ray, alpha: &impl Alpha) -> Option<f32> {
         Search::<_, false>::run(self, ray, alpha).map(|found| found.t)
     }
 
     /// Returns `true` if anything is hit nearer than `ray.t_max`.
-    pub fn occluded(&self, ray: &Ray, alpha: &impl Fn(&FloatInput, &TexturePoint) -> f32) -> bool {
+    pub fn occluded(&self, ray: &Ray, alpha: &impl Alpha) -> bool {
         Search::<_, true>::run(self, ray, alpha).is_some()
     }
 
@@ -284,11 +170,11 @@ impl Geometry {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         if found.path[0] == PrimitiveId::NONE && found.id.is_triangle() {
             // The most common hit; nothing is copied on its way out.
-            let (local, attributes, light) = resolve_triangle(&self.top, o, d, found);
-            return Some(hit(&local, attributes, light, ray, found));
+            let resolved = resolve_triangle(&self.top, o, d, found);
+            return Some(hit(&resolved, ray, found));
         }
-        let (local, attributes, light) = self.resolve_along(&self.top, o, d, found, ray.time)?;
-        Some(hit(&local, attributes, light, ray, found))
+        let resolved = self.resolve_along(&self.top, o, d, found, ray.time)?;
+        Some(hit(&resolved, ray, found))
     }
 
     /// The same in the space of `level`, where the path of `found` starts.
@@ -304,12 +190,9 @@ impl Geometry {
         if next == PrimitiveId::NONE {
             return resolve_in(level, o, d, found);
         }
-        let place: Place = match next.kind() {
-            OtherKind::Instance => level.instances[next.index()].place,
-            _ => level.moving[next.index()].place(time),
-        };
-        let inside = self.inside(level, next);
-        let inner = place.enter(o, d, inside);
+        let instance = &level.instances[next.index()];
+        let (place, inside) = (instance.place(time), instance.level(&self.objects));
+        let inner = InnerRay::new(&place, o, d, inside);
         let found = ClosestHit {
             path: [rest, PrimitiveId::NONE],
             ..*found
@@ -321,7 +204,7 @@ impl Geometry {
             (inner.o.as_vec3().as_dvec3(), inner.d.as_vec3().as_dvec3())
         };
         let (local, attributes, light) = self.resolve_along(inside, o, d, &found, time)?;
-        let outer = local.transformed(&place.outer_from_inner, &place.inner_from_outer);
+        let outer = local.transformed(&place);
         Some((outer, attributes, light))
     }
 
@@ -332,16 +215,15 @@ impl Geometry {
 
     /// Counts and memory.
     pub fn statistics(&self) -> GeometryStatistics {
-        let mut statistics = GeometryStatistics {
-            instances: self.top.instances.len(),
-            ..GeometryStatistics::default()
-        };
+        let mut statistics = GeometryStatistics::default();
         let levels = self.objects.iter().chain([&self.top]);
         for level in levels.flat_map(|level| level.moving_shapes().chain([level])) {
             statistics.triangles += level.triangles() - level.skipped;
             statistics.quadrics += level.quadrics.len();
             statistics.curve_segments += level.curves.segments();
-            statistics.moving += level.moving.len();
+            let moving = level.instances.iter().filter(|i| i.moves()).count();
+            statistics.moving += moving;
+            statistics.instances += level.instances.len() - moving;
             statistics.skipped += level.skipped;
             statistics.nodes += level.tree.nodes;
             statistics.bytes += level.bytes();
@@ -355,13 +237,8 @@ type Resolved<'a> = (LocalSurface, &'a PrimitiveAttributes, Option<LightId>);
 
 /// The hit of `ray` on a resolved surface.
 #[inline]
-fn hit(
-    local: &LocalSurface,
-    attributes: &PrimitiveAttributes,
-    light: Option<LightId>,
-    ray: &Ray,
-    found: &ClosestHit,
-) -> GeometryHit {
+fn hit(resolved: &Resolved, ray: &Ray, found: &ClosestHit) -> GeometryHit {
+    let &(ref local, attributes, light) = resolved;
     GeometryHit {
         surface: local.hit(ray),
         material: attributes.material,
@@ -400,16 +277,15 @@ fn resolve_in<'a>(
     let i = found.id.index();
     // The ray as the search had it, so that it finds the same point again.
     let (o, d) = (o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3());
-    if found.id.kind() == OtherKind::Curve {
-        return level.curves.surface(i, o, d);
-    }
-    let stored = &level.quadrics[i];
-    let (_, p) = stored.quadric.intersect(o, d)?;
-    Some((
-        stored.quadric.surface(p),
-        &stored.attributes,
-        stored.attributes.light,
-    ))
+    let (surface, attributes) = match found.id.kind() {
+        OtherKind::Curve => level.curves.surface(i, o, d)?,
+        _ => {
+            let stored = &level.quadrics[i];
+            let (_, p) = stored.quadric.intersect(o, d)?;
+            (stored.quadric.surface(p), &stored.attributes)
+        }
+    };
+    Some((surface, attributes, attributes.light))
 }
 
 #[cfg(test)]

@@ -36,12 +36,12 @@ impl Packet {
 
     pub(super) fn empty() -> Packet {
         let mut rows = [[f32::NAN; LANES]; Packet::ROWS];
-        rows[Self::IDS] = bytemuck::cast([PrimitiveId::NONE.bits(); LANES]);
+        rows[Self::IDS] = bytemuck::cast([PrimitiveId::NONE; LANES]);
         Packet { rows }
     }
 
     pub(super) fn set_triangle(&mut self, lane: usize, id: PrimitiveId, corners: [Vec3; 3]) {
-        self.rows[Self::IDS][lane] = f32::from_bits(id.bits());
+        self.rows[Self::IDS][lane] = bytemuck::cast(id);
         for (rows, p) in self.rows.chunks_exact_mut(3).zip(corners) {
             for (row, x) in rows.iter_mut().zip(p.to_array()) {
                 row[lane] = x;
@@ -69,8 +69,8 @@ impl<'a> StoredPacket<'a> {
     /// The primitive in `lane` (modulo 4).
     #[inline(always)]
     pub(super) fn id(self, lane: usize) -> PrimitiveId {
-        let ids: &[u32; LANES] = bytemuck::cast_ref(&self.0[Packet::IDS]);
-        PrimitiveId::from_bits(ids[lane & 3])
+        let ids: &[PrimitiveId; LANES] = bytemuck::cast_ref(&self.0[Packet::IDS]);
+        ids[lane & 3]
     }
 
     /// Coordinates of a corner in an axis (modulo 4; the fourth is not an axis).

@@ -6,15 +6,15 @@ use super::aabb::Aabb;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OtherKind {
     Quadric,
+    /// An instance of an object, or a moving shape.
     Instance,
     /// A piece of a curve.
     Curve,
-    /// A moving shape or object.
-    Moving,
 }
 
 /// A primitive of one level: its kind, and its index among that kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
 pub(super) struct PrimitiveId(u32);
 
 impl PrimitiveId {
@@ -40,16 +40,6 @@ impl PrimitiveId {
         self.0 & Self::OTHER == 0
     }
 
-    #[inline(always)]
-    pub(super) fn from_bits(bits: u32) -> PrimitiveId {
-        PrimitiveId(bits)
-    }
-
-    #[inline(always)]
-    pub(super) fn bits(self) -> u32 {
-        self.0
-    }
-
     /// Returns `true` for a non-triangle primitive, and `false` for an unused lane.
     #[inline(always)]
     pub(super) fn is_other(self) -> bool {
@@ -62,8 +52,7 @@ impl PrimitiveId {
         match self.0 >> Self::KIND_SHIFT & 3 {
             0 => OtherKind::Quadric,
             1 => OtherKind::Instance,
-            2 => OtherKind::Curve,
-            _ => OtherKind::Moving,
+            _ => OtherKind::Curve,
         }
     }
 

@@ -1,14 +1,15 @@
 //! Searches: the closest hit, or any hit.
 
-use super::instance::Place;
+use super::instance::InnerRay;
 use super::level::Level;
-use super::moving::Inner;
 use super::primitive::{OtherKind, PrimitiveId};
 use super::stack::{LastFirst, NearestFirst};
 use super::tree::Visitor;
-use super::{Geometry, PrimitiveAttributes};
+use super::{Alpha, Geometry};
 use crate::inputs::FloatInput;
-use crate::math::{DVec3, Vec2, Vec3};
+use crate::math::ray::Ray;
+use crate::math::transform::Place;
+use crate::math::{DVec3, Vec3};
 use crate::surface::{Footprint, TexturePoint};
 use glam::DAffine3;
 
@@ -39,16 +40,9 @@ pub(super) struct Search<'a, A, const SHADOW: bool> {
     pub found: Option<ClosestHit>,
 }
 
-impl<'a, A, const SHADOW: bool> Search<'a, A, SHADOW>
-where
-    A: Fn(&FloatInput, &TexturePoint) -> f32,
-{
+impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
     /// Searches the top level along `ray`.
-    pub(super) fn run(
-        geometry: &'a Geometry,
-        ray: &crate::math::ray::Ray,
-        alpha: &'a A,
-    ) -> Option<ClosestHit> {
+    pub(super) fn run(geometry: &'a Geometry, ray: &Ray, alpha: &'a A) -> Option<ClosestHit> {
         let mut search = Search::<A, SHADOW> {
             geometry,
             level: &geometry.top,
@@ -85,10 +79,10 @@ where
     }
 
     fn accept(&mut self, id: PrimitiveId, t: f32) -> bool {
-        self.accept_inner(id, [PrimitiveId::NONE; 2], t)
+        self.accept_in(id, [PrimitiveId::NONE; 2], t)
     }
 
-    fn accept_inner(&mut self, id: PrimitiveId, path: [PrimitiveId; 2], t: f32) -> bool {
+    fn accept_in(&mut self, id: PrimitiveId, path: [PrimitiveId; 2], t: f32) -> bool {
         self.t_max = t;
         self.found = Some(ClosestHit { id, path, t });
         SHADOW
@@ -103,103 +97,79 @@ where
         let Some(b) = triangle.barycentrics(o, d) else {
             return true;
         };
-        let p = triangle.p[0] * b[0] + triangle.p[1] * b[1] + triangle.p[2] * b[2];
-        let uv = triangle.uv_at(b);
+        let p = triangle.point(b);
         let p = match &self.render_from_level {
             Some(affine) => affine.transform_point3(p),
             None => p,
         };
         let point = TexturePoint {
             p: p.as_vec3(),
-            uv: Vec2::new(uv.x as f32, uv.y as f32),
+            uv: triangle.uv_at(b).as_vec2(),
             footprint: Footprint::default(),
             face: self.level.face_ids.of(mesh.first, i),
         };
-        let PrimitiveAttributes {
-            alpha,
-            shadow_alpha,
-            ..
-        } = &mesh.attributes;
-        let solid = |input: &Option<FloatInput>| {
-            input
-                .as_ref()
-                .is_none_or(|input| (self.alpha)(input, &point) != 0.0)
+        let solid = |input: Option<FloatInput>| {
+            input.is_none_or(|input| (self.alpha)(&input, &point) != 0.0)
         };
-        solid(alpha) && (!SHADOW || solid(shadow_alpha))
+        solid(mesh.attributes.alpha) && (!SHADOW || solid(mesh.attributes.shadow_alpha))
+    }
+
+    /// Accepts a hit at `t` if it is the nearest so far.
+    fn accept_nearer(&mut self, id: PrimitiveId, t: Option<f64>) -> bool {
+        t.is_some_and(|t| (t as f32) < self.t_max && self.accept(id, t as f32))
     }
 
     fn quadric(&mut self, id: PrimitiveId) -> bool {
-        let stored = &self.level.quadrics[id.index()];
         let (o, d) = self.precise();
-        match stored.quadric.intersect(o, d) {
-            Some((t, _)) if (t as f32) < self.t_max => self.accept(id, t as f32),
-            _ => false,
-        }
+        let hit = self.level.quadrics[id.index()].quadric.intersect(o, d);
+        self.accept_nearer(id, hit.map(|(t, _)| t))
     }
 
     fn curve(&mut self, id: PrimitiveId) -> bool {
-        let t_max = f64::from(self.t_max);
-        let curves = &self.level.curves;
         let (o, d) = self.precise();
-        match curves.intersect(id.index(), o, d, t_max) {
-            Some(hit) if (hit.t as f32) < self.t_max => self.accept(id, hit.t as f32),
-            _ => false,
-        }
+        let t_max = f64::from(self.t_max);
+        let hit = self.level.curves.intersect(id.index(), o, d, t_max);
+        self.accept_nearer(id, hit.map(|hit| hit.t))
     }
 
     fn instance(&mut self, id: PrimitiveId) -> bool {
         let instance = &self.level.instances[id.index()];
-        let level = &self.geometry.objects[instance.object.index()];
-        self.search_inside(id, &instance.place, level)
-    }
-
-    #[cold]
-    fn moving(&mut self, id: PrimitiveId) -> bool {
-        let moving = &self.level.moving[id.index()];
-        let level = match &moving.inner {
-            Inner::Shape(level) => level,
-            Inner::Object(object) => &self.geometry.objects[object.index()],
-        };
-        self.search_inside(id, &moving.place(self.time), level)
+        let level = instance.level(&self.geometry.objects);
+        self.search_inside(id, &instance.place(self.time), level)
     }
 
     /// Searches the level at `place`. Objects hold no instances, and moving shapes hold nothing that moves, so this
     /// recurses at most two levels deep.
     fn search_inside(&mut self, id: PrimitiveId, place: &Place, level: &'a Level) -> bool {
         let (o, d) = self.precise();
-        let inner = place.enter(o, d, level);
+        let inner = InnerRay::new(place, o, d, level);
         let t_max = inner.inner(f64::from(self.t_max)) as f32;
         if t_max <= 0.0 {
             return false;
         }
         let outward = place.outer_from_inner;
         let mut search = Search::<A, SHADOW> {
-            geometry: self.geometry,
             level,
             render_from_level: Some(match &self.render_from_level {
                 Some(outer) => *outer * outward,
                 None => outward,
             }),
-            time: self.time,
             o: inner.o.as_vec3(),
             d: inner.d.as_vec3(),
             t_max,
-            alpha: self.alpha,
             found: None,
+            ..*self
         };
         search.go();
         let Some(found) = search.found else {
             return false;
         };
         let t = inner.outer(f64::from(found.t)) as f32;
-        t < self.t_max && self.accept_inner(found.id, [id, found.path[0]], t)
+        t < self.t_max && self.accept_in(found.id, [id, found.path[0]], t)
     }
 }
 
-impl<A, const SHADOW: bool> Visitor for Search<'_, A, SHADOW>
-where
-    A: Fn(&FloatInput, &TexturePoint) -> f32,
-{
+impl<A: Alpha, const SHADOW: bool> Visitor for Search<'_, A, SHADOW> {
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.t_max
@@ -220,7 +190,6 @@ where
             OtherKind::Quadric => self.quadric(id),
             OtherKind::Instance => self.instance(id),
             OtherKind::Curve => self.curve(id),
-            OtherKind::Moving => self.moving(id),
         }
     }
 }

@@ -18,8 +18,7 @@ fn take(hits: &mut NodeHits) -> StackEntry {
 }
 
 /// The order in which a ray visits nodes.
-pub(super) trait Order {
-    fn new() -> Self;
+pub(super) trait Order: Default {
     /// Returns the child to visit next and pushes the others.
     fn choose(&mut self, with: impl Instructions, hits: NodeHits, cells: &[Cell]) -> Child;
     /// Pops the next child that is not beyond `t_max`.
@@ -27,14 +26,10 @@ pub(super) trait Order {
 }
 
 /// Nearest child first: for the closest hit.
+#[derive(Default)]
 pub(super) struct NearestFirst(ArrayVec<StackEntry, DEPTH>);
 
 impl Order for NearestFirst {
-    #[inline(always)]
-    fn new() -> NearestFirst {
-        NearestFirst(ArrayVec::new())
-    }
-
     #[inline(always)]
     fn choose(&mut self, _: impl Instructions, mut hits: NodeHits, cells: &[Cell]) -> Child {
         let mut nearest = take(&mut hits);
@@ -78,30 +73,18 @@ impl Order for NearestFirst {
 }
 
 /// Last child first, regardless of distance: for any hit.
+#[derive(Default)]
 pub(super) struct LastFirst(ArrayVec<Child, { DEPTH + Node::WIDTH }>);
 
-impl LastFirst {
-    /// Pushes the first `count` (at most 8) of these children.
-    #[inline(always)]
-    pub(super) fn push_some(&mut self, children: [Child; Node::WIDTH], count: u32) {
-        let len = self.0.len();
-        // All eight are written, as that is one store, and there is room for them.
-        let _ = self.0.try_extend_from_slice(&children);
-        self.0.truncate(len + count as usize);
-    }
-}
-
 impl Order for LastFirst {
-    #[inline(always)]
-    fn new() -> LastFirst {
-        LastFirst(ArrayVec::new())
-    }
-
     #[inline(always)]
     fn choose(&mut self, with: impl Instructions, hits: NodeHits, cells: &[Cell]) -> Child {
         let last = (hits.mask.leading_zeros() ^ 31) & 7;
         let rest = hits.mask & !(1 << last);
-        self.push_some(compress(with, &hits, rest), rest.count_ones());
+        let len = self.0.len() + rest.count_ones() as usize;
+        // All eight are written, as that is one store, and there is room for them.
+        let _ = self.0.try_extend_from_slice(&compress(with, &hits, rest));
+        self.0.truncate(len);
         // The next child. (If there is none, the value is unused.)
         let next = hits.child(rest.leading_zeros() ^ 31);
         prefetch(cells, next.offset());

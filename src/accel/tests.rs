@@ -2,9 +2,12 @@
 
 use super::*;
 use crate::assets::mesh::MeshData;
+use crate::handles::ObjectId;
 use crate::math::hash::{mix2, unit_float};
 use crate::math::sampling::uniform_sphere;
+use crate::math::transform::Transform;
 use crate::math::{Vec2, Vec3};
+use crate::shapes::CompiledShape;
 use crate::shapes::mesh::TriangleMesh;
 use crate::shapes::sphere::Sphere;
 use crate::shapes::{Form, quadric::Quadric};
@@ -46,7 +49,7 @@ impl Random {
 }
 
 fn compiled(data: &MeshData, transform: &Transform) -> CompiledShape {
-    CompiledShape::Mesh(Box::new(TriangleMesh::new(data, transform, false)))
+    CompiledShape::Mesh(Box::new(TriangleMesh::new(data.clone(), transform, false)))
 }
 
 fn scene(shapes: Vec<CompiledShape>) -> Geometry {
@@ -59,7 +62,7 @@ fn scene(shapes: Vec<CompiledShape>) -> Geometry {
 
 /// The same shapes as an object, seen through one instance.
 fn instanced(shapes: Vec<CompiledShape>, transform: &Transform) -> Geometry {
-    let mut object = ObjectBuilder::default();
+    let mut object = GeometryBuilder::of_object();
     for shape in shapes {
         object.add(shape, PrimitiveAttributes::default());
     }

@@ -75,7 +75,7 @@ impl<O: Order, V: Visitor> Kernel for Traversal<'_, O, V> {
     fn run(self, with: impl Instructions) -> bool {
         let Traversal { cells, visitor, .. } = self;
         let ray = &TraversalRay::new(self.o, self.d);
-        let mut stack = O::new();
+        let mut stack = O::default();
         let mut current = Child::node(0);
         loop {
             let at = current.offset();
@@ -112,12 +112,11 @@ impl<O: Order, V: Visitor> Kernel for Traversal<'_, O, V> {
 #[inline(always)]
 fn visit_leaf(leaf: Child, cells: &[Cell], ray: &TraversalRay, visitor: &mut impl Visitor) -> bool {
     if leaf.has_others() {
-        let ids: [u32; 8] = cells
-            .first()
-            .map_or([PrimitiveId::NONE.bits(); 8], |&cell| bytemuck::cast(cell));
+        let first = cells.first();
+        let ids: [PrimitiveId; 8] =
+            first.map_or([PrimitiveId::NONE; 8], |&cell| bytemuck::cast(cell));
         return ids
             .into_iter()
-            .map(PrimitiveId::from_bits)
             .take_while(|id| id.is_other())
             .any(|id| visitor.other(id));
     }

@@ -15,7 +15,7 @@ impl Tree {
     /// boxes contain everything below them, every one of `items` is in exactly one leaf, and the number of nodes
     /// matches the count, no deeper than the traversal stack allows.
     pub(super) fn validate(&self, items: &[Item]) -> Result<(), String> {
-        let bounds = items.iter().map(|item| (item.id.bits(), item.bounds));
+        let bounds = items.iter().map(|item| (item.id, item.bounds));
         let mut walk = Validation {
             tree: self,
             expected: bounds.collect(),
@@ -35,8 +35,8 @@ impl Tree {
 /// The state of a validation.
 struct Validation<'a> {
     tree: &'a Tree,
-    /// The boxes of the items not found yet, by the bits of their ids.
-    expected: HashMap<u32, Aabb>,
+    /// The boxes of the items not found yet, by their ids.
+    expected: HashMap<PrimitiveId, Aabb>,
     nodes: usize,
 }
 
@@ -75,15 +75,14 @@ impl Validation<'_> {
         let cells = self.tree.cells.get(at.offset()..).unwrap_or_default();
         let ids: Vec<PrimitiveId> = if at.has_others() {
             let cell = cells.first().ok_or_else(|| format!("no leaf at {at:?}"))?;
-            let ids: [u32; 8] = bytemuck::cast(*cell);
-            ids.map(PrimitiveId::from_bits).to_vec()
+            bytemuck::cast::<_, [PrimitiveId; 8]>(*cell).to_vec()
         } else {
             let packet =
                 StoredPacket::first_of(cells).ok_or_else(|| format!("no packet at {at:?}"))?;
             (0..LANES).map(|lane| packet.id(lane)).collect()
         };
         for id in ids.into_iter().filter(|&id| id != PrimitiveId::NONE) {
-            let bounds = self.expected.remove(&id.bits());
+            let bounds = self.expected.remove(&id);
             let bounds = bounds.ok_or_else(|| format!("{id:?} is in two leaves, or no item"))?;
             if outer.union(bounds) != outer {
                 return Err(format!("{id:?} is outside the box of its leaf"));

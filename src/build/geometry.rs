@@ -1,16 +1,15 @@
 //! Places shapes, creates emitters and builds the trees.
 
-use crate::accel::{Geometry, GeometryBuilder, ObjectBuilder, PrimitiveAttributes};
+use crate::accel::{Geometry, GeometryBuilder, GeometryError, PrimitiveAttributes};
 use crate::budget::Budget;
 use crate::handles::LightId;
 use crate::lights::{DiffuseAreaLight, DiffuseAreaSpec, Light};
 use crate::math::DVec3;
-use crate::math::motion::Motion;
 use crate::math::transform::Transform;
 use crate::scene::Frame;
 use crate::scene::description::{InstanceEntity, ObjectDefinition, ShapeEntity};
 use crate::shapes::emitter::Emitter;
-use crate::shapes::{CompiledShape, ShapeError};
+use crate::shapes::{CompiledShape, ShapeError, Site};
 use crate::syntax::{Diagnostic, Diagnostics};
 use rayon::prelude::*;
 
@@ -56,65 +55,49 @@ pub(super) fn build(
         diagnostics,
     };
     let mut top = GeometryBuilder::default();
-    for Compiled {
-        shape,
-        attributes,
-        motion,
-    } in adder.compile(shapes.placed, render_from_world)
-    {
-        match motion {
-            None => top.add(shape, attributes),
-            Some(motion) => top.add_moving(shape, attributes, motion),
-        }
-    }
+    adder.add_shapes(shapes.placed, render_from_world, &mut top);
     let sampled_lights = adder.lights.len();
-    let mut objects = Vec::with_capacity(shapes.objects.len());
-    for object in shapes.objects {
-        let mut builder = ObjectBuilder::default();
-        for Compiled {
-            shape,
-            attributes,
-            motion,
-        } in adder.compile(object.shapes, &Transform::IDENTITY)
-        {
-            match motion {
-                None => builder.add(shape, attributes),
-                Some(motion) => builder.add_moving(shape, attributes, motion),
-            }
-        }
-        objects.push(builder);
-    }
+    let object = |object: ObjectDefinition| {
+        let mut builder = GeometryBuilder::of_object();
+        adder.add_shapes(object.shapes, &Transform::IDENTITY, &mut builder);
+        builder
+    };
+    let objects = shapes.objects.into_iter().map(object).collect();
     for instance in &shapes.instances {
-        let place = &instance.world_from_object;
-        match place.motion() {
-            Some(motion) => {
-                let motion = motion.shifted(render_from_world.point(DVec3::ZERO));
-                top.add_moving_instance(instance.object, motion);
-            }
-            // A singular transformation at the end was warned about, and the shape is left out with both.
-            None if place.end.is_some() => {}
-            None => top.add_instance(instance.object, &(*render_from_world * place.start)),
-        }
+        add_instance(instance, render_from_world, &mut top);
     }
-    match top.build(objects) {
-        Ok(geometry) => {
-            let skipped = geometry.statistics().skipped;
-            if skipped > 0 {
-                let message = format!(
-                    "triangles without area, or with corners that are no places, are left out: {skipped}"
-                );
-                diagnostics.push(Diagnostic::note(message));
-            }
-            Some(PlacedGeometry {
-                geometry,
-                lights: adder.lights,
-                sampled_lights,
-            })
+    let lights = adder.lights;
+    let built = top.build(objects);
+    let report = |error: GeometryError| diagnostics.push(Diagnostic::error(error.to_string()));
+    let geometry = built.map_err(report).ok()?;
+    let skipped = geometry.statistics().skipped;
+    if skipped > 0 {
+        let message = format!(
+            "triangles without area, or with corners that are no places, are left out: {skipped}"
+        );
+        diagnostics.push(Diagnostic::note(message));
+    }
+    Some(PlacedGeometry {
+        geometry,
+        lights,
+        sampled_lights,
+    })
+}
+
+fn add_instance(
+    instance: &InstanceEntity,
+    render_from_world: &Transform,
+    top: &mut GeometryBuilder,
+) {
+    let place = &instance.world_from_object;
+    match place.motion() {
+        Some(motion) => {
+            let motion = motion.shifted(render_from_world.point(DVec3::ZERO));
+            top.add_moving_instance(instance.object, motion);
         }
-        Err(error) => {
-            diagnostics.push(Diagnostic::error(error.to_string()));
-            None
-        }
+        // A singular transformation at the end was warned about, and the shape is left out with both.
+        None if place.end.is_some() => {}
+        None => top.add_instance(instance.object, &(*render_from_world * place.start)),
     }
 }
 
@@ -122,14 +105,10 @@ pub(super) fn build(
 pub(super) fn check(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) {
     let objects = frame.objects.iter().flat_map(|object| &object.shapes);
     let shapes: Vec<&ShapeEntity> = frame.shapes.iter().chain(objects).collect();
-    let problems: Vec<Vec<Diagnostic>> = shapes
-        .into_par_iter()
-        .map(|shape| {
-            // The camera's position does not affect what is wrong with a shape.
-            problems(shape, &compile(shape, &Transform::IDENTITY, budget))
-        })
-        .collect();
-    for problem in problems.into_iter().flatten() {
+    // The camera's position does not affect what is wrong with a shape.
+    let of_shape = |shape| problems(shape, &compile(shape, &Transform::IDENTITY, budget));
+    let found: Vec<_> = shapes.into_par_iter().flat_map_iter(of_shape).collect();
+    for problem in found {
         diagnostics.push(problem);
     }
 }
@@ -166,17 +145,11 @@ fn compile(
         Some(_) if place.motion().is_none() => return Err(ShapeError::Singular),
         Some(_) => Transform::IDENTITY,
     };
-    shape
-        .spec
-        .compile(&level_from_shape, shape.reverse_orientation, budget)
-}
-
-/// A compiled shape with everything that a tree needs.
-struct Compiled {
-    shape: CompiledShape,
-    attributes: PrimitiveAttributes,
-    /// From the shape's own space to the level's, if it moves.
-    motion: Option<Motion>,
+    shape.spec.compile(&Site {
+        level_from_object: &level_from_shape,
+        reverse_orientation: shape.reverse_orientation,
+        budget,
+    })
 }
 
 /// Turns shapes into primitives with attributes, collecting the lights they form.
@@ -190,70 +163,61 @@ struct Adder<'a> {
 }
 
 impl Adder<'_> {
-    fn compile(&mut self, shapes: Vec<ShapeEntity>, level_from_world: &Transform) -> Vec<Compiled> {
-        let compiled: Vec<(ShapeEntity, Result<CompiledShape, ShapeError>)> = shapes
-            .into_par_iter()
-            .map(|shape| {
-                let result = compile(&shape, level_from_world, self.budget);
-                (shape, result)
-            })
-            .collect();
-        compiled
-            .into_iter()
-            .filter_map(|(shape, result)| {
-                let (compiled, attributes) = self.attributes(&shape, result)?;
-                let motion = shape.world_from_shape.motion();
-                Some(Compiled {
-                    shape: compiled,
-                    attributes,
-                    // A level's space is the world's, or a translation of it.
-                    motion: motion.map(|m| m.shifted(level_from_world.point(DVec3::ZERO))),
-                })
-            })
-            .collect()
+    /// Compiles shapes and adds them to their level, whose space is the world's, or a translation of it.
+    fn add_shapes(
+        &mut self,
+        shapes: Vec<ShapeEntity>,
+        level_from_world: &Transform,
+        level: &mut GeometryBuilder,
+    ) {
+        let compiled = shapes.into_par_iter().map(|shape| {
+            let result = compile(&shape, level_from_world, self.budget);
+            (shape, result)
+        });
+        let compiled: Vec<_> = compiled.collect();
+        for (shape, result) in compiled {
+            for problem in problems(&shape, &result) {
+                self.diagnostics.push(problem);
+            }
+            let Ok(mut compiled) = result else { continue };
+            if let (CompiledShape::Mesh(mesh), false) = (&mut compiled, self.need_faces) {
+                mesh.data.face_ids = Vec::new();
+            }
+            let attributes = self.attributes(&shape, &compiled);
+            match shape.world_from_shape.motion() {
+                None => level.add(compiled, attributes),
+                Some(motion) => {
+                    let motion = motion.shifted(level_from_world.point(DVec3::ZERO));
+                    level.add_moving(compiled, attributes, motion);
+                }
+            }
+        }
     }
 
-    fn attributes(
-        &mut self,
-        shape: &ShapeEntity,
-        result: Result<CompiledShape, ShapeError>,
-    ) -> Option<(CompiledShape, PrimitiveAttributes)> {
-        for problem in problems(shape, &result) {
-            self.diagnostics.push(problem);
-        }
-        let mut compiled = result.ok()?;
-        if let (CompiledShape::Mesh(mesh), false) = (&mut compiled, self.need_faces) {
-            mesh.face_ids = Vec::new();
-        }
+    fn attributes(&mut self, shape: &ShapeEntity, compiled: &CompiledShape) -> PrimitiveAttributes {
         let (light, paired_lights) = match shape.area_light {
-            Some(light) => self.add_lights(&compiled, light),
+            Some(light) => self.add_lights(compiled, light),
             None => (None, false),
         };
-        let attributes = PrimitiveAttributes {
+        PrimitiveAttributes {
             material: shape.material,
             light,
             paired_lights,
             alpha: shape.spec.alpha,
             shadow_alpha: shape.spec.shadow_alpha,
             interface: shape.interface,
-        };
-        Some((compiled, attributes))
+        }
     }
 
     /// Adds one light for each piece of the shape; all pieces form one group. Returns the first, and whether every two
     /// triangles are one light.
     fn add_lights(&mut self, shape: &CompiledShape, area_light: usize) -> (Option<LightId>, bool) {
         let first = LightId(self.lights.len() as u32);
-        let spec = &self.area_lights[area_light];
+        let (spec, group) = (&self.area_lights[area_light], self.groups);
         let emitters = shape.emitters();
-        let paired = Emitter::faces_per_piece(&emitters) == 2;
-        for emitter in emitters {
-            self.lights.push(Light::DiffuseArea(DiffuseAreaLight::new(
-                spec,
-                emitter,
-                self.groups,
-            )));
-        }
+        let paired = Emitter::are_pairs(&emitters);
+        let light = |emitter| Light::DiffuseArea(DiffuseAreaLight::new(spec, emitter, group));
+        self.lights.extend(emitters.into_iter().map(light));
         self.groups += 1;
         (Some(first), paired)
     }

@@ -43,9 +43,9 @@ pub(super) fn note(frame: &Frame, diagnostics: &Diagnostics) {
 }
 
 fn placed(diagnostic: Diagnostic, frame: &Frame) -> Diagnostic {
-    match frame.options.integrator.place {
-        Some(span) => diagnostic.at(span),
-        None => diagnostic,
+    Diagnostic {
+        span: frame.options.integrator.place,
+        ..diagnostic
     }
 }
 

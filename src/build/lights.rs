@@ -15,28 +15,20 @@ pub(super) fn place(
     diagnostics: &Diagnostics,
     budget: &Budget,
 ) -> Vec<Light> {
-    specs
-        .iter()
-        .map(|spec| {
-            let map = spec
-                .map
-                .as_ref()
-                .and_then(|file| load(file, diagnostics, budget));
-            Light::new(spec, map, render_from_world)
-        })
-        .collect()
+    let place = |spec: &LightSpec| {
+        let file = spec.map.as_ref();
+        let map = file.and_then(|file| load(file, diagnostics, budget));
+        Light::new(spec, map, render_from_world)
+    };
+    specs.iter().map(place).collect()
 }
 
 fn load(file: &NamedFile, diagnostics: &Diagnostics, budget: &Budget) -> Option<LightMap> {
     match ImageData::load(&file.path, budget) {
         Ok(image) => {
-            let (width, height) = (image.width, image.height);
-            let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-            LightMap::new(
-                width,
-                height,
-                texels.map(|(x, y)| image.pixel(x, y)).collect(),
-            )
+            let texels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+            let texels = texels.map(|(x, y)| image.pixel(x, y)).collect();
+            LightMap::new(image.width, image.height, texels)
         }
         Err(error) => {
             let error = Diagnostic::error(error.to_string());

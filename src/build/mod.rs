@@ -73,10 +73,9 @@ impl FrameAssets {
         let options = &frame.options;
         let pixels = options.film.pixel_bounds().area() as u64;
         if let Err(error) = budget.take(pixels.saturating_mul(PIXEL_BYTES)) {
-            let diagnostic = Diagnostic::error(format!("the film {error}"));
-            diagnostics.push(match options.film_at {
-                Some(film) => diagnostic.at(film),
-                None => diagnostic,
+            diagnostics.push(Diagnostic {
+                span: options.film_at,
+                ..Diagnostic::error(format!("the film {error}"))
             });
         }
         let camera_from_world = &options.camera_from_world;
@@ -116,57 +115,45 @@ impl FrameAssets {
 
 fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<PreparedScene> {
     let budget = Budget::new(frame.options.max_memory);
-    let FrameAssets {
-        render_from_world,
-        film,
-        camera,
-        textures,
-        bsdf_files,
-        lights,
-    } = FrameAssets::new(&frame, diagnostics, &budget);
-    let Some(camera) = camera else {
+    let assets = FrameAssets::new(&frame, diagnostics, &budget);
+    let Some(camera) = assets.camera else {
         geometry::check(&frame, diagnostics, &budget);
         return None;
     };
     let (options, mut materials) = (frame.options, frame.materials);
-    materials::prepare(&mut materials, &bsdf_files);
+    materials::prepare(&mut materials, &assets.bsdf_files);
     let shapes = Shapes {
         placed: frame.shapes,
         objects: frame.objects,
         instances: frame.instances,
         area_lights: frame.area_lights,
-        need_faces: textures.need_faces(),
+        need_faces: assets.textures.need_faces(),
     };
-    let placed = geometry::build(shapes, lights, &render_from_world, diagnostics, &budget)?;
+    let place = &assets.render_from_world;
+    let placed = geometry::build(shapes, assets.lights, place, diagnostics, &budget)?;
     let world = World::new(
         placed.geometry,
         materials,
-        textures,
+        assets.textures,
         placed.lights,
         placed.sampled_lights,
-    )
-    .with_media(Media::new(frame.media, &render_from_world));
-    let description = camera.describe(&film);
-    let integrator = Integrator::new(&options.integrator.spec, &world);
-    let metadata = metadata(&options, &film);
+        Media::new(frame.media, place),
+    );
+    let bounds = options.film.pixel_bounds();
     let sampler = Sampler::new(&options.sampler, seed);
-    let filter = filter(&options);
-    let film = options.film;
-    let sampled = sampled_bounds(film.pixel_bounds(), options.integrator.pixel_bounds);
-    let job = RenderJob {
-        world,
-        camera,
-        integrator,
-        footprint_spp: sampler.spp(),
-        sampler,
-        filter,
-        film,
-        sampled,
-    };
     Some(PreparedScene {
-        job,
-        metadata,
-        description,
+        metadata: metadata(&options, &assets.film),
+        description: camera.describe(&assets.film),
+        job: RenderJob {
+            integrator: Integrator::new(&options.integrator.spec, &world),
+            world,
+            camera,
+            footprint_spp: sampler.spp(),
+            sampler,
+            filter: filter(&options),
+            sampled: sampled_bounds(bounds, options.integrator.pixel_bounds),
+            film: options.film,
+        },
     })
 }
 

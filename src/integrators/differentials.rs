@@ -69,7 +69,8 @@ mod tests {
         transmit: bool,
     ) -> Option<(SurfaceHit, Bsdf<'a>, BsdfSample)> {
         let hit = world.intersect(ray)?;
-        let bsdf = world.bsdf(world.material(hit.material)?, &hit.surface, None);
+        let mut bsdf = Bsdf::empty();
+        world.fill_bsdf(world.material(hit.material)?, &hit.surface, None, &mut bsdf);
         let sample = bsdf.sample_specular(hit.surface.wo, transmit, 0.5)?;
         Some((hit.surface, bsdf, sample))
     }

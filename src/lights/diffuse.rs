@@ -174,7 +174,9 @@ impl LightType for DiffuseAreaLight {
 /// A triangle that emits, for tests.
 #[cfg(test)]
 pub(super) fn triangle_emitter(corners: [Vec3; 3]) -> Emitter {
-    Emitter::triangle(corners)
+    let orientation = crate::shapes::triangle::Orientation::default();
+    let triangle = crate::shapes::emitter::TriangleEmitter::new(corners, None, orientation);
+    Emitter::Triangle(triangle)
 }
 
 #[cfg(test)]

@@ -21,13 +21,12 @@ impl Distribution1D {
             .map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 })
             .collect();
         let n = function.len().max(1) as f64;
-        let mut sum = 0.0f64;
-        let mut running = Vec::with_capacity(function.len() + 1);
-        running.push(0.0f64);
-        for &v in &function {
-            sum += v as f64 / n;
-            running.push(sum);
-        }
+        let mut sum = 0.0;
+        let running = function.iter().map(|&v| {
+            sum += f64::from(v) / n;
+            sum
+        });
+        let running: Vec<f64> = std::iter::once(0.0).chain(running).collect();
         let cdf: Vec<f32> = if sum > 0.0 {
             running.iter().map(|&c| (c / sum) as f32).collect()
         } else {

@@ -6,7 +6,7 @@
 //! the first and after the last time the ends apply (docs/scene-language.md §2.2). Reflections, which pbrt-v3 does not
 //! handle, are part of the stretch.
 
-use super::transform::{Transform, box_corners};
+use super::transform::{Transform, box_around, box_corners, largest_entry};
 use super::{DMat4, DVec3};
 use glam::{DAffine3, DMat3, DQuat};
 
@@ -39,12 +39,8 @@ impl Parts {
             let next = (rotation + rotation.inverse().transpose()) * 0.5;
             let change = next - rotation;
             rotation = next;
-            let change = change
-                .to_cols_array()
-                .iter()
-                .fold(0.0f64, |a, b| a.max(b.abs()));
             // Entries of a rotation are at most 1.
-            if change <= 4.0 * f64::EPSILON {
+            if largest_entry(&change) <= 4.0 * f64::EPSILON {
                 break;
             }
         }
@@ -142,21 +138,18 @@ impl Motion {
     /// h apart in s, a curve is no farther than h²/8 · max|c″| from the chord; so the points' box, widened by that,
     /// contains it.
     pub fn bounds(&self, low: DVec3, high: DVec3) -> (DVec3, DVec3) {
-        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let steps = if self.angle > 0.0 { TURNING_STEPS } else { 1 };
-        for corner in box_corners(low, high) {
+        box_around(box_corners(low, high).into_iter().flat_map(|corner| {
             let ends = self.stretch.map(|s| s * corner);
             let reach = ends[0].length().max(ends[1].length());
             let bend = self.angle * (self.angle * reach + 2.0 * ends[0].distance(ends[1]));
             let step = 1.0 / steps as f64;
             let margin = DVec3::splat(step * step / 8.0 * bend);
-            for j in 0..=steps {
+            (0..=steps).flat_map(move |j| {
                 let p = self.point(corner, j as f64 * step);
-                min = min.min(p - margin);
-                max = max.max(p + margin);
-            }
-        }
-        (min, max)
+                [p - margin, p + margin]
+            })
+        }))
     }
 }
 

@@ -39,10 +39,8 @@ pub fn rgb_from_samples(samples: &[(f64, f64)]) -> Rgb {
 
 /// The value at `wavelength`, where `next` is the first pair at or above it.
 fn interpolate(samples: &[(f64, f64)], next: usize, wavelength: f64) -> f64 {
-    match (
-        next.checked_sub(1).and_then(|i| samples.get(i)),
-        samples.get(next),
-    ) {
+    let before = next.checked_sub(1).and_then(|i| samples.get(i));
+    match (before, samples.get(next)) {
         (Some(&(w0, v0)), Some(&(w1, v1))) => v0 + (v1 - v0) * ((wavelength - w0) / (w1 - w0)),
         (Some(&(_, v)), None) | (None, Some(&(_, v))) => v,
         (None, None) => 0.0,
@@ -185,7 +183,7 @@ mod tests {
     fn double_precision_matrix_is_the_shared_one() {
         let rgb = rgb_from_function(|_| 1.0);
         let mut xyz = Rgb::ZERO;
-        for row in &COLOR_MATCHING {
+        for row in COLOR_MATCHING.iter() {
             xyz += Rgb::new(row[0] as f32, row[1] as f32, row[2] as f32);
         }
         // 471 single-precision additions.

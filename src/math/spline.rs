@@ -89,20 +89,12 @@ fn interval(count: usize, before: impl Fn(usize) -> bool) -> usize {
 /// The end nodes of the chords that determine the slopes at both ends of interval `i`: its own nodes where the spline
 /// ends, at either end or where two nodes coincide.
 fn neighbors(nodes: &[f32], i: usize) -> [usize; 2] {
-    let (first, last) = (i, i + 1);
-    let before = first.saturating_sub(1);
-    let after = (last + 1).min(nodes.len() - 1);
+    let (before, after) = (i.saturating_sub(1), (i + 2).min(nodes.len() - 1));
+    let chord_before = nodes[before] < nodes[i];
+    let chord_after = nodes[i + 1] < nodes[after];
     [
-        if nodes[before] < nodes[first] {
-            before
-        } else {
-            first
-        },
-        if nodes[last] < nodes[after] {
-            after
-        } else {
-            last
-        },
+        if chord_before { before } else { i },
+        if chord_after { after } else { i + 1 },
     ]
 }
 
@@ -111,45 +103,47 @@ fn wide(nodes: &[f32], i: usize) -> Option<usize> {
     (0..=i).rev().find(|&i| nodes[i] < nodes[i + 1])
 }
 
-/// One cubic piece over t in 0…1: values and slopes (per unit of t) at its ends.
+/// One cubic piece over t in 0…1.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
+    /// Values at its ends.
     f: [f64; 2],
-    slope: [f64; 2],
+    /// Coefficients of t, t² and t³.
+    slope: f64,
+    square: f64,
+    cube: f64,
 }
 
 impl Piece {
     fn new(nodes: &[f32], value: &impl Fn(usize) -> f32, i: usize) -> Piece {
         let x = |i: usize| f64::from(nodes[i]);
         let y = |i: usize| f64::from(value(i));
-        let f = [y(i), y(i + 1)];
+        let (f0, f1) = (y(i), y(i + 1));
         let width = x(i + 1) - x(i);
         let chord = |from: usize, to: usize| width * (y(to) - y(from)) / (x(to) - x(from));
         let [before, after] = neighbors(nodes, i);
-        let slope = [chord(before, i + 1), chord(i, after)];
-        Piece { f, slope }
+        // Slopes at both ends, per unit of t.
+        let (d0, d1) = (chord(before, i + 1), chord(i, after));
+        Piece {
+            f: [f0, f1],
+            slope: d0,
+            square: 3.0 * (f1 - f0) - 2.0 * d0 - d1,
+            cube: 2.0 * (f0 - f1) + d0 + d1,
+        }
     }
 
     fn value(&self, t: f64) -> f64 {
-        let ([f0, f1], [d0, d1]) = (self.f, self.slope);
-        let square = 3.0 * (f1 - f0) - 2.0 * d0 - d1;
-        let cube = 2.0 * (f0 - f1) + d0 + d1;
-        f0 + t * (d0 + t * (square + t * cube))
+        self.f[0] + t * (self.slope + t * (self.square + t * self.cube))
     }
 
     /// ∫ from 0 to t.
     fn integral(&self, t: f64) -> f64 {
-        let ([f0, f1], [d0, d1]) = (self.f, self.slope);
-        let square = 3.0 * (f1 - f0) - 2.0 * d0 - d1;
-        let cube = 2.0 * (f0 - f1) + d0 + d1;
-        t * (f0 + t * (d0 / 2.0 + t * (square / 3.0 + t * cube / 4.0)))
+        let curved = t * (self.square / 3.0 + t * self.cube / 4.0);
+        t * (self.f[0] + t * (self.slope / 2.0 + curved))
     }
 
     fn derivative(&self, t: f64) -> f64 {
-        let ([f0, f1], [d0, d1]) = (self.f, self.slope);
-        let square = 3.0 * (f1 - f0) - 2.0 * d0 - d1;
-        let cube = 2.0 * (f0 - f1) + d0 + d1;
-        d0 + t * (2.0 * square + t * 3.0 * cube)
+        self.slope + t * (2.0 * self.square + t * 3.0 * self.cube)
     }
 }
 

@@ -67,19 +67,16 @@ impl SteppedDensities {
         let positive = (0..self.cells).filter(|&i| share(i) > 0.0).count();
         let spread = f64::from(STEPS) - positive as f64;
         let (mut sum, mut before) = (0.0, 0u16);
-        let mut starts = [STEPS; LINE];
-        for i in 0..self.lines_each * LINE {
-            if i < self.cells {
-                starts[i % LINE] = (sum / total * spread).round() as u16 + before;
-                sum += share(i);
-                before += u16::from(share(i) > 0.0);
-            } else {
-                starts[i % LINE] = STEPS;
-            }
-            if i % LINE == LINE - 1 {
-                self.lines.push(Line(starts));
-            }
-        }
+        let start = |i: usize| {
+            let start = (sum / total * spread).round() as u16 + before;
+            sum += share(i);
+            before += u16::from(share(i) > 0.0);
+            start
+        };
+        let mut starts: Vec<u16> = (0..self.cells).map(start).collect();
+        starts.resize(self.lines_each * LINE, STEPS);
+        let (lines, _) = starts.as_chunks();
+        self.lines.extend(lines.iter().map(|&line| Line(line)));
     }
 
     fn lines_of(&self, density: usize) -> Range<usize> {

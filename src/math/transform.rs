@@ -1,7 +1,7 @@
 //! Transformations, composed in double precision (docs/scene-language.md §2.2).
 
 use super::{DMat4, DVec3};
-use glam::DVec4;
+use glam::{DAffine3, DMat3, DVec4};
 
 /// A 4×4 matrix with its inverse. Column vectors: `a * b` applies b first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,17 +94,12 @@ impl Transform {
 
     /// Transforms a normal by the inverse transpose; the result is not normalized.
     pub fn normal(&self, n: DVec3) -> DVec3 {
-        DVec3::new(
-            self.inverse.x_axis.truncate().dot(n),
-            self.inverse.y_axis.truncate().dot(n),
-            self.inverse.z_axis.truncate().dot(n),
-        )
+        DMat3::from_mat4(self.inverse).transpose_mul_vec3(n)
     }
 
     /// Returns `true` if the transformation mirrors: the determinant of its upper 3×3 part is negative.
     pub fn swaps_handedness(&self) -> bool {
-        let m = glam::DMat3::from_mat4(self.m);
-        m.determinant() < 0.0
+        DMat3::from_mat4(self.m).determinant() < 0.0
     }
 
     /// The same, with the inverse's translation computed from the matrix's. If a chain of large translations cancels,
@@ -118,16 +113,12 @@ impl Transform {
 
     /// The scale factor if the transformation is a similarity (rotation, reflection, uniform scale, translation).
     pub fn similarity(&self) -> Option<f64> {
-        let m = glam::DMat3::from_mat4(self.m);
+        let m = DMat3::from_mat4(self.m);
         let product = m.transpose() * m;
         let scale2 = (product.x_axis.x + product.y_axis.y + product.z_axis.z) / 3.0;
-        let off = product - glam::DMat3::from_diagonal(DVec3::splat(scale2));
-        let worst = off
-            .to_cols_array()
-            .iter()
-            .fold(0.0f64, |a, b| a.max(b.abs()));
+        let off = product - DMat3::from_diagonal(DVec3::splat(scale2));
         // Rotations written with single-precision values are orthogonal to 1e-7.
-        (worst <= 1e-6 * scale2).then(|| scale2.sqrt())
+        (largest_entry(&off) <= 1e-6 * scale2).then(|| scale2.sqrt())
     }
 
     /// Returns `true` if all matrix and inverse entries are finite.
@@ -145,6 +136,45 @@ impl std::ops::Mul for Transform {
             inverse: b.inverse * self.inverse,
         }
     }
+}
+
+/// The placement of one space within another.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// From the inner space to the outer one.
+    pub outer_from_inner: DAffine3,
+    /// The inverse.
+    pub inner_from_outer: DAffine3,
+}
+
+impl Place {
+    /// By an affine transformation.
+    pub fn new(outer_from_inner: &Transform) -> Place {
+        Place {
+            outer_from_inner: DAffine3::from_mat4(outer_from_inner.m),
+            inner_from_outer: DAffine3::from_mat4(outer_from_inner.inverse),
+        }
+    }
+
+    /// Origin and direction of a ray, in the inner space.
+    #[inline]
+    pub fn inward(&self, o: DVec3, d: DVec3) -> (DVec3, DVec3) {
+        let inverse = &self.inner_from_outer;
+        (inverse.transform_point3(o), inverse.transform_vector3(d))
+    }
+}
+
+/// The largest absolute value of an entry.
+pub(super) fn largest_entry(m: &DMat3) -> f64 {
+    let entries = m.to_cols_array();
+    entries.iter().fold(0.0, |largest, x| largest.max(x.abs()))
+}
+
+/// Corners of the smallest box that contains the points; `min > max` if there is none.
+pub fn box_around(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) {
+    let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let extend = |(min, max): (DVec3, DVec3), p: DVec3| (min.min(p), max.max(p));
+    points.into_iter().fold(nothing, extend)
 }
 
 /// The eight corners of the box from `low` to `high`.

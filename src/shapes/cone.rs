@@ -10,10 +10,9 @@
 //! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.5).
 
 use super::positive;
-use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
+use super::quadric::{ObjectPoint, ObjectSurface, Swept, azimuth, roots};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
-use std::f64::consts::TAU;
 
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +21,8 @@ pub struct Cone {
     pub radius: f64,
     /// Height of the apex.
     pub height: f64,
-    /// Angle swept, radians.
-    pub phi_max: f64,
+    /// From the base to the apex.
+    pub swept: Swept,
 }
 
 impl Cone {
@@ -32,7 +31,7 @@ impl Cone {
         Cone {
             radius,
             height,
-            phi_max: sweep(phi_max),
+            swept: Swept::new(0.0, height, phi_max),
         }
     }
 
@@ -72,49 +71,40 @@ impl ObjectSurface for Cone {
         // |o2 dz − d2 oz|² − (o2 × d2)².
         let turn = o2.perp_dot(d2);
         let discriminant = (o2 * dz - d2 * oz).length_squared() - turn * turn;
-        for t in roots(a, b, c, discriminant)? {
-            let p = self.onto_surface(o + d * t);
-            let inside = p.z >= 0.0
-                && p.z <= self.height
-                && (self.phi_max >= TAU || azimuth(p) <= self.phi_max);
-            if t > 0.0 && inside {
-                return Some((t, p));
-            }
-        }
-        None
+        let roots = roots(a, b, c, discriminant)?.into_iter();
+        roots
+            .map(|t| (t, self.onto_surface(o + d * t)))
+            .find(|&(t, p)| t > 0.0 && self.swept.contains(p))
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {
-        let phi = azimuth(p);
-        let (sin, cos) = phi.sin_cos();
+        let (sin, cos) = azimuth(p).sin_cos();
         let side = self.height.hypot(self.radius);
         // Cosine and sine of the normal's elevation.
         let (level, up) = (self.height / side, self.radius / side);
         ObjectPoint {
-            uv: DVec2::new(phi / self.phi_max, p.z / self.height),
+            uv: self.swept.uv(p),
             n: DVec3::new(level * cos, level * sin, up),
-            dpdu: self.phi_max * DVec3::new(-p.y, p.x, 0.0),
+            dpdu: self.swept.dpdu(p),
             dpdv: DVec3::new(-self.radius * cos, -self.radius * sin, self.height),
-            dndu: self.phi_max * level * DVec3::new(-sin, cos, 0.0),
+            dndu: self.swept.phi_max * level * DVec3::new(-sin, cos, 0.0),
             dndv: DVec3::ZERO,
         }
     }
 
     fn bounds(&self) -> (DVec3, DVec3) {
-        let r = self.radius;
-        (DVec3::new(-r, -r, 0.0), DVec3::new(r, r, self.height))
+        self.swept.bounds(self.radius)
     }
 
     fn sample(&self, u: DVec2) -> DVec3 {
         // Circumference grows linearly from the apex.
         let from_apex = u.x.sqrt();
-        let rho = self.radius * from_apex;
-        let (sin, cos) = (u.y * self.phi_max).sin_cos();
-        DVec3::new(rho * cos, rho * sin, self.height * (1.0 - from_apex))
+        let z = self.height * (1.0 - from_apex);
+        self.swept.point(self.radius * from_apex, u.y, z)
     }
 
     fn area(&self) -> f64 {
-        0.5 * self.phi_max * self.radius * self.height.hypot(self.radius)
+        0.5 * self.swept.phi_max * self.radius * self.height.hypot(self.radius)
     }
 }
 

@@ -24,12 +24,11 @@ pub use bezier::Bezier;
 pub use segment::{CurveHit, Segment};
 
 use super::site::{ShapeType, Site};
-use super::{CompiledShape, ShapeError};
-use crate::math::transform::Transform;
-use crate::math::{DMat4, DVec3, Vec3};
+use super::{CompiledShape, ShapeError, left_out, needed, triples};
+use crate::math::transform::{Place, Transform, box_around};
+use crate::math::{DMat4, DVec3};
 use crate::params::ParamReader;
 use crate::syntax::suggest::nearest;
-use glam::{DAffine3, DMat3};
 
 /// More boxes per segment than 2 to this do not pay.
 const MAX_SPLITS: i64 = 3;
@@ -75,51 +74,13 @@ impl CurveSpec {
         let degree = match reader.integer("degree", 3) {
             degree @ (2 | 3) => degree as usize,
             other => {
-                let message =
-                    format!("curves are of degree 2 or 3, not {other}: the shape is left out");
-                reader.error("degree", message);
-                return None;
+                let why = format_args!("curves are of degree 2 or 3, not {other}");
+                return left_out(reader, "degree", why);
             }
         };
         let basis = reader.one_of("basis", &["bezier", "bspline"]);
         let kind = read_kind(reader);
-        let Some(points) = reader.points3("P") else {
-            reader.error("P", "a curve needs control points: \"point3 P\"");
-            return None;
-        };
-        let points: Vec<DVec3> = points
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .copied()
-            .map(DVec3::from)
-            .collect();
-        let bezier = basis == "bezier";
-        if points.len() <= degree || (bezier && !(points.len() - 1).is_multiple_of(degree)) {
-            let more = if bezier {
-                format!("and {degree} more for each further segment")
-            } else {
-                "or more".to_string()
-            };
-            let message = format!(
-                "{} control points: a {basis} curve of degree {degree} takes {} {more}; the shape \
-                 is left out",
-                points.len(),
-                degree + 1
-            );
-            reader.error("P", message);
-            return None;
-        }
-        let segments: Vec<Bezier> = if bezier {
-            let starts = (0..points.len() - 1).step_by(degree);
-            let control = starts.map(|i| &points[i..=i + degree]);
-            control.map(Bezier::from_bezier).collect()
-        } else {
-            points
-                .windows(degree + 1)
-                .map(Bezier::from_bspline)
-                .collect()
-        };
+        let segments = read_segments(reader, basis, degree)?;
         let normals = read_normals(reader, kind, segments.len())?;
         Some(CurveSpec {
             kind,
@@ -132,10 +93,8 @@ impl CurveSpec {
 
     /// Places the curve.
     pub fn place(&self, level_from_object: &Transform, reverse_orientation: bool) -> Curves {
-        let flip = reverse_orientation ^ level_from_object.swaps_handedness();
-        let scale = level_from_object
-            .similarity()
-            .filter(|_| !level_from_object.swaps_handedness());
+        let mirrors = level_from_object.swaps_handedness();
+        let scale = level_from_object.similarity().filter(|_| !mirrors);
         // Widths and the strip's turning are object space's. Where the transformation keeps angles
         // the curve is placed once; elsewhere rays are taken to object space, counted from the
         // curve's first point so that single precision is spent on the curve.
@@ -145,11 +104,8 @@ impl CurveSpec {
                 let anchor = self.segments.first().map_or(DVec3::ZERO, |s| s.0[0]);
                 let placed =
                     (*level_from_object * Transform::translate(anchor)).with_translations_matched();
-                let placement = Placement {
-                    level_from_local: DAffine3::from_mat4(placed.m),
-                    local_from_level: DAffine3::from_mat4(placed.inverse),
-                };
-                (Transform::translate(-anchor), Some(placement), 1.0)
+                let place = Place::new(&placed);
+                (Transform::translate(-anchor), Some(place), 1.0)
             }
         };
         let count = self.segments.len() as f64;
@@ -164,7 +120,7 @@ impl CurveSpec {
         let segments = self.segments.iter().enumerate();
         Curves {
             kind: self.kind,
-            flip,
+            flip: reverse_orientation ^ mirrors,
             placement,
             segments: segments
                 .map(|(i, bezier)| PlacedSegment {
@@ -205,6 +161,34 @@ fn read_widths(reader: &ParamReader) -> [f64; 2] {
     })
 }
 
+/// The segments of the spline with the control points given; `None` where these are missing or not as many as they
+/// must be (reported).
+fn read_segments(reader: &ParamReader, basis: &str, degree: usize) -> Option<Vec<Bezier>> {
+    let message = "a curve needs control points: \"point3 P\"";
+    let points = needed(reader, "P", reader.points3("P"), message)?;
+    let points: Vec<DVec3> = triples(points).collect();
+    // How many points each further segment takes.
+    let (step, segment): (usize, fn(&[DVec3]) -> Bezier) = match basis {
+        "bezier" => (degree, Bezier::from_bezier),
+        _ => (1, Bezier::from_bspline),
+    };
+    if points.len() <= degree || !(points.len() - 1).is_multiple_of(step) {
+        let more = match step {
+            1 => "or more".to_string(),
+            _ => format!("and {degree} more for each further segment"),
+        };
+        let (given, least) = (points.len(), degree + 1);
+        let message = format!(
+            "{given} control points: a {basis} curve of degree {degree} takes {least} {more}; the shape \
+             is left out"
+        );
+        reader.error("P", message);
+        return None;
+    }
+    let starts = (0..points.len() - degree).step_by(step);
+    Some(starts.map(|i| segment(&points[i..=i + degree])).collect())
+}
+
 /// What is not known is a cylinder, as in pbrt-v3.
 fn read_kind(reader: &ParamReader) -> CurveKind {
     match reader.string("type", "flat") {
@@ -234,46 +218,22 @@ fn read_normals(reader: &ParamReader, kind: CurveKind, segments: usize) -> Optio
         }
         return Some(Vec::new());
     }
-    let Some(given) = given else {
-        reader.error(
-            "N",
-            "a ribbon needs \"normal N\" at the ends of its segments",
-        );
-        return None;
-    };
-    let normals: Vec<DVec3> = given
-        .as_chunks::<3>()
-        .0
-        .iter()
-        .map(|&n| DVec3::from(n).normalize_or_zero())
-        .collect();
+    let message = "a ribbon needs \"normal N\" at the ends of its segments";
+    let given = needed(reader, "N", given, message)?;
+    let normals: Vec<DVec3> = triples(given).map(DVec3::normalize_or_zero).collect();
     if normals.len() != segments + 1 {
-        let message = format!(
-            "{} normals for a ribbon of {segments} segments, which takes {}: the shape is left out",
-            normals.len(),
-            segments + 1
+        let (given, taken) = (normals.len(), segments + 1);
+        let why = format_args!(
+            "{given} normals for a ribbon of {segments} segments, which takes {taken}"
         );
-        reader.error("N", message);
-        return None;
+        return left_out(reader, "N", why);
     }
     if let Some(zero) = normals.iter().position(|n| *n == DVec3::ZERO) {
-        reader.error_item(
-            "N",
-            3 * zero,
-            "a normal of no length turns nothing: the shape is left out",
-        );
+        let message = "a normal of no length turns nothing: the shape is left out";
+        reader.error_item("N", 3 * zero, message);
         return None;
     }
     Some(normals)
-}
-
-/// Between the space of a tree and the space that a curve's widths are measured in.
-#[derive(Clone, Copy, Debug)]
-pub struct Placement {
-    /// Curve to tree.
-    pub level_from_local: DAffine3,
-    /// Tree to curve.
-    pub local_from_level: DAffine3,
 }
 
 /// One segment of a curve in place.
@@ -305,8 +265,8 @@ pub struct Curves {
     pub kind: CurveKind,
     /// Normals are turned.
     pub flip: bool,
-    /// `None` where segments are in the space of the tree.
-    pub placement: Option<Placement>,
+    /// Of the space that widths are measured in; `None` where that is the space of the tree.
+    pub placement: Option<Place>,
     /// The segments.
     pub segments: Vec<PlacedSegment>,
     split_depth: u32,
@@ -318,14 +278,10 @@ impl Curves {
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let points = self.segments.iter().flat_map(|s| s.bezier.0);
         let placed = points.map(|p| match &self.placement {
-            Some(placement) => placement.level_from_local.transform_point3(p),
+            Some(placement) => placement.outer_from_inner.transform_point3(p),
             None => p,
         });
-        placed
-            .filter(|p| p.is_finite())
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| {
-                (min.min(p), max.max(p))
-            })
+        box_around(placed.filter(|p| p.is_finite()))
     }
 
     /// The same curve with coordinates that count from `anchor`.
@@ -337,10 +293,10 @@ impl Curves {
                 }
             }
             Some(placement) => {
-                let moved = Transform::from_matrix(DMat4::from(placement.level_from_local));
+                let moved = Transform::from_matrix(DMat4::from(placement.outer_from_inner));
                 let moved = (Transform::translate(-anchor) * moved).with_translations_matched();
-                placement.level_from_local.translation -= anchor;
-                placement.local_from_level.translation = moved.inverse.w_axis.truncate();
+                placement.outer_from_inner.translation -= anchor;
+                placement.inner_from_outer.translation = moved.inverse.w_axis.truncate();
             }
         }
         self
@@ -363,18 +319,10 @@ impl Curves {
     }
 
     /// Normals at the ends of the segments, of ribbons.
-    pub fn stored_normals(&self) -> impl Iterator<Item = [Vec3; 2]> {
+    pub fn stored_normals(&self) -> impl Iterator<Item = [DVec3; 2]> {
         let ribbon = self.kind == CurveKind::Ribbon;
         let segments = self.segments.iter().filter(move |_| ribbon);
-        segments.map(|s| s.normals.map(DVec3::as_vec3))
-    }
-}
-
-impl Placement {
-    /// The largest factor by which a length grows on its way to the tree, per axis.
-    pub fn spread(&self) -> DMat3 {
-        let m = &self.level_from_local.matrix3;
-        DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs())
+        segments.map(|s| s.normals.map(|n| n.as_vec3().as_dvec3()))
     }
 }
 

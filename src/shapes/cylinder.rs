@@ -10,22 +10,17 @@
 //! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.3).
 
 use super::positive;
-use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
+use super::quadric::{ObjectPoint, ObjectSurface, Swept, roots};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
-use std::f64::consts::TAU;
 
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
     /// Radius, object units.
     pub radius: f64,
-    /// Lower end.
-    pub z_min: f64,
-    /// Upper end.
-    pub z_max: f64,
-    /// Angle swept, radians.
-    pub phi_max: f64,
+    /// From end to end.
+    pub swept: Swept,
 }
 
 impl Cylinder {
@@ -33,9 +28,7 @@ impl Cylinder {
     pub fn new(radius: f64, z0: f64, z1: f64, phi_max: f64) -> Cylinder {
         Cylinder {
             radius,
-            z_min: z0.min(z1),
-            z_max: z0.max(z1),
-            phi_max: sweep(phi_max),
+            swept: Swept::new(z0, z1, phi_max),
         }
     }
 
@@ -62,27 +55,20 @@ impl ObjectSurface for Cylinder {
         // As for the sphere, in the plane across the axis.
         let across = o2 - d2 * (b / a);
         let discriminant = a * (r * r - across.length_squared());
-        for t in roots(a, b, c, discriminant)? {
-            let p = o + d * t;
-            let p = (p.truncate() * (r / p.truncate().length())).extend(p.z);
-            let inside = p.z >= self.z_min
-                && p.z <= self.z_max
-                && (self.phi_max >= TAU || azimuth(p) <= self.phi_max);
-            if t > 0.0 && inside {
-                return Some((t, p));
-            }
-        }
-        None
+        let roots = roots(a, b, c, discriminant)?.into_iter();
+        let onto_surface = |p: DVec3| (p.truncate() * (r / p.truncate().length())).extend(p.z);
+        roots
+            .map(|t| (t, onto_surface(o + d * t)))
+            .find(|&(t, p)| t > 0.0 && self.swept.contains(p))
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {
-        let height = self.z_max - self.z_min;
-        let dpdu = self.phi_max * DVec3::new(-p.y, p.x, 0.0);
+        let dpdu = self.swept.dpdu(p);
         ObjectPoint {
-            uv: DVec2::new(azimuth(p) / self.phi_max, (p.z - self.z_min) / height),
-            n: DVec3::new(p.x, p.y, 0.0) / self.radius,
+            uv: self.swept.uv(p),
+            n: self.normal(p),
             dpdu,
-            dpdv: DVec3::new(0.0, 0.0, height),
+            dpdv: DVec3::new(0.0, 0.0, self.swept.height()),
             dndu: dpdu / self.radius,
             dndv: DVec3::ZERO,
         }
@@ -93,18 +79,16 @@ impl ObjectSurface for Cylinder {
     }
 
     fn bounds(&self) -> (DVec3, DVec3) {
-        let r = self.radius;
-        (DVec3::new(-r, -r, self.z_min), DVec3::new(r, r, self.z_max))
+        self.swept.bounds(self.radius)
     }
 
     fn sample(&self, u: DVec2) -> DVec3 {
-        let (sin, cos) = (u.y * self.phi_max).sin_cos();
-        let z = self.z_min + u.x * (self.z_max - self.z_min);
-        DVec3::new(self.radius * cos, self.radius * sin, z)
+        let z = self.swept.z_min + u.x * self.swept.height();
+        self.swept.point(self.radius, u.y, z)
     }
 
     fn area(&self) -> f64 {
-        self.phi_max * self.radius * (self.z_max - self.z_min)
+        self.swept.phi_max * self.radius * self.swept.height()
     }
 }
 

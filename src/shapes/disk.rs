@@ -11,32 +11,28 @@
 //! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.4).
 
 use super::positive;
-use super::quadric::{ObjectPoint, ObjectSurface, azimuth, sweep};
+use super::quadric::{ObjectPoint, ObjectSurface, Swept, outward};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
-use std::f64::consts::TAU;
 
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disk {
-    /// z of the plane, object units.
-    pub height: f64,
-    /// Outer radius.
+    /// Outer radius, object units.
     pub radius: f64,
     /// Radius of the hole, from 0 to `radius`.
     pub inner_radius: f64,
-    /// Angle swept, radians.
-    pub phi_max: f64,
+    /// Both ends are the plane.
+    pub swept: Swept,
 }
 
 impl Disk {
     /// A ring at `height`, swept `phi_max` degrees.
     pub fn new(height: f64, radius: f64, inner_radius: f64, phi_max: f64) -> Disk {
         Disk {
-            height,
             radius,
             inner_radius: inner_radius.clamp(0.0, radius),
-            phi_max: sweep(phi_max),
+            swept: Swept::new(height, height, phi_max),
         }
     }
 
@@ -59,31 +55,27 @@ impl Disk {
 
 impl ObjectSurface for Disk {
     fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
-        let t = (self.height - o.z) / d.z;
+        let height = self.swept.z_min;
+        let t = (height - o.z) / d.z;
         if !(t > 0.0 && t.is_finite()) {
             return None;
         }
-        let p = DVec3::new(o.x + t * d.x, o.y + t * d.y, self.height);
+        let p = DVec3::new(o.x + t * d.x, o.y + t * d.y, height);
         let rho2 = p.x * p.x + p.y * p.y;
         let inside = rho2 <= self.radius * self.radius
             && rho2 >= self.inner_radius * self.inner_radius
-            && (self.phi_max >= TAU || azimuth(p) <= self.phi_max);
+            && self.swept.contains(p);
         inside.then_some((t, p))
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {
-        let rho = p.x.hypot(p.y);
+        let (rho, outward) = outward(p);
         let width = self.radius - self.inner_radius;
-        let outward = if rho > 0.0 {
-            DVec3::new(p.x / rho, p.y / rho, 0.0)
-        } else {
-            DVec3::X
-        };
         ObjectPoint {
-            uv: DVec2::new(azimuth(p) / self.phi_max, (self.radius - rho) / width),
+            uv: DVec2::new(self.swept.uv(p).x, (self.radius - rho) / width),
             n: DVec3::Z,
-            dpdu: self.phi_max * DVec3::new(-p.y, p.x, 0.0),
-            dpdv: -width * outward,
+            dpdu: self.swept.dpdu(p),
+            dpdv: -width * outward.extend(0.0),
             dndu: DVec3::ZERO,
             dndv: DVec3::ZERO,
         }
@@ -94,22 +86,18 @@ impl ObjectSurface for Disk {
     }
 
     fn bounds(&self) -> (DVec3, DVec3) {
-        let (r, h) = (self.radius, self.height);
-        (DVec3::new(-r, -r, h), DVec3::new(r, r, h))
+        self.swept.bounds(self.radius)
     }
 
     fn sample(&self, u: DVec2) -> DVec3 {
-        let (inner2, outer2) = (
-            self.inner_radius * self.inner_radius,
-            self.radius * self.radius,
-        );
+        let [inner2, outer2] = [self.inner_radius, self.radius].map(|r| r * r);
         let rho = (inner2 + u.x * (outer2 - inner2)).sqrt();
-        let (sin, cos) = (u.y * self.phi_max).sin_cos();
-        DVec3::new(rho * cos, rho * sin, self.height)
+        self.swept.point(rho, u.y, self.swept.z_min)
     }
 
     fn area(&self) -> f64 {
-        0.5 * self.phi_max * (self.radius - self.inner_radius) * (self.radius + self.inner_radius)
+        let (outer, inner) = (self.radius, self.inner_radius);
+        0.5 * self.swept.phi_max * (outer - inner) * (outer + inner)
     }
 }
 

@@ -49,34 +49,25 @@ pub enum Emitter {
 }
 
 impl Emitter {
-    /// One flat triangle with its normal by the order of its corners.
-    #[cfg(any(test, feature = "internals"))]
-    pub fn triangle(corners: [Vec3; 3]) -> Emitter {
-        Emitter::Triangle(TriangleEmitter::new(corners, None, Orientation::default()))
-    }
-
     /// The pieces of `mesh`, in order: parallelograms where every two of its triangles make one, else its
-    /// triangles ([`Emitter::faces_per_piece`]).
+    /// triangles ([`Emitter::are_pairs`]).
     pub fn of_mesh(mesh: &TriangleMesh) -> Vec<Emitter> {
         if let Some(pieces) = parallelograms(mesh) {
             return pieces;
         }
         let triangle = |corners: &[u32; 3]| {
-            let normal = |i: u32| mesh.normals.get(i as usize).copied();
+            let normal = |i: u32| mesh.data.normals.get(i as usize).copied();
             let [a, b, c] = corners.map(normal);
             let normals = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
             let corners = corners_of(mesh, corners);
             Emitter::Triangle(TriangleEmitter::new(corners, normals, mesh.orientation))
         };
-        mesh.indices.iter().map(triangle).collect()
+        mesh.data.indices.iter().map(triangle).collect()
     }
 
-    /// How many triangles of a mesh each of these is, which are the [`Emitter::of_mesh`] of it.
-    pub fn faces_per_piece(pieces: &[Emitter]) -> u32 {
-        match pieces.first() {
-            Some(Emitter::Parallelogram(_)) => 2,
-            _ => 1,
-        }
+    /// Is each of these, which are the [`Emitter::of_mesh`] of a mesh, two of its triangles?
+    pub fn are_pairs(pieces: &[Emitter]) -> bool {
+        matches!(pieces.first(), Some(Emitter::Parallelogram(_)))
     }
 
     /// A quadric in render space.
@@ -93,7 +84,7 @@ impl Emitter {
         }
         Emitter::Quadric(Box::new(QuadricEmitter {
             quadric: *quadric,
-            volume_area: QuadricEmitter::volume_area(quadric),
+            volume_area: quadric.form.area() * quadric.volume_scale(),
             area: quadric.area(),
             error: quadric.largest_position_error(),
         }))
@@ -182,7 +173,7 @@ fn sample_at(
 /// The corners of a triangle of `mesh`.
 fn corners_of(mesh: &TriangleMesh, corners: &[u32; 3]) -> [Vec3; 3] {
     corners.map(|i| {
-        let p = mesh.positions.get(i as usize);
+        let p = mesh.data.positions.get(i as usize);
         p.map_or(Vec3::NAN, |p| p.as_vec3())
     })
 }
@@ -190,7 +181,7 @@ fn corners_of(mesh: &TriangleMesh, corners: &[u32; 3]) -> [Vec3; 3] {
 /// `mesh` as parallelograms of two triangles each, if it is nothing else. Normals would decide the side
 /// that shines point by point.
 fn parallelograms(mesh: &TriangleMesh) -> Option<Vec<Emitter>> {
-    if !mesh.normals.is_empty() || !mesh.indices.len().is_multiple_of(2) {
+    if !mesh.data.normals.is_empty() || !mesh.data.indices.len().is_multiple_of(2) {
         return None;
     }
     let piece = |pair: &[[u32; 3]]| {
@@ -198,7 +189,7 @@ fn parallelograms(mesh: &TriangleMesh) -> Option<Vec<Emitter>> {
         ParallelogramEmitter::of_triangles(a?, b?, mesh.orientation)
             .map(|piece| Emitter::Parallelogram(Box::new(piece)))
     };
-    mesh.indices.chunks(2).map(piece).collect()
+    mesh.data.indices.chunks(2).map(piece).collect()
 }
 
 /// See [`Emitter::Triangle`].
@@ -228,11 +219,7 @@ impl TriangleEmitter {
             p,
             normals,
             orientation,
-            face: if orientation.flip_geometric {
-                -face
-            } else {
-                face
-            },
+            face: orientation.geometric(face),
             area: 0.5 * cross.length(),
         }
     }
@@ -247,21 +234,15 @@ impl TriangleEmitter {
         sample_at(p, error, self.normal(b), self.area, from)
     }
 
-    /// The normal at `b` on the side that [`Triangle::geometric_normal`](super::triangle::Triangle::geometric_normal)
-    /// has there.
+    /// The normal at `b` on the side that [`Triangle::surface`](super::triangle::Triangle::surface) has there.
     fn normal(&self, b: [f64; 3]) -> DVec3 {
         let Some(normals) = self.normals else {
             return self.face;
         };
         let [x, y, z] = normals.map(Vec3::as_dvec3);
         let n = x * b[0] + y * b[1] + z * b[2];
-        let side = if self.orientation.flip_shading {
-            -1.0
-        } else {
-            1.0
-        };
         // Where they cancel the corners' order decides.
-        if side * n.dot(self.face) < 0.0 && n.try_normalize().is_some() {
+        if self.orientation.shading(n).dot(self.face) < 0.0 && n.try_normalize().is_some() {
             -self.face
         } else {
             self.face
@@ -394,11 +375,6 @@ pub struct QuadricEmitter {
 }
 
 impl QuadricEmitter {
-    fn volume_area(quadric: &Quadric) -> f64 {
-        let m = DMat3::from_mat4(quadric.level_from_object.m);
-        quadric.form.area() * m.determinant().abs()
-    }
-
     /// The render-space area that points are spread over as densely as around one with the unit normal `n`
     /// (render space, either side). With M the matrix, the object-space normal is Mᵀn/|Mᵀn|, so the piece of
     /// surface is |det M| / |Mᵀn| times larger than in object space ([`Quadric::area_scale`]).

@@ -9,7 +9,7 @@
 //! §3, exercise 1). pbrt-v3 aborts where numbers are missing; here that is an error.
 
 use super::site::{ShapeType, Site};
-use super::{CompiledShape, ShapeError, grid};
+use super::{CompiledShape, ShapeError, grid, left_out, needed};
 use crate::assets::mesh::MeshData;
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
@@ -30,30 +30,23 @@ impl HeightfieldSpec {
     /// points (reported).
     pub fn from_params(reader: &ParamReader) -> Option<HeightfieldSpec> {
         let side = |name: &str| {
-            let count = reader.find_integer(name);
-            match count {
-                None => reader.error(name, format!("a heightfield needs \"integer {name}\"")),
-                Some(n) if n < 2 => {
-                    let message =
-                        format!("`{name}` is {n}: a heightfield has at least 2 points a side");
-                    reader.error(name, message);
-                }
-                _ => {}
+            let message = format!("a heightfield needs \"integer {name}\"");
+            let count = needed(reader, name, reader.find_integer(name), message)?;
+            if count < 2 {
+                let message =
+                    format!("`{name}` is {count}: a heightfield has at least 2 points a side");
+                reader.error(name, message);
+                return None;
             }
-            count.filter(|&n| n >= 2)
+            Some(count)
         };
         let (columns, rows, heights) = (side("nu"), side("nv"), reader.floats("Pz"));
-        if heights.is_none() {
-            reader.error("Pz", "a heightfield needs \"float Pz\"");
-        }
+        let heights = needed(reader, "Pz", heights, "a heightfield needs \"float Pz\"");
         let (columns, rows, heights) = (columns?, rows?, heights?);
         if columns.checked_mul(rows) != i64::try_from(heights.len()).ok() {
-            let message = format!(
-                "`Pz` has {} heights for {columns} × {rows} points: the shape is left out",
-                heights.len()
-            );
-            reader.error("Pz", message);
-            return None;
+            let given = heights.len();
+            let why = format_args!("`Pz` has {given} heights for {columns} × {rows} points");
+            return left_out(reader, "Pz", why);
         }
         Some(HeightfieldSpec {
             columns: u32::try_from(columns).ok()?,
@@ -65,12 +58,10 @@ impl HeightfieldSpec {
     /// The mesh.
     pub fn mesh(&self) -> MeshData {
         let last = DVec2::new(f64::from(self.columns - 1), f64::from(self.rows - 1));
-        let at = |i: usize| {
-            let i = i as u32;
-            DVec2::new(f64::from(i % self.columns), f64::from(i / self.columns)) / last
-        };
-        let heights = self.heights.iter().enumerate();
-        let positions: Vec<DVec3> = heights.map(|(i, &z)| at(i).extend(z)).collect();
+        let at =
+            |i: u32| DVec2::new(f64::from(i % self.columns), f64::from(i / self.columns)) / last;
+        let heights = self.heights.iter().zip(0..);
+        let positions: Vec<DVec3> = heights.map(|(&z, i)| at(i).extend(z)).collect();
         MeshData {
             indices: grid::triangles(self.columns, self.rows),
             uv: positions.iter().map(|p| p.truncate().as_vec2()).collect(),

@@ -16,10 +16,11 @@
 //! with it, so it is followed. The normal that pbrt-v3 shades with is that of the sweep; here it
 //! is the shading normal, while the geometric one stands on the surface.
 
-use super::quadric::{ObjectPoint, ObjectSurface, ShadingFrame, nearest_approach, roots, sweep};
+use super::quadric::{
+    ObjectPoint, ObjectSurface, ShadingFrame, Swept, full_turn, nearest_approach, roots,
+};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
-use std::f64::consts::TAU;
 
 /// How many points of the line beyond p2 are tried for the fit. The first one serves unless it
 /// is on the axis or as high as p2 on the other side of z = 0.
@@ -32,8 +33,8 @@ pub struct Hyperboloid {
     pub p1: DVec3,
     /// Its end.
     pub p2: DVec3,
-    /// Angle turned, radians.
-    pub phi_max: f64,
+    /// From end to end; the angle counts from the segment.
+    pub swept: Swept,
     /// α of ρ² = α + γ z².
     alpha: f64,
     /// γ of ρ² = α + γ z².
@@ -52,7 +53,7 @@ impl Hyperboloid {
         Some(Hyperboloid {
             p1,
             p2,
-            phi_max: sweep(phi_max),
+            swept: Swept::new(p1.z, p2.z, phi_max),
             alpha,
             gamma,
         })
@@ -72,10 +73,6 @@ impl Hyperboloid {
         made
     }
 
-    fn heights(&self) -> [f64; 2] {
-        [self.p1.z.min(self.p2.z), self.p1.z.max(self.p2.z)]
-    }
-
     /// Distance from the axis at a height; 0 where the surface does not reach it.
     fn rho(&self, z: f64) -> f64 {
         (self.alpha + self.gamma * z * z).max(0.0).sqrt()
@@ -90,8 +87,7 @@ impl Hyperboloid {
     /// The angle of `p` from the segment's point at its height, in [0, 2π).
     fn phi(&self, p: DVec3) -> f64 {
         let (from, to) = (self.on_segment(p.z), p.truncate());
-        let phi = from.perp_dot(to).atan2(from.dot(to));
-        if phi < 0.0 { phi + TAU } else { phi }
+        full_turn(from.perp_dot(to).atan2(from.dot(to)))
     }
 
     /// The point moved onto the surface: across the axis where the surface is steep, and along it
@@ -110,7 +106,7 @@ impl Hyperboloid {
 
     /// The heights between which there is surface: two intervals where the waist is missing.
     fn pieces(&self) -> [[f64; 2]; 2] {
-        let [low, high] = self.heights();
+        let (low, high) = (self.swept.z_min, self.swept.z_max);
         let nothing = [high, high];
         let edge = -self.alpha / self.gamma;
         if self.alpha >= 0.0 && self.gamma >= 0.0 {
@@ -213,8 +209,8 @@ fn fit(p1: DVec3, p2: DVec3) -> Option<(f64, f64)> {
 
 impl ObjectSurface for Hyperboloid {
     fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
-        let [low, high] = self.heights();
-        let (start, o) = nearest_approach(o, d, DVec3::new(0.0, 0.0, 0.5 * (low + high)));
+        let Swept { z_min, z_max, .. } = self.swept;
+        let (start, o) = nearest_approach(o, d, self.swept.center());
         let (o2, d2, gamma) = (o.truncate(), d.truncate(), self.gamma);
         let a = d2.length_squared() - gamma * d.z * d.z;
         let b = o2.dot(d2) - gamma * o.z * d.z;
@@ -223,16 +219,11 @@ impl ObjectSurface for Hyperboloid {
         let turn = o2.perp_dot(d2);
         let discriminant =
             gamma * (o2 * d.z - d2 * o.z).length_squared() + self.alpha * a - turn * turn;
-        for t in roots(a, b, c, discriminant)? {
-            let p = self.onto_surface(o + d * t);
-            let t = start + t;
-            let inside =
-                p.z >= low && p.z <= high && (self.phi_max >= TAU || self.phi(p) <= self.phi_max);
-            if t > 0.0 && inside {
-                return Some((t, p));
-            }
-        }
-        None
+        let inside = |p: DVec3| p.z >= z_min && p.z <= z_max && self.swept.sweeps(|| self.phi(p));
+        let roots = roots(a, b, c, discriminant)?.into_iter();
+        roots
+            .map(|t| (start + t, self.onto_surface(o + d * t)))
+            .find(|&(t, p)| t > 0.0 && inside(p))
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {
@@ -253,23 +244,23 @@ impl ObjectSurface for Hyperboloid {
         let tilt = -bend * side / (1.0 + slope * slope);
         ObjectPoint {
             uv: DVec2::new(
-                self.phi(p) / self.phi_max,
+                self.phi(p) / self.swept.phi_max,
                 (p.z - self.p1.z) / (self.p2.z - self.p1.z),
             ),
             n,
-            dpdu: self.phi_max * DVec3::new(-p.y, p.x, 0.0),
+            dpdu: self.swept.dpdu(p),
             dpdv: (outward * (slope * segment.z) + around * (rho * turn)).extend(segment.z),
-            dndu: (around * (self.phi_max * side)).extend(0.0),
+            dndu: (around * (self.swept.phi_max * side)).extend(0.0),
             dndv: (around * (turn * side) + outward * (tilt * slope)).extend(tilt),
         }
     }
 
     fn bounds(&self) -> (DVec3, DVec3) {
-        let [low, high] = self.heights();
+        let Swept { z_min, z_max, .. } = self.swept;
         // ρ² is largest at an end, or at z = 0.
-        let widest = self.rho(low).max(self.rho(high));
-        let r = widest.max(self.rho(0.0f64.clamp(low, high)));
-        (DVec3::new(-r, -r, low), DVec3::new(r, r, high))
+        let heights = [z_min, z_max, 0.0f64.clamp(z_min, z_max)];
+        self.swept
+            .bounds(heights.map(|z| self.rho(z)).into_iter().fold(0.0, f64::max))
     }
 
     fn sample(&self, u: DVec2) -> DVec3 {
@@ -281,26 +272,21 @@ impl ObjectSurface for Hyperboloid {
             self.height_of(self.pieces()[1], chosen - first)
         };
         let from = self.on_segment(z).try_normalize().unwrap_or(DVec2::X);
-        let turned = DVec2::from_angle(u.y * self.phi_max).rotate(from);
+        let turned = DVec2::from_angle(u.y * self.swept.phi_max).rotate(from);
         (turned * self.rho(z)).extend(z)
     }
 
     fn area(&self) -> f64 {
         let [first, second] = self.areas();
-        self.phi_max * (first + second)
+        self.swept.phi_max * (first + second)
     }
 
     fn shading(&self, p: DVec3) -> Option<ShadingFrame> {
         let segment = self.p2 - self.p1;
         let outward = p.truncate().try_normalize()?;
-        let radial = self
-            .on_segment(p.z)
-            .try_normalize()?
-            .dot(segment.truncate());
-        let around = self
-            .on_segment(p.z)
-            .try_normalize()?
-            .perp_dot(segment.truncate());
+        let from = self.on_segment(p.z).try_normalize()?;
+        let across = segment.truncate();
+        let (radial, around) = (from.dot(across), from.perp_dot(across));
         let n = (outward * segment.z).extend(-radial).try_normalize()?;
         Some(ShadingFrame {
             n,

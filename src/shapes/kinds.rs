@@ -3,7 +3,7 @@
 use super::quadric::{ObjectPoint, ObjectSurface, ShadingFrame};
 use super::site::{ShapeType, Site};
 use super::*;
-use crate::math::{DVec2, DVec3};
+use crate::math::DVec2;
 
 macro_rules! shape_types {
     (
@@ -27,35 +27,23 @@ macro_rules! shape_types {
         impl ShapeSpec {
             /// The types that a scene may name.
             pub const KINDS: &'static [&'static str] = &[$($quadric,)* $($name,)*];
-
-            /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported).
-            pub fn from_params(reader: &ParamReader) -> Option<ShapeSpec> {
-                match reader.kind() {
-                    $($quadric => Some(ShapeSpec {
-                        kind: ShapeKind::Quadric(Form::$Quadric($Quadric::from_params(reader)?)),
-                        alpha: None,
-                        shadow_alpha: None,
-                    }),)*
-                    $($name => {
-                        let cutout = |name| match <$Type>::CUTOUTS {
-                            true => reader.find_float_input(name),
-                            false => None,
-                        };
-                        Some(ShapeSpec {
-                            alpha: cutout("alpha"),
-                            shadow_alpha: cutout("shadowalpha"),
-                            kind: ShapeKind::$Kind(<$Type>::from_params(reader)?),
-                        })
-                    })*
-                    _ => {
-                        reader.unknown_kind_replaced(ShapeSpec::KINDS, "the shape is left out");
-                        None
-                    }
-                }
-            }
         }
 
         impl ShapeKind {
+            /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported).
+            pub(super) fn from_params(reader: &ParamReader) -> Option<ShapeKind> {
+                Some(match reader.kind() {
+                    $($quadric => {
+                        ShapeKind::Quadric(Form::$Quadric($Quadric::from_params(reader)?))
+                    })*
+                    $($name => ShapeKind::$Kind(<$Type>::from_params(reader)?),)*
+                    _ => {
+                        reader.unknown_kind_replaced(ShapeSpec::KINDS, "the shape is left out");
+                        return None;
+                    }
+                })
+            }
+
             pub(super) fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
                 match self {
                     ShapeKind::Quadric(form) => site.quadric(*form),
@@ -109,8 +97,8 @@ shape_types! {
     }
     others {
         "trianglemesh" => TriangleMesh(trianglemesh::TriangleMeshSpec),
-        "plymesh" => PlyMesh(plymesh::PlyMeshSpec),
-        "objmesh" => ObjMesh(objmesh::ObjMeshSpec),
+        "plymesh" => PlyMesh(meshfile::MeshFileSpec),
+        "objmesh" => ObjMesh(meshfile::MeshFileSpec),
         "loopsubdiv" => LoopSubdiv(loopsubdiv::LoopSubdivSpec),
         "heightfield" => Heightfield(heightfield::HeightfieldSpec),
         "nurbs" => Nurbs(nurbs::NurbsSpec),

@@ -2,9 +2,9 @@
 
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;
-use crate::math::{DMat4, DVec3, Vec2};
+use crate::math::transform::Place;
+use crate::math::{DVec3, Vec2};
 use crate::surface::{ShadingGeometry, SurfaceHit};
-use glam::{DAffine3, DMat3};
 
 /// What a [`SurfaceHit`] is made from. Evaluated once per ray, for the closest hit.
 #[derive(Clone, Copy, Debug)]
@@ -36,35 +36,19 @@ pub struct LocalSurface {
     pub face: u32,
 }
 
-/// The upper 3×3 part with the absolute value of every entry.
-pub(crate) fn abs_matrix(m: &DMat4) -> DMat3 {
-    DMat3::from_cols(
-        m.x_axis.truncate().abs(),
-        m.y_axis.truncate().abs(),
-        m.z_axis.truncate().abs(),
-    )
-}
-
 impl LocalSurface {
-    /// The surface of an instance: moved by `outer_from_inner`, whose inverse is also given.
+    /// The surface of an instance at `place`.
     /// Mirrored instances are not turned; the shading normal is, to the side of the geometric one
     /// (docs/scene-language.md §4.4).
-    pub fn transformed(
-        &self,
-        outer_from_inner: &DAffine3,
-        inner_from_outer: &DAffine3,
-    ) -> LocalSurface {
+    pub fn transformed(&self, place: &Place) -> LocalSurface {
+        let Place {
+            outer_from_inner,
+            inner_from_outer,
+        } = place;
         let m = &outer_from_inner.matrix3;
         let normal_matrix = inner_from_outer.matrix3.transpose();
-        let abs = DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
         let p = outer_from_inner.transform_point3(self.p);
-        let inverse = &inner_from_outer.matrix3;
-        let abs_inverse = DMat3::from_cols(
-            inverse.x_axis.abs(),
-            inverse.y_axis.abs(),
-            inverse.z_axis.abs(),
-        );
-        let back = abs_inverse * p.abs() + inner_from_outer.translation.abs();
+        let back = inner_from_outer.matrix3.abs() * p.abs() + inner_from_outer.translation.abs();
         // Rays enter an instance with an origin rounded to single precision there: half an ulp,
         // doubled to be strictly outside. The rest is what double precision loses both ways.
         let inner = self.p_error
@@ -72,7 +56,7 @@ impl LocalSurface {
             + DVec3::splat(back.max_element() * (16.0 * f64::EPSILON));
         let moved = outer_from_inner.translation.abs().max_element() + p.abs().max_element();
         // The largest over all axes, as for quadrics.
-        let p_error = abs * inner + DVec3::splat(moved * (16.0 * f64::EPSILON));
+        let p_error = m.abs() * inner + DVec3::splat(moved * (16.0 * f64::EPSILON));
         let n = (normal_matrix * self.n).normalize_or(DVec3::Z);
         let shading = normal_matrix * self.shading_n;
         let length = shading.length();

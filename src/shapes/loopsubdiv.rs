@@ -79,8 +79,7 @@ impl LoopSubdivSpec {
 
     /// How many triangles [`LoopSubdivSpec::subdivide`] makes, at most.
     pub fn triangles_made(&self) -> usize {
-        let each = 4usize.saturating_pow(self.levels);
-        each.saturating_mul(self.triangles.len())
+        triangles_made(self.levels, self.triangles.len())
     }
 
     /// Subdivides. Time and memory are proportional to the triangles made.
@@ -113,14 +112,13 @@ impl ShapeType for LoopSubdivSpec {
     }
 }
 
+fn triangles_made(levels: u32, triangles: usize) -> usize {
+    4usize.saturating_pow(levels).saturating_mul(triangles)
+}
+
 /// The most levels up to `asked` that [`MAX_TRIANGLES`] allows.
 fn affordable(asked: u32, triangles: usize) -> u32 {
-    let fits = |&levels: &u32| {
-        4usize
-            .checked_pow(levels)
-            .and_then(|each| each.checked_mul(triangles))
-            .is_some_and(|all| all <= MAX_TRIANGLES)
-    };
+    let fits = |&levels: &u32| triangles_made(levels, triangles) <= MAX_TRIANGLES;
     // Nothing at all can be cut for ever.
     (0..=asked.min(32)).take_while(fits).last().unwrap_or(0)
 }

@@ -1,4 +1,4 @@
-//! Shapes, one file each, named as in the scene file.
+//! Shapes, one file each, named as in the scene file (`plymesh` and `objmesh` are in `meshfile`).
 //!
 //! A [`ShapeSpec`] is what the scene file says, in object space and double precision;
 //! [`ShapeSpec::compile`] loads what it names and places it; [`emitter::Emitter`] is a shape that
@@ -16,10 +16,9 @@ mod kinds;
 pub mod local;
 pub mod loopsubdiv;
 pub mod mesh;
+pub mod meshfile;
 pub mod nurbs;
-pub mod objmesh;
 pub mod paraboloid;
-pub mod plymesh;
 pub mod quadric;
 mod site;
 pub mod sphere;
@@ -27,11 +26,12 @@ pub mod triangle;
 pub mod trianglemesh;
 
 pub use kinds::{Form, ShapeKind};
+pub use site::Site;
 
 use crate::assets::mesh::MeshFileError;
-use crate::budget::{Budget, OverBudget};
+use crate::budget::OverBudget;
 use crate::inputs::FloatInput;
-use crate::math::transform::Transform;
+use crate::math::DVec3;
 use crate::params::ParamReader;
 use cone::Cone;
 use curve::Curves;
@@ -42,9 +42,8 @@ use hyperboloid::Hyperboloid;
 use mesh::TriangleMesh;
 use paraboloid::Paraboloid;
 use quadric::Quadric;
-use site::Site;
 use sphere::Sphere;
-use std::path::PathBuf;
+use std::fmt::Display;
 
 /// Why a shape cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -72,24 +71,25 @@ pub struct ShapeSpec {
 }
 
 impl ShapeSpec {
+    /// Reads the shape `reader.kind()`. `None` where it cannot be made (reported).
+    pub fn from_params(reader: &ParamReader) -> Option<ShapeSpec> {
+        let has_cutouts = matches!(reader.kind(), "trianglemesh" | "plymesh" | "objmesh");
+        let cutout = |name| has_cutouts.then(|| reader.find_float_input(name)).flatten();
+        Some(ShapeSpec {
+            alpha: cutout("alpha"),
+            shadow_alpha: cutout("shadowalpha"),
+            kind: ShapeKind::from_params(reader)?,
+        })
+    }
+
     /// Returns `true` if it can be an area light.
     pub fn can_emit(&self) -> bool {
         !matches!(self.kind, ShapeKind::Curve(_))
     }
 
-    /// Loads and places the shape. `level_from_object` is object-to-render for the top level,
-    /// object-to-world for shapes of a named object. Meshes are charged to `budget` with their trees.
-    pub fn compile(
-        &self,
-        level_from_object: &Transform,
-        reverse_orientation: bool,
-        budget: &Budget,
-    ) -> Result<CompiledShape, ShapeError> {
-        self.kind.compile(&Site {
-            level_from_object,
-            reverse_orientation,
-            budget,
-        })
+    /// Loads and places the shape.
+    pub fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
+        self.kind.compile(site)
     }
 }
 
@@ -119,19 +119,29 @@ impl CompiledShape {
     /// What was odd in the shape's file, in words.
     pub fn warnings(&self) -> &[String] {
         match self {
-            CompiledShape::Mesh(mesh) => &mesh.warnings,
+            CompiledShape::Mesh(mesh) => &mesh.data.warnings,
             CompiledShape::Quadric(_) | CompiledShape::Curves(_) => &[],
         }
     }
 }
 
-/// `filename` of a mesh; `None` where there is no such file (reported).
-fn mesh_file(reader: &ParamReader) -> Option<PathBuf> {
-    if !reader.has("filename") {
-        let kind = reader.kind();
-        reader.error("filename", format!("a {kind} needs a \"string filename\""));
+/// What a parameter gives, without which there is no shape (reported).
+fn needed<T>(
+    reader: &ParamReader,
+    name: &str,
+    given: Option<T>,
+    message: impl Into<String>,
+) -> Option<T> {
+    if given.is_none() {
+        reader.error(name, message);
     }
-    reader.file("filename")
+    given
+}
+
+/// Reports why there is no shape.
+fn left_out<T>(reader: &ParamReader, name: &str, why: impl Display) -> Option<T> {
+    reader.error(name, format!("{why}: the shape is left out"));
+    None
 }
 
 /// Reports a length that is not positive.
@@ -139,9 +149,14 @@ fn positive(reader: &ParamReader, name: &str, value: f64) -> Option<()> {
     if value > 0.0 && value.is_finite() {
         return Some(());
     }
-    reader.error(
+    left_out(
+        reader,
         name,
-        format!("{name} must be positive, not {value}: the shape is left out"),
-    );
-    None
+        format_args!("{name} must be positive, not {value}"),
+    )
+}
+
+/// The points or vectors of a parameter's numbers.
+fn triples(values: &[f64]) -> impl Iterator<Item = DVec3> {
+    values.as_chunks::<3>().0.iter().copied().map(DVec3::from)
 }

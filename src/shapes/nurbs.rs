@@ -13,12 +13,11 @@
 //! Rogers, "An Introduction to NURBS", 2001).
 
 use super::site::{ShapeType, Site};
-use super::{CompiledShape, ShapeError, grid};
+use super::{CompiledShape, ShapeError, grid, left_out, needed, triples};
 use crate::assets::mesh::MeshData;
 use crate::math::{DVec3, Vec2};
 use crate::params::ParamReader;
 use glam::DVec4;
-use std::ops::{Add, Mul, Sub};
 
 /// Points in u and in v of the mesh.
 const DICED: u32 = 30;
@@ -45,11 +44,10 @@ pub struct NurbsSpec {
     points: Vec<DVec4>,
 }
 
-/// A point of a spline with its derivative.
-#[derive(Clone, Copy)]
-struct Jet<T> {
-    value: T,
-    derivative: T,
+/// A point of a spline, times its weight and with it, and the derivative.
+struct Jet {
+    value: DVec4,
+    derivative: DVec4,
 }
 
 impl NurbsSpec {
@@ -60,14 +58,13 @@ impl NurbsSpec {
         let points = control_points(reader);
         let (u, v, points) = (u?, v?, points?);
         if u.count.checked_mul(v.count) != Some(points.len()) {
-            let message = format!(
-                "{} control points for {} × {}: the shape is left out",
-                points.len(),
-                u.count,
-                v.count
+            let name = if reader.has("P") { "P" } else { "Pw" };
+            let (given, u, v) = (points.len(), u.count, v.count);
+            return left_out(
+                reader,
+                name,
+                format_args!("{given} control points for {u} × {v}"),
             );
-            reader.error(if reader.has("P") { "P" } else { "Pw" }, message);
-            return None;
         }
         Some(NurbsSpec { u, v, points })
     }
@@ -94,16 +91,12 @@ impl NurbsSpec {
     fn at(&self, u: f64, v: f64) -> [DVec3; 3] {
         let row = |j: usize| self.u.spline(u, |i| self.points[j * self.u.count + i]);
         // Rows are splines in u; their points and derivatives are control points in v.
-        let value = self.v.spline(v, |j| row(j).value);
+        let whole = self.v.spline(v, |j| row(j).value);
         let by_u = self.v.spline(v, |j| row(j).derivative).value;
-        let Jet {
-            value,
-            derivative: by_v,
-        } = value;
         // The quotient rule.
-        let p = value.truncate() / value.w;
-        let divided = |d: DVec4| (d.truncate() - p * d.w) / value.w;
-        [p, divided(by_u), divided(by_v)]
+        let p = whole.value.truncate() / whole.value.w;
+        let divided = |d: DVec4| (d.truncate() - p * d.w) / whole.value.w;
+        [p, divided(by_u), divided(whole.derivative)]
     }
 }
 
@@ -116,67 +109,44 @@ impl ShapeType for NurbsSpec {
 impl Direction {
     /// `name` is "u" or "v".
     fn from_params(reader: &ParamReader, name: &str) -> Option<Direction> {
-        let needed = |what: String| {
-            let given = reader.find_integer(&what);
-            if given.is_none() {
-                reader.error(&what, format!("a nurbs surface needs \"integer {what}\""));
-            }
-            given
+        let integer = |name: &str| {
+            let message = format!("a nurbs surface needs \"integer {name}\"");
+            needed(reader, name, reader.find_integer(name), message)
         };
-        let (count_name, order_name) = (format!("n{name}"), format!("{name}order"));
-        let knots_name = format!("{name}knots");
-        let (count, order) = (needed(count_name), needed(order_name.clone()));
+        let (order_name, knots_name) = (format!("{name}order"), format!("{name}knots"));
+        let (count, order) = (integer(&format!("n{name}")), integer(&order_name));
         let knots = reader.floats(&knots_name);
         let ends = [0, 1].map(|end| {
-            (
-                format!("{name}{end}"),
-                reader.find_float(&format!("{name}{end}")),
-            )
+            let name = format!("{name}{end}");
+            let given = reader.find_float(&name);
+            (name, given)
         });
-        if knots.is_none() {
-            reader.error(
-                &knots_name,
-                format!("a nurbs surface needs \"float {knots_name}\""),
-            );
-        }
+        let message = format!("a nurbs surface needs \"float {knots_name}\"");
+        let knots = needed(reader, &knots_name, knots, message);
         let (count, order, knots) = (count?, order?, knots?);
         if order < 2 || order > count {
-            let message = format!(
-                "`{order_name}` is {order}; with {count} control points it is from 2 to {count}: \
-                 the shape is left out"
+            let why = format_args!(
+                "`{order_name}` is {order}; with {count} control points it is from 2 to {count}"
             );
-            reader.error(&order_name, message);
-            return None;
+            return left_out(reader, &order_name, why);
         }
         if count.checked_add(order) != i64::try_from(knots.len()).ok() {
-            let message = format!(
-                "{} knots for {count} control points of order {order}, which take {}: the shape \
-                 is left out",
+            let why = format_args!(
+                "{} knots for {count} control points of order {order}, which take {}",
                 knots.len(),
                 count.saturating_add(order)
             );
-            reader.error(&knots_name, message);
-            return None;
+            return left_out(reader, &knots_name, why);
         }
         let (count, order) = (usize::try_from(count).ok()?, usize::try_from(order).ok()?);
         let (first, last) = (knots[order - 1], knots[count]);
         let ascending = knots.is_sorted() && knots.iter().all(|k| k.is_finite());
         if !ascending || first >= last {
-            let message = "knots ascend, and there is something between the first and the last \
-                           that count: the shape is left out";
-            reader.error(&knots_name, message);
-            return None;
+            let why =
+                "knots ascend, and there is something between the first and the last that count";
+            return left_out(reader, &knots_name, why);
         }
-        let mut range = [first, last];
-        for (end, (name, given)) in ends.into_iter().enumerate() {
-            let Some(given) = given else { continue };
-            let used = given.clamp(first, last);
-            if used != given {
-                let message = format!("`{name}` is {given}, outside the knots: {used} is used");
-                reader.warn(&name, message);
-            }
-            range[end] = used;
-        }
+        let range = ends_within(reader, ends, [first, last]);
         Some(Direction {
             order,
             count,
@@ -202,16 +172,10 @@ impl Direction {
     }
 
     /// De Boor's algorithm: the spline at `t` with the control points `point(i)`.
-    fn spline<T>(&self, t: f64, point: impl Fn(usize) -> T) -> Jet<T>
-    where
-        T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>,
-    {
+    fn spline(&self, t: f64, point: impl Fn(usize) -> DVec4) -> Jet {
         let (degree, k) = (self.order - 1, self.interval(t));
-        let mut work: Vec<T> = (0..=degree).map(|i| point(k - degree + i)).collect();
-        for level in 1..=degree {
-            if level == degree {
-                break;
-            }
+        let mut work: Vec<DVec4> = (0..=degree).map(|i| point(k - degree + i)).collect();
+        for level in 1..degree {
             for i in 0..=degree - level {
                 let (from, to) = (self.knots[k - degree + level + i], self.knots[k + 1 + i]);
                 work[i] = between(work[i], work[i + 1], fraction(t, from, to));
@@ -226,6 +190,24 @@ impl Direction {
     }
 }
 
+/// The ends of the part that is made: those that are given, by their names, moved within the knots.
+fn ends_within(
+    reader: &ParamReader,
+    given: [(String, Option<f64>); 2],
+    [first, last]: [f64; 2],
+) -> [f64; 2] {
+    let mut range = [first, last];
+    for (end, (name, given)) in range.iter_mut().zip(given) {
+        let Some(given) = given else { continue };
+        *end = given.clamp(first, last);
+        if *end != given {
+            let message = format!("`{name}` is {given}, outside the knots: {end} is used");
+            reader.warn(&name, message);
+        }
+    }
+    range
+}
+
 /// Where `t` is between two knots. Intervals of no length have no point of their own; 0 there.
 fn fraction(t: f64, from: f64, to: f64) -> f64 {
     if to > from {
@@ -235,30 +217,21 @@ fn fraction(t: f64, from: f64, to: f64) -> f64 {
     }
 }
 
-fn between<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(a: T, b: T, t: f64) -> T {
+fn between(a: DVec4, b: DVec4, t: f64) -> DVec4 {
     a * (1.0 - t) + b * t
 }
 
 /// `P`, or else `Pw`.
 fn control_points(reader: &ParamReader) -> Option<Vec<DVec4>> {
     if let Some(points) = reader.points3("P") {
-        let points = points.as_chunks::<3>().0.iter();
-        return Some(points.map(|&p| DVec3::from(p).extend(1.0)).collect());
+        return Some(triples(points).map(|p| p.extend(1.0)).collect());
     }
-    let Some(numbers) = reader.floats("Pw") else {
-        reader.error(
-            "P",
-            "a nurbs surface needs control points: \"point3 P\" or \"float Pw\"",
-        );
-        return None;
-    };
+    let message = "a nurbs surface needs control points: \"point3 P\" or \"float Pw\"";
+    let numbers = needed(reader, "P", reader.floats("Pw"), message)?;
     let (points, rest) = numbers.as_chunks::<4>();
     if !rest.is_empty() {
-        reader.error(
-            "Pw",
-            "`Pw` has four numbers for each control point: the shape is left out",
-        );
-        return None;
+        let why = "`Pw` has four numbers for each control point";
+        return left_out(reader, "Pw", why);
     }
     if let Some(bad) = points.iter().position(|p| p[3] <= 0.0 || p[3].is_nan()) {
         // A weight that changes its sign on the way sends points to infinity.

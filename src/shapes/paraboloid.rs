@@ -10,23 +10,18 @@
 //! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.6). Where zmax is negative the bowl
 //! opens downward and `radius` is that of the upper, narrower end.
 
-use super::positive;
-use super::quadric::{ObjectPoint, ObjectSurface, azimuth, nearest_approach, roots, sweep};
+use super::quadric::{ObjectPoint, ObjectSurface, Swept, azimuth, nearest_approach, roots};
+use super::{left_out, positive};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
-use std::f64::consts::TAU;
 
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Paraboloid {
-    /// Radius at the height `z_max`, object units.
+    /// Radius at the upper end, object units.
     pub radius: f64,
-    /// Lower end.
-    pub z_min: f64,
-    /// Upper end, not 0.
-    pub z_max: f64,
-    /// Angle swept, radians.
-    pub phi_max: f64,
+    /// From end to end; the upper one is not at 0.
+    pub swept: Swept,
 }
 
 impl Paraboloid {
@@ -35,9 +30,7 @@ impl Paraboloid {
     pub fn new(radius: f64, z0: f64, z1: f64, phi_max: f64) -> Paraboloid {
         Paraboloid {
             radius,
-            z_min: z0.min(z1),
-            z_max: z0.max(z1),
-            phi_max: sweep(phi_max),
+            swept: Swept::new(z0, z1, phi_max),
         }
     }
 
@@ -49,10 +42,8 @@ impl Paraboloid {
         let phi_max = reader.float("phimax", 360.0);
         positive(reader, "radius", radius)?;
         if z0.max(z1) == 0.0 || !(z0.is_finite() && z1.is_finite()) {
-            let message = "z = zmax ρ²/radius² has no shape where the upper end is at 0 or an end \
-                           at no height: the shape is left out";
-            reader.error("zmax", message);
-            return None;
+            let why = "z = zmax ρ²/radius² has no shape where the upper end is at 0 or an end at no height";
+            return left_out(reader, "zmax", why);
         }
         if z0 == z1 {
             reader.warn("zmax", "both ends are at one height: nothing is left of it");
@@ -62,12 +53,12 @@ impl Paraboloid {
 
     /// 1/k of z = k ρ².
     fn span(&self) -> f64 {
-        self.radius * (self.radius / self.z_max)
+        self.radius * (self.radius / self.swept.z_max)
     }
 
     /// Distances from the axis at the ends, zmin's first; there is nothing beyond the apex.
     fn radii(&self) -> [f64; 2] {
-        [self.z_min, self.z_max].map(|z| (z * self.span()).max(0.0).sqrt())
+        [self.swept.z_min, self.swept.z_max].map(|z| (z * self.span()).max(0.0).sqrt())
     }
 
     /// The point moved onto the surface: along the axis where the bowl is flat, and across it
@@ -99,8 +90,7 @@ impl Paraboloid {
 impl ObjectSurface for Paraboloid {
     fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
         // ρ² = s z, from where the ray is nearest to the shape.
-        let center = DVec3::new(0.0, 0.0, 0.5 * (self.z_min + self.z_max));
-        let (start, o) = nearest_approach(o, d, center);
+        let (start, o) = nearest_approach(o, d, self.swept.center());
         let (o2, d2, s) = (o.truncate(), d.truncate(), self.span());
         let a = d2.length_squared();
         let b = o2.dot(d2) - 0.5 * s * d.z;
@@ -108,23 +98,15 @@ impl ObjectSurface for Paraboloid {
         // b² − a c, with Lagrange's identity for the part that cancels for rays across the axis.
         let turn = o2.perp_dot(d2);
         let discriminant = s * (0.25 * s * d.z * d.z - o2.dot(d2) * d.z + a * o.z) - turn * turn;
-        for t in roots(a, b, c, discriminant)? {
-            let p = self.onto_surface(o + d * t);
-            let t = start + t;
-            let inside = p.z >= self.z_min
-                && p.z <= self.z_max
-                && (self.phi_max >= TAU || azimuth(p) <= self.phi_max);
-            if t > 0.0 && inside {
-                return Some((t, p));
-            }
-        }
-        None
+        let roots = roots(a, b, c, discriminant)?.into_iter();
+        roots
+            .map(|t| (start + t, self.onto_surface(o + d * t)))
+            .find(|&(t, p)| t > 0.0 && self.swept.contains(p))
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {
-        let phi = azimuth(p);
-        let (sin, cos) = phi.sin_cos();
-        let height = self.z_max - self.z_min;
+        let (sin, cos) = azimuth(p).sin_cos();
+        let height = self.swept.height();
         let rho = p.truncate().length();
         // The gradient of k ρ² − z over 2k.
         let half = 0.5 * self.span();
@@ -134,33 +116,32 @@ impl ObjectSurface for Paraboloid {
         let along = height * half / rho.max(1e-9 * self.radius);
         let turn = half * half / (side * side * side);
         ObjectPoint {
-            uv: DVec2::new(phi / self.phi_max, (p.z - self.z_min) / height),
+            uv: self.swept.uv(p),
             n: DVec3::new(level * cos, level * sin, -down),
-            dpdu: self.phi_max * DVec3::new(-p.y, p.x, 0.0),
+            dpdu: self.swept.dpdu(p),
             dpdv: DVec3::new(along * cos, along * sin, height),
-            dndu: self.phi_max * level * DVec3::new(-sin, cos, 0.0),
+            dndu: self.swept.phi_max * level * DVec3::new(-sin, cos, 0.0),
             dndv: along * turn * DVec3::new(cos, sin, rho / half),
         }
     }
 
     fn bounds(&self) -> (DVec3, DVec3) {
         let [r0, r1] = self.radii();
-        let r = r0.max(r1);
-        (DVec3::new(-r, -r, self.z_min), DVec3::new(r, r, self.z_max))
+        self.swept.bounds(r0.max(r1))
     }
 
     fn sample(&self, u: DVec2) -> DVec3 {
         let [inner, outer] = self.radii().map(|rho| self.area_within(rho));
         let rho = self.radius_of(inner + u.x * (outer - inner));
-        let (sin, cos) = (u.y * self.phi_max).sin_cos();
-        let z = (rho * (rho / self.span())).clamp(self.z_min, self.z_max);
-        DVec3::new(rho * cos, rho * sin, z)
+        let z = rho * (rho / self.span());
+        let z = z.clamp(self.swept.z_min, self.swept.z_max);
+        self.swept.point(rho, u.y, z)
     }
 
     fn area(&self) -> f64 {
         // ∫ ρ √(1 + 4k²ρ²) dρ = (1 + 4k²ρ²)^(3/2) / (12 k²).
         let [a0, a1] = self.radii().map(|rho| self.area_within(rho));
-        self.phi_max * self.span() * self.span() / 12.0 * (a1 - a0).abs()
+        self.swept.phi_max * self.span() * self.span() / 12.0 * (a1 - a0).abs()
     }
 }
 
@@ -168,6 +149,7 @@ impl ObjectSurface for Paraboloid {
 mod tests {
     use super::super::quadric::tests::{check_derivatives, check_hits, check_uniform};
     use super::*;
+    use std::f64::consts::TAU;
 
     #[test]
     fn heights_follow_the_square_of_the_radius() {

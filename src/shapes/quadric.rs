@@ -6,10 +6,11 @@
 //! distance it was seen from. What single precision then loses is the rounding of the result.
 
 use super::Form;
-use super::local::{LocalSurface, abs_matrix};
-use crate::math::transform::{Transform, box_corners};
+use super::local::LocalSurface;
+use crate::math::transform::{Transform, box_around, box_corners};
 use crate::math::{DVec2, DVec3};
 use glam::DMat3;
+use std::f64::consts::TAU;
 
 /// Double-precision roundings on the way from object space to a surface point and back, with
 /// room to spare: no chain here is longer than a dozen operations.
@@ -164,8 +165,8 @@ impl Quadric {
     /// The largest over all axes: a rotation's entries and a sum of translations may come out
     /// next to nothing (the sine of 180°), and are then as wrong as what they were made from.
     pub(super) fn position_error(&self, p: DVec3) -> DVec3 {
-        let (m, inverse) = (&self.level_from_object.m, &self.level_from_object.inverse);
-        let (abs_m, abs_inverse) = (abs_matrix(m), abs_matrix(inverse));
+        let Transform { m, inverse } = &self.level_from_object;
+        let [abs_m, abs_inverse] = [m, inverse].map(|m| DMat3::from_mat4(*m).abs());
         let level = m.transform_point3(p);
         let back = abs_inverse * level.abs() + inverse.w_axis.truncate().abs();
         let magnitude = abs_m * (p.abs() + back) + m.w_axis.truncate().abs();
@@ -174,21 +175,24 @@ impl Quadric {
 
     /// Corners of a box around the surface, level space.
     pub fn bounds(&self) -> (DVec3, DVec3) {
-        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for corner in self.corners() {
+        box_around(self.corners().into_iter().flat_map(|corner| {
             let error = self.position_error(corner);
             let corner = self.level_from_object.m.transform_point3(corner);
-            min = min.min(corner - error);
-            max = max.max(corner + error);
-        }
-        (min, max)
+            [corner - error, corner + error]
+        }))
+    }
+
+    /// How much larger a volume is in level space.
+    pub(super) fn volume_scale(&self) -> f64 {
+        DMat3::from_mat4(self.level_from_object.m)
+            .determinant()
+            .abs()
     }
 
     /// How much larger a small piece of surface with unit object-space normal `n` is in level
     /// space: |M a × M b| / |a × b| for any a, b that span it, which is |det M| |M⁻ᵀ n|.
     pub fn area_scale(&self, n: DVec3) -> f64 {
-        let m = DMat3::from_mat4(self.level_from_object.m);
-        m.determinant().abs() * self.level_from_object.normal(n).length()
+        self.volume_scale() * self.level_from_object.normal(n).length()
     }
 
     /// Surface area in level space.
@@ -206,14 +210,91 @@ impl Quadric {
     }
 }
 
+/// The part that a shape has of a surface of revolution about the z axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swept {
+    /// Lower end, object units.
+    pub z_min: f64,
+    /// Upper end.
+    pub z_max: f64,
+    /// Angle swept from +x toward +y, radians.
+    pub phi_max: f64,
+}
+
+impl Swept {
+    /// The part between two heights, in either order, that is swept by `degrees`, clamped to a full turn.
+    pub(super) fn new(z0: f64, z1: f64, degrees: f64) -> Swept {
+        Swept {
+            z_min: z0.min(z1),
+            z_max: z0.max(z1),
+            phi_max: degrees.clamp(0.0, 360.0).to_radians(),
+        }
+    }
+
+    pub(super) fn height(&self) -> f64 {
+        self.z_max - self.z_min
+    }
+
+    /// The point of the axis at half height.
+    pub(super) fn center(&self) -> DVec3 {
+        DVec3::new(0.0, 0.0, 0.5 * (self.z_min + self.z_max))
+    }
+
+    /// Is a point of the whole surface of revolution in this part?
+    pub(super) fn contains(&self, p: DVec3) -> bool {
+        p.z >= self.z_min && p.z <= self.z_max && self.sweeps(|| azimuth(p))
+    }
+
+    /// Is `angle`, in [0, 2π), within the one swept? It is computed where that is no full turn.
+    pub(super) fn sweeps(&self, angle: impl FnOnce() -> f64) -> bool {
+        self.phi_max >= TAU || angle() <= self.phi_max
+    }
+
+    /// The fraction of the angle at `p`, and that of the height.
+    pub(super) fn uv(&self, p: DVec3) -> DVec2 {
+        DVec2::new(
+            azimuth(p) / self.phi_max,
+            (p.z - self.z_min) / self.height(),
+        )
+    }
+
+    /// ∂p/∂u where u is the fraction of the angle.
+    pub(super) fn dpdu(&self, p: DVec3) -> DVec3 {
+        self.phi_max * DVec3::new(-p.y, p.x, 0.0)
+    }
+
+    /// The point at the distance `rho` from the axis, the fraction `u` of the angle and the height `z`.
+    pub(super) fn point(&self, rho: f64, u: f64, z: f64) -> DVec3 {
+        let (sin, cos) = (u * self.phi_max).sin_cos();
+        DVec3::new(rho * cos, rho * sin, z)
+    }
+
+    /// Corners of the box around the part, whose points are at most `rho` away from the axis.
+    pub(super) fn bounds(&self, rho: f64) -> (DVec3, DVec3) {
+        let low = DVec3::new(-rho, -rho, self.z_min);
+        (low, DVec3::new(rho, rho, self.z_max))
+    }
+}
+
 /// The angle of (x, y) from +x toward +y, in [0, 2π).
 pub(super) fn azimuth(p: DVec3) -> f64 {
-    let phi = p.y.atan2(p.x);
-    if phi < 0.0 {
-        phi + std::f64::consts::TAU
+    full_turn(p.y.atan2(p.x))
+}
+
+/// An angle from −π to π as one in [0, 2π).
+pub(super) fn full_turn(phi: f64) -> f64 {
+    if phi < 0.0 { phi + TAU } else { phi }
+}
+
+/// Distance from the axis, and the unit direction away from it; any on the axis.
+pub(super) fn outward(p: DVec3) -> (f64, DVec2) {
+    let rho = p.x.hypot(p.y);
+    let direction = if rho > 0.0 {
+        p.truncate() / rho
     } else {
-        phi
-    }
+        DVec2::X
+    };
+    (rho, direction)
 }
 
 /// Real roots of a t² + 2 b t + c, ascending, without cancellation between them
@@ -240,11 +321,6 @@ pub(super) fn roots(a: f64, b: f64, c: f64, discriminant: f64) -> Option<[f64; 2
 pub(super) fn nearest_approach(o: DVec3, d: DVec3, center: DVec3) -> (f64, DVec3) {
     let t = (center - o).dot(d) / d.length_squared();
     (t, o + d * t)
-}
-
-/// The largest angle swept, from degrees, clamped to a full turn.
-pub(super) fn sweep(degrees: f64) -> f64 {
-    degrees.clamp(0.0, 360.0).to_radians()
 }
 
 #[cfg(test)]

@@ -13,18 +13,18 @@ const TRIANGLE_BYTES: u64 = 150;
 
 /// A type of shape, as the scene file describes it.
 pub(super) trait ShapeType {
-    /// Whether `alpha` and `shadowalpha` are parameters of it.
-    const CUTOUTS: bool = false;
-
     /// Loads and places the shape.
     fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError>;
 }
 
 /// Where a shape is placed, and what memory there is.
-pub(super) struct Site<'a> {
-    pub(super) level_from_object: &'a Transform,
-    pub(super) reverse_orientation: bool,
-    pub(super) budget: &'a Budget,
+pub struct Site<'a> {
+    /// Object-to-render for the top level, object-to-world for shapes of a named object.
+    pub level_from_object: &'a Transform,
+    /// `ReverseOrientation` is on.
+    pub reverse_orientation: bool,
+    /// Meshes are charged to it, with their trees.
+    pub budget: &'a Budget,
 }
 
 impl Site<'_> {
@@ -50,7 +50,7 @@ impl Site<'_> {
 
     /// A mesh that has been charged.
     pub(super) fn mesh(&self, data: MeshData) -> CompiledShape {
-        let mesh = TriangleMesh::placed(data, self.level_from_object, self.reverse_orientation);
+        let mesh = TriangleMesh::new(data, self.level_from_object, self.reverse_orientation);
         CompiledShape::Mesh(Box::new(mesh))
     }
 

@@ -11,7 +11,7 @@
 //! (docs/scene-language.md §3.7; Pharr, Jakob and Humphreys 2016, §3.2).
 
 use super::positive;
-use super::quadric::{ObjectPoint, ObjectSurface, azimuth, roots, sweep};
+use super::quadric::{ObjectPoint, ObjectSurface, Swept, azimuth, outward, roots};
 use crate::math::{DVec2, DVec3};
 use crate::params::ParamReader;
 use std::f64::consts::TAU;
@@ -21,22 +21,17 @@ use std::f64::consts::TAU;
 pub struct Sphere {
     /// Radius, object units.
     pub radius: f64,
-    /// Lower cut, −radius for none.
-    pub z_min: f64,
-    /// Upper cut, radius for none.
-    pub z_max: f64,
-    /// Angle swept, radians.
-    pub phi_max: f64,
+    /// Cut at ∓radius, which is nowhere, for a whole one.
+    pub swept: Swept,
 }
 
 impl Sphere {
     /// A sphere between the heights `z0` and `z1` (in either order), swept `phi_max` degrees.
     pub fn new(radius: f64, z0: f64, z1: f64, phi_max: f64) -> Sphere {
+        let [z0, z1] = [z0, z1].map(|z| z.clamp(-radius, radius));
         Sphere {
             radius,
-            z_min: z0.min(z1).clamp(-radius, radius),
-            z_max: z0.max(z1).clamp(-radius, radius),
-            phi_max: sweep(phi_max),
+            swept: Swept::new(z0, z1, phi_max),
         }
     }
 
@@ -51,21 +46,30 @@ impl Sphere {
 
     /// Nothing is cut off.
     pub fn is_full(&self) -> bool {
-        self.z_min <= -self.radius && self.z_max >= self.radius && self.phi_max >= TAU
+        let Swept {
+            z_min,
+            z_max,
+            phi_max,
+        } = self.swept;
+        z_min <= -self.radius && z_max >= self.radius && phi_max >= TAU
     }
 
+    /// Rounding may move poles out of a sphere that has both.
     fn contains(&self, p: DVec3) -> bool {
-        (self.z_min <= -self.radius || p.z >= self.z_min)
-            && (self.z_max >= self.radius || p.z <= self.z_max)
-            && (self.phi_max >= TAU || azimuth(p) <= self.phi_max)
+        let Swept { z_min, z_max, .. } = self.swept;
+        (z_min <= -self.radius || p.z >= z_min)
+            && (z_max >= self.radius || p.z <= z_max)
+            && self.swept.sweeps(|| azimuth(p))
     }
 
     /// Polar angles of the cuts: v = 0 at the first, 1 at the second.
-    fn polar_range(&self) -> (f64, f64) {
-        (
-            (self.z_min / self.radius).clamp(-1.0, 1.0).acos(),
-            (self.z_max / self.radius).clamp(-1.0, 1.0).acos(),
-        )
+    fn polar_range(&self) -> [f64; 2] {
+        [self.swept.z_min, self.swept.z_max].map(|z| self.polar(z))
+    }
+
+    /// The polar angle at a height.
+    fn polar(&self, z: f64) -> f64 {
+        (z / self.radius).clamp(-1.0, 1.0).acos()
     }
 }
 
@@ -79,37 +83,27 @@ impl ObjectSurface for Sphere {
         // distant origins (Hearn and Baker; Haines et al., Ray Tracing Gems 2019, ch. 7).
         let across = o - d * (b / a);
         let discriminant = a * (r * r - across.length_squared());
-        for t in roots(a, b, c, discriminant)? {
-            let p = o + d * t;
-            let p = p * (r / p.length());
-            if t > 0.0 && self.contains(p) {
-                return Some((t, p));
-            }
-        }
-        None
+        let roots = roots(a, b, c, discriminant)?.into_iter();
+        let onto_surface = |p: DVec3| p * (r / p.length());
+        roots
+            .map(|t| (t, onto_surface(o + d * t)))
+            .find(|&(t, p)| t > 0.0 && self.contains(p))
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {
-        let phi = azimuth(p);
-        let rho = p.x.hypot(p.y);
-        let (sin_phi, cos_phi) = if rho > 0.0 {
-            (p.y / rho, p.x / rho)
-        } else {
-            (0.0, 1.0)
-        };
-        let (theta_0, theta_1) = self.polar_range();
-        let range = theta_1 - theta_0;
-        let theta = (p.z / self.radius).clamp(-1.0, 1.0).acos();
+        let (rho, outward) = outward(p);
+        let [first, last] = self.polar_range();
+        let range = last - first;
         let v = if range == 0.0 {
             0.0
         } else {
-            (theta - theta_0) / range
+            (self.polar(p.z) - first) / range
         };
-        let dpdu = self.phi_max * DVec3::new(-p.y, p.x, 0.0);
-        let dpdv = range * DVec3::new(p.z * cos_phi, p.z * sin_phi, -rho);
+        let dpdu = self.swept.dpdu(p);
+        let dpdv = range * (outward * p.z).extend(-rho);
         ObjectPoint {
-            uv: DVec2::new(phi / self.phi_max, v),
-            n: p / self.radius,
+            uv: DVec2::new(self.swept.uv(p).x, v),
+            n: self.normal(p),
             dpdu,
             dpdv,
             dndu: dpdu / self.radius,
@@ -122,20 +116,18 @@ impl ObjectSurface for Sphere {
     }
 
     fn bounds(&self) -> (DVec3, DVec3) {
-        let r = self.radius;
-        (DVec3::new(-r, -r, self.z_min), DVec3::new(r, r, self.z_max))
+        self.swept.bounds(self.radius)
     }
 
     fn sample(&self, u: DVec2) -> DVec3 {
         // Archimedes: equal heights have equal areas.
-        let z = self.z_min + u.x * (self.z_max - self.z_min);
+        let z = self.swept.z_min + u.x * self.swept.height();
         let rho = ((self.radius - z) * (self.radius + z)).max(0.0).sqrt();
-        let (sin, cos) = (u.y * self.phi_max).sin_cos();
-        DVec3::new(rho * cos, rho * sin, z)
+        self.swept.point(rho, u.y, z)
     }
 
     fn area(&self) -> f64 {
-        self.phi_max * self.radius * (self.z_max - self.z_min)
+        self.swept.phi_max * self.radius * self.swept.height()
     }
 }
 
@@ -174,7 +166,7 @@ mod tests {
     #[test]
     fn cuts_are_sorted_and_clamped() {
         let s = Sphere::new(1.0, 7.0, -0.5, 400.0);
-        assert_eq!((s.z_min, s.z_max, s.phi_max), (-0.5, 1.0, TAU));
+        assert_eq!(s.swept, Swept::new(-0.5, 1.0, 360.0));
         assert!(!s.is_full());
         assert!(Sphere::new(1.0, -1.0, 1.0, 360.0).is_full());
     }

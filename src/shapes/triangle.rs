@@ -27,13 +27,19 @@ pub struct Orientation {
     pub flip_shading: bool,
 }
 
-/// Corner parameters of a triangle without texture coordinates.
-#[cfg(test)]
-const DEFAULT_UV: [crate::math::Vec2; 3] = [
-    crate::math::Vec2::ZERO,
-    crate::math::Vec2::X,
-    crate::math::Vec2::ONE,
-];
+impl Orientation {
+    /// A normal by the corners' order, turned.
+    #[inline]
+    pub(super) fn geometric(self, n: DVec3) -> DVec3 {
+        if self.flip_geometric { -n } else { n }
+    }
+
+    /// An interpolated normal or its derivative, turned.
+    #[inline]
+    pub(super) fn shading(self, n: DVec3) -> DVec3 {
+        if self.flip_shading { -n } else { n }
+    }
+}
 
 /// ∂p/∂u and ∂p/∂v are taken from the texture coordinates where their determinant is at least this.
 const SMALLEST_UV_DETERMINANT: f64 = 1e-8;
@@ -74,22 +80,13 @@ impl Triangle {
         Some(b.map(|b| b * scale))
     }
 
-    /// The unit geometric normal at `b`: the corners' order and the orientation decide its side,
-    /// or else the interpolated normal does.
-    #[cfg(any(test, feature = "internals"))]
-    pub fn geometric_normal(&self, b: [f64; 3]) -> DVec3 {
-        self.normal_beside(self.interpolated_normal(b))
-    }
-
-    /// The same, where the interpolated normal is known.
+    /// The unit geometric normal where the interpolated one is as given: the corners' order and the orientation decide
+    /// its side, or else the interpolated normal does.
     #[inline]
     fn normal_beside(&self, interpolated: Option<DVec3>) -> DVec3 {
-        let n = self.edges().2.normalize_or(DVec3::Z);
-        let n = if self.orientation.flip_geometric {
-            -n
-        } else {
-            n
-        };
+        let n = self
+            .orientation
+            .geometric(self.edges().2.normalize_or(DVec3::Z));
         match interpolated {
             Some(ns) if ns.dot(n) < 0.0 => -n,
             _ => n,
@@ -100,7 +97,13 @@ impl Triangle {
     #[inline]
     fn interpolated_normal(&self, b: [f64; 3]) -> Option<DVec3> {
         let n = interpolate(self.normals.as_ref()?, b).try_normalize()?;
-        Some(if self.orientation.flip_shading { -n } else { n })
+        Some(self.orientation.shading(n))
+    }
+
+    /// The point at `b`.
+    #[inline]
+    pub fn point(&self, b: [f64; 3]) -> DVec3 {
+        interpolate(&self.p, b)
     }
 
     /// (u, v) at `b`.
@@ -126,7 +129,7 @@ impl Triangle {
         let (dndu, dndv) = self.normal_derivatives();
         let largest = self.p[0].abs().max(self.p[1].abs()).max(self.p[2].abs());
         LocalSurface {
-            p: interpolate(&self.p, b),
+            p: self.point(b),
             // Three products and two sums, and as much again for the coordinates' own rounding.
             p_error: largest * (8.0 * f64::EPSILON),
             n,
@@ -173,17 +176,10 @@ impl Triangle {
     #[inline]
     fn normal_derivatives(&self) -> (DVec3, DVec3) {
         let Some([n0, n1, n2]) = self.normals else {
-            return (DVec3::ZERO, DVec3::ZERO);
+            return Default::default();
         };
-        let side = if self.orientation.flip_shading {
-            -1.0
-        } else {
-            1.0
-        };
-        let (du, dv) = self
-            .solve(n0 - n2, n1 - n2)
-            .unwrap_or((DVec3::ZERO, DVec3::ZERO));
-        (du * side, dv * side)
+        let (du, dv) = self.solve(n0 - n2, n1 - n2).unwrap_or_default();
+        (self.orientation.shading(du), self.orientation.shading(dv))
     }
 
     /// Unit shading ∂p/∂u and ∂p/∂v: s is the interpolated tangent or ∂p/∂u, t = s × n, then
@@ -205,6 +201,9 @@ impl Triangle {
 mod tests {
     use super::*;
 
+    /// Corner parameters of a triangle without texture coordinates.
+    const DEFAULT_UV: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
+
     fn triangle() -> Triangle {
         Triangle {
             p: [
@@ -224,7 +223,7 @@ mod tests {
         let t = triangle();
         let s = t.surface([0.2, 0.3, 0.5]);
         assert_eq!(s.n, DVec3::Z);
-        for (p, uv) in t.p.iter().zip(DEFAULT_UV.map(crate::math::Vec2::as_dvec2)) {
+        for (p, uv) in t.p.iter().zip(DEFAULT_UV) {
             let moved =
                 s.p + s.dpdu * (uv.x - f64::from(s.uv.x)) + s.dpdv * (uv.y - f64::from(s.uv.y));
             assert!((*p - moved).length() < 1e-6); // uv are single precision
@@ -245,7 +244,7 @@ mod tests {
                 ..triangle()
             };
             let with = Triangle {
-                uv: Some(DEFAULT_UV.map(crate::math::Vec2::as_dvec2)),
+                uv: Some(DEFAULT_UV),
                 ..without
             };
             let b = [0.2, 0.3, 0.5];

@@ -14,7 +14,7 @@
 //! Arrays of the wrong length are reported and left out (docs/scene-language.md §3.7).
 
 use super::site::{ShapeType, Site};
-use super::{CompiledShape, ShapeError};
+use super::{CompiledShape, ShapeError, needed, triples};
 use crate::assets::mesh::{MeshData, face_id};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -38,26 +38,19 @@ impl TriangleMeshSpec {
         let faces = reader.integers("faceIndices");
         let (positions, indices) = vertices_and_triangles(reader)?;
         let per_vertex = |name: &str, values: Option<&[f64]>| -> Vec<Vec3> {
-            let Some(values) = values else {
-                return Vec::new();
-            };
-            if is_empty(reader, name, values) {
-                return Vec::new();
-            }
-            if values.len() / 3 != positions.len() {
-                let given = values.len() / 3;
-                let message = format!(
-                    "`{name}` has {given} value{} for {} vertices: not used",
-                    if given == 1 { "" } else { "s" },
-                    positions.len()
-                );
-                match values.get(3 * positions.len()) {
-                    Some(_) => reader.error_item(name, 3 * positions.len(), message),
+            let values = listed(reader, name, values);
+            let (given, vertices) = (values.len() / 3, positions.len());
+            if !values.is_empty() && given != vertices {
+                let plural = if given == 1 { "" } else { "s" };
+                let message =
+                    format!("`{name}` has {given} value{plural} for {vertices} vertices: not used");
+                match values.get(3 * vertices) {
+                    Some(_) => reader.error_item(name, 3 * vertices, message),
                     None => reader.error(name, message),
                 }
                 return Vec::new();
             }
-            triples(values).map(|v| DVec3::from(v).as_vec3()).collect()
+            triples(values).map(|v| v.as_vec3()).collect()
         };
         let mut data = MeshData {
             face_ids: face_ids(reader, faces, indices.len()),
@@ -80,8 +73,6 @@ impl TriangleMeshSpec {
 }
 
 impl ShapeType for TriangleMeshSpec {
-    const CUTOUTS: bool = true;
-
     fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
         site.charge(self.data.indices.len())?;
         Ok(site.mesh(self.data.clone()))
@@ -102,18 +93,13 @@ fn has_degenerate_uv(data: &MeshData) -> bool {
 
 /// Reads `point3 P` and `integer indices`; `None` where they are missing or wrong (reported).
 pub(super) fn vertices_and_triangles(reader: &ParamReader) -> Option<(Vec<DVec3>, Vec<[u32; 3]>)> {
-    let points = reader.points3("P");
-    let indices = reader.integers("indices");
+    let (points, indices) = (reader.points3("P"), reader.integers("indices"));
     let kind = reader.kind();
-    let Some(points) = points else {
-        reader.error("P", format!("a {kind} needs vertices: \"point3 P\""));
-        return None;
-    };
-    let Some(indices) = indices else {
-        reader.error("indices", format!("a {kind} needs \"integer indices\""));
-        return None;
-    };
-    let positions: Vec<DVec3> = triples(points).map(DVec3::from).collect();
+    let message = format!("a {kind} needs vertices: \"point3 P\"");
+    let points = needed(reader, "P", points, message)?;
+    let message = format!("a {kind} needs \"integer indices\"");
+    let indices = needed(reader, "indices", indices, message)?;
+    let positions: Vec<DVec3> = triples(points).collect();
     if indices.len() % 3 != 0 {
         reader.warn(
             "indices",
@@ -129,10 +115,6 @@ pub(super) fn vertices_and_triangles(reader: &ParamReader) -> Option<(Vec<DVec3>
     }
 }
 
-fn triples(values: &[f64]) -> impl Iterator<Item = [f64; 3]> {
-    values.as_chunks::<3>().0.iter().copied()
-}
-
 /// Triangles from a flat list of numbers, truncated to integers as pbrt does. An error tells which
 /// number is wrong.
 fn check_indices(indices: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, (usize, String)> {
@@ -144,36 +126,25 @@ fn check_indices(indices: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, (usi
             format!("vertex {bad} does not exist: there are {vertices} vertices, numbered from 0"),
         ));
     }
-    Ok(indices
-        .as_chunks::<3>()
-        .0
-        .iter()
-        .map(|t| t.map(|i| i as u32))
-        .collect())
+    let (triangles, _) = indices.as_chunks::<3>();
+    Ok(triangles.iter().map(|t| t.map(|i| i as u32)).collect())
 }
 
-/// Is there nothing in the list? Exporters write such lists where a mesh has no normals or texture
-/// coordinates: no more than a warning then, although pbrt-v3 calls it an error as it goes on.
-fn is_empty(reader: &ParamReader, name: &str, values: &[f64]) -> bool {
-    if values.is_empty() {
-        reader.warn(
-            name,
-            format!("`{name}` is an empty list: as if it were not given"),
-        );
+/// The numbers of a parameter, none if it is not given. Exporters write empty lists where a mesh has no normals or
+/// texture coordinates: no more than a warning then, although pbrt-v3 calls it an error as it goes on.
+fn listed<'a>(reader: &ParamReader, name: &str, given: Option<&'a [f64]>) -> &'a [f64] {
+    if given.is_some_and(<[f64]>::is_empty) {
+        let message = format!("`{name}` is an empty list: as if it were not given");
+        reader.warn(name, message);
     }
-    values.is_empty()
+    given.unwrap_or_default()
 }
 
 /// One a triangle: any other number of them is dropped with an error, as in pbrt-v3.
 fn face_ids(reader: &ParamReader, ids: Option<&[f64]>, triangles: usize) -> Vec<u32> {
     let name = "faceIndices";
-    let Some(ids) = ids else {
-        return Vec::new();
-    };
-    if is_empty(reader, name, ids) {
-        return Vec::new();
-    }
-    if ids.len() != triangles {
+    let ids = listed(reader, name, ids);
+    if !ids.is_empty() && ids.len() != triangles {
         let message = format!(
             "`{name}` has {} value{} for {triangles} triangles: not used",
             ids.len(),
@@ -192,14 +163,9 @@ fn texture_coordinates(
     values: Option<&[f64]>,
     vertices: usize,
 ) -> Vec<Vec2> {
-    let Some(values) = values else {
-        return Vec::new();
-    };
-    if is_empty(reader, name, values) {
-        return Vec::new();
-    }
+    let values = listed(reader, name, values);
     let pairs = values.len() / 2;
-    if pairs < vertices {
+    if !values.is_empty() && pairs < vertices {
         reader.error(
             name,
             format!("{pairs} texture coordinates for {vertices} vertices: they are not used"),
@@ -216,13 +182,8 @@ fn texture_coordinates(
         );
     }
     let narrow = |&[u, v]: &[f64; 2]| Vec2::new(u as f32, v as f32);
-    values
-        .as_chunks::<2>()
-        .0
-        .iter()
-        .take(vertices)
-        .map(narrow)
-        .collect()
+    let (pairs, _) = values.as_chunks::<2>();
+    pairs.iter().take(vertices).map(narrow).collect()
 }
 
 #[cfg(test)]

@@ -42,27 +42,21 @@ impl World {
         textures: Textures,
         lights: Vec<Light>,
         sampled_lights: usize,
+        media: Media,
     ) -> World {
-        let infinite_lights = (0..lights.len())
-            .filter(|&i| lights[i].is_infinite())
-            .map(|i| LightId(i as u32))
-            .collect();
-        let has_recoverable_surfaces = geometry.has_recoverable_surfaces();
+        let is_infinite = |id: &LightId| lights[id.index()].is_infinite();
+        let ids = (0..lights.len() as u32).map(LightId);
+        let infinite_lights = ids.filter(is_infinite).collect();
         World {
+            has_recoverable_surfaces: geometry.has_recoverable_surfaces(),
             geometry,
-            has_recoverable_surfaces,
             materials,
             textures,
             lights,
             sampled_lights,
             infinite_lights,
-            media: Media::default(),
+            media,
         }
-    }
-
-    /// The same world with `media`, whose interfaces its surfaces refer to.
-    pub fn with_media(self, media: Media) -> World {
-        World { media, ..self }
     }
 
     /// The lights that are sampled; index i is [`LightId`] i.
@@ -106,10 +100,9 @@ impl World {
         d: Vec3,
         current: Option<MediumId>,
     ) -> Option<MediumId> {
-        match hit.interface {
-            Some(id) => self.media.interface(id).toward(d, hit.surface.n),
-            None => current,
-        }
+        hit.interface.map_or(current, |id| {
+            self.media.interface(id).toward(d, hit.surface.n)
+        })
     }
 
     /// The material of a hit; `None` for a surface without one (`Material "none"`), which rays pass through.
@@ -128,19 +121,6 @@ impl World {
     ) {
         let footprint = surface.footprint(differentials);
         material.fill_bsdf(surface, &footprint, &self.textures, &self.materials, bsdf);
-    }
-
-    /// Like [`World::fill_bsdf`], by value, where speed does not matter.
-    #[cfg(any(test, feature = "internals"))]
-    pub fn bsdf<'a>(
-        &'a self,
-        material: &'a Material,
-        surface: &SurfaceHit,
-        differentials: Option<&RayDifferentials>,
-    ) -> Bsdf<'a> {
-        let mut bsdf = Bsdf::empty();
-        self.fill_bsdf(material, surface, differentials, &mut bsdf);
-        bsdf
     }
 
     /// How light continues that the `bsdf` at a hit has transmitted as `sample`; `choice` returns a sample in [0, 1) if
@@ -169,10 +149,8 @@ impl World {
 
     /// Radiance along a ray that hits nothing: the sum of all infinite lights.
     pub fn escaped_radiance(&self, ray: &Ray) -> Rgb {
-        self.infinite_lights
-            .iter()
-            .map(|&id| self.light(id).escaped(ray.d))
-            .sum()
+        let infinite = self.infinite_lights.iter();
+        infinite.map(|&id| self.light(id).escaped(ray.d)).sum()
     }
 
     /// Radiance that the surface itself emits back along the ray that hit it.

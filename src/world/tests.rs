@@ -2,14 +2,16 @@
 
 use super::*;
 use crate::accel::{GeometryBuilder, PrimitiveAttributes};
+use crate::bsdf::Bsdf;
 use crate::budget::Budget;
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::lights::{LightKind, LightSpec, PointSpec};
 use crate::materials::{MaterialKind, Matte};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Vec2};
+use crate::media::Media;
 use crate::shapes::sphere::Sphere;
-use crate::shapes::{Form, ShapeKind, ShapeSpec};
+use crate::shapes::{Form, ShapeKind, ShapeSpec, Site};
 use std::f32::consts::PI;
 
 /// A gray sphere of radius 1 at the origin, and a light of intensity 8 at z = 3.
@@ -19,7 +21,11 @@ fn lit_sphere() -> World {
         alpha: None,
         shadow_alpha: None,
     };
-    let placed = sphere.compile(&Transform::IDENTITY, false, &Budget::unlimited());
+    let placed = sphere.compile(&Site {
+        level_from_object: &Transform::IDENTITY,
+        reverse_orientation: false,
+        budget: &Budget::unlimited(),
+    });
     let attributes = PrimitiveAttributes {
         material: Some(MaterialId(0)),
         ..PrimitiveAttributes::default()
@@ -43,6 +49,7 @@ fn lit_sphere() -> World {
         Textures::default(),
         vec![Light::new(&light, None, &Transform::IDENTITY)],
         1,
+        Media::default(),
     )
 }
 
@@ -58,7 +65,8 @@ fn a_world_needs_no_scene_text() {
     );
     let hit = world.intersect(&ray).unwrap();
     let material = world.material(hit.material).unwrap();
-    let bsdf = world.bsdf(material, &hit.surface, None);
+    let mut bsdf = Bsdf::empty();
+    world.fill_bsdf(material, &hit.surface, None, &mut bsdf);
     let from = hit.surface.reference_point();
     let sample = world.sampled_lights()[0].sample(&from, Vec2::ZERO).unwrap();
     assert!(!world.occluded(&sample.shadow));

@@ -5,7 +5,7 @@
 //! vertices to double precision, the rays are rounded to single: they pass within a rounding error
 //! on either side, which is where a test that is not watertight loses some.
 
-use fstop::accel::{Geometry, GeometryBuilder, ObjectBuilder, PrimitiveAttributes};
+use fstop::accel::{Geometry, GeometryBuilder, PrimitiveAttributes};
 use fstop::assets::mesh::MeshData;
 use fstop::handles::ObjectId;
 use fstop::inputs::FloatInput;
@@ -60,7 +60,7 @@ fn closed(rings: usize, radius: impl Fn(f64, f64) -> f64) -> MeshData {
 }
 
 fn compiled(data: &MeshData, place: &Transform) -> CompiledShape {
-    CompiledShape::Mesh(Box::new(TriangleMesh::new(data, place, false)))
+    CompiledShape::Mesh(Box::new(TriangleMesh::new(data.clone(), place, false)))
 }
 
 /// The mesh itself in render space.
@@ -72,7 +72,7 @@ fn placed(data: &MeshData, place: &Transform) -> Geometry {
 
 /// The mesh at `object` in an object, seen through an instance at `place`.
 fn instanced(data: &MeshData, object: &Transform, place: &Transform) -> Geometry {
-    let mut inner = ObjectBuilder::default();
+    let mut inner = GeometryBuilder::of_object();
     inner.add(compiled(data, object), PrimitiveAttributes::default());
     let mut builder = GeometryBuilder::default();
     builder.add_instance(ObjectId(0), place);

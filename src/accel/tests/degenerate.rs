@@ -18,7 +18,7 @@ fn an_empty_scene_is_empty() {
     builder.add_instance(ObjectId(0), &Transform::IDENTITY);
     builder.add_instance(ObjectId(7), &Transform::IDENTITY);
     builder.add_instance(ObjectId(0), &Transform::scale(DVec3::new(1.0, 1.0, 0.0)));
-    let geometry = builder.build(vec![ObjectBuilder::default()]).unwrap();
+    let geometry = builder.build(vec![GeometryBuilder::of_object()]).unwrap();
     assert!(geometry.intersect(&down(0.0, 0.0), &opaque).is_none());
 }
 

@@ -20,7 +20,11 @@ fn normals(
     reverse: bool,
     instance: Option<Transform>,
 ) -> (Vec3, Vec3) {
-    let shape = CompiledShape::Mesh(Box::new(TriangleMesh::new(data, transform, reverse)));
+    let shape = CompiledShape::Mesh(Box::new(TriangleMesh::new(
+        data.clone(),
+        transform,
+        reverse,
+    )));
     let (geometry, place) = match instance {
         None => (scene(vec![shape]), *transform),
         Some(instance) => (instanced(vec![shape], &instance), instance * *transform),
@@ -106,7 +110,7 @@ fn lights_and_materials_come_back() {
         compiled(&data, &Transform::translate(DVec3::Y * 5.0)),
         PrimitiveAttributes::default(),
     );
-    let mut object = ObjectBuilder::default();
+    let mut object = GeometryBuilder::of_object();
     object.add(full_sphere(Transform::IDENTITY), attributes);
     let beside = Transform::translate(DVec3::X * 2.0);
     object.add(full_sphere(beside), PrimitiveAttributes::default());
@@ -151,7 +155,7 @@ fn cut_outs_let_rays_through_where_alpha_is_zero() {
         };
         let mut builder = GeometryBuilder::default();
         builder.add(compiled(&sheet, &below), PrimitiveAttributes::default());
-        let mut object = ObjectBuilder::default();
+        let mut object = GeometryBuilder::of_object();
         if as_instance {
             object.add(compiled(&sheet, &Transform::IDENTITY), attributes);
             builder.add_instance(ObjectId(0), &Transform::IDENTITY);

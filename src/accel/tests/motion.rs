@@ -32,8 +32,8 @@ fn shapes(transform: &Transform) -> Vec<CompiledShape> {
 fn moving(motion: Motion) -> [Geometry; 3] {
     let attributes = PrimitiveAttributes::default();
     let mut alone = GeometryBuilder::default();
-    let mut nested = ObjectBuilder::default();
-    let mut object = ObjectBuilder::default();
+    let mut nested = GeometryBuilder::of_object();
+    let mut object = GeometryBuilder::of_object();
     for shape in shapes(&Transform::IDENTITY) {
         alone.add_moving(shape.clone(), attributes, motion);
         nested.add_moving(shape.clone(), attributes, motion);

@@ -8,6 +8,7 @@
 use super::{Bezier, CurveKind};
 use crate::math::{DVec2, DVec3, Vec2, Vec3};
 use crate::shapes::local::LocalSurface;
+use glam::DMat3;
 
 /// Halvings at most.
 const DEEPEST: i32 = 10;
@@ -50,35 +51,20 @@ pub struct CurveHit {
     normal: Option<DVec3>,
 }
 
-/// The ray as an axis, with the curve's chord along x.
-struct RayFrame {
-    x: DVec3,
-    y: DVec3,
-    z: DVec3,
-}
-
-impl RayFrame {
-    fn new(d: DVec3, chord: DVec3) -> Option<RayFrame> {
-        let z = d.try_normalize()?;
-        let y = z.cross(chord).try_normalize();
-        let y = y.unwrap_or_else(|| z.any_orthonormal_vector());
-        Some(RayFrame {
-            x: y.cross(z),
-            y,
-            z,
-        })
-    }
-
-    fn to(&self, v: DVec3) -> DVec3 {
-        DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
-    }
+/// Axes of a space in which the ray `d` is z and the curve's chord is along x.
+fn ray_frame(d: DVec3, chord: DVec3) -> Option<DMat3> {
+    let z = d.try_normalize()?;
+    let y = z.cross(chord).try_normalize();
+    let y = y.unwrap_or_else(|| z.any_orthonormal_vector());
+    Some(DMat3::from_cols(y.cross(z), y, z))
 }
 
 /// What all pieces of a segment share, and the nearest meeting so far.
 struct Search<'a> {
     width: [f64; 2],
     normals: Option<&'a [DVec3; 2]>,
-    frame: &'a RayFrame,
+    /// Unit direction of the ray.
+    d: DVec3,
     z_max: f64,
     /// With `t` as a length.
     found: Option<CurveHit>,
@@ -154,13 +140,13 @@ impl Segment {
     ) -> Option<CurveHit> {
         let range = self.range(piece);
         let curve = Bezier::widened(&self.points).part(range[0], range[1]);
-        let frame = RayFrame::new(d, curve.0[3] - curve.0[0])?;
-        let curve = Bezier(curve.0.map(|p| frame.to(p - o)));
+        let frame = ray_frame(d, curve.0[3] - curve.0[0])?;
+        let curve = Bezier(curve.0.map(|p| frame.transpose_mul_vec3(p - o)));
         let length = d.length();
         let mut search = Search {
             width: self.width.map(f64::from),
             normals,
-            frame: &frame,
+            d: frame.z_axis,
             z_max: t_max * length,
             found: None,
         };
@@ -192,10 +178,9 @@ impl Segment {
         let dpdv = match hit.normal {
             Some(normal) => normal.cross(dpdu).try_normalize()? * hit.width,
             None => {
-                let frame = RayFrame::new(d, dpdu)?;
                 // Across the strip in the plane that faces the ray, on the side where v grows. A
                 // curve seen end on has any.
-                let across = frame.y * hit.width;
+                let across = ray_frame(d, dpdu)?.y_axis * hit.width;
                 match kind {
                     CurveKind::Cylinder => {
                         let angle = (hit.v - 0.5) * std::f64::consts::PI;
@@ -273,7 +258,7 @@ impl Search<'_> {
         let mut width = between(self.width, u);
         let normal = self.normals.map(|ends| ribbon_normal(ends, u));
         if let Some(n) = normal {
-            width *= n.dot(self.frame.z).abs();
+            width *= n.dot(self.d).abs();
         }
         let (p, derivative) = curve.at(w.clamp(0.0, 1.0));
         let distance = p.truncate().length();

@@ -44,10 +44,7 @@ fn meet(
     let normals = segment.normals().map(|_| &ends);
     let (o, d) = match &curves.placement {
         None => (o, d),
-        Some(p) => (
-            p.local_from_level.transform_point3(o),
-            p.local_from_level.transform_vector3(d),
-        ),
+        Some(place) => place.inward(o, d),
     };
     let hits = (0..segment.pieces())
         .filter_map(|piece| segment.intersect(piece, normals, o, d, f64::INFINITY));
@@ -55,7 +52,7 @@ fn meet(
     let local = segment.surface(&hit, curves.kind, curves.flip, o, d)?;
     let surface = match &curves.placement {
         None => local,
-        Some(p) => local.transformed(&p.level_from_local, &p.local_from_level),
+        Some(p) => local.transformed(p),
     };
     Some((hit, surface))
 }

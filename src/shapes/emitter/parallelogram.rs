@@ -50,15 +50,10 @@ impl ParallelogramEmitter {
         if !closes || !area.is_finite() || area == 0.0 || (q - p).cross(r - p).dot(cross) <= 0.0 {
             return None;
         }
-        let side = if orientation.flip_geometric {
-            -1.0
-        } else {
-            1.0
-        };
         Some(ParallelogramEmitter {
             corner,
             edges,
-            n: cross * (side / area),
+            n: orientation.geometric(cross * area.recip()),
             area,
             error: largest * (8.0 * f64::EPSILON) + gap,
         })

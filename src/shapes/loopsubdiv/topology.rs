@@ -78,7 +78,7 @@ impl ControlMesh {
             twins,
             vertices: Vec::new(),
         };
-        topology.find_vertices(used.len());
+        topology.vertices = topology.found_vertices(used.len());
         ControlMesh {
             topology,
             positions: used,
@@ -191,32 +191,25 @@ impl Topology {
         h
     }
 
-    /// Fills in the vertices from triangles and twins.
-    fn find_vertices(&mut self, count: usize) {
-        let unseen = Vertex {
-            start: NONE,
-            valence: 0,
-            boundary: false,
-        };
-        self.vertices = vec![unseen; count];
+    /// So many vertices, from triangles and twins.
+    fn found_vertices(&self, count: usize) -> Vec<Vertex> {
+        let mut starts = vec![NONE; count];
         // As in pbrt-v3 the last triangle of a vertex counts, where there are several fans.
         for h in 0..self.twins.len() as u32 {
-            let origin = self.origin(h) as usize;
-            self.vertices[origin].start = h;
+            starts[self.origin(h) as usize] = h;
         }
-        for i in 0..count {
-            let start = self.vertices[i].start;
-            let boundary = self.turn_forward(self.last_forward(start)).is_none();
+        let vertex = |start: u32| {
             let mut vertex = Vertex {
                 start,
                 valence: 0,
-                boundary,
+                boundary: self.turn_forward(self.last_forward(start)).is_none(),
             };
             let mut valence = 0;
             self.ring(&vertex, |_| valence += 1);
             vertex.valence = valence;
-            self.vertices[i] = vertex;
-        }
+            vertex
+        };
+        starts.into_iter().map(vertex).collect()
     }
 
     /// Every triangle cut into four: triangle f becomes 4 f + j at its corners j and 4 f + 3 in the
@@ -232,12 +225,12 @@ impl Topology {
         let first_half = |h: u32| corner_child(h) + h % 3;
         // The one to the next corner, at its end.
         let second_half = |h: u32| corner_child(next(h)) + h % 3;
-        for vertex in &self.vertices {
-            finer.vertices.push(Vertex {
+        finer
+            .vertices
+            .extend(self.vertices.iter().map(|vertex| Vertex {
                 start: first_half(vertex.start),
                 ..*vertex
-            });
-        }
+            }));
         let mut middles = vec![NONE; self.twins.len()];
         for h in 0..self.twins.len() as u32 {
             let twin = self.twin(h);
