@@ -28,7 +28,6 @@ pub mod trianglemesh;
 
 pub use kinds::{Form, ShapeKind};
 
-use crate::assets::mesh::MeshFileError;
 use crate::budget::{Budget, OverBudget};
 use crate::inputs::FloatInput;
 use crate::math::transform::Transform;
@@ -56,8 +55,8 @@ pub enum ShapeError {
     #[error("this shape {0}")]
     TooLarge(#[from] OverBudget),
     /// A mesh file cannot be used.
-    #[error(transparent)]
-    File(#[from] MeshFileError),
+    #[error("{0}")]
+    File(String),
 }
 
 /// A shape as the scene file describes it.

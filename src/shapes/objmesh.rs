@@ -32,6 +32,6 @@ impl ShapeType for ObjMeshSpec {
     const CUTOUTS: bool = true;
 
     fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
-        site.charged_mesh(obj::load(&self.path, site.budget)?)
+        site.charged_mesh(obj::load(&self.path, site.budget).map_err(ShapeError::File)?)
     }
 }

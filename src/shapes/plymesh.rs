@@ -33,6 +33,6 @@ impl ShapeType for PlyMeshSpec {
     const CUTOUTS: bool = true;
 
     fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
-        site.charged_mesh(ply::load(&self.path, site.budget)?)
+        site.charged_mesh(ply::load(&self.path, site.budget).map_err(ShapeError::File)?)
     }
 }
