@@ -4,7 +4,7 @@
 //! follow in nm. Then each sample has θ and φ of the direction to the light, θ and φ of the one to the viewer, in radians,
 //! and the BRDF in 1/sr at the n wavelengths.
 
-use crate::files::{self, FileProblem};
+use crate::files;
 use std::path::Path;
 
 /// Maximum file size in bytes; published files have some ten thousand samples.
@@ -22,80 +22,41 @@ pub struct BrdfFile {
     pub numbers: Vec<f64>,
 }
 
-/// Why a file cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BrdfFileError {
-    /// Reading failed.
-    #[error("{0}")]
-    Unreadable(#[from] FileProblem),
-    /// Neither a finite number nor a comment.
-    #[error("line {line}: expected a number")]
-    NotANumber {
-        /// Counted from 1.
-        line: usize,
-    },
-    /// It holds no numbers.
-    #[error("it has no numbers")]
-    Empty,
-    /// The first number is not a count of wavelengths.
-    #[error("it starts with {0}, where a number of wavelengths from 1 to {most} was expected", most = MAX_WAVELENGTHS)]
-    Count(f64),
-    /// Fewer wavelengths than announced.
-    #[error("it ends after {found} of {count} wavelengths")]
-    Wavelengths {
-        /// How many were announced.
-        count: usize,
-        /// How many there are.
-        found: usize,
-    },
-    /// Not positive.
-    #[error("a wavelength is {0} nm")]
-    Wavelength(f64),
-    /// A repeated wavelength.
-    #[error("the wavelength {0} nm is there twice")]
-    Duplicate(f64),
-    /// An incomplete sample, or no samples.
-    #[error("{numbers} numbers after the wavelengths do not make samples of {each}")]
-    Samples {
-        /// How many numbers there are.
-        numbers: usize,
-        /// How many numbers a sample takes.
-        each: usize,
-    },
-    /// Not finite, or too large.
-    #[error("sample {0} has the value {1}, which is not a reflectance")]
-    Value(usize, f64),
-}
-
 impl BrdfFile {
     /// Reads a file.
-    pub fn read(path: &Path) -> Result<BrdfFile, BrdfFileError> {
-        BrdfFile::parse(&files::read(path, LARGEST)?)
+    pub fn read(path: &Path) -> Result<BrdfFile, String> {
+        BrdfFile::parse(&files::read(path, LARGEST).map_err(|e| e.to_string())?)
     }
 
     /// Decodes a whole file.
-    pub fn parse(bytes: &[u8]) -> Result<BrdfFile, BrdfFileError> {
+    pub fn parse(bytes: &[u8]) -> Result<BrdfFile, String> {
         let mut wavelengths = numbers(bytes)?;
-        let &first = wavelengths.first().ok_or(BrdfFileError::Empty)?;
+        let &first = wavelengths.first().ok_or("it has no numbers")?;
         if !(1.0..=MAX_WAVELENGTHS as f64).contains(&first) || first.fract() != 0.0 {
-            return Err(BrdfFileError::Count(first));
+            return Err(format!(
+                "it starts with {first}, where a number of wavelengths from 1 to {MAX_WAVELENGTHS} was expected"
+            ));
         }
         let (count, found) = (first as usize, wavelengths.len() - 1);
         if found < count {
-            return Err(BrdfFileError::Wavelengths { count, found });
+            return Err(format!("it ends after {found} of {count} wavelengths"));
         }
         let numbers = wavelengths.split_off(1 + count);
         wavelengths.remove(0);
         check_wavelengths(&wavelengths)?;
         let each = 4 + count;
         if numbers.is_empty() || !numbers.len().is_multiple_of(each) {
-            let numbers = numbers.len();
-            return Err(BrdfFileError::Samples { numbers, each });
+            return Err(format!(
+                "{} numbers after the wavelengths do not make samples of {each}",
+                numbers.len()
+            ));
         }
         for (i, sample) in numbers.chunks_exact(each).enumerate() {
             let too_large = |value: &&f64| value.abs() > super::MAX_MEASURED;
             if let Some(&value) = sample[4..].iter().find(too_large) {
-                return Err(BrdfFileError::Value(i, value));
+                return Err(format!(
+                    "sample {i} has the value {value}, which is not a reflectance"
+                ));
             }
         }
         Ok(BrdfFile {
@@ -115,7 +76,7 @@ impl BrdfFile {
 }
 
 /// All numbers of a file, all finite.
-fn numbers(bytes: &[u8]) -> Result<Vec<f64>, BrdfFileError> {
+fn numbers(bytes: &[u8]) -> Result<Vec<f64>, String> {
     let mut numbers = Vec::new();
     for (i, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
         let told = line.split(|&byte| byte == b'#').next().unwrap_or_default();
@@ -124,20 +85,20 @@ fn numbers(bytes: &[u8]) -> Result<Vec<f64>, BrdfFileError> {
             let text = std::str::from_utf8(word).ok();
             let number = text.and_then(|text| text.parse::<f64>().ok());
             let number = number.filter(|number| number.is_finite());
-            numbers.push(number.ok_or_else(|| BrdfFileError::NotANumber { line: i + 1 })?);
+            numbers.push(number.ok_or_else(|| format!("line {}: expected a number", i + 1))?);
         }
     }
     Ok(numbers)
 }
 
-fn check_wavelengths(wavelengths: &[f64]) -> Result<(), BrdfFileError> {
+fn check_wavelengths(wavelengths: &[f64]) -> Result<(), String> {
     let mut sorted = wavelengths.to_vec();
     sorted.sort_by(f64::total_cmp);
     if let Some(&wrong) = sorted.iter().find(|&&wavelength| wavelength <= 0.0) {
-        return Err(BrdfFileError::Wavelength(wrong));
+        return Err(format!("a wavelength is {wrong} nm"));
     }
     match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(BrdfFileError::Duplicate(pair[0])),
+        Some(pair) => Err(format!("the wavelength {} nm is there twice", pair[0])),
         None => Ok(()),
     }
 }
@@ -208,7 +169,7 @@ mod tests {
             ),
         ] {
             let error = BrdfFile::parse(text.as_bytes()).unwrap_err();
-            assert_eq!(error.to_string(), message);
+            assert_eq!(error, message);
         }
     }
 

@@ -1,12 +1,12 @@
 //! Image files: textures, light maps and their decoders' limits.
 
 use super::{openexr, pfm};
-use crate::budget::{Budget, OverBudget};
-use crate::files::{self, FileProblem};
+use crate::budget::{Budget, Held};
+use crate::files;
 use crate::math::Rgb;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Memory that any image may take, whatever its file size: 22 million texels.
 pub(super) const FREE_BYTES: u64 = 256 << 20;
@@ -41,49 +41,15 @@ pub struct ImageData {
     texels: Vec<Rgb>,
 }
 
-/// Why an image cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum ImageFileError {
-    /// The file cannot be read at all.
-    #[error("cannot read '{}': {problem}", path.display())]
-    Unreadable {
-        /// The file's path.
-        path: PathBuf,
-        /// The cause.
-        problem: FileProblem,
-    },
-    /// Neither the contents nor the extension are of a supported format.
-    #[error("'{}' is not an image format fstop reads (.exr, .png, .jpg, .tga, .hdr, .pfm)", path.display())]
-    UnknownFormat {
-        /// The file's path.
-        path: PathBuf,
-    },
-    /// It would exceed the memory budget.
-    #[error("'{}' {source}", path.display())]
-    TooLarge {
-        /// The file's path.
-        path: PathBuf,
-        /// How much it would take.
-        source: OverBudget,
-    },
-    /// The contents violate the format, or use an unsupported feature of it.
-    #[error("cannot decode '{}': {message}", path.display())]
-    Malformed {
-        /// The file's path.
-        path: PathBuf,
-        /// What is wrong.
-        message: String,
-    },
-}
-
-impl ImageFileError {
-    /// The bytes of an image file.
-    pub(super) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, ImageFileError> {
-        files::read_within(path, budget).map_err(|problem| ImageFileError::Unreadable {
-            path: path.into(),
-            problem,
-        })
-    }
+/// The bytes of an image file, which count as memory in use while they are held.
+pub(super) fn read<'a>(path: &Path, budget: &'a Budget) -> Result<(Vec<u8>, Held<'a>), String> {
+    let name = path.display();
+    let bytes =
+        files::read_within(path, budget).map_err(|e| format!("cannot read '{name}': {e}"))?;
+    let held = budget
+        .hold(bytes.len() as u64)
+        .map_err(|e| format!("'{name}' {e}"))?;
+    Ok((bytes, held))
 }
 
 /// Limit on image sizes that a decoder accepts: checked before anything of that size is allocated.
@@ -151,25 +117,20 @@ impl ImageData {
     /// Reads the image at `path`. The format is determined by the signature of the contents if there is one, otherwise
     /// by the extension. Corrupt files are errors and never allocate more than their size justifies, nor more than is
     /// left of `budget`.
-    pub fn load(path: &Path, budget: &Budget) -> Result<ImageData, ImageFileError> {
-        let bytes = ImageFileError::read(path, budget)?;
-        let too_large = |source| ImageFileError::TooLarge {
-            path: path.into(),
-            source,
-        };
-        let _file = budget.hold(bytes.len() as u64).map_err(too_large)?;
-        let format = Format::of(path, &bytes)
-            .ok_or_else(|| ImageFileError::UnknownFormat { path: path.into() })?;
-        let limit = SizeLimit::for_file(bytes.len()).within(budget);
-        let image = ImageData::decode(&bytes, format, limit).map_err(|message| {
-            ImageFileError::Malformed {
-                path: path.into(),
-                message,
-            }
+    pub fn load(path: &Path, budget: &Budget) -> Result<ImageData, String> {
+        let name = path.display();
+        let (bytes, _held) = read(path, budget)?;
+        let format = Format::of(path, &bytes).ok_or_else(|| {
+            format!(
+                "'{name}' is not an image format fstop reads (.exr, .png, .jpg, .tga, .hdr, .pfm)"
+            )
         })?;
+        let limit = SizeLimit::for_file(bytes.len()).within(budget);
+        let image = ImageData::decode(&bytes, format, limit)
+            .map_err(|e| format!("cannot decode '{name}': {e}"))?;
         // Reserves memory for the image pyramid, in which each level is a quarter of the last.
-        let bytes = size_of_val(image.texels()) as u64;
-        budget.take(bytes / 3 * 4).map_err(too_large)?;
+        let pyramid = size_of_val(image.texels()) as u64 / 3 * 4;
+        budget.take(pyramid).map_err(|e| format!("'{name}' {e}"))?;
         Ok(image)
     }
 
@@ -273,12 +234,13 @@ mod tests {
     use exr::prelude::*;
     use image::{ImageBuffer, Luma};
     use proptest::prelude::*;
+    use std::path::PathBuf;
 
     fn decode(bytes: &[u8], format: Format) -> std::result::Result<ImageData, String> {
         ImageData::decode(bytes, format, SizeLimit::for_file(bytes.len()))
     }
 
-    fn load(path: &Path) -> std::result::Result<ImageData, ImageFileError> {
+    fn load(path: &Path) -> std::result::Result<ImageData, String> {
         ImageData::load(path, &Budget::unlimited())
     }
 
@@ -439,12 +401,7 @@ mod tests {
         let path = write(directory.path(), "depth.exr", |p| {
             std::fs::write(p, depth).unwrap()
         });
-        assert!(
-            load(&path)
-                .unwrap_err()
-                .to_string()
-                .contains("is R, G, B or Y")
-        );
+        assert!(load(&path).unwrap_err().contains("is R, G, B or Y"));
     }
 
     #[test]
@@ -458,7 +415,7 @@ mod tests {
             std::fs::write(p, "text").unwrap()
         });
         for path in [missing, nothing, broken, directory.path().to_path_buf()] {
-            let message = load(&path).unwrap_err().to_string();
+            let message = load(&path).unwrap_err();
             assert!(message.contains(path.to_str().unwrap()), "{message}");
         }
     }

@@ -6,7 +6,7 @@
 //! slowest. Everything is little-endian. Values are the BRDF in 1/sr times 1500, 1500/1.15 and 1500/1.66; negative
 //! where nothing was measured, which counts as black.
 
-use crate::files::{self, FileProblem};
+use crate::files;
 use crate::math::Rgb;
 use std::path::Path;
 
@@ -31,41 +31,19 @@ pub struct MerlFile {
     pub values: Vec<Rgb>,
 }
 
-/// Why a file cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MerlFileError {
-    /// Reading failed.
-    #[error("{0}")]
-    Unreadable(#[from] FileProblem),
-    /// A dimension of 0 or less.
-    #[error("it starts with {0:?}, where the three sizes of a MERL table were expected")]
-    Counts([i32; 3]),
-    /// The file is shorter than its header says.
-    #[error(
-        "it ends early, or is not a MERL table: {found} bytes, where its sizes ask for {needed}"
-    )]
-    Truncated {
-        /// Bytes that the header asks for.
-        needed: u128,
-        /// Bytes that there are.
-        found: u64,
-    },
-    /// Infinite, NaN, or too large.
-    #[error("value {0} is {1}, which is not a reflectance")]
-    Value(usize, f64),
-}
-
 impl MerlFile {
     /// Reads a file.
-    pub fn read(path: &Path) -> Result<MerlFile, MerlFileError> {
-        MerlFile::parse(&files::read(path, LARGEST)?)
+    pub fn read(path: &Path) -> Result<MerlFile, String> {
+        MerlFile::parse(&files::read(path, LARGEST).map_err(|e| e.to_string())?)
     }
 
     /// Decodes a whole file. Bytes after the values are ignored, as in pbrt-v2.
-    pub fn parse(bytes: &[u8]) -> Result<MerlFile, MerlFileError> {
-        let truncated = |needed: u128| MerlFileError::Truncated {
-            needed,
-            found: bytes.len() as u64,
+    pub fn parse(bytes: &[u8]) -> Result<MerlFile, String> {
+        let found = bytes.len();
+        let truncated = |needed: u128| {
+            format!(
+                "it ends early, or is not a MERL table: {found} bytes, where its sizes ask for {needed}"
+            )
         };
         let too_short = || truncated(HEADER as u128);
         let (header, body) = bytes.split_at_checked(HEADER).ok_or_else(too_short)?;
@@ -75,7 +53,9 @@ impl MerlFile {
         };
         let counts = [h, d, phi].map(i32::from_le_bytes);
         if counts.iter().any(|&count| count < 1) {
-            return Err(MerlFileError::Counts(counts));
+            return Err(format!(
+                "it starts with {counts:?}, where the three sizes of a MERL table were expected"
+            ));
         }
         // Never allocates more than the file holds.
         let entries: u128 = counts.iter().map(|&count| count as u128).product();
@@ -93,19 +73,16 @@ impl MerlFile {
             if value.abs() <= super::MAX_MEASURED {
                 Ok(value.max(0.0) as f32)
             } else {
-                Err(MerlFileError::Value(at, raw))
+                Err(format!("value {at} is {raw}, which is not a reflectance"))
             }
         };
         let color = |entry| {
-            Ok::<_, MerlFileError>(Rgb::new(
-                value(entry, 0)?,
-                value(entry, 1)?,
-                value(entry, 2)?,
-            ))
+            let [r, g, b] = [value(entry, 0)?, value(entry, 1)?, value(entry, 2)?];
+            Ok(Rgb::new(r, g, b))
         };
         Ok(MerlFile {
             counts: counts.map(|count| count as usize),
-            values: (0..entries).map(color).collect::<Result<_, _>>()?,
+            values: (0..entries).map(color).collect::<Result<_, String>>()?,
         })
     }
 }
@@ -156,7 +133,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named() {
-        let says = |bytes: &[u8]| MerlFile::parse(bytes).unwrap_err().to_string();
+        let says = |bytes: &[u8]| MerlFile::parse(bytes).unwrap_err();
         let header = "where the three sizes of a MERL table were expected";
         for counts in [[0, 3, 5], [4, -3, 5], [4, 3, i32::MIN]] {
             assert_eq!(
@@ -175,8 +152,8 @@ mod tests {
             "it ends early, or is not a MERL table: 1452 bytes, where its sizes ask for 1740"
         );
         for cut in 0..small().len() {
-            let error = MerlFile::parse(&small()[..cut]).unwrap_err();
-            assert!(matches!(error, MerlFileError::Truncated { .. }), "{error}");
+            let error = says(&small()[..cut]);
+            assert!(error.starts_with("it ends early"), "{error}");
         }
         for wrong in [f64::NAN, f64::INFINITY, 1e200] {
             let mut bytes = small();

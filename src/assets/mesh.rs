@@ -1,7 +1,9 @@
 //! Polygon meshes read from files, triangulated.
 
+use crate::budget::Budget;
+use crate::files;
 use crate::math::{DVec2, DVec3, Vec2, Vec3};
-use std::path::PathBuf;
+use std::path::Path;
 
 /// A triangle mesh in object space. Per-vertex arrays are empty if the file has none.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,14 +24,16 @@ pub struct MeshData {
     pub warnings: Vec<String>,
 }
 
-/// Why a mesh's file cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {message}", path.display())]
-pub struct MeshFileError {
-    /// The file.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub message: String,
+/// Loads the mesh at `path` with `parse`, whose error is a sentence without the file's name.
+pub(super) fn load(
+    path: &Path,
+    budget: &Budget,
+    parse: fn(&[u8], &Budget) -> Result<MeshData, String>,
+) -> Result<MeshData, String> {
+    files::read_within(path, budget)
+        .map_err(|e| format!("cannot read: {e}"))
+        .and_then(|bytes| parse(&bytes, budget))
+        .map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// The face index for the number that a mesh gives; an invalid number maps to an index beyond all faces.

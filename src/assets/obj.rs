@@ -1,9 +1,8 @@
 //! Wavefront OBJ meshes (our extension to the scene language): all objects and groups of a file become one mesh;
 //! materials are ignored.
 
-use super::mesh::{MeshData, MeshFileError, triangulate};
+use super::mesh::{self, MeshData, triangulate};
 use crate::budget::Budget;
-use crate::files;
 use crate::math::{DVec3, Vec2, Vec3};
 use std::path::Path;
 
@@ -11,18 +10,11 @@ use std::path::Path;
 const GROWTH: u64 = 4;
 
 /// Loads the mesh at `path`, unless that takes more memory than is left of `budget`.
-pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, MeshFileError> {
-    let parse_within = |bytes: Vec<u8>| {
+pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, String> {
+    mesh::load(path, budget, |bytes, budget| {
         let needed = (bytes.len() as u64).saturating_mul(1 + GROWTH);
         let _held = budget.hold(needed).map_err(|e| format!("the mesh {e}"))?;
-        parse(&bytes)
-    };
-    let parsed = files::read_within(path, budget)
-        .map_err(|e| format!("cannot read: {e}"))
-        .and_then(parse_within);
-    parsed.map_err(|message| MeshFileError {
-        path: path.to_owned(),
-        message,
+        parse(bytes)
     })
 }
 

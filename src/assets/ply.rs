@@ -5,29 +5,23 @@
 //! `face_indices` of each, for Ptex. Other elements and properties are skipped (Turk, "The PLY Polygon File Format",
 //! 1994; docs/scene-language.md §3.7).
 
-use super::mesh::{MeshData, MeshFileError, face_id, triangulate};
-use crate::budget::{Budget, OverBudget};
-use crate::files;
+use super::mesh::{self, MeshData, face_id, triangulate};
+use crate::budget::Budget;
 use crate::math::{DVec3, Vec2, Vec3};
 use arrayvec::ArrayVec;
 use flate2::read::MultiGzDecoder;
 use serde::de::{IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_ply::{ElementDef, PlyReader, PropertyType};
+use std::borrow::Cow;
 use std::fmt;
 use std::io::{BufRead, Read};
 use std::marker::PhantomData;
 use std::path::Path;
 
 /// Loads the mesh at `path`, unless that takes more memory than is left of `budget`.
-pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, MeshFileError> {
-    let parsed = files::read_within(path, budget)
-        .map_err(|e| format!("cannot read: {e}"))
-        .and_then(|bytes| parse_within(&bytes, budget));
-    parsed.map_err(|message| MeshFileError {
-        path: path.to_owned(),
-        message,
-    })
+pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, String> {
+    mesh::load(path, budget, parse_within)
 }
 
 /// Reads a PLY file from memory; the error is a sentence without the file's name.
@@ -40,24 +34,28 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
 const GROWTH: u64 = 2;
 
 fn parse_within(bytes: &[u8], budget: &Budget) -> Result<MeshData, String> {
-    let over = |e: OverBudget| format!("the mesh {e}");
-    if bytes.starts_with(&[0x1f, 0x8b]) {
-        // The file does not record its uncompressed size; one byte may expand to a thousand.
-        let most = budget.left() / (1 + GROWTH);
-        let mut plain = Vec::new();
-        let mut decoder = MultiGzDecoder::new(bytes).take(most.saturating_add(1));
-        decoder
-            .read_to_end(&mut plain)
-            .map_err(|e| format!("damaged gzip data: {e}"))?;
-        let _held = budget
-            .hold((plain.len() as u64).saturating_mul(1 + GROWTH))
-            .map_err(|e| format!("the mesh, when decompressed, at least {e}"))?;
-        return parse_plain(&plain);
+    let is_zipped = bytes.starts_with(&[0x1f, 0x8b]);
+    let (bytes, what) = if is_zipped {
+        let plain = unzip(bytes, budget)?;
+        (Cow::Owned(plain), "the mesh, when decompressed, at least")
+    } else {
+        (Cow::Borrowed(bytes), "the mesh")
+    };
+    let needed = (bytes.len() as u64).saturating_mul(1 + GROWTH);
+    let _held = budget.hold(needed).map_err(|e| format!("{what} {e}"))?;
+    parse_plain(&bytes)
+}
+
+/// The contents of a gzip file, up to one byte more than there is memory for: the file does not record its uncompressed
+/// size, and one byte may expand to a thousand.
+fn unzip(bytes: &[u8], budget: &Budget) -> Result<Vec<u8>, String> {
+    let most = budget.left() / (1 + GROWTH);
+    let mut plain = Vec::new();
+    let mut decoder = MultiGzDecoder::new(bytes).take(most.saturating_add(1));
+    match decoder.read_to_end(&mut plain) {
+        Ok(_) => Ok(plain),
+        Err(e) => Err(format!("damaged gzip data: {e}")),
     }
-    let _held = budget
-        .hold((bytes.len() as u64).saturating_mul(1 + GROWTH))
-        .map_err(over)?;
-    parse_plain(bytes)
 }
 
 fn parse_plain(bytes: &[u8]) -> Result<MeshData, String> {
@@ -93,28 +91,59 @@ fn read(bytes: &[u8]) -> Result<MeshData, String> {
         check_element(&element)?;
         let located = |e: serde_ply::DeserializeError| format!("element {}: {}", element.name, e.0);
         match element.name.as_str() {
-            "vertex" => vertices = next(&mut reader).map_err(located)?,
+            "vertex" => vertices = gathered::<_, VertexRow>(&mut reader).map_err(located)?,
             "face" if is_numbered(&element) => {
-                faces = next::<Rows<NumberedFaceRow>>(&mut reader)
-                    .map_err(located)?
-                    .faces;
+                faces = gathered::<_, NumberedFaceRow>(&mut reader).map_err(located)?;
             }
-            "face" => faces = next::<Rows<FaceRow>>(&mut reader).map_err(located)?.faces,
+            "face" => faces = gathered::<_, FaceRow>(&mut reader).map_err(located)?,
             other => {
                 if other == "tristrips" {
                     warnings.push("triangle strips (element tristrips) are not read".into());
                 }
-                next::<Vec<SkippedRow>>(&mut reader).map_err(located)?;
+                reader.next_element::<Vec<SkippedRow>>().map_err(located)?;
             }
         }
     }
     assemble(vertices, faces, warnings)
 }
 
-fn next<T: for<'a> Deserialize<'a>>(
+/// The rows of the next element.
+fn gathered<T: Gather<Row>, Row: for<'a> Deserialize<'a>>(
     reader: &mut PlyReader<impl BufRead>,
 ) -> Result<T, serde_ply::DeserializeError> {
-    reader.next_element()
+    Ok(reader.next_element::<Gathered<T, Row>>()?.0)
+}
+
+/// What the items of a sequence are gathered into, one by one.
+trait Gather<Item>: Default {
+    /// The items, for messages.
+    const WHAT: &'static str;
+
+    fn add(&mut self, item: Item);
+}
+
+/// A sequence of `Item`s, gathered as it is read.
+struct Gathered<T, Item>(T, PhantomData<Item>);
+
+impl<'de, T: Gather<Item>, Item: Deserialize<'de>> Deserialize<'de> for Gathered<T, Item> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(Gathered(T::default(), PhantomData))
+    }
+}
+
+impl<'de, T: Gather<Item>, Item: Deserialize<'de>> Visitor<'de> for Gathered<T, Item> {
+    type Value = Self;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(T::WHAT)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(mut self, mut items: A) -> Result<Self, A::Error> {
+        while let Some(item) = items.next_element()? {
+            self.0.add(item);
+        }
+        Ok(self)
+    }
 }
 
 /// Length of the header with its final line break: LF, CR LF, or the CR of old Macintosh files.
@@ -248,27 +277,14 @@ struct Vertices {
     uv: Vec<Vec2>,
 }
 
-impl<'de> Deserialize<'de> for Vertices {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Vertices, D::Error> {
-        struct Rows;
-        impl<'de> Visitor<'de> for Rows {
-            type Value = Vertices;
+impl Gather<VertexRow> for Vertices {
+    const WHAT: &'static str = "vertices";
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("vertices")
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<Vertices, A::Error> {
-                let mut vertices = Vertices::default();
-                while let Some(row) = rows.next_element::<VertexRow>()? {
-                    vertices.positions.push(DVec3::new(row.x, row.y, row.z));
-                    vertices.normals.extend(row.normal());
-                    vertices.uv.extend(row.uv());
-                }
-                Ok(vertices)
-            }
-        }
-        deserializer.deserialize_seq(Rows)
+    #[inline]
+    fn add(&mut self, row: VertexRow) {
+        self.positions.push(DVec3::new(row.x, row.y, row.z));
+        self.normals.extend(row.normal());
+        self.uv.extend(row.uv());
     }
 }
 
@@ -286,41 +302,15 @@ impl<'de> Deserialize<'de> for SkippedRow {
 #[derive(Deserialize)]
 struct FaceRow {
     #[serde(alias = "vertex_index")]
-    vertex_indices: Corners,
+    vertex_indices: Gathered<Corners, i64>,
 }
 
 /// The same with the index of the face, which may be of any scalar type.
 #[derive(Deserialize)]
 struct NumberedFaceRow {
     #[serde(alias = "vertex_index")]
-    vertex_indices: Corners,
+    vertex_indices: Gathered<Corners, i64>,
     face_indices: f64,
-}
-
-/// A row that faces are read from.
-trait Row {
-    fn corners(&self) -> &Corners;
-    fn id(&self) -> Option<u32>;
-}
-
-impl Row for FaceRow {
-    fn corners(&self) -> &Corners {
-        &self.vertex_indices
-    }
-
-    fn id(&self) -> Option<u32> {
-        None
-    }
-}
-
-impl Row for NumberedFaceRow {
-    fn corners(&self) -> &Corners {
-        &self.vertex_indices
-    }
-
-    fn id(&self) -> Option<u32> {
-        Some(face_id(self.face_indices))
-    }
 }
 
 /// A list of vertex indices, on the stack if it is short.
@@ -330,27 +320,14 @@ struct Corners {
     rest: Vec<i64>,
 }
 
-impl<'de> Deserialize<'de> for Corners {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Corners, D::Error> {
-        struct List;
-        impl<'de> Visitor<'de> for List {
-            type Value = Corners;
+impl Gather<i64> for Corners {
+    const WHAT: &'static str = "vertex numbers";
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("vertex numbers")
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Corners, A::Error> {
-                let mut corners = Corners::default();
-                while let Some(i) = list.next_element::<i64>()? {
-                    if let Err(full) = corners.first.try_push(i) {
-                        corners.rest.push(full.element());
-                    }
-                }
-                Ok(corners)
-            }
+    #[inline]
+    fn add(&mut self, index: i64) {
+        if let Err(full) = self.first.try_push(index) {
+            self.rest.push(full.element());
         }
-        deserializer.deserialize_seq(List)
     }
 }
 
@@ -415,34 +392,22 @@ impl Faces {
     }
 }
 
-/// [`Faces`] from rows of one kind.
-struct Rows<R> {
-    faces: Faces,
-    row: PhantomData<R>,
+impl Gather<FaceRow> for Faces {
+    const WHAT: &'static str = "faces";
+
+    #[inline]
+    fn add(&mut self, row: FaceRow) {
+        self.push(&row.vertex_indices.0);
+    }
 }
 
-impl<'de, R: Row + Deserialize<'de>> Deserialize<'de> for Rows<R> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Rows<R>, D::Error> {
-        struct Every<R>(PhantomData<R>);
-        impl<'de, R: Row + Deserialize<'de>> Visitor<'de> for Every<R> {
-            type Value = Faces;
+impl Gather<NumberedFaceRow> for Faces {
+    const WHAT: &'static str = "faces";
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("faces")
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<Faces, A::Error> {
-                let mut faces = Faces::default();
-                while let Some(row) = rows.next_element::<R>()? {
-                    faces.push(row.corners());
-                    faces.ids.extend(row.id());
-                }
-                Ok(faces)
-            }
-        }
-        let row = PhantomData;
-        let faces = deserializer.deserialize_seq(Every::<R>(row))?;
-        Ok(Rows { faces, row })
+    #[inline]
+    fn add(&mut self, row: NumberedFaceRow) {
+        self.push(&row.vertex_indices.0);
+        self.ids.push(face_id(row.face_indices));
     }
 }
 

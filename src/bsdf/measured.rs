@@ -5,8 +5,8 @@ mod half_angle;
 mod scattered;
 
 use super::lobe::{LobeSample, TableLobe};
-use crate::assets::brdf_file::{BrdfFile, BrdfFileError};
-use crate::assets::merl_file::{MerlFile, MerlFileError};
+use crate::assets::brdf_file::BrdfFile;
+use crate::assets::merl_file::MerlFile;
 use crate::math::color::is_black;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -32,17 +32,6 @@ enum Data {
     Scattered(Scattered),
 }
 
-/// Why a file cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MeasuredError {
-    /// A MERL table.
-    #[error("{0}")]
-    Merl(#[from] MerlFileError),
-    /// A list of samples.
-    #[error("{0}")]
-    Brdf(#[from] BrdfFileError),
-}
-
 impl fmt::Debug for MeasuredTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("MeasuredTable").finish_non_exhaustive()
@@ -51,7 +40,7 @@ impl fmt::Debug for MeasuredTable {
 
 impl MeasuredTable {
     /// Reads a file: a list of samples if its name ends in `.brdf`, otherwise a MERL table, as in pbrt-v2.
-    pub fn read(path: &Path) -> Result<MeasuredTable, MeasuredError> {
+    pub fn read(path: &Path) -> Result<MeasuredTable, String> {
         let is_list = path
             .extension()
             .is_some_and(|ending| ending.eq_ignore_ascii_case("brdf"));

@@ -19,7 +19,7 @@ pub(super) fn load(
     let (textures, problems) =
         Textures::compile(&frame.textures, &usage, render_from_world, budget);
     for problem in problems {
-        let message = problem.error.to_string();
+        let message = problem.error;
         diagnostics.push(match problem.used {
             true => Diagnostic::error(message).at(problem.span).recoverable(),
             false => Diagnostic::warning(message)

@@ -33,16 +33,12 @@ pub(super) fn run(args: &CheckArgs) -> ExitCode {
     for scene in &args.scenes {
         match check(scene, args) {
             Ok(fit) => all_fit &= fit,
-            Err(lost) => {
-                messages::error(lost);
-                return ExitCode::from(BAD_INPUT);
-            }
+            Err(lost) => return messages::refused(lost),
         }
     }
-    if all_fit {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(BAD_INPUT)
+    match all_fit {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::from(BAD_INPUT),
     }
 }
 

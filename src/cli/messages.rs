@@ -37,6 +37,12 @@ impl Failure {
     }
 }
 
+/// Prints why a command ends without a result.
+pub(super) fn refused(message: String) -> ExitCode {
+    error(message);
+    ExitCode::from(BAD_INPUT)
+}
+
 /// Prints all messages to standard error.
 pub(super) fn print(problems: &Problems) {
     match Style::of_stderr() {

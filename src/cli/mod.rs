@@ -6,6 +6,7 @@ mod check;
 mod checkpoint;
 mod compare;
 mod goal;
+mod html;
 mod lens;
 mod messages;
 mod progress;
@@ -142,10 +143,7 @@ impl ReadArgs {
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args = match with_default_command(args.into_iter().collect()) {
         Ok(args) => args,
-        Err(message) => {
-            messages::error(message);
-            return ExitCode::from(BAD_INPUT);
-        }
+        Err(message) => return messages::refused(message),
     };
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,

@@ -11,7 +11,7 @@ mod correction;
 mod estimate;
 pub mod flip;
 mod metrics;
-mod non_finite;
+pub(crate) mod non_finite;
 mod options;
 mod scatter;
 mod student;

@@ -52,7 +52,7 @@ fn place(image: &Image, index: usize) -> UVec2 {
 
 /// Both images with black, noiseless pixels where either has a non-finite value, and unknown (infinite) variances where
 /// these are NaN or negative. `None` for an image that needs no change.
-pub(super) fn clean(a: &Image, b: &Image) -> (Option<Image>, Option<Image>, NonFinite) {
+pub(crate) fn clean(a: &Image, b: &Image) -> (Option<Image>, Option<Image>, NonFinite) {
     let found = NonFinite::find(a, b);
     let impossible = |v: &Rgb| v.is_nan() || v.min_element() < 0.0;
     let bad_variance = |image: &Image| image.variance.iter().flatten().any(impossible);

@@ -8,7 +8,6 @@ use crate::bssrdf::ProfileTable;
 use crate::params::NamedFile;
 use crate::syntax::{Diagnostic, Diagnostics};
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -44,11 +43,11 @@ impl BsdfFiles {
 }
 
 /// Reads a file unless it has been read before.
-fn load<Table, Error: Display>(
+fn load<Table>(
     tables: &mut ByPath<Table>,
     NamedFile { path, span }: &NamedFile,
     diagnostics: &Diagnostics,
-    read: impl FnOnce(&Path) -> Result<Table, Error>,
+    read: impl FnOnce(&Path) -> Result<Table, String>,
 ) {
     tables.entry(path.clone()).or_insert_with(|| {
         let table = read(path).map_err(|error| {

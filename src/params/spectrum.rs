@@ -26,11 +26,9 @@ impl SpectrumFiles {
 
     fn rgb(&self, path: PathBuf) -> Result<Rgb, String> {
         let mut read = self.read.borrow_mut();
-        let entry = read.entry(path).or_insert_with_key(|path| {
-            spd::read(path)
-                .map(|s| rgb_from_samples(&s))
-                .map_err(|error| error.to_string())
-        });
+        let entry = read
+            .entry(path)
+            .or_insert_with_key(|path| spd::read(path).map(|s| rgb_from_samples(&s)));
         entry.clone()
     }
 }

@@ -50,9 +50,10 @@ impl MeshFileSpec {
 
 impl ShapeType for MeshFileSpec {
     fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
-        site.charged_mesh(match self.format {
-            Format::Ply => ply::load(&self.path, site.budget)?,
-            Format::Obj => obj::load(&self.path, site.budget)?,
-        })
+        let loaded = match self.format {
+            Format::Ply => ply::load(&self.path, site.budget),
+            Format::Obj => obj::load(&self.path, site.budget),
+        };
+        site.charged_mesh(loaded.map_err(ShapeError::File)?)
     }
 }

@@ -28,7 +28,6 @@ pub mod trianglemesh;
 pub use kinds::{Form, ShapeKind};
 pub use site::Site;
 
-use crate::assets::mesh::MeshFileError;
 use crate::budget::OverBudget;
 use crate::inputs::FloatInput;
 use crate::math::DVec3;
@@ -55,8 +54,8 @@ pub enum ShapeError {
     #[error("this shape {0}")]
     TooLarge(#[from] OverBudget),
     /// A mesh file cannot be used.
-    #[error(transparent)]
-    File(#[from] MeshFileError),
+    #[error("{0}")]
+    File(String),
 }
 
 /// A shape as the scene file describes it.

@@ -4,7 +4,7 @@ use super::imagemap::ImageSettings;
 use super::mipmap::Mipmap;
 use super::nesting::NestedTexture;
 use super::{Texture, TextureSpecs, TextureUsage, TextureValue};
-use crate::assets::image_data::{ImageData, ImageFileError};
+use crate::assets::image_data::ImageData;
 use crate::assets::ptex::PtexFile;
 use crate::budget::Budget;
 use crate::math::Rgb;
@@ -31,7 +31,7 @@ pub struct Textures {
 #[derive(Debug)]
 pub struct TextureProblem {
     /// What is wrong with it.
-    pub error: ImageFileError,
+    pub error: String,
     /// Where it is named: by the first texture that something uses, if any.
     pub span: Span,
     /// Does anything use a texture of this file?
@@ -145,7 +145,7 @@ struct PendingMap {
 }
 
 impl PendingFile {
-    fn problem(&self, error: ImageFileError) -> TextureProblem {
+    fn problem(&self, error: String) -> TextureProblem {
         TextureProblem {
             error,
             span: self.name.span,

@@ -1,15 +1,16 @@
 //! The candidate settings of a study.
 
-use crate::cameras::{CameraSpec, Precision};
+use crate::cameras::{CameraSpec, Precision, RealisticSpec};
 use crate::filters::{
     BoxFilter, Filter, FilterShape, GaussianFilter, MitchellFilter, SincFilter, TriangleFilter,
 };
-use crate::integrators::{IntegratorSpec, VolPath};
+use crate::integrators::{IntegratorSpec, Path, VolPath};
 use crate::lights::SelectionStrategy;
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
 use crate::samplers::{Points, SamplerSpec, Stratified};
 use crate::scene::options::Options;
+use std::mem::discriminant;
 
 /// A setting that can be varied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +36,16 @@ pub enum Setting {
 }
 
 impl Setting {
+    /// Those that a recommendation may change.
+    pub const QUALITY: [Setting; 6] = [
+        Setting::Sampler,
+        Setting::LensModel,
+        Setting::Precision,
+        Setting::PupilSampling,
+        Setting::MaxDepth,
+        Setting::LightChoice,
+    ];
+
     /// Its name in tables.
     pub fn name(self) -> &'static str {
         match self {
@@ -49,11 +60,6 @@ impl Setting {
             Setting::Filter => "filter",
         }
     }
-
-    /// Returns `true` if a recommendation may change it. A filter is a matter of taste.
-    pub fn is_quality(self) -> bool {
-        !matches!(self, Setting::Scene | Setting::Samples | Setting::Filter)
-    }
 }
 
 /// One setting with one value.
@@ -65,191 +71,198 @@ pub struct Candidate {
     pub value: String,
     /// All options, including this one.
     pub options: Options,
+    /// What it changes in them.
+    change: Change,
+}
+
+/// What a candidate changes.
+#[derive(Clone, Debug)]
+enum Change {
+    Samples(u32),
+    Sampler(Points),
+    LensModel(ModelKind),
+    Precision(Precision),
+    PupilSampling(PupilSampling),
+    MaxDepth(u32),
+    LightChoice(SelectionStrategy),
+    Filter(Filter),
+}
+
+impl Change {
+    fn apply(&self, options: &mut Options) {
+        let sampler = options.sampler.clone();
+        match self {
+            Change::Samples(spp) => options.sampler = sampler.with_spp(*spp),
+            Change::Sampler(points) => {
+                let (points, spp) = (*points, sampler.spp);
+                options.sampler = SamplerSpec { points, ..sampler }.with_spp(spp);
+            }
+            Change::LensModel(model) => change_lens(options, |lens| lens.model = *model),
+            Change::Precision(precision) => {
+                change_lens(options, |lens| lens.precision = *precision);
+            }
+            Change::PupilSampling(sampling) => {
+                change_lens(options, |lens| lens.pupil_sampling = *sampling);
+            }
+            Change::MaxDepth(depth) => {
+                if let Some(max_depth) = max_depth(&mut options.integrator.spec) {
+                    *max_depth = *depth;
+                }
+            }
+            Change::LightChoice(strategy) => {
+                if let Some(path) = path(&mut options.integrator.spec) {
+                    path.light_strategy = *strategy;
+                }
+            }
+            Change::Filter(filter) => options.filter = filter.clone(),
+        }
+    }
+}
+
+fn change_lens(options: &mut Options, change: impl FnOnce(&mut RealisticSpec)) {
+    if let CameraSpec::Realistic(lens) = &mut options.camera {
+        change(lens);
+    }
+}
+
+/// The path tracer's settings, if it is one.
+fn path(spec: &mut IntegratorSpec) -> Option<&mut Path> {
+    match spec {
+        IntegratorSpec::Path(path) | IntegratorSpec::VolPath(VolPath { path }) => Some(path),
+        _ => None,
+    }
+}
+
+/// The maximum path depth, if the integrator has one that is worth varying.
+fn max_depth(spec: &mut IntegratorSpec) -> Option<&mut u32> {
+    match spec {
+        IntegratorSpec::DirectLighting(direct) => Some(&mut direct.max_depth),
+        IntegratorSpec::Whitted(whitted) => Some(&mut whitted.max_depth),
+        other => path(other).map(|path| &mut path.max_depth),
+    }
+}
+
+impl Candidate {
+    fn new(setting: Setting, value: &str, change: Change, options: &Options) -> Candidate {
+        let mut options = options.clone();
+        change.apply(&mut options);
+        Candidate {
+            setting,
+            value: value.into(),
+            options,
+            change,
+        }
+    }
+
+    /// The scene with all these settings and `spp` samples per pixel.
+    pub(super) fn of_all<'a>(
+        settings: impl Iterator<Item = &'a Candidate>,
+        spp: u32,
+        options: &Options,
+    ) -> Candidate {
+        let mut options = options.clone();
+        settings.for_each(|candidate| candidate.change.apply(&mut options));
+        let change = Change::Samples(spp);
+        Candidate::new(Setting::Scene, "as recommended", change, &options)
+    }
 }
 
 /// All candidates for a scene, the scene's own first: the sample counts `counts`, and every other setting at `spp`
-/// samples per pixel.
+/// samples per pixel, with the values that the scene does not have.
 pub fn candidates(options: &Options, spp: u32, counts: &[u32]) -> Vec<Candidate> {
-    let base = with(options, |o| o.sampler = o.sampler.clone().with_spp(spp));
-    let mut candidates = vec![Candidate {
-        setting: Setting::Scene,
-        value: "as it stands".into(),
-        options: base.clone(),
-    }];
-    let mut add = |setting, value: String, options| {
-        candidates.push(Candidate {
-            setting,
-            value,
-            options,
-        })
+    let own = Candidate::new(
+        Setting::Scene,
+        "as it stands",
+        Change::Samples(spp),
+        options,
+    );
+    let base = own.options.clone();
+    let mut candidates = vec![own];
+    let mut add = |setting, value: &str, change| {
+        candidates.push(Candidate::new(setting, value, change, &base));
     };
     for &n in counts {
-        let options = with(&base, |o| o.sampler = o.sampler.clone().with_spp(n));
-        add(Setting::Samples, n.to_string(), options);
+        add(Setting::Samples, &n.to_string(), Change::Samples(n));
     }
-    for (name, sampler) in samplers(&base.sampler) {
+    for (name, points) in samplers(base.sampler.points) {
+        add(Setting::Sampler, name, Change::Sampler(points));
+    }
+    if let CameraSpec::Realistic(own) = &base.camera {
+        for model in [ModelKind::Exact, ModelKind::Thick, ModelKind::Thin] {
+            if model != own.model {
+                add(
+                    Setting::LensModel,
+                    &model.to_string(),
+                    Change::LensModel(model),
+                );
+            }
+        }
+        for (name, precision) in [("single", Precision::Single), ("double", Precision::Double)] {
+            if precision != own.precision {
+                add(Setting::Precision, name, Change::Precision(precision));
+            }
+        }
+        for (name, sampling) in [
+            ("concentric", PupilSampling::Concentric),
+            ("polar", PupilSampling::Polar),
+            ("rejection", PupilSampling::Rejection),
+        ] {
+            if sampling != own.pupil_sampling {
+                add(
+                    Setting::PupilSampling,
+                    name,
+                    Change::PupilSampling(sampling),
+                );
+            }
+        }
+    }
+    let mut integrator = base.integrator.spec.clone();
+    for depth in max_depth(&mut integrator).map_or_else(Vec::new, |own| depths(*own)) {
         add(
-            Setting::Sampler,
-            name.into(),
-            with(&base, |o| o.sampler = sampler),
+            Setting::MaxDepth,
+            &depth.to_string(),
+            Change::MaxDepth(depth),
         );
     }
-    for (setting, value, camera) in cameras(&base.camera) {
-        add(setting, value, with(&base, |o| o.camera = camera));
-    }
-    for (setting, value, spec) in integrators(&base.integrator.spec) {
-        add(setting, value, with(&base, |o| o.integrator.spec = spec));
+    if let Some(own) = path(&mut integrator) {
+        for (name, strategy) in [
+            ("spatial", SelectionStrategy::Spatial),
+            ("power", SelectionStrategy::Power),
+            ("uniform", SelectionStrategy::Uniform),
+        ] {
+            if strategy != own.light_strategy {
+                add(Setting::LightChoice, name, Change::LightChoice(strategy));
+            }
+        }
     }
     for (name, filter) in filters(&base.filter) {
-        add(
-            Setting::Filter,
-            name.into(),
-            with(&base, |o| o.filter = filter),
-        );
+        add(Setting::Filter, name, Change::Filter(filter));
     }
     candidates
 }
 
-fn with(options: &Options, change: impl FnOnce(&mut Options)) -> Options {
-    let mut options = options.clone();
-    change(&mut options);
-    options
-}
-
-/// The samplers that the scene does not use.
-fn samplers(own: &SamplerSpec) -> Vec<(&'static str, SamplerSpec)> {
-    let spp = own.spp;
+/// Samplers of other kinds than the scene's.
+fn samplers(own: Points) -> impl Iterator<Item = (&'static str, Points)> {
     let grid = Points::Stratified(Stratified::new(4, 4, true, None));
     let all = [
         ("random", Points::Random),
         ("stratified", grid),
         ("sobol", Points::Sobol),
     ];
-    let same =
-        |points: Points| std::mem::discriminant(&points) == std::mem::discriminant(&own.points);
-    let other = all.into_iter().filter(|(_, points)| !same(*points));
-    let spec = |points| SamplerSpec {
-        points,
-        ..own.clone()
-    };
-    other
-        .map(|(name, points)| (name, spec(points).with_spp(spp)))
-        .collect()
+    let other = move |points: &Points| discriminant(points) != discriminant(&own);
+    all.into_iter().filter(move |(_, points)| other(points))
 }
 
-/// Lens models, precisions and pupil samplings that the scene does not use.
-fn cameras(own: &CameraSpec) -> Vec<(Setting, String, CameraSpec)> {
-    let CameraSpec::Realistic(own) = own else {
-        return Vec::new();
-    };
-    let models = [ModelKind::Exact, ModelKind::Thick, ModelKind::Thin];
-    let precisions = [("single", Precision::Single), ("double", Precision::Double)];
-    let samplings = [
-        ("concentric", PupilSampling::Concentric),
-        ("polar", PupilSampling::Polar),
-        ("rejection", PupilSampling::Rejection),
-    ];
-    let mut all = Vec::new();
-    for model in models.into_iter().filter(|m| *m != own.model) {
-        let mut spec = own.clone();
-        spec.model = model;
-        all.push((
-            Setting::LensModel,
-            model.to_string(),
-            CameraSpec::Realistic(spec),
-        ));
-    }
-    for (name, precision) in precisions.into_iter().filter(|(_, p)| *p != own.precision) {
-        let mut spec = own.clone();
-        spec.precision = precision;
-        all.push((
-            Setting::Precision,
-            name.to_string(),
-            CameraSpec::Realistic(spec),
-        ));
-    }
-    for (name, sampling) in samplings
-        .into_iter()
-        .filter(|(_, s)| *s != own.pupil_sampling)
-    {
-        let mut spec = own.clone();
-        spec.pupil_sampling = sampling;
-        all.push((
-            Setting::PupilSampling,
-            name.to_string(),
-            CameraSpec::Realistic(spec),
-        ));
-    }
-    all
-}
-
-/// Maximum depths and light selection strategies that the scene does not use.
-fn integrators(own: &IntegratorSpec) -> Vec<(Setting, String, IntegratorSpec)> {
-    let mut all = Vec::new();
-    let depths = |own: u32| {
-        // Half the depth each time, and twice the depth once: the cost of the path's end.
-        let mut depths = vec![own.saturating_mul(2)];
-        let mut depth = own / 2;
-        while depth > 0 && depths.len() < 5 {
-            depths.push(depth);
-            depth /= 2;
-        }
-        depths.retain(|&d| d != own);
-        depths
-    };
-    match own {
-        IntegratorSpec::Path(path) | IntegratorSpec::VolPath(VolPath { path }) => {
-            let rebuilt = |path| match own {
-                IntegratorSpec::VolPath(_) => IntegratorSpec::VolPath(VolPath { path }),
-                _ => IntegratorSpec::Path(path),
-            };
-            for depth in depths(path.max_depth) {
-                let mut path = path.clone();
-                path.max_depth = depth;
-                all.push((Setting::MaxDepth, depth.to_string(), rebuilt(path)));
-            }
-            let strategies = [
-                ("spatial", SelectionStrategy::Spatial),
-                ("power", SelectionStrategy::Power),
-                ("uniform", SelectionStrategy::Uniform),
-            ];
-            for (name, strategy) in strategies {
-                if strategy != path.light_strategy {
-                    let mut path = path.clone();
-                    path.light_strategy = strategy;
-                    all.push((Setting::LightChoice, name.to_string(), rebuilt(path)));
-                }
-            }
-        }
-        IntegratorSpec::DirectLighting(direct) => {
-            for depth in depths(direct.max_depth) {
-                let mut direct = direct.clone();
-                direct.max_depth = depth;
-                all.push((
-                    Setting::MaxDepth,
-                    depth.to_string(),
-                    IntegratorSpec::DirectLighting(direct),
-                ));
-            }
-        }
-        IntegratorSpec::Whitted(whitted) => {
-            for depth in depths(whitted.max_depth) {
-                let mut whitted = whitted.clone();
-                whitted.max_depth = depth;
-                all.push((
-                    Setting::MaxDepth,
-                    depth.to_string(),
-                    IntegratorSpec::Whitted(whitted),
-                ));
-            }
-        }
-        _ => {}
-    }
-    all
+/// Twice a depth, then half of it each time: the cost of the path's end.
+fn depths(own: u32) -> Vec<u32> {
+    let halves = std::iter::successors(Some(own / 2), |depth| Some(depth / 2));
+    let halves = halves.take_while(|&depth| depth > 0).take(4);
+    let twice = std::iter::once(own.saturating_mul(2));
+    twice.chain(halves).filter(|&depth| depth != own).collect()
 }
 
 /// The other filters, with their default widths.
-fn filters(own: &Filter) -> Vec<(&'static str, Filter)> {
+fn filters(own: &Filter) -> impl Iterator<Item = (&'static str, Filter)> {
     let shapes = [
         ("box", FilterShape::Box(BoxFilter::default())),
         ("triangle", FilterShape::Triangle(TriangleFilter::default())),
@@ -257,10 +270,9 @@ fn filters(own: &Filter) -> Vec<(&'static str, Filter)> {
         ("mitchell", FilterShape::Mitchell(MitchellFilter::default())),
         ("sinc", FilterShape::Sinc(SincFilter::default())),
     ];
+    let own = discriminant(own.shape());
     let other = shapes
         .into_iter()
-        .filter(|(_, shape)| std::mem::discriminant(shape) != std::mem::discriminant(own.shape()));
-    other
-        .filter_map(|(name, shape)| Some((name, Filter::new(shape)?)))
-        .collect()
+        .filter(move |(_, shape)| discriminant(shape) != own);
+    other.filter_map(|(name, shape)| Some((name, Filter::new(shape)?)))
 }

@@ -15,8 +15,6 @@ pub struct Recommendation {
     pub spp: u32,
     /// Expected seconds of CPU time for an image.
     pub seconds: f64,
-    /// Expected relative error.
-    pub error: f64,
     /// The squared error falls as the samples to the power −`slope`.
     slope: f64,
     /// Whether sample counts must be powers of two.
@@ -71,14 +69,7 @@ pub fn recommend(measured: &[(Candidate, Measurement)], target: f64) -> Option<R
     let squared = target * target;
     let mut turned = Vec::new();
     let (mut variance, mut seconds, mut bias) = (base.variance.value, base.seconds.value, 0.0);
-    for setting in [
-        Setting::Sampler,
-        Setting::LensModel,
-        Setting::Precision,
-        Setting::PupilSampling,
-        Setting::MaxDepth,
-        Setting::LightChoice,
-    ] {
+    for setting in Setting::QUALITY {
         let fit = |m: &Measurement| {
             let at_most = (m.squared_bias.value + m.squared_bias.within).max(0.0);
             at_most + bias <= SHARE_OF_BIAS * squared
@@ -99,15 +90,9 @@ pub fn recommend(measured: &[(Candidate, Measurement)], target: f64) -> Option<R
     // Slopes beyond what was measured are not trusted: at least that of independent samples, and at most twice that.
     let slope = slope(measured).unwrap_or(1.0).clamp(1.0, 2.0);
     let wanted = f64::from(base.spp) * (variance / (squared - bias)).powf(1.0 / slope);
-    let sampler = turned
-        .iter()
-        .find(|&&i| measured[i].0.setting == Setting::Sampler);
-    let points = measured[sampler.copied().unwrap_or(0)]
-        .0
-        .options
-        .sampler
-        .points;
-    let by_powers = points == Points::Sobol;
+    let sets_sampler = |&&i: &&usize| measured[i].0.setting == Setting::Sampler;
+    let sampler = turned.iter().find(sets_sampler).copied().unwrap_or(0);
+    let by_powers = measured[sampler].0.options.sampler.points == Points::Sobol;
     let spp = samples(wanted, by_powers);
     let more = f64::from(spp) / f64::from(base.spp);
     Some(Recommendation {
@@ -117,6 +102,5 @@ pub fn recommend(measured: &[(Candidate, Measurement)], target: f64) -> Option<R
         slope,
         by_powers,
         seconds: seconds * more,
-        error: (variance * more.powf(-slope) + bias).sqrt(),
     })
 }

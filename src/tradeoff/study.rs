@@ -1,10 +1,10 @@
 //! The study of one scene.
 
-use super::candidates::{Candidate, Setting, candidates};
+use super::candidates::{Candidate, candidates};
 use super::clock::processor_time;
 use super::measure::{Measurement, Reference};
-use super::recommendation::{Recommendation, recommend};
-use crate::build::{PreparedScene, reset};
+use super::recommendation::{Recommendation, recommend, slope};
+use crate::build::reset;
 use crate::cameras::CameraError;
 use crate::render::{Ended, Goal, Progress, RenderJob, TILE_SIZE, render, render_until};
 use crate::scene::options::Options;
@@ -67,109 +67,151 @@ pub fn study(
     say: &(dyn Fn(String) + Sync),
 ) -> Result<Study, String> {
     let threads = frame.threads();
-    let (scene, options) = (frame.scene, frame.scene_options);
-    let study = || study_scene(scene, &options, settings, say).map_err(|error| error.to_string());
-    on_threads(threads, study)?
+    let (mut scene, options) = (frame.scene, frame.scene_options);
+    let work = || {
+        let (job, options) = (&mut scene.job, &options);
+        let steps = Steps {
+            job,
+            options,
+            settings,
+            say,
+        };
+        steps.study().map_err(|error| error.to_string())
+    };
+    on_threads(threads, work)?
 }
 
-fn study_scene(
-    mut built: PreparedScene,
-    options: &Options,
-    settings: &Settings,
-    say: &dyn Fn(String),
-) -> Result<Study, CameraError> {
-    let job = &mut built.job;
-    let total = settings.time.as_secs_f64();
-    say("rendering the reference".into());
-    reset(job, options, seed(settings.seed, 0))?;
-    let goal = Goal {
-        error: None,
-        time: Some(Duration::from_secs_f64(FOR_REFERENCE * total)),
-        max_spp: Goal::MAX_SPP,
-    };
-    let (started, worked) = (Instant::now(), processor_time());
-    let done = render_until(job, TILE_SIZE, &goal, &Progress::hidden());
-    debug_assert!(done.ended != Ended::Error);
-    let waited = started.elapsed().as_secs_f64().max(1e-9);
-    let spp_per_second = done.spp / waited;
-    let processors = ((processor_time() - worked).as_secs_f64() / waited).max(0.01);
-    // Without any noise there is none to subtract.
-    let reference_error = done.error.unwrap_or(0.0);
-    let reference = Reference::new(done.film.develop(), reference_error);
+/// What all steps of a study need.
+struct Steps<'a> {
+    job: &'a mut RenderJob,
+    options: &'a Options,
+    settings: &'a Settings,
+    say: &'a dyn Fn(String),
+}
 
-    // The sample candidates end at four times the count of the other settings, and all of them together cost twice the
-    // last one.
-    let spp_in = |seconds: f64| seconds * spp_per_second / IMAGES as f64;
-    let settings_count = candidates(options, 1, &[]).len() as f64;
-    let affordable = spp_in(FOR_SETTINGS * total) / (settings_count + 2.0 * 4.0);
-    let spp = power_of_two(affordable);
-    let counts: Vec<u32> = (0..8)
-        .map(|k| (4 * spp) >> k)
-        .take_while(|&n| n > 0)
-        .collect();
-    let candidates = candidates(options, spp, &counts);
-    let mut images: Vec<Images> = candidates.into_iter().map(Images::new).collect();
-    for turn in 0..IMAGES {
-        say(format!("settings, round {} of {IMAGES}", turn + 1));
-        for value in &mut images {
-            value.take(job, settings.seed, turn + 1);
-        }
-    }
-    let (mut measured, mut failed) = (Vec::new(), Vec::new());
-    for value in images {
-        match value.failure {
-            Some(error) => failed.push((value.candidate, error)),
-            None => {
-                let spp = value.candidate.options.sampler.spp;
-                let m = Measurement::new(&reference, spp, &value.images, &value.seconds);
-                measured.push((value.candidate, m));
+/// The reference with what rendering it took.
+struct Yardstick {
+    reference: Reference,
+    started: Instant,
+    /// Samples per pixel.
+    spp: f64,
+    spp_per_second: f64,
+    error: f64,
+    /// Average number of processors in use.
+    processors: f64,
+}
+
+impl Steps<'_> {
+    fn study(mut self) -> Result<Study, CameraError> {
+        (self.say)("rendering the reference".into());
+        reset(self.job, self.options, seed(self.settings.seed, 0))?;
+        let yardstick = self.render_reference();
+        let (mut measured, mut failed) = (Vec::new(), Vec::new());
+        for value in self.render_settings(yardstick.spp_per_second) {
+            match value.failure {
+                Some(error) => failed.push((value.candidate, error)),
+                None => {
+                    let m = value.measured(&yardstick.reference);
+                    measured.push((value.candidate, m));
+                }
             }
         }
+        let mut recommendation = recommend(&measured, self.settings.target);
+        let verified = recommendation
+            .as_mut()
+            .and_then(|advice| self.verify(advice, &measured, &yardstick));
+        let size = self.job.film.pixel_bounds().size();
+        Ok(Study {
+            resolution: [size.x, size.y],
+            reference_error: yardstick.error,
+            reference_spp: yardstick.spp,
+            processors: yardstick.processors,
+            slope: slope(&measured),
+            measured,
+            failed,
+            recommendation,
+            verified,
+        })
     }
-    let mut recommendation = recommend(&measured, settings.target);
-    let mut verified = None;
-    let mut images_taken = IMAGES;
-    while let Some(advice) = &mut recommendation {
-        // Some time is kept regardless of how long the settings took.
-        let left = (total - started.elapsed().as_secs_f64()).max(0.1 * total);
-        if advice.seconds / processors * 3.0 > left {
-            break;
+
+    fn render_reference(&mut self) -> Yardstick {
+        let goal = Goal {
+            error: None,
+            time: Some(self.settings.time.mul_f64(FOR_REFERENCE)),
+            max_spp: Goal::MAX_SPP,
+        };
+        let (started, worked) = (Instant::now(), processor_time());
+        let done = render_until(self.job, TILE_SIZE, &goal, &Progress::hidden());
+        debug_assert!(done.ended != Ended::Error);
+        let waited = started.elapsed().as_secs_f64().max(1e-9);
+        let worked = (processor_time() - worked).as_secs_f64();
+        // Without any noise there is none to subtract.
+        let error = done.error.unwrap_or(0.0);
+        Yardstick {
+            reference: Reference::new(done.film.develop(), error),
+            started,
+            spp: done.spp,
+            spp_per_second: done.spp / waited,
+            error,
+            processors: (worked / waited).max(0.01),
         }
-        say(format!(
-            "rendering the recommendation, {} samples a pixel",
-            advice.spp
-        ));
-        let mut value = Images::new(advised(options, &measured, advice));
-        for _ in 0..3 {
-            images_taken += 1;
-            value.take(job, settings.seed, images_taken);
-        }
-        let m = Measurement::new(&reference, advice.spp, &value.images, &value.seconds);
-        let miss = m.error().value / settings.target;
-        advice.seconds = m.seconds.value;
-        verified = Some(m);
-        if miss <= 1.0 {
-            break;
-        }
-        if images_taken >= IMAGES + 3 * ATTEMPTS {
-            break;
-        }
-        // The rendered settings are no longer the recommended ones.
-        verified = None;
-        advice.ask_for_more(miss);
     }
-    let size = job.film.pixel_bounds().size();
-    Ok(Study {
-        resolution: [size.x, size.y],
-        reference_error,
-        reference_spp: done.spp,
-        processors,
-        slope: super::recommendation::slope(&measured),
-        measured,
-        failed,
-        recommendation,
-        verified,
-    })
+
+    /// The images of all settings. The sample candidates end at four times the count of the other settings, and all of
+    /// them together cost twice the last one.
+    fn render_settings(&mut self, spp_per_second: f64) -> Vec<Images> {
+        let seconds = FOR_SETTINGS * self.settings.time.as_secs_f64();
+        let settings_count = candidates(self.options, 1, &[]).len() as f64;
+        let affordable = seconds * spp_per_second / IMAGES as f64 / (settings_count + 2.0 * 4.0);
+        let spp = power_of_two(affordable);
+        let counts = (0..8).map(|k| (4 * spp) >> k);
+        let counts: Vec<u32> = counts.take_while(|&n| n > 0).collect();
+        let candidates = candidates(self.options, spp, &counts);
+        let mut images: Vec<Images> = candidates.into_iter().map(Images::new).collect();
+        for turn in 1..=IMAGES {
+            (self.say)(format!("settings, round {turn} of {IMAGES}"));
+            for value in &mut images {
+                value.take(self.job, self.settings.seed, turn);
+            }
+        }
+        images
+    }
+
+    /// Renders the recommendation, with more samples each time that they turn out too few; `None` if no result is that
+    /// of the final recommendation.
+    fn verify(
+        &mut self,
+        advice: &mut Recommendation,
+        measured: &[(Candidate, Measurement)],
+        yardstick: &Yardstick,
+    ) -> Option<Measurement> {
+        let total = self.settings.time.as_secs_f64();
+        for attempt in 0..ATTEMPTS {
+            // Some time is kept regardless of how long the settings took.
+            let left = (total - yardstick.started.elapsed().as_secs_f64()).max(0.1 * total);
+            if advice.seconds / yardstick.processors * 3.0 > left {
+                return None;
+            }
+            let spp = advice.spp;
+            (self.say)(format!(
+                "rendering the recommendation, {spp} samples a pixel"
+            ));
+            let turned = advice.turned.iter().map(|&i| &measured[i].0);
+            let mut value = Images::new(Candidate::of_all(turned, spp, self.options));
+            let before = IMAGES + 3 * attempt;
+            for number in before + 1..=before + 3 {
+                value.take(self.job, self.settings.seed, number);
+            }
+            let m = value.measured(&yardstick.reference);
+            let miss = m.error().value / self.settings.target;
+            advice.seconds = m.seconds.value;
+            if miss <= 1.0 || attempt + 1 == ATTEMPTS {
+                return Some(m);
+            }
+            advice.ask_for_more(miss);
+        }
+        None
+    }
 }
 
 /// The images of one setting so far.
@@ -204,59 +246,10 @@ impl Images {
             .push((processor_time() - started).as_secs_f64());
         self.images.push(film.develop());
     }
-}
 
-/// The scene with all recommended settings.
-fn advised(
-    options: &Options,
-    measured: &[(Candidate, Measurement)],
-    advice: &Recommendation,
-) -> Candidate {
-    let mut all = options.clone();
-    for &i in &advice.turned {
-        let (candidate, _) = &measured[i];
-        match candidate.setting {
-            Setting::Sampler => all.sampler = candidate.options.sampler.clone(),
-            Setting::MaxDepth | Setting::LightChoice => turn_integrator(&mut all, candidate),
-            Setting::LensModel | Setting::Precision | Setting::PupilSampling => {
-                turn_camera(&mut all, candidate)
-            }
-            Setting::Scene | Setting::Samples | Setting::Filter => {}
-        }
-    }
-    all.sampler = all.sampler.with_spp(advice.spp);
-    Candidate {
-        setting: Setting::Scene,
-        value: "as recommended".into(),
-        options: all,
-    }
-}
-
-fn turn_camera(all: &mut Options, candidate: &Candidate) {
-    use crate::cameras::CameraSpec::Realistic;
-    if let (Realistic(to), Realistic(from)) = (&mut all.camera, &candidate.options.camera) {
-        match candidate.setting {
-            Setting::LensModel => to.model = from.model,
-            Setting::Precision => to.precision = from.precision,
-            _ => to.pupil_sampling = from.pupil_sampling,
-        }
-    }
-}
-
-fn turn_integrator(all: &mut Options, candidate: &Candidate) {
-    use crate::integrators::{
-        IntegratorSpec::{Path, VolPath},
-        VolPath as Walk,
-    };
-    let (to, from) = (&mut all.integrator.spec, &candidate.options.integrator.spec);
-    match (to, from) {
-        (Path(to), Path(from)) | (VolPath(Walk { path: to }), VolPath(Walk { path: from })) => {
-            match candidate.setting {
-                Setting::MaxDepth => to.max_depth = from.max_depth,
-                _ => to.light_strategy = from.light_strategy,
-            }
-        }
-        (to, from) => *to = from.clone(),
+    fn measured(&self, reference: &Reference) -> Measurement {
+        let spp = self.candidate.options.sampler.spp;
+        Measurement::new(reference, spp, &self.images, &self.seconds)
     }
 }
 

@@ -38,9 +38,8 @@ pub use face::{Face, Resolution};
 pub use header::{Border, MeshKind};
 pub use sample::{Sample, Texels};
 
-use super::image_data::ImageFileError;
+use super::image_data;
 use crate::budget::Budget;
-use half::f16;
 use header::Header;
 use sample::SampleKind;
 use std::path::Path;
@@ -63,17 +62,10 @@ pub struct PtexFile {
 impl PtexFile {
     /// Reads the file at `path`. Corrupt files are errors and never take more memory than their size justifies, nor
     /// more than is left of `budget`.
-    pub fn load(path: &Path, budget: &Budget) -> Result<PtexFile, ImageFileError> {
-        let bytes = ImageFileError::read(path, budget)?;
-        let held = budget.hold(bytes.len() as u64);
-        let _file = held.map_err(|source| ImageFileError::TooLarge {
-            path: path.into(),
-            source,
-        })?;
-        PtexFile::parse_within(&bytes, budget).map_err(|message| ImageFileError::Malformed {
-            path: path.into(),
-            message,
-        })
+    pub fn load(path: &Path, budget: &Budget) -> Result<PtexFile, String> {
+        let (bytes, _held) = image_data::read(path, budget)?;
+        PtexFile::parse_within(&bytes, budget)
+            .map_err(|e| format!("cannot decode '{}': {e}", path.display()))
     }
 
     /// Reads a file from memory; the error is a sentence without the file's name.
@@ -85,16 +77,10 @@ impl PtexFile {
     fn parse_within(bytes: &[u8], budget: &Budget) -> Result<PtexFile, String> {
         let header = Header::parse(bytes)?;
         let (faces, texels) = match header.samples {
-            SampleKind::U8 => read::<u8>(&header, bytes, budget).map(|(f, t)| (f, Texels::U8(t))),
-            SampleKind::U16 => {
-                read::<u16>(&header, bytes, budget).map(|(f, t)| (f, Texels::U16(t)))
-            }
-            SampleKind::F16 => {
-                read::<f16>(&header, bytes, budget).map(|(f, t)| (f, Texels::F16(t)))
-            }
-            SampleKind::F32 => {
-                read::<f32>(&header, bytes, budget).map(|(f, t)| (f, Texels::F32(t)))
-            }
+            SampleKind::U8 => read(&header, bytes, budget, Texels::U8),
+            SampleKind::U16 => read(&header, bytes, budget, Texels::U16),
+            SampleKind::F16 => read(&header, bytes, budget, Texels::F16),
+            SampleKind::F32 => read(&header, bytes, budget, Texels::F32),
         }?;
         Ok(PtexFile {
             mesh: header.mesh,
@@ -135,16 +121,18 @@ impl PtexFile {
 }
 
 /// The faces, and the texels of all of them.
-type Filled<S> = (Box<[Face]>, Box<[S]>);
-
-/// The faces with their texels.
-fn read<S: Sample>(header: &Header, bytes: &[u8], budget: &Budget) -> Result<Filled<S>, String> {
+fn read<S: Sample>(
+    header: &Header,
+    bytes: &[u8],
+    budget: &Budget,
+    texels: fn(Box<[S]>) -> Texels,
+) -> Result<(Box<[Face]>, Texels), String> {
     let mut faces = face::read(header, bytes)?;
     let order = levels::reduction_order(&faces);
     let mut constants = block::constants::<S>(header, bytes)?;
     let edits = edits::read(header, bytes)?;
     edits::apply(&edits, header, &mut faces, &mut constants);
     let stored = levels::Stored::find(header, bytes, &order, &edits)?;
-    let texels = levels::fill(header, &mut faces, &constants, &stored, budget)?;
-    Ok((faces.into(), texels))
+    let filled = levels::fill(header, &mut faces, &constants, &stored, budget)?;
+    Ok((faces.into(), texels(filled)))
 }

@@ -41,7 +41,7 @@ pub(super) fn quadrilateral<S: Sample>(
                 for (x, texel) in line.chunks_exact_mut(channels).enumerate() {
                     let first = x * to_next.0 + y * to_next.1;
                     for (c, number) in texel.iter_mut().enumerate() {
-                        *number = S::mean2(source[first + c], source[first + to_second + c]);
+                        *number = S::mean([source[first + c], source[first + to_second + c]]);
                     }
                 }
             }
@@ -70,7 +70,7 @@ pub(super) fn triangle<S: Sample>(
         for y in 0..side / 2 {
             for x in 0..side / 2 {
                 for c in 0..channels {
-                    target[(y * side / 2 + x) * channels + c] = S::mean4([
+                    target[(y * side / 2 + x) * channels + c] = S::mean([
                         of(2 * x, 2 * y, c),
                         of(2 * x + 1, 2 * y, c),
                         of(2 * x, 2 * y + 1, c),

@@ -69,11 +69,8 @@ pub trait Sample: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Decodes the first little-endian sample in `bytes`.
     fn from_bytes(bytes: &[u8]) -> Self;
 
-    /// The mean of two samples.
-    fn mean2(a: Self, b: Self) -> Self;
-
-    /// The mean of four samples.
-    fn mean4(four: [Self; 4]) -> Self;
+    /// The mean of two or four samples.
+    fn mean<const N: usize>(samples: [Self; N]) -> Self;
 
     /// The sample times a factor.
     fn scaled(self, factor: f32) -> Self;
@@ -98,12 +95,8 @@ macro_rules! integer_sample {
                     .map_or(0, |b| <$kind>::from_le_bytes(*b))
             }
 
-            fn mean2(a: $kind, b: $kind) -> $kind {
-                ((<$wider>::from(a) + <$wider>::from(b)) / 2) as $kind
-            }
-
-            fn mean4(four: [$kind; 4]) -> $kind {
-                (four.into_iter().map(<$wider>::from).sum::<$wider>() / 4) as $kind
+            fn mean<const N: usize>(samples: [$kind; N]) -> $kind {
+                (samples.map(<$wider>::from).iter().sum::<$wider>() / N as $wider) as $kind
             }
 
             fn scaled(self, factor: f32) -> $kind {
@@ -140,13 +133,8 @@ macro_rules! float_sample {
                     .map_or($from(0.0), |b| <$kind>::from_le_bytes(*b))
             }
 
-            fn mean2(a: $kind, b: $kind) -> $kind {
-                $from(0.5 * ($to(a) + $to(b)))
-            }
-
-            fn mean4(four: [$kind; 4]) -> $kind {
-                let [a, b, c, d] = four.map($to);
-                $from(0.25 * (a + b + c + d))
+            fn mean<const N: usize>(samples: [$kind; N]) -> $kind {
+                $from(samples.map($to).iter().sum::<f32>() / N as f32)
             }
 
             fn scaled(self, factor: f32) -> $kind {

@@ -73,7 +73,7 @@ fn read(path: &Path) -> Result<Input, String> {
         // Grayscale, with other channel names, or another format.
         Err(_) => {}
     }
-    let image = ImageData::load(path, &budget).map_err(|e| e.to_string())?;
+    let image = ImageData::load(path, &budget)?;
     let size = [image.width, image.height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     let resolution = UVec2::from(size);
     let srgb = image.encoding == Encoding::Srgb;

@@ -6,12 +6,12 @@ mod page;
 mod raster;
 mod text;
 
-use super::{ANSWER_IS_NO, BAD_INPUT, messages};
+use super::{ANSWER_IS_NO, messages};
 use crate::compare::flip::{self, ExposureRange, FlipMap, PIXELS_PER_DEGREE};
-use crate::compare::{Comparison, Correction, Estimate, Noise, Options, compare, p_values};
+use crate::compare::{
+    Comparison, Correction, Estimate, Noise, Options, compare, non_finite, p_values,
+};
 use crate::console;
-use crate::film::Image;
-use crate::math::Rgb;
 use crate::output;
 use clap::{Args, ValueEnum};
 use input::Input;
@@ -144,10 +144,7 @@ pub(super) fn run(args: &CompareArgs) -> ExitCode {
     match report(args) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(ANSWER_IS_NO),
-        Err(message) => {
-            messages::error(message);
-            ExitCode::from(BAD_INPUT)
-        }
+        Err(message) => messages::refused(message),
     }
 }
 
@@ -183,28 +180,8 @@ fn report(args: &CompareArgs) -> Result<bool, String> {
 /// FLIP, for images whose non-finite pixels are black in both.
 fn see(inputs: &[Input; 2]) -> Flip {
     let [a, b] = inputs.each_ref().map(|input| &input.loaded.image);
-    let finite: Vec<bool> = a
-        .pixels
-        .iter()
-        .zip(&b.pixels)
-        .map(|(p, q)| p.is_finite() && q.is_finite())
-        .collect();
-    let mended = |image: &Image| -> Option<Image> {
-        finite.contains(&false).then(|| {
-            let pixels = image.pixels.iter().zip(&finite);
-            Image {
-                pixels: pixels
-                    .map(|(&p, &ok)| if ok { p } else { Rgb::ZERO })
-                    .collect(),
-                ..image.clone()
-            }
-        })
-    };
-    let (mended_a, mended_b) = (mended(a), mended(b));
-    let (a, b) = (
-        mended_a.as_ref().unwrap_or(a),
-        mended_b.as_ref().unwrap_or(b),
-    );
+    let (clean_a, clean_b, _) = non_finite::clean(a, b);
+    let (a, b) = (clean_a.as_ref().unwrap_or(a), clean_b.as_ref().unwrap_or(b));
     Flip {
         ldr: flip::ldr(a, b, PIXELS_PER_DEGREE),
         hdr: inputs.iter().any(|input| !input.srgb).then(|| {

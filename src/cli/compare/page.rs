@@ -3,6 +3,7 @@
 use super::raster::{MAX_PIXELS, Reduction};
 use super::text::{level_row, numbers, ratio};
 use super::{Input, Report};
+use crate::cli::html::escaped;
 use crate::compare::{BINS, CHANNELS, Uniformity, blocks, probability};
 use crate::film::Image;
 use std::fmt::Write;
@@ -263,19 +264,4 @@ fn data(report: &Report, p: &Image, reduction: Reduction) -> String {
     });
     // Base64 and numbers: nothing that could end the element.
     format!("<script type=\"application/json\" id=\"data\">{value}</script>\n")
-}
-
-/// Escapes text for HTML.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }

@@ -45,14 +45,31 @@ pub(crate) struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
+impl Curve {
+    /// A curve in a color of the [`PALETTE`].
+    pub(crate) fn new(
+        name: &str,
+        color: usize,
+        stroke: Stroke,
+        points: impl Iterator<Item = (f64, f64)>,
+    ) -> Curve {
+        Curve {
+            name: name.to_string(),
+            color: PALETTE[color],
+            stroke,
+            points: points.collect(),
+        }
+    }
+}
+
 /// One set of axes with its curves.
 #[derive(Clone, Debug)]
 pub(crate) struct Chart {
     /// Above it.
     pub title: String,
     /// With units.
-    pub x_label: String,
-    pub y_label: String,
+    pub x_label: &'static str,
+    pub y_label: &'static str,
     pub x: Range<f64>,
     pub y: Range<f64>,
     pub curves: Vec<Curve>,
@@ -119,8 +136,8 @@ impl Chart {
         chart
             .configure_mesh()
             .set_all_tick_mark_size(5 * FINE)
-            .x_desc(&self.x_label)
-            .y_desc(&self.y_label)
+            .x_desc(self.x_label)
+            .y_desc(self.y_label)
             .x_labels(labels(canvas.dim_in_pixel().0))
             .y_labels(labels(canvas.dim_in_pixel().1))
             .x_label_formatter(&|v| number(*v, x_step))
@@ -267,16 +284,16 @@ mod tests {
     fn a_chart_is_svg_with_its_labels() {
         let chart = Chart {
             title: "Title".to_string(),
-            x_label: "height (mm)".to_string(),
-            y_label: "y (%)".to_string(),
+            x_label: "height (mm)",
+            y_label: "y (%)",
             x: 0.0..20.0,
             y: -1.0..1.0,
-            curves: vec![Curve {
-                name: "curve".to_string(),
-                color: PALETTE[0],
-                stroke: Stroke::Dashed,
-                points: vec![(0.0, 0.0), (20.0, 0.5)],
-            }],
+            curves: vec![Curve::new(
+                "curve",
+                0,
+                Stroke::Dashed,
+                [(0.0, 0.0), (20.0, 0.5)].into_iter(),
+            )],
             legend: Some(SeriesLabelPosition::UpperLeft),
         };
         let text = chart.svg((640, 400)).unwrap();

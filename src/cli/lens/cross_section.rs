@@ -4,7 +4,6 @@ use crate::optics::analysis::path;
 use crate::optics::analysis::{Beam, ChiefFinder, Film, ObjectPlane};
 use crate::optics::pupil::RINGS;
 use crate::optics::{ExitPupil, Lens, Surface};
-use std::fmt::Write;
 
 /// Width of the image in pixels.
 const WIDTH: f64 = 960.0;
@@ -144,7 +143,11 @@ impl<'a> Scene<'a> {
         let half = 0.5 * self.film.diagonal();
         let z = self.lens.film_z();
         image.line(&[[z, -half], [z, half]], "film");
-        image.label([z, half], "film", "middle", -6.0);
+        let [x, y] = image.at([z, half]);
+        image.add(&format!(
+            r#"<text x="{x:.1}" y="{:.1}" text-anchor="middle">film</text>"#,
+            y - 6.0
+        ));
         image.ruler(&self.marks());
         image.legend();
     }
@@ -179,16 +182,20 @@ impl<'a> Scene<'a> {
     }
 
     fn draw_stops(&self, image: &mut Drawing) {
-        for (s, z) in self.lens.surfaces().iter().zip(&self.vertices) {
-            if s.is_stop {
-                let inner = 0.5 * s.aperture;
-                let tall = self.y[0].max(self.y[1]);
-                let outer = inner.max(0.06 * tall) + 0.14 * tall;
-                for side in [-1.0, 1.0] {
-                    image.line(&[[*z, side * inner], [*z, side * outer]], "stop");
-                }
+        for (stop, z) in self.stops() {
+            let inner = 0.5 * stop.aperture;
+            let tall = self.y[0].max(self.y[1]);
+            let outer = inner.max(0.06 * tall) + 0.14 * tall;
+            for side in [-1.0, 1.0] {
+                image.line(&[[z, side * inner], [z, side * outer]], "stop");
             }
         }
+    }
+
+    /// The stops, each with its z.
+    fn stops(&self) -> impl Iterator<Item = (&Surface, f64)> {
+        let surfaces = self.lens.surfaces().iter().zip(&self.vertices);
+        surfaces.filter(|(s, _)| s.is_stop).map(|(s, z)| (s, *z))
     }
 
     fn draw_pupils(&self, image: &mut Drawing) {
@@ -220,14 +227,7 @@ impl<'a> Scene<'a> {
         }
         marks.extend(p.entrance_pupil.map(|p| (p.z, "E")));
         marks.extend(p.exit_pupil.map(|p| (p.z, "E′")));
-        marks.extend(
-            self.lens
-                .surfaces()
-                .iter()
-                .zip(&self.vertices)
-                .filter(|(s, _)| s.is_stop)
-                .map(|(_, z)| (*z, "S")),
-        );
+        marks.extend(self.stops().map(|(_, z)| (z, "S")));
         marks.retain(|(z, _)| self.z[0] <= *z && *z <= self.z[1]);
         marks.sort_by(|a, b| a.0.total_cmp(&b.0));
         marks
@@ -286,48 +286,43 @@ impl Drawing {
     }
 
     fn points(&self, line: &[[f64; 2]]) -> String {
-        let mut text = String::new();
-        for p in line {
-            let [x, y] = self.at(*p);
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{x:.2},{y:.2} ");
-        }
-        text.trim_end().to_string()
+        let points = line.iter().map(|p| self.at(*p));
+        let points: Vec<String> = points.map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
+        points.join(" ")
+    }
+
+    /// Appends an element, on a line of its own.
+    fn add(&mut self, element: &str) {
+        self.body += element;
+        self.body.push('\n');
     }
 
     fn line(&mut self, line: &[[f64; 2]], class: &str) {
         let points = self.points(line);
-        let _ = writeln!(
-            self.body,
-            r#"<polyline class="{class}" points="{points}"/>"#
-        );
+        self.add(&format!(r#"<polyline class="{class}" points="{points}"/>"#));
     }
 
     fn ray(&mut self, line: &[[f64; 2]], color: &str) {
         let points = self.points(line);
-        let _ = writeln!(
-            self.body,
+        self.add(&format!(
             r#"<polyline class="ray" stroke="{color}" points="{points}"/>"#
-        );
+        ));
     }
 
     /// Glass is the darker, the higher its index.
     fn glass(&mut self, outline: &[[f64; 2]], index: f64) {
         let points = self.points(outline);
         let opacity = (0.25 + 0.6 * (index - 1.4)).clamp(0.2, 0.75);
-        let _ = writeln!(
-            self.body,
+        self.add(&format!(
             r#"<polygon class="glass" fill-opacity="{opacity:.2}" points="{points}"><title>n = {index}</title></polygon>"#
-        );
+        ));
     }
 
-    fn label(&mut self, p: [f64; 2], text: &str, anchor: &str, dy: f64) {
-        let [x, y] = self.at(p);
-        let _ = writeln!(
-            self.body,
-            r#"<text x="{x:.1}" y="{:.1}" text-anchor="{anchor}">{text}</text>"#,
-            y + dy
-        );
+    /// A tick across the ruler from `[x, y]` to height `end` in pixels, with a text at height `text_y`.
+    fn tick(&mut self, [x, y]: [f64; 2], end: f64, text: &str, text_y: f64) {
+        self.add(&format!(
+            r#"<polyline class="tick" points="{x:.1},{y:.1} {x:.1},{end:.1}"/><text x="{x:.1}" y="{text_y:.1}" text-anchor="middle">{text}</text>"#
+        ));
     }
 
     fn bottom(&self) -> f64 {
@@ -338,27 +333,19 @@ impl Drawing {
     fn ruler(&mut self, marks: &[(f64, &str)]) {
         let y = self.bottom() + 44.0;
         let step = super::chart::tick_step((self.z[1] - self.z[0]) / 14.0);
-        let _ = writeln!(
-            self.body,
+        self.add(&format!(
             r#"<polyline class="tick" points="{MARGIN},{y:.1} {:.1},{y:.1}"/>"#,
             WIDTH - MARGIN
-        );
-        let (first, last) = (
-            (self.z[0] / step).ceil() as i64,
-            (self.z[1] / step).floor() as i64,
-        );
+        ));
+        let first = (self.z[0] / step).ceil() as i64;
+        let last = (self.z[1] / step).floor() as i64;
         for i in first..=last {
             let z = i as f64 * step;
             let x = self.at([z, 0.0])[0];
             let unit = if i == last { " mm" } else { "" };
-            let _ = writeln!(
-                self.body,
-                r#"<polyline class="tick" points="{x:.1},{y:.1} {x:.1},{:.1}"/><text x="{x:.1}" y="{:.1}" text-anchor="middle">{}{unit}</text>"#,
-                y + 5.0,
-                y + 19.0,
-                // One decimal at most is all a step of this kind needs.
-                (z * 1000.0).round() / 1000.0
-            );
+            // Three decimals at most are all a step of this kind needs.
+            let text = format!("{}{unit}", (z * 1000.0).round() / 1000.0);
+            self.tick([x, y], y + 5.0, &text, y + 19.0);
         }
         // Where the last mark of each row is.
         let mut last = [f64::NEG_INFINITY; 3];
@@ -367,21 +354,15 @@ impl Drawing {
             let row = last.iter().position(|l| *l <= x - 18.0).unwrap_or(0);
             last[row] = x;
             let top = y - 5.0 - 13.0 * row as f64;
-            let _ = writeln!(
-                self.body,
-                r#"<polyline class="tick" points="{x:.1},{y:.1} {x:.1},{:.1}"/><text x="{x:.1}" y="{:.1}" text-anchor="middle">{name}</text>"#,
-                top,
-                top - 2.0
-            );
+            self.tick([x, y], top, name, top - 2.0);
         }
     }
 
     fn legend(&mut self) {
         let y = self.bottom() + 85.0;
-        let _ = writeln!(
-            self.body,
+        self.add(&format!(
             r##"<text x="{MARGIN}" y="{y:.1}" font-size="11" fill="#555">S stop · E entrance pupil (dashed) · E′ exit pupil (dotted) · F, F′ focal points · H, H′ principal planes</text>"##
-        );
+        ));
     }
 
     fn finish(self) -> String {

@@ -8,11 +8,7 @@ use std::path::Path;
 pub(super) fn write_all(folder: &Path, content: &Content) -> Result<String, String> {
     let own = folder.join(&content.name);
     std::fs::create_dir_all(&own).map_err(|e| format!("cannot make {}: {e}", own.display()))?;
-    let mut part = format!(
-        "## {}\n\n{}.\n",
-        content.title(),
-        capitalised(&content.focus())
-    );
+    let mut part = format!("## {}\n\nFocused {}.\n", content.title(), content.focus());
     for figure in &content.figures {
         let file = format!("{}.svg", figure.slug);
         super::write(&own.join(&file), &figure.svg)?;
@@ -35,11 +31,4 @@ pub(super) fn readme(parts: &[String], command: &str) -> String {
         let _ = write!(text, "\n{part}");
     }
     text
-}
-
-fn capitalised(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(chars).collect()
-    })
 }

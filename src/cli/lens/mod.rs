@@ -6,13 +6,14 @@ mod images;
 mod page;
 mod plots;
 
-use super::{BAD_INPUT, messages};
+use super::messages;
 use crate::console;
 use crate::optics::analysis::{Color, Effort, Film, LensAnalysis, ObjectPlane};
 use crate::optics::best_focus;
 use crate::optics::{Lens, LensReport, Prescription};
 use crate::output;
 use clap::Args;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -28,18 +29,22 @@ pub(super) struct LensArgs {
     /// Lens prescriptions (.dat tables, Zemax .zmx)
     #[arg(required = true, value_name = "LENS")]
     lenses: Vec<PathBuf>,
+    #[command(flatten)]
+    mount: MountArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// How a lens is put before its film.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "How it is mounted")]
+struct MountArgs {
     /// Diameter of the aperture stop in mm, instead of the file's
-    #[arg(
-        help_heading = "How it is mounted",
-        long,
-        value_name = "MM",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     aperture: Option<f64>,
     /// Focus at this distance from the film, in meters (`inf` for infinity); `best` or `best:M` for the film of the
     /// smallest spot of real rays instead of Gaussian focus
     #[arg(
-        help_heading = "How it is mounted",
         long,
         value_name = "M",
         allow_negative_numbers = true,
@@ -47,43 +52,34 @@ pub(super) struct LensArgs {
     )]
     focus: Option<Focus>,
     /// Distance from the last surface to the film in mm
-    #[arg(
-        help_heading = "How it is mounted",
-        long,
-        value_name = "MM",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     film_distance: Option<f64>,
     /// Diagonal of the film in mm, of proportions 3:2; by default that of 24 x 36 mm, 43.27
-    #[arg(help_heading = "How it is mounted", long, value_name = "MM", default_value_t = Film::FULL_FRAME.diagonal(), hide_default_value = true)]
+    #[arg(long, value_name = "MM", default_value_t = Film::FULL_FRAME.diagonal(), hide_default_value = true)]
     film_diagonal: f64,
     /// Multiply every length of the prescription
-    #[arg(
-        help_heading = "How it is mounted",
-        long,
-        value_name = "S",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     scale: Option<f64>,
+}
+
+/// What is written about it.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Output")]
+struct OutputArgs {
     /// Print JSON instead of text; lengths in mm
-    #[arg(help_heading = "Output", long)]
+    #[arg(long)]
     json: bool,
     /// Trace rays over the field as well: distortion, illumination, sharpness, focus table
-    #[arg(help_heading = "Output", long)]
+    #[arg(long)]
     analysis: bool,
     /// Draw the cross-section with rays to this SVG file
-    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Write one page with all plots, readable without network, to this HTML file
-    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Write each image of the page to this folder, in one subfolder per lens, with an overview README.md
-    #[arg(
-        help_heading = "Output",
-        long,
-        visible_alias = "pictures",
-        value_name = "FOLDER"
-    )]
+    #[arg(long, visible_alias = "pictures", value_name = "FOLDER")]
     images: Option<PathBuf>,
 }
 
@@ -140,54 +136,30 @@ impl Bench {
 
 /// Describes every lens.
 pub(super) fn run(args: &LensArgs) -> ExitCode {
-    match describe_all(args) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            messages::error(message);
-            ExitCode::from(BAD_INPUT)
-        }
-    }
+    describe_all(args).map_or_else(messages::refused, |()| ExitCode::SUCCESS)
 }
 
 fn describe_all(args: &LensArgs) -> Result<(), String> {
-    if args.lenses.len() > 1 && (args.svg.is_some() || args.report.is_some()) {
+    let output = &args.output;
+    if args.lenses.len() > 1 && (output.svg.is_some() || output.report.is_some()) {
         return Err("--svg and --report take one lens; --images takes several".to_string());
     }
-    if !(args.film_diagonal > 0.0 && args.film_diagonal.is_finite()) {
+    let diagonal = args.mount.film_diagonal;
+    if !(diagonal > 0.0 && diagonal.is_finite()) {
         return Err(format!(
-            "--film-diagonal {}: expected a positive length in mm",
-            args.film_diagonal
+            "--film-diagonal {diagonal}: expected a positive length in mm"
         ));
     }
-    for file in args.svg.iter().chain(&args.report) {
+    for file in output.svg.iter().chain(&output.report) {
         output::check(file).map_err(|e| e.to_string())?;
     }
     let mut overview = Vec::new();
     for path in &args.lenses {
-        let named = |e: String| format!("{}: {e}", path.display());
-        let bench = mount(args, path).map_err(named)?;
-        let report = LensReport::new(&bench.lens);
-        let wanted = args.analysis || args.report.is_some() || args.images.is_some();
-        let analysis = wanted.then(|| bench.analysis());
-        if let Some(file) = &args.svg {
-            write(
-                file,
-                &cross_section::svg(&bench.lens, bench.film, bench.object),
-            )?;
-        }
-        if let Some(analysis) = &analysis {
-            let content = page::Content::new(&bench, &report, analysis).map_err(named)?;
-            if let Some(file) = &args.report {
-                write(file, &page::html(&content))?;
-            }
-            if let Some(folder) = &args.images {
-                overview.push(images::write_all(folder, &content)?);
-            }
-        }
-        let shown = analysis.filter(|_| args.analysis);
-        console::answer(text(args, path, &report, shown)?)?;
+        let (text, part) = describe(args, path)?;
+        overview.extend(part);
+        console::answer(text)?;
     }
-    match &args.images {
+    match &output.images {
         Some(folder) => write(
             &folder.join("README.md"),
             &images::readme(&overview, &command()),
@@ -196,41 +168,57 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
     }
 }
 
-/// What is printed.
-fn text(
-    args: &LensArgs,
-    path: &Path,
-    report: &LensReport,
-    analysis: Option<LensAnalysis>,
-) -> Result<String, String> {
-    if args.json {
-        let mut value = serde_json::to_value(report).map_err(|e| e.to_string())?;
-        if let Some(analysis) = analysis {
-            value["analysis"] = serde_json::to_value(analysis).map_err(|e| e.to_string())?;
+/// Writes the files about a lens; returns what is printed, and its part of the overview of images.
+fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), String> {
+    let output = &args.output;
+    let named = |e: String| format!("{}: {e}", path.display());
+    let bench = mount(&args.mount, path).map_err(named)?;
+    let report = LensReport::new(&bench.lens);
+    let wanted = output.analysis || output.report.is_some() || output.images.is_some();
+    let analysis = wanted.then(|| bench.analysis());
+    if let Some(file) = &output.svg {
+        let drawing = cross_section::svg(&bench.lens, bench.film, bench.object);
+        write(file, &drawing)?;
+    }
+    let mut part = None;
+    if let Some(analysis) = &analysis {
+        let content = page::Content::new(&bench, &report, analysis).map_err(named)?;
+        if let Some(file) = &output.report {
+            write(file, &page::html(&content))?;
         }
-        return serde_json::to_string_pretty(&value).map_err(|e| e.to_string());
+        if let Some(folder) = &output.images {
+            part = Some(images::write_all(folder, &content)?);
+        }
+    }
+    let shown = analysis.filter(|_| output.analysis);
+    if output.json {
+        return Ok((json(&report, shown)?, part));
     }
     let mut text = String::new();
     if args.lenses.len() > 1 {
         text = format!("{}\n\n", path.display());
     }
     text += &report.to_string();
-    if let Some(analysis) = analysis {
+    if let Some(analysis) = shown {
         text += &format!("\n{analysis}");
     }
-    Ok(text)
+    Ok((text, part))
+}
+
+fn json(report: &LensReport, analysis: Option<LensAnalysis>) -> Result<String, String> {
+    let mut value = serde_json::to_value(report).map_err(|e| e.to_string())?;
+    if let Some(analysis) = analysis {
+        value["analysis"] = serde_json::to_value(analysis).map_err(|e| e.to_string())?;
+    }
+    serde_json::to_string_pretty(&value).map_err(|e| e.to_string())
 }
 
 /// Reads a lens and puts it before its film as the arguments say.
-fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
-    if path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("pbrt"))
-    {
-        return Err(
-            "this is a scene; give the lens file that its `Camera` names as \"lensfile\""
-                .to_string(),
-        );
+fn mount(args: &MountArgs, path: &Path) -> Result<Bench, String> {
+    let ending = path.extension().unwrap_or_default();
+    if ending.eq_ignore_ascii_case("pbrt") {
+        let hint = "this is a scene; give the lens file that its `Camera` names as \"lensfile\"";
+        return Err(hint.to_string());
     }
     let mut prescription = Prescription::read(path).map_err(|e| e.to_string())?;
     for warning in &prescription.warnings {
@@ -252,17 +240,16 @@ fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
             messages::warning(warning);
         }
     }
-    let lens =
-        Lens::new(&prescription, film_distance(args, &prescription)?).map_err(|e| e.to_string())?;
+    let film_distance = film_distance(args, &prescription)?;
+    let lens = Lens::new(&prescription, film_distance).map_err(|e| e.to_string())?;
     let object = match args.focus {
         Some(focus) => ObjectPlane::at_distance(&lens, focus.distance),
         None => ObjectPlane::in_focus(&lens),
     };
+    let name = path.file_stem().unwrap_or(OsStr::new("lens"));
     Ok(Bench {
         object,
-        name: path
-            .file_stem()
-            .map_or_else(|| "lens".to_string(), |s| s.to_string_lossy().into_owned()),
+        name: name.to_string_lossy().into_owned(),
         prescription,
         lens,
         film: Film::of_diagonal(args.film_diagonal),
@@ -270,7 +257,7 @@ fn mount(args: &LensArgs, path: &Path) -> Result<Bench, String> {
 }
 
 /// The film distance asked for, or the file's, or that of infinity where it has none.
-fn film_distance(args: &LensArgs, prescription: &Prescription) -> Result<f64, String> {
+fn film_distance(args: &MountArgs, prescription: &Prescription) -> Result<f64, String> {
     if let Some(mm) = args.film_distance
         && !(mm > 0.0 && mm.is_finite())
     {

@@ -2,9 +2,11 @@
 
 use super::chart::Failure;
 use super::{Bench, cross_section, plots};
+use crate::cli::html::{self, escaped, table};
 use crate::optics::LensReport;
 use crate::optics::analysis::LensAnalysis;
 use crate::optics::analysis::text::meters;
+use crate::optics::report::Pupil;
 use std::fmt::Write;
 
 /// One image of the report with what is said about it.
@@ -61,8 +63,8 @@ impl<'a> Content<'a> {
     /// Where it is focused, in words.
     pub(super) fn focus(&self) -> String {
         match self.object_distance {
-            Some(distance) => format!("focused {} m from the film", meters(distance)),
-            None => "focused at infinity".to_string(),
+            Some(distance) => format!("{} m from the film", meters(distance)),
+            None => "at infinity".to_string(),
         }
     }
 }
@@ -173,10 +175,11 @@ fn diffraction(analysis: &LensAnalysis) -> String {
 /// The page.
 pub(super) fn html(content: &Content) -> String {
     let mut body = String::new();
-    let title = escaped(&content.title());
+    let title = content.title();
     let _ = write!(
         body,
-        "<h1>{title}</h1>\n<p class=\"lead\">{}; film {:.1} mm × {:.1} mm.</p>\n",
+        "<h1>{}</h1>\n<p class=\"lead\">focused {}; film {:.1} mm × {:.1} mm.</p>\n",
+        escaped(&title),
         content.focus(),
         content.analysis.film.width,
         content.analysis.film.height
@@ -195,13 +198,9 @@ pub(super) fn html(content: &Content) -> String {
     body += &field_table(content.analysis);
     body += &focus_table(content.analysis);
     body += &prescription(content.report);
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
-         <title>{title}</title>\n<style>{STYLE}</style></head>\n<body>\n{body}\
-         <footer>Made by fstop {}. Lengths in millimeters, z from the front vertex toward the film, d line (587.56 nm).</footer>\n\
-         </body></html>\n",
-        env!("CARGO_PKG_VERSION")
-    )
+    let note =
+        " Lengths in millimeters, z from the front vertex toward the film, d line (587.56 nm).";
+    html::page(&title, STYLE, &body, note)
 }
 
 const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;color:#222;max-width:1000px;margin:2em auto;padding:0 1em}\
@@ -211,24 +210,8 @@ table{border-collapse:collapse;font-variant-numeric:tabular-nums}th,td{padding:.
 th{font-weight:600}td:first-child,th:first-child{text-align:left}.columns{display:flex;flex-wrap:wrap;gap:0 3em}\
 footer{margin:3em 0 1em;color:#777;font-size:.9em}";
 
-/// A table of rows of cells.
-pub(super) fn table(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
-    let row = |tag: &str, cells: &mut dyn Iterator<Item = &str>| {
-        let cells: String = cells.map(|c| format!("<{tag}>{c}</{tag}>")).collect();
-        format!("<tr>{cells}</tr>\n")
-    };
-    let mut text = "<table>\n".to_string();
-    if !head.is_empty() {
-        text += &row("th", &mut head.iter().copied());
-    }
-    for cells in rows {
-        text += &row("td", &mut cells.iter().map(String::as_str));
-    }
-    text + "</table>\n"
-}
-
 /// A number with `decimals`, or a dash.
-pub(super) fn cell(value: Option<f64>, decimals: usize) -> String {
+fn cell(value: Option<f64>, decimals: usize) -> String {
     value
         .filter(|v| v.is_finite())
         .map_or_else(|| "–".to_string(), |v| format!("{v:.decimals$}"))
@@ -236,42 +219,43 @@ pub(super) fn cell(value: Option<f64>, decimals: usize) -> String {
 
 fn first_order(content: &Content) -> String {
     let (r, a) = (content.report, content.analysis);
-    let pair = |name: &str, value: String| vec![name.to_string(), value];
+    let pupil = |pupil: Option<Pupil>| {
+        let (z, diameter) = (pupil.map(|p| p.z), pupil.map(|p| p.diameter));
+        format!("{}, {}", cell(z, 3), cell(diameter, 3))
+    };
     let lengths = [
-        pair("effective focal length", cell(r.effective_focal_length, 3)),
-        pair("f-number", cell(r.f_number, 3)),
-        pair("effective f-number", cell(a.effective_f_number, 3)),
-        pair("back focal distance", cell(r.back_focal_distance, 3)),
-        pair("film distance", cell(Some(r.film_distance), 3)),
-        pair("length, first to last vertex", cell(Some(r.length), 3)),
+        ("effective focal length", cell(r.effective_focal_length, 3)),
+        ("f-number", cell(r.f_number, 3)),
+        ("effective f-number", cell(a.effective_f_number, 3)),
+        ("back focal distance", cell(r.back_focal_distance, 3)),
+        ("film distance", cell(Some(r.film_distance), 3)),
+        ("length, first to last vertex", cell(Some(r.length), 3)),
     ];
     let planes = [
-        pair("front focal point z", cell(r.front_focal_distance, 3)),
-        pair("principal plane z, front", cell(r.front_principal_plane, 3)),
-        pair("principal plane z, rear", cell(r.rear_principal_plane, 3)),
-        pair(
-            "entrance pupil z, ⌀",
-            cell(r.entrance_pupil.map(|p| p.z), 3)
-                + ", "
-                + &cell(r.entrance_pupil.map(|p| p.diameter), 3),
-        ),
-        pair(
-            "exit pupil z, ⌀",
-            cell(r.exit_pupil.map(|p| p.z), 3) + ", " + &cell(r.exit_pupil.map(|p| p.diameter), 3),
-        ),
+        ("front focal point z", cell(r.front_focal_distance, 3)),
+        ("principal plane z, front", cell(r.front_principal_plane, 3)),
+        ("principal plane z, rear", cell(r.rear_principal_plane, 3)),
+        ("entrance pupil z, ⌀", pupil(r.entrance_pupil)),
+        ("exit pupil z, ⌀", pupil(r.exit_pupil)),
     ];
     let view = [
-        pair("view, horizontal", degrees(a.field_of_view.horizontal)),
-        pair("view, vertical", degrees(a.field_of_view.vertical)),
-        pair("view, diagonal", degrees(a.field_of_view.diagonal)),
-        pair("image circle ⌀", cell(a.chief_limit.map(|l| 2.0 * l[0]), 1)),
-        pair("full field", degrees(a.chief_limit.map(|l| 2.0 * l[1]))),
+        ("view, horizontal", degrees(a.field_of_view.horizontal)),
+        ("view, vertical", degrees(a.field_of_view.vertical)),
+        ("view, diagonal", degrees(a.field_of_view.diagonal)),
+        ("image circle ⌀", cell(a.chief_limit.map(|l| 2.0 * l[0]), 1)),
+        ("full field", degrees(a.chief_limit.map(|l| 2.0 * l[1]))),
     ];
+    let column = |rows: &[(&str, String)]| {
+        let cells = rows
+            .iter()
+            .map(|(name, value)| [name.to_string(), value.clone()]);
+        table(&[], cells)
+    };
     format!(
         "<h2>In numbers</h2><div class=\"columns\">{}{}{}</div>\n",
-        table(&[], lengths.into_iter()),
-        table(&[], planes.into_iter()),
-        table(&[], view.into_iter())
+        column(&lengths),
+        column(&planes),
+        column(&view)
     )
 }
 
@@ -302,12 +286,9 @@ fn field_table(analysis: &LensAnalysis) -> String {
 }
 
 fn focus_table(analysis: &LensAnalysis) -> String {
-    let distance = |mm: f64| {
-        if mm.is_finite() {
-            meters(mm)
-        } else {
-            "∞".to_string()
-        }
+    let distance = |mm: f64| match mm.is_finite() {
+        true => meters(mm),
+        false => "∞".to_string(),
     };
     let rows = analysis.focus.iter().map(|row| {
         vec![
@@ -356,27 +337,8 @@ fn prescription(report: &LensReport) -> String {
         "aspheric terms",
     ];
     // A column for what no surface has would only take room.
-    let columns = if report.surfaces.iter().any(|s| s.conic.is_some()) {
-        7
-    } else {
-        6
-    };
-    format!(
-        "<h2>Prescription</h2>\n{}",
-        table(
-            &head[..columns],
-            rows.map(|mut row| {
-                row.truncate(columns);
-                row
-            })
-        )
-    )
-}
-
-/// Text as HTML.
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
+    let aspheric = report.surfaces.iter().any(|s| s.conic.is_some());
+    let columns = head.len() - usize::from(!aspheric);
+    let rows = rows.map(|row| row[..columns].to_vec());
+    format!("<h2>Prescription</h2>\n{}", table(&head[..columns], rows))
 }

@@ -1,7 +1,9 @@
 //! The charts of the lens report.
 
-use super::chart::{self, Canvas, Chart, Curve, Failure, PALETTE, Stroke, round_up};
-use crate::optics::analysis::{Color, FieldPoint, LateralColor, LensAnalysis, MTF_FREQUENCIES};
+use super::chart::{self, Canvas, Chart, Curve, Failure, Stroke, round_up};
+use crate::optics::analysis::{
+    Color, FieldPoint, LateralColor, LensAnalysis, MTF_FREQUENCIES, PassFractions, Spot,
+};
 use plotters::prelude::SeriesLabelPosition;
 use std::fmt::Write;
 use std::ops::Range;
@@ -10,11 +12,16 @@ use std::ops::Range;
 const SIZE: (u32, u32) = (620, 400);
 
 /// A chart over film heights from 0 to the edge of the image.
-fn over_field(analysis: &LensAnalysis, y_label: &str, y: Range<f64>, curves: Vec<Curve>) -> Chart {
+fn over_field(
+    analysis: &LensAnalysis,
+    y_label: &'static str,
+    y: Range<f64>,
+    curves: Vec<Curve>,
+) -> Chart {
     Chart {
         title: String::new(),
-        x_label: "film height (mm)".to_string(),
-        y_label: y_label.to_string(),
+        x_label: "film height (mm)",
+        y_label,
         x: 0.0..analysis.image_radius,
         y,
         curves,
@@ -30,49 +37,34 @@ fn curve(
     stroke: Stroke,
     value: impl Fn(&FieldPoint) -> Option<f64>,
 ) -> Curve {
-    Curve {
-        name: name.to_string(),
-        color: PALETTE[color],
-        stroke,
-        points: analysis
-            .fields
-            .iter()
-            .filter_map(|f| Some((f.height, value(f)?)))
-            .collect(),
-    }
+    let fields = analysis.fields.iter();
+    let points = fields.filter_map(|f| Some((f.height, value(f)?)));
+    Curve::new(name, color, stroke, points)
+}
+
+/// The values of all curves.
+fn values(curves: &[Curve]) -> impl Iterator<Item = f64> {
+    curves.iter().flat_map(|c| &c.points).map(|p| p.1)
 }
 
 /// Distortion against film height.
 pub(super) fn distortion(analysis: &LensAnalysis) -> Result<String, Failure> {
-    let near_object = analysis
-        .fields
-        .iter()
-        .all(|f| f.f_theta_distortion.is_none());
-    let tangent = curve(
-        analysis,
-        if near_object {
-            "against a straight line"
-        } else {
-            "against f tan θ (straight lines stay straight)"
-        },
-        0,
-        Stroke::Solid,
-        |f| f.distortion,
-    );
-    let mut curves = vec![tangent];
-    let largest = |c: &Curve| c.points.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
+    let mut fields = analysis.fields.iter();
+    let near_object = fields.all(|f| f.f_theta_distortion.is_none());
+    let name = if near_object {
+        "against a straight line"
+    } else {
+        "against f tan θ (straight lines stay straight)"
+    };
+    let mut curves = vec![curve(analysis, name, 0, Stroke::Solid, |f| f.distortion)];
     // The angle's curve is of interest for fisheyes; for other lenses it would squeeze the first one flat.
-    if largest(&curves[0]) > 15.0 {
-        curves.push(curve(
-            analysis,
-            "against f θ (equidistant fisheye)",
-            1,
-            Stroke::Dashed,
-            |f| f.f_theta_distortion,
-        ));
+    if values(&curves).any(|value| value.abs() > 15.0) {
+        let name = "against f θ (equidistant fisheye)";
+        let value = |f: &FieldPoint| f.f_theta_distortion;
+        curves.push(curve(analysis, name, 1, Stroke::Dashed, value));
     }
-    let values = || curves.iter().flat_map(|c| &c.points).map(|p| p.1);
-    let (low, high) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
+    let low = values(&curves).fold(0.0, f64::min);
+    let high = values(&curves).fold(0.0, f64::max);
     let limit = round_up(low.abs().max(high).max(0.1));
     // Both sides of zero are shown, but not an empty half.
     let side = |x: f64| {
@@ -88,38 +80,19 @@ pub(super) fn distortion(analysis: &LensAnalysis) -> Result<String, Failure> {
 
 /// Relative illumination, with the law of the fourth power.
 pub(super) fn illumination(analysis: &LensAnalysis) -> Result<String, Failure> {
-    let percent = |x: f64| Some(100.0 * x);
+    let curve = |name, color, stroke, share: fn(&FieldPoint) -> f64| {
+        curve(analysis, name, color, stroke, |f| Some(100.0 * share(f)))
+    };
+    let law = "cos⁴ of the field angle";
+    let at_film = "cos⁴ of the angle at the film";
     let curves = vec![
-        curve(analysis, "this lens", 0, Stroke::Solid, |f| {
-            percent(f.relative_illumination)
-        }),
-        curve(
-            analysis,
-            "cos⁴ of the field angle",
-            1,
-            Stroke::Dashed,
-            |f| percent(f.cos4_field),
-        ),
-        curve(
-            analysis,
-            "cos⁴ of the angle at the film",
-            2,
-            Stroke::Dotted,
-            |f| percent(f.cos4_film),
-        ),
+        curve("this lens", 0, Stroke::Solid, |f| f.relative_illumination),
+        curve(law, 1, Stroke::Dashed, |f| f.cos4_field),
+        curve(at_film, 2, Stroke::Dotted, |f| f.cos4_film),
     ];
-    let top = curves
-        .iter()
-        .flat_map(|c| &c.points)
-        .map(|p| p.1)
-        .fold(100.0, f64::max);
-    over_field(
-        analysis,
-        "illumination (% of the center)",
-        0.0..top * 1.05,
-        curves,
-    )
-    .svg(SIZE)
+    let top = values(&curves).fold(100.0, f64::max);
+    let label = "illumination (% of the center)";
+    over_field(analysis, label, 0.0..top * 1.05, curves).svg(SIZE)
 }
 
 /// Geometric MTF against film height.
@@ -131,9 +104,8 @@ pub(super) fn mtf(analysis: &LensAnalysis) -> Result<String, Failure> {
             (1, Stroke::Dashed, "tangential"),
         ] {
             let name = format!("{frequency} lp/mm {which}");
-            curves.push(curve(analysis, &name, i, stroke, |f| {
-                f.mtf.map(|m| m[i][axis])
-            }));
+            let value = |f: &FieldPoint| f.mtf.map(|m| m[i][axis]);
+            curves.push(curve(analysis, &name, i, stroke, value));
         }
     }
     over_field(analysis, "contrast", 0.0..1.0, curves).svg((SIZE.0, 460))
@@ -141,98 +113,65 @@ pub(super) fn mtf(analysis: &LensAnalysis) -> Result<String, Failure> {
 
 /// Lateral color against film height.
 pub(super) fn lateral_color(analysis: &LensAnalysis, color: &Color) -> Result<String, Failure> {
-    let curve = |name: &str, stroke_color, value: fn(&LateralColor) -> f64| Curve {
-        name: name.to_string(),
-        color: stroke_color,
-        stroke: Stroke::Solid,
-        points: color
-            .lateral
-            .iter()
-            .map(|p| (p.height, 1e3 * value(p)))
-            .collect(),
+    let curve = |name, color_of_curve, value: fn(&LateralColor) -> f64| {
+        let points = color.lateral.iter().map(|p| (p.height, 1e3 * value(p)));
+        Curve::new(name, color_of_curve, Stroke::Solid, points)
     };
     let curves = vec![
-        curve("F (486 nm)", PALETTE[0], |p| p.blue),
-        curve("C (656 nm)", PALETTE[1], |p| p.red),
+        curve("F (486 nm)", 0, |p| p.blue),
+        curve("C (656 nm)", 1, |p| p.red),
     ];
-    let values = curves.iter().flat_map(|c| &c.points).map(|p| p.1.abs());
-    let limit = round_up(values.fold(0.1, f64::max));
+    let limit = round_up(values(&curves).map(f64::abs).fold(0.1, f64::max));
     over_field(analysis, "lateral color (µm)", -limit..limit, curves).svg(SIZE)
 }
 
 /// Part of the sampled rays that get through, against film height.
 pub(super) fn pass_fractions(analysis: &LensAnalysis) -> Result<String, Failure> {
-    let curve =
-        |name: &str,
-         color: usize,
-         stroke,
-         value: &dyn Fn(&crate::optics::analysis::PassFractions) -> Option<f64>| Curve {
-            name: name.to_string(),
-            color: PALETTE[color],
-            stroke,
-            points: analysis
-                .pass_fractions
-                .iter()
-                .filter_map(|p| Some((p.height, 100.0 * value(p)?)))
-                .collect(),
-        };
+    let curve = |name, color, stroke, share: fn(&PassFractions) -> Option<f64>| {
+        let heights = analysis.pass_fractions.iter();
+        let points = heights.filter_map(|p| Some((p.height, 100.0 * share(p)?)));
+        Curve::new(name, color, stroke, points)
+    };
+    let v3_box = "box per film radius (pbrt-v3)";
+    let disk = "disk of the rear element";
     let curves = vec![
-        curve("fstop", 0, Stroke::Solid, &|p| Some(p.fstop)),
-        curve("box per film radius (pbrt-v3)", 1, Stroke::Dashed, &|p| {
-            Some(p.bounding_box)
-        }),
-        curve("paraxial exit pupil", 2, Stroke::Dotted, &|p| p.exit_pupil),
-        curve("disk of the rear element", 3, Stroke::Dashed, &|p| {
-            Some(p.rear_element)
-        }),
+        curve("fstop", 0, Stroke::Solid, |p| Some(p.fstop)),
+        curve(v3_box, 1, Stroke::Dashed, |p| Some(p.bounding_box)),
+        curve("paraxial exit pupil", 2, Stroke::Dotted, |p| p.exit_pupil),
+        curve(disk, 3, Stroke::Dashed, |p| Some(p.rear_element)),
     ];
     over_field(analysis, "rays that get through (%)", 0.0..105.0, curves).svg(SIZE)
 }
 
 /// Spot diagrams side by side, on one scale.
 pub(super) fn spots(analysis: &LensAnalysis) -> Result<String, Failure> {
-    let reach = analysis
-        .spots
-        .iter()
-        .flat_map(|s| {
-            let c = s.centroid();
-            s.points
-                .iter()
-                .map(move |p| (p[0] - c[0]).abs().max((p[1] - c[1]).abs()))
-        })
-        .fold(1e-4, f64::max);
-    let limit = round_up(1e3 * reach);
-    let mut dots = String::new();
-    let image = panels(analysis.spots.len(), 1, (200, 186), |canvas, i, _| {
-        let spot = &analysis.spots[i];
+    // In µm, about the centroid.
+    let centered = |spot: &Spot| -> Vec<(f64, f64)> {
         let c = spot.centroid();
-        let title = format!(
-            "{:.1} mm, rms {:.1} µm",
-            spot.height,
-            1e3 * rms_radius(analysis, i)
-        );
+        let points = spot.points.iter();
+        points
+            .map(|p| (1e3 * (p[0] - c[0]), 1e3 * (p[1] - c[1])))
+            .collect()
+    };
+    let spots: Vec<_> = analysis.spots.iter().map(centered).collect();
+    let reach = spots.iter().flatten().map(|p| p.0.abs().max(p.1.abs()));
+    let limit = 1.12 * round_up(reach.fold(0.1, f64::max));
+    let mut dots = String::new();
+    let image = panels(spots.len(), 1, (200, 186), |canvas, i, _| {
+        let first = i == 0;
+        let (height, rms) = (analysis.spots[i].height, 1e3 * rms_radius(analysis, i));
         let chart = Chart {
-            title,
-            x_label: if i == 0 { "µm" } else { "" }.to_string(),
-            y_label: if i == 0 {
-                "µm, away from the axis"
-            } else {
-                ""
-            }
-            .to_string(),
-            x: -1.12 * limit..1.12 * limit,
-            y: -1.12 * limit..1.12 * limit,
+            title: format!("{height:.1} mm, rms {rms:.1} µm"),
+            x_label: if first { "µm" } else { "" },
+            y_label: if first { "µm, away from the axis" } else { "" },
+            x: -limit..limit,
+            y: -limit..limit,
             curves: Vec::new(),
             legend: None,
         };
-        for at in chart.draw_and_locate(
-            canvas,
-            spot.points
-                .iter()
-                .map(|p| (1e3 * (p[0] - c[0]), 1e3 * (p[1] - c[1]))),
-        )? {
+        for (x, y) in chart.draw_and_locate(canvas, spots[i].iter().copied())? {
             // Writing to a string cannot fail.
-            let _ = write!(dots, "M{} {}h0", at.0, at.1);
+            let _ = write!(dots, "M{x} {y}h0");
         }
         Ok(())
     })?;
@@ -247,23 +186,18 @@ pub(super) fn spots(analysis: &LensAnalysis) -> Result<String, Failure> {
 /// The rms radius over all rays where the field points have it, which is better than that of the rays drawn.
 fn rms_radius(analysis: &LensAnalysis, i: usize) -> f64 {
     let spot = &analysis.spots[i];
-    analysis
-        .fields
-        .iter()
-        .filter(|f| (f.height - spot.height).abs() < 1e-6)
-        .find_map(|f| f.spot_rms)
+    let mut fields = analysis.fields.iter();
+    let same = fields.find(|f| (f.height - spot.height).abs() < 1e-6 && f.spot_rms.is_some());
+    same.and_then(|f| f.spot_rms)
         .unwrap_or_else(|| spot.rms_radius())
 }
 
 /// Ray aberration curves: tangential above, sagittal below, on one scale.
 pub(super) fn fans(analysis: &LensAnalysis) -> Result<String, Failure> {
-    let reach = analysis
-        .fans
-        .iter()
-        .flat_map(|f| f.tangential.iter().chain(&f.sagittal))
-        .map(|p| p[1].abs())
-        .fold(1e-4, f64::max);
-    let limit = round_up(1e3 * reach);
+    let fans = analysis.fans.iter();
+    let errors = fans.flat_map(|f| f.tangential.iter().chain(&f.sagittal));
+    let reach = errors.map(|p| p[1].abs()).fold(1e-4, f64::max);
+    let limit = 1.05 * round_up(1e3 * reach);
     panels(analysis.fans.len(), 2, (200, 200), |canvas, i, row| {
         let fan = &analysis.fans[i];
         let (points, title, what) = match row {
@@ -274,26 +208,14 @@ pub(super) fn fans(analysis: &LensAnalysis) -> Result<String, Failure> {
             ),
             _ => (&fan.sagittal, String::new(), "sagittal: x error (µm)"),
         };
+        let points = points.iter().map(|p| (p[0], 1e3 * p[1]));
         let chart = Chart {
             title,
-            x_label: if row == 1 {
-                "pupil".to_string()
-            } else {
-                String::new()
-            },
-            y_label: if i == 0 {
-                what.to_string()
-            } else {
-                String::new()
-            },
+            x_label: if row == 1 { "pupil" } else { "" },
+            y_label: if i == 0 { what } else { "" },
             x: -1.1..1.1,
-            y: -1.05 * limit..1.05 * limit,
-            curves: vec![Curve {
-                name: String::new(),
-                color: PALETTE[row],
-                stroke: Stroke::Solid,
-                points: points.iter().map(|p| (p[0], 1e3 * p[1])).collect(),
-            }],
+            y: -limit..limit,
+            curves: vec![Curve::new("", row, Stroke::Solid, points)],
             legend: None,
         };
         chart.draw(canvas)
@@ -309,14 +231,9 @@ fn panels(
 ) -> Result<String, Failure> {
     let whole = (size.0 * columns.max(1) as u32, size.1 * rows as u32);
     chart::svg(whole, |canvas| {
-        for (k, part) in canvas
-            .split_evenly((rows, columns.max(1)))
-            .iter()
-            .enumerate()
-        {
-            if columns > 0 {
-                draw(part, k % columns, k / columns)?;
-            }
+        let parts = canvas.split_evenly((rows, columns.max(1)));
+        for (k, part) in parts.iter().enumerate().take(rows * columns) {
+            draw(part, k % columns, k / columns)?;
         }
         Ok(())
     })

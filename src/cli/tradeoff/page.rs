@@ -2,6 +2,7 @@
 
 use super::chart::{Series, log_log};
 use super::text;
+use crate::cli::html::{self, escaped};
 use crate::cli::lens::chart::Failure;
 use crate::tradeoff::{Candidate, Measurement, Setting, Study};
 use std::fmt::Write;
@@ -28,19 +29,21 @@ pub(super) fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, F
          Below the line a value is worth its time, above it more samples are.</figcaption></figure>",
         log_log((900, 560), &series(study))?
     );
-    body += &table(study);
-    let _ = writeln!(
-        body,
-        "<p class=\"legend\">{}</p>",
-        escaped(&text::legend(study))
-    );
-    let title = escaped(scene);
-    Ok(format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
-         <title>{title}: speed against accuracy</title>\n<style>{STYLE}</style></head>\n<body>\n{body}\
-         <footer>Made by fstop {}.</footer>\n</body></html>\n",
-        env!("CARGO_PKG_VERSION")
-    ))
+    let head = [
+        "setting",
+        "setting",
+        "spp",
+        "error (%)",
+        "bias (%)",
+        "processor s",
+        "efficiency",
+    ];
+    let rows = text::rows(study).map(|row| row.map(|cell| escaped(&cell)));
+    body += &html::table(&head, rows);
+    let legend = escaped(&text::legend(study));
+    let _ = writeln!(body, "<p class=\"legend\">{legend}</p>");
+    let title = format!("{scene}: speed against accuracy");
+    Ok(html::page(&title, STYLE, &body, ""))
 }
 
 /// The candidates for sample counts, joined, then the other settings.
@@ -63,15 +66,7 @@ fn series(study: &Study) -> Vec<Series> {
         points: samples,
         joined: true,
     }];
-    for setting in [
-        Setting::Sampler,
-        Setting::LensModel,
-        Setting::Precision,
-        Setting::PupilSampling,
-        Setting::MaxDepth,
-        Setting::LightChoice,
-        Setting::Filter,
-    ] {
+    for setting in Setting::QUALITY.into_iter().chain([Setting::Filter]) {
         let points = of(setting);
         if !points.is_empty() {
             all.push(Series {
@@ -82,34 +77,4 @@ fn series(study: &Study) -> Vec<Series> {
         }
     }
     all
-}
-
-fn table(study: &Study) -> String {
-    let base = study.measured.first().map(|(_, m)| m);
-    let mut rows = String::from(
-        "<table>\n<tr><th>setting</th><th>setting</th><th>spp</th><th>error (%)</th><th>bias (%)</th><th>processor s</th><th>efficiency</th></tr>\n",
-    );
-    for (candidate, m) in &study.measured {
-        let efficiency = base.map(|base| text::number(text::relative_efficiency(m, base)));
-        let _ = writeln!(
-            rows,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            candidate.setting.name(),
-            escaped(&candidate.value),
-            m.spp,
-            text::percent(m.error()),
-            text::bias(m),
-            text::number(m.seconds),
-            efficiency.unwrap_or_default(),
-        );
-    }
-    rows + "</table>\n"
-}
-
-/// Escapes text for HTML.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }

@@ -8,25 +8,23 @@ pub(super) fn report(study: &Study, scene: &str, shrunk: bool) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}\n", heading(study, scene, shrunk));
-    let _ = writeln!(
-        text,
-        "{:<15} {:<13} {:>7} {:>18} {:>18} {:>16} {:>16}",
-        "setting", "value", "spp", "error %", "bias %", "processor s", "efficiency"
-    );
-    let base = study.measured.first().map(|(_, m)| m);
-    for (candidate, m) in &study.measured {
+    let mut line = |[setting, value, spp, error, bias, seconds, efficiency]: [String; 7]| {
         let _ = writeln!(
             text,
-            "{:<15} {:<13} {:>7} {:>18} {:>18} {:>16} {:>16}",
-            candidate.setting.name(),
-            candidate.value,
-            m.spp,
-            percent(m.error()),
-            bias(m),
-            number(m.seconds),
-            base.map_or_else(String::new, |base| number(relative_efficiency(m, base))),
+            "{setting:<15} {value:<13} {spp:>7} {error:>18} {bias:>18} {seconds:>16} {efficiency:>16}"
         );
-    }
+    };
+    let head = [
+        "setting",
+        "value",
+        "spp",
+        "error %",
+        "bias %",
+        "processor s",
+        "efficiency",
+    ];
+    line(head.map(str::to_string));
+    rows(study).for_each(line);
     for (candidate, why) in &study.failed {
         let _ = writeln!(
             text,
@@ -38,6 +36,23 @@ pub(super) fn report(study: &Study, scene: &str, shrunk: bool) -> String {
     let _ = writeln!(text, "\n{}", legend(study));
     let _ = writeln!(text, "\n{}", sentence(study));
     text
+}
+
+/// The cells of the table.
+pub(super) fn rows(study: &Study) -> impl Iterator<Item = [String; 7]> {
+    let base = study.measured.first().map(|(_, m)| m);
+    study.measured.iter().map(move |(candidate, m)| {
+        let efficiency = base.map(|base| number(relative_efficiency(m, base)));
+        [
+            candidate.setting.name().to_string(),
+            candidate.value.clone(),
+            m.spp.to_string(),
+            percent(m.error()),
+            bias(m),
+            number(m.seconds),
+            efficiency.unwrap_or_default(),
+        ]
+    })
 }
 
 /// What was measured, in one line.
@@ -113,7 +128,7 @@ pub(super) fn sentence(study: &Study) -> String {
 }
 
 /// Efficiency of a setting relative to another's.
-pub(super) fn relative_efficiency(m: &Measurement, base: &Measurement) -> Estimate {
+fn relative_efficiency(m: &Measurement, base: &Measurement) -> Estimate {
     let value = m.efficiency.value / base.efficiency.value;
     let part = |e: &Estimate| (e.within / e.value).powi(2);
     // To first order; the scene's own setting is the unit.
@@ -125,7 +140,7 @@ pub(super) fn relative_efficiency(m: &Measurement, base: &Measurement) -> Estima
 }
 
 /// A bias, or a dash if it cannot be told from noise.
-pub(super) fn bias(m: &Measurement) -> String {
+fn bias(m: &Measurement) -> String {
     match m.squared_bias.excludes(0.0) && m.squared_bias.value > 0.0 {
         true => percent(m.bias()),
         false => "-".to_string(),
@@ -133,7 +148,7 @@ pub(super) fn bias(m: &Measurement) -> String {
 }
 
 /// A fraction in percent.
-pub(super) fn percent(e: Estimate) -> String {
+fn percent(e: Estimate) -> String {
     number(Estimate {
         value: 100.0 * e.value,
         within: 100.0 * e.within,
@@ -141,7 +156,7 @@ pub(super) fn percent(e: Estimate) -> String {
 }
 
 /// Rounded to its significant digits.
-pub(super) fn number(e: Estimate) -> String {
+fn number(e: Estimate) -> String {
     if !e.value.is_finite() {
         return "-".to_string();
     }
