@@ -45,21 +45,15 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
         // unknown.
         with_normals &= normals.len() == points.len();
         with_uv &= uv.len() == points.len();
-        let positions: Vec<DVec3> = points
-            .iter()
-            .map(|&[x, y, z]| Vec3::new(x, y, z).as_dvec3())
-            .collect();
-        if let Some(bad) = part
-            .indices
-            .iter()
-            .find(|&&i| i as usize >= positions.len())
-        {
+        let points = points.iter().map(|&point| Vec3::from(point).as_dvec3());
+        let positions: Vec<DVec3> = points.collect();
+        let count = positions.len();
+        if let Some(bad) = part.indices.iter().find(|&&i| i as usize >= count) {
             return Err(format!(
-                "a face refers to vertex {bad}, but there are {}",
-                positions.len()
+                "a face refers to vertex {bad}, but there are {count}"
             ));
         }
-        if first + positions.len() > u32::MAX as usize {
+        if first + count > u32::MAX as usize {
             return Err("too many vertices".into());
         }
         let arities = if part.face_arities.is_empty() {

@@ -1,7 +1,8 @@
 //! An image as a statistical estimate.
 
-use super::Side;
+use super::{Side, extent};
 use crate::film::{Image, LoadedImage, PixelBounds};
+use crate::math::Rgb;
 
 /// An image with its uncertainty.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +26,7 @@ pub enum CompareError {
     )]
     Size(PixelBounds, PixelBounds),
     /// As many pixels, but from another part of the full image.
-    #[error("the images differ in crop window: A holds {}, B {}", show(.0), show(.1))]
+    #[error("the images differ in crop window: A holds {}, B {}", extent(*.0), extent(*.1))]
     Window(PixelBounds, PixelBounds),
     /// There is nothing to compare.
     #[error("the images have no pixels")]
@@ -35,13 +36,6 @@ pub enum CompareError {
     NoVariance(Side),
 }
 
-fn show(bounds: &PixelBounds) -> String {
-    format!(
-        "x {}..{} y {}..{}",
-        bounds.min.x, bounds.max.x, bounds.min.y, bounds.max.y
-    )
-}
-
 impl<'a> Estimate<'a> {
     /// The estimate according to a file's metadata. A file with the attribute `runs` above 1 has its variance estimated
     /// from the scatter of its runs, any other from its samples; if a file has neither count, its variances are taken
@@ -49,9 +43,8 @@ impl<'a> Estimate<'a> {
     pub fn of(loaded: &'a LoadedImage) -> Estimate<'a> {
         let observations = loaded.runs.filter(|&runs| runs > 1).or(loaded.spp);
         let freedom = observations.map_or(f64::INFINITY, |n| f64::from(n) - 1.0);
-        let samples = loaded
-            .spp
-            .map(|spp| f64::from(spp) * f64::from(loaded.runs.unwrap_or(1)));
+        let runs = f64::from(loaded.runs.unwrap_or(1));
+        let samples = loaded.spp.map(|spp| f64::from(spp) * runs);
         Estimate {
             image: &loaded.image,
             freedom,
@@ -61,12 +54,8 @@ impl<'a> Estimate<'a> {
 
     /// Returns `true` if the variance of pixels is known. It is not for a single sample.
     pub fn has_variance(&self) -> bool {
-        let known = |variance: &Vec<_>| {
-            variance
-                .iter()
-                .any(|v: &crate::math::Rgb| v.is_finite() && v.cmpge(crate::math::Rgb::ZERO).all())
-        };
-        self.freedom >= 1.0 && self.image.variance.as_ref().is_some_and(known)
+        let known = |v: &Rgb| v.is_finite() && v.cmpge(Rgb::ZERO).all();
+        self.freedom >= 1.0 && self.image.variance.iter().flatten().any(known)
     }
 }
 

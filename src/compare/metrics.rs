@@ -61,19 +61,14 @@ impl Metrics {
     pub(super) fn new(a: &Estimate, b: &Estimate, noise: NoiseSource, left_out: usize) -> Metrics {
         let count = a.image.pixels.len().saturating_sub(left_out).max(1) as f64;
         let pairs = || {
-            a.image
-                .pixels
-                .iter()
-                .zip(&b.image.pixels)
-                .map(|(p, q)| (p.as_dvec3(), q.as_dvec3()))
+            let pixels = a.image.pixels.iter().zip(&b.image.pixels);
+            pixels.map(|(p, q)| (p.as_dvec3(), q.as_dvec3()))
         };
         let per_value = |sum: DVec3| sum.element_sum() / (3.0 * count);
         let mean_b = per_value(pairs().map(|(_, q)| q).sum());
         let floor = DVec3::splat((0.01 * mean_b).powi(2).max(f64::MIN_POSITIVE));
         let mse = per_value(pairs().map(|(p, q)| (p - q) * (p - q)).sum());
-        let relative = pairs()
-            .map(|(p, q)| (p - q) * (p - q) / (q * q + floor))
-            .sum();
+        let relative = pairs().map(|(p, q)| (p - q) * (p - q) / (q * q + floor));
         let peak = pairs().fold(0.0f64, |peak, (_, q)| peak.max(q.max_element()));
         Metrics {
             mse,
@@ -81,7 +76,7 @@ impl Metrics {
                 .zip(mean_variance(b, count))
                 .map(|(u, v)| (u + v).element_sum() / 3.0)
                 .filter(|v| v.is_finite()),
-            relative_mse: per_value(relative),
+            relative_mse: per_value(relative.sum()),
             psnr: if mse == 0.0 {
                 f64::INFINITY
             } else {
@@ -134,12 +129,11 @@ fn errors_of_means(
             Some([error(a)?, error(b)?])
         }
         _ => {
-            let (a, b, tolerance, cell) = (*a, *b, 0.0, 1);
             let scatter = Scatter {
-                a,
-                b,
-                tolerance,
-                cell,
+                a: *a,
+                b: *b,
+                tolerance: 0.0,
+                cell: 1,
             };
             Some([scatter.error_of_mean(), DVec3::ZERO])
         }
@@ -159,22 +153,20 @@ fn largest_tile(a: &Estimate, b: &Estimate) -> TileDifference {
         a: mean(a, bounds),
         b: mean(b, bounds),
     });
-    let none = TileDifference {
-        bounds: a.image.bounds,
-        a: 0.0,
-        b: 0.0,
-    };
     let size = |tile: &TileDifference| (tile.a - tile.b).abs();
-    let differences: Vec<_> = differences.collect();
-    let first = differences.first().copied().unwrap_or(none);
-    let larger = |worst, tile| {
-        if size(&tile) > size(&worst) {
-            tile
-        } else {
-            worst
-        }
+    let larger = |worst, tile| match size(&tile) > size(&worst) {
+        true => tile,
+        false => worst,
     };
-    differences.into_iter().fold(first, larger)
+    let differences: Vec<_> = differences.collect();
+    differences
+        .into_iter()
+        .reduce(larger)
+        .unwrap_or(TileDifference {
+            bounds: a.image.bounds,
+            a: 0.0,
+            b: 0.0,
+        })
 }
 
 #[cfg(test)]

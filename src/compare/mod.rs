@@ -102,21 +102,12 @@ impl Comparison {
 ///
 /// Fails if the images have different pixels, or none, or lack variances that were requested.
 pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparison, CompareError> {
-    estimate::check_pair(a, b)?;
-    let noise = NoiseSource::of(a, b, options)?;
-    let (clean_a, clean_b, non_finite) = non_finite::clean(a.image, b.image);
-    let pair = Pair {
-        a: with_image(a, &clean_a),
-        b: with_image(b, &clean_b),
-        noise,
-        options,
-    };
-    Ok(Comparison {
+    of_pair(a, b, options, |pair, non_finite| Comparison {
         verdict: pair.verdict(),
-        noise,
+        noise: pair.noise,
         uniformity: pair.uniformity(),
-        neighbors: Neighbors::new(&pair.a, &pair.b, noise == NoiseSource::Stored),
-        metrics: Metrics::new(&pair.a, &pair.b, noise, non_finite.left_out),
+        neighbors: Neighbors::new(&pair.a, &pair.b, pair.noise == NoiseSource::Stored),
+        metrics: Metrics::new(&pair.a, &pair.b, pair.noise, non_finite.left_out),
         non_finite,
     })
 }
@@ -128,24 +119,34 @@ pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparis
 /// # Errors
 /// As [`compare`].
 pub fn p_values(a: &Estimate, b: &Estimate, options: &Options) -> Result<Image, CompareError> {
+    of_pair(a, b, options, |pair, _| pair.p_values())
+}
+
+/// What `ask` says of both images without their non-finite values, if they can be compared.
+fn of_pair<T>(
+    a: &Estimate,
+    b: &Estimate,
+    options: &Options,
+    ask: impl FnOnce(&Pair, NonFinite) -> T,
+) -> Result<T, CompareError> {
     estimate::check_pair(a, b)?;
     let noise = NoiseSource::of(a, b, options)?;
-    let (clean_a, clean_b, _) = non_finite::clean(a.image, b.image);
+    let (clean_a, clean_b, non_finite) = non_finite::clean(a.image, b.image);
+    let image_a = clean_a.as_ref().unwrap_or(a.image);
+    let image_b = clean_b.as_ref().unwrap_or(b.image);
     let pair = Pair {
-        a: with_image(a, &clean_a),
-        b: with_image(b, &clean_b),
+        a: Estimate {
+            image: image_a,
+            ..*a
+        },
+        b: Estimate {
+            image: image_b,
+            ..*b
+        },
         noise,
         options,
     };
-    Ok(pair.p_values())
-}
-
-/// The same estimate with a cleaned image, if there is one.
-fn with_image<'a>(estimate: &Estimate<'a>, mended: &'a Option<Image>) -> Estimate<'a> {
-    Estimate {
-        image: mended.as_ref().unwrap_or(estimate.image),
-        ..*estimate
-    }
+    Ok(ask(&pair, non_finite))
 }
 
 /// Two images of the same size with all values finite.

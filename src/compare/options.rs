@@ -89,21 +89,15 @@ impl NoiseSource {
         b: &Estimate,
         options: &Options,
     ) -> Result<NoiseSource, CompareError> {
-        Ok(match options.noise {
-            Noise::None => NoiseSource::None,
-            Noise::Spatial => NoiseSource::Spatial,
-            Noise::Stored | Noise::Auto => match (a.has_variance(), b.has_variance()) {
-                (true, true) => NoiseSource::Stored,
-                (false, _) if options.noise == Noise::Stored => {
-                    return Err(CompareError::NoVariance(Side::A));
-                }
-                (true, false) if options.noise == Noise::Stored => {
-                    return Err(CompareError::NoVariance(Side::B));
-                }
-                (false, true) => NoiseSource::SpatialWithout(Side::A),
-                (true, false) => NoiseSource::SpatialWithout(Side::B),
-                (false, false) => NoiseSource::SpatialWithoutBoth,
-            },
-        })
+        match (options.noise, a.has_variance(), b.has_variance()) {
+            (Noise::None, ..) => Ok(NoiseSource::None),
+            (Noise::Spatial, ..) => Ok(NoiseSource::Spatial),
+            (_, true, true) => Ok(NoiseSource::Stored),
+            (Noise::Stored, false, _) => Err(CompareError::NoVariance(Side::A)),
+            (Noise::Stored, true, false) => Err(CompareError::NoVariance(Side::B)),
+            (Noise::Auto, false, true) => Ok(NoiseSource::SpatialWithout(Side::A)),
+            (Noise::Auto, true, false) => Ok(NoiseSource::SpatialWithout(Side::B)),
+            (Noise::Auto, false, false) => Ok(NoiseSource::SpatialWithoutBoth),
+        }
     }
 }

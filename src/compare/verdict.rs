@@ -124,35 +124,35 @@ struct Gathered {
 impl Gathered {
     fn add(&mut self, bounds: PixelBounds, channel: usize, candidate: Candidate, alpha: f64) {
         self.tests += 1;
-        let worst = self.worst;
-        let least = if candidate.t.is_nan() {
-            0.0
-        } else {
-            candidate.min_p()
+        let least = match candidate.t.is_nan() {
+            true => 0.0,
+            false => candidate.min_p(),
         };
-        if least > alpha && worst.is_some_and(|w| least > w.p) {
+        if least > alpha && self.worst.is_some_and(|worst| least > worst.p) {
             return;
         }
         let p = candidate.p();
         if p <= alpha {
             self.small.push(p);
         }
-        let Candidate {
-            means: [a, b],
-            t,
-            freedom,
-            ..
-        } = candidate;
         let finding = Finding {
             bounds,
             channel,
-            a,
-            b,
-            t,
-            freedom,
+            a: candidate.means[0],
+            b: candidate.means[1],
+            t: candidate.t,
+            freedom: candidate.freedom,
             p,
         };
-        if worst.is_none_or(|w| precedes(&finding, &w)) {
+        self.offer(finding);
+    }
+
+    fn offer(&mut self, finding: Finding) {
+        let more_significant = |worst: Finding| {
+            let larger = finding.t.abs() > worst.t.abs();
+            finding.p < worst.p || (finding.p == worst.p && larger)
+        };
+        if self.worst.is_none_or(more_significant) {
             self.worst = Some(finding);
         }
     }
@@ -161,17 +161,9 @@ impl Gathered {
     fn append(mut self, below: Gathered) -> Gathered {
         self.tests += below.tests;
         self.small.extend(below.small);
-        if let Some(finding) = below.worst
-            && self.worst.is_none_or(|w| precedes(&finding, &w))
-        {
-            self.worst = Some(finding);
-        }
+        below.worst.into_iter().for_each(|worst| self.offer(worst));
         self
     }
-}
-
-fn precedes(finding: &Finding, other: &Finding) -> bool {
-    finding.p < other.p || (finding.p == other.p && finding.t.abs() > other.t.abs())
 }
 
 /// Tests all blocks of one size in parallel; `alpha` is the level's share.
@@ -192,10 +184,8 @@ pub(super) fn test_level<T: BlockTest>(
         }
         gathered
     });
-    let gathered = gathered
-        .collect::<Vec<_>>()
-        .into_iter()
-        .fold(Gathered::default(), Gathered::append);
+    let gathered = gathered.collect::<Vec<_>>().into_iter();
+    let gathered = gathered.fold(Gathered::default(), Gathered::append);
     gathered.worst.map(|worst| Level {
         side,
         statistic: T::STATISTIC,

@@ -3,6 +3,7 @@
 use super::Estimate;
 use super::verdict::{BlockTest, Candidate, Statistic};
 use crate::film::PixelBounds;
+use crate::math::Rgb;
 use glam::DVec3;
 
 /// The standard error of a difference is √(va + vb), its degrees of freedom are (va + vb)² / (va²/νa + vb²/νb) (Welch
@@ -67,29 +68,24 @@ fn welch_error(a: BlockMean, b: BlockMean) -> (f64, f64) {
 /// The same with the larger variance per sample for both.
 fn common_error(a: BlockMean, b: BlockMean, samples_a: f64, samples_b: f64) -> (f64, f64) {
     let (of_a, of_b) = (a.variance * samples_a, b.variance * samples_b);
-    let (variance, freedom) = if of_a > of_b {
-        (of_a, a.freedom)
-    } else {
-        (of_b, b.freedom)
+    let (variance, freedom) = match of_a > of_b {
+        true => (of_a, a.freedom),
+        false => (of_b, b.freedom),
     };
-    (
-        (variance * (1.0 / samples_a + 1.0 / samples_b)).sqrt(),
-        freedom,
-    )
+    let error = (variance * (1.0 / samples_a + 1.0 / samples_b)).sqrt();
+    (error, freedom)
 }
 
 /// Degrees of freedom of a sum of independent variance estimates (Satterthwaite 1946). Without any variance there is no
 /// uncertainty.
 fn pooled_freedom(parts: [(f64, f64); 2]) -> f64 {
     let sum: f64 = parts.iter().map(|(variance, _)| variance).sum();
-    let squares: f64 = parts
+    let squares = parts
         .iter()
-        .map(|(variance, freedom)| variance * variance / freedom)
-        .sum();
-    if sum == 0.0 {
-        f64::INFINITY
-    } else {
-        sum * sum / squares
+        .map(|(variance, freedom)| variance * variance / freedom);
+    match sum {
+        0.0 => f64::INFINITY,
+        _ => sum * sum / squares.sum::<f64>(),
     }
 }
 
@@ -97,21 +93,12 @@ fn pooled_freedom(parts: [(f64, f64); 2]) -> f64 {
 /// variance comes from one bright pixel has only that pixel's degrees of freedom.
 fn block_means(estimate: &Estimate, bounds: PixelBounds, noiseless: bool) -> [BlockMean; 3] {
     let image = estimate.image;
-    let variances = image
-        .variance
-        .as_deref()
-        .filter(|_| !noiseless)
-        .unwrap_or(&[]);
+    let variances = image.variance.as_deref().filter(|_| !noiseless);
+    let at = |values: &[Rgb], i: usize| values.get(i).map_or(DVec3::ZERO, |p| p.as_dvec3());
     let (mut mean, mut variance, mut squares) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-    for index in bounds
-        .pixels()
-        .filter_map(|pixel| image.bounds.index(pixel))
-    {
-        let v = variances.get(index).map_or(DVec3::ZERO, |p| p.as_dvec3());
-        mean += image
-            .pixels
-            .get(index)
-            .map_or(DVec3::ZERO, |p| p.as_dvec3());
+    for index in bounds.pixels().filter_map(|p| image.bounds.index(p)) {
+        let v = at(variances.unwrap_or(&[]), index);
+        mean += at(&image.pixels, index);
         variance += v;
         squares += v * v;
     }

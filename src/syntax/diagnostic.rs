@@ -14,9 +14,10 @@ use std::ffi::OsStr;
 use std::io::IsTerminal;
 
 /// The severity of a problem.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Severity {
     /// The scene is invalid or does not mean what its author intended: it is not rendered.
+    #[default]
     Error,
     /// Something was ignored or replaced by a default; rendering continues.
     Warning,
@@ -42,16 +43,15 @@ impl Style {
 
     /// As specified by <https://no-color.org>: any nonempty value of `NO_COLOR` counts.
     fn suited(terminal: bool, no_color: Option<&OsStr>) -> Self {
-        if terminal && no_color.is_none_or(OsStr::is_empty) {
-            Self::Colored
-        } else {
-            Self::Plain
+        match terminal && no_color.is_none_or(OsStr::is_empty) {
+            true => Self::Colored,
+            false => Self::Plain,
         }
     }
 }
 
 /// A single problem, with its location and advice.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Diagnostic {
     /// Its severity.
     pub severity: Severity,
@@ -82,14 +82,7 @@ impl Diagnostic {
         Self {
             severity,
             message: message.into(),
-            span: None,
-            item: None,
-            recoverable: false,
-            missing: None,
-            label: None,
-            related: Vec::new(),
-            notes: Vec::new(),
-            help: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -329,12 +322,8 @@ impl Diagnostics {
 
     /// The problems kept, in order of occurrence.
     pub fn kept(&self) -> Vec<Diagnostic> {
-        self.state
-            .borrow()
-            .kept
-            .iter()
-            .map(|k| k.diagnostic.clone())
-            .collect()
+        let kept = &self.state.borrow().kept;
+        kept.iter().map(|k| k.diagnostic.clone()).collect()
     }
 
     /// `2 errors and 1 warning`, for a closing line; `None` if there were neither.

@@ -36,13 +36,11 @@ impl Diagnostic {
             Severity::Note => Level::NOTE,
         };
         let mut group = Group::with_title(level.primary_title(self.message.as_str()));
-        let primary = self
-            .span
-            .map(|span| match self.item {
-                Some(item) => item_span(sources, span, item).unwrap_or(span),
-                None => span,
-            })
-            .map(|span| (span, self.label.as_deref(), AnnotationKind::Primary));
+        let primary = self.span.map(|whole| {
+            let item = self.item.and_then(|item| item_span(sources, whole, item));
+            let span = item.unwrap_or(whole);
+            (span, self.label.as_deref(), AnnotationKind::Primary)
+        });
         let related = self
             .related
             .iter()
@@ -63,11 +61,12 @@ impl Diagnostic {
                     .annotation(marked),
             );
         }
+        let inclusions = self.span.map(|span| inclusions(sources, span));
         for note in self
             .notes
             .iter()
             .cloned()
-            .chain(self.span.into_iter().flat_map(|s| inclusions(sources, s)))
+            .chain(inclusions.into_iter().flatten())
         {
             group = group.element(Level::NOTE.message(note));
         }
@@ -96,11 +95,8 @@ fn item_span(sources: &SourceMap, list: Span, item: usize) -> Option<Span> {
         let is_item = !matches!(found, Lexeme::Open | Lexeme::Close);
         if is_item && items == item {
             let place = |left: usize| list.start + (whole.len() - left) as u32;
-            return Some(Span {
-                file: list.file,
-                start: place(rest.len() - blanks),
-                end: place(after.len()),
-            });
+            let bytes = place(rest.len() - blanks)..place(after.len());
+            return Some(list.file.span(bytes));
         }
         items += usize::from(is_item);
         rest = after;
@@ -126,14 +122,10 @@ fn inclusions(sources: &SourceMap, span: Span) -> Vec<String> {
     while let Some(at) = from {
         if chain.len() < CHAIN {
             let path = sources.path(at.file);
+            let path = path.display();
             chain.push(match sources.locate(at) {
-                Some(place) => format!(
-                    "included from {}:{}:{}",
-                    path.display(),
-                    place.line,
-                    place.column
-                ),
-                None => format!("included from {}", path.display()),
+                Some(place) => format!("included from {path}:{}:{}", place.line, place.column),
+                None => format!("included from {path}"),
             });
         } else {
             more += 1;
@@ -155,15 +147,9 @@ fn excerpt(sources: &SourceMap, span: Span) -> Option<Excerpt> {
         .iter()
         .rposition(|&b| b == b'\n')
         .map_or(0, |at| at + 1);
-    let line_end = bytes[start..]
-        .iter()
-        .position(|&b| b == b'\n')
-        .map_or(bytes.len(), |at| start + at);
-    let line_end = if line_end > start && bytes[line_end - 1] == b'\r' {
-        line_end - 1
-    } else {
-        line_end
-    };
+    let mut lines = bytes[start..].split(|&b| b == b'\n');
+    let rest = lines.next().unwrap_or_default();
+    let line_end = start + rest.strip_suffix(b"\r").unwrap_or(rest).len();
     let (from, to) = window(&bytes, line_start..line_end, start);
     let marked_to = (span.end as usize).clamp(start, to);
 

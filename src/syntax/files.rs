@@ -93,20 +93,22 @@ impl SearchFolder {
         let Some(within) = &self.within else {
             return Ok(());
         };
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new(".")).canonicalize();
         // A link in place of the file is followed when it is written.
         let target = path.canonicalize().ok();
-        if folder.is_ok_and(|folder| folder.starts_with(within))
-            && target.is_none_or(|target| target.starts_with(within))
-        {
-            Ok(())
-        } else {
-            Err(FileProblem::Outside(within.clone()))
+        match lies_in(path, within) && target.is_none_or(|target| target.starts_with(within)) {
+            true => Ok(()),
+            false => Err(FileProblem::Outside(within.clone())),
         }
     }
+}
+
+/// Returns `true` if the folder of `path` is in `within`, whatever `path` itself leads to.
+pub(super) fn lies_in(path: &Path, within: &Path) -> bool {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new(".")).canonicalize();
+    folder.is_ok_and(|folder| folder.starts_with(within))
 }
 
 /// An absolute path with `.` and `..` components resolved lexically.

@@ -62,10 +62,9 @@ impl Parser<'_> {
             "MediumInterface" => {
                 let inside = self.name(word, "the name of a medium")?;
                 let both = self.peek().kind != TokenKind::Quoted;
-                let outside = if both {
-                    inside.clone()
-                } else {
-                    self.name(word, "the name of a medium")?
+                let outside = match both {
+                    true => inside.clone(),
+                    false => self.name(word, "the name of a medium")?,
                 };
                 Kind::MediumInterface { inside, outside }
             }
@@ -93,10 +92,9 @@ impl Parser<'_> {
     }
 
     fn typed(&mut self, word: &'static str) -> Parsed<Typed> {
-        let expected = if word.starts_with("MakeNamed") {
-            "a name"
-        } else {
-            "a type"
+        let expected = match word.starts_with("MakeNamed") {
+            true => "a name",
+            false => "a type",
         };
         Ok(Typed {
             kind: self.name(word, expected)?,
@@ -117,18 +115,12 @@ impl Parser<'_> {
     pub(super) fn quoted(&self, token: &Token) -> Name {
         let (text, stray_backslash) = token.string();
         if stray_backslash {
-            self.report(
-                Diagnostic::warning("a backslash in a string should be doubled")
-                    .at(token.span)
-                    .with_help(
-                        "in file names, write `/` instead of `\\`: it works on every system",
-                    ),
-            );
+            let help = "in file names, write `/` instead of `\\`: it works on every system";
+            let warning = Diagnostic::warning("a backslash in a string should be doubled");
+            self.report(warning.at(token.span).with_help(help));
         }
-        Name {
-            text,
-            span: token.span,
-        }
+        let span = token.span;
+        Name { text, span }
     }
 
     /// Reports that the next token is not the expected one; it is not consumed.
@@ -165,11 +157,9 @@ impl Parser<'_> {
     fn matrix(&mut self, word: &'static str) -> Parsed<Box<DMat4>> {
         let opening = self.peek().clone();
         if opening.kind == TokenKind::Bare {
-            self.report(
-                Diagnostic::warning(format!("the numbers of `{word}` belong in brackets"))
-                    .at(opening.span)
-                    .with_note("pbrt-v3 refuses them without"),
-            );
+            let message = format!("the numbers of `{word}` belong in brackets");
+            let warning = Diagnostic::warning(message).at(opening.span);
+            self.report(warning.with_note("pbrt-v3 refuses them without"));
         }
         let columns =
             self.finite_numbers(word, "sixteen numbers in brackets, column by column", true)?;
@@ -196,13 +186,9 @@ impl Parser<'_> {
                     let bracket = self.bump();
                     depth += 1;
                     if !brackets_belong {
-                        self.report(
-                            Diagnostic::warning(format!(
-                                "the numbers of `{word}` stand without brackets"
-                            ))
-                            .at(bracket.span)
-                            .with_note("pbrt-v3 refuses them with brackets"),
-                        );
+                        let message = format!("the numbers of `{word}` stand without brackets");
+                        let warning = Diagnostic::warning(message).at(bracket.span);
+                        self.report(warning.with_note("pbrt-v3 refuses them with brackets"));
                     }
                 }
                 TokenKind::Close if depth > 0 => {
@@ -245,13 +231,11 @@ impl Parser<'_> {
             text => {
                 let text = String::from_utf8_lossy(text).into_owned();
                 let found = next.description();
-                self.report(
-                    Diagnostic::error(format!(
-                        "`ActiveTransform` needs `StartTime`, `EndTime` or `All`, found {found}"
-                    ))
-                    .at(next.span)
-                    .with_suggestion(nearest(&text, CHOICES)),
+                let message = format!(
+                    "`ActiveTransform` needs `StartTime`, `EndTime` or `All`, found {found}"
                 );
+                let error = Diagnostic::error(message).at(next.span);
+                self.report(error.with_suggestion(nearest(&text, CHOICES)));
                 return Err(Abandoned);
             }
         };

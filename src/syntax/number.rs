@@ -67,16 +67,13 @@ fn hexadecimal(input: &[u8]) -> Read<'_, f64> {
     if whole + fraction == 0 {
         return Err(nom::Err::Error(()));
     }
-    let (digits, rest) = rest.split_at(if fraction > 0 {
-        whole + 1 + fraction
-    } else {
-        whole
-    });
-    // `0x1.` keeps its point, as `strtof` does.
-    let rest = if fraction == 0 {
-        rest.strip_prefix(b".").unwrap_or(rest)
-    } else {
-        rest
+    let (digits, rest) = match fraction {
+        // `0x1.` keeps its point, as `strtof` does.
+        0 => (
+            &rest[..whole],
+            after_whole.strip_prefix(b".").unwrap_or(after_whole),
+        ),
+        _ => rest.split_at(whole + 1 + fraction),
     };
     let (rest, exponent) = opt(binary_exponent).parse(rest)?;
     let mantissa = digits
@@ -141,12 +138,8 @@ pub(super) fn plain_numbers<'a>(mut input: &'a [u8], into: &mut Vec<f64>) -> &'a
         {
             input = rest;
         }
-        let (number, length) = match short_decimal(input) {
-            Some(read) => read,
-            None => match long_decimal(input) {
-                Some(read) => read,
-                None => return input,
-            },
+        let Some((number, length)) = short_decimal(input).or_else(|| long_decimal(input)) else {
+            return input;
         };
         into.push(number);
         input = &input[length..];

@@ -80,66 +80,34 @@ impl ParamGroup {
         Self::Normal,
         Self::Spectrum,
     ];
-
-    /// The name of the most common type of this group.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Integer => "integer",
-            Self::Float => "float",
-            Self::Bool => "bool",
-            Self::String => "string",
-            Self::Texture => "texture",
-            Self::Point2 => "point2",
-            Self::Vector2 => "vector2",
-            Self::Point3 => "point3",
-            Self::Vector3 => "vector3",
-            Self::Normal => "normal",
-            Self::Spectrum => "rgb",
-        }
-    }
 }
 
 impl ParamType {
-    /// Every word that declares a type, aliases included.
-    pub const WORDS: [&str; 17] = [
-        "integer",
-        "float",
-        "bool",
-        "string",
-        "texture",
-        "point2",
-        "vector2",
-        "point3",
-        "point",
-        "vector3",
-        "vector",
-        "normal",
-        "rgb",
-        "color",
-        "xyz",
-        "blackbody",
-        "spectrum",
+    /// Every word that declares a type, each type's own before its aliases.
+    pub const WORDS: [(&str, Self); 17] = [
+        ("integer", Self::Integer),
+        ("float", Self::Float),
+        ("bool", Self::Bool),
+        ("string", Self::String),
+        ("texture", Self::Texture),
+        ("point2", Self::Point2),
+        ("vector2", Self::Vector2),
+        ("point3", Self::Point3),
+        ("point", Self::Point3),
+        ("vector3", Self::Vector3),
+        ("vector", Self::Vector3),
+        ("normal", Self::Normal),
+        ("rgb", Self::Rgb),
+        ("color", Self::Rgb),
+        ("xyz", Self::Xyz),
+        ("blackbody", Self::Blackbody),
+        ("spectrum", Self::Spectrum),
     ];
 
     /// The type that a word declares.
     pub fn from_word(word: &str) -> Option<Self> {
-        Some(match word {
-            "integer" => Self::Integer,
-            "float" => Self::Float,
-            "bool" => Self::Bool,
-            "string" => Self::String,
-            "texture" => Self::Texture,
-            "point2" => Self::Point2,
-            "vector2" => Self::Vector2,
-            "point3" | "point" => Self::Point3,
-            "vector3" | "vector" => Self::Vector3,
-            "normal" => Self::Normal,
-            "rgb" | "color" => Self::Rgb,
-            "xyz" => Self::Xyz,
-            "blackbody" => Self::Blackbody,
-            "spectrum" => Self::Spectrum,
-            _ => return None,
-        })
+        let (_, ty) = Self::WORDS.iter().find(|(own, _)| *own == word)?;
+        Some(*ty)
     }
 
     /// Returns `true` if this text declares a parameter: a type and a name.
@@ -150,13 +118,8 @@ impl ParamType {
 
     /// The word that declares this type.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Rgb => "rgb",
-            Self::Xyz => "xyz",
-            Self::Blackbody => "blackbody",
-            Self::Spectrum => "spectrum",
-            other => other.group().name(),
-        }
+        let found = Self::WORDS.iter().find(|(_, ty)| *ty == self);
+        found.map_or("", |(word, _)| word)
     }
 
     /// The group that it belongs to.

@@ -65,20 +65,44 @@ pub(super) struct OpenFile {
     canonical: PathBuf,
 }
 
-/// Words that pbrt-v4, LuxRender and pbrt-v1 have.
-const FOREIGN: [&str; 12] = [
-    "Option",
-    "Attribute",
-    "ColorSpace",
-    "Import",
-    "LightGroup",
-    "Exterior",
-    "Interior",
-    "PortalShape",
-    "MakeNamedVolume",
-    "MotionBegin",
-    "MotionEnd",
-    "SearchPath",
+/// Words of other renderers, each list with a note on it.
+const FOREIGN: [(&[&str], &str); 3] = [
+    (
+        &V4_WORDS,
+        "this word belongs to pbrt-v4; pbrt-v3 scenes are read here",
+    ),
+    (
+        &[
+            "LightGroup",
+            "Exterior",
+            "Interior",
+            "PortalShape",
+            "MakeNamedVolume",
+            "MotionBegin",
+            "MotionEnd",
+        ],
+        "this word belongs to LuxRender, whose scenes only resemble pbrt's",
+    ),
+    (
+        &["SearchPath"],
+        "this word belongs to pbrt-v1; files are looked for beside the scene",
+    ),
+];
+
+const V4_WORDS: [&str; 4] = ["Option", "Attribute", "ColorSpace", "Import"];
+
+/// The note on a word of another renderer.
+fn foreign(word: &str) -> Option<&'static str> {
+    let mut lists = FOREIGN.iter();
+    let (_, note) = lists.find(|(words, _)| words.contains(&word))?;
+    Some(note)
+}
+
+/// First bytes of files that are no plain text, what they are, and the remedy.
+const UNREADABLE: [(&[u8], &str, &str); 3] = [
+    (b"\xff\xfe", "UTF-16", "save it as UTF-8 or ASCII"),
+    (b"\xfe\xff", "UTF-16", "save it as UTF-8 or ASCII"),
+    (b"\x1f\x8b", "compressed", "unpack it with gunzip"),
 ];
 
 /// Reads directives one by one; an iterator. Problems go to the diagnostics it was given.
@@ -117,11 +141,7 @@ impl<'a> Parser<'a> {
             max_repeated: MAX_REPEATED,
             included: HashMap::new(),
             peeked: None,
-            statement: Span {
-                file: main,
-                start: 0,
-                end: 0,
-            },
+            statement: main.span(0..0),
             include_in_list: None,
         };
         let canonical = path.canonicalize().unwrap_or(path);
@@ -134,30 +154,13 @@ impl<'a> Parser<'a> {
         let mut at = 0;
         if bytes.starts_with(b"\xef\xbb\xbf") {
             at = 3;
-        } else if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
-            let span = Span {
-                file,
-                start: 0,
-                end: 2,
-            };
-            self.report(
-                Diagnostic::error("this file is UTF-16")
-                    .at(span)
-                    .with_help("save it as UTF-8 or ASCII"),
-            );
-            at = bytes.len();
-        } else if bytes.starts_with(b"\x1f\x8b") {
-            let span = Span {
-                file,
-                start: 0,
-                end: 2,
-            };
-            self.report(
-                Diagnostic::error("this file is compressed")
-                    .at(span)
-                    .with_help("unpack it with gunzip"),
-            );
-            at = bytes.len();
+        }
+        for (magic, what, remedy) in UNREADABLE {
+            if bytes.starts_with(magic) {
+                let diagnostic = Diagnostic::error(format!("this file is {what}"));
+                self.report(diagnostic.at(file.span(0..2)).with_help(remedy));
+                at = bytes.len();
+            }
         }
         self.open_paths.insert(canonical.clone());
         self.open.push(OpenFile {
@@ -182,14 +185,9 @@ impl<'a> Parser<'a> {
     /// The next token of the innermost file; `End` at its end.
     pub(super) fn token_of_file(&mut self) -> Token {
         let Some(open) = self.open.last_mut() else {
-            let span = Span {
-                file: FileId(0),
-                start: 0,
-                end: 0,
-            };
             return Token {
                 kind: TokenKind::End,
-                span,
+                span: FileId(0).span(0..0),
                 bytes: Rc::default(),
             };
         };
@@ -203,15 +201,8 @@ impl<'a> Parser<'a> {
             None => (TokenKind::End, bytes.len(), bytes.len()),
         };
         open.at = end;
-        Token {
-            kind,
-            span: Span {
-                file: open.file,
-                start: start as u32,
-                end: end as u32,
-            },
-            bytes,
-        }
+        let span = open.file.span(start as u32..end as u32);
+        Token { kind, span, bytes }
     }
 
     /// Consumes the next token; continues in the including file at the end of a file.
@@ -259,7 +250,7 @@ impl<'a> Parser<'a> {
         let text = String::from_utf8_lossy(token.text());
         is_first
             && self.sources.is_on_disk(token.span.file)
-            && !FOREIGN.contains(&text.as_ref())
+            && foreign(&text).is_none()
             && nearest(&text, WORDS).is_none()
     }
 
@@ -284,19 +275,15 @@ impl<'a> Parser<'a> {
         let text = String::from_utf8_lossy(token.text()).into_owned();
         let diagnostic =
             Diagnostic::error(format!("expected a directive, found {found}")).at(token.span);
-        self.report(match (token.kind, text.as_str()) {
-            (TokenKind::Bare, "Option" | "Attribute" | "ColorSpace" | "Import") => {
+        if token.kind == TokenKind::Bare
+            && let Some(note) = foreign(&text)
+        {
+            if V4_WORDS.contains(&text.as_str()) {
                 self.diagnostics.looks_like_v4();
-                diagnostic.with_note("this word belongs to pbrt-v4; pbrt-v3 scenes are read here")
             }
-            (
-                TokenKind::Bare,
-                "LightGroup" | "Exterior" | "Interior" | "PortalShape" | "MakeNamedVolume"
-                | "MotionBegin" | "MotionEnd",
-            ) => diagnostic
-                .with_note("this word belongs to LuxRender, whose scenes only resemble pbrt's"),
-            (TokenKind::Bare, "SearchPath") => diagnostic
-                .with_note("this word belongs to pbrt-v1; files are looked for beside the scene"),
+            return self.report(diagnostic.with_note(note));
+        }
+        self.report(match (token.kind, text.as_str()) {
             (TokenKind::Bare, _) if number(token.text()).is_some() => {
                 diagnostic.label("one number too many?")
             }
@@ -330,14 +317,10 @@ impl<'a> Parser<'a> {
         };
         let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
         if self.open_paths.contains(&canonical) {
-            self.report(
-                Diagnostic::error(format!(
-                    "files include each other in a circle: {}",
-                    self.circle(&canonical)
-                ))
-                .at(name.span)
-                .label("this file is being read already"),
-            );
+            let circle = self.circle(&canonical);
+            let message = format!("files include each other in a circle: {circle}");
+            let error = Diagnostic::error(message).at(name.span);
+            self.report(error.label("this file is being read already"));
             return Ok(true);
         }
         if self.includes >= MAX_INCLUDES {
@@ -415,14 +398,9 @@ impl<'a> Parser<'a> {
         let Ok(Some(beside)) = beside.resolve(&name.text) else {
             return self.search.directory.join(&name.text);
         };
-        self.report(
-            Diagnostic::warning(format!(
-                "`{}` was found beside the including file only",
-                name.text
-            ))
-            .at(name.span)
-            .with_note("pbrt-v3 looks in the directory of the main scene file"),
-        );
+        let message = format!("`{}` was found beside the including file only", name.text);
+        let warning = Diagnostic::warning(message).at(name.span);
+        self.report(warning.with_note("pbrt-v3 looks in the directory of the main scene file"));
         beside
     }
 
@@ -434,22 +412,15 @@ impl<'a> Parser<'a> {
             .position(|open| open.canonical == canonical)
             .unwrap_or(0);
         let file_name = |path: &Path| {
-            path.file_name()
-                .unwrap_or(path.as_os_str())
-                .to_string_lossy()
-                .into_owned()
+            let name = path.file_name().unwrap_or(path.as_os_str());
+            name.to_string_lossy().into_owned()
         };
-        let members = &self.open[start..];
-        let mut names: Vec<String> = members
-            .iter()
-            .map(|open| file_name(&open.canonical))
-            .collect();
+        let members = self.open[start..].iter();
+        let mut names: Vec<String> = members.map(|open| file_name(&open.canonical)).collect();
         if names.len() > CYCLE_NAMED {
             let left_out = names.len() - CYCLE_NAMED;
-            names.splice(
-                CYCLE_NAMED / 2..names.len() - CYCLE_NAMED / 2,
-                [format!("… {left_out} more …")],
-            );
+            let middle = CYCLE_NAMED / 2..names.len() - CYCLE_NAMED / 2;
+            names.splice(middle, [format!("… {left_out} more …")]);
         }
         names.push(file_name(canonical));
         names.join(" -> ")

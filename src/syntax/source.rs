@@ -4,17 +4,29 @@
 //! its bytes are released, and read again from disk if a message needs an excerpt. Lines and columns are only counted
 //! when a message is printed.
 
-use super::files::SearchFolder;
+use super::files::{SearchFolder, lies_in};
 use crate::files::{self, FileProblem};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::fs::File;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// A file of a [`SourceMap`]. A file included twice has two ids, one per inclusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FileId(pub u32);
+
+impl FileId {
+    /// A location in this file.
+    pub(super) fn span(self, bytes: Range<u32>) -> Span {
+        Span {
+            file: self,
+            start: bytes.start,
+            end: bytes.end,
+        }
+    }
+}
 
 /// A location: the bytes `start..end` of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -177,10 +189,8 @@ impl SourceMap {
     /// The path by which a file was opened.
     pub fn path(&self, file: FileId) -> PathBuf {
         let files = self.files.borrow();
-        files
-            .get(file.0 as usize)
-            .map(|f| f.path.clone())
-            .unwrap_or_default()
+        let source = files.get(file.0 as usize);
+        source.map(|source| source.path.clone()).unwrap_or_default()
     }
 
     /// The folder of a file: where `Include` and file-valued parameters are looked up.
@@ -201,9 +211,8 @@ impl SourceMap {
     /// Returns `true` if a file was read from disk, and not from a pipe or from memory.
     pub fn is_on_disk(&self, file: FileId) -> bool {
         let files = self.files.borrow();
-        files
-            .get(file.0 as usize)
-            .is_some_and(|source| source.on_disk)
+        let source = files.get(file.0 as usize);
+        source.is_some_and(|source| source.on_disk)
     }
 
     /// The `Include` that brought a file in; `None` for a main file.
@@ -225,11 +234,8 @@ impl SourceMap {
         {
             return Some(Rc::clone(bytes));
         }
-        let bytes = Rc::new(
-            read(&source.path)
-                .ok()
-                .filter(|b| b.len() == source.length)?,
-        );
+        let bytes = read(&source.path).ok();
+        let bytes = Rc::new(bytes.filter(|bytes| bytes.len() == source.length)?);
         *reread = Some((file, Rc::clone(&bytes)));
         Some(bytes)
     }
@@ -252,39 +258,27 @@ impl SourceMap {
             .rposition(|&b| b == b'\n')
             .map_or(0, |at| at + 1);
         // Messages mostly come in file order: continue counting from the last one.
-        let (from, lines) = match self.counted.get() {
+        let (from, counted) = match self.counted.get() {
             Some((file, start, lines)) if file == span.file && start <= line_start => {
                 (start, lines)
             }
             _ => (0, 0),
         };
-        let lines = lines
-            + before[from..line_start]
-                .iter()
-                .filter(|&&b| b == b'\n')
-                .count();
+        let breaks = before[from..line_start].iter().filter(|&&b| b == b'\n');
+        let lines = counted + breaks.count();
         self.counted.set(Some((span.file, line_start, lines)));
+        let left = String::from_utf8_lossy(&before[line_start..]);
         Some(Location {
             line: lines + 1,
-            column: String::from_utf8_lossy(&before[line_start..])
-                .chars()
-                .count()
-                + 1,
+            column: left.chars().count() + 1,
         })
     }
 }
 
 /// Returns `true` if `path` is in the folder `within` by its name, and elsewhere by a link.
 fn leaves_by_link(path: &Path, within: &Path) -> bool {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new(".")).canonicalize();
-    let named_there = folder.is_ok_and(|folder| folder.starts_with(within));
-    named_there
-        && path
-            .canonicalize()
-            .is_ok_and(|target| !target.starts_with(within))
+    let target = path.canonicalize();
+    lies_in(path, within) && target.is_ok_and(|target| !target.starts_with(within))
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SourceError> {

@@ -42,11 +42,8 @@ impl Parser<'_> {
                 }
                 TokenKind::Unterminated => {
                     let span = self.peek().span;
-                    self.report(
-                        Diagnostic::error("a string does not end on its line")
-                            .at(span)
-                            .label("the closing quotation mark is missing"),
-                    );
+                    let error = Diagnostic::error("a string does not end on its line").at(span);
+                    self.report(error.label("the closing quotation mark is missing"));
                     return Err(Abandoned);
                 }
                 _ => return Ok(ParamList { params }),
@@ -70,11 +67,9 @@ impl Parser<'_> {
                 return Ok(None);
             }
             let next = self.peek().description();
-            self.report(
-                Diagnostic::error(format!("parameter `{name}` has no value, found {next}"))
-                    .at(declaration.span)
-                    .label(format!("expected {} behind this", expected_items(*ty))),
-            );
+            let message = format!("parameter `{name}` has no value, found {next}");
+            let label = format!("expected {} behind this", expected_items(*ty));
+            self.report(Diagnostic::error(message).at(declaration.span).label(label));
             return Ok(None);
         }
         let (items, value_span) = self.items()?;
@@ -98,22 +93,14 @@ impl Parser<'_> {
         let Name { text, span } = self.quoted(token);
         let mut words = text.split([' ', '\t']).filter(|word| !word.is_empty());
         let (Some(ty), Some(name)) = (words.next(), words.next()) else {
-            self.report(
-                Diagnostic::error(format!(
-                    "expected a parameter's type and name, found \"{text}\""
-                ))
-                .at(span)
-                .label("like \"float radius\""),
-            );
+            let message = format!("expected a parameter's type and name, found \"{text}\"");
+            let error = Diagnostic::error(message).at(span);
+            self.report(error.label("like \"float radius\""));
             return None;
         };
         if words.next().is_some() {
-            self.report(
-                Diagnostic::warning(
-                    "a parameter's declaration has words behind the name; they are ignored",
-                )
-                .at(span),
-            );
+            let message = "a parameter's declaration has words behind the name; they are ignored";
+            self.report(Diagnostic::warning(message).at(span));
         }
         let known = ParamType::from_word(ty);
         if known.is_none() {
@@ -160,13 +147,9 @@ impl Parser<'_> {
                 first.kind,
                 TokenKind::End | TokenKind::Close | TokenKind::Unterminated
             ) {
-                self.report(
-                    Diagnostic::error(format!(
-                        "expected a parameter's value, found {}",
-                        first.description()
-                    ))
-                    .at(first.span),
-                );
+                let found = first.description();
+                let message = format!("expected a parameter's value, found {found}");
+                self.report(Diagnostic::error(message).at(first.span));
                 return Err(Abandoned);
             }
             self.item(&first, &mut items);
@@ -208,12 +191,9 @@ impl Parser<'_> {
                 TokenKind::End => true,
                 TokenKind::Bare => directive_word(token.text()).is_some(),
                 TokenKind::Open | TokenKind::Unterminated => {
-                    let found = token.description();
-                    self.report(
-                        Diagnostic::error(format!("expected a value or `]`, found {found}"))
-                            .at(token.span)
-                            .related(opening.span, "the list starts here"),
-                    );
+                    let message = format!("expected a value or `]`, found {}", token.description());
+                    let error = Diagnostic::error(message).at(token.span);
+                    self.report(error.related(opening.span, "the list starts here"));
                     return Err(Abandoned);
                 }
                 TokenKind::Quoted => false,
@@ -222,20 +202,12 @@ impl Parser<'_> {
                 if let Some(open) = self.open.last_mut() {
                     open.at = before;
                 }
-                self.report(
-                    Diagnostic::error(format!(
-                        "a list is not closed, found {}",
-                        token.description()
-                    ))
-                    .at(opening.span)
-                    .label("this `[` has no `]`")
-                    .related(token.span, "expected `]` before this"),
-                );
-                return Ok(Span {
-                    start: token.span.start,
-                    end: token.span.start,
-                    ..token.span
-                });
+                let message = format!("a list is not closed, found {}", token.description());
+                let error = Diagnostic::error(message).at(opening.span);
+                let error = error.related(token.span, "expected `]` before this");
+                self.report(error.label("this `[` has no `]`"));
+                let start = token.span.start;
+                return Ok(token.span.file.span(start..start));
             }
             self.item(&token, items);
         }
@@ -253,14 +225,9 @@ impl Parser<'_> {
                 }
                 None => {
                     items.spoilt = true;
-                    self.report(
-                        Diagnostic::error(format!(
-                            "expected a value, found {}",
-                            token.description()
-                        ))
-                        .at(token.span)
-                        .label("neither a number nor a string in quotes"),
-                    );
+                    let message = format!("expected a value, found {}", token.description());
+                    let error = Diagnostic::error(message).at(token.span);
+                    self.report(error.label("neither a number nor a string in quotes"));
                 }
             },
         }
@@ -285,12 +252,8 @@ impl Parser<'_> {
             });
         }
         if value.is_nan() {
-            self.report(
-                Diagnostic::error("not a number")
-                    .at(token.span)
-                    .recoverable()
-                    .label("expected a finite number"),
-            );
+            let error = Diagnostic::error("not a number").at(token.span);
+            self.report(error.recoverable().label("expected a finite number"));
             return Some(0.0);
         }
         Some(value)
@@ -307,15 +270,13 @@ impl Parser<'_> {
         if items.spoilt {
             return None;
         }
-        let has = |given: bool, kind: &'static str| given.then_some(kind);
-        let found: Vec<&str> = [
-            has(!items.numbers.is_empty(), "numbers"),
-            has(!items.strings.is_empty(), "strings"),
-            has(!items.bools.is_empty(), "`true` or `false`"),
-        ]
-        .into_iter()
-        .flatten()
-        .collect();
+        let kinds = [
+            (items.numbers.is_empty(), "numbers"),
+            (items.strings.is_empty(), "strings"),
+            (items.bools.is_empty(), "`true` or `false`"),
+        ];
+        let found = kinds.into_iter().filter(|(is_missing, _)| !is_missing);
+        let found: Vec<&str> = found.map(|(_, kind)| kind).collect();
         let fits = match (ty, found.as_slice()) {
             (ParamType::String | ParamType::Texture, given) => given == ["strings"],
             (ParamType::Bool, given) => given == ["strings"] || given == ["`true` or `false`"],
@@ -357,14 +318,9 @@ impl Parser<'_> {
 
     fn boolean(&self, string: &Name) -> bool {
         if !matches!(string.text.as_str(), "true" | "false") {
-            self.report(
-                Diagnostic::warning(format!(
-                    "\"{}\" is neither \"true\" nor \"false\"",
-                    string.text
-                ))
-                .at(string.span)
-                .label("taken for \"false\""),
-            );
+            let message = format!("\"{}\" is neither \"true\" nor \"false\"", string.text);
+            let warning = Diagnostic::warning(message).at(string.span);
+            self.report(warning.label("taken for \"false\""));
         }
         string.text == "true"
     }
@@ -378,46 +334,22 @@ impl Parser<'_> {
         items: Items,
         span: Span,
     ) -> Option<Vec<f64>> {
-        let Items {
-            mut numbers,
-            doubtful,
-            ..
-        } = items;
-        let surplus = numbers.len() % ty.items();
-        if doubtful {
-            numbers.truncate(numbers.len() - surplus);
-            return (!numbers.is_empty()).then_some(numbers);
+        let mut numbers = items.numbers;
+        let count = numbers.len();
+        let (word, each) = (ty.word(), ty.items());
+        let surplus = count % each;
+        if surplus > 0 && !items.doubtful {
+            let (wanted, label) = match (surplus == count, surplus) {
+                (true, _) => ("numbers", "this parameter is ignored"),
+                (_, 1) => ("numbers for each value", "the last one is ignored"),
+                _ => ("numbers for each value", "the last two are ignored"),
+            };
+            let message = format!("`{word} {name}` takes {each} {wanted}, found {count}");
+            self.report(Diagnostic::warning(message).at(span).label(label));
         }
-        if surplus > 0 && surplus == numbers.len() {
-            self.report(
-                Diagnostic::warning(format!(
-                    "`{} {name}` takes {} numbers, found {surplus}",
-                    ty.word(),
-                    ty.items(),
-                ))
-                .at(span)
-                .label("this parameter is ignored"),
-            );
-            return None;
-        }
-        if surplus > 0 {
-            self.report(
-                Diagnostic::warning(format!(
-                    "`{} {name}` takes {} numbers for each value, found {}",
-                    ty.word(),
-                    ty.items(),
-                    numbers.len()
-                ))
-                .at(span)
-                .label(if surplus == 1 {
-                    "the last one is ignored"
-                } else {
-                    "the last two are ignored"
-                }),
-            );
-            numbers.truncate(numbers.len() - surplus);
-        }
-        Some(numbers)
+        numbers.truncate(count - surplus);
+        // An empty list may be what was meant.
+        (count == 0 || !numbers.is_empty()).then_some(numbers)
     }
 }
 
@@ -440,6 +372,6 @@ fn meant_type(word: &str) -> Option<&'static str> {
         "color3" => Some("color"),
         "filename" | "str" => Some("string"),
         "boolean" => Some("bool"),
-        _ => nearest(word, ParamType::WORDS),
+        _ => nearest(word, ParamType::WORDS.map(|(word, _)| word)),
     }
 }

@@ -7,32 +7,21 @@ use std::time::Duration;
 ///
 /// Source: POSIX, `clock_gettime(CLOCK_PROCESS_CPUTIME_ID)`. If there is no such clock (Windows), the wall-clock time
 /// since the first call.
-pub fn processor_time() -> Duration {
-    platform::now()
-}
-
 #[cfg(unix)]
-mod platform {
+pub fn processor_time() -> Duration {
     use rustix::time::{ClockId, clock_gettime};
-    use std::time::Duration;
-
-    pub(super) fn now() -> Duration {
-        let time = clock_gettime(ClockId::ProcessCPUTime);
-        let seconds = u64::try_from(time.tv_sec).unwrap_or(0);
-        Duration::new(seconds, u32::try_from(time.tv_nsec).unwrap_or(0))
-    }
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    let seconds = u64::try_from(time.tv_sec).unwrap_or(0);
+    Duration::new(seconds, u32::try_from(time.tv_nsec).unwrap_or(0))
 }
 
+/// The wall-clock time since the first call, where there is no clock of CPU time.
 #[cfg(not(unix))]
-mod platform {
+pub fn processor_time() -> Duration {
     use std::sync::OnceLock;
-    use std::time::{Duration, Instant};
-
+    use std::time::Instant;
     static START: OnceLock<Instant> = OnceLock::new();
-
-    pub fn now() -> Duration {
-        START.get_or_init(Instant::now).elapsed()
-    }
+    START.get_or_init(Instant::now).elapsed()
 }
 
 #[cfg(test)]

@@ -156,8 +156,7 @@ fn arguments_arrive() {
 
 #[test]
 fn every_type_and_alias_is_read() {
-    for word in ParamType::WORDS {
-        let ty = ParamType::from_word(word).expect("a known word");
+    for (word, ty) in ParamType::WORDS {
         let given = match ty {
             ParamType::Bool => "\"true\"",
             ParamType::String | ParamType::Texture => "[ \"a\" \"b\" ]",

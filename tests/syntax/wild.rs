@@ -56,7 +56,7 @@ fn parameter() -> impl Strategy<Value = (String, Written)> {
         Just(" # a \"comment\" ]\r\n")
     ];
     (
-        proptest::sample::select(ParamType::WORDS.to_vec()),
+        proptest::sample::select(ParamType::WORDS.map(|(word, _)| word).to_vec()),
         "[a-zA-Z_][a-zA-Z0-9_:.]{0,8}",
         proptest::collection::vec(decimal(), 0..12),
         proptest::collection::vec("[ -~]{0,9}", 1..4),

@@ -49,10 +49,8 @@ impl ExposureRange {
 
     /// Each exposure in stops.
     pub fn stops(&self) -> impl Iterator<Item = f32> {
-        let (start, step) = (
-            self.start,
-            (self.stop - self.start) / (self.count - 1).max(1) as f32,
-        );
+        let start = self.start;
+        let step = (self.stop - start) / (self.count - 1).max(1) as f32;
         (0..self.count).map(move |i| start + i as f32 * step)
     }
 }
