@@ -6,7 +6,7 @@ use crate::cli::html::{self, escaped, table};
 use crate::optics::LensReport;
 use crate::optics::analysis::LensAnalysis;
 use crate::optics::analysis::text::meters;
-use crate::optics::report::Pupil;
+use crate::optics::paraxial::Pupil;
 use std::fmt::Write;
 
 /// One image of the report with what is said about it.
