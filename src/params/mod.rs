@@ -54,7 +54,7 @@ pub use named_file::NamedFile;
 pub use reader::{ParamContext, ParamReader};
 pub use spectrum::SpectrumFiles;
 #[cfg(any(test, feature = "internals"))]
-pub use v2::{DIRECTIVES as V2_DIRECTIVES, rows as v2_rows};
+pub use v2::{DIRECTIVES as V2_DIRECTIVES, V2, rows as v2_rows};
 
 use crate::handles::{FloatTextureId, SpectrumTextureId};
 use std::collections::HashMap;

@@ -13,3 +13,4 @@ mod common;
 mod features;
 mod links;
 mod markdown;
+mod v2;

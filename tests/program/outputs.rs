@@ -138,15 +138,15 @@ fn an_image_without_its_folder_is_rescued() {
     assert_eq!(other, b"another's");
 }
 
-/// As little space as a file system can have.
+/// A file system of this many KiB.
 #[cfg(target_os = "linux")]
 struct Small<'a>(&'a Path);
 
 #[cfg(target_os = "linux")]
 impl Small<'_> {
-    fn mount(path: &Path) -> Option<Small<'_>> {
+    fn mount(path: &Path, size: u32) -> Option<Small<'_>> {
         let mount = Command::new("mount")
-            .args(["-t", "tmpfs", "-o", "size=16k", "none"])
+            .args(["-t", "tmpfs", "-o", &format!("size={size}k"), "none"])
             .arg(path)
             .stderr(Stdio::null())
             .status();
@@ -164,37 +164,48 @@ impl Drop for Small<'_> {
     }
 }
 
-/// The disk is full, and the current folder too: the folder for temporary files is the last refuge.
+/// The disk turns out to be full, and the current folder too: the folder for temporary files is the last refuge. One
+/// that is nearly full is told of before anything is rendered.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_image_on_a_full_disk_is_rescued() {
-    let folder = Folder::new();
-    folders(&folder);
-    let here = folder.path("here");
-    let Some(_small) = Small::mount(&here) else {
-        println!("skipped: this user may not mount a small disk");
-        return;
-    };
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(MITCHELL);
-    let run = Command::new(env!("CARGO_BIN_EXE_fstop"))
-        .args(["render", "--spp", "1", "-o", "a.pfm"])
-        .arg(scene)
-        .current_dir(&here)
-        .env("TMPDIR", folder.path("spare"))
-        .output()
-        .expect("the program starts");
-    let said = String::from_utf8_lossy(&run.stderr);
-    assert_eq!(run.status.code(), Some(2), "{said}");
-    assert!(said.contains("a.pfm: cannot write: "), "{said}");
-    assert!(said.contains("spare/a.pfm` instead"), "{said}");
-    let size = folder
-        .path("spare/a.pfm")
-        .metadata()
-        .expect("the image")
-        .len();
-    assert!(size > 64 * 64 * 12);
-    let left: Vec<_> = std::fs::read_dir(&here).expect("a folder").collect();
-    assert!(left.is_empty(), "{left:?}");
+    // 64 × 64 pixels take 48 KiB, and are thought to take at least half of that.
+    for (size, samples, expected) in [
+        (32, "1", ["a.pfm: cannot write: ", "spare/a.pfm` instead"]),
+        (
+            16,
+            "100000000",
+            ["a.pfm: cannot write: 16 KiB are free", "needs about 24"],
+        ),
+    ] {
+        let folder = Folder::new();
+        folders(&folder);
+        let here = folder.path("here");
+        let Some(_small) = Small::mount(&here, size) else {
+            println!("skipped: this user may not mount a small disk");
+            return;
+        };
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(MITCHELL);
+        let run = Command::new(env!("CARGO_BIN_EXE_fstop"))
+            .args(["render", "--spp", samples, "-o", "a.pfm"])
+            .arg(scene)
+            .current_dir(&here)
+            .env("TMPDIR", folder.path("spare"))
+            .output()
+            .expect("the program starts");
+        let said = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(2), "{said}");
+        for part in expected {
+            assert!(said.contains(part), "{said}");
+        }
+        let saved = folder.path("spare/a.pfm").metadata();
+        assert_eq!(
+            saved.is_ok_and(|file| file.len() > 64 * 64 * 12),
+            size == 32
+        );
+        let left: Vec<_> = std::fs::read_dir(&here).expect("a folder").collect();
+        assert!(left.is_empty(), "{left:?}");
+    }
 }
 
 /// Whenever a signal comes, there is a whole image, what there is of one under a name that says so, or none, and
