@@ -60,13 +60,43 @@ impl BsdfFile {
             }
             _ => return Err("it does not start with SCATFUN".into()),
         }
+        let Header {
+            cosines: n,
+            coefficients: count,
+            channels,
+            eta,
+        } = Header::read(bytes)?;
+        let mut rest = words_of_body(bytes);
+        let mut take = |count: usize| rest.by_ref().take(count).collect::<Vec<u32>>();
+        let cosines = checked_cosines(&take(n))?;
+        take(n * n);
+        let series = checked_series(&take(2 * n * n), count, channels)?;
+        let coefficients = checked_coefficients(&take(count))?;
+        Ok(BsdfFile {
+            eta: checked_eta(eta)?,
+            channels,
+            cosines,
+            series,
+            coefficients,
+        })
+    }
+}
+
+/// What the first words say of the rest, which is there.
+struct Header {
+    cosines: usize,
+    coefficients: usize,
+    channels: usize,
+    eta: f32,
+}
+
+impl Header {
+    fn read(bytes: &[u8]) -> Result<Header, String> {
         let found = bytes.len();
         let truncated = |needed| format!("it ends early: {found} bytes, {needed} needed");
-        let header = bytes
-            .get(8..HEADER)
-            .ok_or_else(|| truncated(HEADER as u64))?;
-        // Flags, cosines, coefficients, longest series, channels, bases, three unused words, η.
-        let words: Vec<u32> = words(header).collect();
+        let short = || truncated(HEADER as u64);
+        let words: Vec<u32> = words(bytes.get(8..HEADER).ok_or_else(short)?).collect();
+        // The unused ones: the length of the longest series, and three reserved ones.
         let &[
             flags,
             cosines,
@@ -81,7 +111,7 @@ impl BsdfFile {
             ..,
         ] = &words[..]
         else {
-            return Err(truncated(HEADER as u64));
+            return Err(short());
         };
         if flags != 1 {
             return Err(format!(
@@ -103,19 +133,11 @@ impl BsdfFile {
         if needed > bytes.len() as u128 {
             return Err(truncated(u64::try_from(needed).unwrap_or(u64::MAX)));
         }
-        let (n, count, channels) = (cosines as usize, coefficients as usize, channels as usize);
-        let mut rest = words_of_body(bytes);
-        let mut take = |count: usize| rest.by_ref().take(count).collect::<Vec<u32>>();
-        let cosines = checked_cosines(&take(n))?;
-        take(n * n);
-        let series = checked_series(&take(2 * n * n), count, channels)?;
-        let coefficients = checked_coefficients(&take(count))?;
-        Ok(BsdfFile {
-            eta: checked_eta(f32::from_bits(eta))?,
-            channels,
-            cosines,
-            series,
-            coefficients,
+        Ok(Header {
+            cosines: cosines as usize,
+            coefficients: coefficients as usize,
+            channels: channels as usize,
+            eta: f32::from_bits(eta),
         })
     }
 }

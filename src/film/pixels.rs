@@ -1,14 +1,16 @@
 //! Sample statistics of one pixel.
 
 use super::pairwise::Join;
+#[cfg(test)]
+use super::pairwise::PixelSum;
+#[cfg(test)]
 use crate::math::Rgb;
 use glam::DVec3;
 
-/// Number of samples, their running mean, and the sum of squared deviations from it, per channel.
+/// Number of samples, their mean, and the sum of squared deviations from it, per channel.
 ///
-/// Welford's update (B. P. Welford, Technometrics 4(3), 1962; Knuth, TAOCP vol. 2, 4.2.2) and the pooling of two such
-/// summaries by Chan, Golub and LeVeque ("Updating formulae and a pairwise algorithm for computing sample variances",
-/// 1979). Unlike sums of values and of squares, it does not suffer cancellation when the deviation is small compared
+/// Two such summaries are pooled as by Chan, Golub and LeVeque ("Updating formulae and a pairwise algorithm for computing
+/// sample variances", 1979). Unlike sums of values and of squares, it does not suffer cancellation when the deviation is small compared
 /// with the mean: equal samples have variance exactly 0. In double precision: a million single-precision samples lose
 /// nothing that the file could show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,13 +21,12 @@ pub struct PixelStatistics {
 }
 
 impl PixelStatistics {
-    /// Adds one sample.
-    pub fn add(&mut self, value: Rgb) {
-        let value = value.as_dvec3();
-        self.count += 1;
-        let deviation = value - self.mean;
-        self.mean += deviation / self.count as f64;
-        self.squared_deviations += deviation * (value - self.mean);
+    /// Of these samples.
+    #[cfg(test)]
+    pub(crate) fn of(samples: impl IntoIterator<Item = Rgb>) -> PixelStatistics {
+        let mut sum = PixelSum::default();
+        samples.into_iter().for_each(|sample| sum.add(sample));
+        sum.take()
     }
 
     /// The plain mean of two independent estimates of one pixel, regardless of their sample counts, or the one of them
@@ -95,9 +96,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn of(values: &[Rgb]) -> PixelStatistics {
-        let mut statistics = PixelStatistics::default();
-        values.iter().for_each(|&v| statistics.add(v));
-        statistics
+        PixelStatistics::of(values.iter().copied())
     }
 
     fn two_pass(values: &[Rgb]) -> (DVec3, DVec3) {

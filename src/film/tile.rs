@@ -83,6 +83,7 @@ impl Tile {
     }
 
     /// Like [`add_sample`](Self::add_sample), with a weight per channel.
+    #[inline]
     pub fn add_colored_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: Rgb) -> bool {
         let Some(index) = self.bounds.index(pixel) else {
             return true;
@@ -100,10 +101,7 @@ impl Tile {
         let value = limited * weight;
         let good = radiance.is_finite() && value.is_finite() && y >= MAX_NEGATIVE_LUMINANCE;
         if !good {
-            let sample = self.first_sample + self.pixels[index].count() + self.sum.count();
-            let dropped = Some(DroppedSample { pixel, sample });
-            self.first_dropped = DroppedSample::first(self.first_dropped, dropped);
-            self.dropped += 1;
+            self.drop_next(pixel);
         }
         self.sum.add(if good { value } else { Rgb::ZERO });
         good
@@ -119,7 +117,17 @@ impl Tile {
         self.first_dropped
     }
 
+    #[cold]
+    fn drop_next(&mut self, pixel: UVec2) {
+        let pooled = self.pixels.get(self.open).map_or(0, |p| p.count());
+        let sample = self.first_sample + pooled + self.sum.count();
+        let dropped = Some(DroppedSample { pixel, sample });
+        self.first_dropped = DroppedSample::first(self.first_dropped, dropped);
+        self.dropped += 1;
+    }
+
     /// Pools what has been added to the last pixel.
+    #[inline(never)]
     pub fn close(&mut self) {
         if let Some(pixel) = self.pixels.get_mut(self.open) {
             pixel.join(&self.sum.take());

@@ -1,6 +1,7 @@
 //! Curves on axes, as SVG.
 
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::ops::Range;
 
@@ -157,26 +158,7 @@ impl Chart {
                 .map_err(failure)?;
         }
         for curve in &self.curves {
-            let style = ShapeStyle::from(&curve.color).stroke_width(3 * FINE / 2);
-            let points = curve.points.iter().copied();
-            let series = match dashes(curve.stroke) {
-                None => chart.draw_series(LineSeries::new(points, style)),
-                Some((dash, gap)) => {
-                    chart.draw_series(DashedLineSeries::new(points, dash, gap, style))
-                }
-            }
-            .map_err(failure)?;
-            if curve.name.is_empty() {
-                continue;
-            }
-            let pieces = legend_pieces(curve.stroke);
-            series.label(&curve.name).legend(move |at| {
-                let piece = |i: usize| {
-                    let [a, b] = pieces[i].map(|x| x * FINE as i32);
-                    PathElement::new(vec![(a, 0), (b, 0)], style)
-                };
-                EmptyElement::at(at) + piece(0) + piece(1) + piece(2)
-            });
+            draw_curve(&mut chart, curve)?;
         }
         if let Some(position) = &self.legend {
             chart
@@ -192,6 +174,35 @@ impl Chart {
         }
         Ok(points.map(|p| chart.backend_coord(&p)).collect())
     }
+}
+
+/// The axes of a chart.
+type Axes = Cartesian2d<RangedCoordf64, RangedCoordf64>;
+
+/// Draws a curve, and names it in the legend.
+fn draw_curve<'a, 'b: 'a>(
+    chart: &mut ChartContext<'a, SVGBackend<'b>, Axes>,
+    curve: &Curve,
+) -> Result<(), Failure> {
+    let style = ShapeStyle::from(&curve.color).stroke_width(3 * FINE / 2);
+    let points = curve.points.iter().copied();
+    let series = match dashes(curve.stroke) {
+        None => chart.draw_series(LineSeries::new(points, style)),
+        Some((dash, gap)) => chart.draw_series(DashedLineSeries::new(points, dash, gap, style)),
+    }
+    .map_err(failure)?;
+    if curve.name.is_empty() {
+        return Ok(());
+    }
+    let pieces = legend_pieces(curve.stroke);
+    series.label(&curve.name).legend(move |at| {
+        let piece = |i: usize| {
+            let [a, b] = pieces[i].map(|x| x * FINE as i32);
+            PathElement::new(vec![(a, 0), (b, 0)], style)
+        };
+        EmptyElement::at(at) + piece(0) + piece(1) + piece(2)
+    });
+    Ok(())
 }
 
 /// Lengths of dashes and of the gaps between them, in drawn pixels.

@@ -69,6 +69,28 @@ impl<'a> Content<'a> {
     }
 }
 
+/// What the cross-section shows.
+const OF_CROSS_SECTION: &str = "To scale; light comes from the left. Blue: the beam of the middle of the film; vermilion and green: those of 0.7 \
+             and 1 of half its diagonal (of the image circle, where that is smaller). S stop, F F′ focal points, H H′ principal planes, E E′ entrance and exit pupil (drawn \
+             dashed and dotted), as far as they lie within the image. The darker the glass, the higher its index.";
+
+/// What the curves of ray aberrations show.
+const OF_FANS: &str = "How far from the chief ray the rays of a fan meet the film, for the film height above each pair. The pupil coordinate \
+             is 1 at the rim of the axial beam; curves of vignetted beams are shorter. A straight slope is defocus, an S spherical \
+             aberration, a bowl coma.";
+
+/// What the curve of distortion shows.
+const OF_DISTORTION: &str = "How much farther from the middle of the film the chief ray arrives than without distortion. Negative: barrel; \
+             positive: pincushion.";
+
+/// What the curve of illumination shows.
+const OF_ILLUMINATION: &str = "Light on the film relative to its middle: the projected solid angle of the pupil, traced with all vignetting. A lens \
+             of thin elements without vignetting would follow cos⁴.";
+
+/// What the comparison of pupil samplings shows.
+const OF_SAMPLING: &str = "Part of the rays that get through the lens, for what fstop aims at and for other ways to choose where to aim. \
+             The paraxial exit pupil also misses light off the axis.";
+
 fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
     let figure = |slug, title, svg, caption: String| Figure {
         slug,
@@ -85,10 +107,7 @@ fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failur
             "cross-section",
             "Cross-section",
             cross_section::svg(&bench.lens, bench.film, bench.object),
-            "To scale; light comes from the left. Blue: the beam of the middle of the film; vermilion and green: those of 0.7 \
-             and 1 of half its diagonal (of the image circle, where that is smaller). S stop, F F′ focal points, H H′ principal planes, E E′ entrance and exit pupil (drawn \
-             dashed and dotted), as far as they lie within the image. The darker the glass, the higher its index."
-                .to_string(),
+            OF_CROSS_SECTION.to_string(),
         ),
         figure(
             "spots",
@@ -103,10 +122,7 @@ fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failur
             "fans",
             "Ray aberrations",
             plots::fans(analysis)?,
-            "How far from the chief ray the rays of a fan meet the film, for the film height above each pair. The pupil coordinate \
-             is 1 at the rim of the axial beam; curves of vignetted beams are shorter. A straight slope is defocus, an S spherical \
-             aberration, a bowl coma."
-                .to_string(),
+            OF_FANS.to_string(),
         ),
         figure(
             "mtf",
@@ -122,25 +138,19 @@ fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failur
             "distortion",
             "Distortion",
             plots::distortion(analysis)?,
-            "How much farther from the middle of the film the chief ray arrives than without distortion. Negative: barrel; \
-             positive: pincushion."
-                .to_string(),
+            OF_DISTORTION.to_string(),
         ),
         figure(
             "illumination",
             "Relative illumination",
             plots::illumination(analysis)?,
-            "Light on the film relative to its middle: the projected solid angle of the pupil, traced with all vignetting. A lens \
-             of thin elements without vignetting would follow cos⁴."
-                .to_string(),
+            OF_ILLUMINATION.to_string(),
         ),
         figure(
             "sampling",
             "Pupil sampling",
             plots::pass_fractions(analysis)?,
-            "Part of the rays that get through the lens, for what fstop aims at and for other ways to choose where to aim. \
-             The paraxial exit pupil also misses light off the axis."
-                .to_string(),
+            OF_SAMPLING.to_string(),
         ),
     ];
     if let Some(color) = &analysis.color {

@@ -1,6 +1,7 @@
 //! A log-log chart of error against time.
 
 use crate::cli::lens::chart::{FINE, Failure, failure, svg};
+use plotters::coord::combinators::LogCoord;
 use plotters::prelude::*;
 
 /// A series of points in one color.
@@ -65,33 +66,8 @@ pub(super) fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Fai
             .axis_style(ShapeStyle::from(&BLACK).stroke_width(FINE))
             .draw()
             .map_err(failure)?;
-        for (i, series) in series.iter().enumerate() {
-            let style = ShapeStyle::from(&PALETTE[i % PALETTE.len()]).stroke_width(2 * FINE);
-            let filled = style.filled();
-            let positive = || series.points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0);
-            if series.joined {
-                let line = positive().map(|p| (p.0, p.1));
-                chart
-                    .draw_series(LineSeries::new(line, style))
-                    .map_err(failure)?;
-            }
-            let label = ("sans-serif", TEXT * 4 / 5)
-                .into_font()
-                .color(&PALETTE[i % PALETTE.len()]);
-            let marks = positive().map(|p| {
-                EmptyElement::at((p.0, p.1))
-                    + Circle::new((0, 0), 4 * FINE, filled)
-                    + Text::new(
-                        p.2.clone(),
-                        (6 * FINE as i32, -(6 * FINE as i32)),
-                        label.clone(),
-                    )
-            });
-            chart
-                .draw_series(marks)
-                .map_err(failure)?
-                .label(&series.name)
-                .legend(move |(x, y)| Circle::new((x + 8 * FINE as i32, y), 4 * FINE, filled));
+        for (series, color) in series.iter().zip(PALETTE.iter().cycle()) {
+            draw_series(&mut chart, series, color)?;
         }
         chart
             .configure_series_labels()
@@ -102,6 +78,39 @@ pub(super) fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Fai
             .draw()
             .map_err(failure)
     })
+}
+
+/// The axes of the chart.
+type Axes = Cartesian2d<LogCoord<f64>, LogCoord<f64>>;
+
+/// Draws a series, its marks with their names, and names it in the legend.
+fn draw_series<'a, 'b: 'a>(
+    chart: &mut ChartContext<'a, SVGBackend<'b>, Axes>,
+    series: &Series,
+    color: &RGBColor,
+) -> Result<(), Failure> {
+    let style = ShapeStyle::from(color).stroke_width(2 * FINE);
+    let filled = style.filled();
+    let positive = || series.points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0);
+    if series.joined {
+        let line = positive().map(|p| (p.0, p.1));
+        chart
+            .draw_series(LineSeries::new(line, style))
+            .map_err(failure)?;
+    }
+    let label = ("sans-serif", TEXT * 4 / 5).into_font().color(color);
+    let beside = (6 * FINE as i32, -(6 * FINE as i32));
+    let marks = positive().map(|p| {
+        EmptyElement::at((p.0, p.1))
+            + Circle::new((0, 0), 4 * FINE, filled)
+            + Text::new(p.2.clone(), beside, label.clone())
+    });
+    chart
+        .draw_series(marks)
+        .map_err(failure)?
+        .label(&series.name)
+        .legend(move |(x, y)| Circle::new((x + 8 * FINE as i32, y), 4 * FINE, filled));
+    Ok(())
 }
 
 fn tick(v: f64) -> String {

@@ -46,11 +46,11 @@ impl Render {
         let mut variance = Vec::new();
         let per_group = samples / groups;
         for (i, pixel) in image.bounds.pixels().enumerate() {
-            let mut statistics = PixelStatistics::default();
-            for _ in 0..groups {
+            let group = |_| {
                 let sum: Rgb = (0..per_group).map(|_| draw(pixel, &mut random)).sum();
-                statistics.add(sum / per_group as f32);
-            }
+                sum / per_group as f32
+            };
+            let statistics = PixelStatistics::of((0..groups).map(group));
             image.pixels[i] = statistics.mean().as_vec3();
             variance.push(statistics.variance_of_mean().as_vec3());
         }
