@@ -283,7 +283,11 @@ impl Journal {
     }
 
     fn create(&self, appended: &mut Appended) {
-        let written = output::write(&self.path, &appended.header).map_err(CheckpointError::from);
+        let written = match self.path.exists() {
+            // By another render, meanwhile.
+            true => Err(CheckpointError::InUse(self.path.clone())),
+            false => output::write(&self.path, &appended.header).map_err(CheckpointError::from),
+        };
         match written.and_then(|()| locked(&self.path)) {
             Ok(file) => appended.file = Some(file),
             Err(error) => appended.failed = appended.failed.take().or(Some(error)),

@@ -85,7 +85,7 @@ enum Change {
     PupilSampling(PupilSampling),
     MaxDepth(u32),
     LightChoice(SelectionStrategy),
-    Filter(Filter),
+    Filter(Box<Filter>),
 }
 
 impl Change {
@@ -114,7 +114,7 @@ impl Change {
                     path.light_strategy = *strategy;
                 }
             }
-            Change::Filter(filter) => options.filter = filter.clone(),
+            Change::Filter(filter) => options.filter = (**filter).clone(),
         }
     }
 }
@@ -236,7 +236,7 @@ pub fn candidates(options: &Options, spp: u32, counts: &[u32]) -> Vec<Candidate>
         }
     }
     for (name, filter) in filters(&base.filter) {
-        add(Setting::Filter, name, Change::Filter(filter));
+        add(Setting::Filter, name, Change::Filter(Box::new(filter)));
     }
     candidates
 }
