@@ -191,6 +191,15 @@ mod tests {
         camera(outcome.value)
     }
 
+    fn assert_differentials_are_the_neighbors(c: &Projective) {
+        let lens = Vec2::new(0.3, 0.8);
+        let d = { c.ray(&sample(20.0, 30.0, lens), true) }.differentials;
+        let d = d.unwrap();
+        let x = c.ray(&sample(21.0, 30.0, lens), false).ray;
+        let y = c.ray(&sample(20.0, 31.0, lens), false).ray;
+        assert_eq!((d.rx_o, d.rx_d, d.ry_o, d.ry_d), (x.o, x.d, y.o, y.d));
+    }
+
     #[test]
     fn fov_spans_the_shorter_side_and_raster_runs_down() {
         let c = camera(ProjectiveSpec {
@@ -242,14 +251,7 @@ mod tests {
                 },
                 ..perspective()
             });
-            let lens = Vec2::new(0.3, 0.8);
-            let d = c
-                .ray(&sample(20.0, 30.0, lens), true)
-                .differentials
-                .unwrap();
-            let x = c.ray(&sample(21.0, 30.0, lens), false).ray;
-            let y = c.ray(&sample(20.0, 31.0, lens), false).ray;
-            assert_eq!((d.rx_o, d.rx_d, d.ry_o, d.ry_d), (x.o, x.d, y.o, y.d));
+            assert_differentials_are_the_neighbors(&c);
         }
     }
 
@@ -316,14 +318,7 @@ mod tests {
     fn differentials_of_parallel_rays_are_the_neighboring_pixels_rays() {
         for text in ["", r#""float lensradius" .25 "float focaldistance" 6"#] {
             let c = orthographic(text);
-            let lens = Vec2::new(0.3, 0.8);
-            let d = c
-                .ray(&sample(20.0, 30.0, lens), true)
-                .differentials
-                .unwrap();
-            let x = c.ray(&sample(21.0, 30.0, lens), false).ray;
-            let y = c.ray(&sample(20.0, 31.0, lens), false).ray;
-            assert_eq!((d.rx_o, d.rx_d, d.ry_o, d.ry_d), (x.o, x.d, y.o, y.d));
+            assert_differentials_are_the_neighbors(&c);
         }
     }
 

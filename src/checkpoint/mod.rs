@@ -1,6 +1,6 @@
 //! Checkpoints: what a render has done so far, in a file that survives it.
 //!
-//! A checkpoint (`.fsc`) is a journal: a header that says what it is [of](Identity), then [records](record) of finished
+//! A checkpoint (`.fsc`) is a journal: a header that says what it is [of](Identity), then records of finished
 //! work, only ever appended. A process that is killed loses what it has not appended yet; a cut-off last record is
 //! dropped when the file is opened again. The sums in it are nodes of the image's fixed tree
 //! ([`crate::film`]), so that a resumed render ends in the bits of an undisturbed one.

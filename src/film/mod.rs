@@ -114,8 +114,7 @@ impl Film {
     /// Merges the samples of `tile` into the film.
     ///
     /// A pixel that had no samples yet becomes a bit-for-bit copy of the tile's, so a film assembled from disjoint
-    /// tiles is the same whatever their order and size. If both have samples they are pooled
-    /// ([`pairwise::Join`]).
+    /// tiles is the same whatever their order and size. If both have samples they are pooled.
     pub fn merge(&mut self, mut tile: Tile) {
         tile.close();
         for (pixel, statistics) in tile.iter() {

@@ -3,7 +3,7 @@
 //! A [`Texture`] is first what the scene file says; [`TextureSpecs`] are all of a scene.
 //! [`Textures::compile`] loads the images, moves
 //! mappings to render space and freezes all textures of a scene into one [`Textures`], which
-//! materials and other textures look values up in by [`FloatInput`] and
+//! materials and other textures look values up in by [`FloatInput`](crate::inputs::FloatInput) and
 //! [`SpectrumInput`](crate::inputs::SpectrumInput).
 //! Float- and spectrum-valued textures share their code through [`TextureValue`].
 //!
