@@ -137,6 +137,11 @@ fn citations_are_found() {
     );
 }
 
+/// The text of the document that the source cites.
+pub(crate) fn scene_language() -> String {
+    std::fs::read_to_string(root().join("docs/scene-language.md")).expect("the document")
+}
+
 /// What the source cites of the scene language is there.
 #[test]
 fn every_section_that_is_cited_exists() {

@@ -4,8 +4,7 @@ use fstop::params::{V2, V2_DIRECTIVES, v2_rows};
 
 #[test]
 fn the_appendix_of_the_language_names_every_row() {
-    let document = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/scene-language.md");
-    let document = std::fs::read_to_string(document).expect("the document");
+    let document = super::links::scene_language();
     let (_, appendix) = document.split_once("## Appendix A").expect("an appendix");
     for directive in V2_DIRECTIVES {
         assert!(!v2_rows(directive).is_empty(), "{directive}");
