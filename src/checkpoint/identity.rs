@@ -20,19 +20,26 @@ impl Identity {
     pub fn differences(&self, checkpoint: &Identity) -> Vec<String> {
         let mut found = Vec::new();
         if self.program != checkpoint.program {
-            let (now, then) = (&self.program, &checkpoint.program);
+            let (now, then) = (&self.program, checkpoint.program.escape_debug());
             found.push(format!("this is {now}, the checkpoint is by {then}"));
         }
         for (name, now, then) in both(&self.files, &checkpoint.files) {
             match (now, then) {
                 (Some(_), Some(_)) => found.push(format!("the file `{name}` has changed")),
                 (Some(_), None) => found.push(format!("the scene now reads `{name}` too")),
-                (None, _) => found.push(format!("the scene no longer reads `{name}`")),
+                (None, _) => {
+                    let name = name.escape_debug();
+                    found.push(format!("the scene no longer reads `{name}`"));
+                }
             }
         }
         for (name, now, then) in both(&self.settings, &checkpoint.settings) {
             let [now, then] = [now, then].map(|value| value.map_or("not given", String::as_str));
-            found.push(format!("{name} is {now}, the checkpoint's is {then}"));
+            let then = then.escape_debug();
+            found.push(format!(
+                "{} is {now}, the checkpoint's is {then}",
+                name.escape_debug()
+            ));
         }
         found
     }

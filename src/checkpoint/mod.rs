@@ -78,6 +78,8 @@ pub struct Journal {
     path: PathBuf,
     after: Duration,
     every: Duration,
+    /// Whether the file there is to make room.
+    replaces: bool,
     /// Of what was whole when it was opened.
     end: u64,
     opened: Instant,
@@ -105,7 +107,9 @@ struct Appended {
     /// What a new file starts with.
     header: Vec<u8>,
     waiting: Vec<u8>,
-    /// After it nothing more is written.
+    /// After an error, until the next interval.
+    blocked: bool,
+    /// The first error.
     failed: Option<CheckpointError>,
 }
 
@@ -121,19 +125,68 @@ impl Journal {
         after: Duration,
         every: Duration,
     ) -> Result<Journal, CheckpointError> {
+        let mut journal = Journal::begin(path, identity, after, every)?;
+        if !path.exists() {
+            output::check(path)?;
+            if after.is_zero() {
+                journal.create(&mut journal.lock());
+                let failed = journal.lock().failed.take();
+                failed.map_or(Ok(()), Err)?;
+            }
+            return Ok(journal);
+        }
+        if !path.is_file() {
+            return Err(CheckpointError::Foreign(path.to_owned()));
+        }
+        let failed = |source| CheckpointError::at(path, source);
+        let file = locked(path)?;
+        let reader = BufReader::new(file.try_clone().map_err(failed)?);
+        let found = journal.read(reader).map_err(failed)?;
+        let found = found.ok_or_else(|| CheckpointError::Foreign(path.to_owned()))?;
+        let differences = identity.differences(&found);
+        if differences.is_empty() {
+            // Only now: the file of another render stays as it is.
+            file.set_len(journal.end).map_err(failed)?;
+            journal.lock().file = Some(file);
+            return Ok(journal);
+        }
+        if journal.resumes() {
+            let path = path.to_owned();
+            return Err(CheckpointError::Differs { path, differences });
+        }
+        // There is no work in it.
+        Journal::replacing(path, identity, after, every)
+    }
+
+    /// As [`Journal::open`], but what is at `path` is replaced when there is something to keep.
+    ///
+    /// # Errors
+    /// A file that cannot be made.
+    pub fn replacing(
+        path: &Path,
+        identity: &Identity,
+        after: Duration,
+        every: Duration,
+    ) -> Result<Journal, CheckpointError> {
+        Ok(Journal {
+            replaces: true,
+            ..Journal::begin(path, identity, after, every)?
+        })
+    }
+
+    fn begin(
+        path: &Path,
+        identity: &Identity,
+        after: Duration,
+        every: Duration,
+    ) -> Result<Journal, CheckpointError> {
         let failed = |source| CheckpointError::at(path, source);
         let header = serde_json::to_vec(identity).map_err(|error| failed(error.into()))?;
         let header = [MAGIC, &record::framed(&header)].concat();
-        let exists = path.exists();
-        if !exists {
-            output::check(path)?;
-            if after.is_zero() {
-                output::write(path, &header)?;
-            }
-        }
-        let mut journal = Journal {
+        Ok(Journal {
             path: path.to_owned(),
             after,
+            replaces: false,
             every: every.max(Duration::from_millis(1)),
             end: 0,
             opened: Instant::now(),
@@ -145,25 +198,10 @@ impl Journal {
                 file: None,
                 header,
                 waiting: Vec::new(),
+                blocked: false,
                 failed: None,
             }),
-        };
-        if !exists && !after.is_zero() {
-            return Ok(journal);
-        }
-        let file = locked(path)?;
-        let reader = BufReader::new(file.try_clone().map_err(failed)?);
-        let found = journal.read(reader).map_err(failed)?;
-        let found = found.ok_or_else(|| CheckpointError::Foreign(path.to_owned()))?;
-        let differences = identity.differences(&found);
-        if !differences.is_empty() {
-            let path = path.to_owned();
-            return Err(CheckpointError::Differs { path, differences });
-        }
-        // Only now: the file of another render stays as it is.
-        file.set_len(journal.end).map_err(failed)?;
-        journal.lock().file = Some(file);
-        Ok(journal)
+        })
     }
 
     /// Reads all that is whole. `None` if it is no checkpoint.
@@ -182,9 +220,10 @@ impl Journal {
         while let Some(body) = next(&mut file)? {
             let (start, length) = (self.end + 4, body.len());
             match Record::read(&mut &body[..]) {
-                Some(Record::Work { unit, .. }) => {
+                Some(Record::Work { unit, done }) if done > unit.samples.start => {
                     self.units.insert(unit, Place { start, length });
                 }
+                Some(Record::Work { .. }) => {}
                 Some(Record::Plan { pass, counts }) => drop(self.plans.insert(pass, counts)),
                 Some(Record::Spent(milliseconds)) => {
                     self.spent = Duration::from_millis(milliseconds);
@@ -229,7 +268,8 @@ impl Journal {
         (samples.start..=samples.end)
             .contains(&done)
             .then_some(())?;
-        Some((done, record::read_tiles(&mut bytes, blank)?))
+        let tiles = record::read_tiles(&mut bytes, blank)?;
+        bytes.is_empty().then_some((done, tiles))
     }
 
     /// How many intervals have passed.
@@ -243,9 +283,9 @@ impl Journal {
         self.work(unit, done, std::slice::from_ref(tile), false);
     }
 
-    /// Keeps what there is of a unit under way, at once.
-    pub fn under_way(&self, unit: &Unit, done: u32, nodes: &[Tile]) {
-        self.work(unit, done, nodes, true);
+    /// Keeps what there is of a unit under way; `at_once`, or when the rest is written.
+    pub fn under_way(&self, unit: &Unit, done: u32, nodes: &[Tile], at_once: bool) {
+        self.work(unit, done, nodes, at_once);
     }
 
     fn work(&self, unit: &Unit, done: u32, tiles: &[Tile], at_once: bool) {
@@ -265,8 +305,14 @@ impl Journal {
     }
 
     fn append(&self, body: &[u8], at_once: bool) {
+        if body.len() > LONGEST as usize {
+            return;
+        }
         let mut appended = self.lock();
         if appended.file.is_none() {
+            if appended.failed.is_some() {
+                return;
+            }
             if self.opened.elapsed() < self.after {
                 return;
             }
@@ -275,6 +321,8 @@ impl Journal {
         appended.waiting.extend(record::framed(body));
         let interval = self.interval();
         let is_due = self.synced.fetch_max(interval, Relaxed) < interval;
+        // A disk that was full may have room again.
+        appended.blocked &= !is_due;
         if at_once || is_due {
             self.sync(&mut appended);
         } else if appended.waiting.len() > COLLECTED {
@@ -283,7 +331,7 @@ impl Journal {
     }
 
     fn create(&self, appended: &mut Appended) {
-        let written = match self.path.exists() {
+        let written = match self.path.exists() && !self.replaces {
             // By another render, meanwhile.
             true => Err(CheckpointError::InUse(self.path.clone())),
             false => output::write(&self.path, &appended.header).map_err(CheckpointError::from),
@@ -300,11 +348,11 @@ impl Journal {
         let spent = Record::Spent(spent.as_millis() as u64).store(&[]);
         appended.waiting.extend(record::framed(&spent));
         appended.write(&self.path);
-        if let (None, Some(file)) = (&appended.failed, &appended.file) {
-            let synced = file.sync_data();
-            appended.failed = synced
-                .err()
-                .map(|error| CheckpointError::at(&self.path, error));
+        if let Some(file) = &appended.file
+            && let Err(error) = file.sync_data()
+        {
+            let error = CheckpointError::at(&self.path, error);
+            appended.failed = appended.failed.take().or(Some(error));
         }
     }
 
@@ -337,21 +385,33 @@ impl Journal {
 
 impl Appended {
     fn write(&mut self, path: &Path) {
-        if let (None, Some(file)) = (&self.failed, &mut self.file) {
-            let written = file.seek(SeekFrom::End(0)).map(drop);
-            let written = written.and_then(|()| file.write_all(&self.waiting));
-            self.failed = written.err().map(|error| CheckpointError::at(path, error));
+        if let (false, Some(file)) = (self.blocked, &mut self.file)
+            && let Err(error) = append_whole(file, &self.waiting)
+        {
+            self.blocked = true;
+            let error = CheckpointError::at(path, error);
+            self.failed = self.failed.take().or(Some(error));
         }
         self.waiting.clear();
     }
 }
 
-/// An existing file, for this process alone.
+/// Appends all of `bytes`, or nothing.
+fn append_whole(file: &mut File, bytes: &[u8]) -> io::Result<()> {
+    let end = file.seek(SeekFrom::End(0))?;
+    file.write_all(bytes).or_else(|error| {
+        file.set_len(end)?;
+        Err(error)
+    })
+}
+
+/// An existing file, for this process alone where the file system can tell.
 fn locked(path: &Path) -> Result<File, CheckpointError> {
     let file = { OpenOptions::new() }.read(true).write(true).open(path);
     let file = file.map_err(|source| CheckpointError::at(path, source))?;
     match file.try_lock() {
         Ok(()) => Ok(file),
+        Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(file),
         Err(TryLockError::WouldBlock) => Err(CheckpointError::InUse(path.to_owned())),
         Err(TryLockError::Error(source)) => Err(CheckpointError::at(path, source)),
     }

@@ -33,6 +33,22 @@ pub(super) struct CheckpointArgs {
 }
 
 impl CheckpointArgs {
+    /// Refuses a checkpoint that an image would be written over.
+    pub(super) fn check(&self, outputs: &[Outputs]) -> Result<(), String> {
+        let place = |path: &Path| std::path::absolute(path).ok();
+        let images = || outputs.iter().flat_map(Outputs::paths);
+        for number in 1..=outputs.len() {
+            let Some(path) = &self.checkpoint else { break };
+            let path = crate::output::numbered(path, number);
+            let meets = |image: &Path| place(image) == place(&path);
+            if images().any(|image| meets(image) || meets(&partial(image))) {
+                let path = path.display();
+                return Err(format!("--checkpoint {path}: an image is written there"));
+            }
+        }
+        Ok(())
+    }
+
     /// The checkpoint of one frame, if it is to have one. Pipes and devices have nothing beside them.
     pub(super) fn of_frame(&self, outputs: &Outputs, number: usize) -> Option<Checkpoint> {
         let image = outputs.image();
@@ -69,7 +85,6 @@ pub(super) fn partial(path: &Path) -> PathBuf {
 pub(super) fn listen(stop: &Arc<AtomicBool>) {
     use signal_hook::consts::{SIGINT, SIGTERM};
     use signal_hook::flag;
-    let ends = flag::register_conditional_shutdown(SIGINT, LOST.into(), Arc::clone(stop));
     #[cfg(unix)]
     let signals = {
         use signal_hook::consts::{SIGHUP, SIGUSR1};
@@ -77,12 +92,29 @@ pub(super) fn listen(stop: &Arc<AtomicBool>) {
     };
     #[cfg(not(unix))]
     let signals = [SIGINT, SIGTERM];
-    let registered = signals.map(|signal| flag::register(signal, Arc::clone(stop)));
-    if ends.is_err() || registered.iter().any(Result::is_err) {
+    let ignored = ignored_signals();
+    let is_heard = |signal: &i32| ignored >> (signal - 1) & 1 == 0;
+    let ends = match is_heard(&SIGINT) {
+        true => flag::register_conditional_shutdown(SIGINT, LOST.into(), Arc::clone(stop)).is_ok(),
+        false => true,
+    };
+    let registered = { signals.into_iter() }
+        // Such as by `nohup`, whose user wants the render to go on.
+        .filter(is_heard)
+        .map(|signal| flag::register(signal, Arc::clone(stop)));
+    if !ends || registered.collect::<Vec<_>>().iter().any(Result::is_err) {
         messages::warning(
             "signals cannot be caught: an interrupted render goes on from its checkpoint only",
         );
     }
+}
+
+/// The signals that the program was started to ignore, a bit each; none where that is not known.
+fn ignored_signals() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = { status.lines() }.find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or_default()
 }
 
 /// What a render says of its checkpoint before it starts.

@@ -15,6 +15,7 @@ use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Examples for the long help.
@@ -203,12 +204,16 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, End> {
     };
     // All of them before the first is rendered: a misspelled folder should not be noticed after a night's work.
     let (outputs, problems) = scene.outputs(&names)?;
+    args.checkpoint.check(&outputs)?;
     args.print(&problems);
     scene.check_later_frames(options.threads)?;
     if args.variance && !args.quiet && !outputs.iter().any(Outputs::keep_variances) {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
     for ((frame, outputs), number) in { scene.into_frames() }.into_iter().zip(&outputs).zip(1..) {
+        if { options.stop.as_ref() }.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            return Err(End::Interrupted { kept: false });
+        }
         options.checkpoint = args.checkpoint.of_frame(outputs, number);
         let of_frame = render_frame(args, &options, frame, number, outputs)?;
         flaws.passed += of_frame.passed;
@@ -296,9 +301,11 @@ fn clean_up(frame: &Prepared, outputs: &Outputs) {
     if let Err(error) = frame.forget() {
         messages::warning(error);
     }
-    for path in outputs.paths().map(checkpoint::partial) {
-        // Usually there is none.
-        let _ = std::fs::remove_file(path);
+    // Only what this render has left behind: the name may be somebody else's.
+    if frame.resumes().is_some() || !frame.replaced().is_empty() {
+        for path in outputs.paths().map(checkpoint::partial) {
+            let _ = std::fs::remove_file(path);
+        }
     }
 }
 
@@ -309,7 +316,9 @@ fn interrupted(args: &RenderArgs, frame: &Prepared, rendered: &Rendered, outputs
         messages::error(error);
     }
     let mut written = Vec::new();
-    for path in outputs.paths().map(checkpoint::partial) {
+    let has_samples = rendered.samples > 0.0;
+    let partial = { outputs.paths() }.map(checkpoint::partial);
+    for path in partial.filter(|_| has_samples) {
         match rendered.write(&path) {
             Ok(()) => written.push(path.display().to_string()),
             Err(error) => messages::error(error),

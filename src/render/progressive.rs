@@ -87,7 +87,7 @@ pub fn render_until(
         }
         let plan = || passes.plan(goal, error, time_left, started.elapsed(), most);
         let next = match progress.journal().filter(|_| deadline.is_some()) {
-            Some(journal) => planned_once(journal, number, plan),
+            Some(journal) => planned_once(journal, number, &passes.counts(), most, plan),
             None => plan(),
         };
         // No further pass fits into the time.
@@ -109,9 +109,17 @@ fn ended_early(progress: &Progress) -> Ended {
 fn planned_once(
     journal: &Journal,
     pass: u32,
+    have: &[Vec<u32>; 2],
+    most: u32,
     plan: impl FnOnce() -> [Vec<u32>; 2],
 ) -> [Vec<u32>; 2] {
-    if let Some(counts) = journal.plan(pass) {
+    let fits = |counts: &&[Vec<u32>; 2]| {
+        let halves = || counts.iter().zip(have);
+        halves().all(|(next, have)| next.len() == have.len()) && { halves() }
+            .flat_map(|(next, have)| next.iter().zip(have))
+            .all(|(next, have)| (*have..=most.max(*have)).contains(next))
+    };
+    if let Some(counts) = journal.plan(pass).filter(fits) {
         return counts.clone();
     }
     let counts = plan();

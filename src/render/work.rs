@@ -31,7 +31,13 @@ pub(super) fn work(
     let blank = || film.tile(bounds);
     let journal = progress.journal();
     let restored = journal.and_then(|journal| journal.restore(unit, blank));
+    let is_tree = |(done, nodes): &(u32, Vec<Tile>)| match *done == end {
+        true => nodes.len() == 1,
+        false => nodes.len() == (done - start).div_ceil(BLOCK).count_ones() as usize,
+    };
+    let restored = restored.filter(is_tree);
     let (mut done, nodes) = restored.unwrap_or((start, Vec::new()));
+    let mut kept_until = done;
     let count_of = |samples: u32| bounds.area() as u64 * u64::from(samples);
     progress.advance(count_of(done - start));
     let mut blocks = Pairwise::of(nodes, (done - start).div_ceil(BLOCK));
@@ -42,8 +48,8 @@ pub(super) fn work(
     let mut kept = interval();
     while done < end {
         if progress.is_stopped() {
-            if let Some(journal) = journal {
-                journal.under_way(unit, done, blocks.nodes());
+            if let Some(journal) = journal.filter(|_| done > kept_until) {
+                journal.under_way(unit, done, blocks.nodes(), false);
             }
             return Worked::Stopped(blocks.take(None).unwrap_or_else(blank));
         }
@@ -58,8 +64,8 @@ pub(super) fn work(
             && done < end
             && interval() > kept
         {
-            kept = interval();
-            journal.under_way(unit, done, blocks.nodes());
+            (kept, kept_until) = (interval(), done);
+            journal.under_way(unit, done, blocks.nodes(), true);
         }
     }
     let tile = blocks.take(None).unwrap_or_else(blank);

@@ -1,11 +1,12 @@
 //! What an image depends on, so that a checkpoint is continued by the render that it is of, and by no other.
 
 use super::{ReadOptions, RenderOptions};
-use crate::checkpoint::Identity;
-use crate::files;
+use crate::film::FilmSpec;
 use crate::syntax::{FileId, SourceMap};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
 
 /// The settings of reading that change bits, under the names of their options.
 pub(super) fn of_reading(options: &ReadOptions) -> BTreeMap<String, String> {
@@ -23,17 +24,19 @@ pub(super) fn of_reading(options: &ReadOptions) -> BTreeMap<String, String> {
     named(settings)
 }
 
-/// The identity of a frame of the scene in `sources`, which is called `name`.
-pub(super) fn of_frame(
-    name: &str,
+/// The settings that change the bits of a frame's image.
+pub(super) fn settings(
     number: usize,
-    sources: &SourceMap,
+    film: &FilmSpec,
     reading: &BTreeMap<String, String>,
     options: &RenderOptions,
-) -> Identity {
-    let numbers = |values: [f64; 4]| values.map(|value| value.to_string()).join(",");
+) -> BTreeMap<String, String> {
     let settings = named([
         ("frame", Some(number.to_string())),
+        (
+            "the film",
+            Some(format!("{} {:?}", film.resolution, film.crop_window)),
+        ),
         ("--spp", options.spp.map(|spp| spp.to_string())),
         ("--error", options.error.map(|error| error.to_string())),
         (
@@ -41,31 +44,39 @@ pub(super) fn of_frame(
             options.time.map(|time| time.as_secs_f64().to_string()),
         ),
         ("--seed", Some(options.seed.to_string())),
-        ("--crop", options.crop.map(numbers)),
-        ("--cropwindow", options.default_crop.map(numbers)),
         ("--quick", Some(options.quick.to_string())),
         ("--tile-size", Some(options.tile_size.to_string())),
     ]);
-    let hash = |bytes: &[u8]| {
-        let digest = Sha256::digest(bytes);
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
-    };
+    settings.into_iter().chain(reading.clone()).collect()
+}
+
+/// SHA-256 of all files of a scene called `name`, each under the name that the scene gives it; of files in different
+/// folders under the same name all hashes.
+pub(super) fn files(name: &str, sources: &SourceMap) -> BTreeMap<String, String> {
     // A file that has gone meanwhile, or that never could be read, differs from every other.
     let unreadable = || "unreadable".to_string();
     let main = sources.bytes(FileId(0));
-    let main = main.map_or_else(unreadable, |bytes| hash(&bytes));
-    let named = sources.named_files().into_iter().map(|(name, path)| {
-        let bytes = files::read(&path, u64::MAX);
-        (
-            name,
-            bytes.map_or_else(|_| unreadable(), |bytes| hash(&bytes)),
-        )
-    });
-    Identity {
-        program: format!("fstop {}", env!("CARGO_PKG_VERSION")),
-        files: named.chain([(name.to_string(), main)]).collect(),
-        settings: settings.into_iter().chain(reading.clone()).collect(),
+    let main = main.map_or_else(unreadable, |bytes| hex(&Sha256::digest(&*bytes)));
+    let mut all = BTreeMap::from([(name.to_string(), main)]);
+    for (name, path) in sources.named_files() {
+        let hash = hash_of(&path).unwrap_or_else(|_| unreadable());
+        let entry = all.entry(name).or_default();
+        *entry = format!("{entry} {hash}").trim().to_string();
     }
+    all
+}
+
+fn hash_of(path: &Path) -> std::io::Result<String> {
+    let mut hasher = Sha256::new();
+    if !path.is_file() {
+        return Err(std::io::ErrorKind::InvalidInput.into());
+    }
+    std::io::copy(&mut File::open(path)?, &mut hasher)?;
+    Ok(hex(&hasher.finalize()))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn named<const N: usize>(settings: [(&str, Option<String>); N]) -> BTreeMap<String, String> {

@@ -17,12 +17,13 @@ pub use problems::Problems;
 pub use rendered::{DroppedSamples, Rendered};
 
 use crate::build::{self, PreparedScene};
-use crate::checkpoint::{CheckpointError, Journal};
+use crate::checkpoint::{CheckpointError, Identity, Journal};
 use crate::film;
 use crate::params::{Dialect, NamedFile};
 use crate::render::Step;
 use crate::scene::{self, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -88,12 +89,16 @@ impl Scene {
 
     /// The images that the file describes; nearly always one.
     pub fn into_frames(self) -> Vec<Frame> {
+        let files = Rc::default();
         let frame = |(number, frame)| Frame {
-            name: self.name.clone(),
-            number,
-            sources: Rc::clone(&self.sources),
-            policy: self.policy,
-            reading: self.reading.clone(),
+            about: About {
+                name: self.name.clone(),
+                number,
+                sources: Rc::clone(&self.sources),
+                policy: self.policy,
+                reading: self.reading.clone(),
+                files: Rc::clone(&files),
+            },
             frame,
         };
         (1..).zip(self.frames).map(frame).collect()
@@ -159,11 +164,7 @@ impl Scene {
 
 /// One image of a scene.
 pub struct Frame {
-    name: String,
-    number: usize,
-    sources: Rc<SourceMap>,
-    policy: Policy,
-    reading: BTreeMap<String, String>,
+    about: About,
     frame: scene::Frame,
 }
 
@@ -185,50 +186,67 @@ impl Frame {
     /// without a pixel; threads that the system does not give.
     pub fn prepare(mut self, options: &RenderOptions) -> Result<Prepared, Problems> {
         options.apply(&mut self.frame).map_err(Problems::one)?;
-        let (journal, replaced) = self
-            .journal(options)
-            .map_err(|e| Problems::one(e.to_string()))?;
-        let (frame, seed) = (self.frame, options.seed);
+        let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
-        let (scene, diagnostics) =
-            on_threads(options.threads, || build::build(frame, seed)).map_err(Problems::one)?;
-        let problems = Problems::new(&diagnostics, &self.sources, self.policy);
-        match scene.filter(|_| !problems.refused()) {
-            Some(scene) => Ok(Prepared {
-                name: self.name,
-                scene,
-                scene_options,
-                options: options.clone(),
-                problems,
-                journal,
-                replaced,
-            }),
-            None => Err(problems),
-        }
+        let built = on_threads(options.threads, || build::build(frame, options.seed));
+        let (scene, diagnostics) = built.map_err(Problems::one)?;
+        let problems = Problems::new(&diagnostics, &about.sources, about.policy);
+        let Some(scene) = scene.filter(|_| !problems.refused()) else {
+            return Err(problems);
+        };
+        // Last, so that no checkpoint gives way to a render that never starts.
+        let journal = about.journal(&scene_options, options);
+        let (journal, replaced) = journal.map_err(|error| Problems::one(error.to_string()))?;
+        Ok(Prepared {
+            name: about.name,
+            scene,
+            scene_options,
+            options: options.clone(),
+            problems,
+            journal,
+            replaced,
+        })
     }
+}
 
+/// What is known of a frame besides its contents.
+struct About {
+    name: String,
+    number: usize,
+    sources: Rc<SourceMap>,
+    policy: Policy,
+    reading: BTreeMap<String, String>,
+    /// Hashes of the scene's files, once they are needed: all frames were read from the same.
+    files: Rc<OnceCell<BTreeMap<String, String>>>,
+}
+
+impl About {
     /// The checkpoint, and what was wrong with the one that it replaces.
     fn journal(
         &self,
+        scene: &scene::options::Options,
         options: &RenderOptions,
     ) -> Result<(Option<Journal>, Vec<String>), CheckpointError> {
         let Some(checkpoint) = &options.checkpoint else {
             return Ok((None, Vec::new()));
         };
-        let Frame {
-            name,
-            number,
-            sources,
-            reading,
-            ..
-        } = self;
-        let identity = identity::of_frame(name, *number, sources, reading, options);
-        let open = |after| Journal::open(&checkpoint.path, &identity, after, checkpoint.every);
-        match open(checkpoint.after) {
-            Err(CheckpointError::Differs { path, differences }) if !checkpoint.required => {
-                std::fs::remove_file(&path)
-                    .map_err(|source| CheckpointError::Io { path, source })?;
-                Ok((Some(open(checkpoint.after)?), differences))
+        let identity = Identity {
+            program: format!("fstop {}", env!("CARGO_PKG_VERSION")),
+            files: { &self.files }
+                .get_or_init(|| identity::files(&self.name, &self.sources))
+                .clone(),
+            settings: identity::settings(self.number, &scene.film, &self.reading, options),
+        };
+        let (path, every) = (&checkpoint.path, checkpoint.every);
+        // Passes that the clock has planned are continued only if all of them are known.
+        let after = match options.time {
+            Some(_) => Duration::ZERO,
+            None => checkpoint.after,
+        };
+        match Journal::open(path, &identity, after, every) {
+            Err(CheckpointError::Differs { differences, .. }) if !checkpoint.required => {
+                let journal = Journal::replacing(path, &identity, after, every)?;
+                Ok((Some(journal), differences))
             }
             opened => Ok((Some(opened?), Vec::new())),
         }

@@ -2,7 +2,7 @@
 
 use crate::files::FileProblem;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
@@ -14,7 +14,7 @@ pub struct SearchFolder {
     /// The only folder, absolute and without links, that files may be in (`--files-within`).
     pub within: Option<PathBuf>,
     /// What was found, by the name that the scene gives it.
-    pub(super) found: Rc<RefCell<BTreeMap<String, PathBuf>>>,
+    pub(super) found: Rc<RefCell<BTreeSet<(String, PathBuf)>>>,
 }
 
 impl SearchFolder {
@@ -57,7 +57,7 @@ impl SearchFolder {
         };
         if let Some(path) = &path {
             let mut found = self.found.borrow_mut();
-            found.insert(name.to_owned(), path.clone());
+            found.insert((name.to_owned(), path.clone()));
         }
         Ok(path)
     }

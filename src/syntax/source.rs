@@ -7,7 +7,7 @@
 use super::files::{SearchFolder, lies_in};
 use crate::files::{self, FileProblem};
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -102,7 +102,7 @@ pub struct SourceMap {
     within: Option<PathBuf>,
     files: RefCell<Vec<SourceFile>>,
     /// See [`SourceMap::named_files`].
-    found: Rc<RefCell<BTreeMap<String, PathBuf>>>,
+    found: Rc<RefCell<BTreeSet<(String, PathBuf)>>>,
     /// The last file read again for an excerpt: messages about one file tend to be adjacent.
     reread: RefCell<Option<(FileId, Rc<Vec<u8>>)>>,
     /// The last location whose line was counted: file, start of the line, number of line breaks before it.
@@ -204,7 +204,7 @@ impl SourceMap {
     }
 
     /// The files that the scene has named, by those names.
-    pub fn named_files(&self) -> BTreeMap<String, PathBuf> {
+    pub fn named_files(&self) -> BTreeSet<(String, PathBuf)> {
         self.found.borrow().clone()
     }
 

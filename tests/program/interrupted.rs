@@ -203,5 +203,16 @@ fn a_checkpoint_that_cannot_be_made_is_refused_first() {
     let run = render(LENS, &output, &["--spp", "1000000", "--checkpoint", &name]);
     assert_eq!(run.code, 2, "{}", run.stderr);
     assert!(run.stderr.contains("there is no folder"), "{}", run.stderr);
+    for name in ["a.exr", "a.partial.exr"] {
+        let name = folder.path(name).display().to_string();
+        let run = render(LENS, &output, &["--spp", "1000000", "--checkpoint", &name]);
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        assert!(
+            run.stderr.contains("an image is written there"),
+            "{}",
+            run.stderr
+        );
+    }
+    assert!(folder.names().is_empty());
     assert!(start.elapsed() < Duration::from_secs(60));
 }
