@@ -23,7 +23,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// The first bytes of every checkpoint; the number is the format's.
@@ -32,10 +32,10 @@ const MAGIC: &[u8] = b"fstop checkpoint 1\n";
 /// Longest record that is believed: a tile with all nodes that it can have.
 const LONGEST: u32 = 1 << 28;
 
-/// Finished tiles are collected up to this many bytes.
+/// Finished tiles are buffered up to this many bytes.
 const COLLECTED: usize = 1 << 20;
 
-/// Why there is no checkpoint to work with.
+/// Why a checkpoint cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The file is something else.
@@ -72,20 +72,24 @@ impl CheckpointError {
     }
 }
 
+/// Returns the identity of the render.
+pub type Identify<'a> = &'a Arc<dyn Fn() -> Identity + Send + Sync>;
+
+/// A checkpoint, or why there is none.
+pub type Opened = Result<Journal, CheckpointError>;
+
 /// An open checkpoint. Shared by threads.
-#[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
+    identity: Arc<dyn Fn() -> Identity + Send + Sync>,
     after: Duration,
     every: Duration,
-    /// Whether the file there is to make room.
+    /// Whether a file of that name is replaced.
     replaces: bool,
-    /// Of what was whole when it was opened.
-    end: u64,
     opened: Instant,
     /// Rendered before, in earlier processes.
     spent: Duration,
-    /// Where the latest record of each unit starts, and the end of its samples.
+    /// The latest record of each unit.
     units: HashMap<Unit, Place>,
     plans: HashMap<u32, [Vec<u32>; 2]>,
     /// Intervals after which everything was written.
@@ -93,7 +97,7 @@ pub struct Journal {
     file: Mutex<Appended>,
 }
 
-/// Of a record's bytes in the file.
+/// Where a record is in the file.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     start: u64,
@@ -104,8 +108,6 @@ struct Place {
 struct Appended {
     /// `None` until a render has taken long enough for one.
     file: Option<File>,
-    /// What a new file starts with.
-    header: Vec<u8>,
     waiting: Vec<u8>,
     /// After an error, until the next interval.
     blocked: bool,
@@ -114,18 +116,14 @@ struct Appended {
 }
 
 impl Journal {
-    /// Continues the checkpoint at `path`, or makes one: `after` so long, until when nothing is kept. Every `every` what
-    /// is finished by then is written, and the disk told to keep it.
+    /// Continues the checkpoint at `path`, or creates one: `after` so long, until when nothing is kept. Every `every` all
+    /// finished work is written and flushed to the disk. `identity` hashes the scene's files: it is called only if there
+    /// is a checkpoint, or when one is created.
     ///
     /// # Errors
-    /// A file that is no checkpoint, or one of another render; a folder or a disk that does not take a new one.
-    pub fn open(
-        path: &Path,
-        identity: &Identity,
-        after: Duration,
-        every: Duration,
-    ) -> Result<Journal, CheckpointError> {
-        let mut journal = Journal::begin(path, identity, after, every)?;
+    /// Fails if the file is not a checkpoint, is one of another render, or is in use; if none can be created.
+    pub fn open(path: &Path, identity: Identify, after: Duration, every: Duration) -> Opened {
+        let mut journal = Journal::new(path, identity, after, every);
         if !path.exists() {
             output::check(path)?;
             if after.is_zero() {
@@ -142,11 +140,11 @@ impl Journal {
         let file = locked(path)?;
         let reader = BufReader::new(file.try_clone().map_err(failed)?);
         let found = journal.read(reader).map_err(failed)?;
-        let found = found.ok_or_else(|| CheckpointError::Foreign(path.to_owned()))?;
-        let differences = identity.differences(&found);
+        let (found, end) = found.ok_or_else(|| CheckpointError::Foreign(path.to_owned()))?;
+        let differences = identity().differences(&found);
         if differences.is_empty() {
             // Only now: the file of another render stays as it is.
-            file.set_len(journal.end).map_err(failed)?;
+            file.set_len(end).map_err(failed)?;
             journal.lock().file = Some(file);
             return Ok(journal);
         }
@@ -154,41 +152,25 @@ impl Journal {
             let path = path.to_owned();
             return Err(CheckpointError::Differs { path, differences });
         }
-        // There is no work in it.
-        Journal::replacing(path, identity, after, every)
+        // It holds no work.
+        Ok(Journal::replacing(path, identity, after, every))
     }
 
-    /// As [`Journal::open`], but what is at `path` is replaced when there is something to keep.
-    ///
-    /// # Errors
-    /// A file that cannot be made.
-    pub fn replacing(
-        path: &Path,
-        identity: &Identity,
-        after: Duration,
-        every: Duration,
-    ) -> Result<Journal, CheckpointError> {
-        Ok(Journal {
+    /// As [`Journal::open`], but the file at `path` is replaced as soon as there is something to keep.
+    pub fn replacing(path: &Path, identity: Identify, after: Duration, every: Duration) -> Journal {
+        Journal {
             replaces: true,
-            ..Journal::begin(path, identity, after, every)?
-        })
+            ..Journal::new(path, identity, after, every)
+        }
     }
 
-    fn begin(
-        path: &Path,
-        identity: &Identity,
-        after: Duration,
-        every: Duration,
-    ) -> Result<Journal, CheckpointError> {
-        let failed = |source| CheckpointError::at(path, source);
-        let header = serde_json::to_vec(identity).map_err(|error| failed(error.into()))?;
-        let header = [MAGIC, &record::framed(&header)].concat();
-        Ok(Journal {
+    fn new(path: &Path, identity: Identify, after: Duration, every: Duration) -> Journal {
+        Journal {
             path: path.to_owned(),
+            identity: Arc::clone(identity),
             after,
             replaces: false,
             every: every.max(Duration::from_millis(1)),
-            end: 0,
             opened: Instant::now(),
             spent: Duration::ZERO,
             units: HashMap::new(),
@@ -196,16 +178,16 @@ impl Journal {
             synced: AtomicU64::new(0),
             file: Mutex::new(Appended {
                 file: None,
-                header,
                 waiting: Vec::new(),
                 blocked: false,
                 failed: None,
             }),
-        })
+        }
     }
 
-    /// Reads all that is whole. `None` if it is no checkpoint.
-    fn read(&mut self, mut file: BufReader<File>) -> io::Result<Option<Identity>> {
+    /// Reads every complete record; returns what the file is of, and where the last one ends. `None` if it is not a
+    /// checkpoint.
+    fn read(&mut self, mut file: BufReader<File>) -> io::Result<Option<(Identity, u64)>> {
         let mut magic = [0; MAGIC.len()];
         if file.read_exact(&mut magic).is_err() || magic != MAGIC {
             return Ok(None);
@@ -216,9 +198,9 @@ impl Journal {
         let Ok(identity) = serde_json::from_slice(&header) else {
             return Ok(None);
         };
-        self.end = (MAGIC.len() + header.len() + record::FRAME) as u64;
+        let mut end = (MAGIC.len() + header.len() + record::FRAME) as u64;
         while let Some(body) = next(&mut file)? {
-            let (start, length) = (self.end + 4, body.len());
+            let (start, length) = (end + 4, body.len());
             match Record::read(&mut &body[..]) {
                 Some(Record::Work { unit, done }) if done > unit.samples.start => {
                     self.units.insert(unit, Place { start, length });
@@ -230,12 +212,12 @@ impl Journal {
                 }
                 None => break,
             }
-            self.end += (body.len() + record::FRAME) as u64;
+            end += (body.len() + record::FRAME) as u64;
         }
-        Ok(Some(identity))
+        Ok(Some((identity, end)))
     }
 
-    /// Returns `true` if it was there already and holds work.
+    /// Returns `true` if the file held work when it was opened.
     pub fn resumes(&self) -> bool {
         !self.units.is_empty()
     }
@@ -245,7 +227,7 @@ impl Journal {
         self.spent
     }
 
-    /// Returns `true` if the file has the whole unit.
+    /// Returns `true` if the file holds samples of the unit.
     pub fn has(&self, unit: &Unit) -> bool {
         self.units.contains_key(unit)
     }
@@ -283,7 +265,7 @@ impl Journal {
         self.work(unit, done, std::slice::from_ref(tile), false);
     }
 
-    /// Keeps what there is of a unit under way; `at_once`, or when the rest is written.
+    /// Keeps the part of a unit that is done; `at_once`, or with the next records.
     pub fn under_way(&self, unit: &Unit, done: u32, nodes: &[Tile], at_once: bool) {
         self.work(unit, done, nodes, at_once);
     }
@@ -331,15 +313,21 @@ impl Journal {
     }
 
     fn create(&self, appended: &mut Appended) {
-        let written = match self.path.exists() && !self.replaces {
-            // By another render, meanwhile.
-            true => Err(CheckpointError::InUse(self.path.clone())),
-            false => output::write(&self.path, &appended.header).map_err(CheckpointError::from),
-        };
-        match written.and_then(|()| locked(&self.path)) {
+        match self.created() {
             Ok(file) => appended.file = Some(file),
             Err(error) => appended.failed = appended.failed.take().or(Some(error)),
         }
+    }
+
+    fn created(&self) -> Result<File, CheckpointError> {
+        if self.path.exists() && !self.replaces {
+            // By another render, meanwhile.
+            return Err(CheckpointError::InUse(self.path.clone()));
+        }
+        let identity = serde_json::to_vec(&(self.identity)());
+        let identity = identity.map_err(|error| CheckpointError::at(&self.path, error.into()))?;
+        output::write(&self.path, &[MAGIC, &record::framed(&identity)].concat())?;
+        locked(&self.path)
     }
 
     /// Writes all that is waiting, and waits until the disk has it.
@@ -364,10 +352,10 @@ impl Journal {
         (appended.file.is_some(), appended.failed.take())
     }
 
-    /// Removes the file, when the image is safe.
+    /// Removes the file, once the image has been written.
     ///
     /// # Errors
-    /// A folder that lets nothing go.
+    /// Fails if the folder is not writable.
     pub fn remove(&self) -> Result<(), CheckpointError> {
         match self.lock().file {
             Some(_) => {

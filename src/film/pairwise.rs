@@ -75,8 +75,8 @@ impl<T: Join> Pairwise<T> {
 /// Consecutive samples of one pixel. Their first index must be that of a leaf, for the tree to be the pixel's.
 ///
 /// Within a leaf, differences from its first sample and their squares are added, without a division for each. As that
-/// sample is one of them, their squares are at most 17 times the squared deviations, of which so no more than four bits
-/// are lost; equal samples deviate by exactly 0.
+/// sample is one of them, their squares sum to at most 16 times the squared deviations, so that cancellation costs four
+/// bits at most; equal samples deviate by exactly 0.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PixelSum {
     /// Number of samples in the leaf.
@@ -177,6 +177,35 @@ mod tests {
         let mut sum = PixelSum::default();
         samples.for_each(|index| sum.add(value(index)));
         sum.take()
+    }
+
+    /// A leaf whose first sample is far from all others loses four bits, no more.
+    #[test]
+    fn fireflies_leave_the_variance_its_digits() {
+        for firefly in [1e3, 1e10, 1e30] {
+            let samples = |i: u32| {
+                if i == 0 {
+                    firefly
+                } else {
+                    1.0 + 1e-3 * i as f32
+                }
+            };
+            let mut sum = PixelSum::default();
+            (0..PixelSum::LEAF).for_each(|i| sum.add(Rgb::splat(samples(i))));
+            let n = f64::from(PixelSum::LEAF);
+            let mean = (0..PixelSum::LEAF)
+                .map(|i| f64::from(samples(i)))
+                .sum::<f64>()
+                / n;
+            let deviations = (0..PixelSum::LEAF).map(|i| (f64::from(samples(i)) - mean).powi(2));
+            let expected = deviations.sum::<f64>() / (n * (n - 1.0));
+            let found = sum.take().variance_of_mean().x;
+            // Four bits of 1.1e-16 in each of some twenty roundings.
+            assert!(
+                (found / expected - 1.0).abs() < 4e-14,
+                "{firefly}: {found} {expected}"
+            );
+        }
     }
 
     #[test]

@@ -131,7 +131,7 @@ impl Interior {
 
 /// A constant number; if it is not `good`, or not finite, a warning is given and the usual one is used.
 fn within(reader: &ParamReader, name: &str, usual: f32, good: impl Fn(f32) -> bool) -> f32 {
-    let usual = reader.usual(name, f64::from(usual)) as f32;
+    let usual = reader.default_of(name, f64::from(usual)) as f32;
     let given = reader.float(name, f64::from(usual)) as f32;
     if good(given) && given.is_finite() {
         return given;

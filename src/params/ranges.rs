@@ -8,7 +8,7 @@ impl ParamReader<'_> {
     /// One number of type `integer`, or the default; what lies outside `range` is warned of, and
     /// the nearer end of the range is used.
     pub fn integer_within(&self, name: &str, default: i64, range: RangeInclusive<i64>) -> i64 {
-        let usual = || self.usual(name, default as f64) as i64;
+        let usual = || self.default_of(name, default as f64) as i64;
         self.find_integer_within(name, range).unwrap_or_else(usual)
     }
 

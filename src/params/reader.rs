@@ -215,7 +215,7 @@ impl<'a> ParamReader<'a> {
 
     /// One number of type `float`, or the default.
     pub fn float(&self, name: &str, default: f64) -> f64 {
-        let usual = || self.usual(name, default);
+        let usual = || self.default_of(name, default);
         self.find_float(name).unwrap_or_else(usual)
     }
 
@@ -237,7 +237,7 @@ impl<'a> ParamReader<'a> {
 
     /// One number of type `integer`, or the default.
     pub fn integer(&self, name: &str, default: i64) -> i64 {
-        let usual = || self.usual(name, default as f64) as i64;
+        let usual = || self.default_of(name, default as f64) as i64;
         self.find_integer(name).unwrap_or_else(usual)
     }
 

@@ -12,15 +12,16 @@ pub enum V2 {
     Default(f64),
     /// The same under another name.
     Named(&'static str),
-    /// Nothing: the default of pbrt-v3 holds, and the parameter is reported as unused.
+    /// No such parameter: pbrt-v3's default applies, and the parameter is reported as unused.
     Absent,
     /// A parameter that pbrt-v3 does not have.
     Only,
-    /// The same name for something else, told by the comment beside the row.
+    /// The same name with another meaning, which the comment above the row explains.
     Means,
 }
 
-/// Types, parameter, and what pbrt-v2 has in its place. No type stands for all; no parameter for the directive itself.
+/// Types, parameter, and what pbrt-v2 has in its place. An empty list means all types, an empty parameter the directive
+/// itself.
 pub(super) type Row = (&'static [&'static str], &'static str, V2);
 
 const ALL: &[&str] = &[];
@@ -121,7 +122,7 @@ impl ParamReader<'_> {
         self.rows.iter().find(holds).map(|row| row.2)
     }
 
-    /// Does the parameter exist in the file's dialect?
+    /// Returns `true` if the parameter exists in the file's dialect.
     pub fn offers(&self, name: &str) -> bool {
         match self.row(name) {
             Some(V2::Absent | V2::Named(_)) => self.dialect() == Dialect::V3,
@@ -130,7 +131,7 @@ impl ParamReader<'_> {
         }
     }
 
-    /// Does the parameter, or the directive if `name` is empty, mean what it does in pbrt-v2 only?
+    /// Returns `true` if the parameter, or the directive if `name` is empty, has its pbrt-v2 meaning.
     pub fn means_v2(&self, name: &str) -> bool {
         self.dialect() == Dialect::V2 && self.row(name) == Some(V2::Means)
     }
@@ -144,7 +145,7 @@ impl ParamReader<'_> {
     }
 
     /// The parameter's default in the file's dialect, from that in pbrt-v3.
-    pub fn usual(&self, name: &str, v3: f64) -> f64 {
+    pub fn default_of(&self, name: &str, v3: f64) -> f64 {
         match self.row(name) {
             Some(V2::Default(v2)) if self.dialect() == Dialect::V2 => v2,
             _ => v3,
@@ -159,7 +160,7 @@ const V2_OVER_V3: f32 = 471.0 / 470.0;
 
 impl Dialect {
     /// The integrator of a file that names none.
-    pub fn usual_integrator(self) -> &'static str {
+    pub fn default_integrator(self) -> &'static str {
         match self {
             Dialect::V2 => "directlighting",
             Dialect::V3 => "path",

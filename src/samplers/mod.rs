@@ -84,7 +84,7 @@ impl SamplerSpec {
     pub fn from_params(reader: &ParamReader) -> SamplerSpec {
         let Some((_, read)) = TYPES.iter().find(|(name, _)| *name == reader.kind()) else {
             reader.unknown_kind(&sampler_names());
-            return SamplerSpec::sobol(reader.usual("pixelsamples", 16.0) as u32);
+            return SamplerSpec::sobol(reader.default_of("pixelsamples", 16.0) as u32);
         };
         read(reader)
     }

@@ -113,7 +113,7 @@ impl StoredOptions {
         let filter = reading.read_or("PixelFilter", filter, "box", Filter::from_params);
         let sampler = self.read_sampler(reading, details);
         let integrator = self.integrator.as_ref();
-        let usual = reading.dialect().usual_integrator();
+        let usual = reading.dialect().default_integrator();
         let from_params = IntegratorSettings::from_params;
         let integrator = IntegratorSettings {
             place: integrator.map(|given| given.typed.kind.span),

@@ -1,12 +1,12 @@
-//! What an image depends on, so that a checkpoint is continued by the render that it is of, and by no other.
+//! Everything that an image depends on: a checkpoint is continued by the same render only.
 
 use super::{ReadOptions, RenderOptions};
 use crate::film::FilmSpec;
 use crate::syntax::{FileId, SourceMap};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The settings of reading that change bits, under the names of their options.
 pub(super) fn of_reading(options: &ReadOptions) -> BTreeMap<String, String> {
@@ -50,17 +50,27 @@ pub(super) fn settings(
     settings.into_iter().chain(reading.clone()).collect()
 }
 
-/// SHA-256 of all files of a scene called `name`, each under the name that the scene gives it; of files in different
-/// folders under the same name all hashes.
-pub(super) fn files(name: &str, sources: &SourceMap) -> BTreeMap<String, String> {
-    // A file that has gone meanwhile, or that never could be read, differs from every other.
-    let unreadable = || "unreadable".to_string();
-    let main = sources.bytes(FileId(0));
-    let main = main.map_or_else(unreadable, |bytes| hex(&Sha256::digest(&*bytes)));
-    let mut all = BTreeMap::from([(name.to_string(), main)]);
-    for (name, path) in sources.named_files() {
-        let hash = hash_of(&path).unwrap_or_else(|_| unreadable());
-        let entry = all.entry(name).or_default();
+/// SHA-256 of the main scene file.
+pub(super) fn hash_of_main(sources: &SourceMap) -> String {
+    let bytes = sources.bytes(FileId(0));
+    bytes.map_or_else(unreadable, |bytes| hex(&Sha256::digest(&*bytes)))
+}
+
+/// The hash of a file that has been removed, or that never could be read.
+fn unreadable() -> String {
+    "unreadable".to_string()
+}
+
+/// SHA-256 of all files of a scene, each under the name that the scene gives it; of files in different folders under
+/// the same name all hashes. `main` are the name and the hash of the main file.
+pub(super) fn files(
+    main: &(String, String),
+    named: &BTreeSet<(String, PathBuf)>,
+) -> BTreeMap<String, String> {
+    let mut all = BTreeMap::from([main.clone()]);
+    for (name, path) in named {
+        let hash = hash_of(path).unwrap_or_else(|_| unreadable());
+        let entry = all.entry(name.clone()).or_default();
         *entry = format!("{entry} {hash}").trim().to_string();
     }
     all

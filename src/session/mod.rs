@@ -23,10 +23,10 @@ use crate::params::{Dialect, NamedFile};
 use crate::render::Step;
 use crate::scene::{self, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
-use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// A scene file that was read: fit to be rendered as far as its text tells.
@@ -89,7 +89,7 @@ impl Scene {
 
     /// The images that the file describes; nearly always one.
     pub fn into_frames(self) -> Vec<Frame> {
-        let files = Rc::default();
+        let files = Arc::default();
         let frame = |(number, frame)| Frame {
             about: About {
                 name: self.name.clone(),
@@ -97,7 +97,7 @@ impl Scene {
                 sources: Rc::clone(&self.sources),
                 policy: self.policy,
                 reading: self.reading.clone(),
-                files: Rc::clone(&files),
+                files: Arc::clone(&files),
             },
             frame,
         };
@@ -217,10 +217,26 @@ struct About {
     policy: Policy,
     reading: BTreeMap<String, String>,
     /// Hashes of the scene's files, once they are needed: all frames were read from the same.
-    files: Rc<OnceCell<BTreeMap<String, String>>>,
+    files: Arc<OnceLock<BTreeMap<String, String>>>,
 }
 
 impl About {
+    /// What a frame's image depends on. Hashing the files is left until it is asked for.
+    fn identity(
+        &self,
+        scene: &scene::options::Options,
+        options: &RenderOptions,
+    ) -> Arc<dyn Fn() -> Identity + Send + Sync> {
+        let settings = identity::settings(self.number, &scene.film, &self.reading, options);
+        let main = (self.name.clone(), identity::hash_of_main(&self.sources));
+        let (named, files) = (self.sources.named_files(), Arc::clone(&self.files));
+        Arc::new(move || Identity {
+            program: format!("fstop {}", env!("CARGO_PKG_VERSION")),
+            files: files.get_or_init(|| identity::files(&main, &named)).clone(),
+            settings: settings.clone(),
+        })
+    }
+
     /// The checkpoint, and what was wrong with the one that it replaces.
     fn journal(
         &self,
@@ -230,13 +246,7 @@ impl About {
         let Some(checkpoint) = &options.checkpoint else {
             return Ok((None, Vec::new()));
         };
-        let identity = Identity {
-            program: format!("fstop {}", env!("CARGO_PKG_VERSION")),
-            files: { &self.files }
-                .get_or_init(|| identity::files(&self.name, &self.sources))
-                .clone(),
-            settings: identity::settings(self.number, &scene.film, &self.reading, options),
-        };
+        let identity = self.identity(scene, options);
         let (path, every) = (&checkpoint.path, checkpoint.every);
         // Passes that the clock has planned are continued only if all of them are known.
         let after = match options.time {
@@ -245,7 +255,7 @@ impl About {
         };
         match Journal::open(path, &identity, after, every) {
             Err(CheckpointError::Differs { differences, .. }) if !checkpoint.required => {
-                let journal = Journal::replacing(path, &identity, after, every)?;
+                let journal = Journal::replacing(path, &identity, after, every);
                 Ok((Some(journal), differences))
             }
             opened => Ok((Some(opened?), Vec::new())),

@@ -245,7 +245,7 @@ impl Swept {
         p.z >= self.z_min && p.z <= self.z_max && self.sweeps(|| azimuth(p))
     }
 
-    /// Is `angle`, in [0, 2π), within the one swept? It is computed where that is no full turn.
+    /// Returns `true` if `angle`, in [0, 2π), is within the sweep; it is computed only for partial sweeps.
     pub(super) fn sweeps(&self, angle: impl FnOnce() -> f64) -> bool {
         self.phi_max >= TAU || angle() <= self.phi_max
     }

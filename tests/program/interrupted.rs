@@ -113,7 +113,7 @@ fn a_stopped_render_says_how_it_goes_on() {
     assert!(a == b);
 }
 
-/// A changed scene or lens is another render; a file that is no checkpoint is left alone; a damaged end is cut off.
+/// A changed scene is another render; a file that is not a checkpoint is left alone; a damaged end is cut off.
 #[test]
 fn a_checkpoint_knows_what_it_is_of() {
     let folder = Folder::new();
