@@ -14,11 +14,16 @@ pub(crate) fn say_text(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 
+/// A result that did not reach standard output.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write to standard output: {0}")]
+pub(crate) struct Lost(std::io::Error);
+
 /// Prints a result to standard output, followed by a line break. A closed pipe (`| head`) is not an error.
 ///
 /// # Errors
 /// Fails if the result is lost for any other reason, such as a full disk.
-pub(crate) fn answer(result: impl Display) -> Result<(), String> {
+pub(crate) fn answer(result: impl Display) -> Result<(), Lost> {
     let mut output = std::io::stdout().lock();
     let text = format!("{result}\n");
     delivered(
@@ -32,11 +37,9 @@ pub(crate) fn answer(result: impl Display) -> Result<(), String> {
 ///
 /// # Errors
 /// As for [`answer`].
-pub(crate) fn delivered(written: std::io::Result<()>) -> Result<(), String> {
+pub(crate) fn delivered(written: std::io::Result<()>) -> Result<(), Lost> {
     match written {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(format!("cannot write to standard output: {error}"))
-        }
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Lost(error)),
         _ => Ok(()),
     }
 }

@@ -1,7 +1,10 @@
 //! Printing what was found in a scene, and what went wrong.
 
-use super::BAD_INPUT;
+use super::codes::{BAD_INPUT, IO_FAILED};
 use crate::console;
+use crate::files::FileError;
+use crate::optics::PrescriptionError;
+use crate::output::OutputError;
 use crate::session::Problems;
 use crate::syntax::Style;
 use std::process::ExitCode;
@@ -10,8 +13,52 @@ use std::process::ExitCode;
 pub(super) enum Failure {
     /// The scene is refused.
     Scene(Box<Problems>),
+    /// Input or output that failed here, in one line.
+    Io(String),
     /// Anything else, in one line.
     Other(String),
+}
+
+impl Failure {
+    fn new(message: impl ToString, is_io: bool) -> Failure {
+        match is_io {
+            true => Failure::Io(message.to_string()),
+            false => Failure::Other(message.to_string()),
+        }
+    }
+
+    /// Says more, such as which file it is about.
+    pub(super) fn said(self, say: impl FnOnce(String) -> String) -> Failure {
+        match self {
+            Failure::Scene(problems) => Failure::Scene(problems),
+            Failure::Io(message) => Failure::Io(say(message)),
+            Failure::Other(message) => Failure::Other(say(message)),
+        }
+    }
+}
+
+impl From<console::Lost> for Failure {
+    fn from(lost: console::Lost) -> Failure {
+        Failure::new(lost, true)
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Failure {
+        Failure::new(&error, error.is_failure())
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Failure {
+        Failure::new(&error, error.is_failure)
+    }
+}
+
+impl From<PrescriptionError> for Failure {
+    fn from(error: PrescriptionError) -> Failure {
+        Failure::new(&error, error.is_failure())
+    }
 }
 
 impl From<Problems> for Failure {
@@ -29,18 +76,21 @@ impl From<String> for Failure {
 impl Failure {
     /// Prints the reason.
     pub(super) fn exit(self) -> ExitCode {
+        let code = self.code();
         match self {
             Failure::Scene(problems) => print(&problems),
-            Failure::Other(message) => error(message),
+            Failure::Io(message) | Failure::Other(message) => error(message),
         }
-        ExitCode::from(BAD_INPUT)
+        ExitCode::from(code)
     }
-}
 
-/// Prints why a command ends without a result.
-pub(super) fn refused(message: String) -> ExitCode {
-    error(message);
-    ExitCode::from(BAD_INPUT)
+    fn code(&self) -> u8 {
+        match self {
+            Failure::Scene(problems) if problems.is_failure() => IO_FAILED,
+            Failure::Io(_) => IO_FAILED,
+            Failure::Scene(_) | Failure::Other(_) => BAD_INPUT,
+        }
+    }
 }
 
 /// Prints all messages to standard error.

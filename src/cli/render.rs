@@ -1,10 +1,11 @@
 //! `fstop render SCENE`: renders a scene file to an image.
 
+use super::ReadArgs;
 use super::checkpoint::{self, CheckpointArgs};
+use super::codes::{ANSWER_IS_NO, BAD_INPUT, INTERRUPTED, IO_FAILED, LOST, exit_codes};
 use super::goal::GoalArgs;
 use super::messages::{self, Failure};
 use super::progress::Bar;
-use super::{BAD_INPUT, INTERRUPTED, LOST, NOT_ALL, ReadArgs};
 use crate::console;
 use crate::render::{self, Ended};
 use crate::session::{
@@ -19,9 +20,12 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Examples for the long help.
-const EXAMPLES: &str = "Examples:
+const EXAMPLES: &str = concat!(
+    exit_codes!(),
+    "\n\nExamples:
   fstop render scene.pbrt --error 1% -o image.exr --png image.png
-  fstop render scene.pbrt --quick --lens-model thin";
+  fstop render scene.pbrt --quick --lens-model thin"
+);
 
 /// Arguments of `fstop render`.
 #[derive(Args, Debug)]
@@ -120,9 +124,12 @@ pub(super) fn run(args: &RenderArgs) -> ExitCode {
         ));
     }
     match flaws {
-        Flaws { unwritten, .. } if unwritten > 0 => ExitCode::from(BAD_INPUT),
+        Flaws {
+            unwritten: Some(code),
+            ..
+        } => ExitCode::from(code),
         Flaws { passed: 0, .. } => ExitCode::SUCCESS,
-        _ => ExitCode::from(NOT_ALL),
+        _ => ExitCode::from(ANSWER_IS_NO),
     }
 }
 
@@ -171,8 +178,8 @@ impl RenderArgs {
 struct Flaws {
     /// Number of errors tolerated.
     passed: usize,
-    /// Number of files that could not be written where they should be.
-    unwritten: usize,
+    /// The exit code where files could not be written where they should be.
+    unwritten: Option<u8>,
 }
 
 /// Why there is no image.
@@ -196,7 +203,7 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, End> {
     args.print(scene.problems());
     let mut flaws = Flaws {
         passed: scene.problems().recoverable_errors(),
-        unwritten: 0,
+        unwritten: None,
     };
     let names = OutputNames {
         image: args.output.clone(),
@@ -217,7 +224,8 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, End> {
         options.checkpoint = args.checkpoint.of_frame(outputs, number);
         let of_frame = render_frame(args, &options, frame, number, outputs)?;
         flaws.passed += of_frame.passed;
-        flaws.unwritten += of_frame.unwritten;
+        // Bad input, which is the smaller code, outweighs a full disk.
+        flaws.unwritten = flaws.unwritten.into_iter().chain(of_frame.unwritten).min();
     }
     Ok(flaws)
 }
@@ -272,18 +280,25 @@ fn render_frame(
     if rendered.stopped {
         return Err(interrupted(args, &frame, &rendered, outputs));
     }
-    let mut written = Vec::new();
+    let (mut written, mut unwritten) = (Vec::new(), None);
     for path in outputs.paths() {
         match rendered.write_or_rescue(path) {
             Ok(()) => written.push(path.display().to_string()),
-            Err(error) => messages::error(error),
+            Err(error) => {
+                let code = if error.is_failure() {
+                    IO_FAILED
+                } else {
+                    BAD_INPUT
+                };
+                unwritten = unwritten.into_iter().chain([code]).min();
+                messages::error(error);
+            }
         }
     }
     if !args.quiet {
         report_end(&rendered, &written, started, rendering);
     }
-    let unwritten = outputs.paths().count() - written.len();
-    if unwritten == 0 {
+    if unwritten.is_none() {
         clean_up(&frame, outputs);
     }
     Ok(Flaws {

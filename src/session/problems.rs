@@ -14,6 +14,7 @@ pub struct Problems {
     errors: usize,
     recoverable: usize,
     refused: bool,
+    is_failure: bool,
 }
 
 impl Problems {
@@ -25,13 +26,25 @@ impl Problems {
             errors: diagnostics.errors(),
             recoverable: diagnostics.recoverable_errors(),
             refused: policy.refuses(diagnostics),
+            is_failure: policy.refuses(diagnostics)
+                && diagnostics.errors() == diagnostics.failures()
+                && (policy != Policy::Warnings || diagnostics.warnings() == 0),
         }
     }
 
     /// An error without a place in a file.
     pub(super) fn one(message: impl Into<String>) -> Problems {
+        Problems::one_of(Diagnostic::error(message))
+    }
+
+    /// As [`Problems::one`]; `is_failure` says that of another machine or at another time it might not be true.
+    pub(super) fn one_if(message: impl Into<String>, is_failure: bool) -> Problems {
+        Problems::one_of(Diagnostic::error(message).failed_if(is_failure))
+    }
+
+    fn one_of(diagnostic: Diagnostic) -> Problems {
         let diagnostics = Diagnostics::new();
-        diagnostics.push(Diagnostic::error(message));
+        diagnostics.push(diagnostic);
         Problems::new(&diagnostics, &SourceMap::new(), Policy::Errors)
     }
 
@@ -53,6 +66,12 @@ impl Problems {
     /// Returns `true` if the policy that the scene was read with refuses it.
     pub fn refused(&self) -> bool {
         self.refused
+    }
+
+    /// Returns `true` if the scene is refused for nothing but input or output that failed, as when a disk is full or a
+    /// server does not answer: the same render may succeed on another machine.
+    pub fn is_failure(&self) -> bool {
+        self.is_failure
     }
 
     /// Such as `2 errors and 1 warning`; `None` where there is neither.

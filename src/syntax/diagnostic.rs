@@ -65,6 +65,9 @@ pub struct Diagnostic {
     /// Whether this is an error that pbrt-v3 reports but tolerates, such as an unusable file or an undefined name. It
     /// is replaced by something, so the rest can be rendered (`--keep-going`).
     pub recoverable: bool,
+    /// Whether it is an error of reading a file that another machine may read: see
+    /// [`FileProblem::is_failure`](crate::files::FileProblem::is_failure).
+    pub failed: bool,
     /// The name of the missing file, as given in the scene: those in one folder are reported together.
     pub missing: Option<String>,
     /// Text next to the caret.
@@ -117,6 +120,12 @@ impl Diagnostic {
     /// Marks the error as recoverable: see [`recoverable`](field@Diagnostic::recoverable).
     pub fn recoverable(mut self) -> Self {
         self.recoverable = true;
+        self
+    }
+
+    /// Marks the error as one of the machine: see [`failed`](field@Diagnostic::failed).
+    pub fn failed_if(mut self, failed: bool) -> Self {
+        self.failed = failed;
         self
     }
 
@@ -192,6 +201,7 @@ struct State {
     seen: HashMap<(Severity, String), Seen>,
     errors: usize,
     recoverable_errors: usize,
+    failures: usize,
     warnings: usize,
     dropped: usize,
     groups: Groups,
@@ -227,6 +237,7 @@ impl Diagnostics {
             Severity::Error => {
                 state.errors += 1;
                 state.recoverable_errors += usize::from(diagnostic.recoverable);
+                state.failures += usize::from(diagnostic.failed);
             }
             Severity::Warning => state.warnings += 1,
             Severity::Note => {}
@@ -303,6 +314,11 @@ impl Diagnostics {
     /// Number of recoverable errors: see [`recoverable`](field@Diagnostic::recoverable).
     pub fn recoverable_errors(&self) -> usize {
         self.state.borrow().recoverable_errors
+    }
+
+    /// Number of errors of the machine: see [`failed`](field@Diagnostic::failed).
+    pub fn failures(&self) -> usize {
+        self.state.borrow().failures
     }
 
     /// Number of warnings, including those at locations not kept.

@@ -11,6 +11,7 @@ mod cli;
 #[path = "../common/mod.rs"]
 mod common;
 mod diagnostics;
+mod exit_codes;
 mod files_within;
 mod interrupted;
 mod lens_report;

@@ -61,7 +61,7 @@ pub(super) struct TradeoffArgs {
     read: ReadArgs,
 }
 
-/// Studies the scene; exit code 0, or 2 if there is nothing to study.
+/// Studies the scene.
 pub(super) fn run(args: &TradeoffArgs) -> ExitCode {
     study_scene(args).map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
 }
@@ -71,7 +71,7 @@ const PIXELS: u32 = 40_000;
 
 fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
     if let Some(path) = &args.html {
-        output::check(path).map_err(|error| error.to_string())?;
+        output::check(path)?;
     }
     let print = |problems: &Problems| {
         if !args.quiet {
@@ -115,7 +115,7 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
     let told = console::answer(answer.trim_end());
     if let Some(path) = &args.html {
         let page = page::html(&result, &name, shrunk)?;
-        output::write(path, page.as_bytes()).map_err(|error| error.to_string())?;
+        output::write(path, page.as_bytes())?;
     }
     Ok(told?)
 }
