@@ -1,13 +1,12 @@
 //! Printing what was found in a scene, and what went wrong.
 
 use super::codes::{BAD_INPUT, IO_FAILED};
-use crate::console;
+use crate::console::{self, Level};
 use crate::files::FileError;
 use crate::optics::PrescriptionError;
 use crate::output::OutputError;
 use crate::session::Problems;
-use crate::syntax::Style;
-use std::process::ExitCode;
+use crate::syntax::{Severity, Style};
 
 /// Why a command ends without a result.
 pub(super) enum Failure {
@@ -75,13 +74,14 @@ impl From<String> for Failure {
 
 impl Failure {
     /// Prints the reason.
-    pub(super) fn exit(self) -> ExitCode {
+    /// Returns the exit code.
+    pub(super) fn exit(self) -> u8 {
         let code = self.code();
         match self {
             Failure::Scene(problems) => print(&problems),
             Failure::Io(message) | Failure::Other(message) => error(message),
         }
-        ExitCode::from(code)
+        code
     }
 
     fn code(&self) -> u8 {
@@ -95,6 +95,17 @@ impl Failure {
 
 /// Prints all messages to standard error.
 pub(super) fn print(problems: &Problems) {
+    if console::is_json() {
+        let say = |(severity, text): &(Severity, String)| {
+            let level = match severity {
+                Severity::Error => Level::Error,
+                Severity::Warning => Level::Warning,
+                Severity::Note => Level::Note,
+            };
+            console::say_json(level, text);
+        };
+        return problems.messages().iter().for_each(say);
+    }
     match Style::of_stderr() {
         Style::Plain => console::say_text(&problems.to_string()),
         Style::Colored => console::say_text(problems.colored()),
@@ -103,10 +114,10 @@ pub(super) fn print(problems: &Problems) {
 
 /// Prints one line of trouble that has no place in a file.
 pub(super) fn error(message: impl std::fmt::Display) {
-    console::say(format_args!("error: {message}"));
+    console::say_trouble(Level::Error, message);
 }
 
 /// Prints one line of advice that has no place in a file.
 pub(super) fn warning(message: impl std::fmt::Display) {
-    console::say(format_args!("warning: {message}"));
+    console::say_trouble(Level::Warning, message);
 }

@@ -16,6 +16,7 @@ mod check;
 mod checkpoint;
 mod codes;
 mod compare;
+mod events;
 mod goal;
 mod html;
 mod lens;
@@ -138,23 +139,31 @@ impl ReadArgs {
 /// Runs the command line and returns the exit code.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args = args.into_iter().collect();
-    bugs::caught(|| run_command(args))
+    let code = bugs::caught(|| run_command(args));
+    events::end(code);
+    ExitCode::from(code)
 }
 
-fn run_command(args: Vec<OsString>) -> ExitCode {
+fn run_command(args: Vec<OsString>) -> u8 {
     let args = match with_default_command(args) {
         Ok(args) => args,
         Err(message) => return messages::Failure::from(message).exit(),
     };
+    let is_for_programs = wants_json(&args);
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
+        Err(error) if is_for_programs && error.use_stderr() => {
+            console::speak_json();
+            let text = error.render().to_string();
+            let text = text.strip_prefix("error: ").unwrap_or(&text);
+            return messages::Failure::from(text.trim_end().to_string()).exit();
+        }
         Err(error) => {
             let printed = error.print().and_then(|()| std::io::stdout().flush());
-            if error.use_stderr() {
-                return ExitCode::from(BAD_INPUT);
-            }
-            return console::delivered(printed)
-                .map_or(ExitCode::from(IO_FAILED), |()| ExitCode::SUCCESS);
+            return match error.use_stderr() {
+                true => BAD_INPUT,
+                false => console::delivered(printed).map_or(IO_FAILED, |()| 0),
+            };
         }
     };
     let own_pool = matches!(cli.command, Command::Render(_) | Command::Tradeoff(_));
@@ -164,6 +173,10 @@ fn run_command(args: Vec<OsString>) -> ExitCode {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads_started(0));
         let _ = pool.build_global();
     }
+    if is_for_programs {
+        // From here on all is told by what is rendered; a panic before that is, too.
+        console::speak_json();
+    }
     bugs::rehearse();
     match cli.command {
         Command::Render(args) => render::run(&args),
@@ -172,6 +185,12 @@ fn run_command(args: Vec<OsString>) -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
     }
+}
+
+/// Do programs read what a command line leads to, although it may be none?
+fn wants_json(args: &[OsString]) -> bool {
+    let is_asked = |pair: &[OsString]| pair[0] == "--progress" && pair[1] == "json";
+    args.windows(2).any(is_asked) || args.iter().any(|arg| arg == "--progress=json")
 }
 
 /// `fstop SCENE` means `fstop render SCENE`: if the first argument is neither a command nor a request for help,

@@ -3,10 +3,12 @@
 use super::ReadArgs;
 use super::checkpoint::{self, CheckpointArgs};
 use super::codes::{ANSWER_IS_NO, BAD_INPUT, INTERRUPTED, IO_FAILED, LOST, exit_codes};
+use super::events::{self, Events};
 use super::goal::GoalArgs;
 use super::messages::{self, Failure};
-use super::progress::Bar;
+use super::progress::{Bar, Form};
 use crate::console;
+use crate::film::WriteError;
 use crate::render::{self, Ended};
 use crate::session::{
     Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions, Rendered, Scene,
@@ -14,7 +16,6 @@ use crate::session::{
 };
 use clap::Args;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -87,6 +88,10 @@ pub(super) struct RenderArgs {
     /// A quick look: a quarter of the width and height, one sample per pixel, a quarter of the lights' samples
     #[arg(help_heading = "What is rendered", long)]
     quick: bool,
+    /// How progress is shown on standard error: as lines of JSON, which the guide describes, a bar, a log, or not. By
+    /// default a bar on a terminal and a log elsewhere, or with --quiet nothing
+    #[arg(help_heading = "How it runs", long, value_enum, value_name = "FORM")]
+    progress: Option<Form>,
     /// Print only errors
     #[arg(help_heading = "How it runs", long)]
     quiet: bool,
@@ -109,11 +114,13 @@ pub(super) struct RenderArgs {
 }
 
 /// Renders every frame of the scene.
-pub(super) fn run(args: &RenderArgs) -> ExitCode {
-    let flaws = match render_scene(args) {
+pub(super) fn run(args: &RenderArgs) -> u8 {
+    let is_json = args.form() == Form::Json;
+    let events = is_json.then(|| Events::start(&args.scene, args.output.as_deref()));
+    let flaws = match render_scene(args, events.as_ref()) {
         Ok(flaws) => flaws,
-        Err(End::Interrupted { kept: true }) => return ExitCode::from(INTERRUPTED),
-        Err(End::Interrupted { kept: false }) => return ExitCode::from(LOST),
+        Err(End::Interrupted { kept: true }) => return INTERRUPTED,
+        Err(End::Interrupted { kept: false }) => return LOST,
         Err(End::Failed(failure)) => return failure.exit(),
     };
     if flaws.passed > 0 {
@@ -127,13 +134,21 @@ pub(super) fn run(args: &RenderArgs) -> ExitCode {
         Flaws {
             unwritten: Some(code),
             ..
-        } => ExitCode::from(code),
-        Flaws { passed: 0, .. } => ExitCode::SUCCESS,
-        _ => ExitCode::from(ANSWER_IS_NO),
+        } => code,
+        Flaws { passed: 0, .. } => 0,
+        _ => ANSWER_IS_NO,
     }
 }
 
 impl RenderArgs {
+    fn form(&self) -> Form {
+        match self.progress {
+            Some(form) => form,
+            None if self.quiet => Form::None,
+            None => Form::suited(),
+        }
+    }
+
     fn policy(&self) -> Policy {
         match self.keep_going {
             true => Policy::KeepGoing,
@@ -196,7 +211,7 @@ impl<T: Into<Failure>> From<T> for End {
     }
 }
 
-fn render_scene(args: &RenderArgs) -> Result<Flaws, End> {
+fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End> {
     let mut options = args.options()?;
     check_threads(args);
     let scene = Scene::load(&args.scene, &args.read.options(args.policy()))?;
@@ -217,12 +232,16 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, End> {
     if args.variance && !args.quiet && !outputs.iter().any(Outputs::keep_variances) {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
-    for ((frame, outputs), number) in { scene.into_frames() }.into_iter().zip(&outputs).zip(1..) {
+    let frames = outputs.len();
+    for ((frame, one), number) in { scene.into_frames() }.into_iter().zip(&outputs).zip(1..) {
         if { options.stop.as_ref() }.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             return Err(End::Interrupted { kept: false });
         }
-        options.checkpoint = args.checkpoint.of_frame(outputs, number);
-        let of_frame = render_frame(args, &options, frame, number, outputs)?;
+        options.checkpoint = args.checkpoint.of_frame(one, number);
+        if let Some(events) = events {
+            events.frame(number, frames, one);
+        }
+        let of_frame = render_frame(args, &options, (frame, number), one, events)?;
         flaws.passed += of_frame.passed;
         // Bad input, which is the smaller code, outweighs a full disk.
         flaws.unwritten = flaws.unwritten.into_iter().chain(of_frame.unwritten).min();
@@ -252,9 +271,9 @@ fn positive(text: &str) -> Result<u32, String> {
 fn render_frame(
     args: &RenderArgs,
     options: &RenderOptions,
-    frame: Frame,
-    number: usize,
+    (frame, number): (Frame, usize),
     outputs: &Outputs,
+    events: Option<&Events>,
 ) -> Result<Flaws, End> {
     let started = Instant::now();
     let frame = frame.prepare(options)?;
@@ -268,23 +287,21 @@ fn render_frame(
         checkpoint::listen(stop);
     }
     let rendering = Instant::now();
-    let rendered = match args.quiet {
-        true => frame.render(&|_| ()),
-        false => {
-            let bar = Bar::new(args.goal.is_given());
-            let rendered = frame.render(&|step| bar.show(step));
-            bar.finish();
-            rendered
-        }
-    };
+    let rendered = render_with_progress(args, &frame, events);
     if rendered.stopped {
         return Err(interrupted(args, &frame, &rendered, outputs));
     }
     let (mut written, mut unwritten) = (Vec::new(), None);
     for path in outputs.paths() {
         match rendered.write_or_rescue(path) {
-            Ok(()) => written.push(path.display().to_string()),
+            Ok(()) => {
+                events::written(path);
+                written.push(path.display().to_string());
+            }
             Err(error) => {
+                if let WriteError::Elsewhere { place, .. } = &error {
+                    events::written(place);
+                }
                 let code = if error.is_failure() {
                     IO_FAILED
                 } else {
@@ -305,6 +322,22 @@ fn render_frame(
         passed: frame.problems().recoverable_errors(),
         unwritten,
     })
+}
+
+fn render_with_progress(args: &RenderArgs, frame: &Prepared, events: Option<&Events>) -> Rendered {
+    if let Some(events) = events {
+        events.sampling(args.goal.time);
+        let rendered = frame.render(&|step| events.step(step));
+        events.frame_done();
+        return rendered;
+    }
+    if args.form() == Form::None {
+        return frame.render(&|_| ());
+    }
+    let bar = Bar::new(args.form(), args.goal.is_given());
+    let rendered = frame.render(&|step| bar.show(step));
+    bar.finish();
+    rendered
 }
 
 /// Removes what only an interrupted render needs.
@@ -335,7 +368,10 @@ fn interrupted(args: &RenderArgs, frame: &Prepared, rendered: &Rendered, outputs
     let partial = { outputs.paths() }.map(checkpoint::partial);
     for path in partial.filter(|_| has_samples) {
         match rendered.write(&path) {
-            Ok(()) => written.push(path.display().to_string()),
+            Ok(()) => {
+                events::written(&path);
+                written.push(path.display().to_string());
+            }
             Err(error) => messages::error(error),
         }
     }

@@ -1,13 +1,14 @@
 //! What was found in a scene, for people.
 
 use super::Policy;
-use crate::syntax::{Diagnostic, Diagnostics, SourceMap, Style};
+use crate::syntax::{Diagnostic, Diagnostics, Severity, SourceMap, Style};
 use std::fmt;
 
 /// All messages about a scene, each with its line and a caret; no messages where all is well. As an error: why a scene
 /// is not rendered.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Problems {
+    messages: Vec<(Severity, String)>,
     plain: String,
     colored: String,
     summary: Option<String>,
@@ -20,6 +21,7 @@ pub struct Problems {
 impl Problems {
     pub(super) fn new(diagnostics: &Diagnostics, sources: &SourceMap, policy: Policy) -> Problems {
         Problems {
+            messages: diagnostics.messages(sources, Style::Plain),
             plain: diagnostics.render(sources, Style::Plain),
             colored: diagnostics.render(sources, Style::Colored),
             summary: diagnostics.summary(),
@@ -77,6 +79,11 @@ impl Problems {
     /// Such as `2 errors and 1 warning`; `None` where there is neither.
     pub fn summary(&self) -> Option<&str> {
         self.summary.as_deref()
+    }
+
+    /// The messages one by one, as plain text.
+    pub(crate) fn messages(&self) -> &[(Severity, String)] {
+        &self.messages
     }
 
     /// The messages with ANSI colors, for a terminal.

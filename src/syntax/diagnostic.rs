@@ -362,12 +362,18 @@ impl Diagnostics {
     /// in order of occurrence, then the number of further ones. Many warnings of one kind are shown as a few and a
     /// count, and so are missing files in one folder.
     pub fn render(&self, sources: &SourceMap, style: Style) -> String {
+        let messages = self.messages(sources, style).into_iter();
+        messages.map(|(_, text)| text + "\n\n").collect()
+    }
+
+    /// As [`Diagnostics::render`], message by message.
+    pub fn messages(&self, sources: &SourceMap, style: Style) -> Vec<(Severity, String)> {
         let state = self.state.borrow();
-        let mut text = String::new();
+        let mut messages = Vec::new();
         if state.v4_signs > 1 {
             let said =
                 Diagnostic::note("this is a pbrt-v4 scene, and fstop reads those of pbrt-v3");
-            text = said.render(sources, style) + "\n\n";
+            messages.push((Severity::Note, said.render(sources, style)));
         }
         let (mut errors, mut others) = (0, 0);
         let mut kinds = HashMap::new();
@@ -383,15 +389,14 @@ impl Diagnostics {
             };
             *printed += 1;
             if *printed <= PRINTED {
-                text += &complete.render(sources, style);
-                text += "\n\n";
+                messages.push((complete.severity, complete.render(sources, style)));
             }
         }
         let more = errors.saturating_sub(PRINTED) + others.saturating_sub(PRINTED) + state.dropped;
         if more > 0 {
-            text += &format!("… and {more} more problems\n\n");
+            messages.push((Severity::Note, format!("… and {more} more problems")));
         }
-        text
+        messages
     }
 }
 

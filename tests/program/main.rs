@@ -20,6 +20,7 @@ mod lost_light;
 mod memory_limit;
 mod outputs;
 mod passes;
+mod progress;
 #[cfg(target_os = "linux")]
 mod streams;
 mod tradeoff;

@@ -17,7 +17,6 @@ use crate::output;
 use clap::{Args, ValueEnum};
 use input::Input;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Examples for the long help.
 const EXAMPLES: &str = "Examples:
@@ -141,10 +140,10 @@ struct Flip {
 }
 
 /// Compares two images.
-pub(super) fn run(args: &CompareArgs) -> ExitCode {
+pub(super) fn run(args: &CompareArgs) -> u8 {
     match report(args) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(ANSWER_IS_NO),
+        Ok(true) => 0,
+        Ok(false) => ANSWER_IS_NO,
         Err(failure) => failure.exit(),
     }
 }

@@ -15,7 +15,6 @@ use crate::output;
 use clap::Args;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Two lines of use, for the long help.
 const EXAMPLES: &str = "Examples:
@@ -135,8 +134,8 @@ impl Bench {
 }
 
 /// Describes every lens.
-pub(super) fn run(args: &LensArgs) -> ExitCode {
-    describe_all(args).map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
+pub(super) fn run(args: &LensArgs) -> u8 {
+    describe_all(args).map_or_else(Failure::exit, |()| 0)
 }
 
 fn describe_all(args: &LensArgs) -> Result<(), Failure> {

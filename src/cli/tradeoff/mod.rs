@@ -14,7 +14,6 @@ use crate::tradeoff::{Estimate, Measurement, Settings, Study, study};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::time::Duration;
 
 /// Examples for the long help.
@@ -62,8 +61,8 @@ pub(super) struct TradeoffArgs {
 }
 
 /// Studies the scene.
-pub(super) fn run(args: &TradeoffArgs) -> ExitCode {
-    study_scene(args).map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
+pub(super) fn run(args: &TradeoffArgs) -> u8 {
+    study_scene(args).map_or_else(Failure::exit, |()| 0)
 }
 
 /// More pixels give no more precision than as many more samples.
