@@ -49,6 +49,24 @@ pub enum OutputError {
     },
 }
 
+impl OutputError {
+    /// Whether the file might be written on another machine or later. A name that no file can have there, or that is a
+    /// folder's, is a mistake everywhere.
+    pub fn is_failure(&self) -> bool {
+        match self {
+            OutputError::IsFolder(_) | OutputError::NamesFolder(_) => false,
+            // Rights differ from machine to machine, and a missing folder may be a disk that is not mounted.
+            OutputError::ReadOnly(_)
+            | OutputError::NoFolder { .. }
+            | OutputError::NoRoom { .. } => true,
+            OutputError::Io { source, .. } => !matches!(
+                source.kind(),
+                ErrorKind::InvalidInput | ErrorKind::InvalidFilename
+            ),
+        }
+    }
+}
+
 /// Checks that [`write()`] to this path will work, as far as can be known beforehand. Leaves no trace.
 ///
 /// # Errors
