@@ -30,6 +30,7 @@ mod tradeoff;
 use crate::budget::parse_size;
 use crate::cameras::Compat;
 use crate::console;
+use crate::math::instruction_set;
 use crate::optics::models::ModelKind;
 use crate::params::Dialect;
 use crate::scene::dialect::DialectChoice;
@@ -150,6 +151,9 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn run_command(args: Vec<OsString>) -> u8 {
+    if let Err(message) = instruction_set::check_variable() {
+        return messages::Failure::from(message).exit();
+    }
     let args = match with_default_command(args) {
         Ok(args) => args,
         Err(message) => return messages::Failure::from(message).exit(),
