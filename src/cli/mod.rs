@@ -5,6 +5,7 @@
 mod check;
 mod checkpoint;
 mod compare;
+mod farm;
 mod goal;
 mod html;
 mod lens;
@@ -62,6 +63,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Measure what each setting costs and gains on a scene, and recommend the cheapest one for an error
     Tradeoff(tradeoff::TradeoffArgs),
+    /// Write what a render farm needs to render a scene in shards
+    Farm(farm::FarmArgs),
 }
 
 /// How scene files are read; shared by `render` and `check`.
@@ -169,13 +172,16 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Lens(args) => lens::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
+        Command::Farm(args) => farm::run(&args),
     }
 }
 
 /// `fstop SCENE` means `fstop render SCENE`: if the first argument is neither a command nor a request for help,
 /// `render` is inserted before it. If it is not a file either but nearly a command, that is an error.
 fn with_default_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, String> {
-    const COMMANDS: [&str; 6] = ["render", "check", "lens", "compare", "tradeoff", "help"];
+    const COMMANDS: [&str; 7] = [
+        "render", "check", "lens", "compare", "tradeoff", "farm", "help",
+    ];
     const HELP: [&str; 4] = ["-h", "--help", "-V", "--version"];
     let Some(first) = args.get(1).map(|a| a.to_string_lossy().into_owned()) else {
         return Ok(args);

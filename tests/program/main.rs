@@ -11,6 +11,8 @@ mod cli;
 #[path = "../common/mod.rs"]
 mod common;
 mod diagnostics;
+#[cfg(unix)]
+mod farm;
 mod files_within;
 mod interrupted;
 mod lens_report;
