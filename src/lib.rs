@@ -159,6 +159,6 @@ pub use params::Dialect;
 pub use render::{Ended, Step};
 pub use scene::dialect::DialectChoice;
 pub use session::{
-    DroppedSamples, Frame, OutputNames, Outputs, Policy, Prepared, Problems, ReadOptions,
-    RenderOptions, Rendered, Scene,
+    Checkpoint, DroppedSamples, Frame, MergeError, Merged, OutputNames, Outputs, Policy, Prepared,
+    Problems, ReadOptions, RenderOptions, Rendered, Scene, ShardError, ShardFile, Shards, merge,
 };

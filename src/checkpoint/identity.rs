@@ -45,6 +45,39 @@ impl Identity {
     }
 }
 
+impl Identity {
+    /// The setting that says which shard of a render a checkpoint is of.
+    pub const SHARD: &str = "--shard";
+
+    /// The same, but of a whole render if it is of a shard.
+    #[must_use]
+    pub fn of_all_shards(&self) -> Identity {
+        let mut all = self.clone();
+        all.settings.remove(Identity::SHARD);
+        all
+    }
+
+    /// What two files are different in, a few words each; nothing if they are of the same render.
+    pub fn unlike(&self, other: &Identity) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut add = |name: &str, a: &str, b: &str| {
+            let [name, a, b] = [name, a, b].map(str::escape_debug);
+            found.push(format!("{name} ({a}, {b})"));
+        };
+        if self.program != other.program {
+            add("the program", &self.program, &other.program);
+        }
+        let or_none = |value: Option<&String>| value.map_or("none", String::as_str).to_string();
+        for (name, a, b) in both(&self.settings, &other.settings) {
+            add(name, &or_none(a), &or_none(b));
+        }
+        for (name, ..) in both(&self.files, &other.files) {
+            found.push(format!("the file `{}`", name.escape_debug()));
+        }
+        found
+    }
+}
+
 /// The entries that differ, with their two values.
 fn both<'a>(
     a: &'a BTreeMap<String, String>,
@@ -87,5 +120,17 @@ mod tests {
             ]
         );
         assert!(now.differences(&now).is_empty());
+        assert_eq!(
+            now.unlike(&then),
+            [
+                "the program (fstop 2, fstop 1)",
+                "--seed (2, 1)",
+                "--crop (none, 0,1,0,1)",
+                "the file `a.pbrt`",
+                "the file `new.ply`",
+                "the file `gone.ply`",
+            ]
+        );
+        assert!(now.unlike(&now).is_empty());
     }
 }

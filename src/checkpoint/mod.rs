@@ -6,28 +6,33 @@
 //! ([`crate::film`]), so that a resumed render ends in the bits of an undisturbed one.
 //!
 //! ```text
-//! "fstop checkpoint 1\n"   length, identity (JSON), CRC   length, record, CRC   ...
+//! "fstop checkpoint 2\n"   length, header (JSON), CRC   length, record, CRC   ...
 //! ```
 
+mod contents;
+mod facts;
 mod identity;
+mod plan;
 mod record;
 
+pub use contents::{Contents, restored};
+pub use facts::{Facts, FilmFacts, GoalFacts, Shard};
 pub use identity::Identity;
+pub use plan::{Plan, PlanError};
 pub use record::Unit;
 
 use crate::film::Tile;
 use crate::output::{self, OutputError};
 use record::Record;
-use std::collections::HashMap;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// The first bytes of every checkpoint; the number is the format's.
-const MAGIC: &[u8] = b"fstop checkpoint 1\n";
+const MAGIC: &[u8] = b"fstop checkpoint 2\n";
 
 /// Longest record that is believed: a tile with all nodes that it can have.
 const LONGEST: u32 = 1 << 28;
@@ -78,30 +83,44 @@ pub type Identify<'a> = &'a Arc<dyn Fn() -> Identity + Send + Sync>;
 /// A checkpoint, or why there is none.
 pub type Opened = Result<Journal, CheckpointError>;
 
+/// The first record.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Header {
+    identity: Identity,
+    /// Of a shard.
+    image: Option<Facts>,
+}
+
+/// How a checkpoint is kept.
+#[derive(Clone)]
+pub struct Keep<'a> {
+    /// Its file.
+    pub path: &'a Path,
+    /// What it is of: hashes the scene's files, and is called only if there is a checkpoint, or when one is created.
+    pub identity: Identify<'a>,
+    /// If it is a shard's, what is known of the image.
+    pub facts: Option<&'a Facts>,
+    /// Nothing is kept until then.
+    pub after: Duration,
+    /// After so long all finished work is written and flushed to the disk.
+    pub every: Duration,
+}
+
 /// An open checkpoint. Shared by threads.
 pub struct Journal {
     path: PathBuf,
     identity: Arc<dyn Fn() -> Identity + Send + Sync>,
+    facts: Option<Facts>,
     after: Duration,
     every: Duration,
     /// Whether a file of that name is replaced.
     replaces: bool,
     opened: Instant,
-    /// Rendered before, in earlier processes.
-    spent: Duration,
-    /// The latest record of each unit.
-    units: HashMap<Unit, Place>,
-    plans: HashMap<u32, [Vec<u32>; 2]>,
+    /// What the file held when it was opened.
+    contents: Contents,
     /// Intervals after which everything was written.
     synced: AtomicU64,
     file: Mutex<Appended>,
-}
-
-/// Where a record is in the file.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    start: u64,
-    length: usize,
 }
 
 #[derive(Debug)]
@@ -116,17 +135,16 @@ struct Appended {
 }
 
 impl Journal {
-    /// Continues the checkpoint at `path`, or creates one: `after` so long, until when nothing is kept. Every `every` all
-    /// finished work is written and flushed to the disk. `identity` hashes the scene's files: it is called only if there
-    /// is a checkpoint, or when one is created.
+    /// Continues a checkpoint, or creates one.
     ///
     /// # Errors
     /// Fails if the file is not a checkpoint, is one of another render, or is in use; if none can be created.
-    pub fn open(path: &Path, identity: Identify, after: Duration, every: Duration) -> Opened {
-        let mut journal = Journal::new(path, identity, after, every);
+    pub fn open(keep: &Keep) -> Opened {
+        let path = keep.path;
+        let mut journal = Journal::new(keep);
         if !path.exists() {
             output::check(path)?;
-            if after.is_zero() {
+            if keep.after.is_zero() {
                 journal.create(&mut journal.lock());
                 let failed = journal.lock().failed.take();
                 failed.map_or(Ok(()), Err)?;
@@ -138,43 +156,42 @@ impl Journal {
         }
         let failed = |source| CheckpointError::at(path, source);
         let file = locked(path)?;
-        let reader = BufReader::new(file.try_clone().map_err(failed)?);
-        let found = journal.read(reader).map_err(failed)?;
-        let (found, end) = found.ok_or_else(|| CheckpointError::Foreign(path.to_owned()))?;
-        let differences = identity().differences(&found);
+        let found = Contents::read(BufReader::new(file.try_clone().map_err(failed)?));
+        let found = found.map_err(failed)?;
+        let found = found.ok_or_else(|| CheckpointError::Foreign(path.to_owned()))?;
+        let differences = (keep.identity)().differences(&found.identity);
         if differences.is_empty() {
             // Only now: the file of another render stays as it is.
-            file.set_len(end).map_err(failed)?;
+            file.set_len(found.end).map_err(failed)?;
             journal.lock().file = Some(file);
+            journal.contents = found;
             return Ok(journal);
         }
-        if journal.resumes() {
+        if found.holds_work() {
             let path = path.to_owned();
             return Err(CheckpointError::Differs { path, differences });
         }
-        // It holds no work.
-        Ok(Journal::replacing(path, identity, after, every))
+        Ok(Journal::replacing(keep))
     }
 
-    /// As [`Journal::open`], but the file at `path` is replaced as soon as there is something to keep.
-    pub fn replacing(path: &Path, identity: Identify, after: Duration, every: Duration) -> Journal {
+    /// As [`Journal::open`], but a file there is replaced as soon as there is something to keep.
+    pub fn replacing(keep: &Keep) -> Journal {
         Journal {
             replaces: true,
-            ..Journal::new(path, identity, after, every)
+            ..Journal::new(keep)
         }
     }
 
-    fn new(path: &Path, identity: Identify, after: Duration, every: Duration) -> Journal {
+    fn new(keep: &Keep) -> Journal {
         Journal {
-            path: path.to_owned(),
-            identity: Arc::clone(identity),
-            after,
+            path: keep.path.to_owned(),
+            identity: Arc::clone(keep.identity),
+            facts: keep.facts.cloned(),
+            after: keep.after,
             replaces: false,
-            every: every.max(Duration::from_millis(1)),
+            every: keep.every.max(Duration::from_millis(1)),
             opened: Instant::now(),
-            spent: Duration::ZERO,
-            units: HashMap::new(),
-            plans: HashMap::new(),
+            contents: Contents::default(),
             synced: AtomicU64::new(0),
             file: Mutex::new(Appended {
                 file: None,
@@ -185,73 +202,37 @@ impl Journal {
         }
     }
 
-    /// Reads every complete record; returns what the file is of, and where the last one ends. `None` if it is not a
-    /// checkpoint.
-    fn read(&mut self, mut file: BufReader<File>) -> io::Result<Option<(Identity, u64)>> {
-        let mut magic = [0; MAGIC.len()];
-        if file.read_exact(&mut magic).is_err() || magic != MAGIC {
-            return Ok(None);
-        }
-        let Some(header) = next(&mut file)? else {
-            return Ok(None);
-        };
-        let Ok(identity) = serde_json::from_slice(&header) else {
-            return Ok(None);
-        };
-        let mut end = (MAGIC.len() + header.len() + record::FRAME) as u64;
-        while let Some(body) = next(&mut file)? {
-            let (start, length) = (end + 4, body.len());
-            match Record::read(&mut &body[..]) {
-                Some(Record::Work { unit, done }) if done > unit.samples.start => {
-                    self.units.insert(unit, Place { start, length });
-                }
-                Some(Record::Work { .. }) => {}
-                Some(Record::Plan { pass, counts }) => drop(self.plans.insert(pass, counts)),
-                Some(Record::Spent(milliseconds)) => {
-                    self.spent = Duration::from_millis(milliseconds);
-                }
-                None => break,
-            }
-            end += (body.len() + record::FRAME) as u64;
-        }
-        Ok(Some((identity, end)))
-    }
-
     /// Returns `true` if the file held work when it was opened.
     pub fn resumes(&self) -> bool {
-        !self.units.is_empty()
+        self.contents.holds_work()
     }
 
     /// Time spent by earlier processes.
     pub fn spent(&self) -> Duration {
-        self.spent
+        self.contents.spent
     }
 
     /// Returns `true` if the file holds samples of the unit.
     pub fn has(&self, unit: &Unit) -> bool {
-        self.units.contains_key(unit)
+        self.contents.has(unit)
+    }
+
+    /// Returns `true` if the file held all samples of the unit when it was opened.
+    pub fn has_whole(&self, unit: &Unit) -> bool {
+        self.contents.has_whole(unit)
+    }
+
+    /// Returns `true` if something could not be written.
+    pub fn has_failed(&self) -> bool {
+        self.lock().failed.is_some()
     }
 
     /// What the file has of a unit: the index after the last sample, and the subtrees before it.
     pub fn restore(&self, unit: &Unit, blank: impl Fn() -> Tile) -> Option<(u32, Vec<Tile>)> {
-        let place = self.units.get(unit)?;
-        let mut body = vec![0; place.length];
-        {
-            let mut appended = self.lock();
-            let file = appended.file.as_mut()?;
-            file.seek(SeekFrom::Start(place.start)).ok()?;
-            file.read_exact(&mut body).ok()?;
-        }
-        let mut bytes = &body[..];
-        let Some(Record::Work { done, .. }) = Record::read(&mut bytes) else {
-            return None;
-        };
-        let samples = &unit.samples;
-        (samples.start..=samples.end)
-            .contains(&done)
-            .then_some(())?;
-        let tiles = record::read_tiles(&mut bytes, blank)?;
-        bytes.is_empty().then_some((done, tiles))
+        let mut appended = self.lock();
+        let body = self.contents.bytes(unit, appended.file.as_mut()?)?;
+        drop(appended);
+        restored(unit, &body, blank)
     }
 
     /// How many intervals have passed.
@@ -277,13 +258,18 @@ impl Journal {
 
     /// The counts planned for a pass by an earlier process.
     pub fn plan(&self, pass: u32) -> Option<&[Vec<u32>; 2]> {
-        self.plans.get(&pass)
+        self.contents.plans.get(&pass)
     }
 
     /// Keeps the counts planned for a pass.
     pub fn planned(&self, pass: u32, counts: &[Vec<u32>; 2]) {
         let counts = counts.clone();
         self.append(&Record::Plan { pass, counts }.store(&[]), true);
+    }
+
+    /// Keeps that a shard has all it was told to do: so many passes, 1 of an image that is not rendered in passes.
+    pub fn done(&self, passes: u32) {
+        self.append(&Record::Done { passes }.store(&[]), true);
     }
 
     fn append(&self, body: &[u8], at_once: bool) {
@@ -324,15 +310,19 @@ impl Journal {
             // By another render, meanwhile.
             return Err(CheckpointError::InUse(self.path.clone()));
         }
-        let identity = serde_json::to_vec(&(self.identity)());
-        let identity = identity.map_err(|error| CheckpointError::at(&self.path, error.into()))?;
-        output::write(&self.path, &[MAGIC, &record::framed(&identity)].concat())?;
+        let header = Header {
+            identity: (self.identity)(),
+            image: self.facts.clone(),
+        };
+        let header = serde_json::to_vec(&header);
+        let header = header.map_err(|error| CheckpointError::at(&self.path, error.into()))?;
+        output::write(&self.path, &[MAGIC, &record::framed(&header)].concat())?;
         locked(&self.path)
     }
 
     /// Writes all that is waiting, and waits until the disk has it.
     fn sync(&self, appended: &mut Appended) {
-        let spent = self.spent + self.opened.elapsed();
+        let spent = self.spent() + self.opened.elapsed();
         let spent = Record::Spent(spent.as_millis() as u64).store(&[]);
         appended.waiting.extend(record::framed(&spent));
         appended.write(&self.path);
@@ -402,32 +392,5 @@ fn locked(path: &Path) -> Result<File, CheckpointError> {
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(file),
         Err(TryLockError::WouldBlock) => Err(CheckpointError::InUse(path.to_owned())),
         Err(TryLockError::Error(source)) => Err(CheckpointError::at(path, source)),
-    }
-}
-
-/// The next record's bytes; `None` at the end, or where one is cut off or damaged.
-fn next(file: &mut BufReader<File>) -> io::Result<Option<Vec<u8>>> {
-    let mut length = [0; 4];
-    if let Err(error) = file.read_exact(&mut length) {
-        return end_or(error);
-    }
-    let count = u32::from_le_bytes(length);
-    if count > LONGEST {
-        return Ok(None);
-    }
-    let mut body = Vec::new();
-    file.by_ref().take(count.into()).read_to_end(&mut body)?;
-    let mut crc = [0; 4];
-    if let Err(error) = file.read_exact(&mut crc) {
-        return end_or(error);
-    }
-    let good = u32::from_le_bytes(crc) == record::crc32(&[&length, &body]);
-    Ok(good.then_some(body))
-}
-
-fn end_or(error: io::Error) -> io::Result<Option<Vec<u8>>> {
-    match error.kind() {
-        io::ErrorKind::UnexpectedEof => Ok(None),
-        _ => Err(error),
     }
 }

@@ -36,6 +36,11 @@ pub(super) enum Record {
     },
     /// Milliseconds of rendering so far.
     Spent(u64),
+    /// A shard has all of these passes.
+    Done {
+        /// How many.
+        passes: u32,
+    },
 }
 
 /// Before and behind each record.
@@ -84,6 +89,10 @@ impl Record {
                 out.push(3);
                 out.extend(milliseconds.to_le_bytes());
             }
+            Record::Done { passes } => {
+                out.push(4);
+                out.extend(passes.to_le_bytes());
+            }
         }
         out
     }
@@ -113,6 +122,10 @@ impl Record {
                 (counts[1].len() == length).then_some(Record::Plan { pass, counts })?
             }
             3 => Record::Spent(u64::from_le_bytes(take(bytes)?)),
+            4 => {
+                let passes = u32::from_le_bytes(take(bytes)?);
+                Record::Done { passes }
+            }
             _ => return None,
         })
     }

@@ -33,6 +33,11 @@ pub(super) struct CheckpointArgs {
 }
 
 impl CheckpointArgs {
+    /// The longest time whose work may be lost.
+    pub(super) fn every(&self) -> Duration {
+        self.checkpoint_every
+    }
+
     /// Refuses a checkpoint that an image would be written over.
     pub(super) fn check(&self, outputs: &[Outputs]) -> Result<(), String> {
         let place = |path: &Path| std::path::absolute(path).ok();

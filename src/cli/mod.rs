@@ -9,9 +9,11 @@ mod farm;
 mod goal;
 mod html;
 mod lens;
+mod merge;
 mod messages;
 mod progress;
 mod render;
+mod shard;
 mod tradeoff;
 
 use crate::budget::parse_size;
@@ -61,6 +63,9 @@ enum Command {
     Lens(lens::LensArgs),
     /// Test whether two images agree. Exit code 0: they agree; 1: they differ
     Compare(compare::CompareArgs),
+    /// Make one image of the shards that `render --shard` leaves. Exit code 0: done; 1: some are missing, or another round is
+    /// needed
+    Merge(merge::MergeArgs),
     /// Measure what each setting costs and gains on a scene, and recommend the cheapest one for an error
     Tradeoff(tradeoff::TradeoffArgs),
     /// Write what a render farm needs to render a scene in shards
@@ -171,6 +176,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Lens(args) => lens::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
         Command::Farm(args) => farm::run(&args),
     }
@@ -179,8 +185,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// `fstop SCENE` means `fstop render SCENE`: if the first argument is neither a command nor a request for help,
 /// `render` is inserted before it. If it is not a file either but nearly a command, that is an error.
 fn with_default_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, String> {
-    const COMMANDS: [&str; 7] = [
-        "render", "check", "lens", "compare", "tradeoff", "farm", "help",
+    const COMMANDS: [&str; 8] = [
+        "render", "check", "lens", "compare", "merge", "tradeoff", "farm", "help",
     ];
     const HELP: [&str; 4] = ["-h", "--help", "-V", "--version"];
     let Some(first) = args.get(1).map(|a| a.to_string_lossy().into_owned()) else {

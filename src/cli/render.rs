@@ -4,6 +4,7 @@ use super::checkpoint::{self, CheckpointArgs};
 use super::goal::GoalArgs;
 use super::messages::{self, Failure};
 use super::progress::Bar;
+use super::shard::{self, ShardArgs};
 use super::{BAD_INPUT, INTERRUPTED, LOST, NOT_ALL, ReadArgs};
 use crate::console;
 use crate::render::{self, Ended};
@@ -14,8 +15,8 @@ use crate::session::{
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, Once};
 use std::time::Instant;
 
 /// Examples for the long help.
@@ -101,6 +102,8 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     checkpoint: CheckpointArgs,
     #[command(flatten)]
+    shard: ShardArgs,
+    #[command(flatten)]
     read: ReadArgs,
 }
 
@@ -159,6 +162,29 @@ impl RenderArgs {
         })
     }
 
+    pub(super) fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// Loads a frame, and says what was found. From then on signals stop the render where it can be continued; before,
+    /// nothing is lost, and they end the program as usual.
+    pub(super) fn prepare(
+        &self,
+        frame: Frame,
+        options: &RenderOptions,
+        listening: &Once,
+    ) -> Result<Prepared, Problems> {
+        let frame = frame.prepare(options)?;
+        self.print(frame.problems());
+        if !self.quiet {
+            frame.description().iter().for_each(console::say);
+        }
+        if let Some(stop) = &options.stop {
+            listening.call_once(|| checkpoint::listen(stop));
+        }
+        Ok(frame)
+    }
+
     /// Prints what was found, as far as it is asked for. Errors always are.
     fn print(&self, problems: &Problems) {
         if !self.quiet || problems.errors() > 0 {
@@ -168,15 +194,25 @@ impl RenderArgs {
 }
 
 /// What is wrong with the images of a scene that was rendered.
-struct Flaws {
+#[derive(Default)]
+pub(super) struct Flaws {
     /// Number of errors tolerated.
     passed: usize,
     /// Number of files that could not be written where they should be.
     unwritten: usize,
 }
 
+impl Flaws {
+    pub(super) fn passed(passed: usize) -> Flaws {
+        Flaws {
+            passed,
+            unwritten: 0,
+        }
+    }
+}
+
 /// Why there is no image.
-enum End {
+pub(super) enum End {
     /// Messages say it.
     Failed(Failure),
     /// A signal, and whether there is a checkpoint.
@@ -207,15 +243,28 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, End> {
     args.checkpoint.check(&outputs)?;
     args.print(&problems);
     scene.check_later_frames(options.threads)?;
-    if args.variance && !args.quiet && !outputs.iter().any(Outputs::keep_variances) {
+    let shards = args.shard.range()?;
+    if shards.is_some() {
+        shard::warn(args.png.is_some(), args.variance);
+    } else if args.variance && !args.quiet && !outputs.iter().any(Outputs::keep_variances) {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
+    let listening = Once::new();
     for ((frame, outputs), number) in { scene.into_frames() }.into_iter().zip(&outputs).zip(1..) {
         if { options.stop.as_ref() }.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             return Err(End::Interrupted { kept: false });
         }
-        options.checkpoint = args.checkpoint.of_frame(outputs, number);
-        let of_frame = render_frame(args, &options, frame, number, outputs)?;
+        let of_frame = match shards {
+            Some(range) => {
+                let every = args.checkpoint.every();
+                let shards = args.shard.of_frame(range, outputs, number, every);
+                shard::render_shards(args, &options, frame, &shards, &listening)?
+            }
+            None => {
+                options.checkpoint = args.checkpoint.of_frame(outputs, number);
+                render_frame(args, &options, frame, outputs, &listening)?
+            }
+        };
         flaws.passed += of_frame.passed;
         flaws.unwritten += of_frame.unwritten;
     }
@@ -245,19 +294,13 @@ fn render_frame(
     args: &RenderArgs,
     options: &RenderOptions,
     frame: Frame,
-    number: usize,
     outputs: &Outputs,
+    listening: &Once,
 ) -> Result<Flaws, End> {
     let started = Instant::now();
-    let frame = frame.prepare(options)?;
-    args.print(frame.problems());
+    let frame = args.prepare(frame, options, listening)?;
     if !args.quiet {
-        frame.description().iter().for_each(console::say);
         checkpoint::announce(&frame);
-    }
-    // Before, nothing is lost: signals end the program as usual.
-    if let Some(stop) = options.stop.as_ref().filter(|_| number == 1) {
-        checkpoint::listen(stop);
     }
     let rendering = Instant::now();
     let rendered = match args.quiet {

@@ -1,10 +1,11 @@
 //! Metadata of an image file: how the image was rendered.
 
 use glam::DMat4;
+use serde::{Deserialize, Serialize};
 
 /// Metadata written to the EXR header. Nothing here may differ between two runs of the same command, as equal renders
 /// are equal files, byte for byte: so no dates and no timings.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FilmMetadata {
     /// World space to camera space: x right, y up, z forward (left-handed, as in OpenEXR's standard attribute
     /// `worldToCamera`). Column vectors here; the file stores the row-vector form.

@@ -15,7 +15,7 @@
 //! let spec = FilmSpec { resolution: UVec2::new(4, 2), ..FilmSpec::default() };
 //! let mut film = Film::new(&spec);
 //! for bounds in film.bounds().tiles(2) {
-//!     let mut tile = film.tile(bounds);
+//!     let mut tile = spec.tile(bounds);
 //!     for pixel in bounds.pixels() {
 //!         tile.add_sample(pixel, Rgb::splat(0.25), 2.0);
 //!     }
@@ -60,7 +60,6 @@ pub struct Film {
     resolution: UVec2,
     bounds: PixelBounds,
     scale: f32,
-    max_sample_luminance: f32,
     pixels: Vec<PixelStatistics>,
     dropped: u64,
     first_dropped: Option<DroppedSample>,
@@ -74,7 +73,6 @@ impl Film {
             resolution: spec.resolution,
             bounds,
             scale: spec.scale,
-            max_sample_luminance: spec.max_sample_luminance,
             pixels: vec![PixelStatistics::default(); bounds.area()],
             dropped: 0,
             first_dropped: None,
@@ -104,11 +102,6 @@ impl Film {
     /// The statistics of one pixel; `None` outside the crop window.
     pub fn statistics(&self, pixel: UVec2) -> Option<&PixelStatistics> {
         self.pixels.get(self.bounds.index(pixel)?)
-    }
-
-    /// An empty tile for the part of `bounds` inside the crop window.
-    pub fn tile(&self, bounds: PixelBounds) -> Tile {
-        Tile::new(bounds.intersection(self.bounds), self.max_sample_luminance)
     }
 
     /// Merges the samples of `tile` into the film.

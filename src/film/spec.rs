@@ -1,6 +1,6 @@
 //! The `Film "image"` directive.
 
-use super::PixelBounds;
+use super::{PixelBounds, Tile};
 use crate::math::UVec2;
 use crate::params::{NamedFile, ParamReader};
 use std::path::PathBuf;
@@ -152,6 +152,12 @@ impl FilmSpec {
             UVec2::new(edge(x, x0), edge(y, y0)),
             UVec2::new(edge(x, x1), edge(y, y1)),
         )
+    }
+
+    /// An empty tile for the part of `bounds` inside the crop window.
+    pub fn tile(&self, bounds: PixelBounds) -> Tile {
+        let inside = bounds.intersection(self.pixel_bounds());
+        Tile::new(inside, self.max_sample_luminance)
     }
 
     /// # Errors

@@ -18,7 +18,7 @@ fn expose(side: u32, order: impl Fn(&mut Vec<PixelBounds>)) -> Film {
     let mut tiles: Vec<PixelBounds> = film.bounds().tiles(side).collect();
     order(&mut tiles);
     for bounds in tiles {
-        let mut tile = film.tile(bounds);
+        let mut tile = spec.tile(bounds);
         for pixel in bounds.pixels() {
             for sample in 0..100 {
                 let phase = (pixel.x * 7 + pixel.y * 13) as f32 + sample as f32 * 0.618;
@@ -64,7 +64,7 @@ fn negative_means_become_black_and_scale_applies() {
         ..FilmSpec::default()
     };
     let mut film = Film::new(&spec);
-    let mut tile = film.tile(film.bounds());
+    let mut tile = spec.tile(film.bounds());
     tile.add_sample(UVec2::ZERO, Rgb::new(1.0, 2.0, 0.0), 1.0);
     tile.add_sample(UVec2::ZERO, Rgb::new(0.0, 4.0, 0.5), -1.0);
     film.merge(tile);
@@ -87,7 +87,7 @@ fn exr_comes_back_bit_for_bit() {
     };
     spec.set_crop(&[0.25, 0.75, 0.5, 1.0]).unwrap();
     let mut film = Film::new(&spec);
-    let mut tile = film.tile(film.bounds());
+    let mut tile = spec.tile(film.bounds());
     for pixel in film.bounds().pixels() {
         tile.add_sample(pixel, pixel.as_vec2().extend(0.1) * 1e5, 1.0);
         tile.add_sample(pixel, Rgb::new(1e-7, 0.3, 0.7), 1.0);

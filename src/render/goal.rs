@@ -17,9 +17,16 @@ impl Goal {
     /// Samples per pixel in the first pass, if time allows: enough to estimate the noise of a tile of 16 × 16 pixels to
     /// about a tenth.
     pub const PILOT: u32 = 8;
+    /// The same in each of two halves.
+    pub(super) const PILOT_OF_HALF: u32 = Goal::PILOT / 2;
     /// Default maximum of samples per pixel. If an image has not converged by then, sampling fails to find something in
     /// it.
     pub const MAX_SPP: u32 = 1 << 20;
+
+    /// Maximum samples per pixel in each of two halves.
+    pub(super) fn most_of_half(&self) -> u32 {
+        self.max_spp.max(Goal::PILOT) / 2
+    }
 }
 
 /// Why rendering stopped.

@@ -7,13 +7,17 @@
 
 mod allocation;
 mod goal;
+mod halves;
 mod progress;
 mod progressive;
+mod shard;
 mod work;
 
 pub use goal::{Ended, Goal};
+pub use halves::Halves;
 pub use progress::{Progress, Step};
 pub use progressive::render_until;
+pub use shard::{Division, Pass, passes, render_shard};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
@@ -63,7 +67,6 @@ pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
         .intersection(job.sampled)
         .tiles(tile_size)
         .collect();
-    let blank = &film;
     let rendered: Vec<Tile> = tiles
         .into_par_iter()
         .enumerate()
@@ -73,7 +76,7 @@ pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
                 tile: tile as u32,
                 samples: 0..job.sampler.spp(),
             };
-            match work(job, &job.sampler, blank, bounds, &unit, progress) {
+            match work(job, &job.sampler, bounds, &unit, progress) {
                 Worked::Finished(tile) | Worked::Stopped(tile) => tile,
             }
         })

@@ -3,7 +3,7 @@
 
 use super::{Progress, RenderJob, sample_tile};
 use crate::checkpoint::Unit;
-use crate::film::{Film, Pairwise, PixelBounds, Tile};
+use crate::film::{Pairwise, PixelBounds, Tile};
 use crate::samplers::Sampler;
 
 /// Samples of each pixel in a block: a power of two of the leaves of the image's tree of sums ([`crate::film`]), so
@@ -22,13 +22,12 @@ pub(super) enum Worked {
 pub(super) fn work(
     job: &RenderJob,
     sampler: &Sampler,
-    film: &Film,
     bounds: PixelBounds,
     unit: &Unit,
     progress: &Progress,
 ) -> Worked {
     let (start, end) = (unit.samples.start, unit.samples.end);
-    let blank = || film.tile(bounds);
+    let blank = || job.film.tile(bounds);
     let journal = progress.journal();
     let restored = journal.and_then(|journal| journal.restore(unit, blank));
     let is_tree = |(done, nodes): &(u32, Vec<Tile>)| match *done == end {

@@ -6,18 +6,22 @@
 //! ```
 
 mod identity;
+mod merge;
 mod options;
 mod outputs;
 mod problems;
 mod rendered;
+mod shards;
 
+pub use merge::{MergeError, Merged, merge};
 pub use options::{Checkpoint, Policy, ReadOptions, RenderOptions};
 pub use outputs::{OutputNames, Outputs};
 pub use problems::Problems;
 pub use rendered::{DroppedSamples, Rendered};
+pub use shards::{ShardError, ShardFile, Shards};
 
 use crate::build::{self, PreparedScene};
-use crate::checkpoint::{CheckpointError, Identity, Journal};
+use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
 use crate::film;
 use crate::params::{Dialect, NamedFile};
 use crate::render::Step;
@@ -195,9 +199,11 @@ impl Frame {
             return Err(problems);
         };
         // Last, so that no checkpoint gives way to a render that never starts.
-        let journal = about.journal(&scene_options, options);
-        let (journal, replaced) = journal.map_err(|error| Problems::one(error.to_string()))?;
+        let identity = about.identity(&scene_options.film, options);
+        let (journal, replaced) =
+            journal(&identity, options).map_err(|error| Problems::one(error.to_string()))?;
         Ok(Prepared {
+            identity,
             name: about.name,
             scene,
             scene_options,
@@ -224,10 +230,10 @@ impl About {
     /// What a frame's image depends on. Hashing the files is left until it is asked for.
     fn identity(
         &self,
-        scene: &scene::options::Options,
+        film: &film::FilmSpec,
         options: &RenderOptions,
     ) -> Arc<dyn Fn() -> Identity + Send + Sync> {
-        let settings = identity::settings(self.number, &scene.film, &self.reading, options);
+        let settings = identity::settings(self.number, film, &self.reading, options);
         let main = (self.name.clone(), identity::hash_of_main(&self.sources));
         let (named, files) = (self.sources.named_files(), Arc::clone(&self.files));
         Arc::new(move || Identity {
@@ -236,30 +242,32 @@ impl About {
             settings: settings.clone(),
         })
     }
+}
 
-    /// The checkpoint, and what was wrong with the one that it replaces.
-    fn journal(
-        &self,
-        scene: &scene::options::Options,
-        options: &RenderOptions,
-    ) -> Result<(Option<Journal>, Vec<String>), CheckpointError> {
-        let Some(checkpoint) = &options.checkpoint else {
-            return Ok((None, Vec::new()));
-        };
-        let identity = self.identity(scene, options);
-        let (path, every) = (&checkpoint.path, checkpoint.every);
+/// The checkpoint, and what was wrong with the one that it replaces.
+fn journal(
+    identity: &Arc<dyn Fn() -> Identity + Send + Sync>,
+    options: &RenderOptions,
+) -> Result<(Option<Journal>, Vec<String>), CheckpointError> {
+    let Some(checkpoint) = &options.checkpoint else {
+        return Ok((None, Vec::new()));
+    };
+    let keep = Keep {
+        path: &checkpoint.path,
+        identity,
+        facts: None,
         // Passes that the clock has planned are continued only if all of them are known.
-        let after = match options.time {
+        after: match options.time {
             Some(_) => Duration::ZERO,
             None => checkpoint.after,
-        };
-        match Journal::open(path, &identity, after, every) {
-            Err(CheckpointError::Differs { differences, .. }) if !checkpoint.required => {
-                let journal = Journal::replacing(path, &identity, after, every);
-                Ok((Some(journal), differences))
-            }
-            opened => Ok((Some(opened?), Vec::new())),
+        },
+        every: checkpoint.every,
+    };
+    match Journal::open(&keep) {
+        Err(CheckpointError::Differs { differences, .. }) if !checkpoint.required => {
+            Ok((Some(Journal::replacing(&keep)), differences))
         }
+        opened => Ok((Some(opened?), Vec::new())),
     }
 }
 
@@ -272,6 +280,7 @@ pub struct Prepared {
     problems: Problems,
     journal: Option<Journal>,
     replaced: Vec<String>,
+    identity: Arc<dyn Fn() -> Identity + Send + Sync>,
 }
 
 impl Prepared {

@@ -1,6 +1,7 @@
 //! What a caller decides about reading and rendering a scene.
 
 use crate::cameras::Compat;
+use crate::film::FilmSpec;
 use crate::optics::models::ModelKind;
 use crate::render::{Goal, TILE_SIZE};
 use crate::scene::dialect::DialectChoice;
@@ -155,10 +156,23 @@ impl RenderOptions {
         if let Some(spp) = self.spp.filter(|_| self.goal().is_none()) {
             options.sampler = options.sampler.clone().with_spp(spp);
         }
-        let scene_crops = options.film.crop_window != [0.0, 1.0, 0.0, 1.0];
+        self.crop(&mut options.film)
+    }
+
+    /// The film of a frame that the options have not been applied to.
+    pub(super) fn film(&self, film: &FilmSpec) -> Result<FilmSpec, String> {
+        let mut film = film.clone();
+        if self.quick {
+            film.make_quick();
+        }
+        self.crop(&mut film)?;
+        Ok(film)
+    }
+
+    fn crop(&self, film: &mut FilmSpec) -> Result<(), String> {
+        let scene_crops = film.crop_window != [0.0, 1.0, 0.0, 1.0];
         match self.crop.or(self.default_crop.filter(|_| !scene_crops)) {
-            Some(crop) => options
-                .film
+            Some(crop) => film
                 .set_crop(&crop)
                 .map_err(|error| format!("--crop: {error}")),
             None => Ok(()),

@@ -3,7 +3,7 @@
 use super::RenderOptions;
 use crate::build::PreparedScene;
 use crate::checkpoint::Journal;
-use crate::film::{self, DroppedSample, FilmMetadata, Image, WriteError};
+use crate::film::{self, DroppedSample, Film, FilmMetadata, Image, WriteError};
 use crate::integrators::witness::{Met, Place};
 use crate::materials::Material;
 use crate::render::{self, Ended, Progress, RenderJob, Step};
@@ -109,24 +109,62 @@ pub(super) fn take(
             )
         }
     };
-    let mut image = film.develop();
-    if !options.variance {
-        image.variance = None;
-    }
-    Rendered {
-        samples: film.bounds().area() as f64 * spp,
-        dropped: first_dropped.map(|first| dropped(job, film.dropped(), first)),
-        metadata: FilmMetadata {
-            seed: options.seed,
-            spp: spp.round().clamp(1.0, f64::from(u32::MAX)) as u32,
-            relative_error: error,
-            scene: name.to_string(),
-            ..scene.metadata.clone()
-        },
-        image,
+    let finished = Finished {
+        film,
         spp,
+        error,
         passes,
         stopped,
+    };
+    let dropped = first_dropped.map(|first| dropped(job, finished.film.dropped(), first));
+    let metadata = metadata(scene, name, options);
+    finished.develop(metadata, options.variance, dropped)
+}
+
+/// What the image's file says of it, but for what is known at its end.
+pub(super) fn metadata(scene: &PreparedScene, name: &str, options: &RenderOptions) -> FilmMetadata {
+    FilmMetadata {
+        seed: options.seed,
+        scene: name.to_string(),
+        ..scene.metadata.clone()
+    }
+}
+
+/// A film with all its samples.
+pub(super) struct Finished {
+    pub film: Film,
+    /// Samples a pixel, on average.
+    pub spp: f64,
+    /// Estimated relative error.
+    pub error: Option<f64>,
+    pub passes: Option<(u32, Ended)>,
+    pub stopped: bool,
+}
+
+impl Finished {
+    pub(super) fn develop(
+        self,
+        metadata: FilmMetadata,
+        variance: bool,
+        dropped: Option<DroppedSamples>,
+    ) -> Rendered {
+        let mut image = self.film.develop();
+        if !variance {
+            image.variance = None;
+        }
+        Rendered {
+            samples: self.film.bounds().area() as f64 * self.spp,
+            dropped,
+            metadata: FilmMetadata {
+                spp: self.spp.round().clamp(1.0, f64::from(u32::MAX)) as u32,
+                relative_error: self.error,
+                ..metadata
+            },
+            image,
+            spp: self.spp,
+            passes: self.passes,
+            stopped: self.stopped,
+        }
     }
 }
 

@@ -21,6 +21,7 @@ mod lost_light;
 mod memory_limit;
 mod outputs;
 mod passes;
+mod shards;
 #[cfg(target_os = "linux")]
 mod streams;
 mod tradeoff;

@@ -1,0 +1,165 @@
+//! What is in a checkpoint's file.
+
+use super::record::{self, Record, Unit};
+use super::{Facts, Header, Identity, LONGEST, MAGIC};
+use crate::film::Tile;
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::time::Duration;
+
+/// Which records a checkpoint has, and where.
+#[derive(Debug, Default)]
+pub struct Contents {
+    /// What it is of.
+    pub identity: Identity,
+    /// Of a shard: what is known of the image.
+    pub facts: Option<Facts>,
+    /// The passes of which a shard has everything.
+    pub passes_done: Option<u32>,
+    /// Counts after a pass, by its number.
+    pub plans: HashMap<u32, [Vec<u32>; 2]>,
+    /// Time of rendering.
+    pub spent: Duration,
+    /// The latest record of each unit.
+    units: HashMap<Unit, Place>,
+    /// Where the last whole record ends.
+    pub(super) end: u64,
+}
+
+/// Where a record is in the file, and how far it got with its unit.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    start: u64,
+    length: usize,
+    done: u32,
+}
+
+impl Contents {
+    /// Reads every whole record; `None` if the file is not a checkpoint.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn read(mut file: BufReader<File>) -> io::Result<Option<Contents>> {
+        let mut magic = [0; MAGIC.len()];
+        if file.read_exact(&mut magic).is_err() || magic != MAGIC {
+            return Ok(None);
+        }
+        let Some(body) = next(&mut file)? else {
+            return Ok(None);
+        };
+        let Ok(Header { identity, image }) = serde_json::from_slice(&body) else {
+            return Ok(None);
+        };
+        let mut contents = Contents {
+            identity,
+            facts: image,
+            end: (MAGIC.len() + body.len() + record::FRAME) as u64,
+            ..Contents::default()
+        };
+        while let Some(body) = next(&mut file)? {
+            if !contents.add(&body) {
+                break;
+            }
+            contents.end += (body.len() + record::FRAME) as u64;
+        }
+        Ok(Some(contents))
+    }
+
+    /// Adds the record after the last; `false` if it is none.
+    fn add(&mut self, body: &[u8]) -> bool {
+        match Record::read(&mut &body[..]) {
+            Some(Record::Work { unit, done }) => {
+                let place = Place {
+                    start: self.end + 4,
+                    length: body.len(),
+                    done,
+                };
+                if done > unit.samples.start {
+                    self.units.insert(unit, place);
+                }
+            }
+            Some(Record::Plan { pass, counts }) => drop(self.plans.insert(pass, counts)),
+            Some(Record::Spent(milliseconds)) => self.spent = Duration::from_millis(milliseconds),
+            Some(Record::Done { passes }) => self.passes_done = Some(passes),
+            None => return false,
+        }
+        true
+    }
+
+    /// Is there any work in it?
+    pub fn holds_work(&self) -> bool {
+        !self.units.is_empty()
+    }
+
+    /// Has it samples of the unit?
+    pub fn has(&self, unit: &Unit) -> bool {
+        self.units.contains_key(unit)
+    }
+
+    /// Has it all samples of the unit?
+    pub fn has_whole(&self, unit: &Unit) -> bool {
+        let place = self.units.get(unit);
+        place.is_some_and(|place| place.done == unit.samples.end)
+    }
+
+    /// The bytes of a unit's record in `file`.
+    pub fn bytes(&self, unit: &Unit, file: &mut File) -> Option<Vec<u8>> {
+        let place = self.units.get(unit)?;
+        let mut body = vec![0; place.length];
+        file.seek(SeekFrom::Start(place.start)).ok()?;
+        file.read_exact(&mut body).ok()?;
+        Some(body)
+    }
+}
+
+/// What the record of a unit holds: the index after the last sample, and the subtrees before it. `None` if the numbers
+/// of samples are not those of the unit: then the file is damaged, or was made to deceive.
+pub fn restored(unit: &Unit, body: &[u8], blank: impl Fn() -> Tile) -> Option<(u32, Vec<Tile>)> {
+    let mut bytes = body;
+    let Some(Record::Work { done, .. }) = Record::read(&mut bytes) else {
+        return None;
+    };
+    let samples = &unit.samples;
+    (samples.start..=samples.end)
+        .contains(&done)
+        .then_some(())?;
+    let tiles = record::read_tiles(&mut bytes, &blank)?;
+    let pixels = blank().bounds();
+    let count_of = |pixel| -> u64 {
+        let counts = tiles.iter().filter_map(|tile| tile.statistics(pixel));
+        counts
+            .map(|found| found.count())
+            .fold(0, u64::saturating_add)
+    };
+    let expected = u64::from(done - samples.start);
+    let is_whole = bytes.is_empty() && pixels.pixels().all(|pixel| count_of(pixel) == expected);
+    is_whole.then_some((done, tiles))
+}
+
+/// The next record's bytes; `None` at the end, or where one is cut off or damaged.
+fn next(file: &mut BufReader<File>) -> io::Result<Option<Vec<u8>>> {
+    let mut length = [0; 4];
+    if let Err(error) = file.read_exact(&mut length) {
+        return end_or(error);
+    }
+    let count = u32::from_le_bytes(length);
+    if count > LONGEST {
+        return Ok(None);
+    }
+    let mut body = Vec::new();
+    file.by_ref().take(count.into()).read_to_end(&mut body)?;
+    let mut crc = [0; 4];
+    if let Err(error) = file.read_exact(&mut crc) {
+        return end_or(error);
+    }
+    let good = u32::from_le_bytes(crc) == record::crc32(&[&length, &body]);
+    Ok(good.then_some(body))
+}
+
+fn end_or(error: io::Error) -> io::Result<Option<Vec<u8>>> {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => Ok(None),
+        _ => Err(error),
+    }
+}

@@ -1,0 +1,79 @@
+//! What a shard's file says of the image: enough to make it without the scene.
+
+use crate::film::{FilmMetadata, FilmSpec};
+use crate::math::UVec2;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// One of the equal parts that a render is divided into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Shard {
+    /// From 1.
+    pub number: u32,
+    /// How many there are.
+    pub of: u32,
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+/// What all shards of a render agree on, and which of them this is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Facts {
+    /// Which.
+    pub shard: Shard,
+    /// The film.
+    pub film: FilmFacts,
+    /// The pixels that are rendered: from x, y to below x, y.
+    pub sampled: [UVec2; 2],
+    /// What the image's file says of it.
+    pub metadata: FilmMetadata,
+    /// Samples of every pixel, if there is no goal.
+    pub spp: u32,
+    /// Rendered in passes until then.
+    pub goal: Option<GoalFacts>,
+}
+
+/// See [`FilmSpec`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FilmFacts {
+    /// Width and height in pixels.
+    pub resolution: UVec2,
+    /// x0, x1, y0, y1 as fractions.
+    pub crop_window: [f64; 4],
+    /// Factor of finished pixels.
+    pub scale: f32,
+}
+
+/// The goal of an adaptive render.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GoalFacts {
+    /// Relative error.
+    pub error: f64,
+    /// Most samples a pixel.
+    pub max_spp: u32,
+}
+
+impl FilmFacts {
+    /// Of this film.
+    pub fn of(film: &FilmSpec) -> FilmFacts {
+        FilmFacts {
+            resolution: film.resolution,
+            crop_window: film.crop_window,
+            scale: film.scale,
+        }
+    }
+
+    /// The film, which no more samples are added to.
+    pub fn spec(&self) -> FilmSpec {
+        FilmSpec {
+            resolution: self.resolution,
+            crop_window: self.crop_window,
+            scale: self.scale,
+            ..FilmSpec::default()
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! `fstop merge SHARD... -o OUT`: makes one image of the shards that `render --shard` has left.
+
+use super::messages::{self, Failure};
+use super::{ANSWER_IS_NO, BAD_INPUT};
+use crate::console;
+use crate::film;
+use crate::session::{MergeError, Merged, Rendered, merge};
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Examples for the long help.
+const EXAMPLES: &str = "Examples:
+  fstop merge image.shard-*-of-8.fsc -o image.exr --png image.png
+  fstop merge image.shard-*-of-8.fsc -o image.exr --plan image.plan";
+
+/// Arguments of `fstop merge`.
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub(super) struct MergeArgs {
+    /// The files of all shards of one render, in any order
+    #[arg(required = true, value_name = "SHARD")]
+    shards: Vec<PathBuf>,
+    /// Image to write (.exr, .png, .pfm, .tga): the bits that one process would have written
+    #[arg(help_heading = "Output", short, long = "output", value_name = "OUT")]
+    output: PathBuf,
+    /// Also write a PNG of the image here
+    #[arg(help_heading = "Output", long)]
+    png: Option<PathBuf>,
+    /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B)
+    #[arg(help_heading = "Output", long)]
+    variance: bool,
+    /// Make what there is of the image if shards are missing or not finished; pixels without samples are black
+    #[arg(help_heading = "What is merged", long)]
+    allow_missing: bool,
+    /// For `render --error`: if the error is not reached, write here what all shards do next (`render --shard K/N
+    /// --plan FILE`), and exit with 1
+    #[arg(help_heading = "What is merged", long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+    /// Print only errors
+    #[arg(help_heading = "How it runs", long)]
+    quiet: bool,
+}
+
+/// Merges.
+pub(super) fn run(args: &MergeArgs) -> ExitCode {
+    match merged(args) {
+        Ok(code) => code,
+        Err(failure) => failure.exit(),
+    }
+}
+
+fn merged(args: &MergeArgs) -> Result<ExitCode, Failure> {
+    let outputs = || {
+        [Some(&args.output), args.png.as_ref()]
+            .into_iter()
+            .flatten()
+    };
+    for path in outputs() {
+        film::check_output(path).map_err(|error| error.to_string())?;
+    }
+    match merge(&args.shards, args.allow_missing, args.variance) {
+        Ok(Merged::Image(image)) => write(args, &image, outputs()),
+        Ok(Merged::Plan { plan, error, goal }) => {
+            let error = error.map_or("unknown".to_string(), |e| format!("{:.3} %", 100.0 * e));
+            let goal = format!("the error is {error}, the goal is {:.3} %", 100.0 * goal);
+            let Some(path) = &args.plan else {
+                return Err(format!("{goal}: plan the next round (--plan FILE)").into());
+            };
+            plan.write(path).map_err(|error| error.to_string())?;
+            if !args.quiet {
+                let next = path.display();
+                console::say(format_args!("{goal}: `--plan {next}` for all shards"));
+            }
+            Ok(ExitCode::from(ANSWER_IS_NO))
+        }
+        Err(error @ MergeError::Missing(_)) => {
+            messages::error(error);
+            console::say("with --allow-missing the others are merged");
+            Ok(ExitCode::from(ANSWER_IS_NO))
+        }
+        Err(error) => Err(error.to_string().into()),
+    }
+}
+
+fn write<'a>(
+    args: &MergeArgs,
+    image: &Rendered,
+    outputs: impl Iterator<Item = &'a PathBuf>,
+) -> Result<ExitCode, Failure> {
+    if let Some(dropped) = &image.dropped {
+        let [x, y] = dropped.pixel;
+        messages::warning(format!(
+            "{} of the samples were negative or not finite, and count as black; the first is sample {} of pixel \
+             {x}, {y} (both from 0)",
+            dropped.count, dropped.sample
+        ));
+    }
+    let mut code = ExitCode::SUCCESS;
+    for path in outputs {
+        if let Err(error) = image.write_or_rescue(path) {
+            messages::error(error);
+            code = ExitCode::from(BAD_INPUT);
+            continue;
+        }
+        if !args.quiet {
+            let (path, shards, spp) = (path.display(), args.shards.len(), image.spp);
+            let partial = if image.stopped {
+                ", not all of the image"
+            } else {
+                ""
+            };
+            console::say(format_args!(
+                "{path}: {spp:.1} samples a pixel on average, of {shards} shards{partial}"
+            ));
+        }
+    }
+    Ok(code)
+}

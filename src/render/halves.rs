@@ -1,0 +1,183 @@
+//! The two halves of a progressive image: what they tell of its error, and what the next pass takes.
+
+use super::allocation::{Share, doubled, for_error, for_samples};
+use super::{Ended, Goal};
+use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, PixelStatistics, Tile};
+use glam::DVec3;
+
+/// Sample counts per pixel of each half's tiles.
+pub(super) type Counts = [Vec<u32>; 2];
+
+/// A pass is planned for slightly less than the requested error: its estimate is noisy, and a miss costs another pass.
+const PART_OF_ERROR: f64 = 0.97;
+
+/// Two independent images of one scene (see [`render_until`](super::render_until)).
+pub struct Halves {
+    tiles: Vec<PixelBounds>,
+    films: [Film; 2],
+    counts: Counts,
+}
+
+impl Halves {
+    /// Without samples. Those of all pixels in a tile are equally many.
+    pub fn new(spec: &FilmSpec, sampled: PixelBounds, tile_size: u32) -> Halves {
+        let film = Film::new(spec);
+        let bounds = film.bounds().intersection(sampled);
+        let tiles: Vec<PixelBounds> = bounds.tiles(tile_size).collect();
+        let none = vec![0; tiles.len()];
+        Halves {
+            tiles,
+            films: [film.clone(), film],
+            counts: [none.clone(), none],
+        }
+    }
+
+    /// The tiles, whose order is that of all counts.
+    pub fn tiles(&self) -> &[PixelBounds] {
+        &self.tiles
+    }
+
+    /// What each tile has.
+    pub fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// Adds samples of one half: a tile, or part of one.
+    pub fn merge(&mut self, half: usize, tile: Tile) {
+        self.films[half].merge(tile);
+    }
+
+    /// All pixels of a half's tile have this many samples now.
+    pub fn reach(&mut self, half: usize, tile: usize, count: u32) {
+        self.counts[half][tile] = count;
+    }
+
+    /// Why no further pass is needed, if so, with this [error](Halves::error).
+    pub fn reached(&self, goal: &Goal, error: Option<f64>) -> Option<Ended> {
+        let good = |wanted: f64| error.is_some_and(|error| error <= wanted);
+        if goal.error.is_some_and(good) {
+            return Some(Ended::Error);
+        }
+        let most = goal.most_of_half();
+        let all_have = self.counts.iter().flatten().all(|&n| n >= most);
+        all_have.then_some(Ended::Samples)
+    }
+
+    /// Number of camera samples so far.
+    pub fn samples(&self) -> f64 {
+        let of = |counts: &Vec<u32>| -> f64 {
+            let pairs = self.tiles.iter().zip(counts);
+            pairs.map(|(t, &n)| t.area() as f64 * f64::from(n)).sum()
+        };
+        self.counts.iter().map(of).sum()
+    }
+
+    fn pixels(&self) -> f64 {
+        self.tiles.iter().map(|t| t.area() as f64).sum()
+    }
+
+    /// Average number of samples per pixel.
+    pub fn spp(&self) -> f64 {
+        self.samples() / self.pixels().max(1.0)
+    }
+
+    /// See [`Progressive::error`](super::progressive::Progressive::error).
+    pub fn error(&self) -> Option<f64> {
+        if self.counts.iter().flatten().any(|&n| n == 0) {
+            return None;
+        }
+        let [a, b] = [0, 1].map(|i| self.films[i].pixels());
+        let pairs = || a.iter().zip(b).filter(|(p, _)| p.count() > 0);
+        let count = pairs().count() as f64;
+        let mean: DVec3 = pairs().map(|(p, q)| (p.mean() + q.mean()) * 0.5).sum();
+        let floor = floor(mean.element_sum() / (3.0 * count));
+        let squares = pairs().map(|(p, q)| {
+            let (mean, error) = ((p.mean() + q.mean()) * 0.5, (p.mean() - q.mean()) * 0.5);
+            (error * error / (mean * mean + floor)).element_sum()
+        });
+        let error = (squares.sum::<f64>() / (3.0 * count)).sqrt();
+        // No pixels, or no noise: what has not been sampled yet may be anything.
+        (error.is_finite() && error > 0.0).then_some(error)
+    }
+
+    /// The tiles of `of`, with the noise measured by the other half.
+    fn shares(&self, of: usize) -> Vec<Share> {
+        let film = &self.films[1 - of];
+        let seen = film.pixels().iter().filter(|p| p.count() > 0);
+        let sum: DVec3 = seen.map(PixelStatistics::mean).sum();
+        let floor = floor(sum.element_sum() / (3.0 * self.pixels()));
+        let noise = |pixel: &PixelStatistics| {
+            let variance = pixel.variance_of_mean() * pixel.count() as f64;
+            (variance / (pixel.mean() * pixel.mean() + floor)).element_sum() / 3.0
+        };
+        let share = |(tile, &count): (&PixelBounds, &u32)| Share {
+            noise: tile
+                .pixels()
+                .filter_map(|p| film.statistics(p))
+                .map(noise)
+                .sum(),
+            area: tile.area() as f64,
+            count,
+        };
+        self.tiles.iter().zip(&self.counts[of]).map(share).collect()
+    }
+
+    /// The counts after the next pass: a pure function of the samples, but for how many are `affordable` in the time
+    /// that is left.
+    pub fn plan(&self, goal: &Goal, error: Option<f64>, affordable: Option<f64>) -> Counts {
+        let most = goal.most_of_half();
+        let shares = [0, 1].map(|half| self.shares(half));
+        let mut plan = [0, 1].map(|half| doubled(&shares[half], most));
+        if let Some((wanted, error)) = goal.error.zip(error) {
+            // The error that the allocation predicts for the mean of the halves, compared with their actual difference:
+            // well-distributed samples do better than independent ones.
+            let promised: f64 = shares
+                .iter()
+                .flatten()
+                .map(|s| s.noise / f64::from(s.count))
+                .sum();
+            let measured = (error / (PART_OF_ERROR * wanted)).powi(2);
+            let target = 0.5 * promised / measured;
+            plan = [0, 1].map(|i| for_error(&shares[i], target, most));
+        }
+        let Some(affordable) = affordable else {
+            return plan;
+        };
+        let cost = |plan: &[Vec<u32>; 2]| -> f64 {
+            let of = |half: usize| -> f64 {
+                let tiles = plan[half].iter().zip(&shares[half]);
+                tiles.map(|(&n, s)| f64::from(n - s.count) * s.area).sum()
+            };
+            of(0) + of(1)
+        };
+        if goal.error.is_some() && cost(&plan) <= affordable {
+            return plan;
+        }
+        [0, 1].map(|i| for_samples(&shares[i], 0.5 * affordable, most))
+    }
+
+    /// The mean of both.
+    pub fn film(&self) -> Film {
+        Film::mean_of(&self.films[0], &self.films[1])
+    }
+
+    /// The first sample that was dropped, and its half.
+    pub fn first_dropped(&self) -> Option<(DroppedSample, usize)> {
+        let of = |half: usize| Some((self.films[half].first_dropped()?, half));
+        of(0).or_else(|| of(1))
+    }
+}
+
+/// Whether these can be the counts after a pass.
+pub(super) fn follows(have: &Counts, next: &Counts, goal: &Goal) -> bool {
+    let most = goal.most_of_half();
+    let halves = || next.iter().zip(have);
+    halves().all(|(next, have)| next.len() == have.len()) && { halves() }
+        .flat_map(|(next, have)| next.iter().zip(have))
+        .all(|(next, have)| (*have..=most.max(*have)).contains(next))
+}
+
+/// ε² for an image of this mean.
+fn floor(mean: f64) -> DVec3 {
+    DVec3::splat((0.01 * mean).powi(2).max(f64::MIN_POSITIVE))
+}

@@ -1,0 +1,239 @@
+//! Merging shards: from the sums in their files to the image that one process would have made, bit for bit.
+//!
+//! One piece is in memory at a time, besides the film: however many shards there are.
+
+mod group;
+
+use super::DroppedSamples;
+use super::rendered::{Finished, Rendered};
+use crate::budget::{Budget, OverBudget};
+use crate::checkpoint::{Plan, Shard};
+use crate::film::{Film, FilmSpec, Pairwise, PixelBounds, PixelStatistics, Tile};
+use crate::render::{self, Division, Ended, Goal, Halves, Pass, TILE_SIZE};
+use group::Group;
+use std::io;
+use std::path::PathBuf;
+
+/// Why shards cannot be merged.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MergeError {
+    /// No files.
+    #[error("there are no shards to merge")]
+    Nothing,
+    /// It is something else.
+    #[error("{}: this is {why}", .path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        why: &'static str,
+    },
+    /// It cannot be read.
+    #[error("{}: cannot read: {source}", .path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's error.
+        source: io::Error,
+    },
+    /// A record's checksum is right, but its contents are not.
+    #[error("{}: this file is damaged: remove it, and render the shard again", .0.display())]
+    Damaged(PathBuf),
+    /// Two files of the same shard.
+    #[error("{} and {}: both are shard {shard}", .paths[0].display(), .paths[1].display())]
+    Doubled {
+        /// Which.
+        shard: Shard,
+        /// The files.
+        paths: [PathBuf; 2],
+    },
+    /// Files of different renders.
+    #[error("{} and {}: these are shards of different renders, which differ in {}", .paths[0].display(), .paths[1].display(), .unlike.join(", "))]
+    Mixture {
+        /// The files.
+        paths: [PathBuf; 2],
+        /// What is different.
+        unlike: Vec<String>,
+    },
+    /// Shards that are not there or not finished.
+    #[error("{}", some(.0))]
+    Missing(Vec<String>),
+    /// The film is too large for this machine.
+    #[error("the film {0}")]
+    Memory(OverBudget),
+    /// The plan that the shards have followed is none for their image.
+    #[error("the passes that the shards have followed are none of their image")]
+    Passes,
+}
+
+/// Lines, but not thousands of them.
+fn some(all: &[String]) -> String {
+    const MOST: usize = 20;
+    let mut lines: Vec<String> = all.iter().take(MOST).cloned().collect();
+    if all.len() > MOST {
+        lines.push(format!("and {} more", all.len() - MOST));
+    }
+    lines.join("\n")
+}
+
+/// What comes of shards.
+pub enum Merged {
+    /// The image.
+    Image(Box<Rendered>),
+    /// Its error is larger than the goal: what all shards do next.
+    Plan {
+        /// For `--plan`.
+        plan: Plan,
+        /// Estimated relative error so far, if it is known.
+        error: Option<f64>,
+        /// The goal.
+        goal: f64,
+    },
+}
+
+/// Merges the files of all shards of a render, in any order; with `allow_missing` those that there are. With
+/// `variance`, the image has the variance of each pixel's mean.
+///
+/// # Errors
+/// See [`MergeError`].
+pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<Merged, MergeError> {
+    let mut group = Group::read(paths)?;
+    let missing = group.missing();
+    if !missing.is_empty() && !allow_missing {
+        return Err(MergeError::Missing(missing));
+    }
+    let is_whole = missing.is_empty();
+    let [min, max] = group.facts.sampled;
+    let spec = group.facts.film.spec();
+    let sampled = spec.pixel_bounds().intersection(PixelBounds::new(min, max));
+    let films = if group.facts.goal.is_some() { 3 } else { 1 };
+    let bytes = size_of::<PixelStatistics>() as u64 * spec.pixel_bounds().area() as u64;
+    let room = Budget::new(None).take(films * bytes);
+    room.map_err(MergeError::Memory)?;
+    let finished = match group.facts.goal {
+        None => of_samples(&mut group, &spec, sampled)?,
+        Some(facts) => {
+            let goal = Goal {
+                error: Some(facts.error),
+                time: None,
+                max_spp: facts.max_spp,
+            };
+            match of_passes(&mut group, &spec, sampled, &goal, is_whole)? {
+                Ok(finished) => finished,
+                Err((plan, error)) => {
+                    let goal = facts.error;
+                    return Ok(Merged::Plan { plan, error, goal });
+                }
+            }
+        }
+    };
+    let film = &finished.film;
+    let dropped = film.first_dropped().map(|first| DroppedSamples {
+        count: film.dropped(),
+        pixel: first.pixel.to_array(),
+        sample: first.sample,
+        place: "which its shard can say more of".to_string(),
+    });
+    let metadata = group.facts.metadata.clone();
+    Ok(Merged::Image(Box::new(
+        finished.develop(metadata, variance, dropped),
+    )))
+}
+
+/// An image with the same number of samples everywhere.
+fn of_samples(
+    group: &mut Group,
+    spec: &FilmSpec,
+    sampled: PixelBounds,
+) -> Result<Finished, MergeError> {
+    let spp = group.facts.spp;
+    let division = Division::new(sampled, Some(spp), group.facts.shard.of);
+    let mut film = Film::new(spec);
+    let pass = division.whole(spp);
+    add(group, &division, &pass, spec, |_, tile| film.merge(tile))?;
+    let samples = film.samples();
+    let area = sampled.area() as u64;
+    Ok(Finished {
+        spp: samples as f64 / area.max(1) as f64,
+        error: None,
+        passes: None,
+        stopped: samples < area * u64::from(spp),
+        film,
+    })
+}
+
+/// An adaptive image as far as its passes go, or what comes next.
+fn of_passes(
+    group: &mut Group,
+    spec: &FilmSpec,
+    sampled: PixelBounds,
+    goal: &Goal,
+    is_whole: bool,
+) -> Result<Result<Finished, (Plan, Option<f64>)>, MergeError> {
+    let division = Division::new(sampled, None, group.facts.shard.of);
+    let passes = render::passes(sampled, goal, &group.planned).ok_or(MergeError::Passes)?;
+    let mut halves = Halves::new(spec, sampled, TILE_SIZE);
+    for pass in &passes {
+        add(group, &division, pass, spec, |half, tile| {
+            halves.merge(half, tile)
+        })?;
+        for (half, tiles) in pass.iter().enumerate() {
+            for (tile, samples) in tiles.iter().enumerate() {
+                halves.reach(half, tile, samples.end);
+            }
+        }
+    }
+    let error = halves.error().filter(|_| is_whole);
+    let ended = halves.reached(goal, error);
+    if ended.is_none() && is_whole {
+        let mut passes = group.planned.clone();
+        passes.push(halves.plan(goal, error, None));
+        let of = group.identity();
+        return Ok(Err((Plan { of, passes }, error)));
+    }
+    let film = halves.film();
+    let spp = match is_whole {
+        true => halves.spp(),
+        false => film.samples() as f64 / sampled.area().max(1) as f64,
+    };
+    Ok(Ok(Finished {
+        film,
+        spp,
+        error,
+        passes: Some((passes.len() as u32, ended.unwrap_or(Ended::Stopped))),
+        stopped: !is_whole,
+    }))
+}
+
+/// Hands the cells of a pass, each with all its samples, to `take` with their half.
+fn add(
+    group: &mut Group,
+    division: &Division,
+    pass: &Pass,
+    spec: &FilmSpec,
+    mut take: impl FnMut(usize, Tile),
+) -> Result<(), MergeError> {
+    for half in 0..pass.len() {
+        let owner = |cell| {
+            let first = division.pieces_of(half, cell, pass).next();
+            first.map(|piece| division.owner(&piece, pass))
+        };
+        // Those of one shard one after the other, so that few files are opened again.
+        let mut cells: Vec<u32> = (0..division.cells()).collect();
+        cells.sort_by_cached_key(|cell| owner(*cell));
+        for cell in cells {
+            let mut blocks = Pairwise::default();
+            for piece in division.pieces_of(half, cell, pass) {
+                let shard = division.owner(&piece, pass);
+                let blank = || spec.tile(piece.bounds);
+                let tiles = group.tiles(shard, &piece.unit, blank)?;
+                tiles.into_iter().for_each(|tile| blocks.push(tile));
+            }
+            if let Some(tile) = blocks.take(None) {
+                take(half, tile);
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,223 @@
+//! Shards: equal parts of a render, each in a file of its own, that `merge` makes one image of.
+
+use super::{Frame, Prepared, Problems, RenderOptions, on_threads, rendered};
+use crate::checkpoint::{
+    CheckpointError, Contents, Facts, FilmFacts, GoalFacts, Identity, Journal, Keep, Plan,
+    PlanError, Shard,
+};
+use crate::render::{self, Division, Goal, Pass, Progress, Step};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Which shards of a render a process is to make.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Shards {
+    /// Each with its file.
+    pub files: Vec<ShardFile>,
+    /// The longest time whose work may be lost.
+    pub every: Duration,
+    /// With an error for a goal: what `merge` has planned, but for the first round.
+    pub plan: Option<PathBuf>,
+}
+
+/// One shard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShardFile {
+    /// Which, from 1.
+    pub number: u32,
+    /// Of how many.
+    pub of: u32,
+    /// Its file.
+    pub path: PathBuf,
+}
+
+/// Why a shard is not rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum ShardError {
+    /// Its file is of something else, or cannot be made or written.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// It has no plan.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The plan is not one for this image.
+    #[error("{}: these are no passes of this image", .0.display())]
+    Passes(PathBuf),
+    /// A time is no goal for shards.
+    #[error(
+        "--time cannot be divided into shards: give each as many samples (--spp), or an error (--error)"
+    )]
+    Time,
+}
+
+impl Shards {
+    /// Of these files.
+    pub fn new(files: Vec<ShardFile>, every: Duration) -> Shards {
+        let plan = None;
+        Shards { files, every, plan }
+    }
+
+    /// The passes after the first.
+    fn planned(&self, of: &Identity) -> Result<Vec<[Vec<u32>; 2]>, PlanError> {
+        let plan = self.plan.as_ref().map(|path| Plan::read(path, of));
+        Ok(plan
+            .transpose()?
+            .map(|plan| plan.passes)
+            .unwrap_or_default())
+    }
+}
+
+impl ShardFile {
+    fn shard(&self) -> Shard {
+        let ShardFile { number, of, .. } = *self;
+        Shard { number, of }
+    }
+}
+
+impl Frame {
+    /// The shards that are not finished. Found without loading the scene's meshes and images.
+    ///
+    /// # Errors
+    /// A plan that cannot be used; a goal that cannot be divided.
+    pub fn unfinished(
+        &self,
+        shards: &Shards,
+        options: &RenderOptions,
+    ) -> Result<Vec<ShardFile>, Problems> {
+        let options = of_shards(options);
+        if options.time.is_some() {
+            return Err(Problems::one(ShardError::Time.to_string()));
+        }
+        let film = options.film(&self.frame.options.film);
+        let film = film.map_err(Problems::one)?;
+        let identity = self.about.identity(&film, &options)();
+        let planned = shards.planned(&identity);
+        let planned = planned.map_err(|error| Problems::one(error.to_string()))?;
+        let passes = planned.len() as u32 + 1;
+        let is_unfinished = |file: &&ShardFile| {
+            let found = File::open(&file.path).ok();
+            let found = found.and_then(|found| Contents::read(BufReader::new(found)).ok()?);
+            found.is_none_or(|found| {
+                let is_ours = with_shard(&identity, file.shard()) == found.identity;
+                !is_ours || found.passes_done.is_none_or(|done| done < passes)
+            })
+        };
+        Ok(shards.files.iter().filter(is_unfinished).cloned().collect())
+    }
+}
+
+impl Prepared {
+    /// Renders what the file of a shard does not have yet. `progress` is called now and then, by any of the threads.
+    /// Returns `false` if it was stopped.
+    ///
+    /// # Errors
+    /// A file of something else, or one that cannot be written: what is in it stays, and is continued another time.
+    pub fn render_shard(
+        &self,
+        file: &ShardFile,
+        shards: &Shards,
+        progress: &(dyn Fn(Step) + Sync),
+    ) -> Result<bool, ShardError> {
+        let shard = file.shard();
+        let render = || self.shard(file, shards, shard, progress);
+        on_threads(self.options.threads, render).unwrap_or_else(|_| render())
+    }
+
+    fn shard(
+        &self,
+        file: &ShardFile,
+        shards: &Shards,
+        shard: Shard,
+        report: &(dyn Fn(Step) + Sync),
+    ) -> Result<bool, ShardError> {
+        let job = &self.scene.job;
+        let bounds = job.film.pixel_bounds().intersection(job.sampled);
+        let goal = self.options.goal();
+        let spp = goal.is_none().then(|| job.sampler.spp());
+        let division = Division::new(bounds, spp, shard.of);
+        let planned = shards.planned(&(self.identity)())?;
+        let passes = match (&goal, spp) {
+            (Some(goal), _) => {
+                let path = || shards.plan.clone().unwrap_or_default();
+                let passes = render::passes(bounds, goal, &planned);
+                passes.ok_or_else(|| ShardError::Passes(path()))?
+            }
+            (None, spp) => vec![division.whole(spp.unwrap_or_default())],
+        };
+        let journal = self.journal_of(file, shards, shard, goal.as_ref())?;
+        for (number, counts) in (1..).zip(&planned) {
+            if journal.plan(number).is_none() {
+                journal.planned(number, counts);
+            }
+        }
+        let samples = |pass: &Pass| -> u64 {
+            let pieces = division.pieces_by(shard, pass);
+            pieces
+                .map(|p| p.bounds.area() as u64 * p.unit.samples.len() as u64)
+                .sum()
+        };
+        let all = passes.iter().map(samples).sum();
+        let stop = self.options.stop.as_deref();
+        let progress = Progress::new(all, report).kept(Some(&journal), stop);
+        let render = |pass| render::render_shard(job, &division, shard, pass, &progress);
+        let is_whole = passes.iter().all(render);
+        if is_whole {
+            journal.done(passes.len() as u32);
+        }
+        match journal.flush() {
+            (_, Some(error)) => Err(error.into()),
+            (_, None) => Ok(is_whole),
+        }
+    }
+
+    fn journal_of(
+        &self,
+        file: &ShardFile,
+        shards: &Shards,
+        shard: Shard,
+        goal: Option<&Goal>,
+    ) -> Result<Journal, CheckpointError> {
+        let job = &self.scene.job;
+        let of_all = Arc::clone(&self.identity);
+        let identity: Arc<dyn Fn() -> Identity + Send + Sync> =
+            Arc::new(move || with_shard(&of_all(), shard));
+        let facts = Facts {
+            shard,
+            film: FilmFacts::of(&job.film),
+            sampled: [job.sampled.min, job.sampled.max],
+            metadata: rendered::metadata(&self.scene, &self.name, &self.options),
+            spp: job.sampler.spp(),
+            goal: goal.map(|goal| GoalFacts {
+                error: goal.error.unwrap_or_default(),
+                max_spp: goal.max_spp,
+            }),
+        };
+        Journal::open(&Keep {
+            path: &file.path,
+            identity: &identity,
+            facts: Some(&facts),
+            after: Duration::ZERO,
+            every: shards.every,
+        })
+    }
+}
+
+/// Tiles have no part in how a render is divided into shards.
+pub(super) fn of_shards(options: &RenderOptions) -> RenderOptions {
+    RenderOptions {
+        tile_size: render::TILE_SIZE,
+        checkpoint: None,
+        ..options.clone()
+    }
+}
+
+fn with_shard(identity: &Identity, shard: Shard) -> Identity {
+    let mut identity = identity.clone();
+    let key = Identity::SHARD.to_string();
+    identity.settings.insert(key, shard.to_string());
+    identity
+}

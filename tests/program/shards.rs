@@ -1,0 +1,286 @@
+//! Shards: parts of a render that are merged to the bits of the whole.
+
+use super::cli::Folder;
+use crate::common::program::{Run, fstop};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Stratified samples and a real lens.
+const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
+/// Caustics of a mirror ball: its passes take different numbers of samples in different tiles.
+const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
+
+fn render(scene: &str, output: &Path, more: &[&str]) -> Run {
+    let output = output.display().to_string();
+    fstop([&["render", scene, "-o", &output], more].concat())
+}
+
+/// Renders shards that must be finished then.
+fn shards(scene: &str, output: &Path, range: &str, more: &[&str]) {
+    let run = render(scene, output, &[&["--shard", range], more].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+}
+
+fn merge(files: &[PathBuf], output: &Path, more: &[&str]) -> Run {
+    let name = |path: &Path| path.display().to_string();
+    let (output, shards) = (name(output), files.iter().map(|file| name(file)));
+    let shards: Vec<String> = shards.collect();
+    let mut arguments = vec!["merge", "-o", &output];
+    arguments.extend(shards.iter().map(String::as_str));
+    arguments.extend(more);
+    fstop(arguments)
+}
+
+/// The files of all shards of `a.exr`.
+fn files(folder: &Folder, of: u32) -> Vec<PathBuf> {
+    { 1..=of }
+        .map(|number| folder.path(&format!("a.shard-{number}-of-{of}.fsc")))
+        .collect()
+}
+
+fn bytes(path: &Path) -> Vec<u8> {
+    std::fs::read(path).expect("the file")
+}
+
+/// Any number of shards, rendered in any order and merged in any order, is the image of one process; of a part of the
+/// film, too, and of few samples in few pixels.
+#[test]
+fn shards_are_merged_to_the_bits_of_the_whole() {
+    let folder = Folder::new();
+    let (reference, output, merged) = (
+        folder.path("r.exr"),
+        folder.path("a.exr"),
+        folder.path("m.exr"),
+    );
+    for (more, of) in [
+        (&["--spp", "100"][..], 7),
+        (&["--spp", "70", "--crop", "0.1,0.83,0.4,0.9"], 2),
+        (&["--spp", "200", "--crop", "0.5,0.55,0.4,0.45"], 30),
+        (&["--spp", "1"], 3),
+    ] {
+        let run = render(
+            LENS,
+            &reference,
+            &[more, &["--variance", "--no-checkpoint"]].concat(),
+        );
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        shards(LENS, &output, &format!("2-{of}/{of}"), more);
+        shards(
+            LENS,
+            &output,
+            &format!("1/{of}"),
+            &[more, &["--threads", "1"]].concat(),
+        );
+        let mut shards = files(&folder, of);
+        shards.rotate_left(1);
+        let run = merge(&shards, &merged, &["--variance"]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert!(bytes(&reference) == bytes(&merged), "{more:?}");
+    }
+    // Nothing is left to do.
+    let run = render(LENS, &output, &["--spp", "1", "--shard", "1-3/3"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(
+        run.stderr.matches("finished before").count(),
+        3,
+        "{}",
+        run.stderr
+    );
+    assert!(!output.exists());
+}
+
+/// In rounds: shards that know nothing of each other, and a plan between them.
+#[test]
+fn an_error_goal_is_reached_in_rounds() {
+    let folder = Folder::new();
+    let (reference, output, merged) = (
+        folder.path("r.exr"),
+        folder.path("a.exr"),
+        folder.path("m.exr"),
+    );
+    let plan = folder.path("a.plan").display().to_string();
+    let goal = ["--error", "12%"];
+    let run = render(BOX, &reference, &[&goal[..], &["--no-checkpoint"]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    shards(BOX, &output, "1-16/16", &goal);
+    let run = merge(&files(&folder, 16), &merged, &[]);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("plan the next round (--plan FILE)"),
+        "{}",
+        run.stderr
+    );
+    let mut rounds = 0;
+    loop {
+        let run = merge(&files(&folder, 16), &merged, &["--plan", &plan]);
+        if run.code == 0 {
+            break;
+        }
+        assert_eq!(run.code, 1, "{}", run.stderr);
+        rounds += 1;
+        let again = bytes(Path::new(&plan));
+        merge(&files(&folder, 16), &merged, &["--plan", &plan]);
+        assert!(bytes(Path::new(&plan)) == again);
+        let next = [&goal[..], &["--plan", &plan]].concat();
+        shards(BOX, &output, "1-9/16", &next);
+        // The others have not heard of it.
+        let run = merge(&files(&folder, 16), &merged, &["--plan", &plan]);
+        assert_eq!(run.code, 1, "{}", run.stderr);
+        assert!(
+            run.stderr.contains("shard 16/16 has finished"),
+            "{}",
+            run.stderr
+        );
+        shards(BOX, &output, "10-16/16", &next);
+    }
+    assert!(rounds > 1);
+    assert!(bytes(&reference) == bytes(&merged));
+    // A plan of another seed.
+    let other = ["--seed", "1", "--shard", "1/16", "--plan", &plan];
+    let run = render(BOX, &output, &[&goal[..], &other].concat());
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(
+        run.stderr
+            .contains("the plan of another render: --seed is 1"),
+        "{}",
+        run.stderr
+    );
+}
+
+/// A shard that is killed goes on where it was.
+#[test]
+fn a_killed_shard_is_continued() {
+    let folder = Folder::new();
+    let (reference, output, merged) = (
+        folder.path("r.exr"),
+        folder.path("a.exr"),
+        folder.path("m.exr"),
+    );
+    let goal = ["--spp", "900"];
+    let run = render(
+        LENS,
+        &reference,
+        &[&goal[..], &["--no-checkpoint"]].concat(),
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let kept = [&goal[..], &["--checkpoint-every", "0.02s"]].concat();
+    let [first, _] = [0, 1].map(|shard| files(&folder, 2)[shard].clone());
+    let name = output.display().to_string();
+    let arguments = [&["render", LENS, "-o", &name, "--shard", "1/2"], &kept[..]].concat();
+    let mut child = { Command::new(env!("CARGO_BIN_EXE_fstop")) }
+        .args(arguments)
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program");
+    let start = Instant::now();
+    let size = || first.metadata().map_or(0, |found| found.len());
+    while size() < 8192 && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().expect("it can be killed");
+    child.wait().expect("a child");
+    shards(LENS, &output, "2/2", &kept);
+    let run = merge(&files(&folder, 2), &merged, &[]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("shard 1/2 is not finished"),
+        "{}",
+        run.stderr
+    );
+    // What there is of it.
+    let run = merge(&files(&folder, 2), &merged, &["--allow-missing"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("not all of the image"),
+        "{}",
+        run.stderr
+    );
+    shards(LENS, &output, "1/2", &kept);
+    let run = merge(&files(&folder, 2), &merged, &[]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(bytes(&reference) == bytes(&merged));
+}
+
+/// What does not belong together is named.
+#[test]
+fn mixtures_are_refused() {
+    let folder = Folder::new();
+    let (output, merged) = (folder.path("a.exr"), folder.path("m.exr"));
+    let goal = ["--spp", "4"];
+    shards(LENS, &output, "1-3/3", &goal);
+    let three = files(&folder, 3);
+    let refuses = |files: &[PathBuf], code: i32, what: &str| {
+        let run = merge(files, &merged, &[]);
+        assert_eq!(run.code, code, "{}", run.stderr);
+        assert!(run.stderr.contains(what), "{what}: {}", run.stderr);
+        assert!(!merged.exists());
+    };
+    refuses(&three[1..], 1, "shard 1/3 is missing");
+    refuses(
+        &[&three[..], &three[1..2]].concat(),
+        2,
+        "both are shard 2/3",
+    );
+    shards(LENS, &output, "1/2", &goal);
+    refuses(
+        &[three[1].clone(), files(&folder, 2)[0].clone()],
+        2,
+        "the shards (1/2, 2/3)",
+    );
+    shards(
+        LENS,
+        &folder.path("b.exr"),
+        "3/3",
+        &["--spp", "4", "--seed", "5"],
+    );
+    let other = folder.path("b.shard-3-of-3.fsc");
+    let mixture = [&three[..2], &[other]].concat();
+    refuses(
+        &mixture,
+        2,
+        "different renders, which differ in --seed (0, 5)",
+    );
+    // The shard of another render is not overwritten either.
+    let run = render(LENS, &output, &["--spp", "5", "--shard", "1/3"]);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("--spp is 5, the checkpoint's is 4"),
+        "{}",
+        run.stderr
+    );
+
+    let whole = bytes(&three[0]);
+    std::fs::write(&three[0], "a letter").expect("a file");
+    refuses(&three, 2, "no checkpoint of fstop");
+    std::fs::write(&three[0], &whole[..whole.len() / 2]).expect("a file");
+    refuses(&three, 1, "shard 1/3 is not finished");
+    let mut damaged = whole.clone();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    std::fs::write(&three[0], &damaged).expect("a file");
+    refuses(&three, 1, "shard 1/3 is not finished");
+    // All of it is rendered again.
+    shards(LENS, &output, "1/3", &goal);
+    let run = merge(&three, &merged, &[]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+}
+
+#[test]
+fn what_cannot_be_divided_is_refused() {
+    let output = Path::new("a.exr");
+    for (more, what) in [
+        (&["--shard", "0/3"][..], "K/N"),
+        (&["--shard", "1/3", "--time", "3"], "cannot be used with"),
+        (&["--plan", "a.plan"], "--shard"),
+        (&["--shard", "auto"], "neither Slurm"),
+        (
+            &["--shard", "1/3", "--error", "9%", "--plan", "no.plan"],
+            "no.plan: cannot read",
+        ),
+    ] {
+        let run = render(LENS, output, more);
+        assert_eq!(run.code, 2, "{more:?}: {}", run.stderr);
+        assert!(run.stderr.contains(what), "{more:?}: {}", run.stderr);
+    }
+}
