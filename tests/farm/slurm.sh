@@ -139,8 +139,6 @@ field() { # NAME JOB
 
 is() { [[ $(field "$1" "$2") == "$3" ]]; }
 
-has_restarted() { (($(field Restarts "$1") > 0)); }
-
 # A task has kept work: more of it than a checkpoint starts with.
 has_kept() { # SHARD SHARDS
     [[ $(stat -c %s "it's a picture.shard-$1-of-$2.fsc") -gt 100000 ]]
@@ -149,11 +147,17 @@ has_kept() { # SHARD SHARDS
 at_work() { # SHARD SHARDS
     wait_for 120 is JobState "${job}_$1" RUNNING
     wait_for 60 has_kept "$1" "$2"
+    file=$(stat -c %i "it's a picture.shard-$1-of-$2.fsc")
 }
 
-continued() { # SHARD
-    has_restarted "${job}_$1" || fail "task $1 has not been restarted"
-    grep -q "continuing after" "fstop-it_s_a_picture-${job}_$1.log" || fail "task $1 began anew"
+# The file of a shard is the one that was there when `at_work` looked: a render that begins anew makes another.
+continued() { # SHARD SHARDS
+    [[ $(stat -c %i "it's a picture.shard-$1-of-$2.fsc") == "$file" ]] || fail "shard $1 was begun anew"
+}
+
+restarted() { # SHARD SHARDS
+    continued "$1" "$2"
+    (($(field Restarts "${job}_$1") > 0)) || fail "task $1 has not been restarted"
 }
 
 # Waits for the merge and compares its picture with the undisturbed one.
@@ -189,15 +193,16 @@ requeue() {
     at_work 1 8
     scontrol requeue "${job}_1"
     same_picture requeue
-    continued 1
+    restarted 1 8
 }
 
 # A shard that takes longer than its time limit, which is a minute here; Slurm looks every half minute.
 time_limit() {
     write_scripts time_limit 1
     submit --time=1 --signal=B:USR1@20
+    at_work 1 1
     same_picture time_limit
-    continued 1
+    restarted 1 1
     grep -q "back into the queue" "fstop-it_s_a_picture-${job}_1.log" || fail "the script has not requeued"
 }
 
@@ -207,7 +212,7 @@ preemption() {
     at_work 1 8
     sbatch --partition=high --nodes=4 --exclusive --output=/dev/null --wrap="sleep 5" >/dev/null
     same_picture preemption
-    continued 1
+    restarted 1 8
 }
 
 node_lost() {
@@ -221,7 +226,7 @@ node_lost() {
     sleep 3
     start_node "$node"
     same_picture node_lost
-    continued 1
+    restarted 1 8
 }
 
 # Only slurmd dies: the task goes on, unknown to Slurm, which starts it once more. Both write the same shard.
@@ -235,7 +240,8 @@ node_cut_off() {
     cut_off_node "$node"
     scontrol update NodeName="$node" State=down Reason="cut off"
     same_picture node_cut_off
-    (($(grep -c "^field of view" "fstop-it_s_a_picture-${job}_1.log") > 1)) || fail "task 1 has run once only"
+    restarted 1 2
+    grep -q "another render is writing" "fstop-it_s_a_picture-${job}_1.log" || fail "task 1 has not met itself"
     lose_node "$node"
     start_node "$node"
     wait_for 30 nodes_are_idle
@@ -251,7 +257,7 @@ cancel() {
     [[ -z $(squeue -h -j "$job" 2>/dev/null) ]] || fail "a canceled job has come back"
     submit
     same_picture cancel
-    grep -q "continuing after" "fstop-it_s_a_picture-${job}_1.log" || fail "the task began anew"
+    continued 1 8
 }
 
 trap stop_cluster EXIT

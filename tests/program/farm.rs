@@ -47,7 +47,18 @@ fn the_scripts_say_what_was_asked_for() {
             "--partition",
             "long,short",
         ],
-        &["--cpus", "8", "--", "--spp", "32", "--seed", "7"],
+        &[
+            "--cpus",
+            "8",
+            "--variance",
+            "--png",
+            "a b.png",
+            "--",
+            "--spp",
+            "32",
+            "--seed",
+            "7",
+        ],
     ];
     let run = slurm(&folder, &options.concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
@@ -71,6 +82,8 @@ fn the_scripts_say_what_was_asked_for() {
     let (_, commands) = render.split_once("\nfstop=").expect("the program");
     assert!(!commands.contains("#SBATCH"), "{render}");
     assert!(merge.contains("a.shard-\"$number\"-of-64.fsc"), "{merge}");
+    let end = "-o a.exr --png 'a b.png' --variance\n";
+    assert!(merge.ends_with(end), "{merge}");
     let printed: Vec<&str> = run.stdout.lines().collect();
     assert_eq!(printed[0], "job=$(sbatch --parsable a.render.sbatch)");
     assert!(printed[1].contains("--dependency=afterok:"), "{printed:?}");
@@ -160,6 +173,9 @@ fn what_slurm_would_refuse_is_refused_now() {
         (&["--shards", "2", "--partition", "a b"], "sinfo"),
         (&["--shards", "2", "--", "--sppp", "3"], "--sppp"),
         (&["--shards", "2", "--", "-o", "b.exr"], "--output"),
+        (&["--shards", "2", "--", "--variance"], "before `--`"),
+        (&["--shards", "2", "--", "--error=1%"], "rounds"),
+        (&["--shards", "2", "--", "--time", "9"], "--shard"),
         (&["--shards", "2", "-o", "no/such/a.exr"], "no/such"),
         (&["--shards", "2", "-o", "a\nb.exr"], "control characters"),
         (&[], "--shards"),

@@ -4,7 +4,6 @@ use crate::budget::parse_size;
 use crate::cli::{Cli, messages};
 use crate::{console, output};
 use clap::{Args, Parser};
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -35,6 +34,12 @@ pub(super) struct SlurmArgs {
     /// Image that the shards are merged into; the scripts are written beside it. By default SCENE.exr in this folder
     #[arg(short, long)]
     output: Option<PathBuf>,
+    /// Also a PNG of the image
+    #[arg(long)]
+    png: Option<PathBuf>,
+    /// Also the variance of each pixel's mean (channels var.R, var.G, var.B)
+    #[arg(long)]
+    variance: bool,
     /// How many pieces of equal cost the work is divided into; each loads the scene anew
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     shards: u32,
@@ -74,13 +79,37 @@ pub(super) fn run(args: &SlurmArgs) -> ExitCode {
 
 /// Whether `render` takes the further options: better now than after a night in a queue.
 fn understood(args: &SlurmArgs) -> Result<(), clap::Error> {
-    let ours = ["fstop", "render", "-o", "image.exr", "--threads", "1"].map(OsString::from);
-    let theirs = args.options.iter().map(OsString::from);
-    let scene = [OsString::from("scene.pbrt")];
-    Cli::try_parse_from(ours.into_iter().chain(scene).chain(theirs)).map(drop)
+    let shard = format!("1/{}", args.shards);
+    let ours = [
+        "fstop",
+        "render",
+        "scene.pbrt",
+        "-o",
+        "image.exr",
+        "--threads",
+        "1",
+        "--shard",
+        &shard,
+    ];
+    let theirs = args.options.iter().map(String::as_str);
+    Cli::try_parse_from(ours.into_iter().chain(theirs)).map(drop)
+}
+
+/// Refuses options of `render` that make no sense in these scripts.
+fn fitting(option: &str) -> Result<(), String> {
+    let (name, _) = option.split_once('=').unwrap_or((option, ""));
+    match name {
+        "--png" | "--variance" => Err(format!("{name} is for the merge: write it before `--`")),
+        "--error" => Err("--error is reached in rounds, and these scripts are of one: see docs/farm.md".to_owned()),
+        "--keep-going" => Err(
+            "--keep-going: shards would end with 1, which Slurm takes for failures, and not be merged".to_owned(),
+        ),
+        _ => Ok(()),
+    }
 }
 
 fn write(args: &SlurmArgs) -> Result<String, String> {
+    args.options.iter().try_for_each(|option| fitting(option))?;
     let scene = &args.scene;
     if !scene.is_file() {
         return Err(format!("{}: there is no such scene file", scene.display()));
@@ -115,6 +144,8 @@ struct Names {
     image: String,
     /// The image without its ending: what shards' names start with.
     stem: String,
+    /// Options of the merge.
+    merge: String,
     /// Name of the job.
     job: String,
 }
@@ -123,12 +154,16 @@ impl Names {
     fn of(args: &SlurmArgs, image: &Path) -> Result<Names, String> {
         let fstop = std::env::current_exe()
             .map_err(|error| format!("it is not known where fstop lies: {error}"))?;
+        let png =
+            { args.png.as_ref() }.map(|png| Ok::<_, String>(format!(" --png {}", word(png)?)));
+        let variance = if args.variance { " --variance" } else { "" };
         let stem = image.file_stem().unwrap_or_default().to_string_lossy();
         Ok(Names {
             fstop: word(&fstop)?,
             scene: word(&args.scene)?,
             image: word(image)?,
             stem: word(&image.with_extension(""))?,
+            merge: png.transpose()?.unwrap_or_default() + variance,
             job: format!("fstop-{}", stem.replace(|c| !is_plain(c), "_")),
         })
     }
@@ -141,6 +176,7 @@ fn value(name: &str, args: &SlurmArgs, names: &Names) -> String {
         "scene" => names.scene.clone(),
         "output" => names.image.clone(),
         "stem" => names.stem.clone(),
+        "merge" => names.merge.clone(),
         "job" => names.job.clone(),
         "shards" => args.shards.to_string(),
         "cpus" => args.cpus.to_string(),
