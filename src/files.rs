@@ -38,17 +38,70 @@ pub enum FileProblem {
     /// It exceeds the memory budget.
     #[error("it {0}")]
     OverBudget(#[from] OverBudget),
-    /// Another error, in the operating system's words.
+    /// It is there, or may be, and reading it failed, in the operating system's words: a disk, a network or a permission
+    /// that another machine may not lack.
+    #[error("{0}")]
+    Failed(String),
+    /// Another error, in words.
     #[error("{0}")]
     Other(String),
+}
+
+impl FileProblem {
+    /// Whether the same file might be read elsewhere or later: nothing is wrong with the scene.
+    pub fn is_failure(&self) -> bool {
+        matches!(self, FileProblem::Failed(_))
+    }
+}
+
+/// Why a file gives nothing, in a sentence.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct FileError {
+    message: String,
+    /// See [`FileProblem::is_failure`].
+    pub is_failure: bool,
+}
+
+impl FileError {
+    /// Says more, such as which file it is.
+    pub fn said(self, say: impl FnOnce(&str) -> String) -> FileError {
+        FileError {
+            message: say(&self.message),
+            ..self
+        }
+    }
+}
+
+impl From<FileProblem> for FileError {
+    fn from(problem: FileProblem) -> FileError {
+        FileError {
+            message: problem.to_string(),
+            is_failure: problem.is_failure(),
+        }
+    }
+}
+
+impl From<String> for FileError {
+    /// Something is wrong with its contents.
+    fn from(message: String) -> FileError {
+        FileError {
+            message,
+            is_failure: false,
+        }
+    }
 }
 
 impl From<std::io::Error> for FileProblem {
     /// The most common error in our own words, the same on every system.
     fn from(error: std::io::Error) -> FileProblem {
+        use std::io::ErrorKind::{InvalidFilename, NotADirectory, NotFound};
         match error.kind() {
-            std::io::ErrorKind::NotFound => FileProblem::Missing,
-            _ => FileProblem::Other(error.to_string()),
+            NotFound => FileProblem::Missing,
+            NotADirectory | InvalidFilename => FileProblem::Other(error.to_string()),
+            // Not from the operating system: a name that no file can have.
+            _ if error.raw_os_error().is_none() => FileProblem::Other(error.to_string()),
+            _ => FileProblem::Failed(error.to_string()),
         }
     }
 }

@@ -4,9 +4,10 @@
 //! behind however the program ends; elsewhere, and on file systems that do not support that, it is written under a
 //! temporary name in the same folder and renamed.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{DirEntry, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use tempfile::NamedTempFile;
 
 /// Why a file cannot be written; always names the file.
@@ -49,7 +50,26 @@ pub enum OutputError {
     },
 }
 
-/// Checks that [`write()`] to this path will work, as far as can be known beforehand. Leaves no trace.
+impl OutputError {
+    /// Whether the file might be written on another machine or later. A name that no file can have there, or that is a
+    /// folder's, is a mistake everywhere.
+    pub fn is_failure(&self) -> bool {
+        match self {
+            OutputError::IsFolder(_) | OutputError::NamesFolder(_) => false,
+            // Rights differ from machine to machine, and a missing folder may be a disk that is not mounted.
+            OutputError::ReadOnly(_)
+            | OutputError::NoFolder { .. }
+            | OutputError::NoRoom { .. } => true,
+            OutputError::Io { source, .. } => !matches!(
+                source.kind(),
+                ErrorKind::InvalidInput | ErrorKind::InvalidFilename
+            ),
+        }
+    }
+}
+
+/// Checks that [`write()`] to this path will work, as far as can be known beforehand. Leaves no trace, and removes those of
+/// processes that were killed while they wrote.
 ///
 /// # Errors
 /// Fails for a folder of that name, an invalid file name, a read-only file, or a folder that is missing or not
@@ -59,6 +79,7 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
         Target::Stream => Ok(()),
         Target::File(target) => {
             let folder = folder_of(&target, path)?;
+            clear(folder);
             if unnamed(folder).is_none() {
                 named(folder).map_err(|source| io_error(path, source))?;
             }
@@ -239,9 +260,34 @@ fn named(folder: &Path) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     // Strips the temporary name, which `tempfile` adds to the error.
-    builder
+    let file = builder
         .tempfile_in(folder)
-        .map_err(|error| error.kind().into())
+        .map_err(|error| io::Error::from(error.kind()))?;
+    // Shows others that it is in use; not all file systems can.
+    let _ = file.as_file().lock();
+    Ok(file)
+}
+
+/// A file with a temporary name that is older than this, and that no process has locked, is nobody's.
+const ABANDONED: Duration = Duration::from_secs(60);
+
+/// Removes files with temporary names that killed processes have left in a folder.
+fn clear(folder: &Path) {
+    let is_ours = |entry: &DirEntry| {
+        let name = entry.file_name();
+        name.as_encoded_bytes().starts_with(PREFIX.as_bytes())
+    };
+    let is_abandoned = |path: &Path| {
+        let age = { path.symlink_metadata() }.and_then(|found| found.modified());
+        let is_old = age.is_ok_and(|at| at.elapsed().is_ok_and(|age| age > ABANDONED));
+        is_old && File::open(path).is_ok_and(|file| file.try_lock().is_ok())
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let ours = entries.filter(is_ours).map(|entry| entry.path());
+    for path in ours.filter(|path| is_abandoned(path)) {
+        // A folder that lets nothing go is no reason not to write another file.
+        let _ = std::fs::remove_file(path);
+    }
 }
 
 /// A new file without a name, if the file system supports that.
@@ -297,6 +343,29 @@ mod tests {
             .collect();
         names.sort();
         names
+    }
+
+    /// On file systems without files that have no name, a killed process leaves one behind.
+    #[test]
+    fn what_killed_processes_left_is_removed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let old = std::time::SystemTime::now() - 2 * ABANDONED;
+        let files = [".fstop-left", ".fstop-new", ".fstop-used", "fstop-mine"].map(|name| {
+            let file = File::create(folder.path().join(name)).expect("a file");
+            let time = if name == ".fstop-new" {
+                old + 2 * ABANDONED
+            } else {
+                old
+            };
+            file.set_modified(time).expect("a time");
+            file
+        });
+        files[2].lock().expect("a lock");
+        check(&folder.path().join("a.exr")).expect("a good name");
+        assert_eq!(
+            names(folder.path()),
+            [".fstop-new", ".fstop-used", "fstop-mine"]
+        );
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! follow in nm. Then each sample has θ and φ of the direction to the light, θ and φ of the one to the viewer, in radians,
 //! and the BRDF in 1/sr at the n wavelengths.
 
-use crate::files;
+use crate::files::{self, FileError};
 use std::path::Path;
 
 /// Maximum file size in bytes; published files have some ten thousand samples.
@@ -24,8 +24,8 @@ pub struct BrdfFile {
 
 impl BrdfFile {
     /// Reads a file.
-    pub fn read(path: &Path) -> Result<BrdfFile, String> {
-        BrdfFile::parse(&files::read(path, LARGEST).map_err(|e| e.to_string())?)
+    pub fn read(path: &Path) -> Result<BrdfFile, FileError> {
+        Ok(BrdfFile::parse(&files::read(path, LARGEST)?)?)
     }
 
     /// Decodes a whole file.

@@ -8,7 +8,7 @@
 //! more slowly, and the coefficients, where the series of the channels follow one another. Anything after them is only
 //! a description.
 
-use crate::files;
+use crate::files::{self, FileError};
 use std::path::Path;
 
 /// Size of the header in bytes; the cosines follow.
@@ -45,8 +45,8 @@ pub struct Series {
 
 impl BsdfFile {
     /// Reads a file.
-    pub fn read(path: &Path) -> Result<BsdfFile, String> {
-        BsdfFile::parse(&files::read(path, LARGEST).map_err(|e| e.to_string())?)
+    pub fn read(path: &Path) -> Result<BsdfFile, FileError> {
+        Ok(BsdfFile::parse(&files::read(path, LARGEST)?)?)
     }
 
     /// Decodes a whole file.

@@ -2,7 +2,7 @@
 
 use super::{openexr, pfm};
 use crate::budget::{Budget, Held};
-use crate::files;
+use crate::files::{self, FileError};
 use crate::math::Rgb;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
@@ -42,10 +42,10 @@ pub struct ImageData {
 }
 
 /// The bytes of an image file, which count as memory in use while they are held.
-pub(super) fn read<'a>(path: &Path, budget: &'a Budget) -> Result<(Vec<u8>, Held<'a>), String> {
+pub(super) fn read<'a>(path: &Path, budget: &'a Budget) -> Result<(Vec<u8>, Held<'a>), FileError> {
     let name = path.display();
-    let bytes =
-        files::read_within(path, budget).map_err(|e| format!("cannot read '{name}': {e}"))?;
+    let bytes = files::read_within(path, budget)
+        .map_err(|e| FileError::from(e).said(|e| format!("cannot read '{name}': {e}")))?;
     let held = budget
         .hold(bytes.len() as u64)
         .map_err(|e| format!("'{name}' {e}"))?;
@@ -117,7 +117,7 @@ impl ImageData {
     /// Reads the image at `path`. The format is determined by the signature of the contents if there is one, otherwise
     /// by the extension. Corrupt files are errors and never allocate more than their size justifies, nor more than is
     /// left of `budget`.
-    pub fn load(path: &Path, budget: &Budget) -> Result<ImageData, String> {
+    pub fn load(path: &Path, budget: &Budget) -> Result<ImageData, FileError> {
         let name = path.display();
         let (bytes, _held) = read(path, budget)?;
         let format = Format::of(path, &bytes).ok_or_else(|| {
@@ -241,7 +241,7 @@ mod tests {
     }
 
     fn load(path: &Path) -> std::result::Result<ImageData, String> {
-        ImageData::load(path, &Budget::unlimited())
+        ImageData::load(path, &Budget::unlimited()).map_err(|error| error.to_string())
     }
 
     /// Red increases to the right, green downward; every value is a multiple of 1/256.

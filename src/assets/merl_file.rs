@@ -6,7 +6,7 @@
 //! slowest. Everything is little-endian. Values are the BRDF in 1/sr times 1500, 1500/1.15 and 1500/1.66; negative
 //! where nothing was measured, which counts as black.
 
-use crate::files;
+use crate::files::{self, FileError};
 use crate::math::Rgb;
 use std::path::Path;
 
@@ -33,8 +33,8 @@ pub struct MerlFile {
 
 impl MerlFile {
     /// Reads a file.
-    pub fn read(path: &Path) -> Result<MerlFile, String> {
-        MerlFile::parse(&files::read(path, LARGEST).map_err(|e| e.to_string())?)
+    pub fn read(path: &Path) -> Result<MerlFile, FileError> {
+        Ok(MerlFile::parse(&files::read(path, LARGEST)?)?)
     }
 
     /// Decodes a whole file. Bytes after the values are ignored, as in pbrt-v2.

@@ -1,7 +1,7 @@
 //! Polygon meshes read from files, triangulated.
 
 use crate::budget::Budget;
-use crate::files;
+use crate::files::{self, FileError};
 use crate::math::{DVec2, DVec3, Vec2, Vec3};
 use std::path::Path;
 
@@ -29,11 +29,11 @@ pub(super) fn load(
     path: &Path,
     budget: &Budget,
     parse: fn(&[u8], &Budget) -> Result<MeshData, String>,
-) -> Result<MeshData, String> {
+) -> Result<MeshData, FileError> {
     files::read_within(path, budget)
-        .map_err(|e| format!("cannot read: {e}"))
-        .and_then(|bytes| parse(&bytes, budget))
-        .map_err(|e| format!("{}: {e}", path.display()))
+        .map_err(|e| FileError::from(e).said(|e| format!("cannot read: {e}")))
+        .and_then(|bytes| Ok(parse(&bytes, budget)?))
+        .map_err(|e| e.said(|e| format!("{}: {e}", path.display())))
 }
 
 /// The face index for the number that a mesh gives; an invalid number maps to an index beyond all faces.

@@ -3,6 +3,7 @@
 
 use super::mesh::{self, MeshData, triangulate};
 use crate::budget::Budget;
+use crate::files::FileError;
 use crate::math::{DVec3, Vec2, Vec3};
 use std::path::Path;
 
@@ -10,7 +11,7 @@ use std::path::Path;
 const GROWTH: u64 = 4;
 
 /// Loads the mesh at `path`, unless that takes more memory than is left of `budget`.
-pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, String> {
+pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, FileError> {
     mesh::load(path, budget, |bytes, budget| {
         let needed = (bytes.len() as u64).saturating_mul(1 + GROWTH);
         let _held = budget.hold(needed).map_err(|e| format!("the mesh {e}"))?;

@@ -7,6 +7,7 @@
 
 use super::mesh::{self, MeshData, face_id, triangulate};
 use crate::budget::Budget;
+use crate::files::FileError;
 use crate::math::{DVec3, Vec2, Vec3};
 use arrayvec::ArrayVec;
 use flate2::read::MultiGzDecoder;
@@ -20,7 +21,7 @@ use std::marker::PhantomData;
 use std::path::Path;
 
 /// Loads the mesh at `path`, unless that takes more memory than is left of `budget`.
-pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, String> {
+pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, FileError> {
     mesh::load(path, budget, parse_within)
 }
 

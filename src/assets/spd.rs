@@ -5,16 +5,16 @@
 //! number, `1E5` is a number. Samples out of order are sorted; two at the same wavelength are an error, as it is
 //! unclear which was meant.
 
-use crate::files;
+use crate::files::{self, FileError};
 use std::path::Path;
 
 /// Maximum file size in bytes; the largest published files have some thousand samples.
 const LARGEST: u64 = 16 << 20;
 
 /// Reads a file into (wavelength in nm, value) pairs, ascending.
-pub fn read(path: &Path) -> Result<Vec<(f64, f64)>, String> {
-    let bytes = files::read(path, LARGEST).map_err(|e| e.to_string())?;
-    parse(&String::from_utf8_lossy(&bytes))
+pub fn read(path: &Path) -> Result<Vec<(f64, f64)>, FileError> {
+    let bytes = files::read(path, LARGEST)?;
+    Ok(parse(&String::from_utf8_lossy(&bytes))?)
 }
 
 /// Parses the text of a file.
@@ -106,7 +106,10 @@ mod tests {
 
     #[test]
     fn a_folder_is_no_spectrum() {
-        assert_eq!(read(Path::new(".")), Err("this is a folder".into()));
+        assert_eq!(
+            read(Path::new(".")),
+            Err("this is a folder".to_string().into())
+        );
     }
 
     proptest! {

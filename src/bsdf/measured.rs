@@ -7,6 +7,7 @@ mod scattered;
 use super::lobe::{LobeSample, TableLobe};
 use crate::assets::brdf_file::BrdfFile;
 use crate::assets::merl_file::MerlFile;
+use crate::files::FileError;
 use crate::math::color::is_black;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -40,7 +41,7 @@ impl fmt::Debug for MeasuredTable {
 
 impl MeasuredTable {
     /// Reads a file: a list of samples if its name ends in `.brdf`, otherwise a MERL table, as in pbrt-v2.
-    pub fn read(path: &Path) -> Result<MeasuredTable, String> {
+    pub fn read(path: &Path) -> Result<MeasuredTable, FileError> {
         let is_list = path
             .extension()
             .is_some_and(|ending| ending.eq_ignore_ascii_case("brdf"));

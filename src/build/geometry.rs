@@ -121,8 +121,9 @@ fn problems(shape: &ShapeEntity, result: &Result<CompiledShape, ShapeError>) -> 
             vec![Diagnostic::warning(format!("{error}; left out"))]
         }
         Err(error @ ShapeError::TooLarge(_)) => vec![Diagnostic::error(error.to_string())],
-        Err(error @ ShapeError::File(_)) => {
-            vec![Diagnostic::error(error.to_string()).recoverable()]
+        Err(ShapeError::File(error)) => {
+            let diagnostic = Diagnostic::error(error.to_string()).recoverable();
+            vec![diagnostic.failed_if(error.is_failure)]
         }
         Ok(compiled) => compiled
             .warnings()

@@ -31,8 +31,8 @@ fn load(file: &NamedFile, diagnostics: &Diagnostics, budget: &Budget) -> Option<
             LightMap::new(image.width, image.height, texels)
         }
         Err(error) => {
-            let error = Diagnostic::error(error.to_string());
-            diagnostics.push(error.at(file.span).recoverable());
+            let diagnostic = Diagnostic::error(error.to_string()).at(file.span);
+            diagnostics.push(diagnostic.recoverable().failed_if(error.is_failure));
             None
         }
     }

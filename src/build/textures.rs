@@ -19,9 +19,12 @@ pub(super) fn load(
     let (textures, problems) =
         Textures::compile(&frame.textures, &usage, render_from_world, budget);
     for problem in problems {
-        let message = problem.error;
+        let message = problem.error.to_string();
         diagnostics.push(match problem.used {
-            true => Diagnostic::error(message).at(problem.span).recoverable(),
+            true => Diagnostic::error(message)
+                .at(problem.span)
+                .recoverable()
+                .failed_if(problem.error.is_failure),
             false => Diagnostic::warning(message)
                 .at(problem.span)
                 .label("no shape uses this texture"),

@@ -71,6 +71,15 @@ pub enum CheckpointError {
 }
 
 impl CheckpointError {
+    /// Whether it might be used on another machine or later.
+    pub fn is_failure(&self) -> bool {
+        match self {
+            CheckpointError::Foreign(_) | CheckpointError::Differs { .. } => false,
+            CheckpointError::Output(error) => error.is_failure(),
+            CheckpointError::InUse(_) | CheckpointError::Io { .. } => true,
+        }
+    }
+
     fn at(path: &Path, source: io::Error) -> CheckpointError {
         let path = path.to_owned();
         CheckpointError::Io { path, source }

@@ -1,7 +1,7 @@
 //! What shards of an adaptive render do next.
 
 use super::Identity;
-use crate::files;
+use crate::files::{self, FileError};
 use crate::output::{self, OutputError};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -22,13 +22,8 @@ const LARGEST: u64 = 1 << 33;
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     /// It cannot be read.
-    #[error("{}: cannot read: {why}", .path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// In words.
-        why: String,
-    },
+    #[error(transparent)]
+    Unreadable(#[from] FileError),
     /// It is something else.
     #[error("{}: this is no plan of `fstop merge --plan`: {why}", .path.display())]
     Foreign {
@@ -47,6 +42,16 @@ pub enum PlanError {
     },
 }
 
+impl PlanError {
+    /// Whether it might be read on another machine or later.
+    pub fn is_failure(&self) -> bool {
+        match self {
+            PlanError::Unreadable(error) => error.is_failure,
+            PlanError::Foreign { .. } | PlanError::Differs { .. } => false,
+        }
+    }
+}
+
 impl Plan {
     /// Reads a plan of this render.
     ///
@@ -54,10 +59,9 @@ impl Plan {
     /// A file that is none.
     pub fn read(path: &Path, of: &Identity) -> Result<Plan, PlanError> {
         let path_of = || path.to_owned();
-        let bytes = files::read(path, LARGEST).map_err(|error| PlanError::Unreadable {
-            path: path_of(),
-            why: error.to_string(),
-        })?;
+        let read = files::read(path, LARGEST);
+        let named = |why: &str| format!("{}: cannot read: {why}", path.display());
+        let bytes = read.map_err(|problem| FileError::from(problem).said(named))?;
         let plan: Plan = serde_json::from_slice(&bytes).map_err(|error| PlanError::Foreign {
             path: path_of(),
             why: error.to_string(),

@@ -1,12 +1,13 @@
 //! `fstop check SCENE...`: reports every problem of scene files, of what they include and of the meshes and images they
 //! name; renders nothing.
 
-use super::{BAD_INPUT, ReadArgs, messages};
+use super::ReadArgs;
+use super::codes::{BAD_INPUT, IO_FAILED};
+use super::messages::{self, Failure};
 use crate::console;
 use crate::session::Scene;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Examples for the long help.
 const EXAMPLES: &str = "Examples:
@@ -27,23 +28,21 @@ pub(super) struct CheckArgs {
     read: ReadArgs,
 }
 
-/// Checks every file; exit code 0 if all can be rendered, otherwise 2.
-pub(super) fn run(args: &CheckArgs) -> ExitCode {
-    let mut all_fit = true;
-    for scene in &args.scenes {
-        match check(scene, args) {
-            Ok(fit) => all_fit &= fit,
-            Err(lost) => return messages::refused(lost),
-        }
-    }
-    match all_fit {
-        true => ExitCode::SUCCESS,
-        false => ExitCode::from(BAD_INPUT),
-    }
+/// Checks every file.
+pub(super) fn run(args: &CheckArgs) -> u8 {
+    let checked = args.scenes.iter().map(|scene| check(scene, args));
+    let codes: Vec<u8> = match checked.collect() {
+        Ok(codes) => codes,
+        Err(failure) => return Failure::exit(failure),
+    };
+    // A scene that is wrong everywhere weighs more than one that could not be read here.
+    let worst = { codes.iter() }.find(|&&code| code == BAD_INPUT);
+    let worst = worst.or(codes.iter().max());
+    worst.copied().unwrap_or(0)
 }
 
-/// Returns `true` if it is fit to render.
-fn check(path: &Path, args: &CheckArgs) -> Result<bool, String> {
+/// Returns the exit code of one scene: 0 if it is fit to render.
+fn check(path: &Path, args: &CheckArgs) -> Result<u8, Failure> {
     let mut options = args.read.options(args.read.policy());
     options.details = args.verbose;
     let problems = Scene::check(path, &options);
@@ -55,5 +54,9 @@ fn check(path: &Path, args: &CheckArgs) -> Result<bool, String> {
     let summary = problems.summary();
     let found = summary.map_or_else(String::new, |found| format!(" ({found})"));
     console::answer(format_args!("{}: {verdict}{found}", path.display()))?;
-    Ok(!problems.refused())
+    Ok(match problems.refused() {
+        false => 0,
+        true if problems.is_failure() => IO_FAILED,
+        true => BAD_INPUT,
+    })
 }

@@ -1,7 +1,8 @@
 //! `--checkpoint`, and the signals that stop a render where it can be continued.
 
+use super::codes::LOST;
 use super::goal::duration;
-use super::{LOST, messages};
+use super::messages;
 use crate::session::{Checkpoint, Outputs, Prepared};
 use clap::Args;
 use std::path::{Path, PathBuf};

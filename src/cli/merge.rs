@@ -1,13 +1,12 @@
 //! `fstop merge SHARD... -o OUT`: makes one image of the shards that `render --shard` has left.
 
+use super::codes::{ANSWER_IS_NO, BAD_INPUT, IO_FAILED};
 use super::messages::{self, Failure};
-use super::{ANSWER_IS_NO, BAD_INPUT};
 use crate::console;
 use crate::film;
 use crate::session::{MergeError, Merged, Rendered, merge};
 use clap::Args;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Examples for the long help.
 const EXAMPLES: &str = "Examples:
@@ -43,21 +42,18 @@ pub(super) struct MergeArgs {
 }
 
 /// Merges.
-pub(super) fn run(args: &MergeArgs) -> ExitCode {
-    match merged(args) {
-        Ok(code) => code,
-        Err(failure) => failure.exit(),
-    }
+pub(super) fn run(args: &MergeArgs) -> u8 {
+    merged(args).unwrap_or_else(Failure::exit)
 }
 
-fn merged(args: &MergeArgs) -> Result<ExitCode, Failure> {
+fn merged(args: &MergeArgs) -> Result<u8, Failure> {
     let outputs = || {
         [Some(&args.output), args.png.as_ref()]
             .into_iter()
             .flatten()
     };
     for path in outputs() {
-        film::check_output(path).map_err(|error| error.to_string())?;
+        film::check_output(path).map_err(|error| Failure::new(&error, error.is_failure()))?;
     }
     match merge(&args.shards, args.allow_missing, args.variance) {
         Ok(Merged::Image(image)) => write(args, &image, outputs()),
@@ -67,19 +63,19 @@ fn merged(args: &MergeArgs) -> Result<ExitCode, Failure> {
             let Some(path) = &args.plan else {
                 return Err(format!("{goal}: plan the next round (--plan FILE)").into());
             };
-            plan.write(path).map_err(|error| error.to_string())?;
+            plan.write(path)?;
             if !args.quiet {
                 let next = path.display();
                 console::say(format_args!("{goal}: `--plan {next}` for all shards"));
             }
-            Ok(ExitCode::from(ANSWER_IS_NO))
+            Ok(ANSWER_IS_NO)
         }
         Err(error @ MergeError::Missing(_)) => {
             messages::error(error);
             console::say("with --allow-missing the others are merged");
-            Ok(ExitCode::from(ANSWER_IS_NO))
+            Ok(ANSWER_IS_NO)
         }
-        Err(error) => Err(error.to_string().into()),
+        Err(error) => Err(Failure::new(&error, error.is_failure())),
     }
 }
 
@@ -87,7 +83,7 @@ fn write<'a>(
     args: &MergeArgs,
     image: &Rendered,
     outputs: impl Iterator<Item = &'a PathBuf>,
-) -> Result<ExitCode, Failure> {
+) -> Result<u8, Failure> {
     if let Some(dropped) = &image.dropped {
         let [x, y] = dropped.pixel;
         messages::warning(format!(
@@ -96,11 +92,15 @@ fn write<'a>(
             dropped.count, dropped.sample
         ));
     }
-    let mut code = ExitCode::SUCCESS;
+    let mut code = 0;
     for path in outputs {
         if let Err(error) = image.write_or_rescue(path) {
+            code = if error.is_failure() {
+                IO_FAILED
+            } else {
+                BAD_INPUT
+            };
             messages::error(error);
-            code = ExitCode::from(BAD_INPUT);
             continue;
         }
         if !args.quiet {

@@ -1,10 +1,22 @@
 //! The command line: one file per command. Progress and messages go to standard error, results to standard output or
-//! files. Exit code 0: done; 1: the answer is no, or the image does not show the whole scene (`--keep-going`); 2: bad
-//! input; 75: interrupted, and the same command continues; 130: interrupted without a checkpoint.
+//! files.
+//!
+//! | exit code | meaning |
+//! |--:|---|
+//! | 0 | done |
+//! | 1 | the answer is no, or the image does not show the whole scene (`--keep-going`) |
+//! | 2 | bad input: the same command will never work |
+//! | 70 | a bug in fstop |
+//! | 74 | a file could not be read or written on this machine |
+//! | 75 | interrupted, and the same command continues from the checkpoint |
+//! | 130 | interrupted without a checkpoint |
 
+mod bugs;
 mod check;
 mod checkpoint;
+mod codes;
 mod compare;
+mod events;
 mod farm;
 mod goal;
 mod html;
@@ -19,34 +31,21 @@ mod tradeoff;
 use crate::budget::parse_size;
 use crate::cameras::Compat;
 use crate::console;
+use crate::math::instruction_set;
 use crate::optics::models::ModelKind;
 use crate::params::Dialect;
 use crate::scene::dialect::DialectChoice;
 use crate::session::{Policy, ReadOptions, threads_started};
 use crate::syntax::suggest::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use codes::{BAD_INPUT, IO_FAILED};
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Exit code of a question answered with no.
-pub(crate) const ANSWER_IS_NO: u8 = 1;
-
-/// Exit code for input that cannot be used.
-pub(crate) const BAD_INPUT: u8 = 2;
-
-/// Exit code of an interrupted render that its checkpoint continues (EX_TEMPFAIL of sysexits.h).
-pub(crate) const INTERRUPTED: u8 = 75;
-
-/// Exit code of an interrupted render without a checkpoint, as shells give it for SIGINT.
-pub(crate) const LOST: u8 = 130;
-
-/// Exit code for images of a scene with missing files.
-pub(crate) const NOT_ALL: u8 = 1;
-
 #[derive(Parser)]
-#[command(name = "fstop", version, about, long_about = None, after_help = "`fstop SCENE` alone means `fstop render SCENE`.")]
+#[command(name = "fstop", version, about, long_about = None, after_help = concat!("`fstop SCENE` alone means `fstop render SCENE`.\n\n", codes::exit_codes!()))]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -54,14 +53,13 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a scene to an EXR (or PNG, PFM, TGA by the output's extension). Exit code 0: done; 1: done in spite of
-    /// errors (--keep-going); 2: refused
+    /// Render a scene to an EXR (or PNG, PFM, TGA by the output's extension)
     Render(render::RenderArgs),
     /// List every problem of scene files without rendering
     Check(check::CheckArgs),
     /// Describe a lens: surfaces, focal length, f-number, planes and pupils
     Lens(lens::LensArgs),
-    /// Test whether two images agree. Exit code 0: they agree; 1: they differ
+    /// Test whether two images agree
     Compare(compare::CompareArgs),
     /// Make one image of the shards that `render --shard` leaves. Exit code 0: done; 1: some are missing, or another round is
     /// needed
@@ -149,19 +147,35 @@ impl ReadArgs {
 
 /// Runs the command line and returns the exit code.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let args = match with_default_command(args.into_iter().collect()) {
+    let args = args.into_iter().collect();
+    let code = bugs::caught(|| run_command(args));
+    events::end(code);
+    ExitCode::from(code)
+}
+
+fn run_command(args: Vec<OsString>) -> u8 {
+    if let Err(message) = instruction_set::check_variable() {
+        return messages::Failure::from(message).exit();
+    }
+    let args = match with_default_command(args) {
         Ok(args) => args,
-        Err(message) => return messages::refused(message),
+        Err(message) => return messages::Failure::from(message).exit(),
     };
+    let is_for_programs = wants_json(&args);
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
+        Err(error) if is_for_programs && error.use_stderr() => {
+            console::speak_json();
+            let text = error.render().to_string();
+            let text = text.strip_prefix("error: ").unwrap_or(&text);
+            return messages::Failure::from(text.trim_end().to_string()).exit();
+        }
         Err(error) => {
             let printed = error.print().and_then(|()| std::io::stdout().flush());
-            if error.use_stderr() {
-                return ExitCode::from(BAD_INPUT);
-            }
-            return console::delivered(printed)
-                .map_or(ExitCode::from(BAD_INPUT), |()| ExitCode::SUCCESS);
+            return match error.use_stderr() {
+                true => BAD_INPUT,
+                false => console::delivered(printed).map_or(IO_FAILED, |()| 0),
+            };
         }
     };
     let own_pool = matches!(cli.command, Command::Render(_) | Command::Tradeoff(_));
@@ -171,6 +185,11 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads_started(0));
         let _ = pool.build_global();
     }
+    if is_for_programs {
+        // From here on all is told by what is rendered; a panic before that is, too.
+        console::speak_json();
+    }
+    bugs::rehearse();
     match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Check(args) => check::run(&args),
@@ -180,6 +199,12 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Tradeoff(args) => tradeoff::run(&args),
         Command::Farm(args) => farm::run(&args),
     }
+}
+
+/// Do programs read what a command line leads to, although it may be none?
+fn wants_json(args: &[OsString]) -> bool {
+    let is_asked = |pair: &[OsString]| pair[0] == "--progress" && pair[1] == "json";
+    args.windows(2).any(is_asked) || args.iter().any(|arg| arg == "--progress=json")
 }
 
 /// `fstop SCENE` means `fstop render SCENE`: if the first argument is neither a command nor a request for help,

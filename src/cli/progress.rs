@@ -1,8 +1,9 @@
-//! Progress: on a terminal a bar with rate and time left; elsewhere, as in a log file, now and then a
-//! line.
+//! Progress for people: on a terminal a bar with rate and time left; elsewhere, as in a log file, now and then a line.
+//! For programs, see [`super::events`].
 
 use crate::console;
 use crate::render::Step;
+use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
@@ -17,6 +18,29 @@ const LONGEST: Duration = Duration::from_secs(300);
 /// Part of the work that is worth a line.
 const STEP: f64 = 0.1;
 
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Form {
+    /// Objects for programs, one a line on standard error, where nothing else is printed then
+    Json,
+    /// A bar with rate and time left; nothing where there is no terminal
+    Bar,
+    /// Lines now and then, few enough for a log file
+    Log,
+    /// Nothing
+    None,
+}
+
+impl Form {
+    /// For whoever seems to be there: a person, or a file.
+    pub(super) fn suited() -> Form {
+        match std::io::stderr().is_terminal() {
+            true => Form::Bar,
+            false => Form::Log,
+        }
+    }
+}
+
 /// The bar or the log of one render.
 #[derive(Debug)]
 pub(super) struct Bar {
@@ -27,9 +51,8 @@ pub(super) struct Bar {
 
 impl Bar {
     /// On standard error, with a rate and the time left, or, where it is rendered `in_passes`, with the last of them.
-    pub(super) fn new(in_passes: bool) -> Bar {
-        let is_watched = std::io::stderr().is_terminal();
-        let bar = match is_watched {
+    pub(super) fn new(form: Form, in_passes: bool) -> Bar {
+        let bar = match form == Form::Bar {
             true => ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()),
             false => ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden()),
         };
@@ -44,7 +67,7 @@ impl Bar {
             };
             bar.set_style(style.with_key("per_sec", rate));
         }
-        let log = (!is_watched).then(Log::default);
+        let log = (form == Form::Log).then(Log::default);
         Bar { bar, log }
     }
 

@@ -1,28 +1,33 @@
 //! `fstop render SCENE`: renders a scene file to an image.
 
+use super::ReadArgs;
 use super::checkpoint::{self, CheckpointArgs};
+use super::codes::{ANSWER_IS_NO, BAD_INPUT, INTERRUPTED, IO_FAILED, LOST, exit_codes};
+use super::events::{self, Events};
 use super::goal::GoalArgs;
 use super::messages::{self, Failure};
-use super::progress::Bar;
+use super::progress::{Bar, Form};
 use super::shard::{self, ShardArgs};
-use super::{BAD_INPUT, INTERRUPTED, LOST, NOT_ALL, ReadArgs};
 use crate::console;
-use crate::render::{self, Ended};
+use crate::film::WriteError;
+use crate::render::{self, Ended, Step};
 use crate::session::{
     Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions, Rendered, Scene,
     THREADS_PER_PROCESSOR, threads_started,
 };
 use clap::Args;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Once};
 use std::time::Instant;
 
 /// Examples for the long help.
-const EXAMPLES: &str = "Examples:
+const EXAMPLES: &str = concat!(
+    exit_codes!(),
+    "\n\nExamples:
   fstop render scene.pbrt --error 1% -o image.exr --png image.png
-  fstop render scene.pbrt --quick --lens-model thin";
+  fstop render scene.pbrt --quick --lens-model thin"
+);
 
 /// Arguments of `fstop render`.
 #[derive(Args, Debug)]
@@ -84,6 +89,10 @@ pub(super) struct RenderArgs {
     /// A quick look: a quarter of the width and height, one sample per pixel, a quarter of the lights' samples
     #[arg(help_heading = "What is rendered", long)]
     quick: bool,
+    /// How progress is shown on standard error: as lines of JSON, which the guide describes, a bar, a log, or not. By
+    /// default a bar on a terminal and a log elsewhere, or with --quiet nothing
+    #[arg(help_heading = "How it runs", long, value_enum, value_name = "FORM")]
+    progress: Option<Form>,
     /// Print only errors
     #[arg(help_heading = "How it runs", long)]
     quiet: bool,
@@ -108,11 +117,13 @@ pub(super) struct RenderArgs {
 }
 
 /// Renders every frame of the scene.
-pub(super) fn run(args: &RenderArgs) -> ExitCode {
-    let flaws = match render_scene(args) {
+pub(super) fn run(args: &RenderArgs) -> u8 {
+    let is_json = args.form() == Form::Json;
+    let events = is_json.then(|| Events::start(&args.scene, args.output.as_deref()));
+    let flaws = match render_scene(args, events.as_ref()) {
         Ok(flaws) => flaws,
-        Err(End::Interrupted { kept: true }) => return ExitCode::from(INTERRUPTED),
-        Err(End::Interrupted { kept: false }) => return ExitCode::from(LOST),
+        Err(End::Interrupted { kept: true }) => return INTERRUPTED,
+        Err(End::Interrupted { kept: false }) => return LOST,
         Err(End::Failed(failure)) => return failure.exit(),
     };
     if flaws.passed > 0 {
@@ -123,13 +134,24 @@ pub(super) fn run(args: &RenderArgs) -> ExitCode {
         ));
     }
     match flaws {
-        Flaws { unwritten, .. } if unwritten > 0 => ExitCode::from(BAD_INPUT),
-        Flaws { passed: 0, .. } => ExitCode::SUCCESS,
-        _ => ExitCode::from(NOT_ALL),
+        Flaws {
+            unwritten: Some(code),
+            ..
+        } => code,
+        Flaws { passed: 0, .. } => 0,
+        _ => ANSWER_IS_NO,
     }
 }
 
 impl RenderArgs {
+    fn form(&self) -> Form {
+        match self.progress {
+            Some(form) => form,
+            None if self.quiet => Form::None,
+            None => Form::suited(),
+        }
+    }
+
     fn policy(&self) -> Policy {
         match self.keep_going {
             true => Policy::KeepGoing,
@@ -198,15 +220,15 @@ impl RenderArgs {
 pub(super) struct Flaws {
     /// Number of errors tolerated.
     passed: usize,
-    /// Number of files that could not be written where they should be.
-    unwritten: usize,
+    /// The exit code where files could not be written where they should be.
+    unwritten: Option<u8>,
 }
 
 impl Flaws {
     pub(super) fn passed(passed: usize) -> Flaws {
         Flaws {
             passed,
-            unwritten: 0,
+            unwritten: None,
         }
     }
 }
@@ -225,14 +247,14 @@ impl<T: Into<Failure>> From<T> for End {
     }
 }
 
-fn render_scene(args: &RenderArgs) -> Result<Flaws, End> {
+fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End> {
     let mut options = args.options()?;
     check_threads(args);
     let scene = Scene::load(&args.scene, &args.read.options(args.policy()))?;
     args.print(scene.problems());
     let mut flaws = Flaws {
         passed: scene.problems().recoverable_errors(),
-        unwritten: 0,
+        unwritten: None,
     };
     let names = OutputNames {
         image: args.output.clone(),
@@ -250,23 +272,29 @@ fn render_scene(args: &RenderArgs) -> Result<Flaws, End> {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
     let listening = Once::new();
-    for ((frame, outputs), number) in { scene.into_frames() }.into_iter().zip(&outputs).zip(1..) {
+    let frames = outputs.len();
+    for ((frame, one), number) in { scene.into_frames() }.into_iter().zip(&outputs).zip(1..) {
         if { options.stop.as_ref() }.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             return Err(End::Interrupted { kept: false });
+        }
+        if let Some(events) = events {
+            events.frame(number, frames, one);
         }
         let of_frame = match shards {
             Some(range) => {
                 let every = args.checkpoint.every();
-                let shards = args.shard.of_frame(range, outputs, number, every);
-                shard::render_shards(args, &options, frame, &shards, &listening)?
+                let shards = args.shard.of_frame(range, one, number, every);
+                let how = (&listening, events);
+                shard::render_shards(args, &options, frame, &shards, how)?
             }
             None => {
-                options.checkpoint = args.checkpoint.of_frame(outputs, number);
-                render_frame(args, &options, frame, outputs, &listening)?
+                options.checkpoint = args.checkpoint.of_frame(one, number);
+                render_frame(args, &options, frame, one, (&listening, events))?
             }
         };
         flaws.passed += of_frame.passed;
-        flaws.unwritten += of_frame.unwritten;
+        // Bad input, which is the smaller code, outweighs a full disk.
+        flaws.unwritten = flaws.unwritten.into_iter().chain(of_frame.unwritten).min();
     }
     Ok(flaws)
 }
@@ -295,7 +323,7 @@ fn render_frame(
     options: &RenderOptions,
     frame: Frame,
     outputs: &Outputs,
-    listening: &Once,
+    (listening, events): (&Once, Option<&Events>),
 ) -> Result<Flaws, End> {
     let started = Instant::now();
     let frame = args.prepare(frame, options, listening)?;
@@ -303,36 +331,64 @@ fn render_frame(
         checkpoint::announce(&frame);
     }
     let rendering = Instant::now();
-    let rendered = match args.quiet {
-        true => frame.render(&|_| ()),
-        false => {
-            let bar = Bar::new(args.goal.is_given());
-            let rendered = frame.render(&|step| bar.show(step));
-            bar.finish();
-            rendered
-        }
-    };
+    let is_open = args.goal.is_given();
+    let rendered = watched(args, events, is_open, |report| frame.render(report));
     if rendered.stopped {
         return Err(interrupted(args, &frame, &rendered, outputs));
     }
-    let mut written = Vec::new();
+    let (mut written, mut unwritten) = (Vec::new(), None);
     for path in outputs.paths() {
         match rendered.write_or_rescue(path) {
-            Ok(()) => written.push(path.display().to_string()),
-            Err(error) => messages::error(error),
+            Ok(()) => {
+                events::written(path);
+                written.push(path.display().to_string());
+            }
+            Err(error) => {
+                if let WriteError::Elsewhere { place, .. } = &error {
+                    events::written(place);
+                }
+                let code = if error.is_failure() {
+                    IO_FAILED
+                } else {
+                    BAD_INPUT
+                };
+                unwritten = unwritten.into_iter().chain([code]).min();
+                messages::error(error);
+            }
         }
     }
     if !args.quiet {
         report_end(&rendered, &written, started, rendering);
     }
-    let unwritten = outputs.paths().count() - written.len();
-    if unwritten == 0 {
+    if unwritten.is_none() {
         clean_up(&frame, outputs);
     }
     Ok(Flaws {
         passed: frame.problems().recoverable_errors(),
         unwritten,
     })
+}
+
+/// Runs what reports its steps, and shows them as is asked for. `in_passes`: its length is not known in advance.
+pub(super) fn watched<T>(
+    args: &RenderArgs,
+    events: Option<&Events>,
+    in_passes: bool,
+    run: impl FnOnce(&(dyn Fn(Step) + Sync)) -> T,
+) -> T {
+    if let Some(events) = events {
+        events.sampling(args.goal.time);
+        let done = run(&|step| events.step(step));
+        events.frame_done();
+        return done;
+    }
+    if args.form() == Form::None {
+        return run(&|_| ());
+    }
+    let bar = Bar::new(args.form(), in_passes);
+    let done = run(&|step| bar.show(step));
+    bar.finish();
+    done
 }
 
 /// Removes what only an interrupted render needs.
@@ -363,7 +419,10 @@ fn interrupted(args: &RenderArgs, frame: &Prepared, rendered: &Rendered, outputs
     let partial = { outputs.paths() }.map(checkpoint::partial);
     for path in partial.filter(|_| has_samples) {
         match rendered.write(&path) {
-            Ok(()) => written.push(path.display().to_string()),
+            Ok(()) => {
+                events::written(&path);
+                written.push(path.display().to_string());
+            }
             Err(error) => messages::error(error),
         }
     }

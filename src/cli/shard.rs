@@ -1,11 +1,12 @@
 //! `--shard K/N`: equal parts of a render, for different machines.
 
-use super::messages;
-use super::progress::Bar;
-use super::render::{End, Flaws, RenderArgs};
+use super::events::{self, Events};
+use super::messages::{self, Failure};
+use super::render::{End, Flaws, RenderArgs, watched};
 use crate::console;
 use crate::output::numbered;
-use crate::session::{Frame, Outputs, RenderOptions, ShardFile, Shards};
+use crate::render::Step;
+use crate::session::{Frame, Outputs, RenderOptions, ShardError, ShardFile, Shards};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
@@ -138,7 +139,7 @@ pub(super) fn render_shards(
     options: &RenderOptions,
     frame: Frame,
     shards: &Shards,
-    listening: &Once,
+    (listening, events): (&Once, Option<&Events>),
 ) -> Result<Flaws, End> {
     let say = |file: &ShardFile, what: &str| {
         if !args.is_quiet() {
@@ -155,21 +156,16 @@ pub(super) fn render_shards(
     let frame = args.prepare(frame, options, listening)?;
     for file in &unfinished {
         let started = Instant::now();
-        let done = match args.is_quiet() {
-            true => frame.render_shard(file, shards, &|_| ()),
-            false => {
-                let bar = Bar::new(false);
-                let done = frame.render_shard(file, shards, &|step| bar.show(step));
-                bar.finish();
-                done
-            }
-        };
-        if !done.map_err(|error| error.to_string())? {
+        let render = |report: &(dyn Fn(Step) + Sync)| frame.render_shard(file, shards, report);
+        let done = watched(args, events, false, render);
+        let failed = |error: ShardError| Failure::new(&error, error.is_failure());
+        if !done.map_err(failed)? {
             say(file, "interrupted; the same command continues");
             return Err(End::Interrupted { kept: true });
         }
         let ShardFile { number, of, .. } = file;
         let seconds = started.elapsed().as_secs_f64();
+        events::written(&file.path);
         say(
             file,
             &format!("shard {number}/{of} is done, {seconds:.2} s"),

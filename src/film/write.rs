@@ -32,6 +32,17 @@ pub enum WriteError {
     },
 }
 
+impl WriteError {
+    /// Whether the image might be written on another machine or later.
+    pub fn is_failure(&self) -> bool {
+        match self {
+            WriteError::UnknownFormat(_) | WriteError::Encode { .. } => false,
+            WriteError::Output(error) => error.is_failure(),
+            WriteError::Elsewhere { .. } => true,
+        }
+    }
+}
+
 /// The format of an image file, by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {

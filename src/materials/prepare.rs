@@ -5,6 +5,7 @@ use crate::assets::bsdf_file::BsdfFile;
 use crate::bsdf::fourier::FourierTable;
 use crate::bsdf::measured::MeasuredTable;
 use crate::bssrdf::ProfileTable;
+use crate::files::FileError;
 use crate::params::NamedFile;
 use crate::syntax::{Diagnostic, Diagnostics};
 use std::collections::BTreeMap;
@@ -47,12 +48,13 @@ fn load<Table>(
     tables: &mut ByPath<Table>,
     NamedFile { path, span }: &NamedFile,
     diagnostics: &Diagnostics,
-    read: impl FnOnce(&Path) -> Result<Table, String>,
+    read: impl FnOnce(&Path) -> Result<Table, FileError>,
 ) {
     tables.entry(path.clone()).or_insert_with(|| {
         let table = read(path).map_err(|error| {
             let message = format!("cannot use the BSDF file '{}': {error}", path.display());
-            diagnostics.push(Diagnostic::error(message).at(*span).recoverable());
+            let diagnostic = Diagnostic::error(message).at(*span).recoverable();
+            diagnostics.push(diagnostic.failed_if(error.is_failure));
         });
         table.ok().map(Arc::new)
     });

@@ -5,7 +5,10 @@
 //! are bitwise identical: vector instructions round as scalar ones do, and neither Rust nor LLVM fuses a product and a
 //! sum on its own.
 //!
-//! The crate `pulp` detects the processor's features and holds the proof; there is no `unsafe` here.
+//! The crate `pulp` detects the processor's features and holds the proof; there is no `unsafe` here. The environment
+//! variable `FSTOP_INSTRUCTIONS` lowers the set, to show on one machine that results do not depend on it.
+
+use std::sync::LazyLock;
 
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
@@ -94,7 +97,7 @@ impl InstructionSet {
     #[inline]
     pub fn best() -> InstructionSet {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v4) = V4::try_new() {
+        if let Some(v4) = V4::try_new().filter(|_| *LIMIT >= Limit::Avx512) {
             return InstructionSet(Proof::Avx512(v4));
         }
         InstructionSet::best_of_256_bits()
@@ -116,7 +119,7 @@ impl InstructionSet {
     #[inline]
     fn best_of_256_bits() -> InstructionSet {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v3) = V3::try_new() {
+        if let Some(v3) = V3::try_new().filter(|_| *LIMIT >= Limit::Avx2) {
             return InstructionSet(Proof::Avx2(v3));
         }
         InstructionSet::default()
@@ -146,6 +149,37 @@ impl InstructionSet {
             #[cfg(target_arch = "x86_64")]
             Proof::Avx512(with) => with.vectorize(Call { kernel, with }),
         }
+    }
+}
+
+/// The best set to be used even if the processor has better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Limit {
+    Baseline,
+    Avx2,
+    Avx512,
+}
+
+/// Read once: results do not depend on it.
+static LIMIT: LazyLock<Limit> = LazyLock::new(|| limit().unwrap_or(Limit::Avx512));
+
+/// # Errors
+/// Fails, in words for the user, if `FSTOP_INSTRUCTIONS` is set to something else.
+pub fn check_variable() -> Result<(), String> {
+    limit().map(drop)
+}
+
+fn limit() -> Result<Limit, String> {
+    let Some(value) = std::env::var_os("FSTOP_INSTRUCTIONS") else {
+        return Ok(Limit::Avx512);
+    };
+    match value.to_string_lossy().as_ref() {
+        "sse2" | "neon" | "baseline" => Ok(Limit::Baseline),
+        "avx2" => Ok(Limit::Avx2),
+        "avx512" => Ok(Limit::Avx512),
+        other => Err(format!(
+            "FSTOP_INSTRUCTIONS is `{other}`: expected sse2 (or baseline), avx2 or avx512"
+        )),
     }
 }
 

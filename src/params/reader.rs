@@ -426,6 +426,7 @@ impl<'a> ParamReader<'a> {
         };
         let what = format!("{} needs `{}`, and {problem}", self.described(), given.text);
         let diagnostic = Diagnostic::error(what).at(given.span).recoverable();
+        let diagnostic = diagnostic.failed_if(problem.is_failure());
         self.context.diagnostics.push(match problem {
             FileProblem::Missing => diagnostic
                 .label(format!("not found in {place}"))
@@ -450,6 +451,12 @@ impl<'a> ParamReader<'a> {
         self.context
             .diagnostics
             .push(self.new_error(message).at(self.place_of(name)));
+    }
+
+    /// As [`ParamReader::error`], of the file that the parameter names.
+    pub fn file_error(&self, name: &str, message: impl Into<String>, is_failure: bool) {
+        let error = self.new_error(message).failed_if(is_failure);
+        self.context.diagnostics.push(error.at(self.place_of(name)));
     }
 
     /// As [`ParamReader::error`], of a parameter that pbrt-v3 reports and goes on without.

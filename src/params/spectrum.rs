@@ -2,7 +2,7 @@
 
 use super::{Dialect, ParamReader};
 use crate::assets::spd;
-use crate::files::FileProblem;
+use crate::files::{FileError, FileProblem};
 use crate::math::spectrum::rgb_from_samples;
 use crate::math::{Rgb, color};
 use crate::syntax::{Diagnostic, Name, Param, ParamType, ParamValue};
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 #[derive(Debug, Default)]
 pub struct SpectrumFiles {
     /// Colors in pbrt-v3's normalisation.
-    read: RefCell<HashMap<PathBuf, Result<Rgb, String>>>,
+    read: RefCell<HashMap<PathBuf, Result<Rgb, FileError>>>,
 }
 
 impl SpectrumFiles {
@@ -24,7 +24,7 @@ impl SpectrumFiles {
         Self::default()
     }
 
-    fn rgb(&self, path: PathBuf) -> Result<Rgb, String> {
+    fn rgb(&self, path: PathBuf) -> Result<Rgb, FileError> {
         let mut read = self.read.borrow_mut();
         let entry = read
             .entry(path)
@@ -81,7 +81,7 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
     let path = reader.context.search.regular(&name.text);
     let is_missing = path == Err(FileProblem::Missing);
     let read = path
-        .map_err(|problem| problem.to_string())
+        .map_err(FileError::from)
         .and_then(|path| reader.context.spectra.rgb(path))
         .map(|v3| reader.dialect().of_samples(v3));
     read.unwrap_or_else(|error| {
@@ -91,6 +91,7 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
         ))
         .at(name.span)
         .recoverable()
+        .failed_if(error.is_failure)
         .label("black is used to read on");
         reader.context.diagnostics.push(if is_missing {
             diagnostic.missing(&name.text)

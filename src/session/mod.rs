@@ -156,7 +156,7 @@ impl Scene {
             }
             diagnostics
         })
-        .map_err(Problems::one)?;
+        .map_err(|error| Problems::one_if(error, true))?;
         let problems = Problems::new(&diagnostics, &self.sources, self.policy);
         if problems.refused() {
             Err(problems)
@@ -193,15 +193,15 @@ impl Frame {
         let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
         let built = on_threads(options.threads, || build::build(frame, options.seed));
-        let (scene, diagnostics) = built.map_err(Problems::one)?;
+        let (scene, diagnostics) = built.map_err(|error| Problems::one_if(error, true))?;
         let problems = Problems::new(&diagnostics, &about.sources, about.policy);
         let Some(scene) = scene.filter(|_| !problems.refused()) else {
             return Err(problems);
         };
         // Last, so that no checkpoint gives way to a render that never starts.
         let identity = about.identity(&scene_options.film, options);
-        let (journal, replaced) =
-            journal(&identity, options).map_err(|error| Problems::one(error.to_string()))?;
+        let (journal, replaced) = journal(&identity, options)
+            .map_err(|error| Problems::one_if(error.to_string(), error.is_failure()))?;
         Ok(Prepared {
             identity,
             name: about.name,
@@ -390,7 +390,8 @@ impl<'a> Reading<'a> {
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned();
-        let main = main.map_err(|error| Problems::one(error.to_string()))?;
+        let main =
+            main.map_err(|error| Problems::one_if(error.to_string(), error.problem.is_failure()))?;
         self.read(main);
         Ok(self)
     }

@@ -45,28 +45,26 @@ impl Outputs {
     }
 
     /// Can all of them, of `pixels` pixels, be written, as far as is known before rendering?
-    fn check(&self, pixels: usize) -> Result<(), String> {
+    fn check(&self, pixels: usize) -> Result<(), Diagnostic> {
         for path in self.paths() {
-            film::check_output(path).map_err(|e| e.to_string())?;
+            film::check_output(path).map_err(|e| cannot_write(&e))?;
             // Three channels of four bytes; files are packed, to half of that at best.
             let needed = pixels as u64 * 12 / 2;
-            check_room(path, needed).map_err(|e| e.to_string())?;
+            check_room(path, needed).map_err(|e| cannot_write(&e.into()))?;
         }
         let Some(png) = &self.png else { return Ok(()) };
         if !png
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("png"))
         {
-            return Err(format!(
-                "--png {}: expected a name ending in .png",
-                png.display()
-            ));
+            let png = png.display();
+            let message = format!("--png {png}: expected a name ending in .png");
+            return Err(Diagnostic::error(message));
         }
         if same_file(png, &self.image) {
             let png = png.display();
-            return Err(format!(
-                "--png {png}: the image itself is written there already"
-            ));
+            let message = format!("--png {png}: the image itself is written there already");
+            return Err(Diagnostic::error(message));
         }
         Ok(())
     }
@@ -129,11 +127,15 @@ pub(super) fn check(
         if let Some(file) = named
             && let Err(error) = film::check_output(&file.path)
         {
-            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span));
+            diagnostics.push(cannot_write(&error).at(file.span));
         } else if let Err(error) = outputs.check(pixels) {
-            diagnostics.push(Diagnostic::error(error));
+            diagnostics.push(error);
         }
     }
+}
+
+fn cannot_write(error: &film::WriteError) -> Diagnostic {
+    Diagnostic::error(error.to_string()).failed_if(error.is_failure())
 }
 
 /// Do two names, whose folders exist, mean one file?

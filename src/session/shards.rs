@@ -54,6 +54,17 @@ pub enum ShardError {
     Time,
 }
 
+impl ShardError {
+    /// Whether it might be rendered on another machine or later.
+    pub fn is_failure(&self) -> bool {
+        match self {
+            ShardError::Checkpoint(error) => error.is_failure(),
+            ShardError::Plan(error) => error.is_failure(),
+            ShardError::Passes(_) | ShardError::Time => false,
+        }
+    }
+}
+
 impl Shards {
     /// Of these files.
     pub fn new(files: Vec<ShardFile>, every: Duration) -> Shards {
@@ -96,7 +107,8 @@ impl Frame {
         let film = film.map_err(Problems::one)?;
         let identity = self.about.identity(&film, &options)();
         let planned = shards.planned(&identity);
-        let planned = planned.map_err(|error| Problems::one(error.to_string()))?;
+        let planned =
+            planned.map_err(|error| Problems::one_if(error.to_string(), error.is_failure()))?;
         let passes = planned.len() as u32 + 1;
         let is_unfinished = |file: &&ShardFile| {
             let found = File::open(&file.path).ok();

@@ -54,6 +54,6 @@ impl ShapeType for MeshFileSpec {
             Format::Ply => ply::load(&self.path, site.budget),
             Format::Obj => obj::load(&self.path, site.budget),
         };
-        site.charged_mesh(loaded.map_err(ShapeError::File)?)
+        site.charged_mesh(loaded?)
     }
 }

@@ -29,6 +29,7 @@ pub use kinds::{Form, ShapeKind};
 pub use site::Site;
 
 use crate::budget::OverBudget;
+use crate::files::FileError;
 use crate::inputs::FloatInput;
 use crate::math::DVec3;
 use crate::params::ParamReader;
@@ -54,8 +55,8 @@ pub enum ShapeError {
     #[error("this shape {0}")]
     TooLarge(#[from] OverBudget),
     /// A mesh file cannot be used.
-    #[error("{0}")]
-    File(String),
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 /// A shape as the scene file describes it.

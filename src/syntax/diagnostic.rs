@@ -65,6 +65,9 @@ pub struct Diagnostic {
     /// Whether this is an error that pbrt-v3 reports but tolerates, such as an unusable file or an undefined name. It
     /// is replaced by something, so the rest can be rendered (`--keep-going`).
     pub recoverable: bool,
+    /// Whether it is an error of reading a file that another machine may read: see
+    /// [`FileProblem::is_failure`](crate::files::FileProblem::is_failure).
+    pub failed: bool,
     /// The name of the missing file, as given in the scene: those in one folder are reported together.
     pub missing: Option<String>,
     /// Text next to the caret.
@@ -117,6 +120,12 @@ impl Diagnostic {
     /// Marks the error as recoverable: see [`recoverable`](field@Diagnostic::recoverable).
     pub fn recoverable(mut self) -> Self {
         self.recoverable = true;
+        self
+    }
+
+    /// Marks the error as one of the machine: see [`failed`](field@Diagnostic::failed).
+    pub fn failed_if(mut self, failed: bool) -> Self {
+        self.failed = failed;
         self
     }
 
@@ -192,6 +201,7 @@ struct State {
     seen: HashMap<(Severity, String), Seen>,
     errors: usize,
     recoverable_errors: usize,
+    failures: usize,
     warnings: usize,
     dropped: usize,
     groups: Groups,
@@ -227,6 +237,7 @@ impl Diagnostics {
             Severity::Error => {
                 state.errors += 1;
                 state.recoverable_errors += usize::from(diagnostic.recoverable);
+                state.failures += usize::from(diagnostic.failed);
             }
             Severity::Warning => state.warnings += 1,
             Severity::Note => {}
@@ -305,6 +316,11 @@ impl Diagnostics {
         self.state.borrow().recoverable_errors
     }
 
+    /// Number of errors of the machine: see [`failed`](field@Diagnostic::failed).
+    pub fn failures(&self) -> usize {
+        self.state.borrow().failures
+    }
+
     /// Number of warnings, including those at locations not kept.
     pub fn warnings(&self) -> usize {
         self.state.borrow().warnings
@@ -346,12 +362,18 @@ impl Diagnostics {
     /// in order of occurrence, then the number of further ones. Many warnings of one kind are shown as a few and a
     /// count, and so are missing files in one folder.
     pub fn render(&self, sources: &SourceMap, style: Style) -> String {
+        let messages = self.messages(sources, style).into_iter();
+        messages.map(|(_, text)| text + "\n\n").collect()
+    }
+
+    /// As [`Diagnostics::render`], message by message.
+    pub fn messages(&self, sources: &SourceMap, style: Style) -> Vec<(Severity, String)> {
         let state = self.state.borrow();
-        let mut text = String::new();
+        let mut messages = Vec::new();
         if state.v4_signs > 1 {
             let said =
                 Diagnostic::note("this is a pbrt-v4 scene, and fstop reads those of pbrt-v3");
-            text = said.render(sources, style) + "\n\n";
+            messages.push((Severity::Note, said.render(sources, style)));
         }
         let (mut errors, mut others) = (0, 0);
         let mut kinds = HashMap::new();
@@ -367,15 +389,14 @@ impl Diagnostics {
             };
             *printed += 1;
             if *printed <= PRINTED {
-                text += &complete.render(sources, style);
-                text += "\n\n";
+                messages.push((complete.severity, complete.render(sources, style)));
             }
         }
         let more = errors.saturating_sub(PRINTED) + others.saturating_sub(PRINTED) + state.dropped;
         if more > 0 {
-            text += &format!("… and {more} more problems\n\n");
+            messages.push((Severity::Note, format!("… and {more} more problems")));
         }
-        text
+        messages
     }
 }
 

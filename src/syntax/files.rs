@@ -35,6 +35,14 @@ impl SearchFolder {
                 Err(FileProblem::NotRegular)
             };
         }
+        let path = self.directory.join(name);
+        if let Err(error) = path.metadata() {
+            // A server that does not answer, a folder that may not be entered.
+            let problem = FileProblem::from(error);
+            if problem.is_failure() {
+                return Err(problem);
+            }
+        }
         let is_folder = |name: &str| self.directory.join(name).is_dir();
         Err(if is_folder(name) || is_folder(&slashed(name)) {
             FileProblem::Folder

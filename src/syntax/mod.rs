@@ -42,7 +42,7 @@ pub mod suggest;
 mod token;
 mod value;
 
-pub use diagnostic::{Diagnostic, Diagnostics, Style};
+pub use diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 pub use directive::{ActiveTransform, Directive, DirectiveKind, Name, Typed};
 pub use files::SearchFolder;
 pub use parameter::{Param, ParamGroup, ParamList, ParamType, ParamValue};

@@ -347,6 +347,7 @@ impl<'a> Parser<'a> {
                 let diagnostic = Diagnostic::error(format!("cannot include this file: {error}"))
                     .at(name.span)
                     .recoverable()
+                    .failed_if(error.problem.is_failure())
                     .with_note("the directory of the main scene file is where `Include` looks");
                 self.report(match error.problem {
                     FileProblem::Missing => diagnostic.missing(&name.text),

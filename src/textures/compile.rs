@@ -7,6 +7,7 @@ use super::{Texture, TextureSpecs, TextureUsage, TextureValue};
 use crate::assets::image_data::ImageData;
 use crate::assets::ptex::PtexFile;
 use crate::budget::Budget;
+use crate::files::FileError;
 use crate::math::Rgb;
 use crate::math::transform::Transform;
 use crate::params::NamedFile;
@@ -31,7 +32,7 @@ pub struct Textures {
 #[derive(Debug)]
 pub struct TextureProblem {
     /// What is wrong with it.
-    pub error: String,
+    pub error: FileError,
     /// Where it is named: by the first texture that something uses, if any.
     pub span: Span,
     /// Does anything use a texture of this file?
@@ -145,7 +146,7 @@ struct PendingMap {
 }
 
 impl PendingFile {
-    fn problem(&self, error: String) -> TextureProblem {
+    fn problem(&self, error: FileError) -> TextureProblem {
         TextureProblem {
             error,
             span: self.name.span,

@@ -201,7 +201,7 @@ fn a_checkpoint_that_cannot_be_made_is_refused_first() {
     let name = folder.path("nowhere/a.fsc").display().to_string();
     let start = Instant::now();
     let run = render(LENS, &output, &["--spp", "1000000", "--checkpoint", &name]);
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert_eq!(run.code, 74, "{}", run.stderr);
     assert!(run.stderr.contains("there is no folder"), "{}", run.stderr);
     for name in ["a.exr", "a.partial.exr"] {
         let name = folder.path(name).display().to_string();

@@ -127,7 +127,7 @@ fn a_films_file_name_is_checked_at_its_place() {
     let nowhere = folder.run(["render", "s.pbrt"]);
     let (code, said) = (nowhere.code, nowhere.stderr);
     assert!(
-        code == 2 && said.contains("no folder `no`") && said.contains("s.pbrt:1:32\n"),
+        code == 74 && said.contains("no folder `no`") && said.contains("s.pbrt:1:32\n"),
         "{said}"
     );
 }

@@ -11,6 +11,7 @@ mod cli;
 #[path = "../common/mod.rs"]
 mod common;
 mod diagnostics;
+mod exit_codes;
 #[cfg(unix)]
 mod farm;
 mod files_within;
@@ -21,6 +22,7 @@ mod lost_light;
 mod memory_limit;
 mod outputs;
 mod passes;
+mod progress;
 mod shards;
 #[cfg(target_os = "linux")]
 mod streams;

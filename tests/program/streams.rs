@@ -136,7 +136,7 @@ fn a_lost_standard_output_is_no_answer() {
                 Some(read),
                 "{arguments:?}"
             );
-            assert_eq!(code(&arguments, Fate::Full, err), Some(2), "{arguments:?}");
+            assert_eq!(code(&arguments, Fate::Full, err), Some(74), "{arguments:?}");
         }
     }
 }
@@ -148,12 +148,12 @@ fn files_are_written_although_standard_output_is_lost() {
     let page = folder.path("lens.html");
     let mut arguments = words("lens lenses/dgauss.50mm.dat --report");
     arguments.push(page.clone().into());
-    assert_eq!(code(&arguments, Fate::Full, Fate::Read), Some(2));
+    assert_eq!(code(&arguments, Fate::Full, Fate::Read), Some(74));
     assert!(page.exists());
     let page = folder.path("tradeoff.html");
     let mut arguments = words(&format!("tradeoff {OBJECTS} --time 0.1 --quiet --html"));
     arguments.push(page.clone().into());
-    assert_eq!(code(&arguments, Fate::Full, Fate::Read), Some(2));
+    assert_eq!(code(&arguments, Fate::Full, Fate::Read), Some(74));
     assert!(page.exists());
 }
 

@@ -40,6 +40,7 @@ pub use sample::{Sample, Texels};
 
 use super::image_data;
 use crate::budget::Budget;
+use crate::files::FileError;
 use header::Header;
 use sample::SampleKind;
 use std::path::Path;
@@ -62,10 +63,10 @@ pub struct PtexFile {
 impl PtexFile {
     /// Reads the file at `path`. Corrupt files are errors and never take more memory than their size justifies, nor
     /// more than is left of `budget`.
-    pub fn load(path: &Path, budget: &Budget) -> Result<PtexFile, String> {
+    pub fn load(path: &Path, budget: &Budget) -> Result<PtexFile, FileError> {
         let (bytes, _held) = image_data::read(path, budget)?;
-        PtexFile::parse_within(&bytes, budget)
-            .map_err(|e| format!("cannot decode '{}': {e}", path.display()))
+        let parsed = PtexFile::parse_within(&bytes, budget);
+        Ok(parsed.map_err(|e| format!("cannot decode '{}': {e}", path.display()))?)
     }
 
     /// Reads a file from memory; the error is a sentence without the file's name.

@@ -219,7 +219,7 @@ fn read(params: &ParamReader, name: &str) -> Option<Prescription> {
             None
         }
         Err(e) => {
-            params.error(name, format!("{}: {e}", path.display()));
+            params.file_error(name, format!("{}: {e}", path.display()), e.is_failure());
             None
         }
     }

@@ -76,7 +76,7 @@ fn image(params: &ParamReader) -> Option<StopShape> {
     let image = match ImageData::load(&path, &Budget::new(None)) {
         Ok(image) => image,
         Err(e) => {
-            params.error("aperture", e.to_string());
+            params.file_error("aperture", e.to_string(), e.is_failure);
             return None;
         }
     };

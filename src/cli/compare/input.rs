@@ -2,6 +2,7 @@
 
 use crate::assets::image_data::{Encoding, ImageData};
 use crate::budget::Budget;
+use crate::cli::messages::Failure;
 use crate::film::{self, Image, LoadedImage, PixelBounds, ReadError};
 use crate::math::color::linear_from_srgb;
 use crate::math::{Rgb, UVec2};
@@ -44,7 +45,7 @@ impl Input {
 }
 
 /// Reads both images. Formats that do not record a crop window take the other's if they have as many pixels.
-pub(super) fn read_pair(a: &Path, b: &Path) -> Result<[Input; 2], String> {
+pub(super) fn read_pair(a: &Path, b: &Path) -> Result<[Input; 2], Failure> {
     let (mut a, mut b) = (read(a)?, read(b)?);
     take_window(&mut a, &b);
     take_window(&mut b, &a);
@@ -58,7 +59,7 @@ fn take_window(input: &mut Input, other: &Input) {
     }
 }
 
-fn read(path: &Path) -> Result<Input, String> {
+fn read(path: &Path) -> Result<Input, Failure> {
     let budget = Budget::new(None);
     match film::read_within(path, &budget) {
         Ok(loaded) => {
@@ -69,7 +70,7 @@ fn read(path: &Path) -> Result<Input, String> {
                 windowed: true,
             });
         }
-        Err(error @ ReadError::Window(_)) => return Err(error.to_string()),
+        Err(error @ ReadError::Window(_)) => return Err(error.to_string().into()),
         // Grayscale, with other channel names, or another format.
         Err(_) => {}
     }

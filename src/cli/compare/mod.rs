@@ -6,7 +6,8 @@ mod page;
 mod raster;
 mod text;
 
-use super::{ANSWER_IS_NO, messages};
+use super::codes::ANSWER_IS_NO;
+use super::messages::Failure;
 use crate::compare::flip::{self, ExposureRange, FlipMap, PIXELS_PER_DEGREE};
 use crate::compare::{
     Comparison, Correction, Estimate, Noise, Options, compare, non_finite, p_values,
@@ -16,7 +17,6 @@ use crate::output;
 use clap::{Args, ValueEnum};
 use input::Input;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Examples for the long help.
 const EXAMPLES: &str = "Examples:
@@ -140,18 +140,18 @@ struct Flip {
 }
 
 /// Compares two images.
-pub(super) fn run(args: &CompareArgs) -> ExitCode {
+pub(super) fn run(args: &CompareArgs) -> u8 {
     match report(args) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(ANSWER_IS_NO),
-        Err(message) => messages::refused(message),
+        Ok(true) => 0,
+        Ok(false) => ANSWER_IS_NO,
+        Err(failure) => failure.exit(),
     }
 }
 
 /// Prints the report; returns `true` if the images agree.
-fn report(args: &CompareArgs) -> Result<bool, String> {
+fn report(args: &CompareArgs) -> Result<bool, Failure> {
     if let Some(file) = &args.html {
-        output::check(file).map_err(|e| e.to_string())?;
+        output::check(file)?;
     }
     let inputs = input::read_pair(&args.a, &args.b)?;
     let options = args.options();
@@ -166,7 +166,7 @@ fn report(args: &CompareArgs) -> Result<bool, String> {
         flip,
     };
     if let (Some(file), Some(p)) = (&args.html, p) {
-        output::write(file, page::html(&report, &p).as_bytes()).map_err(|e| e.to_string())?;
+        output::write(file, page::html(&report, &p).as_bytes())?;
     }
     let said = if args.json {
         json::text(&report)?

@@ -3,7 +3,6 @@
 mod slurm;
 
 use clap::{Args, Subcommand};
-use std::process::ExitCode;
 
 /// Examples for the long help.
 const EXAMPLES: &str = "Examples:
@@ -25,7 +24,7 @@ enum Engine {
 }
 
 /// Writes the engine's files.
-pub(super) fn run(args: &FarmArgs) -> ExitCode {
+pub(super) fn run(args: &FarmArgs) -> u8 {
     match &args.engine {
         Engine::Slurm(args) => slurm::run(args),
     }

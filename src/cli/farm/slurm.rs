@@ -1,11 +1,12 @@
 //! Scripts for Slurm, from the templates beside this file: an array with a task for each shard, and a job that merges.
 
 use crate::budget::parse_size;
-use crate::cli::{Cli, messages};
+use crate::cli::Cli;
+use crate::cli::codes::BAD_INPUT;
+use crate::cli::messages::{self, Failure};
 use crate::{console, output};
 use clap::{Args, Parser};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 const RENDER: &str = include_str!("render.sbatch");
 const MERGE: &str = include_str!("merge.sbatch");
@@ -66,14 +67,14 @@ pub(super) struct SlurmArgs {
 }
 
 /// Writes both scripts, and prints how they are submitted.
-pub(super) fn run(args: &SlurmArgs) -> ExitCode {
+pub(super) fn run(args: &SlurmArgs) -> u8 {
     if let Err(error) = understood(args) {
         let _ = error.print();
-        return ExitCode::from(crate::cli::BAD_INPUT);
+        return BAD_INPUT;
     }
-    match write(args).and_then(console::answer) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => messages::refused(message),
+    match write(args) {
+        Ok(()) => 0,
+        Err(failure) => failure.exit(),
     }
 }
 
@@ -108,21 +109,23 @@ fn fitting(option: &str) -> Result<(), String> {
     }
 }
 
-fn write(args: &SlurmArgs) -> Result<String, String> {
+fn write(args: &SlurmArgs) -> Result<(), Failure> {
     args.options.iter().try_for_each(|option| fitting(option))?;
     let scene = &args.scene;
     if !scene.is_file() {
-        return Err(format!("{}: there is no such scene file", scene.display()));
+        return Err(format!("{}: there is no such scene file", scene.display()).into());
     }
-    let image = match &args.output {
-        Some(image) => image.clone(),
-        None => Path::new(scene.file_stem().unwrap_or_default()).with_extension("exr"),
-    };
+    let stem = scene.file_stem().unwrap_or_default();
+    let image = { args.output.clone() }.unwrap_or_else(|| {
+        let mut image = stem.to_owned();
+        image.push(".exr");
+        image.into()
+    });
     let names = Names::of(args, &image)?;
     let [render, merge] = ["render.sbatch", "merge.sbatch"].map(|end| image.with_extension(end));
     for (path, template) in [(&render, RENDER), (&merge, MERGE)] {
         let script = filled(template, |name| value(name, args, &names));
-        output::write(path, script.as_bytes()).map_err(|error| error.to_string())?;
+        output::write(path, script.as_bytes())?;
     }
     if args.shards > USUAL_TASKS {
         messages::warning(format!(
@@ -131,10 +134,10 @@ fn write(args: &SlurmArgs) -> Result<String, String> {
         ));
     }
     let [render, merge] = [word(&render)?, word(&merge)?];
-    Ok(format!(
+    Ok(console::answer(format!(
         "job=$(sbatch --parsable {render})\n\
          sbatch --dependency=afterok:${{job%%;*}} --kill-on-invalid-dep=yes {merge}"
-    ))
+    ))?)
 }
 
 /// The names in the scripts, as words of the shell.

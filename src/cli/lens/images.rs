@@ -1,13 +1,15 @@
 //! The report's images as files, with an overview in Markdown.
 
+use super::Failure;
 use super::page::Content;
 use std::fmt::Write;
 use std::path::Path;
 
 /// Writes the images of one lens to `folder/name`, and returns its part of the overview.
-pub(super) fn write_all(folder: &Path, content: &Content) -> Result<String, String> {
+pub(super) fn write_all(folder: &Path, content: &Content) -> Result<String, Failure> {
     let own = folder.join(&content.name);
-    std::fs::create_dir_all(&own).map_err(|e| format!("cannot make {}: {e}", own.display()))?;
+    std::fs::create_dir_all(&own)
+        .map_err(|e| Failure::Io(format!("cannot make {}: {e}", own.display())))?;
     let mut part = format!("## {}\n\nFocused {}.\n", content.title(), content.focus());
     for figure in &content.figures {
         let file = format!("{}.svg", figure.slug);

@@ -6,7 +6,7 @@ mod images;
 mod page;
 mod plots;
 
-use super::messages;
+use super::messages::{self, Failure};
 use crate::console;
 use crate::optics::analysis::{Color, Effort, Film, LensAnalysis, ObjectPlane};
 use crate::optics::best_focus;
@@ -15,7 +15,6 @@ use crate::output;
 use clap::Args;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Two lines of use, for the long help.
 const EXAMPLES: &str = "Examples:
@@ -135,23 +134,23 @@ impl Bench {
 }
 
 /// Describes every lens.
-pub(super) fn run(args: &LensArgs) -> ExitCode {
-    describe_all(args).map_or_else(messages::refused, |()| ExitCode::SUCCESS)
+pub(super) fn run(args: &LensArgs) -> u8 {
+    describe_all(args).map_or_else(Failure::exit, |()| 0)
 }
 
-fn describe_all(args: &LensArgs) -> Result<(), String> {
+fn describe_all(args: &LensArgs) -> Result<(), Failure> {
     let output = &args.output;
     if args.lenses.len() > 1 && (output.svg.is_some() || output.report.is_some()) {
-        return Err("--svg and --report take one lens; --images takes several".to_string());
+        let message = "--svg and --report take one lens; --images takes several";
+        return Err(message.to_string().into());
     }
     let diagonal = args.mount.film_diagonal;
     if !(diagonal > 0.0 && diagonal.is_finite()) {
-        return Err(format!(
-            "--film-diagonal {diagonal}: expected a positive length in mm"
-        ));
+        let message = format!("--film-diagonal {diagonal}: expected a positive length in mm");
+        return Err(message.into());
     }
     for file in output.svg.iter().chain(&output.report) {
-        output::check(file).map_err(|e| e.to_string())?;
+        output::check(file)?;
     }
     let mut overview = Vec::new();
     for path in &args.lenses {
@@ -169,10 +168,10 @@ fn describe_all(args: &LensArgs) -> Result<(), String> {
 }
 
 /// Writes the files about a lens; returns what is printed, and its part of the overview of images.
-fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), String> {
+fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), Failure> {
     let output = &args.output;
     let named = |e: String| format!("{}: {e}", path.display());
-    let bench = mount(&args.mount, path).map_err(named)?;
+    let bench = mount(&args.mount, path).map_err(|e| e.said(named))?;
     let report = LensReport::new(&bench.lens);
     let wanted = output.analysis || output.report.is_some() || output.images.is_some();
     let analysis = wanted.then(|| bench.analysis());
@@ -214,27 +213,26 @@ fn json(report: &LensReport, analysis: Option<LensAnalysis>) -> Result<String, S
 }
 
 /// Reads a lens and puts it before its film as the arguments say.
-fn mount(args: &MountArgs, path: &Path) -> Result<Bench, String> {
+fn mount(args: &MountArgs, path: &Path) -> Result<Bench, Failure> {
     let ending = path.extension().unwrap_or_default();
     if ending.eq_ignore_ascii_case("pbrt") {
         let hint = "this is a scene; give the lens file that its `Camera` names as \"lensfile\"";
-        return Err(hint.to_string());
+        return Err(hint.to_string().into());
     }
-    let mut prescription = Prescription::read(path).map_err(|e| e.to_string())?;
+    let mut prescription = Prescription::read(path)?;
     for warning in &prescription.warnings {
         messages::warning(format_args!("{}: {warning}", path.display()));
     }
     if let Some(scale) = args.scale {
         if !(scale > 0.0 && scale.is_finite()) {
-            return Err(format!("--scale {scale}: expected a positive number"));
+            return Err(format!("--scale {scale}: expected a positive number").into());
         }
         prescription = prescription.scaled(scale);
     }
     if let Some(diameter) = args.aperture {
         if !(diameter >= 0.0 && diameter.is_finite()) {
-            return Err(format!(
-                "--aperture {diameter}: expected a diameter in mm, 0 or more"
-            ));
+            let message = format!("--aperture {diameter}: expected a diameter in mm, 0 or more");
+            return Err(message.into());
         }
         for warning in prescription.set_stops(diameter) {
             messages::warning(warning);
@@ -284,8 +282,8 @@ fn command() -> String {
     format!("fstop {}", arguments.join(" "))
 }
 
-fn write(file: &Path, text: &str) -> Result<(), String> {
-    output::write(file, text.as_bytes()).map_err(|e| e.to_string())
+fn write(file: &Path, text: &str) -> Result<(), Failure> {
+    Ok(output::write(file, text.as_bytes())?)
 }
 
 #[cfg(test)]

@@ -14,7 +14,6 @@ use crate::tradeoff::{Estimate, Measurement, Settings, Study, study};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::time::Duration;
 
 /// Examples for the long help.
@@ -61,9 +60,9 @@ pub(super) struct TradeoffArgs {
     read: ReadArgs,
 }
 
-/// Studies the scene; exit code 0, or 2 if there is nothing to study.
-pub(super) fn run(args: &TradeoffArgs) -> ExitCode {
-    study_scene(args).map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
+/// Studies the scene.
+pub(super) fn run(args: &TradeoffArgs) -> u8 {
+    study_scene(args).map_or_else(Failure::exit, |()| 0)
 }
 
 /// More pixels give no more precision than as many more samples.
@@ -71,7 +70,7 @@ const PIXELS: u32 = 40_000;
 
 fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
     if let Some(path) = &args.html {
-        output::check(path).map_err(|error| error.to_string())?;
+        output::check(path)?;
     }
     let print = |problems: &Problems| {
         if !args.quiet {
@@ -115,7 +114,7 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
     let told = console::answer(answer.trim_end());
     if let Some(path) = &args.html {
         let page = page::html(&result, &name, shrunk)?;
-        output::write(path, page.as_bytes()).map_err(|error| error.to_string())?;
+        output::write(path, page.as_bytes())?;
     }
     Ok(told?)
 }

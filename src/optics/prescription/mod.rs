@@ -88,6 +88,13 @@ pub enum PrescriptionError {
     Rows(Vec<RowNote>),
 }
 
+impl PrescriptionError {
+    /// Whether the file might be read elsewhere or later.
+    pub fn is_failure(&self) -> bool {
+        matches!(self, PrescriptionError::Unreadable(problem) if problem.is_failure())
+    }
+}
+
 /// What there is to say about a file by the time it is read.
 #[derive(Default)]
 struct Notes {

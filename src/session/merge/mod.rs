@@ -67,6 +67,13 @@ pub enum MergeError {
     Passes,
 }
 
+impl MergeError {
+    /// Whether they might be read on another machine or later.
+    pub fn is_failure(&self) -> bool {
+        matches!(self, MergeError::Unreadable { source, .. } if source.kind() != io::ErrorKind::NotFound)
+    }
+}
+
 /// Lines, but not thousands of them.
 fn some(all: &[String]) -> String {
     const MOST: usize = 20;

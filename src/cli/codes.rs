@@ -1,0 +1,34 @@
+//! Exit codes: whoever runs many renders tells by them what to do next. Those from 70 on are of sysexits.h.
+
+/// The answer of a question is no; or there is an image in spite of errors (`--keep-going`).
+pub(crate) const ANSWER_IS_NO: u8 = 1;
+
+/// Input that cannot be used, on this machine or any other.
+pub(crate) const BAD_INPUT: u8 = 2;
+
+/// A mistake in fstop (EX_SOFTWARE).
+pub(crate) const BUG: u8 = 70;
+
+/// Input or output failed here; another machine may have more luck (EX_IOERR).
+pub(crate) const IO_FAILED: u8 = 74;
+
+/// An interrupted render that its checkpoint continues (EX_TEMPFAIL).
+pub(crate) const INTERRUPTED: u8 = 75;
+
+/// An interrupted render without a checkpoint, as shells give it for SIGINT.
+pub(crate) const LOST: u8 = 130;
+
+/// The codes, for `--help`.
+macro_rules! exit_codes {
+    () => {
+        "Exit codes:
+  0    done; compare: the images agree
+  1    compare: the images differ; render --keep-going: an image in spite of errors
+  2    bad input: the same command will never work
+  70   a bug in fstop
+  74   a file could not be read or written on this machine: try again elsewhere
+  75   interrupted: the same command continues from the checkpoint
+  130  interrupted without a checkpoint: the same command starts anew"
+    };
+}
+pub(super) use exit_codes;
