@@ -75,7 +75,7 @@ impl Chaos {
         let spent = || checkpoints.iter().map(|file| spent(file)).sum::<Duration>();
         for attempt in 0.. {
             let threads = (1 + self.random.below(4)).to_string();
-            let mut child = { Command::new(env!("CARGO_BIN_EXE_fstop")) }
+            let mut child = Command::new(env!("CARGO_BIN_EXE_fstop"))
                 .args(["render", SCENE, "--quiet", "--checkpoint-every", "0.1s"])
                 .args(["--threads", &threads, "-o"])
                 .arg(self.path(output))
@@ -116,12 +116,8 @@ impl Chaos {
         let id = child.id().to_string();
         let send = |signal: &str| {
             // It may have ended meanwhile.
-            let sent = {
-                Command::new("kill")
-                    .args([signal, &id])
-                    .stderr(Stdio::null())
-            }
-            .status();
+            let mut kill = Command::new("kill");
+            let sent = kill.args([signal, &id]).stderr(Stdio::null()).status();
             sent.expect("kill");
         };
         match fate {
@@ -177,7 +173,7 @@ impl Chaos {
         }
         let mut files: Vec<PathBuf> = (1..=of).map(|shard| file(shard, self)).collect();
         self.random.shuffle(&mut files);
-        let merged = { Command::new(env!("CARGO_BIN_EXE_fstop")) }
+        let merged = Command::new(env!("CARGO_BIN_EXE_fstop"))
             .args(["merge", "--quiet", "-o"])
             .arg(self.path("a.exr"))
             .args(&files)
@@ -234,7 +230,7 @@ fn whatever_happens_the_bits_are_the_same() {
     let goals = [owned(["--spp", SAMPLES]), owned(["--error", "3%"])];
     let references = goals.clone().map(|goal| {
         let output = chaos.path("reference.exr");
-        let run = { Command::new(env!("CARGO_BIN_EXE_fstop")) }
+        let run = Command::new(env!("CARGO_BIN_EXE_fstop"))
             .args(["render", SCENE, "--quiet", "--no-checkpoint", "-o"])
             .arg(&output)
             .args(goal)
