@@ -17,6 +17,7 @@ mod checkpoint;
 mod codes;
 mod compare;
 mod events;
+mod farm;
 mod goal;
 mod html;
 mod lens;
@@ -65,6 +66,8 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Measure what each setting costs and gains on a scene, and recommend the cheapest one for an error
     Tradeoff(tradeoff::TradeoffArgs),
+    /// Write what a render farm needs to render a scene in shards
+    Farm(farm::FarmArgs),
 }
 
 /// How scene files are read; shared by `render` and `check`.
@@ -194,6 +197,7 @@ fn run_command(args: Vec<OsString>) -> u8 {
         Command::Compare(args) => compare::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
+        Command::Farm(args) => farm::run(&args),
     }
 }
 
@@ -206,8 +210,8 @@ fn wants_json(args: &[OsString]) -> bool {
 /// `fstop SCENE` means `fstop render SCENE`: if the first argument is neither a command nor a request for help,
 /// `render` is inserted before it. If it is not a file either but nearly a command, that is an error.
 fn with_default_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, String> {
-    const COMMANDS: [&str; 7] = [
-        "render", "check", "lens", "compare", "merge", "tradeoff", "help",
+    const COMMANDS: [&str; 8] = [
+        "render", "check", "lens", "compare", "merge", "tradeoff", "farm", "help",
     ];
     const HELP: [&str; 4] = ["-h", "--help", "-V", "--version"];
     let Some(first) = args.get(1).map(|a| a.to_string_lossy().into_owned()) else {

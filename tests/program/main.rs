@@ -12,6 +12,8 @@ mod cli;
 mod common;
 mod diagnostics;
 mod exit_codes;
+#[cfg(unix)]
+mod farm;
 mod files_within;
 mod interrupted;
 mod lens_report;
