@@ -376,7 +376,7 @@ fn a_folder_without_permission_is_refused_before_rendering() {
         &locked.join("a.exr"),
         &["--spp", "1000000"],
     ));
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert_eq!(run.code, 74, "{}", run.stderr);
     assert!(run.stderr.contains("cannot write"), "{}", run.stderr);
 }
 
