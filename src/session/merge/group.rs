@@ -199,9 +199,7 @@ fn read(path: &Path) -> Result<(Facts, One), MergeError> {
     let contents = contents.ok_or_else(|| foreign(path, "no checkpoint of fstop"))?;
     let whole = "the checkpoint of a whole render: the command that made it continues it";
     let facts = contents.facts.clone().ok_or_else(|| foreign(path, whole))?;
-    let good =
-        facts.film.spec().check().is_ok() && (1..=facts.shard.of).contains(&facts.shard.number);
-    if !good {
+    if facts.film.spec().check().is_err() || !facts.shard.is_valid() {
         return Err(foreign(
             path,
             "a shard that says impossible things of its image",
