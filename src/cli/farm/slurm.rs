@@ -33,33 +33,33 @@ pub(super) struct SlurmArgs {
     /// Scene file
     scene: PathBuf,
     /// Image that the shards are merged into; the scripts are written beside it. By default SCENE.exr in this folder
-    #[arg(short, long)]
+    #[arg(help_heading = "Output", short, long)]
     output: Option<PathBuf>,
     /// Also a PNG of the image
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     png: Option<PathBuf>,
     /// Also the variance of each pixel's mean (channels var.R, var.G, var.B)
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     variance: bool,
     /// How many pieces of equal cost the work is divided into; each loads the scene anew
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = "Tasks", long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     shards: u32,
     /// Processors of each task
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = "Tasks", long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     cpus: u32,
     /// Memory of each task, such as 8G; by default what the cluster gives
-    #[arg(long, value_name = "SIZE", value_parser = parse_size)]
+    #[arg(help_heading = "Tasks", long, value_name = "SIZE", value_parser = parse_size)]
     mem: Option<u64>,
     /// Time limit of each task as Slurm writes it: minutes, hours:minutes:seconds or days-hours; by default the
     /// partition's
-    #[arg(long, value_name = "LIMIT", value_parser = time_limit)]
+    #[arg(help_heading = "Tasks", long, value_name = "LIMIT", value_parser = time_limit)]
     time: Option<String>,
     /// Partition, or several with commas
-    #[arg(long, value_parser = partition)]
+    #[arg(help_heading = "Tasks", long, value_parser = partition)]
     partition: Option<String>,
     /// Put tasks back into the queue that meet their time limit, are preempted or lose their node: they go on from
     /// their checkpoints
-    #[arg(long)]
+    #[arg(help_heading = "Tasks", long)]
     requeue: bool,
     /// Further options of `fstop render`, after `--`
     #[arg(last = true, value_name = "OPTIONS")]
