@@ -97,29 +97,11 @@ impl InstructionSet {
     #[inline]
     pub fn best() -> InstructionSet {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v4) = V4::try_new().filter(|_| *LIMIT >= Limit::Avx512) {
+        if let Some(v4) = avx512() {
             return InstructionSet(Proof::Avx512(v4));
         }
-        InstructionSet::best_of_256_bits()
-    }
-
-    /// The best set that this processor supports for bundles of `lanes` single-precision numbers.
-    ///
-    /// AVX-512 is worth it if a bundle fills two of its registers: rays through the double Gauss take 13 ns instead of
-    /// 17 with AVX2 for 32 lanes, but 19 instead of 17 for 16 (`cargo bench --bench lens`).
-    #[inline]
-    pub fn best_for(lanes: usize) -> InstructionSet {
-        if lanes >= 32 {
-            InstructionSet::best()
-        } else {
-            InstructionSet::best_of_256_bits()
-        }
-    }
-
-    #[inline]
-    fn best_of_256_bits() -> InstructionSet {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v3) = V3::try_new().filter(|_| *LIMIT >= Limit::Avx2) {
+        if let Some(v3) = avx2() {
             return InstructionSet(Proof::Avx2(v3));
         }
         InstructionSet::default()
@@ -183,10 +165,38 @@ fn limit() -> Result<Limit, String> {
     }
 }
 
-/// Runs `kernel`, on bundles of `lanes`, with the best instructions of this processor.
+/// AVX-512, if the processor has it and the user has not said otherwise.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+fn avx512() -> Option<V4> {
+    V4::try_new().filter(|_| *LIMIT >= Limit::Avx512)
+}
+
+/// AVX2, likewise.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+fn avx2() -> Option<V3> {
+    V3::try_new().filter(|_| *LIMIT >= Limit::Avx2)
+}
+
+/// Runs `kernel`, on bundles of `LANES` numbers, with the best instructions of this processor.
+///
+/// AVX-512 is worth it if a bundle fills two of its registers: rays through the double Gauss take 13 ns instead of
+/// 17 with AVX2 for 32 lanes, but 19 instead of 17 for 16 (`cargo bench --bench lens`). For fewer it is not even compiled,
+/// which takes long.
 #[inline(always)]
-pub fn vectorize<K: Kernel>(lanes: usize, kernel: K) -> K::Output {
-    InstructionSet::best_for(lanes).run(kernel)
+pub fn vectorize<const LANES: usize, K: Kernel>(kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    if const { LANES >= 32 }
+        && let Some(with) = avx512()
+    {
+        return with.vectorize(Call { kernel, with });
+    }
+    #[cfg(target_arch = "x86_64")]
+    if let Some(with) = avx2() {
+        return with.vectorize(Call { kernel, with });
+    }
+    kernel.run(Baseline)
 }
 
 /// A kernel with its instruction set, as `pulp` calls it.

@@ -59,6 +59,26 @@ pub fn read_in<T>(
     params: &str,
     read: impl FnOnce(&ParamReader<'_>) -> T,
 ) -> Outcome<T> {
+    let (mut value, mut read) = (None, Some(read));
+    let said = said_in(surroundings, kind, params, &mut |params| {
+        value = read.take().map(|read| read(params));
+    });
+    Outcome {
+        value: value.expect("said_in has called it"),
+        errors: said.errors,
+        warnings: said.warnings,
+        messages: said.messages,
+        text: said.text,
+    }
+}
+
+/// What does not depend on `T`: compiled once, not for every test.
+fn said_in(
+    surroundings: &Surroundings,
+    kind: &str,
+    params: &str,
+    read: &mut dyn FnMut(&ParamReader<'_>),
+) -> Outcome<()> {
     let (sources, diagnostics, spectra) =
         (SourceMap::new(), Diagnostics::new(), SpectrumFiles::new());
     let file = sources.add_text("test.pbrt", format!("Shape \"{kind}\" {params}\n"));
@@ -82,10 +102,10 @@ pub fn read_in<T>(
         &shape.kind,
         &shape.params,
     );
-    let value = read(&reader);
+    read(&reader);
     reader.finish();
     Outcome {
-        value,
+        value: (),
         errors: diagnostics.errors(),
         warnings: diagnostics.warnings(),
         messages: diagnostics.kept().into_iter().map(|d| d.message).collect(),

@@ -12,10 +12,12 @@ mod analysis_golden;
 mod asphere_golden;
 #[path = "../common/mod.rs"]
 mod common;
+mod film_in_a_medium;
 mod lens_extremes;
 mod limits;
 mod optics_fields;
 mod optics_golden;
 mod pupil;
+mod realistic_camera;
 mod stop_shape;
 mod stops_and_planes;

@@ -92,7 +92,7 @@ impl Maker<'_> {
             u: &u,
             shift: self.camera.per_pixel.map(|x| x as f32),
         };
-        let made = vectorize(N, kernel);
+        let made = vectorize::<N, _>(kernel);
         for (lane, i) in chosen.iter().take(N).enumerate() {
             if !made.passed.at(lane) {
                 continue;

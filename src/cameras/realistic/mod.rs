@@ -37,8 +37,6 @@
 
 mod bands;
 mod lanes;
-#[cfg(test)]
-mod medium_tests;
 mod optics;
 mod params;
 pub mod pbrt_pupil_box;

@@ -3,6 +3,21 @@
 use crate::optics::real::{Index, Mask, Number};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
+/// Does the same for every lane. The end is tested after each, not before: thousands of these loops are inlined into one
+/// function, and those with the test in front would each have to be turned around, which takes the compiler longer than all else.
+#[inline(always)]
+fn for_each<const N: usize>(mut f: impl FnMut(usize)) {
+    const { assert!(N > 0) };
+    let mut lane = 0;
+    loop {
+        f(lane);
+        lane += 1;
+        if lane == N {
+            return;
+        }
+    }
+}
+
 /// Makes the bundle `$lanes` of `$float`s with its answers `$mask` of `$bits`; `$digits` is the number of bits
 /// that a `$float` has for a fraction.
 macro_rules! bundle {
@@ -26,9 +41,7 @@ macro_rules! bundle {
 
             #[inline(always)]
             fn each(mut self, f: impl Fn($float) -> $float) -> $lanes<N> {
-                for x in &mut self.0 {
-                    *x = f(*x);
-                }
+                for_each::<N>(|i| self.0[i] = f(self.0[i]));
                 self
             }
         }
@@ -52,9 +65,7 @@ macro_rules! bundle {
             #[inline(always)]
             fn any(self) -> bool {
                 let mut all = 0;
-                for x in self.0 {
-                    all |= x;
-                }
+                for_each::<N>(|i| all |= self.0[i]);
                 all != 0
             }
         }
@@ -108,7 +119,7 @@ macro_rules! bundle {
                 let last = last.min(1 << 22) as $float;
                 let mut place = [0; N];
                 let mut rest = self;
-                for i in 0..N {
+                for_each::<N>(|i| {
                     let x = self.0[i];
                     // What is not a number is not greater than 0.
                     let x = if x > 0.0 { x } else { 0.0 };
@@ -118,7 +129,7 @@ macro_rules! bundle {
                     let below = nearest - above;
                     place[i] = below.to_bits() & ((1 << $digits) - 1);
                     rest.0[i] = self.0[i] - (below - WHOLE);
-                }
+                });
                 (place, rest)
             }
             #[inline(always)]
@@ -128,7 +139,7 @@ macro_rules! bundle {
                 offset: usize,
             ) -> [$lanes<N>; M] {
                 let mut r = [$lanes([0.0; N]); M];
-                for i in 0..N {
+                for_each::<N>(|i| {
                     let mut entry = offset;
                     for (place, stride) in &at {
                         entry += place[i] as usize * stride;
@@ -138,16 +149,16 @@ macro_rules! bundle {
                             r.0[i] = *x;
                         }
                     }
-                }
+                });
                 r
             }
             #[inline(always)]
             fn select(mask: $mask<N>, yes: $lanes<N>, no: $lanes<N>) -> $lanes<N> {
                 let mut r = no;
-                for i in 0..N {
+                for_each::<N>(|i| {
                     let bits = (yes.0[i].to_bits() & mask.0[i]) | (no.0[i].to_bits() & !mask.0[i]);
                     r.0[i] = $float::from_bits(bits);
-                }
+                });
                 r
             }
             #[inline(always)]
@@ -162,9 +173,7 @@ macro_rules! bundle {
             #[inline(always)]
             fn $function(self, other: $lanes<N>) -> $lanes<N> {
                 let mut r = self;
-                for i in 0..N {
-                    r.0[i] = self.0[i] $symbol other.0[i];
-                }
+                for_each::<N>(|i| r.0[i] = self.0[i] $symbol other.0[i]);
                 r
             }
         }
@@ -173,9 +182,7 @@ macro_rules! bundle {
         #[inline(always)]
         fn $function(self, base: $float) -> $mask<N> {
             let mut r = $mask([0; N]);
-            for i in 0..N {
-                r.0[i] = if self.0[i] $symbol base { $bits::MAX } else { 0 };
-            }
+            for_each::<N>(|i| r.0[i] = if self.0[i] $symbol base { $bits::MAX } else { 0 });
             r
         }
     )*};

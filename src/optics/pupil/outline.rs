@@ -63,14 +63,11 @@ impl View<'_> {
     /// another reason.
     fn excess(&self, p: [Doubles<LANES>; 2]) -> [f64; LANES] {
         let film = [self.radius, 0.0].map(Doubles::splat);
-        vectorize(
-            LANES,
-            Excess {
-                tracer: &self.survey.tracer,
-                film,
-                p,
-            },
-        )
+        vectorize::<LANES, _>(Excess {
+            tracer: &self.survey.tracer,
+            film,
+            p,
+        })
     }
 
     /// The same for one.

@@ -322,7 +322,7 @@ impl Survey {
                 film: [lane(&|(radius, _)| radius), Doubles([0.0; LANES])],
                 p: [lane(&|(_, p)| p[0]), lane(&|(_, p)| p[1])],
             };
-            passes.extend(vectorize(LANES, rays).into_iter().take(bundle.len()));
+            passes.extend(vectorize::<LANES, _>(rays).into_iter().take(bundle.len()));
         }
         let mut passes = passes.into_iter();
         aims.retain(|_| passes.next().unwrap_or(false));

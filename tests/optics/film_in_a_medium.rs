@@ -3,17 +3,19 @@
 //! Radiance over the squared index stays the same along a ray, so that a white sky puts n'²·∫cosθ dω on a film in a medium
 //! of index n' (Boyd, *Radiometry and the Detection of Optical Radiation*, 1983, §5.1).
 
-use super::tests::{DGAUSS, camera, film, samples, spec};
-use super::{Form, Realistic, RealisticSpec, Weighting};
-use crate::cameras::{BUNDLE, CameraSample};
-use crate::math::Vec2;
-use crate::optics::models::ModelKind;
-use crate::optics::{Lens, LensRay, LensReport, Prescription};
+use crate::realistic_camera::{DGAUSS, camera, film, samples, spec};
 use arrayvec::ArrayVec;
+use fstop::cameras::{
+    BUNDLE, CameraSample, Form, Realistic, RealisticSpec, Weighting, pbrt_pupil_box,
+};
+use fstop::math::Vec2;
+use fstop::optics::analysis::{Effort, Film, LensAnalysis, ObjectPlane};
+use fstop::optics::models::ModelKind;
+use fstop::optics::{Lens, LensRay, LensReport, Prescription};
 
 /// Gullstrand's exact eye without accommodation, with a pupil of 4 mm (Atchison and Smith, *Optics of the Human Eye*,
 /// 2000, appendix 3).
-pub(super) const EYE: &str = "7.7 0.5 1.376 11\n6.8 3.1 1.336 10\nstop 0 1.336 4\n10 0.546 1.386 8\n\
+pub(crate) const EYE: &str = "7.7 0.5 1.376 11\n6.8 3.1 1.336 10\nstop 0 1.336 4\n10 0.546 1.386 8\n\
     7.911 2.419 1.406 7\n-5.76 0.635 1.386 7\n-6 17.187 1.336 8\n";
 
 /// `text` with a film in a medium of this index, focused at infinity.
@@ -129,7 +131,7 @@ fn simple_weights_are_relative_whatever_the_medium() {
             .filter_map(|s| simple.ray(&s, false))
             .fold(0.0, |max, r| f32::max(max, r.weight));
         assert!(brightest <= 1.0 + 1e-6 && brightest > 0.7, "{brightest}");
-        let area = super::pbrt_pupil_box::innermost_box_area(&s.lens, 4.0);
+        let area = pbrt_pupil_box::innermost_box_area(&s.lens, 4.0);
         let constant = s.lens.film_distance().powi(2) / (area * index * index);
         for (simple, physical) in white(&simple, 16).into_iter().zip(physical) {
             // Rounding of single precision.
@@ -183,7 +185,7 @@ fn the_models_look_where_the_lens_looks() {
                 // In pixels. Distortion at a hundredth of the focal length is some 1e-4 of it, and the thin lens' stop lies
                 // elsewhere: 0.05 mm of it through 1 / 17 mm of power are canceled by focus.
                 let focal_length = s.lens.paraxial().cardinals.unwrap().focal_length;
-                let pitch = model.per_pixel[1];
+                let pitch = 0.5 / 2f64.sqrt() / 64.0;
                 let off = f64::from((a.ray.d - b.ray.d).length()) * focal_length / pitch;
                 assert!(off < 0.05, "{kind} {index}: {off}");
             }
@@ -197,11 +199,11 @@ fn the_f_number_counts_the_index_at_the_film() {
     // The same beam and the same focal length in front: f/D whatever the medium, for an aplanatic lens.
     for index in [1.0, 1.336, 1.5] {
         let s = in_medium(EYE, index, 1.0, Form::Course);
-        let analysis = crate::optics::analysis::LensAnalysis::new(
+        let analysis = LensAnalysis::new(
             &s.lens,
-            crate::optics::analysis::Film::of_diagonal(2.0),
-            crate::optics::analysis::ObjectPlane::INFINITY,
-            &crate::optics::analysis::Effort {
+            Film::of_diagonal(2.0),
+            ObjectPlane::INFINITY,
+            &Effort {
                 fields: 2,
                 rays_across: 16,
                 pupil_samples: 1 << 12,
