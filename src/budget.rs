@@ -93,7 +93,7 @@ impl Drop for Held<'_> {
 }
 
 /// A number of bytes in human-readable form.
-struct Bytes(u64);
+pub struct Bytes(pub u64);
 
 impl fmt::Display for Bytes {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {

@@ -115,6 +115,17 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileProblem> {
     read_regular(path, &metadata)
 }
 
+/// The first bytes of the regular file at `path`, at most `most`.
+pub fn read_start(path: &Path, most: u64) -> Result<Vec<u8>, FileProblem> {
+    regular(path)?;
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most).read_to_end(&mut bytes)?;
+    if is_lfs_pointer(&bytes) {
+        return Err(FileProblem::LfsPointer);
+    }
+    Ok(bytes)
+}
+
 /// All bytes of the regular file at `path`, unless they exceed what is left of `budget`. They are not charged; what is
 /// made of them is.
 pub fn read_within(path: &Path, budget: &Budget) -> Result<Vec<u8>, FileProblem> {

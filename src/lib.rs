@@ -127,6 +127,7 @@ mod parts {
     pub mod checkpoint;
     pub mod files;
     pub mod filters;
+    pub mod forecast;
     pub mod handles;
     pub mod inputs;
     pub mod integrators;

@@ -28,6 +28,12 @@ pub(super) struct CurveStore {
 }
 
 impl CurveStore {
+    /// Bytes of a segment.
+    pub(super) const SEGMENT: usize = size_of::<Segment>();
+
+    /// Bytes of a curve besides its segments.
+    pub(super) const OWNER: usize = size_of::<Owner>();
+
     /// Adds a curve whose coordinates are relative to the level's anchor.
     pub(super) fn add(&mut self, curves: &Curves, attributes: PrimitiveAttributes) {
         let (owner, normal) = (self.owners.len() as u32, self.normals.len() as u32);

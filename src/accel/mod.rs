@@ -15,6 +15,7 @@ mod face_ids;
 mod groups;
 mod instance;
 mod level;
+pub mod memory;
 mod node;
 mod packet;
 mod pages;

@@ -4,7 +4,7 @@ use super::{openexr, pfm};
 use crate::budget::{Budget, Held};
 use crate::files::{self, FileError};
 use crate::math::Rgb;
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -50,6 +50,28 @@ pub(super) fn read<'a>(path: &Path, budget: &'a Budget) -> Result<(Vec<u8>, Held
         .hold(bytes.len() as u64)
         .map_err(|e| format!("'{name}' {e}"))?;
     Ok((bytes, held))
+}
+
+/// What an image's header says, for forecasts of memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Texels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Bytes of the file.
+    pub file: u64,
+    /// Bytes of a texel as the decoder has it; 0 where it is read from the file itself.
+    pub stored: u64,
+    /// Bytes of a texel that the decoder's are converted to before they are texels; 0 where they are not.
+    pub converted: u64,
+}
+
+impl Extent {
+    /// Number of texels.
+    pub fn texels(&self) -> u64 {
+        (self.width * self.height) as u64
+    }
 }
 
 /// Limit on image sizes that a decoder accepts: checked before anything of that size is allocated.
@@ -134,6 +156,37 @@ impl ImageData {
         Ok(image)
     }
 
+    /// What the header of the file at `path` says.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or whose header is none.
+    pub fn extent(path: &Path) -> Result<Extent, FileError> {
+        let name = path.display();
+        let bytes = files::read_start(path, HEADER)
+            .map_err(|e| FileError::from(e).said(|e| format!("cannot read '{name}': {e}")))?;
+        let file = path.metadata().map_or(0, |found| found.len());
+        let broken = |e: String| format!("cannot decode '{name}': {e}");
+        let format = Format::of(path, &bytes)
+            .ok_or_else(|| broken("this is no image format that fstop reads".to_string()))?;
+        let (width, height, stored, converted) = match format {
+            Format::OpenExr => openexr::extent(&bytes).map(|([w, h], stored)| (w, h, stored, 0)),
+            Format::Pfm => pfm::size(&bytes).map(|[w, h]| (w, h, 0, 0)),
+            Format::Other(format) => decoder_extent(&bytes, format),
+        }
+        .map_err(broken)?;
+        let is_sound = (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height);
+        if !is_sound {
+            return Err(broken(format!("its header claims {width} × {height} pixels")).into());
+        }
+        Ok(Extent {
+            width,
+            height,
+            file,
+            stored,
+            converted,
+        })
+    }
+
     /// An image from `height` rows of `width` texels, top row first; `None` if the counts disagree or there are no
     /// texels.
     pub fn from_texels(
@@ -200,6 +253,25 @@ impl Format {
             _ => None,
         }
     }
+}
+
+/// Bytes in which the header of any image is expected; those of photographs may hold a preview.
+const HEADER: u64 = 1 << 20;
+
+/// Width, height, bytes of a texel as decoded, and as floats.
+fn decoder_extent(bytes: &[u8], format: ImageFormat) -> Result<(usize, usize, u64, u64), String> {
+    let reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    let (width, height) = decoder.dimensions();
+    let color = decoder.color_type();
+    // Floats of three channels are taken as they are.
+    let converted = if color == image::ColorType::Rgb32F {
+        0
+    } else {
+        12
+    };
+    let stored = u64::from(color.bytes_per_pixel());
+    Ok((width as usize, height as usize, stored, converted))
 }
 
 fn read_with_image_crate(

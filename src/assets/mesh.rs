@@ -24,6 +24,54 @@ pub struct MeshData {
     pub warnings: Vec<String>,
 }
 
+/// How large a mesh is, for forecasts of memory.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MeshExtent {
+    /// Triangles, however many corners faces have.
+    pub triangles: u64,
+    /// Vertices.
+    pub vertices: u64,
+    /// Has it normals?
+    pub normals: bool,
+    /// Has it texture coordinates?
+    pub uv: bool,
+    /// Numbers of faces that triangles have.
+    pub faces: u64,
+    /// Bytes of its file.
+    pub file: u64,
+}
+
+impl MeshExtent {
+    /// Of a mesh in memory.
+    pub fn of(mesh: &MeshData) -> MeshExtent {
+        MeshExtent {
+            triangles: mesh.indices.len() as u64,
+            vertices: mesh.positions.len() as u64,
+            normals: !mesh.normals.is_empty(),
+            uv: !mesh.uv.is_empty(),
+            faces: mesh.face_ids.len() as u64,
+            file: 0,
+        }
+    }
+
+    /// Bytes in double precision.
+    pub fn compiled(&self) -> u64 {
+        self.with_vertex(size_of::<DVec3>())
+    }
+
+    /// Bytes as trees refer to it.
+    pub fn stored(&self) -> u64 {
+        self.with_vertex(size_of::<Vec3>())
+    }
+
+    fn with_vertex(&self, position: usize) -> u64 {
+        let normal = if self.normals { size_of::<Vec3>() } else { 0 };
+        let uv = if self.uv { size_of::<Vec2>() } else { 0 };
+        self.triangles * size_of::<[u32; 3]>() as u64
+            + self.vertices * (position + normal + uv) as u64
+    }
+}
+
 /// Loads the mesh at `path` with `parse`, whose error is a sentence without the file's name.
 pub(super) fn load(
     path: &Path,

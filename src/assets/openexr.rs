@@ -41,6 +41,15 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
         .ok_or_else(|| "it has no pixels".into())
 }
 
+/// Width and height of the first layer, and bytes of a texel with all its channels.
+pub(super) fn extent(bytes: &[u8]) -> Result<([usize; 2], u64), String> {
+    let meta =
+        MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    let header = meta.headers.first().ok_or("it has no layers")?;
+    let size = [header.layer_size.width(), header.layer_size.height()];
+    Ok((size, header.channels.bytes_per_pixel as u64))
+}
+
 /// Checks sizes first, because the decoder allocates whatever the header asks for.
 pub(crate) fn check_sizes(bytes: &[u8], limit: SizeLimit) -> Result<(), String> {
     let meta =

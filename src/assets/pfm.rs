@@ -50,6 +50,13 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
         .ok_or_else(|| "it has no pixels".into())
 }
 
+/// Width and height.
+pub(super) fn size(bytes: &[u8]) -> Result<[usize; 2], String> {
+    let mut header = Header { bytes, at: 0 };
+    header.word();
+    Ok([header.number("width")?, header.number("height")?])
+}
+
 /// White-space separated words of the header.
 struct Header<'a> {
     bytes: &'a [u8],

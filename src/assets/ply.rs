@@ -5,15 +5,15 @@
 //! `face_indices` of each, for Ptex. Other elements and properties are skipped (Turk, "The PLY Polygon File Format",
 //! 1994; docs/scene-language.md §3.7).
 
-use super::mesh::{self, MeshData, face_id, triangulate};
+use super::mesh::{self, MeshData, MeshExtent, face_id, triangulate};
 use crate::budget::Budget;
-use crate::files::FileError;
+use crate::files::{self, FileError};
 use crate::math::{DVec3, Vec2, Vec3};
 use arrayvec::ArrayVec;
 use flate2::read::MultiGzDecoder;
 use serde::de::{IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use serde_ply::{ElementDef, PlyReader, PropertyType};
+use serde_ply::{ElementDef, PlyReader, PropertyType, ScalarType};
 use std::borrow::Cow;
 use std::fmt;
 use std::io::{BufRead, Read};
@@ -23,6 +23,92 @@ use std::path::Path;
 /// Loads the mesh at `path`, unless that takes more memory than is left of `budget`.
 pub fn load(path: &Path, budget: &Budget) -> Result<MeshData, FileError> {
     mesh::load(path, budget, parse_within)
+}
+
+/// Bytes in which a header is expected.
+const HEADER: u64 = 1 << 16;
+
+/// How large the mesh at `path` is: by its header where that tells, otherwise by loading it.
+///
+/// # Errors
+/// As [`load`].
+pub fn extent(path: &Path) -> Result<MeshExtent, FileError> {
+    let bytes = files::read_start(path, HEADER)?;
+    let file = path.metadata().map_or(0, |found| found.len());
+    if let Some(extent) = extent_of_header(&bytes, file) {
+        return Ok(MeshExtent { file, ..extent });
+    }
+    let mesh = load(path, &Budget::new(None))?;
+    Ok(MeshExtent {
+        file,
+        ..MeshExtent::of(&mesh)
+    })
+}
+
+/// By the header of a binary file of vertices and faces: what vertices do not take are faces, and every corner beyond two
+/// makes a triangle.
+fn extent_of_header(bytes: &[u8], file: u64) -> Option<MeshExtent> {
+    let length = header_length(bytes)?;
+    if !bytes.starts_with(b"ply")
+        || std::str::from_utf8(&bytes[..length])
+            .ok()?
+            .contains("format ascii")
+    {
+        return None;
+    }
+    let reader = PlyReader::from_reader(&bytes[..length]).ok()?;
+    let [vertices, faces] = reader.header().elem_defs.as_slice() else {
+        return None;
+    };
+    let scalar = |kind: &PropertyType| match *kind {
+        PropertyType::Scalar(kind) => Some(bytes_of(kind)),
+        PropertyType::List { .. } => None,
+    };
+    let sizes = vertices.properties.iter().map(|p| scalar(&p.property_type));
+    let vertex: u64 = sizes.sum::<Option<u64>>()?;
+    let (mut fixed, mut corner) = (0, None);
+    for property in &faces.properties {
+        match property.property_type {
+            PropertyType::Scalar(kind) => fixed += bytes_of(kind),
+            PropertyType::List {
+                count_type,
+                data_type,
+            } if corner.is_none() => {
+                fixed += bytes_of(count_type);
+                corner = Some(bytes_of(data_type));
+            }
+            PropertyType::List { .. } => return None,
+        }
+    }
+    let is_mesh = vertices.name == "vertex" && faces.name == "face";
+    let rest = file.checked_sub(length as u64 + vertices.count as u64 * vertex)?;
+    let corners = rest.checked_sub(faces.count as u64 * fixed)? / corner?;
+    let has = |names: [&str; 2]| names.iter().all(|name| vertices.has_property(name));
+    let triangles = corners.checked_sub(2 * faces.count as u64)?;
+    is_mesh.then_some(MeshExtent {
+        triangles,
+        vertices: vertices.count as u64,
+        normals: vertices.has_property("nx"),
+        uv: [
+            ["u", "v"],
+            ["s", "t"],
+            ["texture_u", "texture_v"],
+            ["texture_s", "texture_t"],
+        ]
+        .into_iter()
+        .any(has),
+        faces: if is_numbered(faces) { triangles } else { 0 },
+        file,
+    })
+}
+
+fn bytes_of(kind: ScalarType) -> u64 {
+    match kind {
+        ScalarType::I8 | ScalarType::U8 => 1,
+        ScalarType::I16 | ScalarType::U16 => 2,
+        ScalarType::I32 | ScalarType::U32 | ScalarType::F32 => 4,
+        ScalarType::F64 => 8,
+    }
 }
 
 /// Reads a PLY file from memory; the error is a sentence without the file's name.

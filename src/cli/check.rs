@@ -4,9 +4,12 @@
 use super::ReadArgs;
 use super::codes::{BAD_INPUT, IO_FAILED};
 use super::messages::{self, Failure};
+use crate::budget::Bytes;
 use crate::console;
-use crate::session::Scene;
+use crate::forecast::{Process, Stage, Use};
+use crate::session::{ReadOptions, Scene};
 use clap::Args;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// Examples for the long help.
@@ -24,6 +27,9 @@ pub(super) struct CheckArgs {
     /// Also report what only affects noise: which sampler replaces the scene's
     #[arg(short, long, help_heading = "How the scene is read")]
     verbose: bool,
+    /// Forecast the memory that `fstop render` will take, instead of loading meshes and images: by their headers
+    #[arg(long, help_heading = "Output")]
+    memory: bool,
     #[command(flatten)]
     read: ReadArgs,
 }
@@ -45,6 +51,9 @@ pub(super) fn run(args: &CheckArgs) -> u8 {
 fn check(path: &Path, args: &CheckArgs) -> Result<u8, Failure> {
     let mut options = args.read.options(args.read.policy());
     options.details = args.verbose;
+    if args.memory {
+        return forecast(path, &options);
+    }
     let problems = Scene::check(path, &options);
     messages::print(&problems);
     let verdict = match problems.refused() {
@@ -59,4 +68,68 @@ fn check(path: &Path, args: &CheckArgs) -> Result<u8, Failure> {
         true if problems.is_failure() => IO_FAILED,
         true => BAD_INPUT,
     })
+}
+
+/// Prints what rendering a scene will take.
+fn forecast(path: &Path, options: &ReadOptions) -> Result<u8, Failure> {
+    let before = Process::measured();
+    let scene = Scene::load(path, options)?;
+    messages::print(scene.problems());
+    let forecasts = scene.forecasts(&before)?;
+    // Frames are rendered one after the other.
+    let largest = forecasts
+        .iter()
+        .max_by_key(|forecast| forecast.peak.total());
+    let Some(forecast) = largest else {
+        return Ok(BAD_INPUT);
+    };
+    let mut text = format!(
+        "{}: memory at most, {}\n",
+        path.display(),
+        forecast.peak.when
+    );
+    text += &table(&forecast.peak);
+    let in_passes = &forecast.in_passes;
+    // Writing to a string cannot fail.
+    let _ = write!(
+        text,
+        "  {:<42} {:>10}",
+        "all, with --error or --time",
+        Bytes(in_passes.total()).to_string()
+    );
+    console::answer(text)?;
+    Ok(0)
+}
+
+/// What there is at one time, one use a line.
+fn table(stage: &Stage) -> String {
+    let mut text = String::new();
+    let used = { Use::ALL.iter().zip(stage.bytes) }.filter(|(_, bytes)| *bytes > 0);
+    for (part, bytes) in used {
+        let _ = writeln!(
+            text,
+            "  {:<42} {:>10}",
+            name(*part),
+            Bytes(bytes).to_string()
+        );
+    }
+    let _ = writeln!(
+        text,
+        "  {:<42} {:>10}",
+        "all",
+        Bytes(stage.total()).to_string()
+    );
+    text
+}
+
+fn name(part: Use) -> &'static str {
+    match part {
+        Use::Program => "program",
+        Use::Description => "the scene as it was read",
+        Use::Images => "images",
+        Use::Shapes => "meshes, quadrics, curves, instances",
+        Use::Trees => "trees (upper bound)",
+        Use::Lights => "lights that shapes form (upper bound)",
+        Use::Film => "film",
+    }
 }

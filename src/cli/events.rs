@@ -1,6 +1,7 @@
 //! `render --progress json`: what happens, for programs; one JSON object a line on standard error, and nothing else.
 
 use crate::console;
+use crate::forecast::Process;
 use crate::render::Step;
 use crate::session::Outputs;
 use serde_json::{Value, json};
@@ -41,7 +42,7 @@ impl State {
         });
         let by_time = { self.limit.zip(sampling) }
             .map(|(limit, spent)| (limit.as_secs_f64() - spent).max(0.0));
-        let (now, peak) = memory();
+        let process = Process::measured();
         json!({
             "event": "progress",
             "stage": if sampling.is_some() { "sampling" } else { "loading" },
@@ -51,8 +52,8 @@ impl State {
             "rate": rate,
             "left_s": by_samples.or(by_time),
             "elapsed_s": self.started.elapsed().as_secs_f64(),
-            "memory_bytes": now,
-            "peak_memory_bytes": peak,
+            "memory_bytes": process.now,
+            "peak_memory_bytes": process.peak,
             "pass": self.pass,
             "spp": self.spp,
             "error": self.error,
@@ -185,15 +186,4 @@ pub(super) fn end(code: u8) {
 
 fn tell(event: Value) {
     console::say_text(&format!("{event}\n"));
-}
-
-/// This process's memory now, and the most it was, in bytes; `None` where the system does not tell (other than Linux).
-fn memory() -> (Option<u64>, Option<u64>) {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let of = |name: &str| {
-        let line = status.lines().find_map(|line| line.strip_prefix(name))?;
-        let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-        Some(1024 * kib)
-    };
-    (of("VmRSS:"), of("VmHWM:"))
 }

@@ -65,6 +65,14 @@ pub struct Film {
     first_dropped: Option<DroppedSample>,
 }
 
+/// Bytes that a pixel takes while an image is rendered: in the film, and in the tiles that are done and not yet merged.
+pub const MEMORY_OF_PIXEL: u64 = 2 * size_of::<PixelStatistics>() as u64;
+
+/// The same with `--error` or `--time`: in two halves, in their mean, and in the image with its variances. A tile whose
+/// samples were taken in several passes has more than one sum, up to the logarithm of their number.
+pub const MEMORY_OF_HALVES: u64 =
+    3 * size_of::<PixelStatistics>() as u64 + 2 * size_of::<Rgb>() as u64;
+
 impl Film {
     /// An unexposed film.
     pub fn new(spec: &FilmSpec) -> Film {

@@ -69,6 +69,14 @@ pub(super) struct LightTree {
     even: Distribution1D,
 }
 
+/// Bytes that each of many lights takes at most while a tree is made: as a candidate twice, in two nodes of the binary
+/// tree, in a node that is at least half full, and in the tables.
+pub(super) const MEMORY_OF_LIGHT: usize = 2 * size_of::<Candidate>()
+    + 2 * size_of::<super::tree::Node>()
+    + size_of::<Node>() / (LANES / 2)
+    + size_of::<Place>()
+    + 4 * size_of::<f32>();
+
 impl LightTree {
     /// From the candidates for all of `lights` lights. Distances below `min_distance` do not count
     /// as nearer.

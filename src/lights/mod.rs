@@ -51,6 +51,9 @@ use point::sample_point;
 use std::f32::consts::PI;
 use strength::strength;
 
+/// Bytes that a light of many takes while the tree is built by which they are chosen.
+pub const MEMORY_OF_EMITTER: u64 = (size_of::<Light>() + light_tree::MEMORY_OF_LIGHT) as u64;
+
 /// What is done about a light that cannot be made.
 const LEFT_OUT: &str = "the light is left out";
 

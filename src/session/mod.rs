@@ -22,7 +22,9 @@ pub use shards::{ShardError, ShardFile, Shards};
 
 use crate::build::{self, PreparedScene};
 use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
+use crate::files::FileError;
 use crate::film;
+use crate::forecast::{self, Forecast, Process};
 use crate::params::{Dialect, NamedFile};
 use crate::render::Step;
 use crate::scene::{self, read_scene};
@@ -84,6 +86,15 @@ impl Scene {
     /// What was found in the file: warnings, notes, and errors that the policy forgives.
     pub fn problems(&self) -> &Problems {
         &self.problems
+    }
+
+    /// The memory that rendering each frame will take; the scene was read since `before`.
+    ///
+    /// # Errors
+    /// A file that cannot be used, by name.
+    pub(crate) fn forecasts(&self, before: &Process) -> Result<Vec<Forecast>, FileError> {
+        let frames = self.frames.iter();
+        frames.map(|frame| forecast::of(frame, before)).collect()
     }
 
     /// Whose defaults and meanings the file was read with.

@@ -45,12 +45,12 @@ impl Outputs {
     }
 
     /// Can all of them, of `pixels` pixels, be written, as far as is known before rendering?
-    fn check(&self, pixels: usize) -> Result<(), Diagnostic> {
+    fn check(&self, pixels: usize) -> Result<(), Box<Diagnostic>> {
         for path in self.paths() {
-            film::check_output(path).map_err(|e| cannot_write(&e))?;
+            film::check_output(path).map_err(|e| Box::new(cannot_write(&e)))?;
             // Three channels of four bytes; files are packed, to half of that at best.
             let needed = pixels as u64 * 12 / 2;
-            check_room(path, needed).map_err(|e| cannot_write(&e.into()))?;
+            check_room(path, needed).map_err(|e| Box::new(cannot_write(&e.into())))?;
         }
         let Some(png) = &self.png else { return Ok(()) };
         if !png
@@ -59,12 +59,12 @@ impl Outputs {
         {
             let png = png.display();
             let message = format!("--png {png}: expected a name ending in .png");
-            return Err(Diagnostic::error(message));
+            return Err(Diagnostic::error(message).into());
         }
         if same_file(png, &self.image) {
             let png = png.display();
             let message = format!("--png {png}: the image itself is written there already");
-            return Err(Diagnostic::error(message));
+            return Err(Diagnostic::error(message).into());
         }
         Ok(())
     }
@@ -129,7 +129,7 @@ pub(super) fn check(
         {
             diagnostics.push(cannot_write(&error).at(file.span));
         } else if let Err(error) = outputs.check(pixels) {
-            diagnostics.push(error);
+            diagnostics.push(*error);
         }
     }
 }

@@ -273,6 +273,11 @@ pub struct Curves {
 }
 
 impl Curves {
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Curves>() + size_of_val(&self.segments[..])
+    }
+
     /// Corners of a box around the finite control points, in the space of the tree; `min > max`
     /// without any.
     pub fn bounds(&self) -> (DVec3, DVec3) {

@@ -11,7 +11,10 @@
 
 use super::site::{ShapeType, Site};
 use super::{CompiledShape, ShapeError, needed};
+use crate::assets::mesh::MeshExtent;
 use crate::assets::{obj, ply};
+use crate::budget::Budget;
+use crate::files::FileError;
 use crate::params::ParamReader;
 use std::path::PathBuf;
 
@@ -45,6 +48,26 @@ impl MeshFileSpec {
         };
         let path = reader.file("filename")?;
         Some(MeshFileSpec { format, path })
+    }
+}
+
+impl MeshFileSpec {
+    /// How large the mesh is. That of an OBJ file is known only when it is read.
+    ///
+    /// # Errors
+    /// A file that cannot be used.
+    pub fn extent(&self) -> Result<MeshExtent, FileError> {
+        match self.format {
+            Format::Ply => ply::extent(&self.path),
+            Format::Obj => {
+                let mesh = obj::load(&self.path, &Budget::new(None))?;
+                let file = self.path.metadata().map_or(0, |found| found.len());
+                Ok(MeshExtent {
+                    file,
+                    ..MeshExtent::of(&mesh)
+                })
+            }
+        }
     }
 }
 

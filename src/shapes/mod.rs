@@ -25,6 +25,7 @@ pub mod sphere;
 pub mod triangle;
 pub mod trianglemesh;
 
+pub use crate::assets::mesh::MeshExtent;
 pub use kinds::{Form, ShapeKind};
 pub use site::Site;
 

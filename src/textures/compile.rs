@@ -39,6 +39,19 @@ pub struct TextureProblem {
     pub used: bool,
 }
 
+/// A file that textures need.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Its place.
+    pub path: PathBuf,
+    /// Is it a Ptex file?
+    pub is_ptex: bool,
+    /// Number of filtered images of floats.
+    pub floats: usize,
+    /// Number of filtered images of colors.
+    pub spectra: usize,
+}
+
 impl Textures {
     /// Loads every image once (in parallel) and moves all mappings to render space.
     /// Images that `budget` has no memory for are problems.
@@ -71,6 +84,33 @@ impl Textures {
             ptex,
         };
         (textures, problems)
+    }
+
+    /// The files that textures need, each once, with the number of filtered images that are made of it.
+    pub fn wanted(specs: &TextureSpecs) -> Vec<Wanted> {
+        let mut compiler = Compiler {
+            render_from_world: &Transform::IDENTITY,
+            used: false,
+            images: Files::default(),
+            ptex: Files::default(),
+            maps: Vec::new(),
+        };
+        let (_, floats) = compiler.all(&specs.float, &[]);
+        let (_, spectra) = compiler.all(&specs.spectrum, &[]);
+        let count = |maps: &[PendingMap], i| maps.iter().filter(|m| m.file == Some(i)).count();
+        let images = { compiler.images.list.iter().enumerate() }.map(|(i, file)| Wanted {
+            path: file.name.path.clone(),
+            is_ptex: false,
+            floats: count(&floats, i),
+            spectra: count(&spectra, i),
+        });
+        let ptex = compiler.ptex.list.iter().map(|file| Wanted {
+            path: file.name.path.clone(),
+            is_ptex: true,
+            floats: 0,
+            spectra: 0,
+        });
+        images.chain(ptex).collect()
     }
 
     /// Does any texture ask which face of a mesh a point is on? Where none does, meshes need not know.

@@ -34,7 +34,7 @@ pub use checkerboard::Checkerboard;
 use class::TextureClass;
 pub use combinations::Constant;
 use compile::Compiler;
-pub use compile::Textures;
+pub use compile::{Textures, Wanted};
 pub use dots::Dots;
 pub use imagemap::Imagemap;
 pub use kinds::Texture;

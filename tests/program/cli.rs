@@ -354,7 +354,7 @@ fn a_bad_output_is_refused_before_rendering() {
     };
     std::fs::write(&scene, frame("good.exr") + &frame("nowhere/bad.exr")).expect("a scene");
     let run = fstop_in(folder.0.path(), ["render", "frames.pbrt"]);
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert_eq!(run.code, 74, "{}", run.stderr);
     assert_eq!(folder.names(), ["file", "folder.exr", "frames.pbrt"]);
 }
 
@@ -376,7 +376,7 @@ fn a_folder_without_permission_is_refused_before_rendering() {
         &locked.join("a.exr"),
         &["--spp", "1000000"],
     ));
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert_eq!(run.code, 74, "{}", run.stderr);
     assert!(run.stderr.contains("cannot write"), "{}", run.stderr);
 }
 

@@ -39,7 +39,7 @@ fn unreadable(folder: &Folder) -> Option<String> {
     std::fs::write(&locked, "WorldBegin WorldEnd").expect("a file");
     #[cfg(unix)]
     {
-        let none = std::os::unix::fs::PermissionsExt::from_mode(0);
+        let none = std::os::unix::fs::PermissionsExt::from_mode(0o000);
         std::fs::set_permissions(&locked, none).expect("permissions");
     }
     // Who may read everything is still refused by the driver of the loopback device, which has no speed.

@@ -19,6 +19,7 @@ mod interrupted;
 mod lens_report;
 mod loading;
 mod lost_light;
+mod memory_forecast;
 mod memory_limit;
 mod outputs;
 mod passes;

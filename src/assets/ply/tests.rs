@@ -182,3 +182,32 @@ fn huge_counts_in_small_files_are_an_error() {
         element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n4294967295 0 0 0\n";
     assert!(parse(list.as_bytes()).is_err());
 }
+
+/// The header of a binary file says how many triangles its faces make; a text has to be read.
+#[test]
+fn the_size_of_a_mesh_is_known_before_it_is_read() {
+    let header = |format| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\n\
+             property float u\nproperty float v\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let mut binary = header("binary_little_endian").into_bytes();
+    binary.extend([0; 4 * (4 + 4 + 8 + 4 + 4)]);
+    for face in [vec![0, 1, 2, 3], vec![0, 1, 2]] {
+        binary.push(face.len() as u8);
+        face.into_iter()
+            .for_each(|i: i32| binary.extend(i.to_le_bytes()));
+    }
+    let vertex = "0 0 0 0 0\n".repeat(4);
+    let text = header("ascii") + &vertex + "4 0 1 2 3\n3 0 1 2\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, bytes) in [("a.ply", binary), ("b.ply", text.into_bytes())] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("a file");
+        let read = load(&path, &Budget::unlimited()).expect("a mesh");
+        let known = extent(&path).expect("a mesh");
+        assert_eq!((known.triangles, known.vertices), (3, 4), "{name}");
+        assert_eq!(known.stored(), MeshExtent::of(&read).stored(), "{name}");
+    }
+}

@@ -69,6 +69,11 @@ impl PtexFile {
         Ok(parsed.map_err(|e| format!("cannot decode '{}': {e}", path.display()))?)
     }
 
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.faces[..]) + self.texels.bytes()
+    }
+
     /// Reads a file from memory; the error is a sentence without the file's name.
     #[cfg(any(test, feature = "internals"))]
     pub fn parse(bytes: &[u8]) -> Result<PtexFile, String> {

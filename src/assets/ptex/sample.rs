@@ -46,6 +46,16 @@ pub enum Texels {
 }
 
 impl Texels {
+    /// Memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Texels::U8(texels) => size_of_val(&texels[..]),
+            Texels::U16(texels) => size_of_val(&texels[..]),
+            Texels::F16(texels) => size_of_val(&texels[..]),
+            Texels::F32(texels) => size_of_val(&texels[..]),
+        }
+    }
+
     /// The stored value that represents 1.
     #[inline]
     pub fn one(&self) -> f32 {
