@@ -161,5 +161,6 @@ pub use render::{Ended, Step};
 pub use scene::dialect::DialectChoice;
 pub use session::{
     Checkpoint, DroppedSamples, Frame, MergeError, Merged, OutputNames, Outputs, Policy, Prepared,
-    Problems, ReadOptions, RenderOptions, Rendered, Scene, ShardError, ShardFile, Shards, merge,
+    Problems, ReadOptions, RenderOptions, Rendered, Scene, ShardError, ShardFile, Shards,
+    Unfinished, merge,
 };

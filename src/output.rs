@@ -130,6 +130,25 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     written.map_err(|source| io_error(path, source))
 }
 
+/// As [`write()`], but an existing file is not replaced.
+///
+/// # Errors
+/// See [`check`]; a file of that name.
+pub fn create(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let Target::File(target) = Target::of(path)? else {
+        return write(path, bytes);
+    };
+    let folder = folder_of(&target, path)?;
+    let created = named(folder).and_then(|file| {
+        file.as_file().write_all(bytes)?;
+        file.as_file().sync_all()?;
+        file.persist_noclobber(&target).map_err(|e| e.error)
+    });
+    created.map_err(|source| io_error(path, source))?;
+    sync(folder);
+    Ok(())
+}
+
 /// Writes a file that could not be written to `path` to the current folder instead, or to the folder for temporary
 /// files; if a file of its name exists there, a number is appended. Returns its new path.
 pub fn rescue(path: &Path, bytes: &[u8]) -> Option<PathBuf> {

@@ -205,7 +205,9 @@ fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
     let ndc_from_camera = options.camera.ndc_from_camera(film);
     FilmMetadata {
         world_to_camera,
-        world_to_ndc: ndc_from_camera.map(|ndc| ndc * world_to_camera),
+        // Beyond the range of numbers for an angle of view of nothing.
+        world_to_ndc: { ndc_from_camera.map(|ndc| ndc * world_to_camera) }
+            .filter(|ndc| ndc.is_finite()),
         spp: options.sampler.spp,
         lens: options.camera.lens_name(),
         software: concat!("fstop ", env!("CARGO_PKG_VERSION")).to_string(),

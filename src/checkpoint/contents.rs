@@ -42,7 +42,10 @@ impl Contents {
     /// A file that cannot be read.
     pub fn read(mut file: BufReader<File>) -> io::Result<Option<Contents>> {
         let mut magic = [0; MAGIC.len()];
-        if file.read_exact(&mut magic).is_err() || magic != MAGIC {
+        if let Err(error) = file.read_exact(&mut magic) {
+            return end_or(error).map(|_| None);
+        }
+        if magic != MAGIC {
             return Ok(None);
         }
         let Some(body) = next(&mut file)? else {
@@ -103,13 +106,23 @@ impl Contents {
         place.is_some_and(|place| place.done == unit.samples.end)
     }
 
-    /// The bytes of a unit's record in `file`.
-    pub fn bytes(&self, unit: &Unit, file: &mut File) -> Option<Vec<u8>> {
-        let place = self.units.get(unit)?;
+    /// The bytes of a unit's record in `file`, if there is one.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn bytes(&self, unit: &Unit, file: &mut File) -> io::Result<Option<Vec<u8>>> {
+        let Some(place) = self.units.get(unit) else {
+            return Ok(None);
+        };
         let mut body = vec![0; place.length];
-        file.seek(SeekFrom::Start(place.start)).ok()?;
-        file.read_exact(&mut body).ok()?;
-        Some(body)
+        file.seek(SeekFrom::Start(place.start))?;
+        file.read_exact(&mut body)?;
+        Ok(Some(body))
+    }
+
+    /// Number of units.
+    pub fn units(&self) -> usize {
+        self.units.len()
     }
 }
 

@@ -14,6 +14,16 @@ pub struct Shard {
     pub of: u32,
 }
 
+impl Shard {
+    /// Most shards of one render.
+    pub const MOST: u32 = 100_000;
+
+    /// Is there such a shard?
+    pub fn is_valid(&self) -> bool {
+        (1..=self.of).contains(&self.number) && self.of <= Shard::MOST
+    }
+}
+
 impl fmt::Display for Shard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}/{}", self.number, self.of)

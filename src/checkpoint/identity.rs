@@ -53,7 +53,9 @@ impl Identity {
     #[must_use]
     pub fn of_all_shards(&self) -> Identity {
         let mut all = self.clone();
-        all.settings.remove(Identity::SHARD);
+        // Shards are divided without tiles.
+        let not_of_all = |name: &str| [Identity::SHARD, "--tile-size"].contains(&name);
+        all.settings.retain(|name, _| !not_of_all(name));
         all
     }
 

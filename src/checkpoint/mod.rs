@@ -47,7 +47,7 @@ pub enum CheckpointError {
     #[error("{}: this is no checkpoint of fstop, and is not overwritten", .0.display())]
     Foreign(PathBuf),
     /// It is of another render.
-    #[error("{}: this is a checkpoint of another render: {}", .path.display(), .differences.join("; "))]
+    #[error("{}: this is a checkpoint of another render: {}; remove it, or name another", .path.display(), .differences.join("; "))]
     Differs {
         /// The file.
         path: PathBuf,
@@ -239,7 +239,7 @@ impl Journal {
     /// What the file has of a unit: the index after the last sample, and the subtrees before it.
     pub fn restore(&self, unit: &Unit, blank: impl Fn() -> Tile) -> Option<(u32, Vec<Tile>)> {
         let mut appended = self.lock();
-        let body = self.contents.bytes(unit, appended.file.as_mut()?)?;
+        let body = self.contents.bytes(unit, appended.file.as_mut()?).ok()??;
         drop(appended);
         restored(unit, &body, blank)
     }
@@ -315,18 +315,29 @@ impl Journal {
     }
 
     fn created(&self) -> Result<File, CheckpointError> {
-        if self.path.exists() && !self.replaces {
-            // By another render, meanwhile.
-            return Err(CheckpointError::InUse(self.path.clone()));
-        }
         let header = Header {
             identity: (self.identity)(),
             image: self.facts.clone(),
         };
         let header = serde_json::to_vec(&header);
         let header = header.map_err(|error| CheckpointError::at(&self.path, error.into()))?;
-        output::write(&self.path, &[MAGIC, &record::framed(&header)].concat())?;
-        locked(&self.path)
+        let bytes = [MAGIC, &record::framed(&header)].concat();
+        let written = match self.replaces {
+            true => output::write(&self.path, &bytes),
+            false => output::create(&self.path, &bytes),
+        };
+        match written {
+            // By another process, meanwhile.
+            Err(OutputError::Io { source, .. })
+                if source.kind() == io::ErrorKind::AlreadyExists =>
+            {
+                Err(CheckpointError::InUse(self.path.clone()))
+            }
+            written => {
+                written?;
+                locked(&self.path)
+            }
+        }
     }
 
     /// Writes all that is waiting, and waits until the disk has it.

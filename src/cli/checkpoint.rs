@@ -25,7 +25,8 @@ pub(super) struct CheckpointArgs {
     /// The longest time whose work may be lost: 60s, 5m, 1h
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration, allow_hyphen_values = true)]
     checkpoint_every: Duration,
-    /// Refuse a checkpoint of another scene or of other settings; without this option it is replaced, with a warning
+    /// Refuse a checkpoint of another scene or of other settings; without this option it is replaced, with a warning. A
+    /// shard's is always refused
     #[arg(long)]
     resume: bool,
     /// Keep nothing: an interrupted render is lost

@@ -119,6 +119,7 @@ impl Events {
     pub(super) fn sampling(&self, limit: Option<Duration>) {
         let mut state = lock(&self.state.0);
         (state.sampling, state.limit) = (Some(Instant::now()), limit);
+        (state.done, state.total) = (0, None);
     }
 
     /// Takes note of a step.

@@ -4,6 +4,7 @@ use super::codes::{ANSWER_IS_NO, BAD_INPUT, IO_FAILED};
 use super::messages::{self, Failure};
 use crate::console;
 use crate::film;
+use crate::output;
 use crate::session::{MergeError, Merged, Rendered, merge};
 use clap::Args;
 use std::path::PathBuf;
@@ -55,8 +56,21 @@ fn merged(args: &MergeArgs) -> Result<u8, Failure> {
     for path in outputs() {
         film::check_output(path).map_err(|error| Failure::new(&error, error.is_failure()))?;
     }
+    if let Some(path) = &args.plan {
+        output::check(path)?;
+    }
+    let written = || outputs().chain(&args.plan);
+    if let Some(path) = written().find(|path| args.shards.contains(path)) {
+        return Err(format!("{}: this is one of the shards", path.display()).into());
+    }
     match merge(&args.shards, args.allow_missing, args.variance) {
-        Ok(Merged::Image(image)) => write(args, &image, outputs()),
+        Ok(Merged::Image { image, plan }) => {
+            // For the other frames of the scene, which may need another round.
+            if let Some((path, plan)) = args.plan.as_ref().zip(plan) {
+                plan.write(path)?;
+            }
+            write(args, &image, outputs())
+        }
         Ok(Merged::Plan { plan, error, goal }) => {
             let error = error.map_or("unknown".to_string(), |e| format!("{:.3} %", 100.0 * e));
             let goal = format!("the error is {error}, the goal is {:.3} %", 100.0 * goal);

@@ -275,7 +275,8 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     let frames = outputs.len();
     for ((frame, one), number) in { scene.into_frames() }.into_iter().zip(&outputs).zip(1..) {
         if { options.stop.as_ref() }.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
-            return Err(End::Interrupted { kept: false });
+            let kept = shards.is_some();
+            return Err(End::Interrupted { kept });
         }
         if let Some(events) = events {
             events.frame(number, frames, one);

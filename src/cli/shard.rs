@@ -3,6 +3,7 @@
 use super::events::{self, Events};
 use super::messages::{self, Failure};
 use super::render::{End, Flaws, RenderArgs, watched};
+use crate::checkpoint::Shard;
 use crate::console;
 use crate::output::numbered;
 use crate::render::Step;
@@ -11,9 +12,6 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 use std::time::{Duration, Instant};
-
-/// Most shards of one render.
-const MOST: u32 = 100_000;
 
 /// Arguments for shards.
 #[derive(Args, Clone, Debug)]
@@ -42,15 +40,16 @@ fn requested(text: &str) -> Result<Requested, String> {
         return Ok(Requested::Auto);
     }
     let expected = || {
+        let most = Shard::MOST;
         format!(
-            "expected K/N such as 3/8, with K from 1 to N and N up to {MOST}, or 5-8/64, or auto"
+            "expected K/N such as 3/8, with K from 1 to N and N up to {most}, or 5-8/64, or auto"
         )
     };
     let (range, of) = text.split_once('/').ok_or_else(expected)?;
     let (first, last) = range.split_once('-').unwrap_or((range, range));
     let number = |text: &str| text.parse::<u32>().map_err(|_| expected());
     let (first, last, of) = (number(first)?, number(last)?, number(of)?);
-    let good = 1 <= first && first <= last && last <= of && of <= MOST;
+    let good = 1 <= first && first <= last && last <= of && of <= Shard::MOST;
     let range = Requested::Range { first, last, of };
     good.then_some(range).ok_or_else(expected)
 }
@@ -72,6 +71,18 @@ fn from_engine(variable: impl Fn(&str) -> Option<String>) -> Result<Requested, S
             number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1),
         );
         let of = given.map_or_else(|| number("SLURM_ARRAY_TASK_COUNT"), |of| Ok(Some(of)))?;
+        let last = number("SLURM_ARRAY_TASK_MAX")?;
+        let is_whole = (0..=1).contains(&first)
+            && last
+                .zip(of)
+                .is_none_or(|(last, of)| last == first + (of - 1).saturating_mul(step));
+        if given.is_none() && !is_whole {
+            return Err(
+                "--shard auto: this array of Slurm does not begin at 0 or 1, or has gaps: if it repeats a part of \
+                 another, set FSTOP_SHARDS to the number of shards of that"
+                    .to_string(),
+            );
+        }
         // With FSTOP_SHARDS the array may be a part of the first one, submitted again.
         let place = match given {
             Some(_) => id,
@@ -146,17 +157,17 @@ pub(super) fn render_shards(
             console::say(format_args!("{}: {what}", file.path.display()));
         }
     };
-    let unfinished = frame.unfinished(shards, options)?;
-    for file in shards.files.iter().filter(|f| !unfinished.contains(f)) {
+    let rest = frame.unfinished(shards, options)?;
+    for file in { shards.files.iter() }.filter(|file| !rest.files().contains(file)) {
         say(file, "finished before");
     }
-    if unfinished.is_empty() {
+    if rest.files().is_empty() {
         return Ok(Flaws::default());
     }
     let frame = args.prepare(frame, options, listening)?;
-    for file in &unfinished {
+    for file in rest.files() {
         let started = Instant::now();
-        let render = |report: &(dyn Fn(Step) + Sync)| frame.render_shard(file, shards, report);
+        let render = |report: &(dyn Fn(Step) + Sync)| frame.render_shard(file, &rest, report);
         let done = watched(args, events, false, render);
         let failed = |error: ShardError| Failure::new(&error, error.is_failure());
         if !done.map_err(failed)? {
@@ -220,8 +231,8 @@ mod tests {
             })
         };
         let slurm = [
-            ("SLURM_ARRAY_TASK_ID", "12"),
-            ("SLURM_ARRAY_TASK_MIN", "10"),
+            ("SLURM_ARRAY_TASK_ID", "3"),
+            ("SLURM_ARRAY_TASK_MIN", "1"),
             ("SLURM_ARRAY_TASK_COUNT", "4"),
         ];
         assert_eq!(of(&slurm), one(3, 4));
@@ -232,7 +243,7 @@ mod tests {
         // Some of them again.
         assert_eq!(
             of(&[&slurm[..], &[("FSTOP_SHARDS", "64")]].concat()),
-            one(12, 64)
+            one(3, 64)
         );
         let kubernetes = [("JOB_COMPLETION_INDEX", "0"), ("FSTOP_SHARDS", "8")];
         assert_eq!(of(&kubernetes), one(1, 8));
@@ -244,6 +255,14 @@ mod tests {
         for (wrong, what) in [
             (&[][..], "neither Slurm"),
             (&kubernetes[..1], "set FSTOP_SHARDS"),
+            (
+                &[&slurm[..], &[("SLURM_ARRAY_TASK_MAX", "7")]].concat(),
+                "has gaps",
+            ),
+            (
+                &[("SLURM_ARRAY_TASK_ID", "3"), ("SLURM_ARRAY_TASK_MIN", "3")],
+                "has gaps",
+            ),
             (
                 &[("JOB_COMPLETION_INDEX", "8"), ("FSTOP_SHARDS", "8")],
                 "no shard 9 of 8",

@@ -123,7 +123,7 @@ impl Film {
                 self.pixels[index].join(statistics);
             }
         }
-        self.dropped += tile.dropped();
+        self.dropped = self.dropped.saturating_add(tile.dropped());
         self.first_dropped = DroppedSample::first(self.first_dropped, tile.first_dropped());
     }
 
@@ -133,7 +133,7 @@ impl Film {
         let pairs = a.pixels.iter().zip(&b.pixels);
         Film {
             pixels: pairs.map(|(p, q)| PixelStatistics::mean_of(p, q)).collect(),
-            dropped: a.dropped + b.dropped,
+            dropped: a.dropped.saturating_add(b.dropped),
             first_dropped: DroppedSample::first(a.first_dropped, b.first_dropped),
             ..*a
         }

@@ -171,7 +171,8 @@ impl FilmSpec {
                 self.resolution.y,
             ));
         }
-        if bounds.area() > MAX_PIXELS {
+        let longest = i64::from(self.resolution.max_element());
+        if longest > MAX_SIDE || bounds.area() > MAX_PIXELS {
             return Err(FilmError::TooManyPixels(bounds.area()));
         }
         Ok(())

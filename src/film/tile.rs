@@ -151,7 +151,7 @@ impl Join for Tile {
         for (pixel, statistics) in self.pixels.iter_mut().zip(&right.pixels) {
             pixel.join(statistics);
         }
-        self.dropped += right.dropped;
+        self.dropped = self.dropped.saturating_add(right.dropped);
         self.first_dropped = DroppedSample::first(self.first_dropped, right.first_dropped);
     }
 }

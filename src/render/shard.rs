@@ -136,10 +136,13 @@ impl Division {
         let first = pass[usize::from(half)][self.tile(tile)].start;
         let block = u64::from((piece.unit.samples.start - first) / self.block);
         let (x, y) = (tile % self.columns(), tile / self.columns());
-        let at = u64::from(x)
-            + self.steps[0] * u64::from(y)
-            + self.steps[1] * (2 * block + u64::from(half));
-        (at % u64::from(self.of)) as u32 + 1
+        self.place(x.into(), y.into(), block, half.into()) as u32 + 1
+    }
+
+    /// The shard of a block of a cell, from 0.
+    fn place(&self, x: u64, y: u64, block: u64, half: u64) -> u64 {
+        let [row, layer] = self.steps;
+        (x + row * y + layer * (2 * block + half)) % u64::from(self.of)
     }
 
     /// The pieces of a cell in one half of a pass, in the order of their samples.
@@ -159,7 +162,8 @@ impl Division {
     }
 
     /// All pieces of a pass.
-    pub fn pieces<'a>(&'a self, pass: &'a Pass) -> impl Iterator<Item = Piece> + 'a {
+    #[cfg(test)]
+    fn pieces<'a>(&'a self, pass: &'a Pass) -> impl Iterator<Item = Piece> + 'a {
         let halves = 0..pass.len();
         halves.flat_map(move |half| {
             (0..self.cells()).flat_map(move |cell| self.pieces_of(half, cell, pass))
@@ -172,8 +176,26 @@ impl Division {
         shard: Shard,
         pass: &'a Pass,
     ) -> impl Iterator<Item = Piece> + 'a {
-        let own = move |piece: &Piece| self.owner(piece, pass) == shard.number;
-        self.pieces(pass).filter(own)
+        let columns = u64::from(self.columns());
+        let rows = u64::from(self.cells()) / columns.max(1);
+        let longest = |half: usize| {
+            let lengths = pass[half].iter().map(ExactSizeIterator::len);
+            lengths.max().unwrap_or(0).div_ceil(self.block as usize)
+        };
+        let lines = (0..pass.len()).flat_map(move |half| {
+            let blocks = 0..longest(half);
+            blocks.flat_map(move |block| (0..rows).map(move |y| (half, block, y)))
+        });
+        lines.flat_map(move |(half, block, y)| {
+            let of = u64::from(self.of);
+            let row = self.place(0, y, block as u64, half as u64);
+            let first = (u64::from(shard.number) - 1 + of - row) % of;
+            let own = (first..columns).step_by(of as usize);
+            own.filter_map(move |x| {
+                let cell = (y * columns + x) as u32;
+                self.pieces_of(half, cell, pass).nth(block)
+            })
+        })
     }
 }
 

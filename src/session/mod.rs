@@ -18,7 +18,7 @@ pub use options::{Checkpoint, Policy, ReadOptions, RenderOptions};
 pub use outputs::{OutputNames, Outputs};
 pub use problems::Problems;
 pub use rendered::{DroppedSamples, Rendered};
-pub use shards::{ShardError, ShardFile, Shards};
+pub use shards::{ShardError, ShardFile, Shards, Unfinished};
 
 use crate::build::{self, PreparedScene};
 use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};

@@ -44,8 +44,8 @@ pub enum ShardError {
     /// It has no plan.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The plan is not one for this image.
-    #[error("{}: these are no passes of this image", .0.display())]
+    /// The plan is not one for this image, or not the one that the shard has followed.
+    #[error("{}: this plan is not that of the shard's earlier rounds: remove the shard's file, or plan anew", .0.display())]
     Passes(PathBuf),
     /// A time is no goal for shards.
     #[error(
@@ -74,11 +74,28 @@ impl Shards {
 
     /// The passes after the first.
     fn planned(&self, of: &Identity) -> Result<Vec<[Vec<u32>; 2]>, PlanError> {
-        let plan = self.plan.as_ref().map(|path| Plan::read(path, of));
+        let of = of.of_all_shards();
+        let plan = self.plan.as_ref().map(|path| Plan::read(path, &of));
         Ok(plan
             .transpose()?
             .map(|plan| plan.passes)
             .unwrap_or_default())
+    }
+}
+
+/// Those of a process's shards that are not finished.
+#[derive(Clone, Debug)]
+pub struct Unfinished {
+    files: Vec<ShardFile>,
+    every: Duration,
+    /// Passes after the first.
+    planned: Vec<[Vec<u32>; 2]>,
+}
+
+impl Unfinished {
+    /// Their files.
+    pub fn files(&self) -> &[ShardFile] {
+        &self.files
     }
 }
 
@@ -98,27 +115,34 @@ impl Frame {
         &self,
         shards: &Shards,
         options: &RenderOptions,
-    ) -> Result<Vec<ShardFile>, Problems> {
-        let options = of_shards(options);
+    ) -> Result<Unfinished, Problems> {
         if options.time.is_some() {
             return Err(Problems::one(ShardError::Time.to_string()));
         }
         let film = options.film(&self.frame.options.film);
         let film = film.map_err(Problems::one)?;
-        let identity = self.about.identity(&film, &options)();
+        let identity = self.about.identity(&film, options)();
         let planned = shards.planned(&identity);
         let planned =
             planned.map_err(|error| Problems::one_if(error.to_string(), error.is_failure()))?;
         let passes = planned.len() as u32 + 1;
         let is_unfinished = |file: &&ShardFile| {
-            let found = File::open(&file.path).ok();
+            let found = file
+                .path
+                .is_file()
+                .then(|| File::open(&file.path).ok())
+                .flatten();
             let found = found.and_then(|found| Contents::read(BufReader::new(found)).ok()?);
             found.is_none_or(|found| {
                 let is_ours = with_shard(&identity, file.shard()) == found.identity;
                 !is_ours || found.passes_done.is_none_or(|done| done < passes)
             })
         };
-        Ok(shards.files.iter().filter(is_unfinished).cloned().collect())
+        Ok(Unfinished {
+            files: shards.files.iter().filter(is_unfinished).cloned().collect(),
+            every: shards.every,
+            planned,
+        })
     }
 }
 
@@ -131,39 +155,37 @@ impl Prepared {
     pub fn render_shard(
         &self,
         file: &ShardFile,
-        shards: &Shards,
+        rest: &Unfinished,
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<bool, ShardError> {
-        let shard = file.shard();
-        let render = || self.shard(file, shards, shard, progress);
+        let render = || self.shard(file, rest, progress);
         on_threads(self.options.threads, render).unwrap_or_else(|_| render())
     }
 
     fn shard(
         &self,
         file: &ShardFile,
-        shards: &Shards,
-        shard: Shard,
+        rest: &Unfinished,
         report: &(dyn Fn(Step) + Sync),
     ) -> Result<bool, ShardError> {
+        let shard = file.shard();
         let job = &self.scene.job;
         let bounds = job.film.pixel_bounds().intersection(job.sampled);
         let goal = self.options.goal();
         let spp = goal.is_none().then(|| job.sampler.spp());
         let division = Division::new(bounds, spp, shard.of);
-        let planned = shards.planned(&(self.identity)())?;
-        let passes = match (&goal, spp) {
-            (Some(goal), _) => {
-                let path = || shards.plan.clone().unwrap_or_default();
-                let passes = render::passes(bounds, goal, &planned);
-                passes.ok_or_else(|| ShardError::Passes(path()))?
-            }
-            (None, spp) => vec![division.whole(spp.unwrap_or_default())],
+        let unfit = || ShardError::Passes(file.path.clone());
+        let passes = match &goal {
+            Some(goal) if goal.time.is_some() => return Err(ShardError::Time),
+            Some(goal) => render::passes(bounds, goal, &rest.planned).ok_or_else(unfit)?,
+            None => vec![division.whole(spp.unwrap_or_default())],
         };
-        let journal = self.journal_of(file, shards, shard, goal.as_ref())?;
-        for (number, counts) in (1..).zip(&planned) {
-            if journal.plan(number).is_none() {
-                journal.planned(number, counts);
+        let journal = self.journal_of(file, rest.every, goal.as_ref())?;
+        for (number, counts) in (1..).zip(&rest.planned) {
+            match journal.plan(number) {
+                None => journal.planned(number, counts),
+                Some(followed) if followed == counts => {}
+                Some(_) => return Err(unfit()),
             }
         }
         let samples = |pass: &Pass| -> u64 {
@@ -189,10 +211,10 @@ impl Prepared {
     fn journal_of(
         &self,
         file: &ShardFile,
-        shards: &Shards,
-        shard: Shard,
+        every: Duration,
         goal: Option<&Goal>,
     ) -> Result<Journal, CheckpointError> {
+        let shard = file.shard();
         let job = &self.scene.job;
         let of_all = Arc::clone(&self.identity);
         let identity: Arc<dyn Fn() -> Identity + Send + Sync> =
@@ -213,22 +235,13 @@ impl Prepared {
             identity: &identity,
             facts: Some(&facts),
             after: Duration::ZERO,
-            every: shards.every,
+            every,
         })
     }
 }
 
-/// Tiles have no part in how a render is divided into shards.
-pub(super) fn of_shards(options: &RenderOptions) -> RenderOptions {
-    RenderOptions {
-        tile_size: render::TILE_SIZE,
-        checkpoint: None,
-        ..options.clone()
-    }
-}
-
 fn with_shard(identity: &Identity, shard: Shard) -> Identity {
-    let mut identity = identity.clone();
+    let mut identity = identity.of_all_shards();
     let key = Identity::SHARD.to_string();
     identity.settings.insert(key, shard.to_string());
     identity

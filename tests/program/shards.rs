@@ -135,6 +135,16 @@ fn an_error_goal_is_reached_in_rounds() {
         shards(BOX, &output, "10-16/16", &next);
     }
     assert!(rounds > 1);
+    // What is good enough is finished by the plan that led to it.
+    let next = [&goal[..], &["--shard", "1-16/16", "--plan", &plan]].concat();
+    let run = render(BOX, &output, &next);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(
+        run.stderr.matches("finished before").count(),
+        16,
+        "{}",
+        run.stderr
+    );
     assert!(bytes(&reference) == bytes(&merged));
     // A plan of another seed.
     let other = ["--seed", "1", "--shard", "1/16", "--plan", &plan];
@@ -260,10 +270,69 @@ fn mixtures_are_refused() {
     damaged[middle] ^= 1;
     std::fs::write(&three[0], &damaged).expect("a file");
     refuses(&three, 1, "shard 1/3 is not finished");
-    // All of it is rendered again.
-    shards(LENS, &output, "1/3", &goal);
+    // As large a lie as fits into a number: refused before anything is done about it.
+    for lie in ["\"of\":4294967295", "\"of\":0", "\"of\":2"] {
+        std::fs::write(&three[0], forged(&whole, "\"of\":3", lie)).expect("a file");
+        let what = match lie.ends_with('2') {
+            true => "the shards (1/2, 2/3)",
+            false => "impossible things",
+        };
+        refuses(&three, 2, what);
+    }
+    let resolution = "\"resolution\":[4294967295,1]";
+    let found = String::from_utf8_lossy(&whole).into_owned();
+    let start = found.find("\"resolution\"").expect("a film");
+    let end = start + found[start..].find(']').expect("its end") + 1;
+    let lie = forged(&whole, &found[start..end], resolution);
+    std::fs::write(&three[0], lie).expect("a file");
+    refuses(&three, 2, "impossible things");
+    // What says that it is finished, but is not.
+    let cut = without_a_record(&whole);
+    std::fs::write(&three[0], cut).expect("a file");
+    refuses(&three, 2, "this file is damaged");
+    std::fs::write(&three[0], &damaged).expect("a file");
+    // All of it is rendered again, whatever the tiles of the others.
+    shards(
+        LENS,
+        &output,
+        "1/3",
+        &[&goal[..], &["--tile-size", "8"]].concat(),
+    );
     let run = merge(&three, &merged, &[]);
     assert_eq!(run.code, 0, "{}", run.stderr);
+}
+
+/// After the first line.
+const HEADER: usize = b"fstop checkpoint 2\n".len();
+
+/// A record with its length and checksum.
+fn framed(body: &[u8]) -> Vec<u8> {
+    let length = (body.len() as u32).to_le_bytes();
+    let mut crc = flate2::Crc::new();
+    crc.update(&length);
+    crc.update(body);
+    [&length[..], body, &crc.sum().to_le_bytes()].concat()
+}
+
+/// The end of the record that starts at `start`.
+fn end_of(file: &[u8], start: usize) -> usize {
+    let length = file[start..start + 4].try_into().expect("four bytes");
+    start + u32::from_le_bytes(length) as usize + 8
+}
+
+/// A checkpoint whose header says something else.
+fn forged(file: &[u8], from: &str, to: &str) -> Vec<u8> {
+    let end = end_of(file, HEADER);
+    let header = String::from_utf8_lossy(&file[HEADER + 4..end - 4]).into_owned();
+    assert!(header.contains(from), "{from} in {header}");
+    let header = framed(header.replace(from, to).as_bytes());
+    [&file[..HEADER], &header, &file[end..]].concat()
+}
+
+/// A checkpoint without its first record after the header.
+fn without_a_record(file: &[u8]) -> Vec<u8> {
+    let header = end_of(file, HEADER);
+    [&file[..header], &file[end_of(file, header)..]].concat()
 }
 
 #[test]

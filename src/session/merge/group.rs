@@ -1,12 +1,16 @@
 //! The files of a render's shards, held against each other.
 
 use super::MergeError;
+use crate::budget::Budget;
 use crate::checkpoint::{Contents, Facts, Identity, Unit, restored};
 use crate::film::Tile;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
+
+/// Memory of the index of a piece of work: its name and place, and what a hash table takes besides.
+const BYTES_OF_UNIT: u64 = 72;
 
 /// So many files are open at once: fewer than any system allows.
 const OPEN: usize = 64;
@@ -30,10 +34,12 @@ impl Group {
     ///
     /// # Errors
     /// A file that is not a shard's; shards of different renders; two of the same number.
-    pub(super) fn read(paths: &[PathBuf]) -> Result<Group, MergeError> {
+    pub(super) fn read(paths: &[PathBuf], budget: &Budget) -> Result<Group, MergeError> {
         let mut shards = BTreeMap::new();
         for path in paths {
             let (facts, one) = read(path)?;
+            let index = one.contents.units() as u64 * BYTES_OF_UNIT;
+            budget.take(index).map_err(MergeError::Memory)?;
             let key = (facts.shard.of, facts.shard.number);
             if let Some((_, first)) = shards.get::<(u32, u32)>(&key) {
                 let first: &One = first;
@@ -63,11 +69,16 @@ impl Group {
             }
         }
         let facts = facts.clone();
-        let shards: BTreeMap<u32, One> = { shards.into_iter() }
+        let mut shards: BTreeMap<u32, One> = { shards.into_iter() }
             .map(|((_, number), (_, one))| (number, one))
             .collect();
+        let planned = planned(&shards)?;
+        // All the same: one copy is enough.
+        shards
+            .values_mut()
+            .for_each(|one| one.contents.plans.clear());
         Ok(Group {
-            planned: planned(&shards)?,
+            planned,
             facts,
             shards,
             open: BTreeMap::new(),
@@ -94,20 +105,27 @@ impl Group {
         (1..=self.facts.shard.of).filter_map(of_number).collect()
     }
 
-    /// The samples of a unit that a shard has: subtrees from left to right. Nothing if it has none.
+    /// The samples of a unit of a pass, from 1, that a shard has: subtrees from left to right. Nothing if it has none.
     ///
     /// # Errors
     /// A record that is damaged.
     pub(super) fn tiles(
         &mut self,
-        shard: u32,
+        (shard, pass): (u32, u32),
         unit: &Unit,
         blank: impl Fn() -> Tile,
     ) -> Result<Vec<Tile>, MergeError> {
-        let Some(one) = self.shards.get(&shard).filter(|one| one.contents.has(unit)) else {
+        let Some(one) = self.shards.get(&shard) else {
             return Ok(Vec::new());
         };
         let damaged = || MergeError::Damaged(one.path.clone());
+        let is_finished = one.contents.passes_done.is_some_and(|done| done >= pass);
+        if is_finished && !one.contents.has_whole(unit) {
+            return Err(damaged());
+        }
+        if !one.contents.has(unit) {
+            return Ok(Vec::new());
+        }
         if !self.open.contains_key(&shard) {
             if self.open.len() >= OPEN {
                 self.open.clear();
@@ -115,7 +133,10 @@ impl Group {
             self.open.insert(shard, open(&one.path)?);
         }
         let file = self.open.get_mut(&shard).ok_or_else(damaged)?;
-        let body = one.contents.bytes(unit, file).ok_or_else(damaged)?;
+        let body = one.contents.bytes(unit, file);
+        let body = body
+            .map_err(|source| unreadable(&one.path, source))?
+            .ok_or_else(damaged)?;
         let (_, tiles) = restored(unit, &body, blank).ok_or_else(damaged)?;
         Ok(tiles)
     }
@@ -143,7 +164,9 @@ fn planned(shards: &BTreeMap<u32, One>) -> Result<Vec<[Vec<u32>; 2]>, MergeError
             let first = longest.1.map_or_else(PathBuf::new, |one| one.path.clone());
             return Err(MergeError::Mixture {
                 paths: [first, one.path.clone()],
-                unlike: vec!["their plans".to_string()],
+                unlike: vec![
+                    "their plans: remove the files of one, and render it again".to_string(),
+                ],
             });
         }
         if plans.len() > longest.0.len() || longest.1.is_none() {
@@ -154,7 +177,15 @@ fn planned(shards: &BTreeMap<u32, One>) -> Result<Vec<[Vec<u32>; 2]>, MergeError
 }
 
 fn open(path: &Path) -> Result<File, MergeError> {
+    if path.exists() && !path.is_file() {
+        return Err(foreign(path, "no regular file"));
+    }
     File::open(path).map_err(|source| unreadable(path, source))
+}
+
+fn foreign(path: &Path, why: &'static str) -> MergeError {
+    let path = path.to_owned();
+    MergeError::Foreign { path, why }
 }
 
 fn unreadable(path: &Path, source: io::Error) -> MergeError {
@@ -165,17 +196,16 @@ fn unreadable(path: &Path, source: io::Error) -> MergeError {
 fn read(path: &Path) -> Result<(Facts, One), MergeError> {
     let contents = Contents::read(BufReader::new(open(path)?));
     let contents = contents.map_err(|source| unreadable(path, source))?;
-    let foreign = |why| MergeError::Foreign {
-        path: path.to_owned(),
-        why,
-    };
-    let contents = contents.ok_or_else(|| foreign("no checkpoint of fstop"))?;
+    let contents = contents.ok_or_else(|| foreign(path, "no checkpoint of fstop"))?;
     let whole = "the checkpoint of a whole render: the command that made it continues it";
-    let facts = contents.facts.clone().ok_or_else(|| foreign(whole))?;
+    let facts = contents.facts.clone().ok_or_else(|| foreign(path, whole))?;
     let good =
         facts.film.spec().check().is_ok() && (1..=facts.shard.of).contains(&facts.shard.number);
     if !good {
-        return Err(foreign("a shard that says impossible things of its image"));
+        return Err(foreign(
+            path,
+            "a shard that says impossible things of its image",
+        ));
     }
     let path = path.to_owned();
     Ok((facts, One { path, contents }))

@@ -6,13 +6,16 @@ mod group;
 
 use super::DroppedSamples;
 use super::rendered::{Finished, Rendered};
-use crate::budget::{Budget, OverBudget};
+use crate::budget::{Budget, Bytes, OverBudget};
 use crate::checkpoint::{Plan, Shard};
 use crate::film::{Film, FilmSpec, Pairwise, PixelBounds, PixelStatistics, Tile};
 use crate::render::{self, Division, Ended, Goal, Halves, Pass, TILE_SIZE};
 use group::Group;
 use std::io;
 use std::path::PathBuf;
+
+/// Of each pixel: values and variances, and the same again in the file, which is made in memory.
+const BYTES_OF_IMAGE: u64 = 2 * 6 * 4;
 
 /// Why shards cannot be merged.
 #[derive(Debug, thiserror::Error)]
@@ -59,18 +62,24 @@ pub enum MergeError {
     /// Shards that are not there or not finished.
     #[error("{}", some(.0))]
     Missing(Vec<String>),
-    /// The film is too large for this machine.
-    #[error("the film {0}")]
+    /// The image is too large for this machine.
+    #[error("the image takes {} of memory more, and this machine has {}: merge on a larger one", Bytes(.0.needed), Bytes(.0.left))]
     Memory(OverBudget),
     /// The plan that the shards have followed is none for their image.
-    #[error("the passes that the shards have followed are none of their image")]
+    #[error(
+        "the passes that the shards have followed are none of their image: remove their files, and begin anew"
+    )]
     Passes,
 }
 
 impl MergeError {
     /// Whether they might be read on another machine or later.
     pub fn is_failure(&self) -> bool {
-        matches!(self, MergeError::Unreadable { source, .. } if source.kind() != io::ErrorKind::NotFound)
+        match self {
+            MergeError::Unreadable { source, .. } => source.kind() != io::ErrorKind::NotFound,
+            MergeError::Memory(_) => true,
+            _ => false,
+        }
     }
 }
 
@@ -87,7 +96,12 @@ fn some(all: &[String]) -> String {
 /// What comes of shards.
 pub enum Merged {
     /// The image.
-    Image(Box<Rendered>),
+    Image {
+        /// It.
+        image: Box<Rendered>,
+        /// With an error for a goal: what the shards have done, which they find finished.
+        plan: Option<Plan>,
+    },
     /// Its error is larger than the goal: what all shards do next.
     Plan {
         /// For `--plan`.
@@ -105,7 +119,8 @@ pub enum Merged {
 /// # Errors
 /// See [`MergeError`].
 pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<Merged, MergeError> {
-    let mut group = Group::read(paths)?;
+    let budget = Budget::new(None);
+    let mut group = Group::read(paths, &budget)?;
     let missing = group.missing();
     if !missing.is_empty() && !allow_missing {
         return Err(MergeError::Missing(missing));
@@ -115,8 +130,8 @@ pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<M
     let spec = group.facts.film.spec();
     let sampled = spec.pixel_bounds().intersection(PixelBounds::new(min, max));
     let films = if group.facts.goal.is_some() { 3 } else { 1 };
-    let bytes = size_of::<PixelStatistics>() as u64 * spec.pixel_bounds().area() as u64;
-    let room = Budget::new(None).take(films * bytes);
+    let bytes = films * size_of::<PixelStatistics>() as u64 + BYTES_OF_IMAGE;
+    let room = budget.take(spec.pixel_bounds().area() as u64 * bytes);
     room.map_err(MergeError::Memory)?;
     let finished = match group.facts.goal {
         None => of_samples(&mut group, &spec, sampled)?,
@@ -140,12 +155,15 @@ pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<M
         count: film.dropped(),
         pixel: first.pixel.to_array(),
         sample: first.sample,
-        place: "which its shard can say more of".to_string(),
+        place: "somewhere on its path".to_string(),
     });
     let metadata = group.facts.metadata.clone();
-    Ok(Merged::Image(Box::new(
-        finished.develop(metadata, variance, dropped),
-    )))
+    let image = Box::new(finished.develop(metadata, variance, dropped));
+    let plan = { group.facts.goal.filter(|_| is_whole) }.map(|_| Plan {
+        of: group.identity(),
+        passes: group.planned,
+    });
+    Ok(Merged::Image { image, plan })
 }
 
 /// An image with the same number of samples everywhere.
@@ -158,7 +176,9 @@ fn of_samples(
     let division = Division::new(sampled, Some(spp), group.facts.shard.of);
     let mut film = Film::new(spec);
     let pass = division.whole(spp);
-    add(group, &division, &pass, spec, |_, tile| film.merge(tile))?;
+    add(group, &division, (1, &pass), spec, |_, tile| {
+        film.merge(tile)
+    })?;
     let samples = film.samples();
     let area = sampled.area() as u64;
     Ok(Finished {
@@ -181,8 +201,8 @@ fn of_passes(
     let division = Division::new(sampled, None, group.facts.shard.of);
     let passes = render::passes(sampled, goal, &group.planned).ok_or(MergeError::Passes)?;
     let mut halves = Halves::new(spec, sampled, TILE_SIZE);
-    for pass in &passes {
-        add(group, &division, pass, spec, |half, tile| {
+    for (number, pass) in (1..).zip(&passes) {
+        add(group, &division, (number, pass), spec, |half, tile| {
             halves.merge(half, tile)
         })?;
         for (half, tiles) in pass.iter().enumerate() {
@@ -217,7 +237,7 @@ fn of_passes(
 fn add(
     group: &mut Group,
     division: &Division,
-    pass: &Pass,
+    (number, pass): (u32, &Pass),
     spec: &FilmSpec,
     mut take: impl FnMut(usize, Tile),
 ) -> Result<(), MergeError> {
@@ -234,7 +254,7 @@ fn add(
             for piece in division.pieces_of(half, cell, pass) {
                 let shard = division.owner(&piece, pass);
                 let blank = || spec.tile(piece.bounds);
-                let tiles = group.tiles(shard, &piece.unit, blank)?;
+                let tiles = group.tiles((shard, number), &piece.unit, blank)?;
                 tiles.into_iter().for_each(|tile| blocks.push(tile));
             }
             if let Some(tile) = blocks.take(None) {
