@@ -89,6 +89,20 @@ fn the_scripts_say_what_was_asked_for() {
     assert!(printed[1].contains("--dependency=afterok:"), "{printed:?}");
 }
 
+/// Enough for the program alone, and not out of all proportion for a scene of 256 pixels.
+#[test]
+fn memory_is_forecast() {
+    let folder = Folder::new();
+    let run = slurm(&folder, &["--shards", "2", "--mem", "auto"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    for script in scripts(&folder, "realistic_camera") {
+        let (_, rest) = script.split_once("#SBATCH --mem=").expect("memory");
+        let (mebibytes, _) = rest.split_once("M\n").expect("a unit");
+        let mebibytes: u32 = mebibytes.parse().expect("a number");
+        assert!((5..200).contains(&mebibytes), "{mebibytes}");
+    }
+}
+
 #[test]
 fn nothing_is_requeued_unasked() {
     let folder = Folder::new();

@@ -4,6 +4,8 @@ use crate::budget::parse_size;
 use crate::cli::Cli;
 use crate::cli::codes::BAD_INPUT;
 use crate::cli::messages::{self, Failure};
+use crate::forecast::Process;
+use crate::session::{ReadOptions, Scene};
 use crate::{console, output};
 use clap::{Args, Parser};
 use std::path::{Path, PathBuf};
@@ -33,37 +35,64 @@ pub(super) struct SlurmArgs {
     /// Scene file
     scene: PathBuf,
     /// Image that the shards are merged into; the scripts are written beside it. By default SCENE.exr in this folder
-    #[arg(short, long)]
+    #[arg(help_heading = "Output", short, long)]
     output: Option<PathBuf>,
     /// Also a PNG of the image
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     png: Option<PathBuf>,
     /// Also the variance of each pixel's mean (channels var.R, var.G, var.B)
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     variance: bool,
     /// How many pieces of equal cost the work is divided into; each loads the scene anew
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = "Tasks", long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     shards: u32,
     /// Processors of each task
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = "Tasks", long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     cpus: u32,
-    /// Memory of each task, such as 8G; by default what the cluster gives
-    #[arg(long, value_name = "SIZE", value_parser = parse_size)]
-    mem: Option<u64>,
+    /// Memory of each task, such as 8G, or `auto` for a quarter more than `fstop check --memory` forecasts; by default
+    /// what the cluster gives
+    #[arg(help_heading = "Tasks", long, value_name = "SIZE|auto", value_parser = memory)]
+    mem: Option<Memory>,
     /// Time limit of each task as Slurm writes it: minutes, hours:minutes:seconds or days-hours; by default the
     /// partition's
-    #[arg(long, value_name = "LIMIT", value_parser = time_limit)]
+    #[arg(help_heading = "Tasks", long, value_name = "LIMIT", value_parser = time_limit)]
     time: Option<String>,
     /// Partition, or several with commas
-    #[arg(long, value_parser = partition)]
+    #[arg(help_heading = "Tasks", long, value_parser = partition)]
     partition: Option<String>,
     /// Put tasks back into the queue that meet their time limit, are preempted or lose their node: they go on from
     /// their checkpoints
-    #[arg(long)]
+    #[arg(help_heading = "Tasks", long)]
     requeue: bool,
     /// Further options of `fstop render`, after `--`
     #[arg(last = true, value_name = "OPTIONS")]
     options: Vec<String>,
+}
+
+/// Memory that is asked for.
+#[derive(Clone, Copy, Debug)]
+enum Memory {
+    Forecast,
+    Bytes(u64),
+}
+
+impl Memory {
+    /// In MiB, of which Slurm has whole ones. Loads no meshes and images.
+    fn mebibytes(self, scene: &Path) -> Result<u64, Failure> {
+        let bytes = match self {
+            Memory::Bytes(bytes) => bytes,
+            Memory::Forecast => {
+                let before = Process::measured();
+                let scene = Scene::load(scene, &ReadOptions::default())?;
+                let forecasts = scene.forecasts(&before)?;
+                let peaks = forecasts.iter().map(|forecast| forecast.in_passes.total());
+                let peak = peaks.max().unwrap_or_default();
+                // Forecasts are right within 20 %.
+                peak.saturating_add(peak / 4)
+            }
+        };
+        Ok(bytes.div_ceil(1 << 20))
+    }
 }
 
 /// Writes both scripts, and prints how they are submitted.
@@ -122,9 +151,11 @@ fn write(args: &SlurmArgs) -> Result<(), Failure> {
         image.into()
     });
     let names = Names::of(args, &image)?;
+    let memory = { args.mem }.map(|memory| memory.mebibytes(scene));
+    let memory = memory.transpose()?;
     let [render, merge] = ["render.sbatch", "merge.sbatch"].map(|end| image.with_extension(end));
     for (path, template) in [(&render, RENDER), (&merge, MERGE)] {
-        let script = filled(template, |name| value(name, args, &names));
+        let script = filled(template, |name| value(name, args, memory, &names));
         output::write(path, script.as_bytes())?;
     }
     if args.shards > USUAL_TASKS {
@@ -173,7 +204,7 @@ impl Names {
 }
 
 /// What stands for a name of a template.
-fn value(name: &str, args: &SlurmArgs, names: &Names) -> String {
+fn value(name: &str, args: &SlurmArgs, memory: Option<u64>, names: &Names) -> String {
     match name {
         "fstop" => names.fstop.clone(),
         "scene" => names.scene.clone(),
@@ -187,7 +218,7 @@ fn value(name: &str, args: &SlurmArgs, names: &Names) -> String {
             .map(|option| quoted(option))
             .collect::<Vec<_>>()
             .join(" "),
-        "limits" => limits(args),
+        "limits" => limits(args, memory),
         "requeue" if args.requeue => {
             "# A task that is preempted or loses its node goes back into the queue.\n#SBATCH --requeue\n"
                 .to_owned()
@@ -199,9 +230,9 @@ fn value(name: &str, args: &SlurmArgs, names: &Names) -> String {
     }
 }
 
-/// The lines of what was asked for, from memory to partition.
-fn limits(args: &SlurmArgs) -> String {
-    let memory = { args.mem }.map(|bytes| format!("--mem={}M", bytes.div_ceil(1 << 20)));
+/// The lines of what was asked for, from memory in MiB to partition.
+fn limits(args: &SlurmArgs, memory: Option<u64>) -> String {
+    let memory = memory.map(|mebibytes| format!("--mem={mebibytes}M"));
     let time = args.time.as_ref().map(|limit| format!("--time={limit}"));
     let partition = { args.partition.as_ref() }.map(|name| format!("--partition={name}"));
     let lines = [memory, time, partition].into_iter().flatten();
@@ -246,6 +277,13 @@ fn quoted(text: &str) -> String {
 /// Means nothing but itself, to the shell and to Slurm.
 fn is_plain(c: char) -> bool {
     c.is_ascii_alphanumeric() || "/._-+,:=".contains(c)
+}
+
+fn memory(text: &str) -> Result<Memory, String> {
+    match text {
+        "auto" => Ok(Memory::Forecast),
+        _ => { parse_size(text).map(Memory::Bytes) }.map_err(|error| format!("{error}, or auto")),
+    }
 }
 
 fn partition(text: &str) -> Result<String, String> {
