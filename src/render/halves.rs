@@ -81,7 +81,7 @@ impl Halves {
         self.samples() / self.pixels().max(1.0)
     }
 
-    /// See [`Progressive::error`](super::progressive::Progressive::error).
+    /// The estimated relative error: see `Progressive::error`.
     pub fn error(&self) -> Option<f64> {
         if self.counts.iter().flatten().any(|&n| n == 0) {
             return None;

@@ -50,6 +50,17 @@ pub(super) fn settings(
     settings.into_iter().chain(reading.clone()).collect()
 }
 
+/// Name, version and target: systems differ in the last bits of their sines and logarithms.
+pub(super) fn program() -> String {
+    use std::env::consts::{ARCH, OS};
+    let libc = match () {
+        () if cfg!(target_env = "gnu") => "-gnu",
+        () if cfg!(target_env = "musl") => "-musl",
+        () => "",
+    };
+    format!("fstop {} ({ARCH}-{OS}{libc})", env!("CARGO_PKG_VERSION"))
+}
+
 /// SHA-256 of the main scene file.
 pub(super) fn hash_of_main(sources: &SourceMap) -> String {
     let bytes = sources.bytes(FileId(0));

@@ -248,7 +248,7 @@ impl About {
         let main = (self.name.clone(), identity::hash_of_main(&self.sources));
         let (named, files) = (self.sources.named_files(), Arc::clone(&self.files));
         Arc::new(move || Identity {
-            program: format!("fstop {}", env!("CARGO_PKG_VERSION")),
+            program: identity::program(),
             files: files.get_or_init(|| identity::files(&main, &named)).clone(),
             settings: settings.clone(),
         })

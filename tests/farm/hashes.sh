@@ -44,7 +44,7 @@ disturbed() { # SIGNAL TIMES
         done=$((done + 1))
     done
     "$fstop" render "$scene" -o "$work/d.exr" "${goal[@]}" --checkpoint "$work/d.fsc"
-    row "$done times $1, and continued" "$work/d.exr"
+    row "$done times SIG$1, and continued" "$work/d.exr"
 }
 
 echo "| | SHA-256 of the file |"
