@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 /// Stratified samples and a real lens.
 const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
+/// The same, of more pixels: a second or two of one processor for 400 samples.
+const GAUSS: &str = "tests/scenes/reference/realistic_dgauss50_full.pbrt";
 /// Caustics of a mirror ball: its passes take different numbers of samples in different tiles.
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 
@@ -53,6 +55,12 @@ fn shards_are_merged_to_the_bits_of_the_whole() {
         folder.path("a.exr"),
         folder.path("m.exr"),
     );
+    let run = render(GAUSS, &reference, &["--spp", "20", "--no-checkpoint"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    shards(GAUSS, &output, "1-5/5", &["--spp", "20"]);
+    let run = merge(&files(&folder, 5), &merged, &[]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(bytes(&reference) == bytes(&merged));
     for (more, of) in [
         (&["--spp", "100"][..], 7),
         (&["--spp", "70", "--crop", "0.1,0.83,0.4,0.9"], 2),
@@ -167,9 +175,10 @@ fn a_killed_shard_is_continued() {
         folder.path("a.exr"),
         folder.path("m.exr"),
     );
-    let goal = ["--spp", "900"];
+    // One thread takes more than a second for a shard: it is killed long before its end.
+    let goal = ["--spp", "400"];
     let run = render(
-        LENS,
+        GAUSS,
         &reference,
         &[&goal[..], &["--no-checkpoint"]].concat(),
     );
@@ -177,7 +186,17 @@ fn a_killed_shard_is_continued() {
     let kept = [&goal[..], &["--checkpoint-every", "0.02s"]].concat();
     let [first, _] = [0, 1].map(|shard| files(&folder, 2)[shard].clone());
     let name = output.display().to_string();
-    let arguments = [&["render", LENS, "-o", &name, "--shard", "1/2"], &kept[..]].concat();
+    let slowly = [
+        "render",
+        GAUSS,
+        "-o",
+        &name,
+        "--shard",
+        "1/2",
+        "--threads",
+        "1",
+    ];
+    let arguments = [&slowly[..], &kept].concat();
     let mut child = { Command::new(env!("CARGO_BIN_EXE_fstop")) }
         .args(arguments)
         .stderr(Stdio::null())
@@ -190,7 +209,7 @@ fn a_killed_shard_is_continued() {
     }
     child.kill().expect("it can be killed");
     child.wait().expect("a child");
-    shards(LENS, &output, "2/2", &kept);
+    shards(GAUSS, &output, "2/2", &kept);
     let run = merge(&files(&folder, 2), &merged, &[]);
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(
@@ -206,7 +225,7 @@ fn a_killed_shard_is_continued() {
         "{}",
         run.stderr
     );
-    shards(LENS, &output, "1/2", &kept);
+    shards(GAUSS, &output, "1/2", &kept);
     let run = merge(&files(&folder, 2), &merged, &[]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(bytes(&reference) == bytes(&merged));
