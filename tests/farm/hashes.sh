@@ -59,7 +59,8 @@ disturbed KILL 20
 disturbed TERM 5
 for set in sse2 avx2 avx512; do
     FSTOP_INSTRUCTIONS=$set "$fstop" render "$scene" -o "$work/i.exr" "${goal[@]}" --no-checkpoint
-    row "at most ${set^^}" "$work/i.exr"
+    name=${set^^}
+    row "at most ${name/AVX512/AVX-512}" "$work/i.exr"
 done
 if command -v slurmctld slurmd munged >/dev/null && [[ $(id -u) == 0 ]]; then
     hash=$(bash tests/farm/slurm.sh node_lost | sed -n 's/^node_lost: //p')
