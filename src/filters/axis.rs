@@ -91,6 +91,32 @@ impl Axis {
     }
 }
 
+impl Axis {
+    /// Density per pixel with which [`Axis::sample`] chooses this offset, and its weight; 0 beyond the radius.
+    pub(super) fn at(&self, offset: f32) -> (f32, f32) {
+        // From 0 to 1 from edge to edge.
+        let x = 0.5 * (offset / self.radius) + 0.5;
+        if !(0.0..1.0).contains(&x) {
+            return (0.0, 0.0);
+        }
+        let even = 0.5 / self.radius;
+        match &self.cells {
+            Cells::Uniform => (even, 1.0),
+            Cells::Pieces(distribution, weights) => {
+                let cell = ((x * weights.len() as f32) as usize).min(weights.len() - 1);
+                (distribution.density(cell) * even, weights[cell])
+            }
+            // Of single points there is no density.
+            Cells::Centers(..) => (0.0, 0.0),
+        }
+    }
+
+    /// Returns `true` if offsets have a density: they are more than a few points.
+    pub(super) fn is_continuous(&self) -> bool {
+        self.radius > 0.0 && !matches!(self.cells, Cells::Centers(..))
+    }
+}
+
 /// The density of |values| and the weight sign · ∑|f| / ∑f of each.
 fn normalize(values: &[f64]) -> Option<(Distribution1D, Vec<f32>)> {
     let sum: f64 = values.iter().sum();

@@ -154,6 +154,18 @@ impl Filter {
         &self.shape
     }
 
+    /// Density per squared pixel with which [`Filter::sample`] chooses this offset, and the weight that it gives; both 0
+    /// beyond the radius. Their product is the filter, normalized.
+    pub fn at(&self, offset: Vec2) -> (f32, f32) {
+        let ((x, weight_x), (y, weight_y)) = (self.x.at(offset.x), self.y.at(offset.y));
+        (x * y, weight_x * weight_y)
+    }
+
+    /// Returns `true` if samples may lie anywhere within the radius, so that [`Filter::at`] means something.
+    pub fn is_continuous(&self) -> bool {
+        self.x.is_continuous() && self.y.is_continuous()
+    }
+
     /// The film position for `u` in [0, 1)². Continuous in `u` and increasing along each axis, so
     /// that stratified samples give stratified positions.
     pub fn sample(&self, u: Vec2) -> FilterSample {
@@ -169,6 +181,7 @@ impl Filter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::UVec2;
 
     fn all() -> Vec<FilterShape> {
         vec![
@@ -230,6 +243,40 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn samples_have_the_density_and_weight_of_their_offset() {
+        for shape in all() {
+            let filter = Filter::new(shape).unwrap();
+            let radius = filter.radius();
+            // A histogram of 8 × 8 cells of the filter's square, each of a few of its pieces, and the integral of the density.
+            let (n, cells) = (512, 8.0);
+            let mut counts = [0.0f64; 64];
+            let mut integral = [0.0f64; 64];
+            for i in 0..n * n {
+                let u = (Vec2::new((i % n) as f32, (i / n) as f32) + 0.5) / n as f32;
+                let sample = filter.sample(u);
+                let (density, weight) = filter.at(sample.offset);
+                assert!(density > 0.0 && weight == sample.weight, "{shape:?} at {}", sample.offset);
+                let cell = |at: Vec2| {
+                    let at = ((at / radius * 0.5 + 0.5) * cells).as_uvec2().min(UVec2::splat(7));
+                    (at.y * 8 + at.x) as usize
+                };
+                counts[cell(sample.offset)] += 1.0 / f64::from(n * n);
+                let even = (2.0 * u - 1.0) * radius;
+                let area = 4.0 * radius.x * radius.y / (n * n) as f32;
+                integral[cell(even)] += f64::from(filter.at(even).0 * area);
+            }
+            // A row of the grid more or less on each side of a cell.
+            for (count, integral) in counts.iter().zip(&integral) {
+                assert!((count - integral).abs() < 4.0 / 512.0 / 8.0 * 8.0, "{shape:?}: {count} {integral}");
+            }
+            let (density, weight) = filter.at(radius * 1.001);
+            assert_eq!((density, weight), (0.0, 0.0));
+        }
+        let centers = Filter::default().at_pixel_centers();
+        assert!(!centers.is_continuous() && Filter::default().is_continuous());
     }
 
     #[test]

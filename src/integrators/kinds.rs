@@ -1,7 +1,9 @@
 //! The types of integrators: one table for names, the reader and the dispatch.
 
 use super::stand_in::{Finds::*, StandIn};
+use super::context::Lights;
 use super::*;
+use crate::math::UVec2;
 
 /// What every type of integrator implements besides `from_params`.
 pub(super) trait Transport {
@@ -10,6 +12,19 @@ pub(super) trait Transport {
 
     /// Paths continue after diffuse surfaces: lights are chosen by their contribution, and subsurface scattering is modeled.
     const INDIRECT: bool = false;
+
+    /// Paths are traced from the lights, too.
+    const TRACES_LIGHT: bool = false;
+
+    /// Traces a path from a light and hands what it brings to pixels.
+    fn light_path(
+        &self,
+        _job: &LightJob,
+        _lights: &Lights,
+        _stream: &mut SampleStream,
+        _splat: &mut impl FnMut(UVec2, Rgb),
+    ) {
+    }
 
     /// Radiance along the camera ray.
     fn radiance(&self, context: Context) -> Rgb;
@@ -53,6 +68,21 @@ macro_rules! integrator_types {
                 match self { $(IntegratorSpec::$Type(_) => $Type::INDIRECT,)* }
             }
 
+            /// Returns `true` if paths are traced from the lights, too.
+            pub fn traces_light(&self) -> bool {
+                match self { $(IntegratorSpec::$Type(_) => $Type::TRACES_LIGHT,)* }
+            }
+
+            pub(super) fn light_path(
+                &self,
+                job: &LightJob,
+                lights: &Lights,
+                stream: &mut SampleStream,
+                splat: &mut impl FnMut(UVec2, Rgb),
+            ) {
+                match self { $(IntegratorSpec::$Type(i) => i.light_path(job, lights, stream, splat),)* }
+            }
+
             pub(super) fn path(&self) -> Option<Path> {
                 match self { $(IntegratorSpec::$Type(i) => i.path(),)* }
             }
@@ -70,14 +100,14 @@ integrator_types! {
     modeled {
         "path" => Path,
         "volpath" => VolPath,
+        "bdpt" => Bdpt,
         "directlighting" => DirectLighting,
         "whitted" => Whitted,
         "ambientocclusion" => AmbientOcclusion,
     }
     // What renders instead; in pbrt-v2 only or not; which light the integrator finds.
     replaced {
-        // These two model media and let light through surfaces without material; `sppm` does not.
-        "bdpt" => ("volpath", false, Caustics),
+        // `mlt` models media and lets light through surfaces without material; `sppm` does not.
         "mlt" => ("volpath", false, Caustics),
         "sppm" => ("path", false, Caustics),
         "photonmap" => ("path", true, Caustics),

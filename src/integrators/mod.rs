@@ -4,6 +4,7 @@
 //! surface (`direct`) and the recursion over perfect mirrors and glass (`specular`).
 
 mod ambientocclusion;
+mod bdpt;
 mod context;
 mod differentials;
 mod direct;
@@ -19,18 +20,20 @@ mod whitted;
 pub mod witness;
 
 use crate::lights::{LightGroups, LightSelector};
-use crate::math::Rgb;
+use crate::math::{Rgb, UVec2};
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
 use crate::world::World;
-use context::{Context, Lights};
+use context::{Context, Emitters, Lights};
 use kinds::Transport;
 use witness::Watch;
 
+pub use bdpt::Bdpt;
 pub use ambientocclusion::AmbientOcclusion;
 pub use directlighting::DirectLighting;
+pub use context::{CameraEnd, LightJob, Workspace};
 pub use kinds::{IntegratorSpec, NAMES};
 pub use path::{MediaSeen, Path};
 pub use stand_in::LightTracer;
@@ -106,6 +109,7 @@ impl Integrator {
             lights: Lights {
                 selector: LightSelector::new(selected, strategy.unwrap_or_default(), radius),
                 groups: LightGroups::new(grouped),
+                emitters: spec.traces_light().then(|| Emitters::new(world)),
             },
         }
     }
@@ -116,7 +120,9 @@ impl Integrator {
         world: &World,
         ray: Ray,
         differentials: Option<&RayDifferentials>,
+        end: &CameraEnd,
         stream: &mut SampleStream,
+        workspace: &mut Workspace,
         watch: Option<&mut Watch>,
     ) -> Rgb {
         self.spec.radiance(Context {
@@ -125,7 +131,25 @@ impl Integrator {
             stream,
             ray,
             differentials,
+            end,
+            workspace,
             watch,
         })
+    }
+
+    /// Returns `true` if paths are traced from the lights, too: [`Integrator::light_path`].
+    pub fn traces_light(&self) -> bool {
+        self.spec.traces_light()
+    }
+
+    /// Traces a path from a light and hands what it brings to pixels. Values hold the filter's factor; their sum over many
+    /// paths, over their number, is to be added to the mean radiance of a pixel's camera rays.
+    pub fn light_path(
+        &self,
+        job: &LightJob,
+        stream: &mut SampleStream,
+        splat: &mut impl FnMut(UVec2, Rgb),
+    ) {
+        self.spec.light_path(job, &self.lights, stream, splat);
     }
 }

@@ -23,7 +23,7 @@ use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
 use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, Tile};
 use crate::filters::Filter;
-use crate::integrators::Integrator;
+use crate::integrators::{CameraEnd, Integrator, Workspace};
 use crate::integrators::witness::{Place, Watch};
 use crate::math::{IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
@@ -100,6 +100,7 @@ fn sample_tile(
     let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
     let mut rays = ArrayVec::new();
+    let mut workspace = Workspace::default();
     let mut indices = bounds
         .pixels()
         .flat_map(|pixel| samples_of_pixel.clone().map(move |index| (pixel, index)));
@@ -114,8 +115,8 @@ fn sample_tile(
             return;
         }
         job.camera.rays(&samples, want_differentials, &mut rays);
-        for (waiting, ray) in waiting.drain(..).zip(&rays) {
-            waiting.finish(job, ray.as_ref(), spacing, tile);
+        for ((waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
+            waiting.finish(job, sample, ray.as_ref(), spacing, tile, &mut workspace);
         }
         samples.clear();
     }
@@ -136,10 +137,21 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
         &job.world,
         camera_ray.ray,
         camera_ray.scaled_differentials(spacing(job)).as_ref(),
+        &camera_end(job, &sample, camera_ray, waiting.film_density),
         &mut waiting.stream,
+        &mut Workspace::default(),
         Some(&mut watch),
     );
     watch.offender()
+}
+
+fn camera_end<'a>(job: &'a RenderJob, sample: &'a CameraSample, ray: &'a CameraRay, film_density: f32) -> CameraEnd<'a> {
+    CameraEnd { camera: &job.camera, sample, ray, film_density, light_paths: light_paths(job) }
+}
+
+fn light_paths(job: &RenderJob) -> f32 {
+    let _ = job;
+    0.0
 }
 
 /// Spacing of a pixel's samples, in pixels: see [`RenderJob::footprint_spp`].
@@ -152,6 +164,7 @@ struct PendingSample {
     pixel: UVec2,
     stream: SampleStream,
     filter_weight: f32,
+    film_density: f32,
 }
 
 impl PendingSample {
@@ -184,11 +197,20 @@ impl PendingSample {
             pixel,
             stream,
             filter_weight: on_film.weight,
+            film_density: if job.integrator.traces_light() { job.filter.at(on_film.offset).0 } else { 1.0 },
         };
         (sample, waiting)
     }
 
-    fn finish(mut self, job: &RenderJob, ray: Option<&CameraRay>, spacing: f32, tile: &mut Tile) {
+    fn finish(
+        mut self,
+        job: &RenderJob,
+        sample: &CameraSample,
+        ray: Option<&CameraRay>,
+        spacing: f32,
+        tile: &mut Tile,
+        workspace: &mut Workspace,
+    ) {
         let Some(camera_ray) = ray else {
             tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
             return;
@@ -198,7 +220,9 @@ impl PendingSample {
             &job.world,
             camera_ray.ray,
             differentials.as_ref(),
+            &camera_end(job, sample, camera_ray, self.film_density),
             &mut self.stream,
+            workspace,
             None,
         );
         let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
