@@ -234,7 +234,8 @@ impl Adder<'_> {
         self.lights.extend(emitters.into_iter().map(light));
         // A scene without media has no list of them.
         if media != MediumInterface::default() {
-            self.light_media.resize(first.index(), MediumInterface::default());
+            self.light_media
+                .resize(first.index(), MediumInterface::default());
             self.light_media.resize(self.lights.len(), media);
         }
         self.groups += 1;

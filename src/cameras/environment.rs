@@ -52,6 +52,11 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// When it lets light in.
+    pub(super) fn shutter(&self) -> &Shutter {
+        &self.spec.shutter
+    }
+
     /// Puts `spec` behind `film`. Both resolutions are positive.
     pub fn new(
         spec: &EnvironmentSpec,

@@ -83,6 +83,11 @@ pub struct Projective {
 }
 
 impl Projective {
+    /// When it lets light in.
+    pub(super) fn shutter(&self) -> &Shutter {
+        &self.spec.shutter
+    }
+
     /// Puts `spec` behind `film`.
     pub fn new(
         spec: &ProjectiveSpec,

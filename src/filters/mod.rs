@@ -258,9 +258,15 @@ mod tests {
                 let u = (Vec2::new((i % n) as f32, (i / n) as f32) + 0.5) / n as f32;
                 let sample = filter.sample(u);
                 let (density, weight) = filter.at(sample.offset);
-                assert!(density > 0.0 && weight == sample.weight, "{shape:?} at {}", sample.offset);
+                assert!(
+                    density > 0.0 && weight == sample.weight,
+                    "{shape:?} at {}",
+                    sample.offset
+                );
                 let cell = |at: Vec2| {
-                    let at = ((at / radius * 0.5 + 0.5) * cells).as_uvec2().min(UVec2::splat(7));
+                    let at = ((at / radius * 0.5 + 0.5) * cells)
+                        .as_uvec2()
+                        .min(UVec2::splat(7));
                     (at.y * 8 + at.x) as usize
                 };
                 counts[cell(sample.offset)] += 1.0 / f64::from(n * n);
@@ -270,7 +276,10 @@ mod tests {
             }
             // A row of the grid more or less on each side of a cell.
             for (count, integral) in counts.iter().zip(&integral) {
-                assert!((count - integral).abs() < 4.0 / 512.0 / 8.0 * 8.0, "{shape:?}: {count} {integral}");
+                assert!(
+                    (count - integral).abs() < 4.0 / 512.0 / 8.0 * 8.0,
+                    "{shape:?}: {count} {integral}"
+                );
             }
             let (density, weight) = filter.at(radius * 1.001);
             assert_eq!((density, weight), (0.0, 0.0));

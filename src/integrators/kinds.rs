@@ -1,7 +1,7 @@
 //! The types of integrators: one table for names, the reader and the dispatch.
 
-use super::stand_in::{Finds::*, StandIn};
 use super::context::Lights;
+use super::stand_in::{Finds::*, StandIn};
 use super::*;
 use crate::math::UVec2;
 

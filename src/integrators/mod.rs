@@ -20,8 +20,8 @@ mod whitted;
 pub mod witness;
 
 use crate::lights::{LightGroups, LightSelector};
-use crate::math::{Rgb, UVec2};
 use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::{Rgb, UVec2};
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
@@ -30,10 +30,10 @@ use context::{Context, Emitters, Lights};
 use kinds::Transport;
 use witness::Watch;
 
-pub use bdpt::Bdpt;
 pub use ambientocclusion::AmbientOcclusion;
-pub use directlighting::DirectLighting;
+pub use bdpt::Bdpt;
 pub use context::{CameraEnd, LightJob, Workspace};
+pub use directlighting::DirectLighting;
 pub use kinds::{IntegratorSpec, NAMES};
 pub use path::{MediaSeen, Path};
 pub use stand_in::LightTracer;

@@ -23,8 +23,8 @@ use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
 use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, Tile};
 use crate::filters::Filter;
-use crate::integrators::{CameraEnd, Integrator, Workspace};
 use crate::integrators::witness::{Place, Watch};
+use crate::integrators::{CameraEnd, Integrator, Workspace};
 use crate::math::{IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
@@ -145,8 +145,19 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     watch.offender()
 }
 
-fn camera_end<'a>(job: &'a RenderJob, sample: &'a CameraSample, ray: &'a CameraRay, film_density: f32) -> CameraEnd<'a> {
-    CameraEnd { camera: &job.camera, sample, ray, film_density, light_paths: light_paths(job) }
+fn camera_end<'a>(
+    job: &'a RenderJob,
+    sample: &'a CameraSample,
+    ray: &'a CameraRay,
+    film_density: f32,
+) -> CameraEnd<'a> {
+    CameraEnd {
+        camera: &job.camera,
+        sample,
+        ray,
+        film_density,
+        light_paths: light_paths(job),
+    }
 }
 
 fn light_paths(job: &RenderJob) -> f32 {
@@ -197,7 +208,11 @@ impl PendingSample {
             pixel,
             stream,
             filter_weight: on_film.weight,
-            film_density: if job.integrator.traces_light() { job.filter.at(on_film.offset).0 } else { 1.0 },
+            film_density: if job.integrator.traces_light() {
+                job.filter.at(on_film.offset).0
+            } else {
+                1.0
+            },
         };
         (sample, waiting)
     }

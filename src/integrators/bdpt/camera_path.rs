@@ -1,12 +1,12 @@
 //! Paths from the camera (t ≥ 2): they meet a light (s = 0), are joined to a point of one (s = 1), or to a vertex of a path from
 //! one (s ≥ 2).
 
+use super::Bdpt;
 use super::light_end::Lit;
 use super::light_path::LightPath;
 use super::vertex::Vertex;
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_vertex};
 use super::weights::{History, Onward, square, weight};
-use super::Bdpt;
 use crate::accel::GeometryHit;
 use crate::handles::LightId;
 use crate::integrators::context::Context;
@@ -34,7 +34,11 @@ pub(super) struct CameraPath<'c, 'a> {
 
 impl<'c, 'a> CameraPath<'c, 'a> {
     /// A path along the camera ray.
-    pub fn new(bdpt: &'c Bdpt, context: &'c mut Context<'a>, light_path: &'c LightPath<'a>) -> Self {
+    pub fn new(
+        bdpt: &'c Bdpt,
+        context: &'c mut Context<'a>,
+        light_path: &'c LightPath<'a>,
+    ) -> Self {
         let ray = context.ray;
         let from = ReferencePoint {
             p: ray.o,
@@ -43,10 +47,19 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             time: ray.time,
             receiver_side: Default::default(),
         };
-        let onward = Onward { before: 0.0, rest: 0.0 };
+        let onward = Onward {
+            before: 0.0,
+            rest: 0.0,
+        };
         CameraPath {
             bdpt,
-            walk: Walk::new(ray, context.world.media.camera, from, Spread::Camera, onward),
+            walk: Walk::new(
+                ray,
+                context.world.media.camera,
+                from,
+                Spread::Camera,
+                onward,
+            ),
             differentials: context.differentials,
             context,
             radiance: Rgb::ZERO,
@@ -71,9 +84,12 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 }
                 let vertex = Vertex::Medium(at);
                 self.join(&vertex, &history);
-                let Vertex::Medium(at) = &vertex else { return None };
+                let Vertex::Medium(at) = &vertex else {
+                    return None;
+                };
                 let stream = &mut *self.context.stream;
-                self.walk.scatter_in_medium(at, &history, self.bdpt.connects, stream);
+                self.walk
+                    .scatter_in_medium(at, &history, self.bdpt.connects, stream);
                 self.differentials = None;
                 self.walk.russian_roulette(Rgb::ONE, stream)
             }
@@ -83,7 +99,8 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 let history = self.history(hit.surface.p, cosine);
                 self.add_emission(&hit, &history);
                 let differentials = self.differentials.take();
-                let Some(vertex) = surface_vertex(world, hit, self.walk.medium, differentials) else {
+                let Some(vertex) = surface_vertex(world, hit, self.walk.medium, differentials)
+                else {
                     return self.walk.pass(world, &hit);
                 };
                 if self.walk.depth >= self.bdpt.max_depth {
@@ -121,7 +138,10 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             return;
         }
         let pdf = light.pdf(&self.walk.from, self.walk.ray.d, Some(&hit.surface));
-        let end = LightEnd { p: hit.surface.p, n: hit.surface.n };
+        let end = LightEnd {
+            p: hit.surface.p,
+            n: hit.surface.n,
+        };
         let weight = self.weight_of_hit(id, end, pdf, history);
         self.radiance += self.walk.throughput * radiance * weight;
     }
@@ -144,9 +164,14 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             },
         };
         for &id in &world.infinite_lights {
-            let (radiance, pdf) = world.light(id).escaped_and_pdf(&self.walk.from, self.walk.ray.d);
+            let (radiance, pdf) = world
+                .light(id)
+                .escaped_and_pdf(&self.walk.from, self.walk.ray.d);
             if !is_black(radiance) {
-                let end = LightEnd { p: Vec3::ZERO, n: Vec3::ZERO };
+                let end = LightEnd {
+                    p: Vec3::ZERO,
+                    n: Vec3::ZERO,
+                };
                 let weight = self.weight_of_hit(id, end, pdf, &history);
                 self.radiance += self.walk.throughput * radiance * weight;
             }
@@ -169,9 +194,20 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             Spread::FromPoint { cosine, .. } => cosine,
             Spread::Beam { .. } | Spread::Camera => 1.0,
         };
-        let lit = Lit { id, end, from: &self.walk.from, cosine, wi: self.walk.ray.d, pdf };
+        let lit = Lit {
+            id,
+            end,
+            from: &self.walk.from,
+            cosine,
+            wi: self.walk.ray.d,
+            pdf,
+        };
         let light = lit.densities(world, lights, pmf);
-        let direct = if self.walk.after_delta { 0.0 } else { light.direct };
+        let direct = if self.walk.after_delta {
+            0.0
+        } else {
+            light.direct
+        };
         weight(0.0, history.at_light(direct, light.emitted, light.onward))
     }
 
@@ -189,9 +225,15 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let from = vertex.reference_point();
         let choice = self.context.stream.next_1d_if(lights.selector.chooses());
         let u = self.context.stream.next_2d();
-        let Some((id, pmf)) = lights.selector.sample(&from, choice) else { return };
-        let Some((light, end)) = world.light(id).sample_with_end(&from, u) else { return };
-        let Some(scattered) = vertex.radiance(light.wi) else { return };
+        let Some((id, pmf)) = lights.selector.sample(&from, choice) else {
+            return;
+        };
+        let Some((light, end)) = world.light(id).sample_with_end(&from, u) else {
+            return;
+        };
+        let Some(scattered) = vertex.radiance(light.wi) else {
+            return;
+        };
         let contribution = scattered.value * light.radiance / (pmf * light.pdf);
         if is_black(contribution) {
             return;
@@ -202,7 +244,14 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             return;
         }
         let cosine = vertex.cosine(light.wi);
-        let lit = Lit { id, end, from: &from, cosine, wi: light.wi, pdf: light.pdf };
+        let lit = Lit {
+            id,
+            end,
+            from: &from,
+            cosine,
+            wi: light.wi,
+            pdf: light.pdf,
+        };
         let densities = lit.densities(world, lights, pmf);
         // The light is met by chance with the density `forward`, where emitter sampling has pmf · pdf; both per solid angle.
         let met = match light.delta {
@@ -228,17 +277,25 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             let distance2 = (to.p - from.p).length_squared();
             let shadow = from.shadow_ray_to(to.p, to.p_error, to.n);
             let w = (to.p - from.p) / distance2.sqrt();
-            let Some(here) = vertex.radiance(w) else { continue };
-            let Some(there) = end.vertex.importance(-w) else { continue };
+            let Some(here) = vertex.radiance(w) else {
+                continue;
+            };
+            let Some(there) = end.vertex.importance(-w) else {
+                continue;
+            };
             // The cosine at either vertex is in its value: `importance` has the geometric one toward the camera's vertex.
-            let joined = self.walk.throughput * here.value * there.value * end.throughput / distance2;
+            let joined =
+                self.walk.throughput * here.value * there.value * end.throughput / distance2;
             if is_black(joined) || !joined.is_finite() {
                 continue;
             }
             let (cosine, other) = (vertex.cosine(w), end.vertex.cosine(w));
-            let onto = |pdf: f32, cosine: f32| f64::from(pdf) * f64::from(cosine) / f64::from(distance2);
+            let onto =
+                |pdf: f32, cosine: f32| f64::from(pdf) * f64::from(cosine) / f64::from(distance2);
             let camera = history.earlier(onto(there.forward, cosine), here.reverse.into());
-            let light = end.history.earlier(onto(here.forward, other), there.reverse.into());
+            let light = end
+                .history
+                .earlier(onto(here.forward, other), there.reverse.into());
             let weighted = joined * weight(light, camera);
             let medium = vertex.medium_toward(self.context.world, w);
             let left = transmittance(self.context.world, self.context.stream, &shadow, medium);
@@ -253,7 +310,9 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         history: &History,
         differentials: Option<&RayDifferentials>,
     ) -> Option<()> {
-        let Vertex::Surface { hit, bsdf, .. } = vertex else { return None };
+        let Vertex::Surface { hit, bsdf, .. } = vertex else {
+            return None;
+        };
         let world = self.context.world;
         let turn = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
         let sample = &turn.sample;
@@ -282,17 +341,26 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         self.walk.throughput *= transport.share;
         let Some(bssrdf) = transport.bssrdf else {
             follow(&mut self.walk);
-            return self.walk.russian_roulette(turn.judged * transport.share, self.context.stream);
+            return self
+                .walk
+                .russian_roulette(turn.judged * transport.share, self.context.stream);
         };
         let exit = find_exit(world, self.context.stream, &bssrdf, hit)?;
         self.walk.throughput *= exit.weight;
-        let vertex = Vertex::Surface { hit: exit.hit, bsdf: exit.bsdf, medium: self.walk.medium };
+        let vertex = Vertex::Surface {
+            hit: exit.hit,
+            bsdf: exit.bsdf,
+            medium: self.walk.medium,
+        };
         self.join(&vertex, &History::ALONE);
-        let Vertex::Surface { hit, bsdf, .. } = &vertex else { return None };
+        let Vertex::Surface { hit, bsdf, .. } = &vertex else {
+            return None;
+        };
         let next = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
         self.walk.throughput *= next.factor;
         let link = (&History::ALONE, self.bdpt.connects);
-        self.walk.scatter_at_surface(world, (hit, bsdf), &next.sample, next.reverse, link);
+        self.walk
+            .scatter_at_surface(world, (hit, bsdf), &next.sample, next.reverse, link);
         let judged = turn.judged * transport.share * exit.weight * next.judged;
         self.walk.russian_roulette(judged, self.context.stream)
     }

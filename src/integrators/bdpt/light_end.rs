@@ -3,8 +3,8 @@
 use crate::handles::LightId;
 use crate::integrators::context::Lights;
 use crate::lights::LightEnd;
-use crate::math::Vec3;
 use crate::math::Vec2;
+use crate::math::Vec3;
 use crate::surface::{ReferencePoint, ShadingGeometry, SurfaceHit};
 use crate::world::World;
 
@@ -64,7 +64,11 @@ impl Lit<'_> {
         }
         let distance2 = (p.as_dvec3() - self.from.p.as_dvec3()).length_squared();
         let delta = n == Vec3::ZERO;
-        let at_light = if delta { 1.0 } else { f64::from(n.dot(self.wi).abs()) };
+        let at_light = if delta {
+            1.0
+        } else {
+            f64::from(n.dot(self.wi).abs())
+        };
         let backward = if delta { 1.0 } else { at_light / distance2 };
         LightDensities {
             direct: direct * backward,

@@ -10,7 +10,7 @@ use crate::integrators::context::Lights;
 use crate::lights::{Emission, LightEnd};
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
-use crate::surface::{ReferencePoint, ReceiverSide};
+use crate::surface::{ReceiverSide, ReferencePoint};
 use crate::world::World;
 
 /// A vertex that other subpaths can be joined to.
@@ -34,7 +34,9 @@ pub(in crate::integrators) struct SpareVertices(Vec<LightVertex<'static>>);
 impl<'a> LightPath<'a> {
     /// An empty path in the memory of the last one.
     pub fn in_spare(spare: &mut SpareVertices) -> LightPath<'a> {
-        LightPath { vertices: recycled(std::mem::take(&mut spare.0)) }
+        LightPath {
+            vertices: recycled(std::mem::take(&mut spare.0)),
+        }
     }
 
     /// Gives the memory back.
@@ -48,9 +50,17 @@ impl<'a> LightPath<'a> {
     }
 
     /// Replaces the path by another whose vertices scatter at most `max_depth` times.
-    pub fn trace(&mut self, tracer: &LightTracer<'_, 'a>, time: f32, max_depth: u32, stream: &mut SampleStream) {
+    pub fn trace(
+        &mut self,
+        tracer: &LightTracer<'_, 'a>,
+        time: f32,
+        max_depth: u32,
+        stream: &mut SampleStream,
+    ) {
         self.vertices.clear();
-        tracer.trace(time, max_depth, stream, |vertex, _| self.vertices.push(vertex));
+        tracer.trace(time, max_depth, stream, |vertex, _| {
+            self.vertices.push(vertex)
+        });
     }
 }
 
@@ -78,9 +88,14 @@ impl<'a> LightTracer<'_, 'a> {
         stream: &mut SampleStream,
         mut visit: impl FnMut(LightVertex<'a>, &mut SampleStream),
     ) {
-        let Some((id, emission, mut walk)) = self.begin(time, stream) else { return };
+        let Some((id, emission, mut walk)) = self.begin(time, stream) else {
+            return;
+        };
         while walk.depth < max_depth {
-            if self.extend(&mut walk, (id, &emission), stream, &mut visit).is_none() {
+            if self
+                .extend(&mut walk, (id, &emission), stream, &mut visit)
+                .is_none()
+            {
                 return;
             }
         }
@@ -102,8 +117,13 @@ impl<'a> LightTracer<'_, 'a> {
         };
         let density = emission.density;
         let spread = match light.is_at_infinity() {
-            true => Spread::Beam { pdf: density.position },
-            false => Spread::FromPoint { pdf: density.direction, cosine: emission.cosine() },
+            true => Spread::Beam {
+                pdf: density.position,
+            },
+            false => Spread::FromPoint {
+                pdf: density.direction,
+                cosine: emission.cosine(),
+            },
         };
         let media = &self.world.media;
         let medium = match light.is_at_infinity() {
@@ -111,7 +131,10 @@ impl<'a> LightTracer<'_, 'a> {
             false => media.at_light(id, emission.n, emission.d),
         };
         // What is known of the light's own vertex depends on the next one.
-        let onward = Onward { before: 0.0, rest: 0.0 };
+        let onward = Onward {
+            before: 0.0,
+            rest: 0.0,
+        };
         let mut walk = Walk::new(emission.ray(time), medium, from, spread, onward);
         walk.throughput = emission.flux() / pmf;
         let valid = !is_black(walk.throughput) && walk.throughput.is_finite();
@@ -157,16 +180,32 @@ impl<'a> LightTracer<'_, 'a> {
 
     /// What is known of the strategies that have no vertex from the light (s = 0: the light is met by chance) or only
     /// that on the light (s = 1: emitter sampling) once the first surface is known.
-    fn first_onward(&self, id: LightId, emission: &Emission, vertex: &Vertex, walk: &Walk) -> Onward {
+    fn first_onward(
+        &self,
+        id: LightId,
+        emission: &Emission,
+        vertex: &Vertex,
+        walk: &Walk,
+    ) -> Onward {
         let from = vertex.reference_point();
         let (light, wi) = (self.world.light(id), -walk.ray.d);
-        let end = LightEnd { p: emission.p, n: emission.n };
+        let end = LightEnd {
+            p: emission.p,
+            n: emission.n,
+        };
         let pmf = self.lights.selector.pmf(&from, id);
         let pdf = match light.is_delta() {
             true => 1.0,
             false => light.pdf(&from, wi, Some(&end_as_hit(&end, -wi, walk.ray.time))),
         };
-        let lit = Lit { id, end, from: &from, cosine: vertex.cosine(wi), wi, pdf };
+        let lit = Lit {
+            id,
+            end,
+            from: &from,
+            cosine: vertex.cosine(wi),
+            wi,
+            pdf,
+        };
         let densities = lit.densities(self.world, self.lights, pmf);
         let hittable = f64::from(u8::from(!light.is_delta()));
         Onward {
@@ -197,7 +236,8 @@ impl<'a> LightTracer<'_, 'a> {
             let choice = || stream.next_1d();
             let surface = &hit.surface;
             let transport =
-                self.world.subsurface_transport(hit.material, surface, scattered, None, choice);
+                self.world
+                    .subsurface_transport(hit.material, surface, scattered, None, choice);
             // Subsurface scattering is left to paths from the camera.
             if transport.bssrdf.is_some() {
                 return None;

@@ -5,8 +5,8 @@ use super::light_path::{LightTracer, LightVertex};
 use super::weights::{square, weight};
 use crate::cameras::{Aim, Landing, LensSample};
 use crate::film::PixelBounds;
-use crate::integrators::volpath::transmittance;
 use crate::integrators::LightJob;
+use crate::integrators::volpath::transmittance;
 use crate::math::{Rgb, UVec2, Vec2, color::is_black};
 use crate::samplers::SampleStream;
 
@@ -20,7 +20,11 @@ pub(super) fn splat_path(
     let time = job.camera.shutter().time(stream.next_1d());
     let wavelength = stream.next_1d_if(job.camera.disperses());
     tracer.trace(time, tracer.bdpt.max_depth, stream, |vertex, stream| {
-        let lens = if job.camera.has_lens() { stream.next_2d() } else { Vec2::splat(0.5) };
+        let lens = if job.camera.has_lens() {
+            stream.next_2d()
+        } else {
+            Vec2::splat(0.5)
+        };
         let at = LensSample { lens, wavelength };
         // No light where nothing can be joined.
         let _ = join(tracer, job, &vertex, &at, stream, splat);

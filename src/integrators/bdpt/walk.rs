@@ -131,7 +131,10 @@ impl Walk {
         let (density, backward) = match self.spread {
             Spread::FromPoint { pdf, cosine: from } => {
                 let distance2 = (p.as_dvec3() - self.from.p.as_dvec3()).length_squared();
-                (f64::from(pdf) * cosine / distance2, f64::from(from) / distance2)
+                (
+                    f64::from(pdf) * cosine / distance2,
+                    f64::from(from) / distance2,
+                )
             }
             Spread::Beam { pdf } => (f64::from(pdf) * cosine, 1.0),
             Spread::Camera => (cosine, 0.0),
@@ -145,7 +148,13 @@ impl Walk {
     }
 
     /// The subpath goes on from a point of a medium.
-    pub fn scatter_in_medium(&mut self, at: &MediumVertex, history: &History, connects: bool, stream: &mut SampleStream) {
+    pub fn scatter_in_medium(
+        &mut self,
+        at: &MediumVertex,
+        history: &History,
+        connects: bool,
+        stream: &mut SampleStream,
+    ) {
         let (wi, pdf) = at.phase.sample(at.wo, stream.next_2d());
         self.from = at.reference_point();
         self.ray = Ray::new(at.p, wi, at.time);
@@ -166,7 +175,11 @@ impl Walk {
     ) {
         let delta = sample.specular;
         // Densities of perfectly specular directions are left out on both sides.
-        let (pdf, reverse) = if delta { (1.0, 1.0) } else { (sample.pdf, reverse) };
+        let (pdf, reverse) = if delta {
+            (1.0, 1.0)
+        } else {
+            (sample.pdf, reverse)
+        };
         self.medium = world.medium_beyond(hit, sample.wi, self.medium);
         self.from = crate::integrators::vertex::receiver(&hit.surface, bsdf);
         self.ray = hit.surface.spawn_ray(sample.wi);
@@ -234,7 +247,11 @@ impl Turn {
             }
             Carries::Importance => {
                 // Refraction scales radiance, not importance.
-                let f = if sample.specular { sample.f * eta2 } else { back.0 };
+                let f = if sample.specular {
+                    sample.f * eta2
+                } else {
+                    back.0
+                };
                 let cosine = match sample.specular {
                     // The cosine that a delta's value is divided by.
                     true => radiance * importance_correction(hit, bsdf, sample.wi),

@@ -195,7 +195,11 @@ mod tests {
             }
             let after = |i: usize| if i >= k { 0.0 } else { self.light[i] };
             if s == 1 {
-                let hit = if self.hittable { self.camera[0] / self.direct } else { 0.0 };
+                let hit = if self.hittable {
+                    self.camera[0] / self.direct
+                } else {
+                    0.0
+                };
                 let from_here = self.light[1] * self.light[0] / self.direct;
                 let camera = self.from_camera(1).earlier(from_here, after(2));
                 return weight(square(hit), camera);
@@ -214,13 +218,28 @@ mod tests {
         (3usize..9).prop_flat_map(|n| {
             let densities = || prop::collection::vec(1e-3f64..1e3, n);
             let deltas = prop::collection::vec(any::<bool>(), n);
-            (densities(), densities(), deltas, 1e-3f64..1e3, any::<bool>(), 1.0f64..1e6).prop_map(
-                move |(light, camera, mut delta, direct, hittable, paths)| {
-                    // The ends do not scatter.
-                    (delta[0], delta[n - 1]) = (false, false);
-                    Whole { light, camera, delta, direct, hittable, paths }
-                },
+            (
+                densities(),
+                densities(),
+                deltas,
+                1e-3f64..1e3,
+                any::<bool>(),
+                1.0f64..1e6,
             )
+                .prop_map(
+                    move |(light, camera, mut delta, direct, hittable, paths)| {
+                        // The ends do not scatter.
+                        (delta[0], delta[n - 1]) = (false, false);
+                        Whole {
+                            light,
+                            camera,
+                            delta,
+                            direct,
+                            hittable,
+                            paths,
+                        }
+                    },
+                )
         })
     }
 
@@ -249,7 +268,12 @@ mod tests {
         for density in extremes {
             for other in extremes {
                 for rest in extremes {
-                    let history = History { density, backward: other, before: 1.0, rest };
+                    let history = History {
+                        density,
+                        backward: other,
+                        before: 1.0,
+                        rest,
+                    };
                     let earlier = history.earlier(other, density);
                     let weight = weight(earlier, history.at_light(other, density, rest));
                     assert!((0.0..=1.0).contains(&weight), "{density} {other} {rest}");
