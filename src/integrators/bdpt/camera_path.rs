@@ -89,7 +89,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 };
                 let stream = &mut *self.context.stream;
                 self.walk
-                    .scatter_in_medium(at, &history, self.bdpt.connects, stream);
+                    .scatter_in_medium(at, &history, self.bdpt.connections, stream);
                 self.differentials = None;
                 self.walk.russian_roulette(Rgb::ONE, stream)
             }
@@ -214,9 +214,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     /// Joins a vertex to points of lights and to the vertices of the light path.
     fn join(&mut self, vertex: &Vertex<'a>, history: &History) {
         self.sample_light(vertex, history);
-        if self.bdpt.connects {
-            self.connect(vertex, history);
-        }
+        self.connect(vertex, history);
     }
 
     /// s = 1: emitter sampling.
@@ -284,8 +282,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 continue;
             };
             // The cosine at either vertex is in its value: `importance` has the geometric one toward the camera's vertex.
-            let joined =
-                self.walk.throughput * here.value * there.value * end.throughput / distance2;
+            let joined = self.walk.throughput / self.bdpt.connections
+                * here.value
+                * there.value
+                * end.throughput
+                / distance2;
             if is_black(joined) || !joined.is_finite() {
                 continue;
             }
@@ -296,7 +297,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             let light = end
                 .history
                 .earlier(onto(here.forward, other), there.reverse.into());
-            let weighted = joined * weight(light, camera);
+            let weighted = joined * (weight(light, camera) / self.bdpt.connections);
             let medium = vertex.medium_toward(self.context.world, w);
             let left = transmittance(self.context.world, self.context.stream, &shadow, medium);
             self.radiance += weighted * left;
@@ -318,7 +319,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let sample = &turn.sample;
         self.walk.throughput *= turn.factor;
         let follow = |walk: &mut Walk| {
-            let link = (history, self.bdpt.connects);
+            let link = (history, self.bdpt.connections);
             walk.scatter_at_surface(world, (hit, bsdf), sample, turn.reverse, link);
         };
         if !sample.transmission {
@@ -358,7 +359,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         };
         let next = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
         self.walk.throughput *= next.factor;
-        let link = (&History::ALONE, self.bdpt.connects);
+        let link = (&History::ALONE, self.bdpt.connections);
         self.walk
             .scatter_at_surface(world, (hit, bsdf), &next.sample, next.reverse, link);
         let judged = turn.judged * transport.share * exit.weight * next.judged;

@@ -222,11 +222,11 @@ impl<'a> LightTracer<'_, 'a> {
         history: &History,
         stream: &mut SampleStream,
     ) -> Option<()> {
-        let connects = self.bdpt.connects;
+        let connections = self.bdpt.connections;
         let (hit, bsdf) = match vertex {
             Vertex::Surface { hit, bsdf, .. } => (hit, bsdf),
             Vertex::Medium(at) => {
-                walk.scatter_in_medium(at, history, connects, stream);
+                walk.scatter_in_medium(at, history, connections, stream);
                 return walk.russian_roulette(Rgb::ONE, stream);
             }
         };
@@ -245,7 +245,7 @@ impl<'a> LightTracer<'_, 'a> {
             walk.throughput *= transport.share;
         }
         walk.throughput *= turn.factor;
-        let link = (history, connects);
+        let link = (history, connections);
         walk.scatter_at_surface(self.world, (hit, bsdf), &turn.sample, turn.reverse, link);
         walk.russian_roulette(turn.judged, stream)
     }

@@ -42,8 +42,8 @@ pub struct Bdpt {
     pub max_depth: u32,
     /// `lightsamplestrategy` ("spatial"): how emitter sampling chooses a light; noise only.
     pub light_strategy: SelectionStrategy,
-    /// Camera paths are joined to light paths (s ≥ 2 and t ≥ 2).
-    pub connects: bool,
+    /// The share of camera paths that are joined to a light path (s ≥ 2 and t ≥ 2).
+    pub connections: f32,
 }
 
 impl Bdpt {
@@ -52,7 +52,7 @@ impl Bdpt {
         Bdpt {
             max_depth: super::max_depth(reader),
             light_strategy: SelectionStrategy::from_params(reader),
-            connects: true,
+            connections: 1.0,
         }
     }
 }
@@ -64,7 +64,7 @@ impl Transport for Bdpt {
 
     fn radiance(&self, mut context: Context) -> Rgb {
         let mut light_path = LightPath::in_spare(&mut context.workspace.vertices);
-        if self.connects {
+        if self.connections >= 1.0 || context.stream.next_1d() < self.connections {
             let tracer = LightTracer {
                 bdpt: self,
                 world: context.world,

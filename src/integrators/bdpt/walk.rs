@@ -152,14 +152,14 @@ impl Walk {
         &mut self,
         at: &MediumVertex,
         history: &History,
-        connects: bool,
+        connections: f32,
         stream: &mut SampleStream,
     ) {
         let (wi, pdf) = at.phase.sample(at.wo, stream.next_2d());
         self.from = at.reference_point();
         self.ray = Ray::new(at.p, wi, at.time);
         self.spread = Spread::FromPoint { pdf, cosine: 1.0 };
-        self.onward = history.onward(false, pdf.into(), connects);
+        self.onward = history.onward(false, pdf.into(), connections);
         self.after_delta = false;
     }
 
@@ -171,7 +171,7 @@ impl Walk {
         (hit, bsdf): (&GeometryHit, &Bsdf),
         sample: &BsdfSample,
         reverse: f32,
-        (history, connects): (&History, bool),
+        (history, connections): (&History, f32),
     ) {
         let delta = sample.specular;
         // Densities of perfectly specular directions are left out on both sides.
@@ -185,7 +185,7 @@ impl Walk {
         self.ray = hit.surface.spawn_ray(sample.wi);
         let cosine = hit.surface.n.dot(sample.wi).abs();
         self.spread = Spread::FromPoint { pdf, cosine };
-        self.onward = history.onward(delta, reverse.into(), connects);
+        self.onward = history.onward(delta, reverse.into(), connections);
         self.after_delta = delta;
     }
 

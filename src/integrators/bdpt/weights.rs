@@ -63,10 +63,14 @@ impl History {
 
     /// Goes on from x_i; `reverse` is the density per solid angle with which the other side would have continued toward
     /// x_{i−1}. At a delta both directions' densities are 1.
-    pub fn onward(&self, delta: bool, reverse: f64, connects: bool) -> Onward {
+    pub fn onward(&self, delta: bool, reverse: f64, connections: f32) -> Onward {
         let here = if delta { 0.0 } else { self.before };
         Onward {
-            before: f64::from(u8::from(!delta && connects)),
+            before: if delta {
+                0.0
+            } else {
+                square(connections.into())
+            },
             rest: (here + square(reverse * self.backward) * self.rest) / square(self.density),
         }
     }
@@ -148,7 +152,7 @@ mod tests {
                 rest: f64::from(u8::from(self.hittable)) / square(self.light[0]),
             };
             for i in 1..last {
-                let onward = history.onward(self.delta[i], self.camera[i - 1], true);
+                let onward = history.onward(self.delta[i], self.camera[i - 1], 1.0);
                 history = self.arrived(onward, self.light[i + 1]);
             }
             history
@@ -165,7 +169,7 @@ mod tests {
             };
             for i in (last + 1..k).rev() {
                 let toward = if i + 1 == k { 0.0 } else { self.light[i + 1] };
-                let onward = history.onward(self.delta[i], toward, true);
+                let onward = history.onward(self.delta[i], toward, 1.0);
                 history = self.arrived(onward, self.camera[i - 1]);
             }
             history
