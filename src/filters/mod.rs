@@ -23,7 +23,7 @@ pub use mitchell::MitchellFilter;
 pub use sinc::SincFilter;
 pub use triangle::TriangleFilter;
 
-use crate::math::{DVec2, Vec2};
+use crate::math::{DVec2, UVec2, Vec2};
 use crate::params::ParamReader;
 use axis::Axis;
 
@@ -154,6 +154,34 @@ impl Filter {
         &self.shape
     }
 
+    /// Returns `true` if film positions are drawn from pixel centers alone: then [`Filter::density`] is 0 everywhere, and
+    /// no light that comes to a point between them counts.
+    pub fn is_discrete(&self) -> bool {
+        self.x.is_discrete() || self.y.is_discrete()
+    }
+
+    /// Density of the film positions that [`Filter::sample`] draws, per square pixel: |f| / ∫|f|, where f is the filter in
+    /// its constant pieces. `offset` is in pixels from the pixel's center.
+    pub fn density(&self, offset: Vec2) -> f32 {
+        self.x.density(offset.x).0 * self.y.density(offset.y).0
+    }
+
+    /// What a point of the film counts for in a pixel, per square pixel: f / ∫f, which is density times weight of the
+    /// [sample](Filter::sample) there. Over all offsets it integrates to 1.
+    pub fn value(&self, offset: Vec2) -> f32 {
+        let [(x, weight_x), (y, weight_y)] = [self.x.density(offset.x), self.y.density(offset.y)];
+        x * weight_x * y * weight_y
+    }
+
+    /// The pixels that light at the film point `raster` counts in, from the first to below the last: those from whose
+    /// centers it is an offset within the radius. Pixels left of 0 or above are cut off.
+    pub fn reached(&self, raster: Vec2) -> [UVec2; 2] {
+        let (corner, radius) = (raster - 0.5, self.radius());
+        // Offsets are at least −radius, and less than it. A float beyond u32 saturates.
+        let ends = [corner - radius, corner + radius].map(|end| end.floor() + 1.0);
+        ends.map(|end| UVec2::new(end.x as u32, end.y as u32))
+    }
+
     /// The film position for `u` in [0, 1)². Continuous in `u` and increasing along each axis, so
     /// that stratified samples give stratified positions.
     pub fn sample(&self, u: Vec2) -> FilterSample {
@@ -277,6 +305,59 @@ mod tests {
     }
 
     #[test]
+    fn density_is_that_of_samples_and_value_is_the_filter() {
+        for shape in all() {
+            let filter = Filter::new(shape).unwrap();
+            // Along one axis, through the middle of the other.
+            let (n, cells, r) = (1 << 14, 64, filter.radius());
+            let (mut found, mut weights) = (vec![0.0; cells], vec![0.0; cells]);
+            for i in 0..n {
+                let s = filter.sample(Vec2::new((i as f32 + 0.5) / n as f32, 0.5));
+                let cell = ((s.offset.x / r.x + 1.0) * 0.5 * cells as f32) as usize;
+                found[cell] += 1.0 / n as f32;
+                weights[cell] += s.weight / n as f32;
+            }
+            let strip = filter.y.density(0.0).0;
+            for cell in 0..cells {
+                let x = ((cell as f32 + 0.5) / cells as f32 * 2.0 - 1.0) * r.x;
+                let center = Vec2::new(x, 0.0);
+                let width = 2.0 * r.x / cells as f32 / strip;
+                // Two of 2¹⁴ samples may fall to neighbors, with weights below 4.
+                let [density, value] = [filter.density(center), filter.value(center)];
+                assert!((density * width - found[cell]).abs() < 2e-4, "{shape:?}");
+                assert!((value * width - weights[cell]).abs() < 6e-4, "{shape:?}");
+            }
+            assert!(!filter.is_discrete());
+            for outside in [Vec2::new(-1.01, 0.0), Vec2::new(0.0, 1.0)] {
+                assert_eq!(filter.density(outside * r), 0.0);
+                assert_eq!(filter.value(outside * r), 0.0);
+            }
+        }
+    }
+
+    /// Whatever the point: pixels beyond do not count, those within do not go missing.
+    #[test]
+    fn reached_pixels_are_those_that_count() {
+        for shape in all() {
+            let filter = Filter::new(shape).unwrap();
+            for i in 0..1000 {
+                let raster = Vec2::new(5.0 + 0.013 * i as f32, 20.0 - 0.01 * i as f32);
+                let [from, to] = filter.reached(raster);
+                for y in 0..40 {
+                    for x in 0..40 {
+                        let pixel = UVec2::new(x, y);
+                        let offset = raster - pixel.as_vec2() - 0.5;
+                        let inside = pixel.cmpge(from).all() && pixel.cmplt(to).all();
+                        // Rounding, at the very edge.
+                        let edge = (offset.abs() - filter.radius()).abs().min_element() < 1e-5;
+                        assert!(edge || inside == (filter.density(offset) > 0.0));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn the_default_box_is_the_pixel() {
         let s = Filter::default().sample(Vec2::new(0.25, 0.75));
         assert_eq!(
@@ -291,6 +372,7 @@ mod tests {
     #[test]
     fn pixel_centers_average_whole_pixels() {
         let filter = Filter::default().at_pixel_centers();
+        assert!(filter.is_discrete() && filter.density(Vec2::ZERO) == 0.0);
         assert_eq!(
             filter.sample(Vec2::new(0.1, 0.9)),
             FilterSample {

@@ -1,5 +1,6 @@
 //! What an integrator works with: a camera ray, the world, its lights and the samples.
 
+use super::Seen;
 use super::witness::{Met, Place, Watch};
 use crate::lights::{LightGroups, LightSelector};
 use crate::math::Rgb;
@@ -24,6 +25,9 @@ pub(super) struct Context<'a> {
     /// The camera ray.
     pub ray: Ray,
     pub differentials: Option<&'a RayDifferentials>,
+    /// Where the ray comes from.
+    #[allow(dead_code)]
+    pub seen: &'a Seen<'a>,
     /// For samples that are traced again because they were not finite.
     pub watch: Option<&'a mut Watch>,
 }

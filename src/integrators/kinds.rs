@@ -11,6 +11,19 @@ pub(super) trait Transport {
     /// Paths continue after diffuse surfaces: lights are chosen by their contribution, and subsurface scattering is modeled.
     const INDIRECT: bool = false;
 
+    /// Paths are traced from the lights, too.
+    const TRACES_LIGHT: bool = false;
+
+    /// See [`Integrator::light_paths`].
+    fn light_paths(
+        &self,
+        _job: &LightJob,
+        _lights: &Lights,
+        _paths: impl Iterator<Item = LightPath>,
+        _splat: &mut impl FnMut(u64, UVec2, Rgb),
+    ) {
+    }
+
     /// Radiance along the camera ray.
     fn radiance(&self, context: Context) -> Rgb;
 
@@ -51,6 +64,21 @@ macro_rules! integrator_types {
             /// Returns `true` if paths continue after diffuse surfaces, and below translucent ones.
             pub fn is_indirect(&self) -> bool {
                 match self { $(IntegratorSpec::$Type(_) => $Type::INDIRECT,)* }
+            }
+
+            /// Returns `true` if paths are traced from the lights, too.
+            pub fn traces_light(&self) -> bool {
+                match self { $(IntegratorSpec::$Type(_) => $Type::TRACES_LIGHT,)* }
+            }
+
+            pub(super) fn light_paths(
+                &self,
+                job: &LightJob,
+                lights: &Lights,
+                paths: impl Iterator<Item = LightPath>,
+                splat: &mut impl FnMut(u64, UVec2, Rgb),
+            ) {
+                match self { $(IntegratorSpec::$Type(i) => i.light_paths(job, lights, paths, splat),)* }
             }
 
             pub(super) fn path(&self) -> Option<Path> {

@@ -18,9 +18,12 @@ mod volpath;
 mod whitted;
 pub mod witness;
 
+use crate::cameras::{Camera, CameraRay, CameraSample};
+use crate::film::PixelBounds;
+use crate::filters::Filter;
 use crate::lights::{LightGroups, LightSelector};
-use crate::math::Rgb;
 use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::{Rgb, UVec2, Vec2};
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
@@ -84,6 +87,51 @@ fn max_depth(reader: &ParamReader) -> u32 {
     reader.integer_within("maxdepth", 5, 0..=i64::from(u32::MAX >> 1)) as u32
 }
 
+/// Where a camera sample comes from, for integrators that weigh the other ways to find its path.
+#[derive(Clone, Copy)]
+#[allow(dead_code)]
+pub struct Seen<'a> {
+    /// Made the ray.
+    pub camera: &'a Camera,
+    /// What it was made from.
+    pub sample: &'a CameraSample,
+    /// The ray.
+    pub camera_ray: &'a CameraRay,
+    /// Drew the point on the film.
+    pub filter: &'a Filter,
+    /// From the pixel's center to that point, in pixels.
+    pub filter_offset: Vec2,
+    /// Light paths for each camera sample of a pixel: see [`LightJob::paths_per_sample`]. 0 if none are traced.
+    pub paths_per_sample: f32,
+}
+
+/// What light paths are traced for.
+#[derive(Clone, Copy)]
+#[allow(dead_code)]
+pub struct LightJob<'a> {
+    /// The scene.
+    pub world: &'a World,
+    /// Its film is what they are to reach.
+    pub camera: &'a Camera,
+    /// How a point of the film counts in the pixels around it; not [discrete](Filter::is_discrete).
+    pub filter: &'a Filter,
+    /// The pixels that count.
+    pub bounds: PixelBounds,
+    /// N light paths, which all pixels share, for each camera sample of a pixel: the number of these pixels. Weights of
+    /// multiple importance sampling are made with it whatever the real numbers are, which leaves the image unbiased.
+    pub paths_per_sample: f32,
+}
+
+/// A path to trace from a light.
+#[derive(Clone, Copy, Debug)]
+#[allow(dead_code)]
+pub struct LightPath {
+    /// Its number.
+    pub number: u64,
+    /// Its samples.
+    pub stream: SampleStream,
+}
+
 /// An integrator ready to run.
 #[derive(Debug)]
 pub struct Integrator {
@@ -110,12 +158,29 @@ impl Integrator {
         }
     }
 
-    /// Radiance along a camera ray. Every vertex of the path is reported to `watch`.
+    /// Whether paths are traced from the lights, too.
+    pub fn traces_light(&self) -> bool {
+        self.spec.traces_light()
+    }
+
+    /// Traces paths from lights, and hands what each of them brings to a pixel to `splat`, with its number. The value has
+    /// the filter's weight for that pixel in it, but is not divided by the number of paths.
+    pub fn light_paths(
+        &self,
+        job: &LightJob,
+        paths: impl Iterator<Item = LightPath>,
+        splat: &mut impl FnMut(u64, UVec2, Rgb),
+    ) {
+        self.spec.light_paths(job, &self.lights, paths, splat);
+    }
+
+    /// Radiance along a camera ray, seen as `seen` says. Every vertex of the path is reported to `watch`.
     pub fn radiance(
         &self,
         world: &World,
         ray: Ray,
         differentials: Option<&RayDifferentials>,
+        seen: &Seen,
         stream: &mut SampleStream,
         watch: Option<&mut Watch>,
     ) -> Rgb {
@@ -125,6 +190,7 @@ impl Integrator {
             stream,
             ray,
             differentials,
+            seen,
             watch,
         })
     }

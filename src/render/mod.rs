@@ -8,6 +8,7 @@
 mod allocation;
 mod goal;
 mod halves;
+mod light_pass;
 mod progress;
 mod progressive;
 mod shard;
@@ -22,9 +23,9 @@ pub use shard::{Division, Pass, passes, render_shard};
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
 use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, Tile};
-use crate::filters::Filter;
-use crate::integrators::Integrator;
+use crate::filters::{Filter, FilterSample};
 use crate::integrators::witness::{Place, Watch};
+use crate::integrators::{Integrator, Seen};
 use crate::math::{IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
@@ -84,6 +85,11 @@ pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     for tile in rendered {
         film.merge(tile);
     }
+    if let Some(mut splats) = job.splats() {
+        let paths = 0..job.light_paths(job.sampler.spp());
+        light_pass::trace(job, &job.sampler, &mut splats, paths, || true, progress);
+        film.add_light(&splats);
+    }
     film
 }
 
@@ -95,7 +101,7 @@ fn sample_tile(
     tile: &mut Tile,
     bounds: PixelBounds,
 ) {
-    let spacing = spacing(job);
+    let (spacing, paths_per_sample) = (spacing(job), job.paths_per_sample());
     let want_differentials = job.world.needs_footprint();
     let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
@@ -114,8 +120,13 @@ fn sample_tile(
             return;
         }
         job.camera.rays(&samples, want_differentials, &mut rays);
-        for (waiting, ray) in waiting.drain(..).zip(&rays) {
-            waiting.finish(job, ray.as_ref(), spacing, tile);
+        for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
+            let Some(ray) = ray else {
+                tile.add_sample(waiting.pixel, Rgb::ZERO, 0.0);
+                continue;
+            };
+            let seen = waiting.seen(job, sample, ray, paths_per_sample);
+            waiting.finish(job, &seen, spacing, tile);
         }
         samples.clear();
     }
@@ -132,10 +143,12 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     job.camera.rays(&samples, want_differentials, &mut rays);
     let camera_ray: &CameraRay = rays.first()?.as_ref()?;
     let mut watch = Watch::default();
+    let seen = waiting.seen(job, samples.first()?, camera_ray, job.paths_per_sample());
     job.integrator.radiance(
         &job.world,
         camera_ray.ray,
         camera_ray.scaled_differentials(spacing(job)).as_ref(),
+        &seen,
         &mut waiting.stream,
         Some(&mut watch),
     );
@@ -151,7 +164,7 @@ fn spacing(job: &RenderJob) -> f32 {
 struct PendingSample {
     pixel: UVec2,
     stream: SampleStream,
-    filter_weight: f32,
+    on_film: FilterSample,
 }
 
 impl PendingSample {
@@ -183,25 +196,40 @@ impl PendingSample {
         let waiting = PendingSample {
             pixel,
             stream,
-            filter_weight: on_film.weight,
+            on_film,
         };
         (sample, waiting)
     }
 
-    fn finish(mut self, job: &RenderJob, ray: Option<&CameraRay>, spacing: f32, tile: &mut Tile) {
-        let Some(camera_ray) = ray else {
-            tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
-            return;
-        };
+    fn seen<'a>(
+        &self,
+        job: &'a RenderJob,
+        sample: &'a CameraSample,
+        camera_ray: &'a CameraRay,
+        paths_per_sample: f32,
+    ) -> Seen<'a> {
+        Seen {
+            camera: &job.camera,
+            sample,
+            camera_ray,
+            filter: &job.filter,
+            filter_offset: self.on_film.offset,
+            paths_per_sample,
+        }
+    }
+
+    fn finish(&mut self, job: &RenderJob, seen: &Seen, spacing: f32, tile: &mut Tile) {
+        let camera_ray = seen.camera_ray;
         let differentials = camera_ray.scaled_differentials(spacing);
         let radiance = job.integrator.radiance(
             &job.world,
             camera_ray.ray,
             differentials.as_ref(),
+            seen,
             &mut self.stream,
             None,
         );
-        let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
+        let weight = camera_ray.tint * (camera_ray.weight * self.on_film.weight);
         tile.add_colored_sample(self.pixel, radiance, weight);
     }
 }
