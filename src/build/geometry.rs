@@ -6,6 +6,7 @@ use crate::handles::LightId;
 use crate::lights::{DiffuseAreaLight, DiffuseAreaSpec, Light};
 use crate::math::DVec3;
 use crate::math::transform::Transform;
+use crate::media::MediumInterface;
 use crate::scene::Frame;
 use crate::scene::description::{InstanceEntity, ObjectDefinition, ShapeEntity};
 use crate::shapes::emitter::Emitter;
@@ -23,6 +24,8 @@ pub(super) struct Shapes {
     pub instances: Vec<InstanceEntity>,
     /// Area lights that shapes refer to.
     pub area_lights: Vec<DiffuseAreaSpec>,
+    /// The media around the lights that are no shapes.
+    pub light_media: Vec<MediumInterface>,
     /// Whether a texture needs face indices (Ptex).
     pub need_faces: bool,
 }
@@ -35,6 +38,8 @@ pub(super) struct PlacedGeometry {
     pub lights: Vec<Light>,
     /// How many of `lights`, from the front, are sampled; emitters inside objects are not.
     pub sampled_lights: usize,
+    /// The media around each of `lights`.
+    pub light_media: Vec<MediumInterface>,
 }
 
 /// Compiles all shapes (meshes are loaded in parallel) and builds the trees. Shapes that cannot be loaded are reported
@@ -51,6 +56,7 @@ pub(super) fn build(
         area_lights: &shapes.area_lights,
         need_faces: shapes.need_faces,
         lights,
+        light_media: shapes.light_media,
         groups: 0,
         diagnostics,
     };
@@ -66,7 +72,7 @@ pub(super) fn build(
     for instance in &shapes.instances {
         add_instance(instance, render_from_world, &mut top);
     }
-    let lights = adder.lights;
+    let (lights, light_media) = (adder.lights, adder.light_media);
     let built = top.build(objects);
     let report = |error: GeometryError| diagnostics.push(Diagnostic::error(error.to_string()));
     let geometry = built.map_err(report).ok()?;
@@ -81,6 +87,7 @@ pub(super) fn build(
         geometry,
         lights,
         sampled_lights,
+        light_media,
     })
 }
 
@@ -158,6 +165,7 @@ struct Adder<'a> {
     area_lights: &'a [DiffuseAreaSpec],
     need_faces: bool,
     lights: Vec<Light>,
+    light_media: Vec<MediumInterface>,
     groups: u32,
     diagnostics: &'a Diagnostics,
     budget: &'a Budget,
@@ -197,7 +205,7 @@ impl Adder<'_> {
 
     fn attributes(&mut self, shape: &ShapeEntity, compiled: &CompiledShape) -> PrimitiveAttributes {
         let (light, paired_lights) = match shape.area_light {
-            Some(light) => self.add_lights(compiled, light),
+            Some(light) => self.add_lights(compiled, light, shape.media),
             None => (None, false),
         };
         PrimitiveAttributes {
@@ -212,13 +220,24 @@ impl Adder<'_> {
 
     /// Adds one light for each piece of the shape; all pieces form one group. Returns the first, and whether every two
     /// triangles are one light.
-    fn add_lights(&mut self, shape: &CompiledShape, area_light: usize) -> (Option<LightId>, bool) {
+    fn add_lights(
+        &mut self,
+        shape: &CompiledShape,
+        area_light: usize,
+        media: MediumInterface,
+    ) -> (Option<LightId>, bool) {
         let first = LightId(self.lights.len() as u32);
         let (spec, group) = (&self.area_lights[area_light], self.groups);
         let emitters = shape.emitters();
         let paired = Emitter::are_pairs(&emitters);
         let light = |emitter| Light::DiffuseArea(DiffuseAreaLight::new(spec, emitter, group));
         self.lights.extend(emitters.into_iter().map(light));
+        // A scene without media has no list of them.
+        if media != MediumInterface::default() {
+            self.light_media
+                .resize(first.index(), MediumInterface::default());
+            self.light_media.resize(self.lights.len(), media);
+        }
         self.groups += 1;
         (Some(first), paired)
     }

@@ -127,18 +127,22 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         objects: frame.objects,
         instances: frame.instances,
         area_lights: frame.area_lights,
+        light_media: frame.light_media,
         need_faces: assets.textures.need_faces(),
     };
     let place = &assets.render_from_world;
     let placed = geometry::build(shapes, assets.lights, place, diagnostics, &budget)?;
-    let world = World::new(
+    let mut world = World::new(
         placed.geometry,
         materials,
         assets.textures,
         placed.lights,
         placed.sampled_lights,
-        Media::new(frame.media, place),
+        Media::new(frame.media, placed.light_media, place),
     );
+    if options.integrator.spec.traces_light() {
+        world.prepare_emission();
+    }
     let bounds = options.film.pixel_bounds();
     let sampler = Sampler::new(&options.sampler, seed);
     Some(PreparedScene {
@@ -161,6 +165,9 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
 /// affect its world. The camera keeps its position, and textures are filtered for as many samples as before.
 pub fn reset(job: &mut RenderJob, options: &Options, seed: u64) -> Result<(), CameraError> {
     job.camera = camera(options)?;
+    if options.integrator.spec.traces_light() {
+        job.world.prepare_emission();
+    }
     job.integrator = Integrator::new(&options.integrator.spec, &job.world);
     job.sampler = Sampler::new(&options.sampler, seed);
     job.filter = filter(options);

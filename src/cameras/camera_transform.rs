@@ -12,8 +12,9 @@ use crate::optics::trace::LensRay;
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Debug)]
 pub(super) struct CameraTransform {
-    /// The matrix alone: the inverse is not needed here.
     render_from_camera: DMat4,
+    /// For connections only: no ray of the camera needs it.
+    camera_from_render: DMat4,
     /// Of a camera that moves.
     motion: Option<Box<Motion>>,
     clip: Clip,
@@ -33,6 +34,7 @@ impl CameraTransform {
     pub(super) fn new(render_from_camera: &Transform, clip: Clip) -> CameraTransform {
         CameraTransform {
             render_from_camera: render_from_camera.m,
+            camera_from_render: render_from_camera.inverse,
             motion: None,
             clip,
         }
@@ -47,6 +49,27 @@ impl CameraTransform {
         match &self.motion {
             None => self.render_from_camera,
             Some(motion) => DMat4::from(motion.at(f64::from(time))),
+        }
+    }
+
+    /// Is camera space placed without a projection, under which étendue has no simple law?
+    pub(super) fn is_affine(&self) -> bool {
+        self.render_from_camera.row(3).to_array() == [0.0, 0.0, 0.0, 1.0]
+    }
+
+    /// Where the camera stands at `time`; of one that [`CameraTransform::is_affine`].
+    pub(super) fn placement(&self, time: f32) -> Placement {
+        let (render_from_camera, camera_from_render) = match &self.motion {
+            None => (self.render_from_camera, self.camera_from_render),
+            Some(motion) => {
+                let m = motion.at(f64::from(time));
+                (DMat4::from(m), DMat4::from(m.inverse()))
+            }
+        };
+        Placement {
+            render_from_camera,
+            camera_from_render,
+            clip: self.clip,
         }
     }
 
@@ -102,6 +125,38 @@ impl CameraTransform {
             tint: Rgb::ONE,
             differentials: neighbors.map(|[x, y]| self.differentials(&x, &y, time)),
         }
+    }
+}
+
+/// Where a camera stands at one time, for what goes from the scene to the camera.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    render_from_camera: DMat4,
+    camera_from_render: DMat4,
+    clip: Clip,
+}
+
+impl Placement {
+    /// The camera-space point at `p`.
+    pub(super) fn point(&self, p: Vec3) -> DVec3 {
+        self.camera_from_render.transform_point3(p.as_dvec3())
+    }
+
+    /// Camera space's area perpendicular to a line over the same lines' perpendicular area in render space; the line runs
+    /// along `d` of any length in camera space. A linear map multiplies volumes by its determinant and lengths along
+    /// the line by some factor; areas across it by their quotient.
+    pub(super) fn area_across(&self, d: DVec3) -> f64 {
+        let along = self.render_from_camera.transform_vector3(d).length() / d.length();
+        (self.camera_from_render.determinant() * along).abs()
+    }
+
+    /// The end in render space of what a shadow ray from the camera-space point `x` must find free for light to run to `y`,
+    /// where the camera's ray to `x` starts; `None` where the clip planes hide `x`.
+    pub(super) fn end(&self, x: DVec3, y: DVec3) -> Option<DVec3> {
+        let d = x - y;
+        let (start, end) = self.clip.interval(y.z, d.z);
+        let seen = start < 1.0 && end > 1.0;
+        seen.then(|| self.render_from_camera.transform_point3(y + d * start))
     }
 }
 

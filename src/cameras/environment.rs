@@ -7,7 +7,8 @@
 //!
 //! Rows run from the camera's +y (up) to −y, columns from +x over +z (ahead) to −x and −z.
 
-use super::camera_transform::{CameraSpaceRay, CameraTransform};
+use super::camera_transform::{CameraSpaceRay, CameraTransform, Placement};
+use super::connection::Hit;
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::motion::Motion;
 use crate::math::transform::Transform;
@@ -51,6 +52,11 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// When it lets light in.
+    pub(super) fn shutter(&self) -> &Shutter {
+        &self.spec.shutter
+    }
+
     /// Puts `spec` behind `film`. Both resolutions are positive.
     pub fn new(
         spec: &EnvironmentSpec,
@@ -78,6 +84,27 @@ impl Environment {
             [self.per_pixel.x * across, self.per_pixel.y * down].map(|step| through(d + step))
         });
         self.transform.unweighted(&through(d), neighbors, time)
+    }
+
+    /// Where the camera stands at `time`; `None` if no connection can be made.
+    pub(super) fn placement(&self, time: f32) -> Option<Placement> {
+        self.transform
+            .is_affine()
+            .then(|| self.transform.placement(time))
+    }
+
+    /// How the camera-space point `x` is seen. A pixel is as wide in angle everywhere, and so the smaller the nearer to
+    /// a pole.
+    pub(super) fn hit(&self, x: DVec3) -> Hit {
+        let from_axis = x.x.hypot(x.z);
+        let angles = DVec2::new(x.z.atan2(x.x).rem_euclid(TAU), from_axis.atan2(x.y));
+        // Solid angle sinθ dφ dθ, with sinθ = from_axis/|x|, on a sphere of radius |x|.
+        let per_pixel = from_axis * x.length() * self.per_pixel.x * self.per_pixel.y;
+        Hit {
+            origin: DVec3::ZERO,
+            raster: angles / self.per_pixel,
+            density: 1.0 / per_pixel,
+        }
     }
 
     pub(super) fn set_motion(&mut self, motion: Motion) {

@@ -69,6 +69,15 @@ impl Camera {
         })
     }
 
+    /// When it lets light in.
+    pub fn shutter(&self) -> &Shutter {
+        match self {
+            Camera::Projective(c) => c.shutter(),
+            Camera::Realistic(c) => c.shutter(),
+            Camera::Environment(c) => c.shutter(),
+        }
+    }
+
     /// Lets the camera move through render space while its shutter is open; `motion` takes camera
     /// space to render space.
     pub fn set_motion(&mut self, motion: Motion) {

@@ -11,6 +11,7 @@
 
 mod camera_transform;
 mod clip;
+mod connection;
 mod environment;
 mod kinds;
 mod ndc;
@@ -21,6 +22,7 @@ mod shutter;
 mod thin_lens;
 
 pub use clip::Clip;
+pub use connection::{Aim, Landing, LensSample};
 pub use environment::{Environment, EnvironmentSpec};
 #[cfg(any(test, feature = "internals"))]
 pub use kinds::CAMERA_NAMES;

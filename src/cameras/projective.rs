@@ -10,11 +10,12 @@
 //! meet again in the plane of focus (a telecentric lens). pbrt-v3 forgets the film point when it places
 //! them on the lens, which makes a perspective image of what should be a parallel one.
 
-use super::camera_transform::{CameraSpaceRay, CameraTransform};
+use super::camera_transform::{CameraSpaceRay, CameraTransform, Placement};
+use super::connection::Hit;
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
 use crate::math::motion::Motion;
 use crate::math::transform::Transform;
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Vec2};
 use crate::params::ParamReader;
 
 /// A perspective or orthographic camera as the scene file describes it.
@@ -82,6 +83,11 @@ pub struct Projective {
 }
 
 impl Projective {
+    /// When it lets light in.
+    pub(super) fn shutter(&self) -> &Shutter {
+        &self.spec.shutter
+    }
+
     /// Puts `spec` behind `film`.
     pub fn new(
         spec: &ProjectiveSpec,
@@ -124,6 +130,45 @@ impl Projective {
         }
     }
 
+    /// Where the camera stands at `time`; `None` if no connection can be made.
+    pub(super) fn placement(&self, time: f32) -> Option<Placement> {
+        self.transform
+            .is_affine()
+            .then(|| self.transform.placement(time))
+    }
+
+    /// How the camera-space point `x` is seen through the point of the lens for `u`; `None` where it is not.
+    pub(super) fn hit(&self, x: DVec3, u: Vec2) -> Option<Hit> {
+        let lens = self.spec.lens.point(u);
+        let turn = self.spec.lens.turn(lens);
+        // The camera's rays run forward from z = 0.
+        if !(x.z > 0.0 && turn.is_finite()) {
+            return None;
+        }
+        // The inverse of `through`, and the film's area that an area across the ray is seen on.
+        let area = (self.per_pixel.x * self.per_pixel.y).abs();
+        let (origin, shown, density) = match self.spec.fov {
+            Some(_) => {
+                let slope = (x.truncate() - lens) / x.z;
+                // 1/(cos³θ |x − y|²), where z = |x − y| cosθ.
+                let distance = x.distance(lens.extend(0.0));
+                let density = distance / (area * x.z.powi(3));
+                (lens, slope - turn, density)
+            }
+            None => {
+                let origin = x.truncate() - turn * x.z;
+                // 1/cosθ.
+                let density = turn.extend(1.0).length() / area;
+                (origin, origin - lens, density)
+            }
+        };
+        Some(Hit {
+            origin: origin.extend(0.0),
+            raster: (shown - self.corner) / self.per_pixel,
+            density,
+        })
+    }
+
     pub(super) fn set_motion(&mut self, motion: Motion) {
         self.transform.set_motion(motion);
     }
@@ -157,7 +202,7 @@ impl Projective {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{UVec2, Vec2, Vec3};
+    use crate::math::{UVec2, Vec3};
     use crate::params::testing::read;
 
     const FILM: FilmGeometry = FilmGeometry {

@@ -75,29 +75,6 @@ impl Axis {
         })
     }
 
-    /// Density of offsets per pixel, and their weight, `offset` pixels from the center. Of pixel centers there is none.
-    pub(super) fn density(&self, offset: f32) -> (f32, f32) {
-        let place = 0.5 + offset * (0.5 / self.radius);
-        if !(0.0..1.0).contains(&place) {
-            return (0.0, 0.0);
-        }
-        let mean = 0.5 / self.radius;
-        match &self.cells {
-            Cells::Uniform => (mean, 1.0),
-            Cells::Pieces(distribution, weights) => {
-                let cell = (place * weights.len() as f32) as usize;
-                let cell = cell.min(weights.len() - 1);
-                (distribution.density(cell) * mean, weights[cell])
-            }
-            Cells::Centers(..) => (0.0, 0.0),
-        }
-    }
-
-    /// Returns `true` if offsets are whole numbers, or nothing else than 0.
-    pub(super) fn is_discrete(&self) -> bool {
-        self.radius <= 0.0 || matches!(self.cells, Cells::Centers(..))
-    }
-
     /// Offset from the center in pixels, and weight, for `u` in [0, 1).
     pub(super) fn sample(&self, u: f32) -> (f32, f32) {
         match &self.cells {
@@ -111,6 +88,32 @@ impl Axis {
                 (cell as f32 - self.radius, weights[cell])
             }
         }
+    }
+}
+
+impl Axis {
+    /// Density per pixel with which [`Axis::sample`] chooses this offset, and its weight; 0 beyond the radius.
+    pub(super) fn at(&self, offset: f32) -> (f32, f32) {
+        // From 0 to 1 from edge to edge.
+        let x = 0.5 * (offset / self.radius) + 0.5;
+        if !(0.0..1.0).contains(&x) {
+            return (0.0, 0.0);
+        }
+        let even = 0.5 / self.radius;
+        match &self.cells {
+            Cells::Uniform => (even, 1.0),
+            Cells::Pieces(distribution, weights) => {
+                let cell = ((x * weights.len() as f32) as usize).min(weights.len() - 1);
+                (distribution.density(cell) * even, weights[cell])
+            }
+            // Of single points there is no density.
+            Cells::Centers(..) => (0.0, 0.0),
+        }
+    }
+
+    /// Returns `true` if offsets have a density: they are more than a few points.
+    pub(super) fn is_continuous(&self) -> bool {
+        self.radius > 0.0 && !matches!(self.cells, Cells::Centers(..))
     }
 }
 

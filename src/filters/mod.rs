@@ -23,7 +23,7 @@ pub use mitchell::MitchellFilter;
 pub use sinc::SincFilter;
 pub use triangle::TriangleFilter;
 
-use crate::math::{DVec2, UVec2, Vec2};
+use crate::math::{DVec2, Vec2};
 use crate::params::ParamReader;
 use axis::Axis;
 
@@ -154,32 +154,16 @@ impl Filter {
         &self.shape
     }
 
-    /// Returns `true` if film positions are drawn from pixel centers alone: then [`Filter::density`] is 0 everywhere, and
-    /// no light that comes to a point between them counts.
-    pub fn is_discrete(&self) -> bool {
-        self.x.is_discrete() || self.y.is_discrete()
+    /// Density per squared pixel with which [`Filter::sample`] chooses this offset, and the weight that it gives; both 0
+    /// beyond the radius. Their product is the filter, normalized.
+    pub fn at(&self, offset: Vec2) -> (f32, f32) {
+        let ((x, weight_x), (y, weight_y)) = (self.x.at(offset.x), self.y.at(offset.y));
+        (x * y, weight_x * weight_y)
     }
 
-    /// Density of the film positions that [`Filter::sample`] draws, per square pixel: |f| / ∫|f|, where f is the filter in
-    /// its constant pieces. `offset` is in pixels from the pixel's center.
-    pub fn density(&self, offset: Vec2) -> f32 {
-        self.x.density(offset.x).0 * self.y.density(offset.y).0
-    }
-
-    /// What a point of the film counts for in a pixel, per square pixel: f / ∫f, which is density times weight of the
-    /// [sample](Filter::sample) there. Over all offsets it integrates to 1.
-    pub fn value(&self, offset: Vec2) -> f32 {
-        let [(x, weight_x), (y, weight_y)] = [self.x.density(offset.x), self.y.density(offset.y)];
-        x * weight_x * y * weight_y
-    }
-
-    /// The pixels that light at the film point `raster` counts in, from the first to below the last: those from whose
-    /// centers it is an offset within the radius. Pixels left of 0 or above are cut off.
-    pub fn reached(&self, raster: Vec2) -> [UVec2; 2] {
-        let (corner, radius) = (raster - 0.5, self.radius());
-        // Offsets are at least −radius, and less than it. A float beyond u32 saturates.
-        let ends = [corner - radius, corner + radius].map(|end| end.floor() + 1.0);
-        ends.map(|end| UVec2::new(end.x as u32, end.y as u32))
+    /// Returns `true` if samples may lie anywhere within the radius, so that [`Filter::at`] means something.
+    pub fn is_continuous(&self) -> bool {
+        self.x.is_continuous() && self.y.is_continuous()
     }
 
     /// The film position for `u` in [0, 1)². Continuous in `u` and increasing along each axis, so
@@ -197,6 +181,7 @@ impl Filter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::UVec2;
 
     fn all() -> Vec<FilterShape> {
         vec![
@@ -261,6 +246,49 @@ mod tests {
     }
 
     #[test]
+    fn samples_have_the_density_and_weight_of_their_offset() {
+        for shape in all() {
+            let filter = Filter::new(shape).unwrap();
+            let radius = filter.radius();
+            // A histogram of 8 × 8 cells of the filter's square, each of a few of its pieces, and the integral of the density.
+            let (n, cells) = (512, 8.0);
+            let mut counts = [0.0f64; 64];
+            let mut integral = [0.0f64; 64];
+            for i in 0..n * n {
+                let u = (Vec2::new((i % n) as f32, (i / n) as f32) + 0.5) / n as f32;
+                let sample = filter.sample(u);
+                let (density, weight) = filter.at(sample.offset);
+                assert!(
+                    density > 0.0 && weight == sample.weight,
+                    "{shape:?} at {}",
+                    sample.offset
+                );
+                let cell = |at: Vec2| {
+                    let at = ((at / radius * 0.5 + 0.5) * cells)
+                        .as_uvec2()
+                        .min(UVec2::splat(7));
+                    (at.y * 8 + at.x) as usize
+                };
+                counts[cell(sample.offset)] += 1.0 / f64::from(n * n);
+                let even = (2.0 * u - 1.0) * radius;
+                let area = 4.0 * radius.x * radius.y / (n * n) as f32;
+                integral[cell(even)] += f64::from(filter.at(even).0 * area);
+            }
+            // A row of the grid more or less on each side of a cell.
+            for (count, integral) in counts.iter().zip(&integral) {
+                assert!(
+                    (count - integral).abs() < 4.0 / 512.0 / 8.0 * 8.0,
+                    "{shape:?}: {count} {integral}"
+                );
+            }
+            let (density, weight) = filter.at(radius * 1.001);
+            assert_eq!((density, weight), (0.0, 0.0));
+        }
+        let centers = Filter::default().at_pixel_centers();
+        assert!(!centers.is_continuous() && Filter::default().is_continuous());
+    }
+
+    #[test]
     fn weights_have_mean_one_in_two_dimensions() {
         for shape in all() {
             let filter = Filter::new(shape).unwrap();
@@ -305,59 +333,6 @@ mod tests {
     }
 
     #[test]
-    fn density_is_that_of_samples_and_value_is_the_filter() {
-        for shape in all() {
-            let filter = Filter::new(shape).unwrap();
-            // Along one axis, through the middle of the other.
-            let (n, cells, r) = (1 << 14, 64, filter.radius());
-            let (mut found, mut weights) = (vec![0.0; cells], vec![0.0; cells]);
-            for i in 0..n {
-                let s = filter.sample(Vec2::new((i as f32 + 0.5) / n as f32, 0.5));
-                let cell = ((s.offset.x / r.x + 1.0) * 0.5 * cells as f32) as usize;
-                found[cell] += 1.0 / n as f32;
-                weights[cell] += s.weight / n as f32;
-            }
-            let strip = filter.y.density(0.0).0;
-            for cell in 0..cells {
-                let x = ((cell as f32 + 0.5) / cells as f32 * 2.0 - 1.0) * r.x;
-                let center = Vec2::new(x, 0.0);
-                let width = 2.0 * r.x / cells as f32 / strip;
-                // Two of 2¹⁴ samples may fall to neighbors, with weights below 4.
-                let [density, value] = [filter.density(center), filter.value(center)];
-                assert!((density * width - found[cell]).abs() < 2e-4, "{shape:?}");
-                assert!((value * width - weights[cell]).abs() < 6e-4, "{shape:?}");
-            }
-            assert!(!filter.is_discrete());
-            for outside in [Vec2::new(-1.01, 0.0), Vec2::new(0.0, 1.0)] {
-                assert_eq!(filter.density(outside * r), 0.0);
-                assert_eq!(filter.value(outside * r), 0.0);
-            }
-        }
-    }
-
-    /// Whatever the point: pixels beyond do not count, those within do not go missing.
-    #[test]
-    fn reached_pixels_are_those_that_count() {
-        for shape in all() {
-            let filter = Filter::new(shape).unwrap();
-            for i in 0..1000 {
-                let raster = Vec2::new(5.0 + 0.013 * i as f32, 20.0 - 0.01 * i as f32);
-                let [from, to] = filter.reached(raster);
-                for y in 0..40 {
-                    for x in 0..40 {
-                        let pixel = UVec2::new(x, y);
-                        let offset = raster - pixel.as_vec2() - 0.5;
-                        let inside = pixel.cmpge(from).all() && pixel.cmplt(to).all();
-                        // Rounding, at the very edge.
-                        let edge = (offset.abs() - filter.radius()).abs().min_element() < 1e-5;
-                        assert!(edge || inside == (filter.density(offset) > 0.0));
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
     fn the_default_box_is_the_pixel() {
         let s = Filter::default().sample(Vec2::new(0.25, 0.75));
         assert_eq!(
@@ -372,7 +347,6 @@ mod tests {
     #[test]
     fn pixel_centers_average_whole_pixels() {
         let filter = Filter::default().at_pixel_centers();
-        assert!(filter.is_discrete() && filter.density(Vec2::ZERO) == 0.0);
         assert_eq!(
             filter.sample(Vec2::new(0.1, 0.9)),
             FilterSample {

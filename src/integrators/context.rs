@@ -1,10 +1,13 @@
 //! What an integrator works with: a camera ray, the world, its lights and the samples.
 
-use super::Seen;
+use super::bdpt::SpareVertices;
 use super::witness::{Met, Place, Watch};
-use crate::lights::{LightGroups, LightSelector};
-use crate::math::Rgb;
+use crate::cameras::{Camera, CameraRay, CameraSample};
+use crate::film::PixelBounds;
+use crate::filters::Filter;
+use crate::lights::{EmitterChoice, LightGroups, LightSelector, SceneSphere};
 use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::{Rgb, Vec3};
 use crate::samplers::SampleStream;
 use crate::world::World;
 
@@ -15,6 +18,14 @@ pub(super) struct Lights {
     pub selector: LightSelector,
     /// For `directlighting` and `whitted`, which sample every light or any.
     pub groups: LightGroups,
+    /// For integrators that trace paths from lights.
+    pub emitters: Option<Emitters>,
+}
+
+/// Memory that the samples of a thread use one after the other.
+#[derive(Default)]
+pub struct Workspace {
+    pub(super) vertices: SpareVertices,
 }
 
 /// All that the radiance along a camera ray depends on, besides the integrator.
@@ -25,9 +36,9 @@ pub(super) struct Context<'a> {
     /// The camera ray.
     pub ray: Ray,
     pub differentials: Option<&'a RayDifferentials>,
-    /// Where the ray comes from.
-    #[allow(dead_code)]
-    pub seen: &'a Seen<'a>,
+    /// How the ray was made.
+    pub end: &'a CameraEnd<'a>,
+    pub workspace: &'a mut Workspace,
     /// For samples that are traced again because they were not finite.
     pub watch: Option<&'a mut Watch>,
 }
@@ -38,6 +49,68 @@ impl Context<'_> {
     pub(super) fn arrive(&mut self, depth: u32, met: Met, radiance: Rgb) {
         if let Some(watch) = &mut self.watch {
             watch.arrive(Place { depth, met }, radiance);
+        }
+    }
+}
+
+/// The camera's end of a path: which ray it is, of all that the camera could have made.
+#[derive(Clone, Copy)]
+pub struct CameraEnd<'a> {
+    /// The camera.
+    pub camera: &'a Camera,
+    /// What its ray was made from.
+    pub sample: &'a CameraSample,
+    /// The ray.
+    pub ray: &'a CameraRay,
+    /// Density of the film point, per pixel squared, among those of its pixel's samples.
+    pub film_density: f32,
+    /// Light paths for each sample of a pixel; 0 if none are joined to the lens.
+    pub light_paths: f32,
+}
+
+impl CameraEnd<'_> {
+    /// The density with which light paths that come to `p` are joined to the lens along the same ray, over that of the camera's
+    /// samples, per area across the ray.
+    pub(super) fn connection_density(&self, p: Vec3) -> f32 {
+        if self.light_paths == 0.0 {
+            return 0.0;
+        }
+        let lens = self.camera.connection_density(self.sample, self.ray, p);
+        self.light_paths * lens / self.film_density
+    }
+}
+
+/// What light paths are traced for.
+#[derive(Clone, Copy)]
+pub struct LightJob<'a> {
+    /// The scene.
+    pub world: &'a World,
+    /// The camera that they are joined to.
+    pub camera: &'a Camera,
+    /// The reconstruction filter, which distributes what they bring to pixels.
+    pub filter: &'a Filter,
+    /// The pixels that are sampled.
+    pub bounds: PixelBounds,
+    /// Light paths for each sample of a pixel.
+    pub light_paths: f32,
+}
+
+/// What paths need that begin at a light.
+#[derive(Debug)]
+pub(super) struct Emitters {
+    /// Where they begin.
+    pub choice: EmitterChoice,
+    /// The scene that lights at infinity shine on.
+    pub scene: SceneSphere,
+}
+
+impl Emitters {
+    /// For all lights of the world that are sampled.
+    pub fn new(world: &World) -> Emitters {
+        let (center, radius) = world.geometry.bounds().bounding_sphere();
+        Emitters {
+            choice: EmitterChoice::new(world.sampled_lights(), radius),
+            scene: SceneSphere { center, radius },
         }
     }
 }

@@ -1,7 +1,9 @@
 //! The types of integrators: one table for names, the reader and the dispatch.
 
+use super::context::Lights;
 use super::stand_in::{Finds::*, StandIn};
 use super::*;
+use crate::math::UVec2;
 
 /// What every type of integrator implements besides `from_params`.
 pub(super) trait Transport {
@@ -14,13 +16,13 @@ pub(super) trait Transport {
     /// Paths are traced from the lights, too.
     const TRACES_LIGHT: bool = false;
 
-    /// See [`Integrator::light_paths`].
-    fn light_paths(
+    /// Traces a path from a light and hands what it brings to pixels.
+    fn light_path(
         &self,
         _job: &LightJob,
         _lights: &Lights,
-        _paths: impl Iterator<Item = LightPath>,
-        _splat: &mut impl FnMut(u64, UVec2, Rgb),
+        _stream: &mut SampleStream,
+        _splat: &mut impl FnMut(UVec2, Rgb),
     ) {
     }
 
@@ -71,14 +73,14 @@ macro_rules! integrator_types {
                 match self { $(IntegratorSpec::$Type(_) => $Type::TRACES_LIGHT,)* }
             }
 
-            pub(super) fn light_paths(
+            pub(super) fn light_path(
                 &self,
                 job: &LightJob,
                 lights: &Lights,
-                paths: impl Iterator<Item = LightPath>,
-                splat: &mut impl FnMut(u64, UVec2, Rgb),
+                stream: &mut SampleStream,
+                splat: &mut impl FnMut(UVec2, Rgb),
             ) {
-                match self { $(IntegratorSpec::$Type(i) => i.light_paths(job, lights, paths, splat),)* }
+                match self { $(IntegratorSpec::$Type(i) => i.light_path(job, lights, stream, splat),)* }
             }
 
             pub(super) fn path(&self) -> Option<Path> {
@@ -98,14 +100,14 @@ integrator_types! {
     modeled {
         "path" => Path,
         "volpath" => VolPath,
+        "bdpt" => Bdpt,
         "directlighting" => DirectLighting,
         "whitted" => Whitted,
         "ambientocclusion" => AmbientOcclusion,
     }
     // What renders instead; in pbrt-v2 only or not; which light the integrator finds.
     replaced {
-        // These two model media and let light through surfaces without material; `sppm` does not.
-        "bdpt" => ("volpath", false, Caustics),
+        // `mlt` models media and lets light through surfaces without material; `sppm` does not.
         "mlt" => ("volpath", false, Caustics),
         "sppm" => ("path", false, Caustics),
         "photonmap" => ("path", true, Caustics),

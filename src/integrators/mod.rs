@@ -4,6 +4,7 @@
 //! surface (`direct`) and the recursion over perfect mirrors and glass (`specular`).
 
 mod ambientocclusion;
+mod bdpt;
 mod context;
 mod differentials;
 mod direct;
@@ -18,21 +19,20 @@ mod volpath;
 mod whitted;
 pub mod witness;
 
-use crate::cameras::{Camera, CameraRay, CameraSample};
-use crate::film::PixelBounds;
-use crate::filters::Filter;
 use crate::lights::{LightGroups, LightSelector};
 use crate::math::ray::{Ray, RayDifferentials};
-use crate::math::{Rgb, UVec2, Vec2};
+use crate::math::{Rgb, UVec2};
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
 use crate::world::World;
-use context::{Context, Lights};
+use context::{Context, Emitters, Lights};
 use kinds::Transport;
 use witness::Watch;
 
 pub use ambientocclusion::AmbientOcclusion;
+pub use bdpt::Bdpt;
+pub use context::{CameraEnd, LightJob, Workspace};
 pub use directlighting::DirectLighting;
 pub use kinds::{IntegratorSpec, NAMES};
 pub use path::{MediaSeen, Path};
@@ -87,51 +87,6 @@ fn max_depth(reader: &ParamReader) -> u32 {
     reader.integer_within("maxdepth", 5, 0..=i64::from(u32::MAX >> 1)) as u32
 }
 
-/// Where a camera sample comes from, for integrators that weigh the other ways to find its path.
-#[derive(Clone, Copy)]
-#[allow(dead_code)]
-pub struct Seen<'a> {
-    /// Made the ray.
-    pub camera: &'a Camera,
-    /// What it was made from.
-    pub sample: &'a CameraSample,
-    /// The ray.
-    pub camera_ray: &'a CameraRay,
-    /// Drew the point on the film.
-    pub filter: &'a Filter,
-    /// From the pixel's center to that point, in pixels.
-    pub filter_offset: Vec2,
-    /// Light paths for each camera sample of a pixel: see [`LightJob::paths_per_sample`]. 0 if none are traced.
-    pub paths_per_sample: f32,
-}
-
-/// What light paths are traced for.
-#[derive(Clone, Copy)]
-#[allow(dead_code)]
-pub struct LightJob<'a> {
-    /// The scene.
-    pub world: &'a World,
-    /// Its film is what they are to reach.
-    pub camera: &'a Camera,
-    /// How a point of the film counts in the pixels around it; not [discrete](Filter::is_discrete).
-    pub filter: &'a Filter,
-    /// The pixels that count.
-    pub bounds: PixelBounds,
-    /// N light paths, which all pixels share, for each camera sample of a pixel: the number of these pixels. Weights of
-    /// multiple importance sampling are made with it whatever the real numbers are, which leaves the image unbiased.
-    pub paths_per_sample: f32,
-}
-
-/// A path to trace from a light.
-#[derive(Clone, Copy, Debug)]
-#[allow(dead_code)]
-pub struct LightPath {
-    /// Its number.
-    pub number: u64,
-    /// Its samples.
-    pub stream: SampleStream,
-}
-
 /// An integrator ready to run.
 #[derive(Debug)]
 pub struct Integrator {
@@ -154,34 +109,20 @@ impl Integrator {
             lights: Lights {
                 selector: LightSelector::new(selected, strategy.unwrap_or_default(), radius),
                 groups: LightGroups::new(grouped),
+                emitters: spec.traces_light().then(|| Emitters::new(world)),
             },
         }
     }
 
-    /// Whether paths are traced from the lights, too.
-    pub fn traces_light(&self) -> bool {
-        self.spec.traces_light()
-    }
-
-    /// Traces paths from lights, and hands what each of them brings to a pixel to `splat`, with its number. The value has
-    /// the filter's weight for that pixel in it, but is not divided by the number of paths.
-    pub fn light_paths(
-        &self,
-        job: &LightJob,
-        paths: impl Iterator<Item = LightPath>,
-        splat: &mut impl FnMut(u64, UVec2, Rgb),
-    ) {
-        self.spec.light_paths(job, &self.lights, paths, splat);
-    }
-
-    /// Radiance along a camera ray, seen as `seen` says. Every vertex of the path is reported to `watch`.
+    /// Radiance along a camera ray. Every vertex of the path is reported to `watch`.
     pub fn radiance(
         &self,
         world: &World,
         ray: Ray,
         differentials: Option<&RayDifferentials>,
-        seen: &Seen,
+        end: &CameraEnd,
         stream: &mut SampleStream,
+        workspace: &mut Workspace,
         watch: Option<&mut Watch>,
     ) -> Rgb {
         self.spec.radiance(Context {
@@ -190,8 +131,25 @@ impl Integrator {
             stream,
             ray,
             differentials,
-            seen,
+            end,
+            workspace,
             watch,
         })
+    }
+
+    /// Returns `true` if paths are traced from the lights, too: [`Integrator::light_path`].
+    pub fn traces_light(&self) -> bool {
+        self.spec.traces_light()
+    }
+
+    /// Traces a path from a light and hands what it brings to pixels. Values hold the filter's factor; their sum over many
+    /// paths, over their number, is to be added to the mean radiance of a pixel's camera rays.
+    pub fn light_path(
+        &self,
+        job: &LightJob,
+        stream: &mut SampleStream,
+        splat: &mut impl FnMut(UVec2, Rgb),
+    ) {
+        self.spec.light_path(job, &self.lights, stream, splat);
     }
 }

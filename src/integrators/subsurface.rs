@@ -1,7 +1,6 @@
 //! Subsurface scattering: from the point where a path enters a material to the one where it leaves
 //! (Pharr, Jakob and Humphreys 2016, §15.4).
 
-use super::Context;
 use crate::accel::GeometryHit;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::bssrdf::{Bssrdf, Probe};
@@ -9,6 +8,7 @@ use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::math::float::offset_ray_origin;
 use crate::math::ray::Ray;
+use crate::samplers::SampleStream;
 use crate::surface::SurfaceHit;
 use crate::world::World;
 
@@ -31,14 +31,15 @@ pub(super) struct Exit {
 /// Among the surfaces of the same material along a probe ray one is chosen uniformly by reservoir sampling: the k-th
 /// replaces the one kept so far with probability 1/k.
 pub(super) fn find_exit(
-    context: &mut Context,
+    world: &World,
+    stream: &mut SampleStream,
     bssrdf: &Bssrdf,
     entry: &GeometryHit,
 ) -> Option<Exit> {
-    let (uc, u) = (context.stream.next_1d(), context.stream.next_2d());
+    let (uc, u) = (stream.next_1d(), stream.next_2d());
     let probe = bssrdf.probe(uc, u)?;
     let (mut kept, mut found, mut choice) = (None, 0u32, probe.choice);
-    visit(context.world, &probe, entry.surface.time, |hit| {
+    visit(world, &probe, entry.surface.time, |hit| {
         if hit.material == entry.material {
             found += 1;
             let probability = 1.0 / found as f32;

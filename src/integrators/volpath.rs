@@ -10,6 +10,8 @@ use crate::handles::MediumId;
 use crate::math::ray::Ray;
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
+use crate::samplers::SampleStream;
+use crate::world::World;
 
 /// Shadow rays toward lights that are infinitely far away end after this part of the way, as toward others.
 const SHORT_OF_THE_LIGHT: f32 = 1.0 - 1e-4;
@@ -49,11 +51,11 @@ impl Transport for VolPath {
 /// For the media, infinite lights are two radii of the scene's bounding sphere away, as in pbrt-v3: in endless fog
 /// the sun would be black. pbrt-v2's volumes are finite.
 pub(super) fn transmittance(
-    context: &mut Context,
+    world: &World,
+    stream: &mut SampleStream,
     shadow: &Ray,
     mut medium: Option<MediumId>,
 ) -> Rgb {
-    let world = context.world;
     let mut ray = *shadow;
     let whole = medium.is_some_and(|id| world.media.medium(id).is_crossed_whole());
     if ray.t_max == f32::INFINITY && !whole {
@@ -64,19 +66,19 @@ pub(super) fn transmittance(
         return if world.occluded(&ray) {
             Rgb::ZERO
         } else {
-            dimmed(context, medium, &ray, ray.t_max)
+            dimmed(world, stream, medium, &ray, ray.t_max)
         };
     }
     let end = ray.at(ray.t_max);
     let mut left = Rgb::ONE;
     for _ in 0..MAX_NULL_SURFACES {
         let Some(hit) = world.intersect(&ray) else {
-            return left * dimmed(context, medium, &ray, ray.t_max);
+            return left * dimmed(world, stream, medium, &ray, ray.t_max);
         };
         if hit.material.is_some() {
             return Rgb::ZERO;
         }
-        left *= dimmed(context, medium, &ray, hit.t);
+        left *= dimmed(world, stream, medium, &ray, hit.t);
         if is_black(left) {
             return Rgb::ZERO;
         }
@@ -97,15 +99,16 @@ pub(super) fn transmittance(
 
 /// Transmittance of a medium over the first `t_max` of a ray.
 pub(super) fn dimmed(
-    context: &mut Context,
+    world: &World,
+    stream: &mut SampleStream,
     medium: Option<MediumId>,
     ray: &Ray,
     t_max: f32,
 ) -> Rgb {
     match medium {
         Some(id) => {
-            let medium = context.world.media.medium(id);
-            medium.transmittance(ray, t_max, context.stream)
+            let medium = world.media.medium(id);
+            medium.transmittance(ray, t_max, stream)
         }
         None => Rgb::ONE,
     }

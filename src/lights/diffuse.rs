@@ -5,11 +5,14 @@
 //! sides emit. `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.5; docs/scene-language.md §3.11 and §4.5.
 
+use super::emission::{Emission, EmissionDensity, LightEnd, SceneSphere};
 use super::sample_count::{quick, sample_count};
 use super::{LightBounds, LightSample, LightType, strength};
+use crate::math::frame::Frame;
+use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
-use crate::shapes::emitter::Emitter;
+use crate::shapes::emitter::{Emitter, EmitterSample};
 use crate::surface::{ReferencePoint, SurfaceHit};
 use std::f32::consts::PI;
 
@@ -79,6 +82,34 @@ impl DiffuseAreaLight {
         }
     }
 
+    /// Light from a chosen point.
+    #[inline]
+    fn arriving(&self, from: &ReferencePoint, chosen: &EmitterSample) -> Option<LightSample> {
+        let radiance = self.toward(chosen.n, -chosen.wi);
+        let shadow = || from.shadow_ray_to(chosen.p, chosen.p_error, chosen.n);
+        Some(LightSample::only(radiance, chosen.wi, shadow)?.with_pdf(chosen.pdf))
+    }
+
+    /// A direction into which a point with the normal `n` shines, by its cosine.
+    fn direction(&self, n: Vec3, u: Vec2) -> Vec3 {
+        let (side, y) = match (self.spec.two_sided, u.y < 0.5) {
+            (false, _) => (1.0, u.y),
+            (true, true) => (1.0, 2.0 * u.y),
+            (true, false) => (-1.0, 2.0 * u.y - 1.0),
+        };
+        side * Frame::from_normal(n).to_world(cosine_hemisphere(Vec2::new(u.x, y)))
+    }
+
+    /// Density per solid angle of [`DiffuseAreaLight::direction`].
+    fn direction_density(&self, n: Vec3, d: Vec3) -> f32 {
+        let cos = n.dot(d);
+        if self.spec.two_sided {
+            0.5 * cosine_hemisphere_pdf(cos.abs())
+        } else {
+            cosine_hemisphere_pdf(cos)
+        }
+    }
+
     /// Does it count as a part of its group's one light?
     pub fn is_part(&self) -> bool {
         self.spec.one_light
@@ -109,10 +140,37 @@ impl LightType for DiffuseAreaLight {
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample> {
         let chosen = self.emitter.sample(from, u)?;
-        let wi = chosen.wi;
-        let radiance = self.toward(chosen.n, -wi);
-        let shadow = || from.shadow_ray_to(chosen.p, chosen.p_error, chosen.n);
-        Some(LightSample::only(radiance, wi, shadow)?.with_pdf(chosen.pdf))
+        self.arriving(from, &chosen)
+    }
+
+    fn sample_with_end(&self, from: &ReferencePoint, u: Vec2) -> Option<(LightSample, LightEnd)> {
+        let chosen = self.emitter.sample(from, u)?;
+        let EmitterSample { p, n, .. } = chosen;
+        Some((self.arriving(from, &chosen)?, LightEnd { p, n }))
+    }
+
+    fn emit(&self, _scene: &SceneSphere, u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
+        let chosen = self.emitter.sample_area(u_position);
+        let d = self.direction(chosen.n, u_direction);
+        let emission = Emission {
+            p: chosen.p,
+            p_error: chosen.p_error,
+            n: chosen.n,
+            d,
+            light: self.toward(chosen.n, d),
+            density: EmissionDensity {
+                position: chosen.density,
+                direction: self.direction_density(chosen.n, d),
+            },
+        };
+        emission.if_any()
+    }
+
+    fn emission_density(&self, _scene: &SceneSphere, n: Vec3, d: Vec3) -> EmissionDensity {
+        EmissionDensity {
+            position: self.emitter.area_density(n),
+            direction: self.direction_density(n, d),
+        }
     }
 
     fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: Option<&SurfaceHit>) -> f32 {

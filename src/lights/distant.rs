@@ -5,6 +5,7 @@
 //! transformation turns it, its scale does not count.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.4; docs/scene-language.md §3.10.
 
+use super::emission::{Emission, EmissionDensity, SceneSphere};
 use super::{LightBounds, LightMap, LightSample, LightType, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
@@ -62,10 +63,20 @@ impl DistantLight {
 }
 
 impl LightType for DistantLight {
+    const IS_AT_INFINITY: bool = true;
+
     fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
         LightSample::only(self.irradiance, self.toward, || {
             from.shadow_ray_toward(self.toward)
         })
+    }
+
+    fn emit(&self, scene: &SceneSphere, u_position: Vec2, _u_direction: Vec2) -> Option<Emission> {
+        Emission::from_infinity(scene, -self.toward, self.irradiance, 1.0, u_position)
+    }
+
+    fn emission_density(&self, scene: &SceneSphere, _n: Vec3, _d: Vec3) -> EmissionDensity {
+        EmissionDensity::at_infinity(scene, 1.0)
     }
 
     /// Flux through the disk that the scene shows the light.

@@ -6,13 +6,17 @@
 //! The light is at the transformation's origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.3; docs/scene-language.md §3.10.
 
+use super::emission::{Directions, Emission, EmissionDensity, SceneSphere};
+use super::map_density::{Cell, MapDensity};
 use super::{LightBounds, LightMap, LightSample, LightType, sample_point, strength};
+use crate::math::sampling::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
 use crate::surface::ReferencePoint;
 use glam::Mat3;
 use std::f32::consts::PI;
+use std::f64::consts;
 
 /// Parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +46,8 @@ pub struct GoniometricLight {
     light_from_render: Mat3,
     /// Mean of the image over all directions.
     mean: Rgb,
+    /// Where it is bright, once light is to be emitted.
+    density: Option<Box<MapDensity>>,
 }
 
 impl GoniometricLight {
@@ -58,6 +64,7 @@ impl GoniometricLight {
             light_from_render: super::of_volume_1(&render_from_light).inverse().as_mat3(),
             mean: map.as_ref().map_or(Rgb::ONE, LightMap::sphere_mean),
             map,
+            density: None,
         }
     }
 
@@ -66,12 +73,42 @@ impl GoniometricLight {
         let Some(map) = &self.map else {
             return Rgb::ONE;
         };
-        let w = self.light_from_render * w;
-        map.lookup(Vec2::new(
-            super::turns(w.x, w.z),
-            w.x.hypot(w.z).atan2(w.y) / PI,
-        ))
+        map.lookup(self.coordinates(w))
     }
+
+    /// Where the direction `w` away from the light is in the image.
+    fn coordinates(&self, w: Vec3) -> Vec2 {
+        let w = self.light_from_render * w;
+        Vec2::new(super::turns(w.x, w.z), w.x.hypot(w.z).atan2(w.y) / PI)
+    }
+
+    /// Density per solid angle with which the unit direction `d` is chosen.
+    fn direction_density(&self, d: Vec3) -> f32 {
+        let Some(density) = &self.density else {
+            return UNIFORM_SPHERE_PDF;
+        };
+        let cell = density.cell_at(self.coordinates(d));
+        let [low, high] = cell.corners(density);
+        cell.probability / solid_angle(low, high) as f32
+            * Directions::new(&self.light_from_render).density_change(d)
+    }
+}
+
+/// That of the part of the image between two corners (u, v).
+fn solid_angle(low: [f64; 2], high: [f64; 2]) -> f64 {
+    let height = |v: f64| (consts::PI * v).cos();
+    consts::TAU * (high[0] - low[0]) * (height(low[1]) - height(high[1]))
+}
+
+/// A direction, light space, evenly from those of a cell of the image.
+fn direction_in(cell: &Cell, density: &MapDensity) -> Vec3 {
+    let [low, high] = cell.corners(density);
+    let inside = cell.inside.as_dvec2();
+    let (top, bottom) = ((consts::PI * low[1]).cos(), (consts::PI * high[1]).cos());
+    let y = top + (bottom - top) * inside.y;
+    let (sin, cos) = (consts::TAU * (low[0] + (high[0] - low[0]) * inside.x)).sin_cos();
+    let across = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
+    DVec3::new(across * cos, y, across * sin).as_vec3()
 }
 
 impl LightType for GoniometricLight {
@@ -79,6 +116,31 @@ impl LightType for GoniometricLight {
 
     fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
         sample_point(self.p, from, |w| self.intensity * self.factor(w))
+    }
+
+    fn prepare_emission(&mut self) {
+        let density = |map| Box::new(MapDensity::new(map, solid_angle));
+        self.density = self.map.as_ref().map(density);
+    }
+
+    fn place(&self) -> Vec3 {
+        self.p
+    }
+
+    fn emit(&self, _scene: &SceneSphere, _u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
+        let d = match &self.density {
+            Some(density) => {
+                let w = direction_in(&density.sample(u_direction), density);
+                Directions::new(&self.light_from_render).to_render(w)
+            }
+            None => uniform_sphere(u_direction),
+        };
+        let intensity = self.intensity * self.factor(d);
+        Emission::from_point(self.p, d, intensity, self.direction_density(d))
+    }
+
+    fn emission_density(&self, _scene: &SceneSphere, _n: Vec3, d: Vec3) -> EmissionDensity {
+        EmissionDensity::of_point(self.direction_density(d))
     }
 
     /// Flux: exact for a transformation that keeps angles.

@@ -5,6 +5,7 @@
 //! `samples`, else `nsamples` (integer, 1): samples at each point in `directlighting`.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.6 and §14.2.4; docs/scene-language.md §3.10.
 
+use super::emission::{Emission, EmissionDensity, SceneSphere};
 use super::environment_map::EnvironmentMap;
 use super::sample_count::sample_count;
 use super::sky_density::Receiver;
@@ -74,6 +75,7 @@ impl LightType for InfiniteLight {
     const MAPPED: bool = true;
     const IS_DELTA: bool = false;
     const IS_INFINITE: bool = true;
+    const IS_AT_INFINITY: bool = true;
 
     fn escaped(&self, d: Vec3) -> Rgb {
         match &self.map {
@@ -113,6 +115,23 @@ impl LightType for InfiniteLight {
             }
             None => (self.radiance, constant_pdf(from, d)),
         }
+    }
+
+    /// As a receiver that light reaches from everywhere looks for it.
+    fn emit(&self, scene: &SceneSphere, u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
+        let (toward, density, texel) = match &self.map {
+            Some(map) => map.sample(Receiver::Alone, u_direction)?,
+            None => (uniform_sphere(u_direction), UNIFORM_SPHERE_PDF, Rgb::ONE),
+        };
+        Emission::from_infinity(scene, -toward, self.radiance * texel, density, u_position)
+    }
+
+    fn emission_density(&self, scene: &SceneSphere, _n: Vec3, d: Vec3) -> EmissionDensity {
+        let direction = match &self.map {
+            Some(map) => map.pdf(Receiver::Alone, -d),
+            None => UNIFORM_SPHERE_PDF,
+        };
+        EmissionDensity::at_infinity(scene, direction)
     }
 
     /// Flux through the sphere around the scene.

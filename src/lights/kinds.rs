@@ -67,6 +67,41 @@ macro_rules! light_types {
                 match self { $(Light::$Type(l) => l.sample(from, u),)* $(Light::$Area(l) => l.sample(from, u),)* }
             }
 
+            /// [`Light::sample`], and where on the light that came from.
+            pub fn sample_with_end(&self, from: &ReferencePoint, u: Vec2) -> Option<(LightSample, LightEnd)> {
+                match self {
+                    $(Light::$Type(l) => l.sample_with_end(from, u),)*
+                    $(Light::$Area(l) => l.sample_with_end(from, u),)*
+                }
+            }
+
+            /// Makes what [`Light::emit`] chooses the directions of an image by; without it they are chosen evenly.
+            pub fn prepare_emission(&mut self) {
+                match self {
+                    $(Light::$Type(l) => l.prepare_emission(),)*
+                    $(Light::$Area(l) => l.prepare_emission(),)*
+                }
+            }
+
+            /// Chooses a ray of its light into `scene`, by numbers in [0, 1)². `None` where none was found: it counts
+            /// as one that brings nothing.
+            pub fn emit(&self, scene: &SceneSphere, u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
+                match self {
+                    $(Light::$Type(l) => l.emit(scene, u_position, u_direction),)*
+                    $(Light::$Area(l) => l.emit(scene, u_position, u_direction),)*
+                }
+            }
+
+            /// The densities with which [`Light::emit`] chooses a ray in unit direction `d`: of an area light, from any
+            /// point of it where hits report the unit geometric normal `n`. What `emit` cannot choose has density 0,
+            /// but where it has no alternative it is not asked whether `d` is the one.
+            pub fn emission_density(&self, scene: &SceneSphere, n: Vec3, d: Vec3) -> EmissionDensity {
+                match self {
+                    $(Light::$Type(l) => l.emission_density(scene, n, d),)*
+                    $(Light::$Area(l) => l.emission_density(scene, n, d),)*
+                }
+            }
+
             /// Density per solid angle with which [`Light::sample`] chooses the unit direction `wi`; 0 for
             /// delta lights. An area light needs `hit`, where a ray from `from` along `wi` met it.
             pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: Option<&SurfaceHit>) -> f32 {
@@ -110,6 +145,11 @@ macro_rules! light_types {
             /// Returns `true` if rays that leave the scene see the light.
             pub fn is_infinite(&self) -> bool {
                 match self { $(Light::$Type(_) => $Light::IS_INFINITE,)* $(Light::$Area(_) => false,)* }
+            }
+
+            /// Returns `true` if the light comes from infinitely far away, seen by rays that leave the scene or not.
+            pub fn is_at_infinity(&self) -> bool {
+                match self { $(Light::$Type(_) => $Light::IS_AT_INFINITY,)* $(Light::$Area(_) => false,)* }
             }
 
             /// How many samples `directlighting` takes of this light under its strategy "all".

@@ -1,20 +1,38 @@
 //! What every type of light implements in its own file.
 
+use super::emission::{Emission, EmissionDensity, LightEnd, SceneSphere, sample_of_point};
 use super::{LightBounds, LightSample};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::{ReferencePoint, SurfaceHit};
 
 /// A type of light, in render space. See [`super::Light`] for what the functions mean; their defaults are those of
 /// lights that no ray can meet by chance.
-pub(super) trait LightType {
+pub(super) trait LightType: Sized {
     /// Whether `mapname` is one of its parameters.
     const MAPPED: bool = false;
     /// Whether no ray can meet the light by chance.
     const IS_DELTA: bool = true;
     /// Whether rays that leave the scene see the light.
     const IS_INFINITE: bool = false;
+    /// Whether its light comes from infinitely far away.
+    const IS_AT_INFINITY: bool = false;
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample>;
+
+    fn emit(&self, scene: &SceneSphere, u_position: Vec2, u_direction: Vec2) -> Option<Emission>;
+
+    fn emission_density(&self, scene: &SceneSphere, n: Vec3, d: Vec3) -> EmissionDensity;
+
+    fn prepare_emission(&mut self) {}
+
+    /// Where a light without area is; anything for lights at infinity.
+    fn place(&self) -> Vec3 {
+        Vec3::ZERO
+    }
+
+    fn sample_with_end(&self, from: &ReferencePoint, u: Vec2) -> Option<(LightSample, LightEnd)> {
+        sample_of_point(self, self.place(), from, u)
+    }
 
     fn power(&self, scene_radius: f32) -> Rgb;
 

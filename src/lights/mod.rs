@@ -6,6 +6,8 @@
 
 pub mod diffuse;
 pub mod distant;
+pub mod emission;
+mod emitter_choice;
 pub mod environment_map;
 pub mod goniometric;
 pub mod groups;
@@ -16,6 +18,7 @@ mod light_bounds;
 pub mod light_map;
 mod light_tree;
 mod light_type;
+mod map_density;
 pub mod point;
 pub mod projection;
 mod sample_count;
@@ -28,6 +31,8 @@ mod tree;
 
 pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
 pub use distant::{DistantLight, DistantSpec};
+pub use emission::{Emission, EmissionDensity, LightEnd, SceneSphere};
+pub use emitter_choice::EmitterChoice;
 pub use goniometric::{GoniometricLight, GoniometricSpec};
 pub use groups::{LightGroup, LightGroups};
 pub use infinite::{InfiniteLight, InfiniteSpec};

@@ -4,7 +4,9 @@
 //! which pbrt adds in *world* space to where the transformation takes the origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3; docs/scene-language.md §3.10.
 
+use super::emission::{Emission, EmissionDensity, SceneSphere};
 use super::{LightBounds, LightMap, LightSample, LightType, strength};
+use crate::math::sampling::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -55,6 +57,19 @@ impl PointLight {
 impl LightType for PointLight {
     fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
         sample_point(self.p, from, |_| self.intensity)
+    }
+
+    fn place(&self) -> Vec3 {
+        self.p
+    }
+
+    fn emit(&self, _scene: &SceneSphere, _u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
+        let d = uniform_sphere(u_direction);
+        Emission::from_point(self.p, d, self.intensity, UNIFORM_SPHERE_PDF)
+    }
+
+    fn emission_density(&self, _scene: &SceneSphere, _n: Vec3, _d: Vec3) -> EmissionDensity {
+        EmissionDensity::of_point(UNIFORM_SPHERE_PDF)
     }
 
     /// Flux.

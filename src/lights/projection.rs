@@ -6,6 +6,8 @@
 //! transformed +z from the transformation's origin.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.2; docs/scene-language.md §3.10.
 
+use super::emission::{Directions, Emission, EmissionDensity, SceneSphere};
+use super::map_density::MapDensity;
 use super::{LightBounds, LightMap, LightSample, LightType, sample_point, strength};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
@@ -62,6 +64,8 @@ pub struct ProjectionLight {
     /// Mean of the image over the solid angle it fills, and that angle.
     mean: Rgb,
     solid_angle: f32,
+    /// Where the image is bright, once light is to be emitted.
+    density: Option<Box<MapDensity>>,
 }
 
 impl ProjectionLight {
@@ -94,23 +98,53 @@ impl ProjectionLight {
                 as f32,
             half,
             map,
+            density: None,
         }
     }
 
     /// The image in the unit direction `w` away from the light; black beyond it.
     fn factor(&self, w: Vec3) -> Rgb {
+        match (self.coordinates(w), &self.map) {
+            (Some((uv, _)), Some(map)) => map.lookup(uv),
+            (Some(_), None) => Rgb::ONE,
+            (None, _) => Rgb::ZERO,
+        }
+    }
+
+    /// Where the unit direction `w` away from the light is in the image, if it is, and the cosine to the axis, light space.
+    fn coordinates(&self, w: Vec3) -> Option<(Vec2, f32)> {
         /// Cosine below which there is no projection, as in pbrt-v3.
         const MIN_COSINE: f32 = 1e-3;
         let w = (self.light_from_render * w).normalize_or_zero();
         let at = w.truncate() / w.z;
         if w.z < MIN_COSINE || at.abs().cmpgt(self.half).any() {
-            return Rgb::ZERO;
+            return None;
         }
-        match &self.map {
-            Some(map) => map.lookup(0.5 * (at / self.half) + 0.5),
-            None => Rgb::ONE,
-        }
+        Some((0.5 * (at / self.half) + 0.5, w.z))
     }
+
+    /// Density per solid angle with which the unit direction `d` is chosen.
+    fn direction_density(&self, d: Vec3) -> f32 {
+        let Some((uv, cos)) = self.coordinates(d) else {
+            return 0.0;
+        };
+        let of_image = self.density.as_ref().map_or(1.0, |density| density.at(uv));
+        let of_plane = of_image / (4.0 * self.half.x * self.half.y);
+        let change = Directions::new(&self.light_from_render).density_change(d);
+        of_plane / (cos * cos * cos) * change
+    }
+}
+
+/// Solid angle of the part between two corners (u, v) of an image with the half sides `half` at unit distance.
+fn solid_angle(half: [f64; 2], low: [f64; 2], high: [f64; 2]) -> f64 {
+    let at = |uv: f64, k: usize| (2.0 * uv - 1.0) * half[k];
+    // Of the rectangle between the axis and (x, y), with the signs of both.
+    let from_axis = |u: f64, v: f64| {
+        let (x, y) = (at(u, 0), at(v, 1));
+        (x * y / (1.0 + x * x + y * y).sqrt()).atan()
+    };
+    from_axis(high[0], high[1]) - from_axis(low[0], high[1]) - from_axis(high[0], low[1])
+        + from_axis(low[0], low[1])
 }
 
 impl LightType for ProjectionLight {
@@ -118,6 +152,39 @@ impl LightType for ProjectionLight {
 
     fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
         sample_point(self.p, from, |w| self.intensity * self.factor(w))
+    }
+
+    fn prepare_emission(&mut self) {
+        let half = self.half.as_dvec2().to_array();
+        let white = || LightMap::new(1, 1, vec![Rgb::ONE]);
+        let density = |map: &LightMap| {
+            Box::new(MapDensity::new(map, |low, high| {
+                solid_angle(half, low, high)
+            }))
+        };
+        self.density = match &self.map {
+            Some(map) => Some(density(map)),
+            None => white().as_ref().map(density),
+        };
+    }
+
+    fn place(&self) -> Vec3 {
+        self.p
+    }
+
+    fn emit(&self, _scene: &SceneSphere, _u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
+        let uv = match &self.density {
+            Some(density) => density.sample(u_direction).position(density),
+            None => u_direction,
+        };
+        let w = ((2.0 * uv - 1.0) * self.half).extend(1.0);
+        let d = Directions::new(&self.light_from_render).to_render(w);
+        let intensity = self.intensity * self.factor(d);
+        Emission::from_point(self.p, d, intensity, self.direction_density(d))
+    }
+
+    fn emission_density(&self, _scene: &SceneSphere, _n: Vec3, d: Vec3) -> EmissionDensity {
+        EmissionDensity::of_point(self.direction_density(d))
     }
 
     /// Flux: exact for a transformation that keeps angles.

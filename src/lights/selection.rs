@@ -156,7 +156,7 @@ fn candidates(lights: &[Light], scene_radius: f32) -> Vec<Candidate> {
 }
 
 /// Probabilities by power, a part of them even.
-fn power_distribution(lights: &[Light], scene_radius: f32) -> Distribution1D {
+pub(super) fn power_distribution(lights: &[Light], scene_radius: f32) -> Distribution1D {
     let all = candidates(lights, scene_radius);
     let total: f32 = all.iter().map(|c| c.power).sum();
     let by_power = if total > 0.0 && total.is_finite() {

@@ -6,7 +6,10 @@
 //! many degrees before that it begins to fall, as the fourth power of what is left in cosine.
 //! Source: Pharr, Jakob and Humphreys 2016, §12.3.1; docs/scene-language.md §3.10.
 
+use super::emission::{Directions, Emission, EmissionDensity, SceneSphere};
 use super::{LightBounds, LightMap, LightSample, LightType, sample_point, strength};
+use crate::math::frame::Frame;
+use crate::math::sampling::sin_cos_turns;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
@@ -147,6 +150,37 @@ impl SpotLight {
             ((cos - self.cos_dark) / (self.cos_full - self.cos_dark)).powi(4)
         }
     }
+
+    /// Solid angles over 2π of the bright cone, and of one that would get the light of the penumbra, over which δ⁴
+    /// averages 1/5.
+    fn shares(&self) -> [f32; 2] {
+        let bright = 1.0 - self.cos_full.max(self.cos_dark);
+        let penumbra = (self.cos_full - self.cos_dark).max(0.0);
+        [bright, penumbra / 5.0]
+    }
+
+    /// A direction, light space, as often as it is bright there: δ is the fifth root of an even number.
+    fn direction(&self, u: Vec2) -> Vec3 {
+        let [bright, penumbra] = self.shares();
+        let share = u.x * (bright + penumbra);
+        // 1 − cos θ, which keeps narrow cones exact.
+        let below_1 = if share < bright || penumbra == 0.0 {
+            share
+        } else {
+            let delta = ((share - bright) / penumbra).clamp(0.0, 1.0).powf(0.2);
+            1.0 - self.cos_dark - delta * (self.cos_full - self.cos_dark)
+        };
+        let sin = (below_1 * (2.0 - below_1)).max(0.0).sqrt();
+        let (y, x) = sin_cos_turns(u.y);
+        Frame::from_normal(self.axis).to_world(Vec3::new(sin * x, sin * y, 1.0 - below_1))
+    }
+
+    /// Density per solid angle of the unit direction `d` away from the light.
+    fn direction_density(&self, d: Vec3) -> f32 {
+        let [bright, penumbra] = self.shares();
+        let change = Directions::new(&self.light_from_render).density_change(d);
+        self.falloff(d) / (2.0 * PI * (bright + penumbra)) * change
+    }
 }
 
 impl LightType for SpotLight {
@@ -154,11 +188,25 @@ impl LightType for SpotLight {
         sample_point(self.p, from, |w| self.intensity * self.falloff(w))
     }
 
-    /// Flux: the bright cone and a fifth of the penumbra, over which δ⁴ averages 1/5.
+    fn place(&self) -> Vec3 {
+        self.p
+    }
+
+    fn emit(&self, _scene: &SceneSphere, _u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
+        let w = self.direction(u_direction);
+        let d = Directions::new(&self.light_from_render).to_render(w);
+        let intensity = self.intensity * self.falloff(d);
+        Emission::from_point(self.p, d, intensity, self.direction_density(d))
+    }
+
+    fn emission_density(&self, _scene: &SceneSphere, _n: Vec3, d: Vec3) -> EmissionDensity {
+        EmissionDensity::of_point(self.direction_density(d))
+    }
+
+    /// Flux: exact for a transformation that keeps angles.
     fn power(&self, _scene_radius: f32) -> Rgb {
-        let bright = 1.0 - self.cos_full.max(self.cos_dark);
-        let penumbra = (self.cos_full - self.cos_dark).max(0.0);
-        2.0 * PI * (bright + penumbra / 5.0) * self.intensity
+        let [bright, penumbra] = self.shares();
+        2.0 * PI * (bright + penumbra) * self.intensity
     }
 
     fn reach(&self) -> LightBounds {

@@ -22,7 +22,7 @@ pub use phase::HenyeyGreenstein;
 pub use volume::{Volume, VolumeSpec};
 pub use volumes::Volumes;
 
-use crate::handles::{InterfaceId, MediumId};
+use crate::handles::{InterfaceId, LightId, MediumId};
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{Rgb, Vec3};
@@ -196,19 +196,41 @@ impl MediaSpec {
 pub struct Media {
     media: Vec<Medium>,
     interfaces: Vec<MediumInterface>,
+    /// Those around the lights, by [`LightId`], as far as there are any.
+    around_lights: Vec<MediumInterface>,
     /// The medium around the camera.
     pub camera: Option<MediumId>,
 }
 
 impl Media {
     /// Compiles all media.
-    pub fn new(spec: MediaSpec, render_from_world: &Transform) -> Media {
+    pub fn new(
+        spec: MediaSpec,
+        around_lights: Vec<MediumInterface>,
+        render_from_world: &Transform,
+    ) -> Media {
         let compile = |medium| Medium::new(medium, render_from_world);
         Media {
             media: spec.media.into_iter().map(compile).collect(),
             interfaces: spec.interfaces,
+            around_lights,
             camera: spec.camera,
         }
+    }
+
+    /// The medium that light enters which leaves a light at a point with the normal `n`, zero for a light without area, in
+    /// direction `d`: the outside one there, as at the camera.
+    pub fn at_light(&self, id: LightId, n: Vec3, d: Vec3) -> Option<MediumId> {
+        let around = self.around_lights.get(id.index())?;
+        match n == Vec3::ZERO {
+            true => around.outside,
+            false => around.toward(d, n),
+        }
+    }
+
+    /// The medium of light that comes from infinity: vacuum, unless no surface ends the one that the camera is in.
+    pub fn at_infinity(&self) -> Option<MediumId> {
+        self.camera.filter(|_| self.interfaces.is_empty())
     }
 
     /// The medium with this handle.

@@ -7,7 +7,7 @@
 
 use super::{Progress, RenderJob};
 use crate::film::{PixelBounds, SplatBuffer, Splats};
-use crate::integrators::{LightJob, LightPath};
+use crate::integrators::LightJob;
 use crate::math::color::luminance;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
@@ -21,10 +21,10 @@ const CHUNK: u64 = 1 << 14;
 const RUN: u64 = 1 << 10;
 
 impl RenderJob {
-    /// Returns `true` if paths are traced from the lights, too: not if the film is looked at in pixel centers alone, which
-    /// no such path meets.
+    /// Returns `true` if paths are traced from the lights, too: not through a camera that nothing is joined to, nor if the
+    /// film is looked at in pixel centers alone, which no such path meets.
     pub fn traces_light(&self) -> bool {
-        self.integrator.traces_light() && !self.filter.is_discrete()
+        self.integrator.traces_light() && self.camera.connects() && self.filter.is_continuous()
     }
 
     /// The pixels that light paths bring light to.
@@ -32,7 +32,8 @@ impl RenderJob {
         self.film.pixel_bounds().intersection(self.sampled)
     }
 
-    /// See [`LightJob::paths_per_sample`]; 0 if no light paths are traced.
+    /// Light paths for each sample of a pixel, all of which share them: the number of pixels; 0 if none are traced. Weights of
+    /// multiple importance sampling are made with it whatever the real numbers are.
     pub(super) fn paths_per_sample(&self) -> f32 {
         match self.traces_light() {
             true => self.lit().area() as f32,
@@ -130,15 +131,14 @@ fn trace_run(job: &RenderJob, sampler: &Sampler, run: Range<u64>, buffer: &mut S
         camera: &job.camera,
         filter: &job.filter,
         bounds: job.lit(),
-        paths_per_sample: job.paths_per_sample(),
+        light_paths: job.paths_per_sample(),
     };
     let end = run.end;
-    let paths = run.map(|number| LightPath {
-        number,
-        stream: sampler.light_stream(number),
-    });
-    let splat = &mut |path, pixel, value| buffer.push(path, pixel, value);
-    job.integrator.light_paths(&light_job, paths, splat);
+    for path in run {
+        let mut stream = sampler.light_stream(path);
+        let splat = &mut |pixel, value| buffer.push(path, pixel, value);
+        job.integrator.light_path(&light_job, &mut stream, splat);
+    }
     buffer.reach(end);
 }
 

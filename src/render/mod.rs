@@ -23,9 +23,9 @@ pub use shard::{Division, Pass, passes, render_shard};
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
 use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, Tile};
-use crate::filters::{Filter, FilterSample};
+use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
-use crate::integrators::{Integrator, Seen};
+use crate::integrators::{CameraEnd, Integrator, Workspace};
 use crate::math::{IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
@@ -101,11 +101,12 @@ fn sample_tile(
     tile: &mut Tile,
     bounds: PixelBounds,
 ) {
-    let (spacing, paths_per_sample) = (spacing(job), job.paths_per_sample());
+    let all = OfAll::new(job);
     let want_differentials = job.world.needs_footprint();
     let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
     let mut rays = ArrayVec::new();
+    let mut workspace = Workspace::default();
     let mut indices = bounds
         .pixels()
         .flat_map(|pixel| samples_of_pixel.clone().map(move |index| (pixel, index)));
@@ -120,13 +121,8 @@ fn sample_tile(
             return;
         }
         job.camera.rays(&samples, want_differentials, &mut rays);
-        for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
-            let Some(ray) = ray else {
-                tile.add_sample(waiting.pixel, Rgb::ZERO, 0.0);
-                continue;
-            };
-            let seen = waiting.seen(job, sample, ray, paths_per_sample);
-            waiting.finish(job, &seen, spacing, tile);
+        for ((waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
+            waiting.finish(job, sample, ray.as_ref(), &all, tile, &mut workspace);
         }
         samples.clear();
     }
@@ -143,28 +139,42 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     job.camera.rays(&samples, want_differentials, &mut rays);
     let camera_ray: &CameraRay = rays.first()?.as_ref()?;
     let mut watch = Watch::default();
-    let seen = waiting.seen(job, samples.first()?, camera_ray, job.paths_per_sample());
+    let all = OfAll::new(job);
     job.integrator.radiance(
         &job.world,
         camera_ray.ray,
-        camera_ray.scaled_differentials(spacing(job)).as_ref(),
-        &seen,
+        camera_ray.scaled_differentials(all.spacing).as_ref(),
+        &waiting.camera_end(job, &sample, camera_ray, &all),
         &mut waiting.stream,
+        &mut Workspace::default(),
         Some(&mut watch),
     );
     watch.offender()
 }
 
-/// Spacing of a pixel's samples, in pixels: see [`RenderJob::footprint_spp`].
-fn spacing(job: &RenderJob) -> f32 {
-    1.0 / (job.footprint_spp.max(1) as f32).sqrt()
+/// What all samples of an image have in common.
+struct OfAll {
+    /// Spacing of a pixel's samples, in pixels: see [`RenderJob::footprint_spp`].
+    spacing: f32,
+    /// See [`RenderJob::paths_per_sample`].
+    light_paths: f32,
+}
+
+impl OfAll {
+    fn new(job: &RenderJob) -> OfAll {
+        OfAll {
+            spacing: 1.0 / (job.footprint_spp.max(1) as f32).sqrt(),
+            light_paths: job.paths_per_sample(),
+        }
+    }
 }
 
 /// A sample whose camera ray has not been generated yet.
 struct PendingSample {
     pixel: UVec2,
     stream: SampleStream,
-    on_film: FilterSample,
+    filter_weight: f32,
+    film_density: f32,
 }
 
 impl PendingSample {
@@ -196,40 +206,57 @@ impl PendingSample {
         let waiting = PendingSample {
             pixel,
             stream,
-            on_film,
+            filter_weight: on_film.weight,
+            film_density: if job.integrator.traces_light() {
+                job.filter.at(on_film.offset).0
+            } else {
+                1.0
+            },
         };
         (sample, waiting)
     }
 
-    fn seen<'a>(
+    fn camera_end<'a>(
         &self,
         job: &'a RenderJob,
         sample: &'a CameraSample,
-        camera_ray: &'a CameraRay,
-        paths_per_sample: f32,
-    ) -> Seen<'a> {
-        Seen {
+        ray: &'a CameraRay,
+        all: &OfAll,
+    ) -> CameraEnd<'a> {
+        CameraEnd {
             camera: &job.camera,
             sample,
-            camera_ray,
-            filter: &job.filter,
-            filter_offset: self.on_film.offset,
-            paths_per_sample,
+            ray,
+            film_density: self.film_density,
+            light_paths: all.light_paths,
         }
     }
 
-    fn finish(&mut self, job: &RenderJob, seen: &Seen, spacing: f32, tile: &mut Tile) {
-        let camera_ray = seen.camera_ray;
-        let differentials = camera_ray.scaled_differentials(spacing);
+    fn finish(
+        mut self,
+        job: &RenderJob,
+        sample: &CameraSample,
+        ray: Option<&CameraRay>,
+        all: &OfAll,
+        tile: &mut Tile,
+        workspace: &mut Workspace,
+    ) {
+        let Some(camera_ray) = ray else {
+            tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
+            return;
+        };
+        let differentials = camera_ray.scaled_differentials(all.spacing);
+        let end = self.camera_end(job, sample, camera_ray, all);
         let radiance = job.integrator.radiance(
             &job.world,
             camera_ray.ray,
             differentials.as_ref(),
-            seen,
+            &end,
             &mut self.stream,
+            workspace,
             None,
         );
-        let weight = camera_ray.tint * (camera_ray.weight * self.on_film.weight);
+        let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
         tile.add_colored_sample(self.pixel, radiance, weight);
     }
 }

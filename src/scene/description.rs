@@ -6,7 +6,7 @@ use crate::handles::{InterfaceId, MaterialId, ObjectId};
 use crate::integrators::IntegratorSpec;
 use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
-use crate::media::MediaSpec;
+use crate::media::{MediaSpec, MediumInterface};
 use crate::params::Dialect;
 use crate::shapes::ShapeSpec;
 use crate::syntax::Span;
@@ -38,6 +38,8 @@ pub struct Frame {
     pub instances: Vec<InstanceEntity>,
     /// Lights other than area lights.
     pub lights: Vec<LightSpec>,
+    /// The media around each of `lights`.
+    pub light_media: Vec<MediumInterface>,
     /// Area lights; shapes refer to them by index.
     pub area_lights: Vec<DiffuseAreaSpec>,
     /// Participating media.
@@ -76,6 +78,8 @@ pub struct ShapeEntity {
     pub area_light: Option<usize>,
     /// The interface it forms between two media.
     pub interface: Option<InterfaceId>,
+    /// The media on its sides, whether they are the same or not.
+    pub media: MediumInterface,
     /// The name of the shape's file, or else the directive: the location for problems that are found when it is loaded.
     pub span: Span,
 }

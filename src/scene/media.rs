@@ -94,10 +94,17 @@ impl Interpreter<'_> {
         }));
     }
 
+    /// The current media, where light begins that a shape or a light source emits.
+    pub(super) fn current_media(&self) -> MediumInterface {
+        let directive = self.current.state.medium_interface.as_ref();
+        directive.map_or_else(MediumInterface::default, |directive| {
+            self.resolve(directive)
+        })
+    }
+
     /// The medium interface of a shape; `None` if both of its sides are the same.
     pub(super) fn interface_of_shape(&mut self) -> Option<InterfaceId> {
-        let directive = self.current.state.medium_interface.clone()?;
-        let interface = self.resolve(&directive);
+        let interface = self.current_media();
         if !interface.is_transition() {
             return None;
         }

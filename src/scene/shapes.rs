@@ -36,6 +36,7 @@ impl Interpreter<'_> {
             reverse_orientation: self.current.state.reverse_orientation,
             material,
             interface: self.interface_of_shape(),
+            media: self.current_media(),
             span: file_name_span(typed).unwrap_or(span),
         };
         if let Some(world) = self.world.as_mut() {

@@ -6,7 +6,7 @@ use super::options::Options;
 use crate::handles::{MaterialId, ObjectId};
 use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
-use crate::media::MediaSpec;
+use crate::media::{MediaSpec, MediumInterface};
 use crate::syntax::suggest::nearest;
 use crate::syntax::{Diagnostic, Name, Span, Typed};
 use crate::textures::{FloatTextureSpec, SpectrumTextureSpec, TextureSpecs};
@@ -26,6 +26,7 @@ pub(super) struct WorldBlock {
     pub(super) open_object: Option<(ObjectDefinition, Span)>,
     pub(super) instances: Vec<InstanceEntity>,
     lights: Vec<LightSpec>,
+    light_media: Vec<MediumInterface>,
     area_lights: Vec<DiffuseAreaSpec>,
     pub(super) default_material: Option<MaterialId>,
 }
@@ -43,6 +44,7 @@ impl WorldBlock {
             open_object: None,
             instances: Vec::new(),
             lights: Vec::new(),
+            light_media: Vec::new(),
             area_lights: Vec::new(),
             default_material: None,
         }
@@ -86,6 +88,7 @@ impl WorldBlock {
             objects: self.objects,
             instances: self.instances,
             lights: self.lights,
+            light_media: self.light_media,
             area_lights: self.area_lights,
             media,
         }
@@ -168,8 +171,10 @@ impl Interpreter<'_> {
         let light = self.reading(&names).read("LightSource", span, typed, |r| {
             LightSpec::from_params(r, &ctm)
         });
+        let media = self.current_media();
         if let Some((light, world)) = light.zip(self.world.as_mut()) {
             world.lights.push(light);
+            world.light_media.push(media);
         }
     }
 }

@@ -35,6 +35,19 @@ pub struct EmitterSample {
     pub pdf: f32,
 }
 
+/// A point chosen on an emitter for itself, not as seen from anywhere.
+#[derive(Clone, Copy, Debug)]
+pub struct AreaSample {
+    /// See [`EmitterSample::p`].
+    pub p: Vec3,
+    /// See [`EmitterSample::p_error`].
+    pub p_error: Vec3,
+    /// See [`EmitterSample::n`].
+    pub n: Vec3,
+    /// Density per area; infinite where there is none.
+    pub density: f32,
+}
+
 /// A shape that light is sampled from: its own copy, nothing refers into the geometry.
 #[derive(Clone, Debug)]
 pub enum Emitter {
@@ -96,28 +109,58 @@ impl Emitter {
     #[inline]
     pub fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
         match self {
-            Emitter::Triangle(triangle) => triangle.sample(from, u),
-            Emitter::Parallelogram(piece) => piece.sample(from, u),
+            Emitter::Triangle(triangle) => triangle.point(u).seen_from(from),
+            Emitter::Parallelogram(piece) => piece.point(u).seen_from(from),
             Emitter::Sphere(sphere) => sphere.sample(from, u),
-            Emitter::Quadric(quadric) => quadric.sample(from, u),
+            Emitter::Quadric(quadric) => quadric.point(u).seen_from(from),
         }
     }
 
     /// Density per solid angle with which [`Emitter::sample`] chooses the point `hit`, where a
     /// ray from `from` along the unit direction `wi` met this emitter. 0 where it cannot.
     pub fn pdf(&self, from: &ReferencePoint, wi: Vec3, hit: &SurfaceHit) -> f32 {
-        let area = match self {
-            Emitter::Triangle(triangle) => triangle.area,
-            Emitter::Parallelogram(piece) => piece.area,
-            Emitter::Sphere(sphere) => match sphere.cone(from) {
-                Some(cone) => return cone.density() as f32,
-                None => sphere.area(),
-            },
-            Emitter::Quadric(quadric) => quadric.area_around(hit.n.as_dvec3()),
-        };
+        if let Emitter::Sphere(sphere) = self
+            && let Some(cone) = sphere.cone(from)
+        {
+            return cone.density() as f32;
+        }
+        let area = self.area_around(hit.n);
         let distance2 = (hit.p.as_dvec3() - from.p.as_dvec3()).length_squared();
         let pdf = per_solid_angle(area, distance2, hit.n.as_dvec3().dot(wi.as_dvec3()));
         if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// Chooses a point by area: evenly, but for quadrics whose transformation deforms them, which stay even in object space.
+    pub fn sample_area(&self, u: Vec2) -> AreaSample {
+        let point = match self {
+            Emitter::Triangle(triangle) => triangle.point(u),
+            Emitter::Parallelogram(piece) => piece.point(u),
+            Emitter::Sphere(sphere) => sphere.point(u),
+            Emitter::Quadric(quadric) => quadric.point(u),
+        };
+        let p = point.p.as_vec3();
+        AreaSample {
+            p,
+            p_error: point.error.as_vec3() + p.abs() * UNIT_ROUNDOFF,
+            n: point.n.as_vec3(),
+            density: point.area.recip() as f32,
+        }
+    }
+
+    /// Density per area with which [`Emitter::sample_area`] chooses a point where the unit normal is `n`, either side.
+    pub fn area_density(&self, n: Vec3) -> f32 {
+        self.area_around(n).recip() as f32
+    }
+
+    /// The area that points are spread over as densely as around one with the unit normal `n`.
+    #[inline]
+    fn area_around(&self, n: Vec3) -> f64 {
+        match self {
+            Emitter::Triangle(triangle) => triangle.area,
+            Emitter::Parallelogram(piece) => piece.area,
+            Emitter::Sphere(sphere) => sphere.area(),
+            Emitter::Quadric(quadric) => quadric.area_around(n.as_dvec3()),
+        }
     }
 
     /// Surface area in world units squared.
@@ -141,33 +184,39 @@ fn per_solid_angle(area: f64, distance2: f64, cosine: f64) -> f32 {
     (distance2 / (area * cosine.abs())) as f32
 }
 
-/// The sample at `p` with unit normal `n`, given the area that such points are spread over and the error of `p`.
-#[inline]
-fn sample_at(
+/// A point chosen by area.
+struct AreaPoint {
     p: DVec3,
+    /// That of `p`.
     error: DVec3,
+    /// Unit normal.
     n: DVec3,
+    /// What such points are spread over.
     area: f64,
-    from: &ReferencePoint,
-) -> Option<EmitterSample> {
-    let away = p - from.p.as_dvec3();
-    let distance2 = away.length_squared();
-    if distance2 == 0.0 {
-        return None;
+}
+
+impl AreaPoint {
+    #[inline]
+    fn seen_from(&self, from: &ReferencePoint) -> Option<EmitterSample> {
+        let away = self.p - from.p.as_dvec3();
+        let distance2 = away.length_squared();
+        if distance2 == 0.0 {
+            return None;
+        }
+        let wi = away * distance2.sqrt().recip();
+        let pdf = per_solid_angle(self.area, distance2, wi.dot(self.n));
+        if !is_density(pdf) {
+            return None;
+        }
+        let rounded = self.p.as_vec3();
+        Some(EmitterSample {
+            p: rounded,
+            p_error: self.error.as_vec3() + rounded.abs() * UNIT_ROUNDOFF,
+            n: self.n.as_vec3(),
+            wi: wi.as_vec3(),
+            pdf,
+        })
     }
-    let wi = away * distance2.sqrt().recip();
-    let pdf = per_solid_angle(area, distance2, wi.dot(n));
-    if !is_density(pdf) {
-        return None;
-    }
-    let rounded = p.as_vec3();
-    Some(EmitterSample {
-        p: rounded,
-        p_error: error.as_vec3() + rounded.abs() * UNIT_ROUNDOFF,
-        n: n.as_vec3(),
-        wi: wi.as_vec3(),
-        pdf,
-    })
 }
 
 /// The corners of a triangle of `mesh`.
@@ -224,14 +273,19 @@ impl TriangleEmitter {
         }
     }
 
-    fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
+    #[inline]
+    fn point(&self, u: Vec2) -> AreaPoint {
         let b = uniform_triangle(u).as_dvec2();
         let b = [b.x, b.y, (1.0 - b.x - b.y).max(0.0)];
         let corners = self.p.map(Vec3::as_dvec3);
         let p = corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2];
         let largest = corners.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
-        let error = largest * (8.0 * f64::EPSILON);
-        sample_at(p, error, self.normal(b), self.area, from)
+        AreaPoint {
+            p,
+            error: largest * (8.0 * f64::EPSILON),
+            n: self.normal(b),
+            area: self.area,
+        }
     }
 
     /// The normal at `b` on the side that [`Triangle::surface`](super::triangle::Triangle::surface) has there.
@@ -308,12 +362,21 @@ impl SphereEmitter {
             let pdf = cone.density() as f32;
             return is_density(pdf).then(|| self.sample_in(&cone, pdf, u));
         }
+        self.point(u).seen_from(from)
+    }
+
+    /// Anywhere on it.
+    fn point(&self, u: Vec2) -> AreaPoint {
         let z = 1.0 - 2.0 * f64::from(u.x);
         let rho = ((1.0 - z) * (1.0 + z)).sqrt();
         let (sin, cos) = (TAU * f64::from(u.y)).sin_cos();
         let outward = DVec3::new(rho * cos, rho * sin, z);
-        let p = self.center + outward * self.radius;
-        sample_at(p, self.error(), self.normal(outward), self.area(), from)
+        AreaPoint {
+            p: self.center + outward * self.radius,
+            error: self.error(),
+            n: self.normal(outward),
+            area: self.area(),
+        }
     }
 
     /// A point drawn evenly, with density `pdf`, from the directions of `cone`.
@@ -383,10 +446,16 @@ impl QuadricEmitter {
         self.volume_area / (m.transpose() * n).length()
     }
 
-    fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
+    #[inline]
+    fn point(&self, u: Vec2) -> AreaPoint {
         let p = self.quadric.form.sample(u.as_dvec2());
         let (p, n) = self.quadric.point_and_normal(p);
-        sample_at(p, self.error, n, self.area_around(n), from)
+        AreaPoint {
+            p,
+            error: self.error,
+            n,
+            area: self.area_around(n),
+        }
     }
 }
 

@@ -64,6 +64,11 @@ impl World {
         &self.lights[..self.sampled_lights]
     }
 
+    /// Makes what lights need before paths begin at them.
+    pub fn prepare_emission(&mut self) {
+        self.lights.iter_mut().for_each(Light::prepare_emission);
+    }
+
     /// Returns `true` if anything in the world filters over a texture footprint. If not, cameras need not generate ray
     /// differentials.
     pub fn needs_footprint(&self) -> bool {

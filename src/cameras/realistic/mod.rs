@@ -50,7 +50,7 @@ pub use bands::Band;
 pub use spec::{Compat, Form, Precision, RealisticSpec, Weighting};
 
 use super::camera_transform::{BatchTransform, CameraSpaceRay, CameraTransform};
-use super::{BUNDLE, CameraError, CameraRay, CameraSample, FilmGeometry};
+use super::{BUNDLE, CameraError, CameraRay, CameraSample, FilmGeometry, Shutter};
 use crate::math::motion::Motion;
 use crate::math::transform::Transform;
 use crate::math::{DMat4, DVec3, Rgb, Vec2};
@@ -78,6 +78,11 @@ pub struct Realistic {
 }
 
 impl Realistic {
+    /// When it lets light in.
+    pub(super) fn shutter(&self) -> &Shutter {
+        &self.spec.shutter
+    }
+
     /// Puts `spec` in front of `film`, whose resolution is positive.
     pub fn new(
         spec: &RealisticSpec,

@@ -48,7 +48,7 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
             let light = self.emission_along(hit, bsdf, sample);
             self.radiance += light;
         }
-        let exit = find_exit(&mut self.context, &bssrdf, hit)?;
+        let exit = find_exit(world, self.context.stream, &bssrdf, hit)?;
         self.throughput *= exit.weight;
         self.sample_direct_at_surface(&exit.hit, &exit.bsdf);
         let sample = self.sample_bsdf(&exit.hit, &exit.bsdf)?;

@@ -124,7 +124,7 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
         for _ in 0..MAX_NULL_SURFACES {
             let next = world.intersect(&ray);
             let t_max = next.as_ref().map_or(f32::INFINITY, |next| next.t);
-            throughput *= dimmed(&mut self.context, medium, &ray, t_max);
+            throughput *= dimmed(world, self.context.stream, medium, &ray, t_max);
             let Some(next) = next else {
                 return light + throughput * mis.escaped(&self.context, &ray);
             };

@@ -84,7 +84,7 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
         }
         if MEDIA {
             let medium = vertex.medium_toward(world, light.wi);
-            contribution *= transmittance(&mut self.context, &light.shadow, medium);
+            contribution *= transmittance(world, self.context.stream, &light.shadow, medium);
             if is_black(contribution) {
                 return None;
             }

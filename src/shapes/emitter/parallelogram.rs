@@ -3,10 +3,9 @@
 //! Sampled as one piece: its points are spread over the whole light by one pair of numbers, where a choice
 //! between the triangles would need a third, and there is one light to choose instead of two.
 
-use super::{EmitterSample, sample_at};
+use super::AreaPoint;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::shapes::triangle::Orientation;
-use crate::surface::ReferencePoint;
 
 /// How far the fourth corner may be from completing the parallelogram, in units of the largest coordinate:
 /// what rounding to single precision leaves. The error box of sampled points covers it.
@@ -22,7 +21,7 @@ pub struct ParallelogramEmitter {
     n: DVec3,
     /// Area in render space.
     pub(super) area: f64,
-    /// See [`EmitterSample::p_error`].
+    /// See [`super::EmitterSample::p_error`].
     error: DVec3,
 }
 
@@ -60,8 +59,12 @@ impl ParallelogramEmitter {
     }
 
     #[inline]
-    pub(super) fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
-        let p = self.corner + self.edges[0] * f64::from(u.x) + self.edges[1] * f64::from(u.y);
-        sample_at(p, self.error, self.n, self.area, from)
+    pub(super) fn point(&self, u: Vec2) -> AreaPoint {
+        AreaPoint {
+            p: self.corner + self.edges[0] * f64::from(u.x) + self.edges[1] * f64::from(u.y),
+            error: self.error,
+            n: self.n,
+            area: self.area,
+        }
     }
 }

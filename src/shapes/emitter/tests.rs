@@ -423,7 +423,8 @@ fn two_triangles_are_one_lamp_where_they_make_a_parallelogram() {
         // Corners are off by a rounding of 100, four millionths of the sides.
         assert!((piece.area / triangles.iter().map(area).sum::<f64>() - 1.0).abs() < 1e-5);
         let center = piece
-            .sample(&reference(Vec3::ZERO), Vec2::splat(0.5))
+            .point(Vec2::splat(0.5))
+            .seen_from(&reference(Vec3::ZERO))
             .unwrap();
         assert!((center.p - (a + c) * 0.5).length() < 1e-4);
         assert!(

@@ -1,0 +1,176 @@
+//! Connections: from a point of the scene through the camera to its film, as light tracing wants them and bidirectional
+//! path tracing with one vertex on the camera.
+//!
+//! A pixel is the integral of radiance over étendue, dA⊥ dω, times the pixel's importance I. The camera estimates it by rays
+//! of density q per étendue and weight W, so I = W q. A connection from x draws a direction of density p per solid angle
+//! and finds the film point; what it counts for is I/p, and κ = q/p is what multiple importance sampling
+//! wants to know: in [`Landing::density`] for a connection, its inverse in [`Camera::connection_density`] for a ray of the camera.
+//! Both are per area across the ray at x, and so measured in render space.
+//!
+//! Through a pinhole, q and p are infinite in the same way. A point of a thin lens is drawn alike for both; what is left is
+//! how the area across the ray at x is magnified to the film, by the pinhole or that point of the lens:
+//!
+//! | camera | κ in camera space; A the area of a pixel |
+//! |---|---|
+//! | `perspective` | 1/(A cos³θ r²), A on the plane at distance 1, r from x to the point of the lens, θ to the axis there |
+//! | `orthographic` | 1/(A cosθ) |
+//! | `environment` | 1/(Δφ Δθ sinθ r²), pixels of Δφ by Δθ |
+//!
+//! and W = 1, so importance and κ are the same. Camera space may be scaled, sheared or mirrored in the scene: an area across the
+//! ray changes by |det M|/|M d| under the linear map M, for unit directions d. `realistic` is in
+//! `realistic/connection.rs`.
+//!
+//! Sources: Veach, *Robust Monte Carlo Methods for Light Transport Simulation*, 1997, §8.3 and §10; Pharr, Jakob and
+//! Humphreys 2016, §16.1.
+
+use super::camera_transform::Placement;
+use super::{BUNDLE, Camera, CameraRay, CameraSample};
+use crate::math::ray::Ray;
+use crate::math::{DVec2, DVec3, Rgb, Vec2, Vec3};
+use crate::surface::ReferencePoint;
+use arrayvec::ArrayVec;
+
+/// Through which part of the lens and of the spectrum to connect; all from 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub struct LensSample {
+    /// Point of the lens, in the unit square; only a camera that has one ([`Camera::has_lens`]) looks at it.
+    pub lens: Vec2,
+    /// Part of the spectrum; only a camera that disperses ([`Camera::disperses`]) looks at it.
+    pub wavelength: f32,
+}
+
+/// A direction from a point of the scene toward the camera, before it is known where on the film it lands.
+#[derive(Clone, Copy, Debug)]
+pub struct Aim {
+    /// Unit direction in render space, from the point toward the camera.
+    pub wi: Vec3,
+    /// What must be free for light to arrive: from the point to the lens, or to the plane `hither`.
+    pub shadow: Ray,
+    way: Way,
+}
+
+/// What is known of the rest of the way.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    /// All, without tracing anything.
+    Known(Landing),
+}
+
+/// Where on the film light lands, and what it counts for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Landing {
+    /// Point of the film, raster coordinates; may lie outside the image.
+    pub raster: Vec2,
+    /// Radiance that arrives along [`Aim::wi`] counts for this times the cosine at the point, for a pixel that is the mean
+    /// over its square (a box filter), in each channel; per area, in render space. It holds also where the
+    /// camera itself makes no such ray.
+    pub importance: Rgb,
+    /// κ: the density with which the camera makes this ray, over that with which a connection does, both per area across the
+    /// ray at the point, in render space, and the film point uniform in a pixel. 0 where the camera makes no such ray.
+    pub density: f32,
+}
+
+/// How a camera without traced lenses sees a point, in camera space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hit {
+    /// Where the camera's ray starts.
+    pub origin: DVec3,
+    /// The point of the film.
+    pub raster: DVec2,
+    /// κ.
+    pub density: f64,
+}
+
+impl Camera {
+    /// Returns `true` if connections can be made. They cannot by a camera placed by a projection, nor by a `realistic`
+    /// one whose rays are not those of its lens: `compat pbrt-v2` and the models `thick` and `thin`.
+    pub fn connects(&self) -> bool {
+        match self {
+            Camera::Projective(c) => c.placement(0.0).is_some(),
+            Camera::Environment(c) => c.placement(0.0).is_some(),
+            Camera::Realistic(_) => false,
+        }
+    }
+
+    /// Draws a direction from a point of the scene, at its time, toward the camera; `None` where the camera sees nothing of it.
+    pub fn aim(&self, from: &ReferencePoint, sample: &LensSample) -> Option<Aim> {
+        let (placement, x, hit) = self.seen(from.p, from.time, sample.lens)?;
+        let density = (hit.density * placement.area_across(x - hit.origin)) as f32;
+        let landing = Landing {
+            raster: hit.raster.as_vec2(),
+            importance: Rgb::splat(density),
+            density,
+        };
+        let (wi, shadow) = toward(from, &placement, x, hit.origin)?;
+        // Infinite at the poles of the environment camera, and where a point lies on the lens.
+        density.is_finite().then_some(Aim {
+            wi,
+            shadow,
+            way: Way::Known(landing),
+        })
+    }
+
+    /// Where light lands that runs along `aim`; `None` where it ends in the lens, or so far off the image that it counts for no
+    /// pixel.
+    pub fn land(&self, aim: &Aim) -> Option<Landing> {
+        match aim.way {
+            Way::Known(landing) => Some(landing),
+        }
+    }
+
+    /// The same for up to [`BUNDLE`] of them, in order, whatever the others are; those of `realistic` in single precision.
+    pub fn land_all(&self, aims: &[Aim], out: &mut ArrayVec<Option<Landing>, BUNDLE>) {
+        out.clear();
+        out.extend(aims.iter().take(BUNDLE).map(|aim| self.land(aim)));
+    }
+
+    /// 1/κ: the density with which a connection from `p`, which the camera's `ray` of `sample` meets, makes the same ray,
+    /// over that with which the camera does; both as in [`Landing::density`]. 0 where no connection makes it.
+    pub fn connection_density(&self, sample: &CameraSample, ray: &CameraRay, p: Vec3) -> f32 {
+        let Some((placement, x, hit)) = self.seen(p, ray.ray.time, sample.lens) else {
+            return 0.0;
+        };
+        let density = hit.density * placement.area_across(x - hit.origin);
+        if density > 0.0 {
+            (1.0 / density) as f32
+        } else {
+            0.0
+        }
+    }
+
+    /// The camera at `time`, the camera-space point at `p`, and how it is seen, without traced lenses.
+    fn seen(&self, p: Vec3, time: f32, lens: Vec2) -> Option<(Placement, DVec3, Hit)> {
+        let placement = match self {
+            Camera::Projective(c) => c.placement(time)?,
+            Camera::Environment(c) => c.placement(time)?,
+            Camera::Realistic(_) => return None,
+        };
+        let x = placement.point(p);
+        let hit = match self {
+            Camera::Projective(c) => c.hit(x, lens)?,
+            Camera::Environment(c) => c.hit(x),
+            Camera::Realistic(_) => return None,
+        };
+        Some((placement, x, hit))
+    }
+}
+
+/// Direction and shadow ray from a point, `x` in camera space, to `y`, where the camera's ray starts; `None` where clip planes
+/// hide the point.
+pub(super) fn toward(
+    from: &ReferencePoint,
+    placement: &Placement,
+    x: DVec3,
+    y: DVec3,
+) -> Option<(Vec3, Ray)> {
+    let end = placement.end(x, y)?;
+    let wi = (end - from.p.as_dvec3()).try_normalize()?.as_vec3();
+    let end = end.as_vec3();
+    let mut shadow = from.shadow_ray_to(end, Vec3::ZERO, Vec3::ZERO);
+    // No surface lies at the end that must not be met.
+    shadow.t_max = shadow.o.distance(end);
+    Some((wi, shadow))
+}
+
+#[cfg(test)]
+mod tests;

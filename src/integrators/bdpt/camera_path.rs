@@ -1,0 +1,389 @@
+//! Paths from the camera (t ≥ 2): they meet a light (s = 0), are joined to a point of one (s = 1), or to a vertex of a path from
+//! one (s ≥ 2).
+
+use super::Bdpt;
+use super::light_end::Lit;
+use super::light_path::LightPath;
+use super::vertex::Vertex;
+use super::walk::{Carries, Met, Spread, Turn, Walk, surface_vertex};
+use super::weights::{History, Onward, square, weight};
+use crate::accel::GeometryHit;
+use crate::handles::LightId;
+use crate::integrators::context::Context;
+use crate::integrators::subsurface::find_exit;
+use crate::integrators::volpath::transmittance;
+use crate::integrators::witness;
+use crate::lights::LightEnd;
+use crate::math::color::is_black;
+use crate::math::ray::RayDifferentials;
+use crate::math::{Rgb, Vec3};
+use crate::surface::ReferencePoint;
+
+/// A path from the camera while it is traced. Methods return `None` where it ends.
+pub(super) struct CameraPath<'c, 'a> {
+    pub bdpt: &'c Bdpt,
+    pub context: &'c mut Context<'a>,
+    pub walk: Walk,
+    /// Those of the camera ray, up to its hit.
+    pub differentials: Option<&'a RayDifferentials>,
+    /// Light collected so far.
+    pub radiance: Rgb,
+    /// What it is joined to.
+    pub light_path: &'c LightPath<'a>,
+}
+
+impl<'c, 'a> CameraPath<'c, 'a> {
+    /// A path along the camera ray.
+    pub fn new(
+        bdpt: &'c Bdpt,
+        context: &'c mut Context<'a>,
+        light_path: &'c LightPath<'a>,
+    ) -> Self {
+        let ray = context.ray;
+        let from = ReferencePoint {
+            p: ray.o,
+            p_error: Vec3::ZERO,
+            n: Vec3::ZERO,
+            time: ray.time,
+            receiver_side: Default::default(),
+        };
+        let onward = Onward {
+            before: 0.0,
+            rest: 0.0,
+        };
+        CameraPath {
+            bdpt,
+            walk: Walk::new(
+                ray,
+                context.world.media.camera,
+                from,
+                Spread::Camera,
+                onward,
+            ),
+            differentials: context.differentials,
+            context,
+            radiance: Rgb::ZERO,
+            light_path,
+        }
+    }
+
+    /// Extends the path by a vertex.
+    pub fn extend(&mut self) -> Option<()> {
+        let world = self.context.world;
+        match self.walk.advance(world, self.context.stream)? {
+            Met::Background => {
+                self.arrive(witness::Met::Background);
+                self.add_escaped();
+                None
+            }
+            Met::Medium(at) => {
+                self.arrive(witness::Met::Medium);
+                let history = self.history(at.p, 1.0);
+                if self.walk.depth >= self.bdpt.max_depth {
+                    return None;
+                }
+                let vertex = Vertex::Medium(at);
+                self.join(&vertex, &history);
+                let Vertex::Medium(at) = &vertex else {
+                    return None;
+                };
+                let stream = &mut *self.context.stream;
+                self.walk
+                    .scatter_in_medium(at, &history, self.bdpt.connects, stream);
+                self.differentials = None;
+                self.walk.russian_roulette(Rgb::ONE, stream)
+            }
+            Met::Surface(hit) => {
+                self.arrive(witness::Met::Surface(hit.material));
+                let cosine = hit.surface.n.dot(hit.surface.wo).abs();
+                let history = self.history(hit.surface.p, cosine);
+                self.add_emission(&hit, &history);
+                let differentials = self.differentials.take();
+                let Some(vertex) = surface_vertex(world, hit, self.walk.medium, differentials)
+                else {
+                    return self.walk.pass(world, &hit);
+                };
+                if self.walk.depth >= self.bdpt.max_depth {
+                    return None;
+                }
+                if vertex.connects() {
+                    self.join(&vertex, &history);
+                }
+                self.scatter(&vertex, &history, differentials)
+            }
+        }
+    }
+
+    /// The densities at a vertex. The first is where the light pass would join a light path to the lens.
+    fn history(&mut self, p: Vec3, cosine: f32) -> History {
+        if let Spread::Camera = self.walk.spread {
+            let by_connection = self.context.end.connection_density(p);
+            self.walk.onward.before = square(by_connection.into());
+        }
+        self.walk.arrive(p, cosine)
+    }
+
+    /// Reports the vertex just reached, for the search for samples that are not finite.
+    fn arrive(&mut self, met: witness::Met) {
+        self.context.arrive(self.walk.depth, met, self.radiance);
+    }
+
+    /// s = 0: the surface emits.
+    fn add_emission(&mut self, hit: &GeometryHit, history: &History) {
+        let Some(id) = hit.light else { return };
+        let world = self.context.world;
+        let light = world.light(id);
+        let radiance = light.emitted(&hit.surface);
+        if is_black(radiance) {
+            return;
+        }
+        let pdf = light.pdf(&self.walk.from, self.walk.ray.d, Some(&hit.surface));
+        let end = LightEnd {
+            p: hit.surface.p,
+            n: hit.surface.n,
+        };
+        let weight = self.weight_of_hit(id, end, pdf, history);
+        self.radiance += self.walk.throughput * radiance * weight;
+    }
+
+    /// s = 0: the ray leaves the scene; the infinite lights.
+    fn add_escaped(&mut self) {
+        let world = self.context.world;
+        let history = match self.walk.spread {
+            Spread::FromPoint { pdf, cosine } => History {
+                density: pdf.into(),
+                backward: cosine.into(),
+                before: self.walk.onward.before,
+                rest: self.walk.onward.rest,
+            },
+            Spread::Beam { .. } | Spread::Camera => History {
+                density: 1.0,
+                backward: 0.0,
+                before: 0.0,
+                rest: 0.0,
+            },
+        };
+        for &id in &world.infinite_lights {
+            let (radiance, pdf) = world
+                .light(id)
+                .escaped_and_pdf(&self.walk.from, self.walk.ray.d);
+            if !is_black(radiance) {
+                let end = LightEnd {
+                    p: Vec3::ZERO,
+                    n: Vec3::ZERO,
+                };
+                let weight = self.weight_of_hit(id, end, pdf, &history);
+                self.radiance += self.walk.throughput * radiance * weight;
+            }
+        }
+    }
+
+    /// The weight of s = 0 where the path meets light `id`, which emitter sampling at the last vertex would have found with the
+    /// density `pdf` per solid angle.
+    fn weight_of_hit(&self, id: LightId, end: LightEnd, pdf: f32, history: &History) -> f32 {
+        let (world, lights) = (self.context.world, self.context.lights);
+        if let Spread::Camera = self.walk.spread {
+            return 1.0;
+        }
+        let pmf = lights.selector.pmf(&self.walk.from, id);
+        if pmf == 0.0 {
+            // A light that is never chosen (an instanced emitter) glows but lights nothing, as in pbrt-v3.
+            return f32::from(u8::from(self.walk.after_delta));
+        }
+        let cosine = match self.walk.spread {
+            Spread::FromPoint { cosine, .. } => cosine,
+            Spread::Beam { .. } | Spread::Camera => 1.0,
+        };
+        let lit = Lit {
+            id,
+            end,
+            from: &self.walk.from,
+            cosine,
+            wi: self.walk.ray.d,
+            pdf,
+        };
+        let light = lit.densities(world, lights, pmf);
+        let direct = if self.walk.after_delta {
+            0.0
+        } else {
+            light.direct
+        };
+        weight(0.0, history.at_light(direct, light.emitted, light.onward))
+    }
+
+    /// Joins a vertex to points of lights and to the vertices of the light path.
+    fn join(&mut self, vertex: &Vertex<'a>, history: &History) {
+        self.sample_light(vertex, history);
+        if self.bdpt.connects {
+            self.connect(vertex, history);
+        }
+    }
+
+    /// s = 1: emitter sampling.
+    fn sample_light(&mut self, vertex: &Vertex<'a>, history: &History) {
+        let (world, lights) = (self.context.world, self.context.lights);
+        let from = vertex.reference_point();
+        let choice = self.context.stream.next_1d_if(lights.selector.chooses());
+        let u = self.context.stream.next_2d();
+        let Some((id, pmf)) = lights.selector.sample(&from, choice) else {
+            return;
+        };
+        let Some((light, end)) = world.light(id).sample_with_end(&from, u) else {
+            return;
+        };
+        let Some(scattered) = vertex.radiance(light.wi) else {
+            return;
+        };
+        let contribution = scattered.value * light.radiance / (pmf * light.pdf);
+        if is_black(contribution) {
+            return;
+        }
+        let medium = vertex.medium_toward(world, light.wi);
+        let left = transmittance(world, self.context.stream, &light.shadow, medium);
+        if is_black(left) {
+            return;
+        }
+        let cosine = vertex.cosine(light.wi);
+        let lit = Lit {
+            id,
+            end,
+            from: &from,
+            cosine,
+            wi: light.wi,
+            pdf: light.pdf,
+        };
+        let densities = lit.densities(world, lights, pmf);
+        // The light is met by chance with the density `forward`, where emitter sampling has pmf · pdf; both per solid angle.
+        let met = match light.delta {
+            true => 0.0,
+            false => square(f64::from(scattered.forward) / (f64::from(pmf) * f64::from(light.pdf))),
+        };
+        let begun = densities.onward * densities.emitted / densities.direct;
+        let camera = history.earlier(begun, scattered.reverse.into());
+        let weight = weight(met, camera);
+        self.radiance += self.walk.throughput * contribution * left * weight;
+    }
+
+    /// s ≥ 2: every vertex of the light path, as far as the path does not become too long.
+    fn connect(&mut self, vertex: &Vertex<'a>, history: &History) {
+        let from = vertex.reference_point();
+        let left = self.bdpt.max_depth - self.walk.depth;
+        for end in self.light_path.vertices() {
+            // Scattering events: those before the camera's vertex, and it; `end.depth` before the light's, and it.
+            if end.depth + 1 > left.saturating_sub(1) {
+                return;
+            }
+            let to = end.vertex.reference_point();
+            let distance2 = (to.p - from.p).length_squared();
+            let shadow = from.shadow_ray_to(to.p, to.p_error, to.n);
+            let w = (to.p - from.p) / distance2.sqrt();
+            let Some(here) = vertex.radiance(w) else {
+                continue;
+            };
+            let Some(there) = end.vertex.importance(-w) else {
+                continue;
+            };
+            // The cosine at either vertex is in its value: `importance` has the geometric one toward the camera's vertex.
+            let joined =
+                self.walk.throughput * here.value * there.value * end.throughput / distance2;
+            if is_black(joined) || !joined.is_finite() {
+                continue;
+            }
+            let (cosine, other) = (vertex.cosine(w), end.vertex.cosine(w));
+            let onto =
+                |pdf: f32, cosine: f32| f64::from(pdf) * f64::from(cosine) / f64::from(distance2);
+            let camera = history.earlier(onto(there.forward, cosine), here.reverse.into());
+            let light = end
+                .history
+                .earlier(onto(here.forward, other), there.reverse.into());
+            let weighted = joined * weight(light, camera);
+            let medium = vertex.medium_toward(self.context.world, w);
+            let left = transmittance(self.context.world, self.context.stream, &shadow, medium);
+            self.radiance += weighted * left;
+        }
+    }
+
+    /// Goes on from a surface.
+    fn scatter(
+        &mut self,
+        vertex: &Vertex<'a>,
+        history: &History,
+        differentials: Option<&RayDifferentials>,
+    ) -> Option<()> {
+        let Vertex::Surface { hit, bsdf, .. } = vertex else {
+            return None;
+        };
+        let world = self.context.world;
+        let turn = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
+        let sample = &turn.sample;
+        self.walk.throughput *= turn.factor;
+        let follow = |walk: &mut Walk| {
+            let link = (history, self.bdpt.connects);
+            walk.scatter_at_surface(world, (hit, bsdf), sample, turn.reverse, link);
+        };
+        if !sample.transmission {
+            follow(&mut self.walk);
+            return self.walk.russian_roulette(turn.judged, self.context.stream);
+        }
+        if !sample.specular {
+            let mut straight = self.walk;
+            follow(&mut straight);
+            self.look_along(straight);
+        }
+        let stream = &mut *self.context.stream;
+        let transport = world.subsurface_transport(
+            hit.material,
+            &hit.surface,
+            (bsdf, sample),
+            differentials,
+            || stream.next_1d(),
+        );
+        self.walk.throughput *= transport.share;
+        let Some(bssrdf) = transport.bssrdf else {
+            follow(&mut self.walk);
+            return self
+                .walk
+                .russian_roulette(turn.judged * transport.share, self.context.stream);
+        };
+        let exit = find_exit(world, self.context.stream, &bssrdf, hit)?;
+        self.walk.throughput *= exit.weight;
+        let vertex = Vertex::Surface {
+            hit: exit.hit,
+            bsdf: exit.bsdf,
+            medium: self.walk.medium,
+        };
+        self.join(&vertex, &History::ALONE);
+        let Vertex::Surface { hit, bsdf, .. } = &vertex else {
+            return None;
+        };
+        let next = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
+        self.walk.throughput *= next.factor;
+        let link = (&History::ALONE, self.bdpt.connects);
+        self.walk
+            .scatter_at_surface(world, (hit, bsdf), &next.sample, next.reverse, link);
+        let judged = turn.judged * transport.share * exit.weight * next.judged;
+        self.walk.russian_roulette(judged, self.context.stream)
+    }
+
+    /// Emission along a direction in which the path does not continue: the counterpart of emitter sampling at a rough boundary
+    /// below which light is scattered, as in pbrt-v3.
+    fn look_along(&mut self, along: Walk) {
+        let world = self.context.world;
+        let walk = std::mem::replace(&mut self.walk, along);
+        while let Some(met) = self.walk.advance(world, self.context.stream) {
+            let Met::Surface(hit) = met else {
+                if let Met::Background = met {
+                    self.add_escaped();
+                }
+                break;
+            };
+            let cosine = hit.surface.n.dot(hit.surface.wo).abs();
+            let history = self.walk.arrive(hit.surface.p, cosine);
+            self.add_emission(&hit, &history);
+            if hit.material.is_some() || self.walk.pass(world, &hit).is_none() {
+                break;
+            }
+        }
+        self.walk = walk;
+    }
+}

@@ -1,0 +1,252 @@
+//! Paths from the lights: kept, so that camera paths can be joined to them, or splatted onto the film vertex by vertex.
+
+use super::Bdpt;
+use super::light_end::{Lit, end_as_hit};
+use super::vertex::Vertex;
+use super::walk::{Carries, Met, Spread, Turn, Walk, surface_vertex};
+use super::weights::{History, Onward, square};
+use crate::handles::LightId;
+use crate::integrators::context::Lights;
+use crate::lights::{Emission, LightEnd};
+use crate::math::{Rgb, color::is_black};
+use crate::samplers::SampleStream;
+use crate::surface::{ReceiverSide, ReferencePoint};
+use crate::world::World;
+
+/// A vertex that other subpaths can be joined to.
+pub(super) struct LightVertex<'a> {
+    pub vertex: Vertex<'a>,
+    pub throughput: Rgb,
+    pub history: History,
+    /// Scattering events before it.
+    pub depth: u32,
+}
+
+/// The vertices of a light path that can be joined to a camera path.
+pub(super) struct LightPath<'a> {
+    vertices: Vec<LightVertex<'a>>,
+}
+
+/// The memory of a light path's vertices between one sample and the next.
+#[derive(Default)]
+pub(in crate::integrators) struct SpareVertices(Vec<LightVertex<'static>>);
+
+impl<'a> LightPath<'a> {
+    /// An empty path in the memory of the last one.
+    pub fn in_spare(spare: &mut SpareVertices) -> LightPath<'a> {
+        LightPath {
+            vertices: recycled(std::mem::take(&mut spare.0)),
+        }
+    }
+
+    /// Gives the memory back.
+    pub fn give_back(self, spare: &mut SpareVertices) {
+        spare.0 = recycled(self.vertices);
+    }
+
+    /// From the light on; not the point on the light.
+    pub fn vertices(&self) -> &[LightVertex<'a>] {
+        &self.vertices
+    }
+
+    /// Replaces the path by another whose vertices scatter at most `max_depth` times.
+    pub fn trace(
+        &mut self,
+        tracer: &LightTracer<'_, 'a>,
+        time: f32,
+        max_depth: u32,
+        stream: &mut SampleStream,
+    ) {
+        self.vertices.clear();
+        tracer.trace(time, max_depth, stream, |vertex, _| {
+            self.vertices.push(vertex)
+        });
+    }
+}
+
+/// The memory of `vertices` for others, which may refer to another world: elements of equal size are collected where they
+/// were, and there are none.
+fn recycled<'b>(mut vertices: Vec<LightVertex<'_>>) -> Vec<LightVertex<'b>> {
+    vertices.clear();
+    vertices.into_iter().filter_map(|_| None).collect()
+}
+
+/// What light paths are traced through.
+#[derive(Clone, Copy)]
+pub(super) struct LightTracer<'c, 'a> {
+    pub bdpt: &'c Bdpt,
+    pub world: &'a World,
+    pub lights: &'c Lights,
+}
+
+impl<'a> LightTracer<'_, 'a> {
+    /// Traces a path at `time` and hands over each vertex that can be joined to others.
+    pub fn trace(
+        &self,
+        time: f32,
+        max_depth: u32,
+        stream: &mut SampleStream,
+        mut visit: impl FnMut(LightVertex<'a>, &mut SampleStream),
+    ) {
+        let Some((id, emission, mut walk)) = self.begin(time, stream) else {
+            return;
+        };
+        while walk.depth < max_depth {
+            if self
+                .extend(&mut walk, (id, &emission), stream, &mut visit)
+                .is_none()
+            {
+                return;
+            }
+        }
+    }
+
+    /// Chooses a light and a ray of it.
+    fn begin(&self, time: f32, stream: &mut SampleStream) -> Option<(LightId, Emission, Walk)> {
+        let emitters = self.lights.emitters.as_ref()?;
+        let (id, pmf, _) = emitters.choice.sample(stream.next_1d())?;
+        let (at, toward) = (stream.next_2d(), stream.next_2d());
+        let light = self.world.light(id);
+        let emission = light.emit(&emitters.scene, at, toward)?;
+        let from = ReferencePoint {
+            p: emission.p,
+            p_error: emission.p_error,
+            n: emission.n,
+            time,
+            receiver_side: ReceiverSide::NoMis,
+        };
+        let density = emission.density;
+        let spread = match light.is_at_infinity() {
+            true => Spread::Beam {
+                pdf: density.position,
+            },
+            false => Spread::FromPoint {
+                pdf: density.direction,
+                cosine: emission.cosine(),
+            },
+        };
+        let media = &self.world.media;
+        let medium = match light.is_at_infinity() {
+            true => media.at_infinity(),
+            false => media.at_light(id, emission.n, emission.d),
+        };
+        // What is known of the light's own vertex depends on the next one.
+        let onward = Onward {
+            before: 0.0,
+            rest: 0.0,
+        };
+        let mut walk = Walk::new(emission.ray(time), medium, from, spread, onward);
+        walk.throughput = emission.flux() / pmf;
+        let valid = !is_black(walk.throughput) && walk.throughput.is_finite();
+        valid.then_some((id, emission, walk))
+    }
+
+    /// Extends a path by a vertex; `None` where it ends.
+    fn extend(
+        &self,
+        walk: &mut Walk,
+        (id, emission): (LightId, &Emission),
+        stream: &mut SampleStream,
+        visit: &mut impl FnMut(LightVertex<'a>, &mut SampleStream),
+    ) -> Option<()> {
+        let world = self.world;
+        let vertex = match walk.advance(world, stream)? {
+            Met::Background => return None,
+            Met::Medium(at) => Vertex::Medium(at),
+            Met::Surface(hit) => match surface_vertex(world, hit, walk.medium, None) {
+                Some(vertex) => vertex,
+                None => return walk.pass(world, &hit),
+            },
+        };
+        if walk.depth == 0 {
+            walk.onward = self.first_onward(id, emission, &vertex, walk);
+        }
+        let from = vertex.reference_point();
+        let history = walk.arrive(from.p, vertex.cosine(walk.ray.d));
+        let mut next = *walk;
+        let scattered = self.scatter(&mut next, &vertex, &history, stream);
+        if vertex.connects() {
+            let kept = LightVertex {
+                vertex,
+                throughput: walk.throughput,
+                history,
+                depth: walk.depth,
+            };
+            visit(kept, stream);
+        }
+        *walk = next;
+        scattered
+    }
+
+    /// What is known of the strategies that have no vertex from the light (s = 0: the light is met by chance) or only
+    /// that on the light (s = 1: emitter sampling) once the first surface is known.
+    fn first_onward(
+        &self,
+        id: LightId,
+        emission: &Emission,
+        vertex: &Vertex,
+        walk: &Walk,
+    ) -> Onward {
+        let from = vertex.reference_point();
+        let (light, wi) = (self.world.light(id), -walk.ray.d);
+        let end = LightEnd {
+            p: emission.p,
+            n: emission.n,
+        };
+        let pmf = self.lights.selector.pmf(&from, id);
+        let pdf = match light.is_delta() {
+            true => 1.0,
+            false => light.pdf(&from, wi, Some(&end_as_hit(&end, -wi, walk.ray.time))),
+        };
+        let lit = Lit {
+            id,
+            end,
+            from: &from,
+            cosine: vertex.cosine(wi),
+            wi,
+            pdf,
+        };
+        let densities = lit.densities(self.world, self.lights, pmf);
+        let hittable = f64::from(u8::from(!light.is_delta()));
+        Onward {
+            before: square(densities.direct / densities.emitted),
+            rest: hittable / square(densities.emitted),
+        }
+    }
+
+    /// Goes on from a vertex.
+    fn scatter(
+        &self,
+        walk: &mut Walk,
+        vertex: &Vertex,
+        history: &History,
+        stream: &mut SampleStream,
+    ) -> Option<()> {
+        let connects = self.bdpt.connects;
+        let (hit, bsdf) = match vertex {
+            Vertex::Surface { hit, bsdf, .. } => (hit, bsdf),
+            Vertex::Medium(at) => {
+                walk.scatter_in_medium(at, history, connects, stream);
+                return walk.russian_roulette(Rgb::ONE, stream);
+            }
+        };
+        let turn = Turn::sample(hit, bsdf, Carries::Importance, stream)?;
+        if turn.sample.transmission {
+            let scattered = (bsdf, &turn.sample);
+            let choice = || stream.next_1d();
+            let surface = &hit.surface;
+            let transport =
+                self.world
+                    .subsurface_transport(hit.material, surface, scattered, None, choice);
+            // Subsurface scattering is left to paths from the camera.
+            if transport.bssrdf.is_some() {
+                return None;
+            }
+            walk.throughput *= transport.share;
+        }
+        walk.throughput *= turn.factor;
+        let link = (history, connects);
+        walk.scatter_at_surface(self.world, (hit, bsdf), &turn.sample, turn.reverse, link);
+        walk.russian_roulette(turn.judged, stream)
+    }
+}

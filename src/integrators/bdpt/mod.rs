@@ -1,0 +1,106 @@
+//! `Integrator "bdpt"`: bidirectional path tracing (Veach and Guibas 1994; Lafortune and Willems 1993; Veach 1997, chapter
+//! 10; Pharr, Jakob and Humphreys 2016, §16.3).
+//!
+//! Light is transported along paths that are made in every way at once: s vertices from a light and t from the camera. Each way is
+//! good at other paths; all are summed with the weights of multiple importance sampling ([`weights`]).
+//!
+//! | s | t | | file |
+//! |---|---|---|---|
+//! | 0 | ≥ 2 | a camera path meets a light | [`camera_path`] |
+//! | 1 | ≥ 2 | emitter sampling | [`camera_path`] |
+//! | ≥ 2 | ≥ 2 | a camera path is joined to a light path | [`camera_path`], [`light_path`] |
+//! | ≥ 2 | 1 | a light path is joined to the lens: the light pass | [`splat`] |
+//!
+//! The last row is what no path tracer has: the caustics of lights without area. Its paths are shared by all pixels, and are not those
+//! that camera paths are joined to; a picture is the sum of both parts, each unbiased by itself.
+//!
+//! Subsurface scattering is found by camera paths alone.
+
+mod camera_path;
+mod light_end;
+mod light_path;
+mod splat;
+mod vertex;
+mod walk;
+mod weights;
+
+use super::context::{Context, Lights};
+use super::{LightJob, Path, Transport};
+use crate::lights::SelectionStrategy;
+use crate::math::{Rgb, UVec2};
+use crate::params::ParamReader;
+use crate::samplers::SampleStream;
+use camera_path::CameraPath;
+use light_path::{LightPath, LightTracer};
+
+pub(super) use light_path::SpareVertices;
+
+/// Parameters of `Integrator "bdpt"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bdpt {
+    /// `maxdepth` (5): largest number of scattering events; 0 shows only emitters.
+    pub max_depth: u32,
+    /// `lightsamplestrategy` ("spatial"): how emitter sampling chooses a light; noise only.
+    pub light_strategy: SelectionStrategy,
+    /// Camera paths are joined to light paths (s ≥ 2 and t ≥ 2).
+    pub connects: bool,
+}
+
+impl Bdpt {
+    /// Reads the parameters.
+    pub fn from_params(reader: &ParamReader) -> Bdpt {
+        Bdpt {
+            max_depth: super::max_depth(reader),
+            light_strategy: SelectionStrategy::from_params(reader),
+            connects: true,
+        }
+    }
+}
+
+impl Transport for Bdpt {
+    const MEDIA: bool = true;
+    const INDIRECT: bool = true;
+    const TRACES_LIGHT: bool = true;
+
+    fn radiance(&self, mut context: Context) -> Rgb {
+        let mut light_path = LightPath::in_spare(&mut context.workspace.vertices);
+        if self.connects {
+            let tracer = LightTracer {
+                bdpt: self,
+                world: context.world,
+                lights: context.lights,
+            };
+            // The camera's vertex takes one of the scattering events.
+            let depth = self.max_depth.saturating_sub(1);
+            light_path.trace(&tracer, context.ray.time, depth, context.stream);
+        }
+        let mut path = CameraPath::new(self, &mut context, &light_path);
+        while path.extend().is_some() {}
+        let radiance = path.radiance;
+        light_path.give_back(&mut context.workspace.vertices);
+        radiance
+    }
+
+    fn light_path(
+        &self,
+        job: &LightJob,
+        lights: &Lights,
+        stream: &mut SampleStream,
+        splat: &mut impl FnMut(UVec2, Rgb),
+    ) {
+        let tracer = LightTracer {
+            bdpt: self,
+            world: job.world,
+            lights,
+        };
+        splat::splat_path(&tracer, job, stream, splat);
+    }
+
+    fn path(&self) -> Option<Path> {
+        Some(Path {
+            max_depth: self.max_depth,
+            light_strategy: self.light_strategy,
+            ..Path::default()
+        })
+    }
+}

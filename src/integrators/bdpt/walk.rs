@@ -1,0 +1,300 @@
+//! A subpath from the camera or from a light, one vertex after the other.
+
+use super::vertex::{Vertex, importance_cosine};
+use super::weights::{History, Onward};
+use crate::accel::GeometryHit;
+use crate::bsdf::{Bsdf, BsdfSample};
+use crate::handles::MediumId;
+use crate::integrators::MAX_NULL_SURFACES;
+use crate::integrators::vertex::{MediumVertex, Vertex as _};
+use crate::math::color::is_black;
+use crate::math::ray::Ray;
+use crate::math::{Rgb, Vec3};
+use crate::samplers::SampleStream;
+use crate::surface::ReferencePoint;
+use crate::world::World;
+
+/// Scattering events after which Russian roulette decides whether a subpath goes on, as in [`crate::integrators::Path`].
+const MIN_BOUNCES: u32 = 3;
+
+/// No subpath is ended with less than this probability once roulette applies.
+const MIN_TERMINATION: f32 = 0.05;
+
+/// How the density of the next vertex follows from what was sampled at the last one.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Spread {
+    /// A direction from a point, with this density per solid angle; the cosine there turns densities of the other side into
+    /// those per area.
+    FromPoint { pdf: f32, cosine: f32 },
+    /// A point of a beam of parallel rays from a light at infinity, with this density per area across. Densities
+    /// of the light itself are per solid angle.
+    Beam { pdf: f32 },
+    /// The camera's, whose densities are in [`Onward::before`]: those of the lens over those of the film's samples.
+    Camera,
+}
+
+/// A subpath on its way to the next vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walk {
+    /// To the next vertex.
+    pub ray: Ray,
+    /// Around the ray.
+    pub medium: Option<MediumId>,
+    /// Values over densities so far.
+    pub throughput: Rgb,
+    /// The last vertex.
+    pub from: ReferencePoint,
+    pub spread: Spread,
+    pub onward: Onward,
+    /// No strategy joins the last vertex to others: the camera, or a delta.
+    pub after_delta: bool,
+    /// Scattering events so far.
+    pub depth: u32,
+    /// Throughput that Russian roulette judges by.
+    roulette: Rgb,
+    null_surfaces: u32,
+}
+
+/// What a subpath meets.
+pub(super) enum Met {
+    /// Nothing.
+    Background,
+    /// A particle.
+    Medium(MediumVertex),
+    /// A surface, with or without material.
+    Surface(GeometryHit),
+}
+
+impl Walk {
+    /// From a first vertex.
+    pub fn new(
+        ray: Ray,
+        medium: Option<MediumId>,
+        from: ReferencePoint,
+        spread: Spread,
+        onward: Onward,
+    ) -> Walk {
+        Walk {
+            ray,
+            medium,
+            throughput: Rgb::ONE,
+            from,
+            spread,
+            onward,
+            after_delta: true,
+            depth: 0,
+            roulette: Rgb::ONE,
+            null_surfaces: 0,
+        }
+    }
+
+    /// To the next surface, or to what scatters before it. `None` where the throughput becomes black.
+    pub fn advance(&mut self, world: &World, stream: &mut SampleStream) -> Option<Met> {
+        let hit = world.intersect(&self.ray);
+        if let Some(id) = self.medium {
+            let t_max = hit.as_ref().map_or(self.ray.t_max, |hit| hit.t);
+            let medium = world.media.medium(id);
+            let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, stream);
+            self.throughput *= flight.weight;
+            if is_black(self.throughput) || !self.throughput.is_finite() {
+                return None;
+            }
+            if let Some(t) = flight.scattered {
+                let p = self.ray.at(t);
+                return p.is_finite().then_some(Met::Medium(MediumVertex {
+                    p,
+                    wo: -self.ray.d,
+                    phase,
+                    medium: id,
+                    time: self.ray.time,
+                }));
+            }
+        }
+        Some(hit.map_or(Met::Background, Met::Surface))
+    }
+
+    /// Through a surface without material.
+    pub fn pass(&mut self, world: &World, hit: &GeometryHit) -> Option<()> {
+        self.null_surfaces += 1;
+        if self.null_surfaces > MAX_NULL_SURFACES {
+            return None;
+        }
+        self.medium = world.medium_beyond(hit, self.ray.d, self.medium);
+        self.ray = hit.surface.spawn_ray(self.ray.d);
+        Some(())
+    }
+
+    /// The vertex at `p`, seen under this cosine to its normal.
+    pub fn arrive(&self, p: Vec3, cosine: f32) -> History {
+        let Onward { before, rest } = self.onward;
+        let cosine = f64::from(cosine);
+        let (density, backward) = match self.spread {
+            Spread::FromPoint { pdf, cosine: from } => {
+                let distance2 = (p.as_dvec3() - self.from.p.as_dvec3()).length_squared();
+                (
+                    f64::from(pdf) * cosine / distance2,
+                    f64::from(from) / distance2,
+                )
+            }
+            Spread::Beam { pdf } => (f64::from(pdf) * cosine, 1.0),
+            Spread::Camera => (cosine, 0.0),
+        };
+        History {
+            density,
+            backward,
+            before,
+            rest,
+        }
+    }
+
+    /// The subpath goes on from a point of a medium.
+    pub fn scatter_in_medium(
+        &mut self,
+        at: &MediumVertex,
+        history: &History,
+        connects: bool,
+        stream: &mut SampleStream,
+    ) {
+        let (wi, pdf) = at.phase.sample(at.wo, stream.next_2d());
+        self.from = at.reference_point();
+        self.ray = Ray::new(at.p, wi, at.time);
+        self.spread = Spread::FromPoint { pdf, cosine: 1.0 };
+        self.onward = history.onward(false, pdf.into(), connects);
+        self.after_delta = false;
+    }
+
+    /// The subpath goes on from a surface as in `sample`. `reverse` is the density per solid angle of the opposite
+    /// direction.
+    pub fn scatter_at_surface(
+        &mut self,
+        world: &World,
+        (hit, bsdf): (&GeometryHit, &Bsdf),
+        sample: &BsdfSample,
+        reverse: f32,
+        (history, connects): (&History, bool),
+    ) {
+        let delta = sample.specular;
+        // Densities of perfectly specular directions are left out on both sides.
+        let (pdf, reverse) = if delta {
+            (1.0, 1.0)
+        } else {
+            (sample.pdf, reverse)
+        };
+        self.medium = world.medium_beyond(hit, sample.wi, self.medium);
+        self.from = crate::integrators::vertex::receiver(&hit.surface, bsdf);
+        self.ray = hit.surface.spawn_ray(sample.wi);
+        let cosine = hit.surface.n.dot(sample.wi).abs();
+        self.spread = Spread::FromPoint { pdf, cosine };
+        self.onward = history.onward(delta, reverse.into(), connects);
+        self.after_delta = delta;
+    }
+
+    /// Counts a scattering event that has multiplied the throughput by `factor`, apart from what refraction does to
+    /// radiance, and decides whether the subpath goes on.
+    pub fn russian_roulette(&mut self, factor: Rgb, stream: &mut SampleStream) -> Option<()> {
+        self.depth += 1;
+        self.roulette *= factor;
+        let survival = self.roulette.max_element();
+        if self.depth <= MIN_BOUNCES + 1 || survival >= 1.0 {
+            return Some(());
+        }
+        let termination = (1.0 - survival).max(MIN_TERMINATION);
+        self.throughput /= 1.0 - termination;
+        self.roulette /= 1.0 - termination;
+        (stream.next_1d() >= termination).then_some(())
+    }
+}
+
+/// A direction from a surface for a subpath from the camera: the sample, the factor of the throughput, that factor for roulette,
+/// and the density of the opposite direction.
+pub(super) struct Turn {
+    pub sample: BsdfSample,
+    pub factor: Rgb,
+    pub judged: Rgb,
+    pub reverse: f32,
+}
+
+/// Which quantity a subpath carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Carries {
+    /// From the camera.
+    Radiance,
+    /// From a light.
+    Importance,
+}
+
+impl Turn {
+    /// Samples the BSDF at a hit.
+    pub fn sample(
+        hit: &GeometryHit,
+        bsdf: &Bsdf,
+        carries: Carries,
+        stream: &mut SampleStream,
+    ) -> Option<Turn> {
+        let wo = hit.surface.wo;
+        let lobe = stream.next_1d_if(bsdf.chooses());
+        let sample = bsdf.sample(wo, lobe, stream.next_2d())?;
+        let back = match sample.specular {
+            false => bsdf.f_and_pdf(sample.wi, wo),
+            true => (Rgb::ZERO, 1.0),
+        };
+        let eta2 = sample.eta * sample.eta;
+        let radiance = bsdf.shading_normal().dot(sample.wi).abs();
+        let (factor, judged) = match carries {
+            Carries::Radiance => {
+                let factor = sample.f * (radiance / sample.pdf);
+                (factor, factor * eta2)
+            }
+            Carries::Importance => {
+                // Refraction scales radiance, not importance.
+                let f = if sample.specular {
+                    sample.f * eta2
+                } else {
+                    back.0
+                };
+                let cosine = match sample.specular {
+                    // The cosine that a delta's value is divided by.
+                    true => radiance * importance_correction(hit, bsdf, sample.wi),
+                    false => importance_cosine(hit, bsdf, sample.wi),
+                };
+                let factor = f * (cosine / sample.pdf);
+                (factor, factor)
+            }
+        };
+        let valid = !is_black(factor) && factor.is_finite();
+        valid.then_some(Turn {
+            sample,
+            factor,
+            judged,
+            reverse: back.1,
+        })
+    }
+}
+
+/// [`importance_cosine`] over the shading normal's cosine to `wi`.
+fn importance_correction(hit: &GeometryHit, bsdf: &Bsdf, wi: Vec3) -> f32 {
+    let shading = bsdf.shading_normal().dot(wi).abs();
+    if shading == 0.0 {
+        return 0.0;
+    }
+    importance_cosine(hit, bsdf, wi) / shading
+}
+
+/// The vertex where a subpath meets a surface with this material.
+pub(super) fn surface_vertex<'a>(
+    world: &'a World,
+    hit: GeometryHit,
+    medium: Option<MediumId>,
+    differentials: Option<&crate::math::ray::RayDifferentials>,
+) -> Option<Vertex<'a>> {
+    let material = world.material(hit.material)?;
+    let mut vertex = Vertex::Surface {
+        hit,
+        bsdf: Bsdf::empty(),
+        medium,
+    };
+    if let Vertex::Surface { hit, bsdf, .. } = &mut vertex {
+        world.fill_bsdf(material, &hit.surface, differentials, bsdf);
+    }
+    Some(vertex)
+}
