@@ -6,7 +6,8 @@
 //!
 //! A pixel is the mean of its own samples: reconstruction filters are importance-sampled (Ernst, Stamminger, Greiner
 //! 2006) and nothing is splatted onto neighbors. So a pixel's variance can be estimated, and the image does not depend
-//! on the order or the size of tiles.
+//! on the order or the size of tiles. What paths from the lights bring, which end anywhere, is a second image with a mean
+//! and a variance of its own, [`Splats`], and added to the first.
 //!
 //! ```
 //! use fstop::film::{Film, FilmSpec, PixelBounds};
@@ -29,11 +30,13 @@ mod exr;
 mod image;
 mod metadata;
 mod pairwise;
+mod path_set;
 mod pfm;
 mod pixels;
 mod png;
 mod read;
 mod spec;
+mod splats;
 mod stored;
 mod tile;
 mod write;
@@ -45,9 +48,11 @@ pub use bounds::PixelBounds;
 pub use image::Image;
 pub use metadata::FilmMetadata;
 pub(crate) use pairwise::Pairwise;
+pub use path_set::PathSet;
 pub use pixels::PixelStatistics;
 pub use read::{LoadedImage, ReadError, read, read_within};
 pub use spec::{FilmError, FilmSpec};
+pub use splats::{DroppedSplat, MEMORY_OF_SPLATS, SplatBuffer, Splats};
 pub use tile::{DroppedSample, Tile};
 pub use write::{WriteError, check_name, check_output, keeps_variances, write, write_somewhere};
 
@@ -63,6 +68,8 @@ pub struct Film {
     pixels: Vec<PixelStatistics>,
     dropped: u64,
     first_dropped: Option<DroppedSample>,
+    paths: u64,
+    first_dropped_splat: Option<DroppedSplat>,
 }
 
 /// Bytes that a pixel takes while an image is rendered: in the film, and in the tiles that are done and not yet merged.
@@ -84,6 +91,8 @@ impl Film {
             pixels: vec![PixelStatistics::default(); bounds.area()],
             dropped: 0,
             first_dropped: None,
+            paths: 0,
+            first_dropped_splat: None,
         }
     }
 
@@ -97,7 +106,7 @@ impl Film {
         self.bounds
     }
 
-    /// Number of samples dropped because they were not finite or clearly negative; each counts as black.
+    /// Number of samples and splats dropped because they were not finite or clearly negative; each counts as black.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
@@ -105,6 +114,16 @@ impl Film {
     /// The first of them, row by row, regardless of how the film was divided into tiles.
     pub fn first_dropped(&self) -> Option<DroppedSample> {
         self.first_dropped
+    }
+
+    /// The first splat that was dropped.
+    pub fn first_dropped_splat(&self) -> Option<DroppedSplat> {
+        self.first_dropped_splat
+    }
+
+    /// Number of light paths whose splats have been added.
+    pub fn paths(&self) -> u64 {
+        self.paths
     }
 
     /// The statistics of one pixel; `None` outside the crop window.
@@ -127,6 +146,17 @@ impl Film {
         self.first_dropped = DroppedSample::first(self.first_dropped, tile.first_dropped());
     }
 
+    /// Adds the light of paths from the lights to every pixel that has samples. Once, when the film has them all.
+    pub fn add_light(&mut self, splats: &Splats) {
+        for (pixel, statistics) in self.bounds.pixels().zip(&mut self.pixels) {
+            *statistics = splats.light(pixel, statistics);
+        }
+        self.paths += splats.paths().count();
+        self.dropped = self.dropped.saturating_add(splats.dropped());
+        let first = splats.first_dropped();
+        self.first_dropped_splat = DroppedSplat::first(self.first_dropped_splat, first);
+    }
+
     /// The film whose every pixel is the mean of its two halves' ([`PixelStatistics::mean_of`]); both films must have
     /// the same [`FilmSpec`].
     pub fn mean_of(a: &Film, b: &Film) -> Film {
@@ -135,6 +165,8 @@ impl Film {
             pixels: pairs.map(|(p, q)| PixelStatistics::mean_of(p, q)).collect(),
             dropped: a.dropped.saturating_add(b.dropped),
             first_dropped: DroppedSample::first(a.first_dropped, b.first_dropped),
+            paths: a.paths + b.paths,
+            first_dropped_splat: DroppedSplat::first(a.first_dropped_splat, b.first_dropped_splat),
             ..*a
         }
     }

@@ -7,9 +7,7 @@
 //! errors of rounding grow with the height of the tree only (N. J. Higham, "The accuracy of floating point summation",
 //! 1993, §3).
 //!
-//! Samples of light paths that end anywhere on the film (there are none yet) cannot be ordered by pixel. Their sums will
-//! be integers: each channel in fixed point, 128 bits wide with 64 after the point, which adds up to the same bits in
-//! any order, holds 2⁶³ and resolves 5·10⁻²⁰.
+//! Light paths, which end anywhere on the film, cannot be ordered by pixel: see [`super::splats`].
 
 use super::PixelStatistics;
 use crate::math::Rgb;

@@ -46,6 +46,24 @@ impl PixelStatistics {
         }
     }
 
+    /// With an independent estimate of more light added, of this mean and variance. A pixel without samples has none.
+    pub(super) fn plus(&self, mean: DVec3, variance: DVec3) -> PixelStatistics {
+        if self.count == 0 {
+            return *self;
+        }
+        let count = self.count as f64;
+        // Chosen so that `variance_of_mean` returns the sum; that of one sample is infinite without.
+        let more = match self.count {
+            1 => DVec3::ZERO,
+            _ => variance * (count * (count - 1.0)),
+        };
+        PixelStatistics {
+            mean: self.mean + mean,
+            squared_deviations: self.squared_deviations + more,
+            count: self.count,
+        }
+    }
+
     /// Number of samples.
     pub fn count(&self) -> u64 {
         self.count

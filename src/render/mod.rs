@@ -8,6 +8,7 @@
 mod allocation;
 mod goal;
 mod halves;
+mod light_pass;
 mod progress;
 mod progressive;
 mod shard;
@@ -84,6 +85,11 @@ pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     for tile in rendered {
         film.merge(tile);
     }
+    if let Some(mut splats) = job.splats() {
+        let paths = 0..job.light_paths(job.sampler.spp());
+        light_pass::trace(job, &job.sampler, &mut splats, paths, || true, progress);
+        film.add_light(&splats);
+    }
     film
 }
 
@@ -95,7 +101,7 @@ fn sample_tile(
     tile: &mut Tile,
     bounds: PixelBounds,
 ) {
-    let spacing = spacing(job);
+    let all = OfAll::new(job);
     let want_differentials = job.world.needs_footprint();
     let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
@@ -116,7 +122,7 @@ fn sample_tile(
         }
         job.camera.rays(&samples, want_differentials, &mut rays);
         for ((waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
-            waiting.finish(job, sample, ray.as_ref(), spacing, tile, &mut workspace);
+            waiting.finish(job, sample, ray.as_ref(), &all, tile, &mut workspace);
         }
         samples.clear();
     }
@@ -133,11 +139,12 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     job.camera.rays(&samples, want_differentials, &mut rays);
     let camera_ray: &CameraRay = rays.first()?.as_ref()?;
     let mut watch = Watch::default();
+    let all = OfAll::new(job);
     job.integrator.radiance(
         &job.world,
         camera_ray.ray,
-        camera_ray.scaled_differentials(spacing(job)).as_ref(),
-        &camera_end(job, &sample, camera_ray, waiting.film_density),
+        camera_ray.scaled_differentials(all.spacing).as_ref(),
+        &waiting.camera_end(job, &sample, camera_ray, &all),
         &mut waiting.stream,
         &mut Workspace::default(),
         Some(&mut watch),
@@ -145,29 +152,21 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     watch.offender()
 }
 
-fn camera_end<'a>(
-    job: &'a RenderJob,
-    sample: &'a CameraSample,
-    ray: &'a CameraRay,
-    film_density: f32,
-) -> CameraEnd<'a> {
-    CameraEnd {
-        camera: &job.camera,
-        sample,
-        ray,
-        film_density,
-        light_paths: light_paths(job),
+/// What all samples of an image have in common.
+struct OfAll {
+    /// Spacing of a pixel's samples, in pixels: see [`RenderJob::footprint_spp`].
+    spacing: f32,
+    /// See [`RenderJob::paths_per_sample`].
+    light_paths: f32,
+}
+
+impl OfAll {
+    fn new(job: &RenderJob) -> OfAll {
+        OfAll {
+            spacing: 1.0 / (job.footprint_spp.max(1) as f32).sqrt(),
+            light_paths: job.paths_per_sample(),
+        }
     }
-}
-
-fn light_paths(job: &RenderJob) -> f32 {
-    let _ = job;
-    0.0
-}
-
-/// Spacing of a pixel's samples, in pixels: see [`RenderJob::footprint_spp`].
-fn spacing(job: &RenderJob) -> f32 {
-    1.0 / (job.footprint_spp.max(1) as f32).sqrt()
 }
 
 /// A sample whose camera ray has not been generated yet.
@@ -217,12 +216,28 @@ impl PendingSample {
         (sample, waiting)
     }
 
+    fn camera_end<'a>(
+        &self,
+        job: &'a RenderJob,
+        sample: &'a CameraSample,
+        ray: &'a CameraRay,
+        all: &OfAll,
+    ) -> CameraEnd<'a> {
+        CameraEnd {
+            camera: &job.camera,
+            sample,
+            ray,
+            film_density: self.film_density,
+            light_paths: all.light_paths,
+        }
+    }
+
     fn finish(
         mut self,
         job: &RenderJob,
         sample: &CameraSample,
         ray: Option<&CameraRay>,
-        spacing: f32,
+        all: &OfAll,
         tile: &mut Tile,
         workspace: &mut Workspace,
     ) {
@@ -230,12 +245,13 @@ impl PendingSample {
             tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
             return;
         };
-        let differentials = camera_ray.scaled_differentials(spacing);
+        let differentials = camera_ray.scaled_differentials(all.spacing);
+        let end = self.camera_end(job, sample, camera_ray, all);
         let radiance = job.integrator.radiance(
             &job.world,
             camera_ray.ray,
             differentials.as_ref(),
-            &camera_end(job, sample, camera_ray, self.film_density),
+            &end,
             &mut self.stream,
             workspace,
             None,

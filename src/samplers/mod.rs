@@ -178,6 +178,29 @@ impl Sampler {
     }
 }
 
+/// Sets the streams of light paths apart from those of pixels.
+const LIGHT: u64 = 0x6c69_6768_7470_6174;
+
+/// Bits of a light path's number within a sequence.
+const PATHS_OF_SEQUENCE: u32 = 32;
+
+impl Sampler {
+    /// The stream of a path from a light, which belongs to no pixel: all paths of an image are one sequence, independent
+    /// of the pixels' (a new one after 2³² of them, the most that points are made for). A region of the film sees its
+    /// light come from a small part of the unit hypercube, in which a long sequence is stratified, but many short ones
+    /// are not. Stratified points have no strata for a number that is not known in advance: they are Sobol's here.
+    pub fn light_stream(&self, number: u64) -> SampleStream {
+        let seed = mix2(mix2(self.seed, LIGHT), number >> PATHS_OF_SEQUENCE);
+        let index = number as u32;
+        match self.points {
+            Points::Random => SampleStream::Random(RandomStream::new(seed, index)),
+            Points::Stratified(_) | Points::Sobol => {
+                SampleStream::Sobol(SobolStream::new(seed, index))
+            }
+        }
+    }
+}
+
 /// The dimensions of one camera sample, one after the other, all in [0, 1).
 #[derive(Clone, Copy, Debug)]
 pub enum SampleStream {

@@ -55,6 +55,39 @@ fn streams_depend_on_seed_pixel_index_and_order_only() {
 }
 
 #[test]
+fn streams_of_light_are_their_own() {
+    for spec in kinds(16) {
+        let sampler = Sampler::new(&spec, 7);
+        let first = draws(&mut sampler.light_stream(5));
+        assert_eq!(first, draws(&mut sampler.light_stream(5)));
+        let others = [
+            sampler.light_stream(6),
+            sampler.light_stream(5 + (1 << 32)),
+            sampler.half(0).light_stream(5),
+            sampler.half(1).light_stream(5),
+            Sampler::new(&spec, 8).light_stream(5),
+            sampler.stream(pixel(0, 0), 5),
+        ];
+        for mut other in others {
+            assert_ne!(first, draws(&mut other), "{spec:?}");
+        }
+    }
+}
+
+#[test]
+fn paths_of_light_are_a_net_wherever_a_run_of_them_begins() {
+    for first in [0, 1 << 20, 3 << 33] {
+        let sampler = Sampler::new(&SamplerSpec::sobol(1), 5);
+        let draw = |i: u64| draws(&mut sampler.light_stream(first + i)).0;
+        let all: Vec<Vec<Vec2>> = (0..256).map(draw).collect();
+        for d in 0..all[0].len() {
+            let points: Vec<Vec2> = all.iter().map(|path| path[d]).collect();
+            assert!((0..=8).all(|e| one_in_each_cell(&points, 1 << e, 1 << (8 - e))));
+        }
+    }
+}
+
+#[test]
 fn streams_stay_what_they_are() {
     // Recorded once: a change here changes every image, and shards and resumed renders with it.
     let expected = [

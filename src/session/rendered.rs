@@ -84,14 +84,17 @@ pub(super) fn take(
         None => {
             let spp = job.sampler.spp();
             let pixels = job.film.pixel_bounds().area() as u64;
-            let progress = Progress::new(pixels * u64::from(spp), report).kept(journal, stop);
+            let paths = job.light_paths(spp);
+            let all = pixels * u64::from(spp) + paths;
+            let progress = Progress::new(all, report).kept(journal, stop);
             let film = render::render(job, options.tile_size, &progress);
             let first = film.first_dropped();
             let first = first.map(|dropped| (dropped, render::locate(job, &job.sampler, dropped)));
             let sampled = film.bounds().intersection(job.sampled).area() as u64;
             let (all, done) = (sampled * u64::from(spp), film.samples());
             let taken = done as f64 / sampled.max(1) as f64;
-            (film, taken, first, None, None, done < all)
+            let stopped = done < all || film.paths() < paths;
+            (film, taken, first, None, None, stopped)
         }
         Some(goal) => {
             // The size of tiles decides which pixels share their number of samples.

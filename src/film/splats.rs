@@ -1,0 +1,418 @@
+//! Splats: what paths from the lights bring to pixels, wherever on the film they end.
+//!
+//! They come in any order, from any thread, process or machine, so their sums are integers: fixed point, wide enough for
+//! every image, which adds up to the same bits however it is done. The point is placed for each image by its
+//! [scale](Splats::new), about what one path brings.
+
+use super::path_set::PathSet;
+use super::{PixelBounds, PixelStatistics};
+use crate::math::color::luminance;
+use crate::math::{Rgb, UVec2};
+use glam::DVec3;
+use std::ops::Range;
+
+/// Bits of a sum behind the point: a contribution of 2⁻¹² of the scale keeps all digits of a float. There is more room
+/// above, for fireflies, and because most of a large scene may be far from its lights.
+const FRACTION: i32 = 36;
+
+/// The largest contribution, as a power of two of a sum's unit (2⁵¹ of the scale): 2⁴⁰ of them fit into 128 bits with a
+/// sign. What is larger counts as this.
+const LARGEST: i32 = 87;
+
+/// Bits of a sum of squares behind the point. Nothing is negative here, so that a sum that does not fit may stay at the
+/// largest number, and still be that of any order.
+const FRACTION_OF_SQUARE: i32 = 36;
+
+/// The farthest that the point is moved either way: lights up to 2¹⁰⁰ times as strong as 1.
+const MOST_SCALE: i32 = 100;
+
+/// Bytes that a pixel's splats take.
+pub const MEMORY_OF_SPLATS: u64 = size_of::<Sums>() as u64;
+
+/// Contributions to one pixel: their sum and that of their squares.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Sums {
+    pub(super) values: [i128; 3],
+    pub(super) squares: [u128; 3],
+}
+
+/// A splat that was dropped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DroppedSplat {
+    /// Number of the light path, from 0.
+    pub path: u64,
+    /// Its pixel, in raster coordinates of the full image.
+    pub pixel: UVec2,
+}
+
+impl DroppedSplat {
+    /// That of the first path, in order of rows, regardless of the order in which they occurred.
+    pub(super) fn first(a: Option<Self>, b: Option<Self>) -> Option<Self> {
+        let both = a.into_iter().chain(b);
+        both.min_by_key(|d| (d.path, d.pixel.y, d.pixel.x))
+    }
+}
+
+/// Sums of splats, and which light paths they are of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Splats {
+    bounds: PixelBounds,
+    scale: i32,
+    pub(super) pixels: Vec<Sums>,
+    pub(super) paths: PathSet,
+    pub(super) dropped: u64,
+    pub(super) first_dropped: Option<DroppedSplat>,
+}
+
+/// What a few paths bring, on its way to the sums.
+#[derive(Debug)]
+pub struct SplatBuffer {
+    bounds: PixelBounds,
+    max_luminance: f32,
+    splats: Vec<(u32, Rgb)>,
+    paths: Range<u64>,
+    dropped: u64,
+    first_dropped: Option<DroppedSplat>,
+}
+
+impl Splats {
+    /// None yet, for these pixels. 2^`scale` is about what one path brings to a pixel if it brings anything; 2³⁰
+    /// times more or 2¹⁰ times less does no harm.
+    pub fn new(bounds: PixelBounds, scale: i32) -> Splats {
+        Splats {
+            bounds,
+            scale: scale.clamp(-MOST_SCALE, MOST_SCALE),
+            pixels: vec![Sums::default(); bounds.area()],
+            paths: PathSet::default(),
+            dropped: 0,
+            first_dropped: None,
+        }
+    }
+
+    /// The paths whose splats are here.
+    pub fn paths(&self) -> &PathSet {
+        &self.paths
+    }
+
+    /// Number of splats that were not finite; each counts as nothing.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// The first of them.
+    pub fn first_dropped(&self) -> Option<DroppedSplat> {
+        self.first_dropped
+    }
+
+    /// Adds what is in `buffer`, unless its paths are here already, and empties it.
+    pub fn add(&mut self, buffer: &mut SplatBuffer) {
+        let start = buffer.paths.end;
+        let paths = std::mem::replace(&mut buffer.paths, start..start);
+        let is_new = self.paths.insert(paths);
+        let [value, square] = [FRACTION - self.scale, FRACTION_OF_SQUARE - 2 * self.scale];
+        let [value, square] = [value, square].map(power_of_two);
+        for (index, splat) in buffer.splats.drain(..).filter(|_| is_new) {
+            if let Some(sums) = self.pixels.get_mut(index as usize) {
+                sums.add(splat.as_dvec3(), value, square);
+            }
+        }
+        let dropped = std::mem::take(&mut buffer.dropped);
+        let first = buffer.first_dropped.take();
+        if is_new {
+            self.dropped = self.dropped.saturating_add(dropped);
+            self.first_dropped = DroppedSplat::first(self.first_dropped, first);
+        }
+    }
+
+    /// Adds the sums of other paths for the same pixels at the same scale. Returns `false`, and adds nothing, if they are
+    /// of others, or some paths are in both.
+    pub fn join(&mut self, other: &Splats) -> bool {
+        let mut paths = self.paths.clone();
+        let same = (self.bounds, self.scale) == (other.bounds, other.scale);
+        let mut ranges = other.paths.ranges().iter();
+        if !same || !ranges.all(|range| paths.insert(range.clone())) {
+            return false;
+        }
+        self.paths = paths;
+        for (sums, others) in self.pixels.iter_mut().zip(&other.pixels) {
+            sums.join(others);
+        }
+        self.dropped = self.dropped.saturating_add(other.dropped);
+        self.first_dropped = DroppedSplat::first(self.first_dropped, other.first_dropped);
+        true
+    }
+
+    /// The mean of what a path brings to a pixel, and the variance of that mean: Σx²/N less the mean's square, over N − 1,
+    /// as of independent paths that each come to the pixel once. Well-distributed paths do better; those that come
+    /// several times, which are rare, do worse. Nothing of no paths; of one, the variance is infinite.
+    pub fn mean_and_variance(&self, pixel: UVec2) -> (DVec3, DVec3) {
+        let count = self.paths.count() as f64;
+        let sums = self.bounds.index(pixel).and_then(|i| self.pixels.get(i));
+        let Some(sums) = sums.filter(|_| count > 0.0) else {
+            return (DVec3::ZERO, DVec3::ZERO);
+        };
+        let [value, square] = [self.scale - FRACTION, 2 * self.scale - FRACTION_OF_SQUARE];
+        let [value, square] = [value, square].map(power_of_two);
+        let mean = DVec3::from(sums.values.map(|sum| sum as f64)) * value / count;
+        let squares = DVec3::from(sums.squares.map(|sum| sum as f64)) * square / count;
+        if count == 1.0 {
+            return (mean, DVec3::INFINITY);
+        }
+        let deviation = (squares - mean * mean).max(DVec3::ZERO);
+        (mean, deviation / (count - 1.0))
+    }
+
+    /// The statistics of a pixel's own samples, with the light of the paths from lights added to their mean, and its
+    /// variance to theirs.
+    pub fn light(&self, pixel: UVec2, samples: &PixelStatistics) -> PixelStatistics {
+        let (mean, variance) = self.mean_and_variance(pixel);
+        samples.plus(mean, variance)
+    }
+}
+
+impl Sums {
+    /// Adds a contribution, with the factors that give it and its square in units.
+    fn add(&mut self, value: DVec3, per_unit: f64, per_square: f64) {
+        let most = power_of_two(LARGEST);
+        for channel in 0..3 {
+            let x = value[channel];
+            // A product with a power of two is exact, and so is the square of a float; adding half a unit rounds.
+            let units = ((x.abs() * per_unit).min(most) + 0.5) as i128;
+            let signed = if x < 0.0 { -units } else { units };
+            let square = (x * x * per_square + 0.5) as u128;
+            self.values[channel] = self.values[channel].saturating_add(signed);
+            self.squares[channel] = self.squares[channel].saturating_add(square);
+        }
+    }
+
+    fn join(&mut self, other: &Sums) {
+        for channel in 0..3 {
+            self.values[channel] = self.values[channel].saturating_add(other.values[channel]);
+            self.squares[channel] = self.squares[channel].saturating_add(other.squares[channel]);
+        }
+    }
+}
+
+impl SplatBuffer {
+    /// Splats in a full buffer: 1 MiB of them.
+    pub const FULL: usize = 1 << 16;
+
+    /// For the pixels of `splats`. Contributions brighter than `max_luminance` are scaled down to it.
+    pub fn new(splats: &Splats, max_luminance: f32) -> SplatBuffer {
+        SplatBuffer {
+            bounds: splats.bounds,
+            max_luminance,
+            splats: Vec::new(),
+            paths: 0..0,
+            dropped: 0,
+            first_dropped: None,
+        }
+    }
+
+    /// Returns `true` if it is to be emptied.
+    pub fn is_full(&self) -> bool {
+        self.splats.len() >= SplatBuffer::FULL
+    }
+
+    /// Paths from number `first` follow; the buffer is empty.
+    pub fn begin(&mut self, first: u64) {
+        self.paths = first..first;
+    }
+
+    /// Adds what a path brings to a pixel: its filter's weight and all else in it, but for the number of paths. Nothing
+    /// outside the film. A value that is not finite counts as dropped.
+    #[inline]
+    pub fn push(&mut self, path: u64, pixel: UVec2, value: Rgb) {
+        let Some(index) = self.bounds.index(pixel) else {
+            return;
+        };
+        if !value.is_finite() {
+            self.dropped += 1;
+            let this = Some(DroppedSplat { path, pixel });
+            self.first_dropped = DroppedSplat::first(self.first_dropped, this);
+            return;
+        }
+        let y = luminance(value);
+        let limited = if y > self.max_luminance {
+            value * (self.max_luminance / y)
+        } else {
+            value
+        };
+        self.splats.push((index as u32, limited));
+    }
+
+    /// All paths before number `end` have been traced.
+    pub fn reach(&mut self, end: u64) {
+        self.paths.end = end;
+    }
+}
+
+/// 2ⁿ; n within what doubles have without losing digits.
+fn power_of_two(n: i32) -> f64 {
+    f64::from_bits(((1023 + n.clamp(-1022, 1023)) as u64) << 52)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Film, FilmSpec};
+
+    fn bounds() -> PixelBounds {
+        PixelBounds::new(UVec2::new(3, 5), UVec2::new(10, 9))
+    }
+
+    /// What path `i` brings, and where: magnitudes from 2⁻³⁰ to 2²⁰ of both signs.
+    fn splat(i: u64) -> (UVec2, Rgb) {
+        let phase = (i as f32 * 0.618_034).fract();
+        let pixel = UVec2::new(3 + (i * 5 % 7) as u32, 5 + (i * 3 % 4) as u32);
+        let strength = (50.0 * phase - 30.0).exp2();
+        let sign = if i.is_multiple_of(7) { -0.1 } else { 1.0 };
+        (pixel, Rgb::new(1.0, 0.3, phase) * (sign * strength))
+    }
+
+    fn traced(paths: Range<u64>, scale: i32) -> Splats {
+        let mut splats = Splats::new(bounds(), scale);
+        let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
+        buffer.begin(paths.start);
+        for i in paths.clone() {
+            let (pixel, value) = splat(i);
+            buffer.push(i, pixel, value);
+        }
+        buffer.reach(paths.end);
+        splats.add(&mut buffer);
+        splats
+    }
+
+    #[test]
+    fn any_order_makes_the_same_bits() {
+        let whole = traced(0..5000, 2);
+        for parts in [1, 7, 100] {
+            let mut sum = Splats::new(bounds(), 2);
+            let ranges = (0..parts).map(|i| 5000 * i / parts..5000 * (i + 1) / parts);
+            let mut ranges: Vec<Range<u64>> = ranges.collect();
+            ranges.sort_by_key(|range| range.start * 617 % 5003);
+            for range in ranges {
+                assert!(sum.join(&traced(range, 2)));
+            }
+            assert_eq!(sum, whole);
+        }
+    }
+
+    /// As doubles add it up, to the digits of the sum's unit.
+    #[test]
+    fn means_and_variances_are_those_of_what_paths_bring() {
+        let n = 5000;
+        for scale in [-18, 2, 18] {
+            let splats = traced(0..n, scale);
+            for pixel in bounds().pixels() {
+                let here = |i: u64| Some(splat(i)).filter(|s| s.0 == pixel);
+                let all = || (0..n).filter_map(here).map(|s| s.1.as_dvec3());
+                let mean = all().sum::<DVec3>() / n as f64;
+                let squares = all().map(|x| x * x).sum::<DVec3>() / n as f64;
+                let variance = (squares - mean * mean) / (n as f64 - 1.0);
+                let (found, found_variance) = splats.mean_and_variance(pixel);
+                // Half a unit, 2⁻³⁷ of the scale, of each of at most 5000 / 28 splats; doubles round them, too.
+                let unit = 2f64.powi(scale - FRACTION);
+                let error = (found - mean).abs();
+                assert!(error.max_element() < unit + 1e-13 * squares.max_element().sqrt());
+                // Squares are exact to 2⁻³⁶ of the scale's.
+                let error = (found_variance - variance).abs();
+                let unit = 2f64.powi(2 * scale - FRACTION_OF_SQUARE);
+                assert!(error.max_element() < unit + 1e-12 * variance.max_element());
+            }
+        }
+    }
+
+    #[test]
+    fn too_much_light_stays_the_most_there_is() {
+        let mut splats = Splats::new(bounds(), 0);
+        let pixel = UVec2::new(3, 5);
+        for i in 0..100 {
+            let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
+            buffer.begin(i);
+            buffer.push(i, pixel, Rgb::new(f32::MAX, -f32::MAX, 1.0));
+            buffer.reach(i + 1);
+            splats.add(&mut buffer);
+        }
+        let (mean, variance) = splats.mean_and_variance(pixel);
+        let most = 2f64.powi(LARGEST - FRACTION);
+        assert_eq!(mean, DVec3::new(most, -most, 1.0));
+        assert!(variance.is_finite() && variance.z == 0.0);
+        // As many as there will ever be.
+        let mut sums = Sums::default();
+        let large = Sums {
+            values: [i128::MAX - 5, i128::MIN + 5, 0],
+            squares: [u128::MAX - 5, 0, 0],
+        };
+        (0..3).for_each(|_| sums.join(&large));
+        assert_eq!(sums.values, [i128::MAX, i128::MIN, 0]);
+        assert_eq!(sums.squares, [u128::MAX, 0, 0]);
+    }
+
+    #[test]
+    fn paths_count_once_and_only_for_their_pixels() {
+        let mut splats = traced(0..100, 2);
+        let before = splats.clone();
+        assert!(!splats.join(&traced(99..200, 2)));
+        assert!(!splats.join(&traced(100..200, 3)));
+        assert!(!splats.join(&Splats::new(PixelBounds::new(UVec2::ZERO, UVec2::ONE), 2)));
+        assert_eq!(splats, before);
+        let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
+        buffer.begin(50);
+        buffer.push(50, UVec2::new(3, 5), Rgb::ONE);
+        buffer.reach(51);
+        splats.add(&mut buffer);
+        buffer.begin(100);
+        buffer.push(100, UVec2::new(2, 5), Rgb::ONE);
+        splats.add(&mut buffer);
+        assert_eq!(splats, before);
+    }
+
+    #[test]
+    fn broken_splats_are_counted_and_located_and_bright_ones_limited() {
+        let mut splats = Splats::new(bounds(), 0);
+        let mut buffer = SplatBuffer::new(&splats, 4.0);
+        let (a, b) = (UVec2::new(4, 6), UVec2::new(5, 5));
+        buffer.begin(0);
+        buffer.push(0, a, Rgb::splat(8.0));
+        buffer.push(1, a, Rgb::NAN);
+        buffer.push(1, b, Rgb::new(0.0, f32::NEG_INFINITY, 0.0));
+        buffer.push(2, b, Rgb::new(-1.0, 0.0, 0.0));
+        buffer.reach(4);
+        splats.add(&mut buffer);
+        assert_eq!(splats.dropped(), 2);
+        let first = DroppedSplat { path: 1, pixel: b };
+        assert_eq!(splats.first_dropped(), Some(first));
+        // 4 of four paths, to the rounding of luminance's three factors.
+        assert!((splats.mean_and_variance(a).0 - 1.0).abs().max_element() < 1e-6);
+        assert_eq!(splats.mean_and_variance(b).0.x, -0.25);
+    }
+
+    /// A film has the light of both, and the variances of both.
+    #[test]
+    fn light_is_added_to_pixels_that_are_sampled() {
+        let spec = FilmSpec {
+            resolution: UVec2::new(20, 20),
+            scale: 2.0,
+            ..FilmSpec::default()
+        };
+        let mut film = Film::new(&spec);
+        let mut tile = spec.tile(PixelBounds::new(UVec2::new(4, 6), UVec2::new(5, 7)));
+        let pixel = UVec2::new(4, 6);
+        for x in [1.0, 3.0] {
+            tile.add_sample(pixel, Rgb::splat(x), 1.0);
+        }
+        film.merge(tile);
+        let splats = traced(0..1000, 0);
+        film.add_light(&splats);
+        let (mean, variance) = splats.mean_and_variance(pixel);
+        let image = film.develop();
+        let at = 6 * 20 + 4;
+        // Two of single precision's roundings.
+        let close = |a: Rgb, b: DVec3| (a.as_dvec3() / b - 1.0).abs().max_element() < 2e-7;
+        assert!(close(image.pixels[at], (mean + 2.0) * 2.0));
+        assert!(close(image.variance.unwrap()[at], (variance + 1.0) * 4.0));
+        assert_eq!(image.pixels[at + 1], Rgb::ZERO);
+        assert_eq!(film.paths(), 1000);
+    }
+}

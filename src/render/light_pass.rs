@@ -1,0 +1,151 @@
+//! The light pass: paths traced from the lights, whose vertices are joined to the lens and bring light to pixels anywhere
+//! on the film.
+//!
+//! A pixel's light is the mean over its own camera samples plus the mean over all light paths of what they bring to it.
+//! There are as many paths as camera samples, and they are shared by all pixels. The two parts are independent: each of
+//! them may have any number without a bias.
+
+use super::{Progress, RenderJob};
+use crate::film::{PixelBounds, SplatBuffer, Splats};
+use crate::integrators::LightJob;
+use crate::math::color::luminance;
+use crate::samplers::Sampler;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+/// Paths that one worker takes at a time. Chunks begin at multiples of it.
+const CHUNK: u64 = 1 << 14;
+
+/// Paths after which a worker looks whether its buffer is full, or it is to stop.
+const RUN: u64 = 1 << 10;
+
+impl RenderJob {
+    /// Returns `true` if paths are traced from the lights, too: not through a camera that nothing is joined to, nor if the
+    /// film is looked at in pixel centers alone, which no such path meets.
+    pub fn traces_light(&self) -> bool {
+        self.integrator.traces_light() && self.camera.connects() && self.filter.is_continuous()
+    }
+
+    /// The pixels that light paths bring light to.
+    fn lit(&self) -> PixelBounds {
+        self.film.pixel_bounds().intersection(self.sampled)
+    }
+
+    /// Light paths for each sample of a pixel, all of which share them: the number of pixels; 0 if none are traced. Weights of
+    /// multiple importance sampling are made with it whatever the real numbers are.
+    pub(super) fn paths_per_sample(&self) -> f32 {
+        match self.traces_light() {
+            true => self.lit().area() as f32,
+            false => 0.0,
+        }
+    }
+
+    /// Number of light paths of an image with `spp` samples in every pixel.
+    pub fn light_paths(&self, spp: u32) -> u64 {
+        match self.traces_light() {
+            true => self.lit().area() as u64 * u64::from(spp),
+            false => 0,
+        }
+    }
+
+    /// Sums for the splats of light paths; `None` if none are traced.
+    pub fn splats(&self) -> Option<Splats> {
+        let scale = self.splat_scale()?;
+        Some(Splats::new(self.lit(), scale))
+    }
+
+    /// The power of two of what a path is expected to bring to the pixel that it comes to: the light of P paths, one for
+    /// each pixel, where lights of power Φ shine on surfaces as large as the square of the scene's radius.
+    pub fn splat_scale(&self) -> Option<i32> {
+        if !self.traces_light() {
+            return None;
+        }
+        let (_, radius) = self.world.geometry.bounds().bounding_sphere();
+        let lights = self.world.sampled_lights().iter();
+        let powers = lights.map(|light| f64::from(luminance(light.power(radius))));
+        let power: f64 = powers.sum();
+        let brought = power / f64::from(radius).powi(2) * f64::from(self.paths_per_sample());
+        let is_number = brought.is_normal() && brought > 0.0;
+        // The exponent as it is stored: a logarithm may differ from machine to machine.
+        Some(if is_number {
+            (brought.to_bits() >> 52) as i32 - 1023
+        } else {
+            0
+        })
+    }
+}
+
+/// Traces those of `paths` whose splats are not there yet. Returns `false` if it was stopped, or was no longer
+/// `in_time`: then some of them are not.
+pub(super) fn trace(
+    job: &RenderJob,
+    sampler: &Sampler,
+    splats: &mut Splats,
+    paths: Range<u64>,
+    in_time: impl Fn() -> bool + Sync,
+    progress: &Progress,
+) -> bool {
+    let missing = splats.paths().missing(paths.clone());
+    let count: u64 = missing.iter().map(|range| range.end - range.start).sum();
+    progress.advance(paths.end - paths.start - count);
+    let chunks: Vec<Range<u64>> = { missing.into_iter() }
+        .flat_map(|range| cut(range, CHUNK))
+        .collect();
+    let most = job.film.max_sample_luminance * job.paths_per_sample();
+    let shared = Mutex::new(splats);
+    let empty = |buffer: &mut SplatBuffer| {
+        let mut splats = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        splats.add(buffer);
+    };
+    let new_buffer = || {
+        let splats = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        SplatBuffer::new(&splats, most)
+    };
+    let trace_chunk = |buffer: &mut SplatBuffer, chunk: Range<u64>| {
+        buffer.begin(chunk.start);
+        for run in cut(chunk.clone(), RUN) {
+            if progress.is_stopped() || !in_time() {
+                empty(buffer);
+                return false;
+            }
+            let count = run.end - run.start;
+            trace_run(job, sampler, run, buffer);
+            progress.advance(count);
+            if buffer.is_full() {
+                empty(buffer);
+            }
+        }
+        empty(buffer);
+        true
+    };
+    { chunks.into_par_iter() }
+        .map_init(new_buffer, trace_chunk)
+        .reduce(|| true, |a, b| a && b)
+}
+
+/// Traces paths one after the other.
+fn trace_run(job: &RenderJob, sampler: &Sampler, run: Range<u64>, buffer: &mut SplatBuffer) {
+    let light_job = LightJob {
+        world: &job.world,
+        camera: &job.camera,
+        filter: &job.filter,
+        bounds: job.lit(),
+        light_paths: job.paths_per_sample(),
+    };
+    let end = run.end;
+    for path in run {
+        let mut stream = sampler.light_stream(path);
+        let splat = &mut |pixel, value| buffer.push(path, pixel, value);
+        job.integrator.light_path(&light_job, &mut stream, splat);
+    }
+    buffer.reach(end);
+}
+
+/// The parts of `range` between multiples of `length`.
+fn cut(range: Range<u64>, length: u64) -> impl Iterator<Item = Range<u64>> {
+    let Range { start, end } = range;
+    let first = start / length;
+    (first..end.div_ceil(length).max(first))
+        .map(move |i| (i * length).max(start)..((i + 1) * length).min(end))
+}
