@@ -142,6 +142,11 @@ impl Placement {
         self.camera_from_render.transform_point3(p.as_dvec3())
     }
 
+    /// The camera-space direction of `d`; it does not keep its length.
+    pub(super) fn direction(&self, d: Vec3) -> DVec3 {
+        self.camera_from_render.transform_vector3(d.as_dvec3())
+    }
+
     /// Camera space's area perpendicular to a line over the same lines' perpendicular area in render space; the line runs
     /// along `d` of any length in camera space. A linear map multiplies volumes by its determinant and lengths along
     /// the line by some factor; areas across it by their quotient.

@@ -24,6 +24,7 @@
 //! Humphreys 2016, §16.1.
 
 use super::camera_transform::Placement;
+use super::realistic::Traced;
 use super::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::math::ray::Ray;
 use crate::math::{DVec2, DVec3, Rgb, Vec2, Vec3};
@@ -54,6 +55,8 @@ pub struct Aim {
 enum Way {
     /// All, without tracing anything.
     Known(Landing),
+    /// The ray to the lens of a realistic camera.
+    Lens(Traced),
 }
 
 /// Where on the film light lands, and what it counts for.
@@ -88,12 +91,26 @@ impl Camera {
         match self {
             Camera::Projective(c) => c.placement(0.0).is_some(),
             Camera::Environment(c) => c.placement(0.0).is_some(),
-            Camera::Realistic(_) => false,
+            Camera::Realistic(c) => c.connects(),
+        }
+    }
+
+    /// Gets ready for connections whose light lands between these two corners, in raster coordinates, which is where it counts: what is
+    /// rendered and the reach of the filter around it. Only `realistic` needs it, to know where to aim; it then finds no light elsewhere, and
+    /// none at all before. Some tenths of a second.
+    pub fn prepare_connections(&mut self, window: [Vec2; 2]) {
+        if let Camera::Realistic(c) = self {
+            c.prepare_connections(window);
         }
     }
 
     /// Draws a direction from a point of the scene, at its time, toward the camera; `None` where the camera sees nothing of it.
     pub fn aim(&self, from: &ReferencePoint, sample: &LensSample) -> Option<Aim> {
+        if let Camera::Realistic(c) = self {
+            let (wi, shadow, traced) = c.aim(from, sample)?;
+            let way = Way::Lens(traced);
+            return Some(Aim { wi, shadow, way });
+        }
         let (placement, x, hit) = self.seen(from.p, from.time, sample.lens)?;
         let density = (hit.density * placement.area_across(x - hit.origin)) as f32;
         let landing = Landing {
@@ -113,8 +130,10 @@ impl Camera {
     /// Where light lands that runs along `aim`; `None` where it ends in the lens, or so far off the image that it counts for no
     /// pixel.
     pub fn land(&self, aim: &Aim) -> Option<Landing> {
-        match aim.way {
-            Way::Known(landing) => Some(landing),
+        match (&aim.way, self) {
+            (Way::Known(landing), _) => Some(*landing),
+            (Way::Lens(traced), Camera::Realistic(c)) => c.land(traced),
+            (Way::Lens(_), _) => None,
         }
     }
 
@@ -127,6 +146,10 @@ impl Camera {
     /// 1/κ: the density with which a connection from `p`, which the camera's `ray` of `sample` meets, makes the same ray,
     /// over that with which the camera does; both as in [`Landing::density`]. 0 where no connection makes it.
     pub fn connection_density(&self, sample: &CameraSample, ray: &CameraRay, p: Vec3) -> f32 {
+        if let Camera::Realistic(c) = self {
+            let density = c.connection_density(sample, ray, p);
+            return density.filter(|x| x.is_finite()).unwrap_or(0.0) as f32;
+        }
         let Some((placement, x, hit)) = self.seen(p, ray.ray.time, sample.lens) else {
             return 0.0;
         };

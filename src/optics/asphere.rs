@@ -138,15 +138,18 @@ impl<B: Plain> AsphericSurface<B> {
         }
         let point = [x0 + t * l, y0 + t * m, t * n];
         let (sag, slope, inside) = self.profile(point[0] * point[0] + point[1] * point[1]);
-        let lean = -slope.times(B::ONE + B::ONE);
-        let (a, b) = (point[0] * lean, point[1] * lean);
-        let length = (a * a + b * b).plus(B::ONE).sqrt();
         Meeting {
             point,
-            normal: [a / length, b / length, T::constant(B::ONE) / length],
+            normal: normal(point[0], point[1], slope),
             residual: point[2] - sag,
             inside,
         }
+    }
+
+    /// Unit normal above (x, y), leaning toward the film.
+    pub fn normal<T: Number<Base = B>>(&self, x: T, y: T) -> [T; 3] {
+        let (_, slope, _) = self.profile(x * x + y * y);
+        normal(x, y, slope)
     }
 
     /// The step, shortened smoothly to less than the reach.
@@ -155,6 +158,16 @@ impl<B: Plain> AsphericSurface<B> {
         let relative = step.times(B::ONE / self.reach);
         step / (relative * relative).plus(B::ONE).sqrt()
     }
+}
+
+/// Unit normal above (x, y) of a surface whose z has this derivative by x² + y².
+#[inline(always)]
+fn normal<T: Number>(x: T, y: T, slope: T) -> [T; 3] {
+    let one = T::Base::ONE;
+    let lean = -slope.times(one + one);
+    let (a, b) = (x * lean, y * lean);
+    let length = (a * a + b * b).plus(one).sqrt();
+    [a / length, b / length, T::constant(one) / length]
 }
 
 #[cfg(test)]

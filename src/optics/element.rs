@@ -218,6 +218,15 @@ impl<B: Plain> Element<B> {
         }
     }
 
+    /// Unit normal at the point `p` of the surface, leaning toward the film.
+    pub(super) fn normal<T: Number<Base = B>>(&self, [x, y, z]: [T; 3]) -> [T; 3] {
+        let Some(asphere) = &self.asphere else {
+            let c = -self.curvature;
+            return [x.times(c), y.times(c), z.times(c).plus(B::ONE)];
+        };
+        asphere.normal(x, y)
+    }
+
     /// Does the aperture, if it blocks, let light pass at (x, y)?
     #[inline(always)]
     fn within<T: Number<Base = B>>(&self, x: T, y: T, clip: bool) -> T::Mask {

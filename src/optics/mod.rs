@@ -45,6 +45,7 @@ pub mod best_focus;
 mod bisection;
 pub mod dispersion;
 mod element;
+pub mod entrance;
 pub mod focus;
 pub mod lanes;
 pub mod lens;

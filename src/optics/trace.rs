@@ -231,24 +231,25 @@ impl<B: Plain> LensTracer<B> {
         finished(ray.shifted(self.length), last)
     }
 
-    /// The farthest from the axis that rays from the film meet any surface, relative to its clear radius,
-    /// squared: at most 1 for a ray that passes. Apertures do not block; which rays end nowhere else. z is relative
-    /// to the last vertex.
+    /// The farthest from the axis that rays meet any surface, relative to its clear radius, squared: at most 1 for a ray that
+    /// passes; the rays behind the lens, and which end nowhere else than at an aperture, which does not block here. z is relative to
+    /// the vertex on the side that the rays come from, and then to that on the other.
     #[inline(always)]
     pub(super) fn largest_relative_height2<T: Index<Base = B>>(
         &self,
         ray: &LensRay<T>,
-    ) -> (T, T::Mask) {
+        toward: Toward,
+    ) -> (T, LensRay<T>, T::Mask) {
         let mut largest = T::constant(B::ZERO);
         let mut passes = T::Mask::YES;
-        self.walk(self.all(), Toward::Scene, false, *ray, |i, crossing| {
+        let ray = self.walk(self.all(), toward, false, *ray, |i, crossing| {
             passes = passes & crossing.passes();
             let [x, y, _] = crossing.ray.o;
             let height2 = (x * x + y * y) / T::constant(self.elements[i].radius2);
             largest = T::select((height2 - largest).greater(B::ZERO), height2, largest);
             passes.any()
         });
-        (largest, passes)
+        (largest, ray, passes)
     }
 
     /// Traces rays from behind the last surface to the scene, apertures blocking: where they
@@ -257,13 +258,42 @@ impl<B: Plain> LensTracer<B> {
     /// between them; the arithmetic is that of [`LensTracer::to_scene`], in the same order.
     #[inline(always)]
     pub fn to_scene_masked<T: Number<Base = B>>(&self, ray: &LensRay<T>) -> (LensRay<T>, T::Mask) {
+        self.masked(ray, Toward::Scene)
+    }
+
+    /// The same for rays from the scene that run toward the film, z relative to the *first* vertex on the way in and to the last on
+    /// the way out; the arithmetic is that of [`LensTracer::to_film`].
+    #[inline(always)]
+    pub fn to_film_masked<T: Number<Base = B>>(&self, ray: &LensRay<T>) -> (LensRay<T>, T::Mask) {
+        self.masked(ray, Toward::Film)
+    }
+
+    #[inline(always)]
+    fn masked<T: Number<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+        toward: Toward,
+    ) -> (LensRay<T>, T::Mask) {
         let mut passes = T::Mask::YES;
-        let ray = self.walk(self.all(), Toward::Scene, true, *ray, |_, crossing| {
+        let ray = self.walk(self.all(), toward, true, *ray, |_, crossing| {
             passes = passes & crossing.passes();
             passes.any()
         });
         let (ray, finite) = ray.normalized();
         (ray, passes & finite)
+    }
+
+    /// Where a ray from the scene meets the first surface within its aperture, and the surface's unit normal there, which leans toward the
+    /// film; `None` where it does not.
+    pub fn front<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Option<[[T; 3]; 2]> {
+        let front = self.elements.first()?;
+        let crossing = if ray.d[2].greater(B::ZERO) {
+            front.cross(ray, Toward::Film, true)
+        } else {
+            front.enter_from_behind(ray)
+        };
+        let p = crossing.ray.o;
+        crossing.blocked(0).is_none().then(|| [p, front.normal(p)])
     }
 
     fn all(&self) -> Range<usize> {

@@ -2,12 +2,15 @@
 
 use super::*;
 use crate::cameras::{
-    CameraSpec, Clip, EnvironmentSpec, FilmGeometry, ProjectiveSpec, Screen, Shutter, ThinLens,
+    Band, CameraSpec, Clip, Compat, EnvironmentSpec, FilmGeometry, Form, Precision, ProjectiveSpec,
+    RealisticSpec, Screen, Shutter, ThinLens, Weighting,
 };
 use crate::math::hash::{mix2, unit_float};
 use crate::math::motion::Motion;
 use crate::math::transform::Transform;
 use crate::math::{DMat4, UVec2};
+use crate::optics::stop_shape::StopPolygon;
+use crate::optics::{Lens, Prescription, StopShape};
 
 const FILM: FilmGeometry = FilmGeometry {
     resolution: UVec2::new(24, 16),
@@ -23,16 +26,20 @@ struct Case {
     camera: Camera,
     corner: DVec3,
     edges: [DVec3; 2],
+    shutter: Shutter,
 }
 
 impl Case {
     fn new(name: &'static str, spec: CameraSpec, place: DMat4, quad: [[f64; 3]; 3]) -> Case {
         let [corner, a, b] = quad.map(DVec3::from);
+        let mut camera = Camera::new(&spec, &FILM, &Transform::from_matrix(place)).unwrap();
+        camera.prepare_connections([Vec2::ZERO, FILM.resolution.as_vec2()]);
         Case {
             name,
-            camera: Camera::new(&spec, &FILM, &Transform::from_matrix(place)).unwrap(),
+            camera,
             corner,
             edges: [a, b],
+            shutter: Shutter::default(),
         }
     }
 
@@ -120,7 +127,7 @@ fn pictures(case: &Case, n: u32) -> [Vec<[f64; 2]>; 3] {
         if let Some(ray) = case.camera.ray(&sample, false)
             && let Some(p) = case.hit(&ray.ray)
         {
-            let value = pixels * f64::from(ray.weight);
+            let value = pixels * f64::from(ray.weight * ray.tint.x);
             let cos = case.normal().dot(ray.ray.d.as_dvec3()).abs();
             let other = case.camera.connection_density(&sample, &ray, p.as_vec3());
             let other = f64::from(other) * density / cos;
@@ -133,7 +140,7 @@ fn pictures(case: &Case, n: u32) -> [Vec<[f64; 2]>; 3] {
             p: p.as_vec3(),
             p_error: Vec3::ZERO,
             n: case.normal().as_vec3(),
-            time: shutter(&case.camera).time(numbers.next()),
+            time: case.shutter.time(numbers.next()),
             receiver_side: Default::default(),
         };
         let sample = LensSample {
@@ -151,12 +158,6 @@ fn pictures(case: &Case, n: u32) -> [Vec<[f64; 2]>; 3] {
         }
     }
     [camera, light, both].map(|tiles| tiles.means(f64::from(n)))
-}
-
-fn shutter(camera: &Camera) -> Shutter {
-    // Those of all cases.
-    let _ = camera;
-    Shutter::default()
 }
 
 fn assert_same(case: &Case, n: u32) {
@@ -278,7 +279,7 @@ fn cases() -> Vec<Case> {
 
 #[test]
 fn light_tracing_makes_the_picture_that_camera_rays_make() {
-    for case in cases() {
+    for case in cases().into_iter().chain(traced_cases()) {
         // Tenths of a percent of the flux.
         assert_same(&case, 200_000);
     }
@@ -345,6 +346,130 @@ fn connections_undo_camera_rays() {
         }
         assert!(compared > 200, "{}: {compared}", case.name);
     }
+}
+
+fn lens_file(name: &str) -> Prescription {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/");
+    Prescription::read(format!("{root}{name}.dat").as_ref()).unwrap()
+}
+
+/// Focused at `focus` mm from the film.
+fn traced(prescription: &Prescription, focus: f64, form: Form) -> RealisticSpec {
+    let distance = Lens::focused(prescription, focus).unwrap();
+    RealisticSpec {
+        lens_name: String::new(),
+        lens: Lens::new(prescription, distance).unwrap(),
+        form,
+        weighting: Weighting::Physical,
+        compat: Compat::None,
+        pupil_sampling: Default::default(),
+        model: Default::default(),
+        precision: Precision::Single,
+        stop_shape: None,
+        bands: Vec::new(),
+        film_diagonal: None,
+        shutter: Shutter::default(),
+        clip: Clip::NONE,
+    }
+}
+
+/// Traced lenses, in focus and out of it, in the middle and where they vignette.
+fn traced_cases() -> Vec<Case> {
+    let still = DMat4::IDENTITY;
+    let case = |name, spec: RealisticSpec, place, quad| {
+        let shutter = spec.shutter;
+        let spec = CameraSpec::Realistic(Box::new(spec));
+        Case {
+            shutter,
+            ..Case::new(name, spec, place, quad)
+        }
+    };
+    let ahead = [
+        [-300.0, -420.0, 1000.0],
+        [900.0, 90.0, 180.0],
+        [-30.0, 400.0, -50.0],
+    ];
+    let edge = [
+        [120.0, -60.0, 700.0],
+        [120.0, 40.0, 60.0],
+        [-20.0, 60.0, 0.0],
+    ];
+    let near = [[-14.0, -9.0, 40.0], [20.0, 3.0, 6.0], [-3.0, 20.0, 0.0]];
+    let meters = |quad: [[f64; 3]; 3]| quad.map(|v| v.map(|x| 1e-3 * x));
+    let (gauss, wide, fisheye) = (
+        lens_file("dgauss_50"),
+        lens_file("wide_22"),
+        lens_file("fisheye_10"),
+    );
+    let course = |p: &Prescription| traced(p, 1000.0, Form::Course);
+    let v3 = |p: &Prescription| traced(p, 400.0, Form::Pbrt3);
+    let mut in_water = gauss.clone();
+    in_water.surfaces.last_mut().unwrap().index = 1.33;
+    let mut bands = course(&gauss);
+    let shifted = |shift: f64, tint| {
+        let mut p = gauss.clone();
+        (p.surfaces.iter_mut().filter(|s| s.index > 1.0)).for_each(|s| s.index += shift);
+        Band {
+            lens: Lens::new(&p, bands.lens.film_distance()).unwrap(),
+            wavelength: 0.5,
+            tint: Rgb::splat(tint),
+        }
+    };
+    bands.bands = vec![shifted(0.02, 0.5), shifted(-0.02, 1.5)];
+    let blades = RealisticSpec {
+        stop_shape: Some(StopShape::Polygon(StopPolygon::of_blades(5, 10.0))),
+        precision: Precision::Double,
+        ..course(&gauss)
+    };
+    let gaussian = RealisticSpec {
+        stop_shape: Some(StopShape::Gaussian),
+        ..v3(&wide)
+    };
+    let simple = RealisticSpec {
+        weighting: Weighting::Simple,
+        ..v3(&wide)
+    };
+    let brief = RealisticSpec {
+        shutter: Shutter {
+            open: 0.25,
+            close: 0.75,
+        },
+        clip: Clip {
+            hither: 1.02,
+            yon: 1.1,
+        },
+        ..v3(&gauss)
+    };
+    let mut moving = case("moving lens", brief.clone(), still, meters(ahead));
+    let end = Transform::from_matrix(
+        DMat4::from_translation(DVec3::new(0.05, 0.02, -0.04)) * DMat4::from_rotation_y(0.1),
+    );
+    let motion = Motion::new(&Transform::IDENTITY, &end, [0.0, 1.0]);
+    moving.camera.set_motion(motion.unwrap());
+    let wide_open = [
+        [-900.0, -500.0, 800.0],
+        [1500.0, 90.0, 180.0],
+        [-50.0, 900.0, -5.0],
+    ];
+    let aside = [
+        [1200.0, -200.0, 500.0],
+        [250.0, 30.0, -300.0],
+        [-30.0, 300.0, 0.0],
+    ];
+    vec![
+        case("double Gauss", course(&gauss), still, ahead),
+        case("its edge", course(&gauss), still, edge),
+        case("near its front", course(&gauss), still, near),
+        case("skewed lens", v3(&gauss), skewed(), meters(ahead)),
+        case("film in water", course(&in_water), still, ahead),
+        case("bands", bands, still, ahead),
+        case("blades", blades, still, ahead),
+        case("gaussian stop", gaussian, still, meters(wide_open)),
+        case("simple weighting", simple, skewed(), meters(wide_open)),
+        case("clipped lens", brief, still, meters(ahead)),
+        case("fisheye", course(&fisheye), still, aside),
+        moving,
+    ]
 }
 
 #[test]

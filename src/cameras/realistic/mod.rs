@@ -36,6 +36,7 @@
 //! SIGGRAPH 1995; Pharr, Jakob and Humphreys, 3rd edition, §6.4.
 
 mod bands;
+mod connection;
 mod lanes;
 mod optics;
 mod params;
@@ -47,6 +48,7 @@ mod stop_shape;
 mod tests;
 
 pub use bands::Band;
+pub(super) use connection::Traced;
 pub use spec::{Compat, Form, Precision, RealisticSpec, Weighting};
 
 use super::camera_transform::{BatchTransform, CameraSpaceRay, CameraTransform};
@@ -58,6 +60,7 @@ use crate::optics::pupil::projected_solid_angle;
 use crate::optics::real::Dual;
 use crate::optics::{Lens, LensRay};
 use arrayvec::ArrayVec;
+use connection::Connections;
 use optics::{Optics, PupilTarget, is_too_fine};
 use pbrt_pupil_box::innermost_box_area;
 
@@ -75,6 +78,8 @@ pub struct Realistic {
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
     corner: [f64; 2],
     per_pixel: [f64; 2],
+    /// Once they are asked for.
+    connections: Option<Box<Connections>>,
 }
 
 impl Realistic {
@@ -130,6 +135,7 @@ impl Realistic {
             // seen from behind.
             corner: [0.5 * width, -0.5 * height],
             per_pixel: [-pitch, height / f64::from(film.resolution.y)],
+            connections: None,
             spec: spec.clone(),
         })
     }
@@ -163,10 +169,19 @@ impl Realistic {
 
     /// What makes the ray of `sample`.
     fn optics(&self, sample: &CameraSample) -> &Optics {
+        self.of_band(self.band(sample.wavelength))
+    }
+
+    /// The number of the band that a part of the spectrum from 0 to 1 falls into.
+    fn band(&self, wavelength: f32) -> usize {
         let count = self.bands.len();
-        let band = (f64::from(sample.wavelength) * count as f64) as usize;
-        let band = self.bands.get(band.min(count.saturating_sub(1)));
-        band.unwrap_or(&self.main)
+        let band = (f64::from(wavelength) * count as f64) as usize;
+        band.min(count.saturating_sub(1))
+    }
+
+    /// What makes the rays of a band; without any, all.
+    fn of_band(&self, band: usize) -> &Optics {
+        self.bands.get(band).unwrap_or(&self.main)
     }
 
     /// The ray for `sample` in double precision; `None` where it is vignetted.

@@ -13,7 +13,7 @@ mod lane;
 mod tracer;
 
 pub use lane::{DoubleMask, Doubles, LaneMask, Lanes};
-pub use tracer::{FilmTracer, Traced};
+pub use tracer::{FilmTracer, Landed, SceneTracer, Traced};
 
 #[cfg(test)]
 mod tests;

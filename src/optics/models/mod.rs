@@ -162,6 +162,11 @@ impl LensModel {
         self.kind
     }
 
+    /// The lens it is of; of the exact model, with the blades of its stop.
+    pub fn lens(&self) -> &Lens {
+        &self.lens
+    }
+
     /// z of the plane that bundles are aimed at: that of the exit pupil that is sampled; of the thin model
     /// the rear principal plane.
     pub fn plane_z(&self) -> f64 {

@@ -21,7 +21,7 @@
 
 mod draft;
 mod mapping;
-mod outline;
+pub(super) mod outline;
 mod rear;
 mod region;
 mod ring;
@@ -199,6 +199,33 @@ impl ExitPupil {
         Some(PupilSample {
             point: [cos * x - sin * y, sin * x + cos * y, self.survey.plane_z],
             area,
+        })
+    }
+
+    /// The area, as in [`PupilSample::area`], that samples around `point` of the plane stand for, seen from the film point (x, y)
+    /// mm; `None` where none falls.
+    pub fn area_at(&self, film: [f64; 2], point: [f64; 2]) -> Option<f64> {
+        let radius = (film[0] * film[0] + film[1] * film[1]).sqrt();
+        // Along and across the film point's azimuth.
+        let p = match radius > 0.0 {
+            true => [
+                (point[0] * film[0] + point[1] * film[1]) / radius,
+                (point[1] * film[0] - point[0] * film[1]) / radius,
+            ],
+            false => point,
+        };
+        if radius > self.survey.reach {
+            let e = self.survey.rear_region(radius)?;
+            let (x, y) = ((p[0] - e.center) / e.along, p[1] / e.across);
+            return (x * x + y * y <= 1.0).then_some(e.area);
+        }
+        let ring = self.ring(radius)?;
+        let t = ring.t(radius);
+        let triangle = ring.triangle_at(t, p)?;
+        // By rejection every part of the region is met alike.
+        Some(match self.sampling {
+            PupilSampling::Rejection => ring.area(t),
+            PupilSampling::Concentric | PupilSampling::Polar => triangle,
         })
     }
 

@@ -11,7 +11,7 @@ use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::optics::lanes::{Doubles, FilmTracer};
 
 /// Rays that are traced side by side: their directions' searches need not wait for each other.
-const LANES: usize = 16;
+pub(in crate::optics) const LANES: usize = 16;
 
 /// Directions in which the outline is sought, over half a turn: the other half is its mirror image. A
 /// polygon around a circle with these corners is 0.14 % larger than the circle, and what [`super::ring`] adds
@@ -147,45 +147,56 @@ impl View<'_> {
         (sound && center.is_finite()).then(|| Outline::new(center, points))
     }
 
-    /// For each direction how far from (`center`, 0) rays pass, in units of its length; `guess` is about as far.
+    /// See [`reaches`].
     fn reaches<const D: usize>(
         &self,
         center: f64,
         directions: [[f64; 2]; D],
         guess: f64,
     ) -> [f64; D] {
-        let mut found = [guess; D];
-        let mut searches: Vec<(usize, Search)> = Vec::with_capacity(LANES);
-        let (mut next, mut guess) = (0, guess);
-        loop {
-            while next < D && searches.len() < LANES {
-                searches.push((next, Search::new(guess)));
-                next += 1;
-            }
-            let mut p = [Doubles([center; LANES]), Doubles([0.0; LANES])];
-            for (lane, (i, search)) in searches.iter().enumerate() {
-                p[0].0[lane] = center + search.wanted() * directions[*i][0];
-                p[1].0[lane] = search.wanted() * directions[*i][1];
-            }
-            if searches.is_empty() {
-                return found;
-            }
-            let excess = self.excess(p);
-            for ((_, search), excess) in searches.iter_mut().zip(excess) {
-                search.learn(excess);
-            }
-            searches.retain(|(i, search)| {
-                if let Some(t) = search.found() {
-                    (found[*i], guess) = (t, t);
-                }
-                search.found().is_none()
-            });
+        reaches(|p| self.excess(p), center, directions, guess)
+    }
+}
+
+/// For each direction how far from (`center`, 0) rays pass, in units of its length; `guess` is about as far. `excess` tells how far rays
+/// through these points pass beyond the worst aperture.
+pub(in crate::optics) fn reaches<const D: usize>(
+    excess: impl Fn([Doubles<LANES>; 2]) -> [f64; LANES],
+    center: f64,
+    directions: [[f64; 2]; D],
+    guess: f64,
+) -> [f64; D] {
+    let mut found = [guess; D];
+    let mut searches: Vec<(usize, Search)> = Vec::with_capacity(LANES);
+    let (mut next, mut guess) = (0, guess);
+    loop {
+        while next < D && searches.len() < LANES {
+            searches.push((next, Search::new(guess)));
+            next += 1;
         }
+        let mut p = [Doubles([center; LANES]), Doubles([0.0; LANES])];
+        for (lane, (i, search)) in searches.iter().enumerate() {
+            p[0].0[lane] = center + search.wanted() * directions[*i][0];
+            p[1].0[lane] = search.wanted() * directions[*i][1];
+        }
+        if searches.is_empty() {
+            return found;
+        }
+        let excess = excess(p);
+        for ((_, search), excess) in searches.iter_mut().zip(excess) {
+            search.learn(excess);
+        }
+        searches.retain(|(i, search)| {
+            if let Some(t) = search.found() {
+                (found[*i], guess) = (t, t);
+            }
+            search.found().is_none()
+        });
     }
 }
 
 /// How far beyond the worst aperture a ray passes whose largest relative height is known, in clear radii.
-fn excess(height2: f64, whole: bool) -> f64 {
+pub(in crate::optics) fn excess(height2: f64, whole: bool) -> f64 {
     if whole {
         height2.sqrt() - 1.0
     } else {
@@ -292,7 +303,7 @@ pub(super) fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
 /// The lowest point of `f` between `a` and `c`, where `b` between them is lower than both ends, or the
 /// first point found where it is negative: golden section (Press et al., *Numerical Recipes*, §10.2),
 /// with infinite values allowed.
-fn valley(f: impl Fn(f64) -> f64, [mut a, mut b, mut c]: [f64; 3]) -> f64 {
+pub(in crate::optics) fn valley(f: impl Fn(f64) -> f64, [mut a, mut b, mut c]: [f64; 3]) -> f64 {
     const GOLDEN: f64 = 0.381_966_011_250_105;
     let mut lowest = f(b);
     // 60 steps narrow the bracket by 3e-13.

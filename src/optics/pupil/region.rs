@@ -41,7 +41,7 @@ impl Region {
     /// A small ellipse, centered on the y = 0 axis, around points given by their half with y ≥ 0;
     /// `None` for no points. For each ratio of the axes the best circle after scaling y, and of the
     /// ratios the one with the least area.
-    pub(super) fn around(points: &[[f64; 2]]) -> Option<Region> {
+    pub(in crate::optics) fn around(points: &[[f64; 2]]) -> Option<Region> {
         let (mut low, mut high, mut top) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
         for p in points {
             (low, high, top) = (low.min(p[0]), high.max(p[0]), top.max(p[1]));

@@ -117,6 +117,18 @@ impl Ring {
 
     /// Is `p`, relative to the middle, within the region?
     fn holds(&self, t: f64, p: [f64; 2]) -> bool {
+        self.triangle(t, p).is_some()
+    }
+
+    /// The area of the region if it were all like the triangle that `p`, relative to the lens axis, lies in, along and across the film point's azimuth;
+    /// `None` outside.
+    pub(super) fn triangle_at(&self, t: f64, p: [f64; 2]) -> Option<f64> {
+        let [a, b] = self.triangle(t, [p[0] - self.center.at(t), p[1]])?;
+        Some(cross(a, b) * (self.corners.len() - 1) as f64)
+    }
+
+    /// The corners on either side of `p`, relative to the middle; `None` unless it lies within the region.
+    fn triangle(&self, t: f64, p: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let p = [p[0], p[1].abs()];
         let at = |i: usize| self.corners[i].at(t);
         // Corners run counterclockwise through half a turn: the last one that p has passed.
@@ -125,7 +137,8 @@ impl Ring {
             .partition_point(|c| cross(c.at(t), p) >= 0.0)
             .clamp(1, self.corners.len() - 1);
         let (a, b) = (at(i - 1), at(i));
-        cross([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]) >= 0.0
+        let inside = cross([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]) >= 0.0;
+        inside.then_some([a, b])
     }
 
     /// The region's extent.

@@ -1,0 +1,45 @@
+//! The first surface as a point of the scene sees it: what it sends through the lens comes through here.
+
+use crate::math::{DVec2, DVec3};
+use crate::optics::lens::Lens;
+use crate::optics::trace::{LensRay, LensTracer};
+use std::f64::consts::PI;
+
+/// The first surface within its aperture. (x, y) is drawn uniformly from the aperture's disk, seen along the axis.
+#[derive(Clone, Debug)]
+pub(super) struct Cap {
+    tracer: LensTracer<f64>,
+    surface: crate::optics::Surface,
+    radius: f64,
+}
+
+impl Cap {
+    pub(super) fn new(lens: &Lens) -> Option<Cap> {
+        let surface = *lens.surfaces().first()?;
+        Some(Cap {
+            tracer: LensTracer::new(&[surface]),
+            radius: surface.clear_radius(),
+            surface,
+        })
+    }
+
+    /// The unit direction from `x` to the point of the cap for `p` in the unit disk; `None` at that point itself.
+    pub(super) fn direction(&self, x: DVec3, p: DVec2) -> Option<DVec3> {
+        let p = self.radius * p;
+        let y = p.extend(self.surface.sag(p.length()));
+        (y - x).try_normalize()
+    }
+
+    /// Density per solid angle at `x` of the unit direction `d`; `None` where it does not meet the cap from in front.
+    pub(super) fn density(&self, x: DVec3, d: DVec3) -> Option<f64> {
+        let ray = LensRay {
+            o: x.to_array(),
+            d: d.to_array(),
+        };
+        let [y, normal] = self.tracer.front(&ray)?.map(DVec3::from);
+        let cos = normal.dot(d);
+        let density = x.distance_squared(y) * normal.z / (PI * self.radius * self.radius * cos);
+        // The cap lies ahead.
+        ((y - x).dot(d) > 0.0 && cos > 0.0 && density.is_finite()).then_some(density)
+    }
+}
