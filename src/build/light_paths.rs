@@ -12,16 +12,13 @@ const GIVE_AREA: &str =
 /// Reports the substitute for an integrator that traces light: a warning if that loses light, otherwise a note.
 pub(super) fn warn(frame: &Frame, diagnostics: &Diagnostics) {
     let integrator = &frame.options.integrator;
-    let Some(LightTracer {
-        name,
-        stand_in,
-        difference,
-    }) = integrator.light_tracer
-    else {
+    let Some(LightTracer { name, stand_in }) = integrator.light_tracer else {
         return;
     };
     let diagnostic = match lost_light(frame) {
-        None => Diagnostic::note(format!("`{name}` is rendered by `{stand_in}`{difference}")),
+        None => Diagnostic::note(format!(
+            "`{name}` is rendered by `{stand_in}`, which has none of its bias"
+        )),
         Some(light) => Diagnostic::warning(format!(
             "`{name}` is rendered by `{stand_in}`, which cannot find {light}: the image lacks it"
         ))
@@ -37,7 +34,10 @@ pub(super) fn note(frame: &Frame, diagnostics: &Diagnostics) {
     }
     if let Some(light) = lost_light(frame) {
         let message = format!("the image lacks {light}, as pbrt-v3's does with this integrator");
-        let help = format!("under `path` or `volpath` {GIVE_AREA}");
+        let help = match frame.options.integrator.spec.traces_light() {
+            true => GIVE_AREA.to_string(),
+            false => format!("`bdpt` finds it; under `path` or `volpath` {GIVE_AREA}"),
+        };
         diagnostics.push(placed(Diagnostic::note(message).with_help(help), frame));
     }
 }
@@ -51,8 +51,10 @@ fn placed(diagnostic: Diagnostic, frame: &Frame) -> Diagnostic {
 
 /// Describes the light that is not found; `None` if there is none.
 fn lost_light(frame: &Frame) -> Option<String> {
-    // One bounce at the smooth surface and one at the surface it lights.
-    let deep = frame.options.integrator.spec.max_depth()? >= 2;
+    let spec = &frame.options.integrator.spec;
+    // One bounce at the smooth surface, one at the surface it lights, and one where that is seen.
+    let bidirectional = spec.traces_light();
+    let deep = spec.max_depth()? >= 2 + u32::from(bidirectional);
     let lights = names(frame.lights.iter().filter_map(|light| light.delta_name()));
     if !deep || lights.is_empty() {
         return None;
@@ -75,11 +77,12 @@ fn lost_light(frame: &Frame) -> Option<String> {
     let media = media.camera.is_some() || !media.interfaces.is_empty();
     let receives = media || materials.iter().any(|material| material.scatters_widely());
     (receives && !smooth.is_empty()).then(|| {
-        format!(
-            "the light of {} lights off or through {}",
-            listed(&lights),
-            listed(&smooth)
-        )
+        let (lights, smooth) = (listed(&lights), listed(&smooth));
+        let light = format!("the light of {lights} lights off or through {smooth}");
+        match bidirectional {
+            true => format!("{light} where it is seen off or through them again"),
+            false => light,
+        }
     })
 }
 

@@ -132,7 +132,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
     };
     let place = &assets.render_from_world;
     let placed = geometry::build(shapes, assets.lights, place, diagnostics, &budget)?;
-    let mut world = World::new(
+    let world = World::new(
         placed.geometry,
         materials,
         assets.textures,
@@ -140,24 +140,25 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         placed.sampled_lights,
         Media::new(frame.media, placed.light_media, place),
     );
-    if options.integrator.spec.traces_light() {
-        world.prepare_emission();
-    }
     let bounds = options.film.pixel_bounds();
     let sampler = Sampler::new(&options.sampler, seed);
+    let metadata = metadata(&options, &assets.film);
+    let description = camera.describe(&assets.film);
+    let mut job = RenderJob {
+        integrator: Integrator::new(&options.integrator.spec, &world),
+        world,
+        camera,
+        footprint_spp: sampler.spp(),
+        sampler,
+        filter: filter(&options),
+        sampled: sampled_bounds(bounds, options.integrator.pixel_bounds),
+        film: options.film,
+    };
+    prepare_light_paths(&mut job);
     Some(PreparedScene {
-        metadata: metadata(&options, &assets.film),
-        description: camera.describe(&assets.film),
-        job: RenderJob {
-            integrator: Integrator::new(&options.integrator.spec, &world),
-            world,
-            camera,
-            footprint_spp: sampler.spp(),
-            sampler,
-            filter: filter(&options),
-            sampled: sampled_bounds(bounds, options.integrator.pixel_bounds),
-            film: options.film,
-        },
+        job,
+        metadata,
+        description,
     })
 }
 
@@ -165,13 +166,23 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
 /// affect its world. The camera keeps its position, and textures are filtered for as many samples as before.
 pub fn reset(job: &mut RenderJob, options: &Options, seed: u64) -> Result<(), CameraError> {
     job.camera = camera(options)?;
-    if options.integrator.spec.traces_light() {
-        job.world.prepare_emission();
-    }
     job.integrator = Integrator::new(&options.integrator.spec, &job.world);
     job.sampler = Sampler::new(&options.sampler, seed);
     job.filter = filter(options);
+    prepare_light_paths(job);
     Ok(())
+}
+
+/// Makes what only paths from the lights need.
+fn prepare_light_paths(job: &mut RenderJob) {
+    if job.integrator.traces_light() {
+        job.world.prepare_emission();
+    }
+    if job.traces_light() {
+        let (lit, radius) = (job.lit(), job.filter.radius());
+        let window = [lit.min.as_vec2() - radius, lit.max.as_vec2() + radius];
+        job.camera.prepare_connections(window);
+    }
 }
 
 fn film_geometry(options: &Options) -> FilmGeometry {

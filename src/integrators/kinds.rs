@@ -107,11 +107,10 @@ integrator_types! {
     }
     // What renders instead; in pbrt-v2 only or not; which light the integrator finds.
     replaced {
-        // `mlt` models media and lets light through surfaces without material; `sppm` does not.
-        "mlt" => ("volpath", false, Caustics),
+        "mlt" => ("bdpt", false, Same),
         "sppm" => ("path", false, Caustics),
-        "photonmap" => ("path", true, Caustics),
-        "exphotonmap" => ("path", true, Caustics),
+        "photonmap" => ("bdpt", true, Caustics),
+        "exphotonmap" => ("bdpt", true, Caustics),
         "irradiancecache" => ("path", true, Same),
         "igi" => ("path", true, Same),
         "dipolesubsurface" => ("path", true, Same),
@@ -131,10 +130,11 @@ impl IntegratorSpec {
     /// names. `volpath` simulates all of it as it is, `ambientocclusion` none.
     pub fn through_volumes(self, media: MediaSeen) -> IntegratorSpec {
         match self.path() {
-            Some(path) if !self.sees_media() => IntegratorSpec::VolPath(VolPath {
+            Some(_) if matches!(self, IntegratorSpec::VolPath(_)) => self,
+            Some(path) => IntegratorSpec::VolPath(VolPath {
                 path: Path { media, ..path },
             }),
-            _ => self,
+            None => self,
         }
     }
 }

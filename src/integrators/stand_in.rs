@@ -1,7 +1,7 @@
-//! Integrators that are not modeled, rendered by `path` or `volpath` in their place.
+//! Integrators that are not modeled, rendered by `path` or `bdpt` in their place.
 
 use super::kinds::STAND_INS;
-use super::{IntegratorSpec, NAMES, Path, VolPath};
+use super::{Bdpt, IntegratorSpec, NAMES, Path};
 use crate::params::{Dialect, ParamReader};
 
 /// What renders in the place of an integrator, whether only pbrt-v2 has that, and which light it finds.
@@ -35,7 +35,7 @@ pub(super) fn from_params(reader: &ParamReader) -> IntegratorSpec {
     match finds {
         Finds::Caustics => {}
         Finds::Same => reader.note(format!(
-            "`{name}` is rendered by `path`, which has none of its bias"
+            "`{name}` is rendered by `{by}`, which has none of its bias"
         )),
         Finds::Harmonics => reader.warn(
             "",
@@ -52,7 +52,7 @@ pub(super) fn from_params(reader: &ParamReader) -> IntegratorSpec {
         ..Path::from_params(reader)
     };
     match *by {
-        "volpath" => IntegratorSpec::VolPath(VolPath { path }),
+        "bdpt" => IntegratorSpec::Bdpt(Bdpt::from(path)),
         _ => IntegratorSpec::Path(path),
     }
 }
@@ -64,22 +64,12 @@ pub struct LightTracer {
     pub name: &'static str,
     /// The name of the one that renders.
     pub stand_in: &'static str,
-    /// How its image differs if no light is missing.
-    pub difference: &'static str,
 }
 
 impl LightTracer {
     pub(super) fn from_params(reader: &ParamReader) -> Option<LightTracer> {
         let (name, StandIn(stand_in, _, finds)) = find(reader)?;
-        let difference = match *stand_in {
-            "volpath" => ": the same image, other noise",
-            _ => ", which has none of its bias",
-        };
-        (*finds == Finds::Caustics).then_some(LightTracer {
-            name,
-            stand_in,
-            difference,
-        })
+        (*finds == Finds::Caustics).then_some(LightTracer { name, stand_in })
     }
 }
 

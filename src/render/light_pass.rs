@@ -28,7 +28,7 @@ impl RenderJob {
     }
 
     /// The pixels that light paths bring light to.
-    fn lit(&self) -> PixelBounds {
+    pub fn lit(&self) -> PixelBounds {
         self.film.pixel_bounds().intersection(self.sampled)
     }
 

@@ -47,11 +47,20 @@ pub struct Bdpt {
 }
 
 impl Bdpt {
-    /// Reads the parameters.
+    /// Reads the parameters. `visualizestrategies` and `visualizeweights` write pictures for debugging in pbrt-v3, and nothing here.
     pub fn from_params(reader: &ParamReader) -> Bdpt {
+        reader.accept("visualizestrategies");
+        reader.accept("visualizeweights");
+        Bdpt::from(Path::from_params(reader))
+    }
+}
+
+impl From<Path> for Bdpt {
+    /// With the same limits.
+    fn from(path: Path) -> Bdpt {
         Bdpt {
-            max_depth: super::max_depth(reader),
-            light_strategy: SelectionStrategy::from_params(reader),
+            max_depth: path.max_depth,
+            light_strategy: path.light_strategy,
             connections: 1.0,
         }
     }
