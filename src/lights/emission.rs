@@ -70,6 +70,18 @@ pub struct EmissionDensity {
 }
 
 impl EmissionDensity {
+    /// 0 for what is no density, and never chosen.
+    pub(super) fn or_zero(self) -> EmissionDensity {
+        let or_zero = |density: f32| match density > 0.0 && density.is_finite() {
+            true => density,
+            false => 0.0,
+        };
+        EmissionDensity {
+            position: or_zero(self.position),
+            direction: or_zero(self.direction),
+        }
+    }
+
     /// Of a light at a point.
     pub(super) fn of_point(direction: f32) -> EmissionDensity {
         EmissionDensity {
@@ -125,10 +137,9 @@ impl Emission {
         let EmissionDensity {
             position,
             direction,
-        } = self.density;
-        let chosen = |density: f32| density > 0.0 && density.is_finite();
+        } = self.density.or_zero();
         let finite = self.p.is_finite() && self.d.is_finite() && self.light.is_finite();
-        (finite && chosen(position) && chosen(direction) && !is_black(self.light)).then_some(self)
+        (finite && position > 0.0 && direction > 0.0 && !is_black(self.light)).then_some(self)
     }
 
     /// Cosine between ray and normal, either side; 1 where there is no normal.
@@ -199,3 +210,6 @@ impl Directions {
         (self.light_from_render.determinant().abs() / (length * length * length)) as f32
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -96,10 +96,11 @@ macro_rules! light_types {
             /// point of it where hits report the unit geometric normal `n`. What `emit` cannot choose has density 0,
             /// but where it has no alternative it is not asked whether `d` is the one.
             pub fn emission_density(&self, scene: &SceneSphere, n: Vec3, d: Vec3) -> EmissionDensity {
-                match self {
+                let density = match self {
                     $(Light::$Type(l) => l.emission_density(scene, n, d),)*
                     $(Light::$Area(l) => l.emission_density(scene, n, d),)*
-                }
+                };
+                density.or_zero()
             }
 
             /// Density per solid angle with which [`Light::sample`] chooses the unit direction `wi`; 0 for

@@ -133,3 +133,92 @@ fn mean(luminances: &LightMap, low: [f64; 2], high: [f64; 2]) -> f64 {
     }
     sum / (across * down) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{mix2, unit_float};
+
+    /// Mostly black.
+    fn sparse(width: usize, height: usize) -> LightMap {
+        let texel = |i: u64| match mix2(i, 3) % 16 {
+            0 => Rgb::new(unit_float(mix2(i, 4)), 0.0, 1e-3),
+            1 if i.is_multiple_of(5) => Rgb::new(-2.0, 2.0, 0.0),
+            _ => Rgb::ZERO,
+        };
+        let texels = (0..(width * height) as u64).map(texel);
+        LightMap::new(width, height, texels.collect()).unwrap()
+    }
+
+    /// Any measure that is not the same everywhere.
+    fn measure(low: [f64; 2], high: [f64; 2]) -> f64 {
+        (high[0] * high[0] - low[0] * low[0] + 1.0) * (high[1] - low[1])
+    }
+
+    #[test]
+    fn cells_with_light_have_a_density_that_sums_to_one() {
+        // The last has cells of four halves of texels.
+        for (width, height) in [(1, 1), (5, 3), (32, 128), (1024, 2)] {
+            let map = sparse(width, height);
+            let density = MapDensity::new(&map, measure);
+            let n = 1 << 18;
+            let mut sum = 0.0;
+            for i in 0..n {
+                let u = [1, 2].map(|k| unit_float(mix2(i, k)));
+                let uv = Vec2::from_array(u);
+                let at = density.at(uv);
+                assert!(
+                    at > 0.0 || map.lookup(uv) == Rgb::ZERO,
+                    "{width} {height} {uv}"
+                );
+            }
+            let [columns, rows] = density.cells();
+            for i in 0..columns * rows {
+                let cell = Vec2::new((i % columns) as f32 + 0.5, (i / columns) as f32 + 0.5);
+                let at = density.at(cell / Vec2::new(columns as f32, rows as f32));
+                sum += f64::from(at) / (columns * rows) as f64;
+            }
+            // Products of two single-precision numbers.
+            assert!((sum - 1.0).abs() < 1e-5, "{width} {height}: {sum}");
+        }
+    }
+
+    #[test]
+    fn samples_lie_in_their_cell() {
+        let density = MapDensity::new(&sparse(64, 16), measure);
+        let mut agree = 0;
+        for i in 0..10_000 {
+            let [x, y] = [1, 2].map(|k| unit_float(mix2(i, k)));
+            let cell = density.sample(Vec2::new(x, y));
+            let [low, high] = cell.corners(&density);
+            let at = cell.position(&density);
+            for k in 0..2 {
+                // A rounding up to the border.
+                assert!(f64::from(at[k]) >= low[k] && f64::from(at[k]) <= high[k]);
+            }
+            let found = density.cell_at(at);
+            agree += i32::from(found.index == cell.index && found.probability == cell.probability);
+        }
+        assert!(agree > 9_990, "{agree}");
+    }
+
+    /// Half the light in one of 32 × 16 texels.
+    #[test]
+    fn bright_cells_are_chosen_more_often() {
+        let mut texels = vec![Rgb::ONE; 512];
+        texels[5 * 32 + 9] = Rgb::splat(511.0);
+        let map = LightMap::new(32, 16, texels).unwrap();
+        let even = |low: [f64; 2], high: [f64; 2]| (high[0] - low[0]) * (high[1] - low[1]);
+        let density = MapDensity::new(&map, even);
+        // The interpolation has its light within a texel of the center.
+        let near = |at: Vec2| (at.x * 32.0 - 9.5).abs() < 1.0 && (at.y * 16.0 - 5.5).abs() < 1.0;
+        let n = 256;
+        let count = (0..n * n).filter(|i| {
+            let u = (Vec2::new((i % n) as f32, (i / n) as f32) + 0.5) / n as f32;
+            near(density.sample(u).position(&density))
+        });
+        // Twice the two texels' width and height is a 128th of the rest; steps of 16 bits and the grid are below 1 %.
+        let share = count.count() as f64 / f64::from(n * n);
+        assert!((share - (0.5 + 0.5 / 128.0)).abs() < 0.01, "{share}");
+    }
+}

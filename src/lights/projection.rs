@@ -55,7 +55,8 @@ fn fov(reader: &ParamReader) -> f64 {
 pub struct ProjectionLight {
     p: Vec3,
     intensity: Rgb,
-    map: Option<LightMap>,
+    /// Apart: few of many lights are projectors, and all take as much memory as the largest kind.
+    map: Option<Box<LightMap>>,
     light_from_render: Mat3,
     /// Unit axis, render space.
     axis: Vec3,
@@ -97,7 +98,7 @@ impl ProjectionLight {
             solid_angle: (4.0 * (a * b / (1.0 + a * a + b * b + a * a * b * b).sqrt()).asin())
                 as f32,
             half,
-            map,
+            map: map.map(Box::new),
             density: None,
         }
     }
@@ -143,8 +144,11 @@ fn solid_angle(half: [f64; 2], low: [f64; 2], high: [f64; 2]) -> f64 {
         let (x, y) = (at(u, 0), at(v, 1));
         (x * y / (1.0 + x * x + y * y).sqrt()).atan()
     };
-    from_axis(high[0], high[1]) - from_axis(low[0], high[1]) - from_axis(high[0], low[1])
-        + from_axis(low[0], low[1])
+    let angle =
+        from_axis(high[0], high[1]) - from_axis(low[0], high[1]) - from_axis(high[0], low[1])
+            + from_axis(low[0], low[1]);
+    // Never nothing, whatever rounding leaves of far corners.
+    angle.max(f64::MIN_POSITIVE)
 }
 
 impl LightType for ProjectionLight {

@@ -141,7 +141,7 @@ impl Emitter {
         let p = point.p.as_vec3();
         AreaSample {
             p,
-            p_error: point.error.as_vec3() + p.abs() * UNIT_ROUNDOFF,
+            p_error: rounded_box(point.error, p),
             n: point.n.as_vec3(),
             density: point.area.recip() as f32,
         }
@@ -184,6 +184,12 @@ fn per_solid_angle(area: f64, distance2: f64, cosine: f64) -> f32 {
     (distance2 / (area * cosine.abs())) as f32
 }
 
+/// Half-widths of the box around a point of this error that has been rounded to `p`.
+#[inline]
+fn rounded_box(error: DVec3, p: Vec3) -> Vec3 {
+    error.as_vec3() + p.abs() * UNIT_ROUNDOFF
+}
+
 /// A point chosen by area.
 struct AreaPoint {
     p: DVec3,
@@ -211,7 +217,7 @@ impl AreaPoint {
         let rounded = self.p.as_vec3();
         Some(EmitterSample {
             p: rounded,
-            p_error: self.error.as_vec3() + rounded.abs() * UNIT_ROUNDOFF,
+            p_error: rounded_box(self.error, rounded),
             n: self.n.as_vec3(),
             wi: wi.as_vec3(),
             pdf,
@@ -407,7 +413,7 @@ impl SphereEmitter {
         let p = (self.center + outward * self.radius).as_vec3();
         EmitterSample {
             p,
-            p_error: self.error().as_vec3() + p.abs() * UNIT_ROUNDOFF,
+            p_error: rounded_box(self.error(), p),
             n: self.normal(outward).as_vec3(),
             wi: (across * sin_over_r + cone.axis * cos).as_vec3(),
             pdf,
