@@ -65,7 +65,7 @@ pub struct Splats {
 }
 
 /// What a few paths bring, on its way to the sums.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct SplatBuffer {
     bounds: PixelBounds,
     max_luminance: f32,
@@ -87,6 +87,11 @@ impl Splats {
             dropped: 0,
             first_dropped: None,
         }
+    }
+
+    /// The pixels.
+    pub fn bounds(&self) -> PixelBounds {
+        self.bounds
     }
 
     /// The paths whose splats are here.
@@ -122,24 +127,6 @@ impl Splats {
             self.dropped = self.dropped.saturating_add(dropped);
             self.first_dropped = DroppedSplat::first(self.first_dropped, first);
         }
-    }
-
-    /// Adds the sums of other paths for the same pixels at the same scale. Returns `false`, and adds nothing, if they are
-    /// of others, or some paths are in both.
-    pub fn join(&mut self, other: &Splats) -> bool {
-        let mut paths = self.paths.clone();
-        let same = (self.bounds, self.scale) == (other.bounds, other.scale);
-        let mut ranges = other.paths.ranges().iter();
-        if !same || !ranges.all(|range| paths.insert(range.clone())) {
-            return false;
-        }
-        self.paths = paths;
-        for (sums, others) in self.pixels.iter_mut().zip(&other.pixels) {
-            sums.join(others);
-        }
-        self.dropped = self.dropped.saturating_add(other.dropped);
-        self.first_dropped = DroppedSplat::first(self.first_dropped, other.first_dropped);
-        true
     }
 
     /// The mean of what a path brings to a pixel, and the variance of that mean: Σx²/N less the mean's square, over N − 1,
@@ -185,7 +172,8 @@ impl Sums {
         }
     }
 
-    fn join(&mut self, other: &Sums) {
+    /// Adds other contributions.
+    pub(super) fn join(&mut self, other: &Sums) {
         for channel in 0..3 {
             self.values[channel] = self.values[channel].saturating_add(other.values[channel]);
             self.squares[channel] = self.squares[channel].saturating_add(other.squares[channel]);
@@ -270,9 +258,8 @@ mod tests {
         (pixel, Rgb::new(1.0, 0.3, phase) * (sign * strength))
     }
 
-    fn traced(paths: Range<u64>, scale: i32) -> Splats {
-        let mut splats = Splats::new(bounds(), scale);
-        let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
+    fn trace(paths: Range<u64>, splats: &mut Splats) {
+        let mut buffer = SplatBuffer::new(splats, f32::INFINITY);
         buffer.begin(paths.start);
         for i in paths.clone() {
             let (pixel, value) = splat(i);
@@ -280,6 +267,11 @@ mod tests {
         }
         buffer.reach(paths.end);
         splats.add(&mut buffer);
+    }
+
+    fn traced(paths: Range<u64>, scale: i32) -> Splats {
+        let mut splats = Splats::new(bounds(), scale);
+        trace(paths, &mut splats);
         splats
     }
 
@@ -292,7 +284,7 @@ mod tests {
             let mut ranges: Vec<Range<u64>> = ranges.collect();
             ranges.sort_by_key(|range| range.start * 617 % 5003);
             for range in ranges {
-                assert!(sum.join(&traced(range, 2)));
+                trace(range, &mut sum);
             }
             assert_eq!(sum, whole);
         }
@@ -353,10 +345,6 @@ mod tests {
     fn paths_count_once_and_only_for_their_pixels() {
         let mut splats = traced(0..100, 2);
         let before = splats.clone();
-        assert!(!splats.join(&traced(99..200, 2)));
-        assert!(!splats.join(&traced(100..200, 3)));
-        assert!(!splats.join(&Splats::new(PixelBounds::new(UVec2::ZERO, UVec2::ONE), 2)));
-        assert_eq!(splats, before);
         let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
         buffer.begin(50);
         buffer.push(50, UVec2::new(3, 5), Rgb::ONE);
@@ -404,7 +392,7 @@ mod tests {
         }
         film.merge(tile);
         let splats = traced(0..1000, 0);
-        film.add_light(&splats);
+        film.add_light(std::slice::from_ref(&splats));
         let (mean, variance) = splats.mean_and_variance(pixel);
         let image = film.develop();
         let at = 6 * 20 + 4;
