@@ -18,22 +18,19 @@ pub(super) struct KeptSplats {
 }
 
 impl Journal {
-    /// Adds the splats of a half that the file held when it was opened to `blank`. If they cannot be, there are none.
-    pub fn restore_splats(&self, half: u8, blank: impl Fn() -> Splats) -> Splats {
-        let mut splats = blank();
+    /// The splats of a half that the file held when it was opened, added to `blank`; `None` if they cannot be.
+    pub fn restore_splats(&self, half: u8, mut blank: Splats) -> Option<Splats> {
         let mut appended = self.lock();
         let Some(file) = appended.file.as_mut() else {
-            return splats;
+            return Some(blank);
         };
-        let restored = self.contents.add_splats(half, file, &mut splats);
+        let restored = self.contents.add_splats(half, file, &mut blank);
         drop(appended);
-        if !matches!(restored, Ok(Some(()))) {
-            return blank();
-        }
+        restored.ok()??;
         if let Some(paths) = self.kept_splats().paths.get_mut(usize::from(half)) {
-            *paths = splats.paths().count();
+            *paths = blank.paths().count();
         }
-        splats
+        Some(blank)
     }
 
     /// Whether sums of so many pixels may be kept: no more often than work is at all, and not so often that the file grows

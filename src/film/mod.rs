@@ -153,13 +153,11 @@ impl Film {
     pub fn add_light(&mut self, splats: &[Splats]) {
         let has_paths = |splats: &&Splats| splats.paths().count() > 0;
         let estimates: Vec<&Splats> = splats.iter().filter(has_paths).collect();
+        let part = 1.0 / estimates.len() as f64;
         for (pixel, statistics) in self.bounds.pixels().zip(&mut self.pixels) {
-            let found = estimates
-                .iter()
-                .map(|splats| splats.mean_and_variance(pixel));
-            let of_each = 1.0 / estimates.len() as f64;
-            for (mean, variance) in found {
-                *statistics = statistics.plus(mean * of_each, variance * (of_each * of_each));
+            for splats in &estimates {
+                let (mean, variance) = (splats.mean(pixel), splats.variance_of_mean(pixel));
+                *statistics = statistics.plus(mean * part, variance * (part * part));
             }
         }
         for splats in estimates {

@@ -148,7 +148,7 @@ mod tests {
     fn splats() -> Splats {
         let bounds = PixelBounds::new(UVec2::new(2, 3), UVec2::new(302, 303));
         let mut splats = Splats::new(bounds, -3);
-        let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
+        let mut buffer = SplatBuffer::new(bounds, f32::INFINITY);
         buffer.begin(7);
         for i in 0..1000u32 {
             let pixel = UVec2::new(2 + i * 37 % 300, 3 + i / 4);
@@ -197,7 +197,7 @@ mod tests {
         let bounds = PixelBounds::new(UVec2::ZERO, UVec2::new(5, 1));
         let traced = |from: u64, to: u64| {
             let mut splats = Splats::new(bounds, 0);
-            let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
+            let mut buffer = SplatBuffer::new(bounds, f32::INFINITY);
             buffer.begin(from);
             for i in from..to {
                 buffer.push(i, UVec2::new(i as u32 % 5, 0), Rgb::splat(1.0 / i as f32));

@@ -3,6 +3,7 @@
 use super::allocation::{Share, doubled, for_error, for_samples};
 use super::{Ended, Goal};
 use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, PixelStatistics, Splats, Tile};
+use crate::math::UVec2;
 use glam::DVec3;
 
 /// Sample counts per pixel of each half's tiles.
@@ -72,14 +73,19 @@ impl Halves {
         self.splats.get_mut(half)
     }
 
-    /// Every pixel of one half, with the light of its light paths.
-    fn lit(&self, half: usize) -> impl Iterator<Item = PixelStatistics> {
-        let film = &self.films[half];
-        let pixels = film.bounds().pixels().zip(film.pixels());
-        pixels.map(move |(pixel, own)| match self.splats.get(half) {
-            Some(splats) => splats.light(pixel, own),
-            None => *own,
-        })
+    /// The mean of every pixel of one half that has samples, with the light of its light paths.
+    fn means(&self, half: usize) -> impl Iterator<Item = DVec3> {
+        let pixels = self.films[half].bounds().pixels();
+        pixels.filter_map(move |pixel| Some(self.at(half, pixel)?.1))
+    }
+
+    /// The samples of a pixel of one half, if there are any, and their mean with the light of light paths.
+    fn at(&self, half: usize, pixel: UVec2) -> Option<(&PixelStatistics, DVec3)> {
+        let own = self.films[half]
+            .statistics(pixel)
+            .filter(|own| own.count() > 0)?;
+        let light = self.splats.get(half).map(|splats| splats.mean(pixel));
+        Some((own, light.map_or(own.mean(), |light| own.mean() + light)))
     }
 
     /// Why no further pass is needed, if so, with this [error](Halves::error).
@@ -116,12 +122,12 @@ impl Halves {
         if self.counts.iter().flatten().any(|&n| n == 0) {
             return None;
         }
-        let pairs = || self.lit(0).zip(self.lit(1)).filter(|(p, _)| p.count() > 0);
+        let pairs = || self.means(0).zip(self.means(1));
         let count = pairs().count() as f64;
-        let mean: DVec3 = pairs().map(|(p, q)| (p.mean() + q.mean()) * 0.5).sum();
+        let mean: DVec3 = pairs().map(|(p, q)| (p + q) * 0.5).sum();
         let floor = floor(mean.element_sum() / (3.0 * count));
         let squares = pairs().map(|(p, q)| {
-            let (mean, error) = ((p.mean() + q.mean()) * 0.5, (p.mean() - q.mean()) * 0.5);
+            let (mean, error) = ((p + q) * 0.5, (p - q) * 0.5);
             (error * error / (mean * mean + floor)).element_sum()
         });
         let error = (squares.sum::<f64>() / (3.0 * count)).sqrt();
@@ -132,20 +138,13 @@ impl Halves {
     /// The tiles of `of`, with the noise measured by the other half: that of camera samples, which are allocated. The noise of
     /// light paths falls as the mean of all counts grows.
     fn shares(&self, of: usize) -> Vec<Share> {
-        let film = &self.films[1 - of];
-        let seen = self.lit(1 - of).filter(|p| p.count() > 0);
-        let sum: DVec3 = seen.map(|pixel| pixel.mean()).sum();
+        let sum: DVec3 = self.means(1 - of).sum();
         let floor = floor(sum.element_sum() / (3.0 * self.pixels()));
         let noise = |(own, mean): (&PixelStatistics, DVec3)| {
             let variance = own.variance_of_mean() * own.count() as f64;
             (variance / (mean * mean + floor)).element_sum() / 3.0
         };
-        let splats = self.splats.get(1 - of);
-        let at = |pixel| {
-            let own = film.statistics(pixel)?;
-            let mean = splats.map_or(own.mean(), |splats| splats.light(pixel, own).mean());
-            Some((own, mean))
-        };
+        let at = |pixel| self.at(1 - of, pixel);
         let share = |(tile, &count): (&PixelBounds, &u32)| Share {
             noise: tile.pixels().filter_map(at).map(noise).sum(),
             area: tile.area() as f64,

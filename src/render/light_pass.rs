@@ -18,7 +18,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 const CHUNK: u64 = 1 << 14;
 
 /// Paths after which a worker looks whether its buffer is full, or it is to stop.
-const RUN: u64 = 1 << 10;
+const RUN: u64 = 1 << 8;
 
 impl RenderJob {
     /// Returns `true` if paths are traced from the lights, too: not through a camera that nothing is joined to, nor if the
@@ -79,10 +79,10 @@ impl RenderJob {
 /// The splats of a half that the checkpoint has; `None` if no light paths are traced.
 pub(super) fn restored(job: &RenderJob, half: u8, progress: &Progress) -> Option<Splats> {
     let blank = job.splats()?;
-    Some(match progress.journal() {
-        Some(journal) => journal.restore_splats(half, || blank.clone()),
-        None => blank,
-    })
+    match progress.journal() {
+        Some(journal) => { journal.restore_splats(half, blank) }.or_else(|| job.splats()),
+        None => Some(blank),
+    }
 }
 
 /// Traces those of a half's `paths` whose splats are not there yet. Returns `false` if it was stopped, or was no longer
@@ -101,7 +101,7 @@ pub(super) fn trace(
     let chunks = { missing.into_iter() }.flat_map(|range| cut(range, CHUNK));
     let chunks: Vec<Range<u64>> = chunks.collect();
     let most = job.film.max_sample_luminance * job.paths_per_sample();
-    let new_buffer = SplatBuffer::new(splats, most);
+    let bounds = splats.bounds();
     let worker = Worker {
         job,
         sampler,
@@ -111,7 +111,7 @@ pub(super) fn trace(
     };
     let is_whole = { chunks.into_par_iter() }
         .map_init(
-            || new_buffer.clone(),
+            || SplatBuffer::new(bounds, most),
             |buffer, chunk| worker.trace_chunk(chunk, buffer, &in_time),
         )
         .reduce(|| true, |a, b| a && b);

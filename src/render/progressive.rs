@@ -26,6 +26,7 @@ use crate::film::{DroppedSample, Film, PixelBounds, PixelStatistics, Splats, Til
 use crate::math::UVec2;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// An image rendered in passes.
@@ -65,7 +66,7 @@ pub fn render_until(
     let deadline = goal.time.and_then(|time| started.checked_add(time));
     let mut number = 0;
     if deadline.is_some() {
-        passes.preview(progress);
+        passes.preview();
     }
     for counts in first_pass(deadline.is_some()) {
         let next = counts.map(|count| vec![count; passes.halves.tiles().len()]);
@@ -143,9 +144,6 @@ fn first_pass(against_the_clock: bool) -> Vec<[u32; 2]> {
 /// Fraction of the remaining time that a pass is planned for: tiles differ, and being late is worse than being early.
 const PART_OF_TIME: f64 = 0.9;
 
-/// Light paths that every image has, however short the time.
-const PATHS_OF_PREVIEW: u64 = 1 << 10;
-
 struct Passes<'a> {
     job: &'a RenderJob,
     halves: Halves,
@@ -166,11 +164,10 @@ impl<'a> Passes<'a> {
         }
     }
 
-    /// Renders one sample in each tile, the same that the first pass renders there, and traces some light paths of the first
-    /// pass.
-    fn preview(&mut self, progress: &Progress) {
-        let paths = self.job.light_paths(1).min(PATHS_OF_PREVIEW);
-        self.trace_light(0, paths, || true, progress);
+    /// Renders one sample in each tile, the same that the first pass renders there, and traces as many light paths.
+    fn preview(&mut self) {
+        let paths = self.halves.tiles().len() as u64;
+        self.trace_light(0, 0..paths, || true, &Progress::hidden());
         let sample = |bounds: &PixelBounds| {
             let center = (bounds.min + bounds.max) / 2;
             let pixel = PixelBounds::new(center, center + UVec2::ONE);
@@ -181,18 +178,18 @@ impl<'a> Passes<'a> {
         self.preview = self.halves.tiles().par_iter().map(sample).collect();
     }
 
-    /// Traces the light paths of a half up to so many, as long as it is in time.
+    /// Traces light paths of a half, as long as it is in time.
     fn trace_light(
         &mut self,
         half: usize,
-        paths: u64,
+        paths: Range<u64>,
         in_time: impl Fn() -> bool + Sync,
         progress: &Progress,
     ) -> bool {
         let sampler = (half as u8, &self.samplers[half]);
         let splats = self.halves.splats(half);
         splats.is_none_or(|splats| {
-            light_pass::trace(self.job, sampler, splats, 0..paths, in_time, progress)
+            light_pass::trace(self.job, sampler, splats, paths, in_time, progress)
         })
     }
 
@@ -206,7 +203,7 @@ impl<'a> Passes<'a> {
                 && splats.paths().count() > paths
             {
                 *splats = blank;
-                is_whole &= self.trace_light(half, paths, || true, progress);
+                is_whole &= self.trace_light(half, 0..paths, || true, progress);
             }
         }
         is_whole
@@ -217,6 +214,7 @@ impl<'a> Passes<'a> {
     fn run(&mut self, counts: &Counts, deadline: Option<Instant>, progress: &Progress) -> bool {
         let in_time = || deadline.is_none_or(|end| Instant::now() < end);
         let kept = |unit: &Unit| progress.journal().is_some_and(|journal| journal.has(unit));
+        let before = [0, 1].map(|half| self.halves.paths(half, self.halves.counts()));
         let mut complete = true;
         for (half, counts) in counts.iter().enumerate() {
             let have = &self.halves.counts()[half];
@@ -246,8 +244,8 @@ impl<'a> Passes<'a> {
                 complete &= self.halves.counts()[half][number] >= want;
             }
         }
-        for half in [0, 1] {
-            let paths = self.halves.paths(half, counts);
+        for (half, done) in before.into_iter().enumerate() {
+            let paths = done..self.halves.paths(half, counts);
             complete &= self.trace_light(half, paths, in_time, progress);
         }
         complete
