@@ -2,7 +2,7 @@
 
 use super::record::{self, Record, Unit};
 use super::{Facts, Header, Identity, LONGEST, MAGIC};
-use crate::film::Tile;
+use crate::film::{Splats, Tile};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -23,6 +23,9 @@ pub struct Contents {
     pub spent: Duration,
     /// The latest record of each unit.
     units: HashMap<Unit, Place>,
+    /// The latest sums of splats of each half, in parts, and those of which some parts are still to come.
+    splats: HashMap<u8, Vec<Place>>,
+    some_splats: HashMap<u8, Vec<Place>>,
     /// Where the last whole record ends.
     pub(super) end: u64,
 }
@@ -33,6 +36,15 @@ struct Place {
     start: u64,
     length: usize,
     done: u32,
+}
+
+impl Place {
+    fn bytes(&self, file: &mut File) -> io::Result<Vec<u8>> {
+        let mut body = vec![0; self.length];
+        file.seek(SeekFrom::Start(self.start))?;
+        file.read_exact(&mut body)?;
+        Ok(body)
+    }
 }
 
 impl Contents {
@@ -71,13 +83,14 @@ impl Contents {
 
     /// Adds the record after the last; `false` if it is none.
     fn add(&mut self, body: &[u8]) -> bool {
+        let place = Place {
+            start: self.end + 4,
+            length: body.len(),
+            done: 0,
+        };
         match Record::read(&mut &body[..]) {
             Some(Record::Work { unit, done }) => {
-                let place = Place {
-                    start: self.end + 4,
-                    length: body.len(),
-                    done,
-                };
+                let place = Place { done, ..place };
                 if done > unit.samples.start {
                     self.units.insert(unit, place);
                 }
@@ -85,6 +98,18 @@ impl Contents {
             Some(Record::Plan { pass, counts }) => drop(self.plans.insert(pass, counts)),
             Some(Record::Spent(milliseconds)) => self.spent = Duration::from_millis(milliseconds),
             Some(Record::Done { passes }) => self.passes_done = Some(passes),
+            Some(Record::Splats { half, part, parts }) => {
+                let some = self.some_splats.entry(half).or_default();
+                if some.len() != part as usize {
+                    some.clear();
+                }
+                if some.len() == part as usize {
+                    some.push(place);
+                }
+                if some.len() == parts as usize {
+                    self.splats.insert(half, std::mem::take(some));
+                }
+            }
             None => return false,
         }
         true
@@ -92,7 +117,7 @@ impl Contents {
 
     /// Is there any work in it?
     pub fn holds_work(&self) -> bool {
-        !self.units.is_empty()
+        !self.units.is_empty() || !self.splats.is_empty()
     }
 
     /// Has it samples of the unit?
@@ -111,13 +136,34 @@ impl Contents {
     /// # Errors
     /// A file that cannot be read.
     pub fn bytes(&self, unit: &Unit, file: &mut File) -> io::Result<Option<Vec<u8>>> {
-        let Some(place) = self.units.get(unit) else {
+        let place = self.units.get(unit);
+        place.map(|place| place.bytes(file)).transpose()
+    }
+
+    /// Adds the sums of splats of a half to `splats`, if there are any. `None` if they cannot be added to them; then
+    /// `splats` are useless.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn add_splats(
+        &self,
+        half: u8,
+        file: &mut File,
+        splats: &mut Splats,
+    ) -> io::Result<Option<()>> {
+        let places = self.splats.get(&half).map_or(&[][..], Vec::as_slice);
+        if !places.is_empty() && places.len() != splats.parts() as usize {
             return Ok(None);
-        };
-        let mut body = vec![0; place.length];
-        file.seek(SeekFrom::Start(place.start))?;
-        file.read_exact(&mut body)?;
-        Ok(Some(body))
+        }
+        for (part, place) in (0..).zip(places) {
+            let body = place.bytes(file)?;
+            let mut bytes = &body[..];
+            let is_it = matches!(Record::read(&mut bytes), Some(Record::Splats { .. }));
+            if !is_it || !splats.add_stored(part, bytes) {
+                return Ok(None);
+            }
+        }
+        Ok(Some(()))
     }
 
     /// Number of units.

@@ -45,6 +45,8 @@ pub struct Facts {
     pub spp: u32,
     /// Rendered in passes until then.
     pub goal: Option<GoalFacts>,
+    /// If paths are traced from the lights, the scale of their [`crate::film::Splats`].
+    pub splats: Option<i32>,
 }
 
 /// See [`FilmSpec`].

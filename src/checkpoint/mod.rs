@@ -6,7 +6,7 @@
 //! ([`crate::film`]), so that a resumed render ends in the bits of an undisturbed one.
 //!
 //! ```text
-//! "fstop checkpoint 2\n"   length, header (JSON), CRC   length, record, CRC   ...
+//! "fstop checkpoint 3\n"   length, header (JSON), CRC   length, record, CRC   ...
 //! ```
 
 mod contents;
@@ -14,6 +14,7 @@ mod facts;
 mod identity;
 mod plan;
 mod record;
+mod splats;
 
 pub use contents::{Contents, restored};
 pub use facts::{Facts, FilmFacts, GoalFacts, Shard};
@@ -24,6 +25,7 @@ pub use record::Unit;
 use crate::film::Tile;
 use crate::output::{self, OutputError};
 use record::Record;
+use splats::KeptSplats;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -32,7 +34,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// The first bytes of every checkpoint; the number is the format's.
-const MAGIC: &[u8] = b"fstop checkpoint 2\n";
+const MAGIC: &[u8] = b"fstop checkpoint 3\n";
 
 /// Longest record that is believed: a tile with all nodes that it can have.
 const LONGEST: u32 = 1 << 28;
@@ -130,6 +132,7 @@ pub struct Journal {
     /// Intervals after which everything was written.
     synced: AtomicU64,
     file: Mutex<Appended>,
+    splats: Mutex<KeptSplats>,
 }
 
 #[derive(Debug)]
@@ -208,6 +211,7 @@ impl Journal {
                 blocked: false,
                 failed: None,
             }),
+            splats: Mutex::default(),
         }
     }
 

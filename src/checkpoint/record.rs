@@ -41,6 +41,15 @@ pub(super) enum Record {
         /// How many.
         passes: u32,
     },
+    /// A part of all sums of splats so far follows; all of them, one after the other, take the place of earlier ones.
+    Splats {
+        /// As in [`Unit`].
+        half: u8,
+        /// Which, from 0.
+        part: u32,
+        /// How many there are.
+        parts: u32,
+    },
 }
 
 /// Before and behind each record.
@@ -93,11 +102,17 @@ impl Record {
                 out.push(4);
                 out.extend(passes.to_le_bytes());
             }
+            Record::Splats { half, part, parts } => {
+                out.push(5);
+                out.push(*half);
+                out.extend(part.to_le_bytes());
+                out.extend(parts.to_le_bytes());
+            }
         }
         out
     }
 
-    /// Reads a record and leaves its tiles in `bytes`, after their number.
+    /// Reads a record and leaves its tiles in `bytes`, after their number, or its sums.
     pub(super) fn read(bytes: &mut &[u8]) -> Option<Record> {
         Some(match u8::from_le_bytes(take(bytes)?) {
             1 => {
@@ -125,6 +140,12 @@ impl Record {
             4 => {
                 let passes = u32::from_le_bytes(take(bytes)?);
                 Record::Done { passes }
+            }
+            5 => {
+                let half = u8::from_le_bytes(take(bytes)?);
+                let mut number = || Some(u32::from_le_bytes(take(bytes)?));
+                let (part, parts) = (number()?, number()?);
+                Record::Splats { half, part, parts }
             }
             _ => return None,
         })

@@ -99,11 +99,10 @@ fn write<'a>(
     outputs: impl Iterator<Item = &'a PathBuf>,
 ) -> Result<u8, Failure> {
     if let Some(dropped) = &image.dropped {
-        let [x, y] = dropped.pixel;
         messages::warning(format!(
-            "{} of the samples were negative or not finite, and count as black; the first is sample {} of pixel \
-             {x}, {y} (both from 0)",
-            dropped.count, dropped.sample
+            "{} of the samples were negative or not finite, and count as black; the first is {}",
+            dropped.count,
+            dropped.first()
         ));
     }
     let mut code = 0;

@@ -444,11 +444,10 @@ fn interrupted(args: &RenderArgs, frame: &Prepared, rendered: &Rendered, outputs
 fn report_end(rendered: &Rendered, written: &[String], started: Instant, rendering: Instant) {
     let seconds = rendering.elapsed().as_secs_f64();
     if let Some(dropped) = &rendered.dropped {
-        let [x, y] = dropped.pixel;
         messages::warning(format!(
-            "{} of the samples were negative or not finite, and count as black; the first is sample {} of pixel \
-             {x}, {y} (both from 0), {}",
-            dropped.count, dropped.sample, dropped.place
+            "{} of the samples were negative or not finite, and count as black; the first is {}",
+            dropped.count,
+            dropped.first()
         ));
     }
     let written = match written {

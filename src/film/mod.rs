@@ -38,6 +38,7 @@ mod read;
 mod spec;
 mod splats;
 mod stored;
+mod stored_splats;
 mod tile;
 mod write;
 
@@ -53,6 +54,7 @@ pub use pixels::PixelStatistics;
 pub use read::{LoadedImage, ReadError, read, read_within};
 pub use spec::{FilmError, FilmSpec};
 pub use splats::{DroppedSplat, MEMORY_OF_SPLATS, SplatBuffer, Splats};
+pub(crate) use stored_splats::STORED_PIXEL;
 pub use tile::{DroppedSample, Tile};
 pub use write::{WriteError, check_name, check_output, keeps_variances, write, write_somewhere};
 
@@ -146,27 +148,34 @@ impl Film {
         self.first_dropped = DroppedSample::first(self.first_dropped, tile.first_dropped());
     }
 
-    /// Adds the light of paths from the lights to every pixel that has samples. Once, when the film has them all.
-    pub fn add_light(&mut self, splats: &Splats) {
+    /// Adds the light of paths from the lights to every pixel that has samples: the mean of what each of `splats` says, which
+    /// are independent, but for those without paths. Once, when the film has all samples.
+    pub fn add_light(&mut self, splats: &[Splats]) {
+        let has_paths = |splats: &&Splats| splats.paths().count() > 0;
+        let estimates: Vec<&Splats> = splats.iter().filter(has_paths).collect();
+        let part = 1.0 / estimates.len() as f64;
         for (pixel, statistics) in self.bounds.pixels().zip(&mut self.pixels) {
-            *statistics = splats.light(pixel, statistics);
+            for splats in &estimates {
+                let (mean, variance) = (splats.mean(pixel), splats.variance_of_mean(pixel));
+                *statistics = statistics.plus(mean * part, variance * (part * part));
+            }
         }
-        self.paths += splats.paths().count();
-        self.dropped = self.dropped.saturating_add(splats.dropped());
-        let first = splats.first_dropped();
-        self.first_dropped_splat = DroppedSplat::first(self.first_dropped_splat, first);
+        for splats in estimates {
+            self.paths += splats.paths().count();
+            self.dropped = self.dropped.saturating_add(splats.dropped());
+            let first = splats.first_dropped();
+            self.first_dropped_splat = DroppedSplat::first(self.first_dropped_splat, first);
+        }
     }
 
     /// The film whose every pixel is the mean of its two halves' ([`PixelStatistics::mean_of`]); both films must have
-    /// the same [`FilmSpec`].
+    /// the same [`FilmSpec`], and no light added yet.
     pub fn mean_of(a: &Film, b: &Film) -> Film {
         let pairs = a.pixels.iter().zip(&b.pixels);
         Film {
             pixels: pairs.map(|(p, q)| PixelStatistics::mean_of(p, q)).collect(),
             dropped: a.dropped.saturating_add(b.dropped),
             first_dropped: DroppedSample::first(a.first_dropped, b.first_dropped),
-            paths: a.paths + b.paths,
-            first_dropped_splat: DroppedSplat::first(a.first_dropped_splat, b.first_dropped_splat),
             ..*a
         }
     }

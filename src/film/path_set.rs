@@ -6,6 +6,7 @@ use std::ops::Range;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PathSet {
     ranges: Vec<Range<u64>>,
+    count: u64,
 }
 
 impl PathSet {
@@ -16,10 +17,7 @@ impl PathSet {
 
     /// How many there are.
     pub fn count(&self) -> u64 {
-        self.ranges
-            .iter()
-            .map(|range| range.end - range.start)
-            .sum()
+        self.count
     }
 
     /// Adds a range. Returns `false`, and adds nothing, if some of it are there already.
@@ -33,6 +31,7 @@ impl PathSet {
         if { neighbors }.any(|range| range.start < new.end && new.start < range.end) {
             return false;
         }
+        self.count += new.end - new.start;
         let touches = |i: usize, edge: fn(&Range<u64>) -> u64, at: u64| {
             self.ranges.get(i).is_some_and(|range| edge(range) == at)
         };

@@ -4,8 +4,8 @@
 //! every image, which adds up to the same bits however it is done. The point is placed for each image by its
 //! [scale](Splats::new), about what one path brings.
 
+use super::PixelBounds;
 use super::path_set::PathSet;
-use super::{PixelBounds, PixelStatistics};
 use crate::math::color::luminance;
 use crate::math::{Rgb, UVec2};
 use glam::DVec3;
@@ -89,6 +89,11 @@ impl Splats {
         }
     }
 
+    /// The pixels.
+    pub fn bounds(&self) -> PixelBounds {
+        self.bounds
+    }
+
     /// The paths whose splats are here.
     pub fn paths(&self) -> &PathSet {
         &self.paths
@@ -124,49 +129,33 @@ impl Splats {
         }
     }
 
-    /// Adds the sums of other paths for the same pixels at the same scale. Returns `false`, and adds nothing, if they are
-    /// of others, or some paths are in both.
-    pub fn join(&mut self, other: &Splats) -> bool {
-        let mut paths = self.paths.clone();
-        let same = (self.bounds, self.scale) == (other.bounds, other.scale);
-        let mut ranges = other.paths.ranges().iter();
-        if !same || !ranges.all(|range| paths.insert(range.clone())) {
-            return false;
-        }
-        self.paths = paths;
-        for (sums, others) in self.pixels.iter_mut().zip(&other.pixels) {
-            sums.join(others);
-        }
-        self.dropped = self.dropped.saturating_add(other.dropped);
-        self.first_dropped = DroppedSplat::first(self.first_dropped, other.first_dropped);
-        true
+    /// The mean of what a path brings to a pixel; 0 without paths.
+    pub fn mean(&self, pixel: UVec2) -> DVec3 {
+        let count = self.paths.count().max(1) as f64;
+        let unit = power_of_two(self.scale - FRACTION);
+        let sum = self.sums(pixel).values.map(|sum| sum as f64);
+        DVec3::from(sum) * unit / count
     }
 
-    /// The mean of what a path brings to a pixel, and the variance of that mean: Σx²/N less the mean's square, over N − 1,
-    /// as of independent paths that each come to the pixel once. Well-distributed paths do better; those that come
-    /// several times, which are rare, do worse. Nothing of no paths; of one, the variance is infinite.
-    pub fn mean_and_variance(&self, pixel: UVec2) -> (DVec3, DVec3) {
+    /// The variance of [`mean`](Self::mean): Σx²/N less the mean's square, over N − 1, as of independent paths that each
+    /// come to the pixel once. Well-distributed paths do better; those that come several times, which are rare, do
+    /// worse. Infinite for one path, which says nothing about variance.
+    pub fn variance_of_mean(&self, pixel: UVec2) -> DVec3 {
         let count = self.paths.count() as f64;
-        let sums = self.bounds.index(pixel).and_then(|i| self.pixels.get(i));
-        let Some(sums) = sums.filter(|_| count > 0.0) else {
-            return (DVec3::ZERO, DVec3::ZERO);
-        };
-        let [value, square] = [self.scale - FRACTION, 2 * self.scale - FRACTION_OF_SQUARE];
-        let [value, square] = [value, square].map(power_of_two);
-        let mean = DVec3::from(sums.values.map(|sum| sum as f64)) * value / count;
-        let squares = DVec3::from(sums.squares.map(|sum| sum as f64)) * square / count;
-        if count == 1.0 {
-            return (mean, DVec3::INFINITY);
+        if count <= 1.0 {
+            return DVec3::INFINITY;
         }
-        let deviation = (squares - mean * mean).max(DVec3::ZERO);
-        (mean, deviation / (count - 1.0))
+        let unit = power_of_two(2 * self.scale - FRACTION_OF_SQUARE);
+        let squares = self.sums(pixel).squares.map(|sum| sum as f64);
+        let (mean, squares) = (self.mean(pixel), DVec3::from(squares) * unit / count);
+        (squares - mean * mean).max(DVec3::ZERO) / (count - 1.0)
     }
 
-    /// The statistics of a pixel's own samples, with the light of the paths from lights added to their mean, and its
-    /// variance to theirs.
-    pub fn light(&self, pixel: UVec2, samples: &PixelStatistics) -> PixelStatistics {
-        let (mean, variance) = self.mean_and_variance(pixel);
-        samples.plus(mean, variance)
+    /// Nothing, outside.
+    fn sums(&self, pixel: UVec2) -> Sums {
+        let index = self.bounds.index(pixel);
+        let sums = index.and_then(|index| self.pixels.get(index));
+        sums.copied().unwrap_or_default()
     }
 }
 
@@ -185,7 +174,8 @@ impl Sums {
         }
     }
 
-    fn join(&mut self, other: &Sums) {
+    /// Adds other contributions.
+    pub(super) fn join(&mut self, other: &Sums) {
         for channel in 0..3 {
             self.values[channel] = self.values[channel].saturating_add(other.values[channel]);
             self.squares[channel] = self.squares[channel].saturating_add(other.squares[channel]);
@@ -195,14 +185,15 @@ impl Sums {
 
 impl SplatBuffer {
     /// Splats in a full buffer: 1 MiB of them.
-    pub const FULL: usize = 1 << 16;
+    const FULL: usize = 1 << 16;
 
-    /// For the pixels of `splats`. Contributions brighter than `max_luminance` are scaled down to it.
-    pub fn new(splats: &Splats, max_luminance: f32) -> SplatBuffer {
+    /// For the pixels of some [`Splats`]. Contributions brighter than `max_luminance` are scaled down to it.
+    pub fn new(bounds: PixelBounds, max_luminance: f32) -> SplatBuffer {
         SplatBuffer {
-            bounds: splats.bounds,
+            bounds,
             max_luminance,
-            splats: Vec::new(),
+            // Room for what comes between two looks at it, so that no path makes it grow, unless it brings very much.
+            splats: Vec::with_capacity(2 * SplatBuffer::FULL),
             paths: 0..0,
             dropped: 0,
             first_dropped: None,
@@ -270,9 +261,8 @@ mod tests {
         (pixel, Rgb::new(1.0, 0.3, phase) * (sign * strength))
     }
 
-    fn traced(paths: Range<u64>, scale: i32) -> Splats {
-        let mut splats = Splats::new(bounds(), scale);
-        let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
+    fn trace(paths: Range<u64>, splats: &mut Splats) {
+        let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY);
         buffer.begin(paths.start);
         for i in paths.clone() {
             let (pixel, value) = splat(i);
@@ -280,6 +270,11 @@ mod tests {
         }
         buffer.reach(paths.end);
         splats.add(&mut buffer);
+    }
+
+    fn traced(paths: Range<u64>, scale: i32) -> Splats {
+        let mut splats = Splats::new(bounds(), scale);
+        trace(paths, &mut splats);
         splats
     }
 
@@ -292,7 +287,7 @@ mod tests {
             let mut ranges: Vec<Range<u64>> = ranges.collect();
             ranges.sort_by_key(|range| range.start * 617 % 5003);
             for range in ranges {
-                assert!(sum.join(&traced(range, 2)));
+                trace(range, &mut sum);
             }
             assert_eq!(sum, whole);
         }
@@ -310,7 +305,8 @@ mod tests {
                 let mean = all().sum::<DVec3>() / n as f64;
                 let squares = all().map(|x| x * x).sum::<DVec3>() / n as f64;
                 let variance = (squares - mean * mean) / (n as f64 - 1.0);
-                let (found, found_variance) = splats.mean_and_variance(pixel);
+                let found = splats.mean(pixel);
+                let found_variance = splats.variance_of_mean(pixel);
                 // Half a unit, 2⁻³⁷ of the scale, of each of at most 5000 / 28 splats; doubles round them, too.
                 let unit = 2f64.powi(scale - FRACTION);
                 let error = (found - mean).abs();
@@ -328,13 +324,13 @@ mod tests {
         let mut splats = Splats::new(bounds(), 0);
         let pixel = UVec2::new(3, 5);
         for i in 0..100 {
-            let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
+            let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY);
             buffer.begin(i);
             buffer.push(i, pixel, Rgb::new(f32::MAX, -f32::MAX, 1.0));
             buffer.reach(i + 1);
             splats.add(&mut buffer);
         }
-        let (mean, variance) = splats.mean_and_variance(pixel);
+        let (mean, variance) = (splats.mean(pixel), splats.variance_of_mean(pixel));
         let most = 2f64.powi(LARGEST - FRACTION);
         assert_eq!(mean, DVec3::new(most, -most, 1.0));
         assert!(variance.is_finite() && variance.z == 0.0);
@@ -353,11 +349,7 @@ mod tests {
     fn paths_count_once_and_only_for_their_pixels() {
         let mut splats = traced(0..100, 2);
         let before = splats.clone();
-        assert!(!splats.join(&traced(99..200, 2)));
-        assert!(!splats.join(&traced(100..200, 3)));
-        assert!(!splats.join(&Splats::new(PixelBounds::new(UVec2::ZERO, UVec2::ONE), 2)));
-        assert_eq!(splats, before);
-        let mut buffer = SplatBuffer::new(&splats, f32::INFINITY);
+        let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY);
         buffer.begin(50);
         buffer.push(50, UVec2::new(3, 5), Rgb::ONE);
         buffer.reach(51);
@@ -371,7 +363,7 @@ mod tests {
     #[test]
     fn broken_splats_are_counted_and_located_and_bright_ones_limited() {
         let mut splats = Splats::new(bounds(), 0);
-        let mut buffer = SplatBuffer::new(&splats, 4.0);
+        let mut buffer = SplatBuffer::new(splats.bounds(), 4.0);
         let (a, b) = (UVec2::new(4, 6), UVec2::new(5, 5));
         buffer.begin(0);
         buffer.push(0, a, Rgb::splat(8.0));
@@ -384,8 +376,8 @@ mod tests {
         let first = DroppedSplat { path: 1, pixel: b };
         assert_eq!(splats.first_dropped(), Some(first));
         // 4 of four paths, to the rounding of luminance's three factors.
-        assert!((splats.mean_and_variance(a).0 - 1.0).abs().max_element() < 1e-6);
-        assert_eq!(splats.mean_and_variance(b).0.x, -0.25);
+        assert!((splats.mean(a) - 1.0).abs().max_element() < 1e-6);
+        assert_eq!(splats.mean(b).x, -0.25);
     }
 
     /// A film has the light of both, and the variances of both.
@@ -404,8 +396,8 @@ mod tests {
         }
         film.merge(tile);
         let splats = traced(0..1000, 0);
-        film.add_light(&splats);
-        let (mean, variance) = splats.mean_and_variance(pixel);
+        film.add_light(std::slice::from_ref(&splats));
+        let (mean, variance) = (splats.mean(pixel), splats.variance_of_mean(pixel));
         let image = film.develop();
         let at = 6 * 20 + 4;
         // Two of single precision's roundings.

@@ -13,7 +13,7 @@ pub use process::Process;
 
 use crate::accel::memory;
 use crate::files::FileError;
-use crate::film::{MEMORY_OF_HALVES, MEMORY_OF_PIXEL};
+use crate::film::{MEMORY_OF_HALVES, MEMORY_OF_PIXEL, MEMORY_OF_SPLATS};
 use crate::lights::{Light, MEMORY_OF_EMITTER};
 use crate::scene::Frame;
 use crate::scene::description::ShapeEntity;
@@ -117,9 +117,14 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
         let peak = stages.max_by_key(Stage::total);
         peak.ok_or_else(|| FileError::from("there is nothing to render".to_string()))
     };
+    // Sums of what paths from the lights bring, in each half.
+    let splats = match frame.options.integrator.spec.traces_light() {
+        true => MEMORY_OF_SPLATS,
+        false => 0,
+    };
     Ok(Forecast {
-        peak: peak(MEMORY_OF_PIXEL)?,
-        in_passes: peak(MEMORY_OF_HALVES)?,
+        peak: peak(MEMORY_OF_PIXEL + splats)?,
+        in_passes: peak(MEMORY_OF_HALVES + 2 * splats)?,
     })
 }
 

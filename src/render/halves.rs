@@ -2,7 +2,8 @@
 
 use super::allocation::{Share, doubled, for_error, for_samples};
 use super::{Ended, Goal};
-use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, PixelStatistics, Tile};
+use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, PixelStatistics, Splats, Tile};
+use crate::math::UVec2;
 use glam::DVec3;
 
 /// Sample counts per pixel of each half's tiles.
@@ -15,12 +16,20 @@ const PART_OF_ERROR: f64 = 0.97;
 pub struct Halves {
     tiles: Vec<PixelBounds>,
     films: [Film; 2],
+    /// Of paths from the lights, if any are traced.
+    splats: Vec<Splats>,
     counts: Counts,
 }
 
 impl Halves {
-    /// Without samples. Those of all pixels in a tile are equally many.
-    pub fn new(spec: &FilmSpec, sampled: PixelBounds, tile_size: u32) -> Halves {
+    /// Without samples. Those of all pixels in a tile are equally many. If paths are traced from the lights, both halves
+    /// have splats.
+    pub fn new(
+        spec: &FilmSpec,
+        sampled: PixelBounds,
+        tile_size: u32,
+        splats: Option<[Splats; 2]>,
+    ) -> Halves {
         let film = Film::new(spec);
         let bounds = film.bounds().intersection(sampled);
         let tiles: Vec<PixelBounds> = bounds.tiles(tile_size).collect();
@@ -28,6 +37,7 @@ impl Halves {
         Halves {
             tiles,
             films: [film.clone(), film],
+            splats: splats.map(Vec::from).unwrap_or_default(),
             counts: [none.clone(), none],
         }
     }
@@ -50,6 +60,32 @@ impl Halves {
     /// All pixels of a half's tile have this many samples now.
     pub fn reach(&mut self, half: usize, tile: usize, count: u32) {
         self.counts[half][tile] = count;
+    }
+
+    /// The light paths that belong to the samples of one half so far, or in a plan: as many.
+    pub fn paths(&self, half: usize, counts: &Counts) -> u64 {
+        let pairs = self.tiles.iter().zip(&counts[half]);
+        pairs.map(|(t, &n)| t.area() as u64 * u64::from(n)).sum()
+    }
+
+    /// Those of one half; `None` if no light paths are traced.
+    pub fn splats(&mut self, half: usize) -> Option<&mut Splats> {
+        self.splats.get_mut(half)
+    }
+
+    /// The mean of every pixel of one half that has samples, with the light of its light paths.
+    fn means(&self, half: usize) -> impl Iterator<Item = DVec3> {
+        let pixels = self.films[half].bounds().pixels();
+        pixels.filter_map(move |pixel| Some(self.at(half, pixel)?.1))
+    }
+
+    /// The samples of a pixel of one half, if there are any, and their mean with the light of light paths.
+    fn at(&self, half: usize, pixel: UVec2) -> Option<(&PixelStatistics, DVec3)> {
+        let own = self.films[half]
+            .statistics(pixel)
+            .filter(|own| own.count() > 0)?;
+        let light = self.splats.get(half).map(|splats| splats.mean(pixel));
+        Some((own, light.map_or(own.mean(), |light| own.mean() + light)))
     }
 
     /// Why no further pass is needed, if so, with this [error](Halves::error).
@@ -86,13 +122,12 @@ impl Halves {
         if self.counts.iter().flatten().any(|&n| n == 0) {
             return None;
         }
-        let [a, b] = [0, 1].map(|i| self.films[i].pixels());
-        let pairs = || a.iter().zip(b).filter(|(p, _)| p.count() > 0);
+        let pairs = || self.means(0).zip(self.means(1));
         let count = pairs().count() as f64;
-        let mean: DVec3 = pairs().map(|(p, q)| (p.mean() + q.mean()) * 0.5).sum();
+        let mean: DVec3 = pairs().map(|(p, q)| (p + q) * 0.5).sum();
         let floor = floor(mean.element_sum() / (3.0 * count));
         let squares = pairs().map(|(p, q)| {
-            let (mean, error) = ((p.mean() + q.mean()) * 0.5, (p.mean() - q.mean()) * 0.5);
+            let (mean, error) = ((p + q) * 0.5, (p - q) * 0.5);
             (error * error / (mean * mean + floor)).element_sum()
         });
         let error = (squares.sum::<f64>() / (3.0 * count)).sqrt();
@@ -100,22 +135,18 @@ impl Halves {
         (error.is_finite() && error > 0.0).then_some(error)
     }
 
-    /// The tiles of `of`, with the noise measured by the other half.
+    /// The tiles of `of`, with the noise measured by the other half: that of camera samples, which are allocated. The noise of
+    /// light paths falls as the mean of all counts grows.
     fn shares(&self, of: usize) -> Vec<Share> {
-        let film = &self.films[1 - of];
-        let seen = film.pixels().iter().filter(|p| p.count() > 0);
-        let sum: DVec3 = seen.map(PixelStatistics::mean).sum();
+        let sum: DVec3 = self.means(1 - of).sum();
         let floor = floor(sum.element_sum() / (3.0 * self.pixels()));
-        let noise = |pixel: &PixelStatistics| {
-            let variance = pixel.variance_of_mean() * pixel.count() as f64;
-            (variance / (pixel.mean() * pixel.mean() + floor)).element_sum() / 3.0
+        let noise = |(own, mean): (&PixelStatistics, DVec3)| {
+            let variance = own.variance_of_mean() * own.count() as f64;
+            (variance / (mean * mean + floor)).element_sum() / 3.0
         };
+        let at = |pixel| self.at(1 - of, pixel);
         let share = |(tile, &count): (&PixelBounds, &u32)| Share {
-            noise: tile
-                .pixels()
-                .filter_map(|p| film.statistics(p))
-                .map(noise)
-                .sum(),
+            noise: tile.pixels().filter_map(at).map(noise).sum(),
             area: tile.area() as f64,
             count,
         };
@@ -156,9 +187,14 @@ impl Halves {
         [0, 1].map(|i| for_samples(&shares[i], 0.5 * affordable, most))
     }
 
-    /// The mean of both.
-    pub fn film(&self) -> Film {
-        Film::mean_of(&self.films[0], &self.films[1])
+    /// The mean of both. Their camera samples go through `fill` before the light of light paths is added.
+    pub fn film(&self, fill: impl FnOnce(&mut Film)) -> Film {
+        let mut film = Film::mean_of(&self.films[0], &self.films[1]);
+        fill(&mut film);
+        if !self.splats.is_empty() {
+            film.add_light(&self.splats);
+        }
+        film
     }
 
     /// The first sample that was dropped, and its half.

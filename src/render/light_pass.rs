@@ -12,13 +12,13 @@ use crate::math::color::luminance;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Paths that one worker takes at a time. Chunks begin at multiples of it.
 const CHUNK: u64 = 1 << 14;
 
 /// Paths after which a worker looks whether its buffer is full, or it is to stop.
-const RUN: u64 = 1 << 10;
+const RUN: u64 = 1 << 8;
 
 impl RenderJob {
     /// Returns `true` if paths are traced from the lights, too: not through a camera that nothing is joined to, nor if the
@@ -76,11 +76,20 @@ impl RenderJob {
     }
 }
 
-/// Traces those of `paths` whose splats are not there yet. Returns `false` if it was stopped, or was no longer
+/// The splats of a half that the checkpoint has; `None` if no light paths are traced.
+pub(super) fn restored(job: &RenderJob, half: u8, progress: &Progress) -> Option<Splats> {
+    let blank = job.splats()?;
+    match progress.journal() {
+        Some(journal) => { journal.restore_splats(half, blank) }.or_else(|| job.splats()),
+        None => Some(blank),
+    }
+}
+
+/// Traces those of a half's `paths` whose splats are not there yet. Returns `false` if it was stopped, or was no longer
 /// `in_time`: then some of them are not.
 pub(super) fn trace(
     job: &RenderJob,
-    sampler: &Sampler,
+    (half, sampler): (u8, &Sampler),
     splats: &mut Splats,
     paths: Range<u64>,
     in_time: impl Fn() -> bool + Sync,
@@ -88,40 +97,81 @@ pub(super) fn trace(
 ) -> bool {
     let missing = splats.paths().missing(paths.clone());
     let count: u64 = missing.iter().map(|range| range.end - range.start).sum();
-    progress.advance(paths.end - paths.start - count);
-    let chunks: Vec<Range<u64>> = { missing.into_iter() }
-        .flat_map(|range| cut(range, CHUNK))
-        .collect();
+    progress.advance(paths.end.saturating_sub(paths.start) - count);
+    let chunks = { missing.into_iter() }.flat_map(|range| cut(range, CHUNK));
+    let chunks: Vec<Range<u64>> = chunks.collect();
     let most = job.film.max_sample_luminance * job.paths_per_sample();
-    let shared = Mutex::new(splats);
-    let empty = |buffer: &mut SplatBuffer| {
-        let mut splats = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        splats.add(buffer);
+    let bounds = splats.bounds();
+    let worker = Worker {
+        job,
+        sampler,
+        half,
+        splats: Mutex::new(splats),
+        progress,
     };
-    let new_buffer = || {
-        let splats = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        SplatBuffer::new(&splats, most)
-    };
-    let trace_chunk = |buffer: &mut SplatBuffer, chunk: Range<u64>| {
+    let is_whole = { chunks.into_par_iter() }
+        .map_init(
+            || SplatBuffer::new(bounds, most),
+            |buffer, chunk| worker.trace_chunk(chunk, buffer, &in_time),
+        )
+        .reduce(|| true, |a, b| a && b);
+    if let Some(journal) = progress.journal() {
+        let splats = worker.lock();
+        if progress.is_stopped() || journal.is_time_for_splats(splats.bounds().area()) {
+            journal.keep_splats(half, &splats);
+        }
+    }
+    is_whole
+}
+
+/// What all workers share.
+struct Worker<'a> {
+    job: &'a RenderJob,
+    sampler: &'a Sampler,
+    half: u8,
+    splats: Mutex<&'a mut Splats>,
+    progress: &'a Progress<'a>,
+}
+
+impl<'a> Worker<'a> {
+    /// Returns `false` if some of the chunk's paths are left.
+    fn trace_chunk(
+        &self,
+        chunk: Range<u64>,
+        buffer: &mut SplatBuffer,
+        in_time: impl Fn() -> bool,
+    ) -> bool {
         buffer.begin(chunk.start);
-        for run in cut(chunk.clone(), RUN) {
-            if progress.is_stopped() || !in_time() {
-                empty(buffer);
+        for run in cut(chunk, RUN) {
+            if self.progress.is_stopped() || !in_time() {
+                self.empty(buffer);
                 return false;
             }
             let count = run.end - run.start;
-            trace_run(job, sampler, run, buffer);
-            progress.advance(count);
+            trace_run(self.job, self.sampler, run, buffer);
+            self.progress.advance(count);
             if buffer.is_full() {
-                empty(buffer);
+                self.empty(buffer);
             }
         }
-        empty(buffer);
+        self.empty(buffer);
         true
-    };
-    { chunks.into_par_iter() }
-        .map_init(new_buffer, trace_chunk)
-        .reduce(|| true, |a, b| a && b)
+    }
+
+    /// Adds what is in the buffer to the sums, and keeps these now and then: they are of whole paths.
+    fn empty(&self, buffer: &mut SplatBuffer) {
+        let mut splats = self.lock();
+        splats.add(buffer);
+        if let Some(journal) = self.progress.journal()
+            && journal.is_time_for_splats(splats.bounds().area())
+        {
+            journal.keep_splats(self.half, &splats);
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, &'a mut Splats> {
+        self.splats.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Traces paths one after the other.

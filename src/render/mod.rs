@@ -18,7 +18,7 @@ pub use goal::{Ended, Goal};
 pub use halves::Halves;
 pub use progress::{Progress, Step};
 pub use progressive::render_until;
-pub use shard::{Division, Pass, passes, render_shard};
+pub use shard::{Division, LightOfShard, Pass, passes, render_shard};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
@@ -85,10 +85,11 @@ pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     for tile in rendered {
         film.merge(tile);
     }
-    if let Some(mut splats) = job.splats() {
+    if let Some(mut splats) = light_pass::restored(job, 0, progress) {
         let paths = 0..job.light_paths(job.sampler.spp());
-        light_pass::trace(job, &job.sampler, &mut splats, paths, || true, progress);
-        film.add_light(&splats);
+        let sampler = (0, &job.sampler);
+        light_pass::trace(job, sampler, &mut splats, paths, || true, progress);
+        film.add_light(&[splats]);
     }
     film
 }

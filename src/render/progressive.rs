@@ -15,15 +15,18 @@
 //! Without a time limit the image is a pure function of scene, settings and seed. A time limit starts with the first
 //! sample: the first pass then grows from one sample per pixel in one half, no tile is started after the time is up,
 //! and a tile that has no sample by then is filled with that of its central pixel.
+//!
+//! Where paths are traced from the lights, each half has its own, as many as camera samples.
 
 use super::halves::{Counts, Halves, follows};
 use super::work::{Worked, work};
-use super::{Ended, Goal, Progress, RenderJob, sample_tile};
+use super::{Ended, Goal, Progress, RenderJob, light_pass, sample_tile};
 use crate::checkpoint::{Journal, Unit};
-use crate::film::{DroppedSample, Film, PixelBounds, PixelStatistics, Tile};
+use crate::film::{DroppedSample, Film, PixelBounds, PixelStatistics, Splats, Tile};
 use crate::math::UVec2;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// An image rendered in passes.
@@ -59,7 +62,7 @@ pub fn render_until(
     let spent = progress.journal().map_or(Duration::ZERO, |j| j.spent());
     let now = Instant::now();
     let started = now.checked_sub(spent).unwrap_or(now);
-    let mut passes = Passes::new(job, tile_size);
+    let mut passes = Passes::new(job, tile_size, progress);
     let deadline = goal.time.and_then(|time| started.checked_add(time));
     let mut number = 0;
     if deadline.is_some() {
@@ -73,8 +76,15 @@ pub fn render_until(
     }
     loop {
         number += 1;
+        let known = progress.journal().and_then(|j| j.plan(number));
+        if known.is_none() && !passes.forget_later_light(progress) {
+            return passes.finish(number, ended_early(progress));
+        }
         let halves = &passes.halves;
-        let error = halves.error();
+        // There may be light of later passes in it already.
+        let error = halves
+            .error()
+            .filter(|_| known.is_none() || !job.traces_light());
         progress.pass_done(number, halves.spp(), error);
         if let Some(ended) = halves.reached(goal, error) {
             return passes.finish(number, ended);
@@ -85,7 +95,8 @@ pub fn render_until(
             rate * left.as_secs_f64() * PART_OF_TIME
         });
         let plan = || halves.plan(goal, error, affordable);
-        let next = match progress.journal().filter(|_| deadline.is_some()) {
+        let is_kept = deadline.is_some() || job.traces_light();
+        let next = match progress.journal().filter(|_| is_kept) {
             Some(journal) => planned_once(journal, number, halves, goal, plan),
             None => plan(),
         };
@@ -104,7 +115,8 @@ fn ended_early(progress: &Progress) -> Ended {
     }
 }
 
-/// A plan that depends on the clock, or what it was when an earlier process made it.
+/// A plan that depends on the clock, or on splats that are kept without those of earlier passes, or what it was when an
+/// earlier process made it.
 fn planned_once(
     journal: &Journal,
     pass: u32,
@@ -141,17 +153,21 @@ struct Passes<'a> {
 }
 
 impl<'a> Passes<'a> {
-    fn new(job: &'a RenderJob, tile_size: u32) -> Passes<'a> {
+    fn new(job: &'a RenderJob, tile_size: u32, progress: &Progress) -> Passes<'a> {
+        let splats = |half| light_pass::restored(job, half, progress);
+        let splats = splats(0).zip(splats(1)).map(<[Splats; 2]>::from);
         Passes {
             job,
-            halves: Halves::new(&job.film, job.sampled, tile_size),
+            halves: Halves::new(&job.film, job.sampled, tile_size, splats),
             samplers: [0, 1].map(|half| job.sampler.half(half)),
             preview: Vec::new(),
         }
     }
 
-    /// Renders one sample in each tile, the same that the first pass renders there.
+    /// Renders one sample in each tile, the same that the first pass renders there, and traces as many light paths.
     fn preview(&mut self) {
+        let paths = self.halves.tiles().len() as u64;
+        self.trace_light(0, 0..paths, || true, &Progress::hidden());
         let sample = |bounds: &PixelBounds| {
             let center = (bounds.min + bounds.max) / 2;
             let pixel = PixelBounds::new(center, center + UVec2::ONE);
@@ -162,11 +178,43 @@ impl<'a> Passes<'a> {
         self.preview = self.halves.tiles().par_iter().map(sample).collect();
     }
 
-    /// Renders every tile of both halves up to these sample counts. Starts no tile after the deadline: returns `false`
+    /// Traces light paths of a half, as long as it is in time.
+    fn trace_light(
+        &mut self,
+        half: usize,
+        paths: Range<u64>,
+        in_time: impl Fn() -> bool + Sync,
+        progress: &Progress,
+    ) -> bool {
+        let sampler = (half as u8, &self.samplers[half]);
+        let splats = self.halves.splats(half);
+        splats.is_none_or(|splats| {
+            light_pass::trace(self.job, sampler, splats, paths, in_time, progress)
+        })
+    }
+
+    /// Traces the light paths so far again if a checkpoint has those of later passes in the same sums, but not the plans of
+    /// these passes. Returns `false` if it was stopped.
+    fn forget_later_light(&mut self, progress: &Progress) -> bool {
+        let mut is_whole = true;
+        for half in [0, 1] {
+            let paths = self.halves.paths(half, self.halves.counts());
+            if let (Some(splats), Some(blank)) = (self.halves.splats(half), self.job.splats())
+                && splats.paths().count() > paths
+            {
+                *splats = blank;
+                is_whole &= self.trace_light(half, 0..paths, || true, progress);
+            }
+        }
+        is_whole
+    }
+
+    /// Renders every tile of both halves up to these sample counts, and traces as many light paths. Starts no tile after the deadline: returns `false`
     /// if some were not rendered because of it, or because the render was stopped.
     fn run(&mut self, counts: &Counts, deadline: Option<Instant>, progress: &Progress) -> bool {
         let in_time = || deadline.is_none_or(|end| Instant::now() < end);
         let kept = |unit: &Unit| progress.journal().is_some_and(|journal| journal.has(unit));
+        let before = [0, 1].map(|half| self.halves.paths(half, self.halves.counts()));
         let mut complete = true;
         for (half, counts) in counts.iter().enumerate() {
             let have = &self.halves.counts()[half];
@@ -196,6 +244,10 @@ impl<'a> Passes<'a> {
                 complete &= self.halves.counts()[half][number] >= want;
             }
         }
+        for (half, done) in before.into_iter().enumerate() {
+            let paths = done..self.halves.paths(half, counts);
+            complete &= self.trace_light(half, paths, in_time, progress);
+        }
         complete
     }
 
@@ -214,8 +266,7 @@ impl<'a> Passes<'a> {
         let halves = &self.halves;
         let (spp, error) = (halves.spp(), halves.error());
         let first_dropped = halves.first_dropped();
-        let mut film = halves.film();
-        self.fill(&mut film);
+        let film = halves.film(|film| self.fill(film));
         Progressive {
             first_dropped: first_dropped.map(|(first, half)| (first, self.samplers[half].clone())),
             film,

@@ -8,9 +8,9 @@
 
 use super::halves::{Counts, follows};
 use super::work::{Worked, work};
-use super::{Goal, Progress, RenderJob, TILE_SIZE};
-use crate::checkpoint::{Shard, Unit};
-use crate::film::PixelBounds;
+use super::{Goal, Progress, RenderJob, TILE_SIZE, light_pass};
+use crate::checkpoint::{Journal, Shard, Unit};
+use crate::film::{PixelBounds, Splats};
 use crate::math::UVec2;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
@@ -145,6 +145,23 @@ impl Division {
         (x + row * y + layer * (2 * block + half)) % u64::from(self.of)
     }
 
+    /// The light paths of a pass in one half that a shard traces, where paths are traced from the lights: an equal part of
+    /// as many as there are camera samples. They cost the same on average, wherever they are.
+    pub fn light(&self, shard: Shard, half: usize, pass: &Pass) -> Range<u64> {
+        let until = |end: fn(&Range<u32>) -> u32| -> u64 {
+            let tiles = self.bounds.tiles(TILE_SIZE).zip(&pass[half]);
+            { tiles }
+                .map(|(tile, samples)| tile.area() as u64 * u64::from(end(samples)))
+                .sum()
+        };
+        let (start, end) = (until(|samples| samples.start), until(|samples| samples.end));
+        let part = |number: u32| {
+            let before = u128::from(end - start) * u128::from(number) / u128::from(self.of);
+            start + before as u64
+        };
+        part(shard.number - 1)..part(shard.number)
+    }
+
     /// The pieces of a cell in one half of a pass, in the order of their samples.
     pub fn pieces_of(&self, half: usize, cell: u32, pass: &Pass) -> impl Iterator<Item = Piece> {
         let samples = pass[half][self.tile(cell)].clone();
@@ -206,12 +223,10 @@ pub fn render_shard(
     division: &Division,
     shard: Shard,
     pass: &Pass,
+    light: &mut LightOfShard,
     progress: &Progress,
 ) -> bool {
-    let samplers: Vec<Sampler> = match pass.len() {
-        1 => vec![job.sampler.clone()],
-        halves => (0..halves).map(|half| job.sampler.half(half)).collect(),
-    };
+    let samplers = samplers(job, pass.len());
     let pieces: Vec<Piece> = division.pieces_by(shard, pass).collect();
     let render = |piece: &Piece| {
         let sampler = &samplers[usize::from(piece.unit.half)];
@@ -229,7 +244,42 @@ pub fn render_shard(
         matches!(worked, Worked::Finished(_)) && is_kept
     };
     // All of them: `all` would leave others under way without waiting for their records.
-    pieces.par_iter().map(render).reduce(|| true, |a, b| a && b)
+    let is_whole = pieces.par_iter().map(render).reduce(|| true, |a, b| a && b);
+    let halves = light.splats.iter_mut().zip(&samplers).zip(0..);
+    halves.fold(is_whole, |is_whole, ((splats, sampler), half)| {
+        let paths = division.light(shard, half.into(), pass);
+        let sampler = (half, sampler);
+        light_pass::trace(job, sampler, splats, paths, || true, progress) && is_whole
+    })
+}
+
+fn samplers(job: &RenderJob, halves: usize) -> Vec<Sampler> {
+    match halves {
+        1 => vec![job.sampler.clone()],
+        halves => (0..halves).map(|half| job.sampler.half(half)).collect(),
+    }
+}
+
+/// What a shard's light paths have brought, in each half.
+pub struct LightOfShard {
+    splats: Vec<Splats>,
+}
+
+impl LightOfShard {
+    /// What its checkpoint has, of so many halves.
+    pub fn restored(job: &RenderJob, halves: usize, progress: &Progress) -> LightOfShard {
+        let splats = (0..halves as u8).filter_map(|half| light_pass::restored(job, half, progress));
+        LightOfShard {
+            splats: splats.collect(),
+        }
+    }
+
+    /// Keeps all of it.
+    pub fn keep(&self, journal: &Journal) {
+        for (splats, half) in self.splats.iter().zip(0..) {
+            journal.keep_splats(half, splats);
+        }
+    }
 }
 
 /// The step g of the lattice {(x, y): x + g y ≡ 0 mod n} whose shortest vector is longest, of those without a common

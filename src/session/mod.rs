@@ -211,7 +211,7 @@ impl Frame {
         };
         // Last, so that no checkpoint gives way to a render that never starts.
         let identity = about.identity(&scene_options.film, options);
-        let (journal, replaced) = journal(&identity, options)
+        let (journal, replaced) = journal(&identity, options, scene.job.traces_light())
             .map_err(|error| Problems::one_if(error.to_string(), error.is_failure()))?;
         Ok(Prepared {
             identity,
@@ -259,6 +259,7 @@ impl About {
 fn journal(
     identity: &Arc<dyn Fn() -> Identity + Send + Sync>,
     options: &RenderOptions,
+    traces_light: bool,
 ) -> Result<(Option<Journal>, Vec<String>), CheckpointError> {
     let Some(checkpoint) = &options.checkpoint else {
         return Ok((None, Vec::new()));
@@ -267,10 +268,10 @@ fn journal(
         path: &checkpoint.path,
         identity,
         facts: None,
-        // Passes that the clock has planned are continued only if all of them are known.
-        after: match options.time {
-            Some(_) => Duration::ZERO,
-            None => checkpoint.after,
+        // Passes that the clock has planned are continued only if all of them are known; so are those with light paths.
+        after: match options.time.is_some() || traces_light && options.goal().is_some() {
+            true => Duration::ZERO,
+            false => checkpoint.after,
         },
         every: checkpoint.every,
     };

@@ -39,8 +39,48 @@ pub struct DroppedSamples {
     pub pixel: [u32; 2],
     /// Its number in the pixel, from 0.
     pub sample: u64,
+    /// If it was not one of the camera's samples, but a path from a light that came to the pixel, the number of that, from 0.
+    pub light_path: Option<u64>,
     /// In words, where its path went wrong.
     pub place: String,
+}
+
+impl DroppedSamples {
+    /// Those of a film. `first` is the first one, and the place where it went wrong, if it is one of the camera's samples.
+    pub(super) fn of(
+        film: &Film,
+        first: Option<(DroppedSample, String)>,
+    ) -> Option<DroppedSamples> {
+        let count = film.dropped();
+        if let Some((DroppedSample { pixel, sample }, place)) = first {
+            return Some(DroppedSamples {
+                count,
+                pixel: pixel.to_array(),
+                sample,
+                light_path: None,
+                place,
+            });
+        }
+        let first = film.first_dropped_splat()?;
+        Some(DroppedSamples {
+            count,
+            pixel: first.pixel.to_array(),
+            sample: 0,
+            light_path: Some(first.path),
+            place: "somewhere on its way".to_string(),
+        })
+    }
+
+    /// In words, the first one, and where it went wrong.
+    #[must_use]
+    pub fn first(&self) -> String {
+        let [x, y] = self.pixel;
+        let which = match self.light_path {
+            None => format!("sample {} of", self.sample),
+            Some(number) => format!("light path {number}, at"),
+        };
+        format!("{which} pixel {x}, {y} (both from 0), {}", self.place)
+    }
 }
 
 impl Rendered {
@@ -119,7 +159,8 @@ pub(super) fn take(
         passes,
         stopped,
     };
-    let dropped = first_dropped.map(|first| dropped(job, finished.film.dropped(), first));
+    let first_dropped = first_dropped.map(|(first, at)| (first, place(job, at)));
+    let dropped = DroppedSamples::of(&finished.film, first_dropped);
     let metadata = metadata(scene, name, options);
     finished.develop(metadata, options.variance, dropped)
 }
@@ -168,19 +209,6 @@ impl Finished {
             passes: self.passes,
             stopped: self.stopped,
         }
-    }
-}
-
-fn dropped(
-    job: &RenderJob,
-    count: u64,
-    (first, at): (DroppedSample, Option<Place>),
-) -> DroppedSamples {
-    DroppedSamples {
-        count,
-        pixel: first.pixel.to_array(),
-        sample: first.sample,
-        place: place(job, at),
     }
 }
 

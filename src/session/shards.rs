@@ -5,7 +5,7 @@ use crate::checkpoint::{
     CheckpointError, Contents, Facts, FilmFacts, GoalFacts, Identity, Journal, Keep, Plan,
     PlanError, Shard,
 };
-use crate::render::{self, Division, Goal, Pass, Progress, Step};
+use crate::render::{self, Division, Goal, LightOfShard, Pass, Progress, Step};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
@@ -194,11 +194,20 @@ impl Prepared {
                 .map(|p| p.bounds.area() as u64 * p.unit.samples.len() as u64)
                 .sum()
         };
-        let all = passes.iter().map(samples).sum();
+        let paths = |pass: &Pass| -> u64 {
+            let ranges = (0..pass.len()).map(|half| division.light(shard, half, pass));
+            let counts = ranges.map(|range| range.end - range.start);
+            counts.filter(|_| job.traces_light()).sum()
+        };
+        let all = passes.iter().map(|pass| samples(pass) + paths(pass)).sum();
         let stop = self.options.stop.as_deref();
         let progress = Progress::new(all, report).kept(Some(&journal), stop);
-        let render = |pass| render::render_shard(job, &division, shard, pass, &progress);
+        let halves = passes.first().map_or(0, Vec::len);
+        let mut light = LightOfShard::restored(job, halves, &progress);
+        let render =
+            |pass| render::render_shard(job, &division, shard, pass, &mut light, &progress);
         let is_whole = passes.iter().all(render);
+        light.keep(&journal);
         if is_whole {
             journal.done(passes.len() as u32);
         }
@@ -229,6 +238,7 @@ impl Prepared {
                 error: goal.error.unwrap_or_default(),
                 max_spp: goal.max_spp,
             }),
+            splats: job.splat_scale(),
         };
         Journal::open(&Keep {
             path: &file.path,

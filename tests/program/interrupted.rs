@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
 /// Random samples, caustics of a mirror ball.
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
+/// Paths from the lights, too, which end anywhere on the film.
+const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
 
 fn arguments<'a>(scene: &'a str, output: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["render", scene, "-o", output, "--variance"], more].concat()
@@ -72,6 +74,14 @@ fn a_killed_render_ends_in_the_same_bits() {
 fn so_does_one_with_an_error_goal() {
     let [undisturbed, killed] = undisturbed_and_killed(BOX, &["--error", "12%"]);
     assert!(undisturbed == killed);
+}
+
+#[test]
+fn so_do_those_with_paths_from_the_lights() {
+    for goal in [["--spp", "40"], ["--error", "9%"]] {
+        let [undisturbed, killed] = undisturbed_and_killed(BOTH_ENDS, &goal);
+        assert!(undisturbed == killed, "{goal:?}");
+    }
 }
 
 /// SIGTERM and the like: what there is of the image is written beside it, and the same command continues.

@@ -17,6 +17,7 @@ mod farm;
 mod files_within;
 mod interrupted;
 mod lens_report;
+mod light_pass;
 mod loading;
 mod lost_light;
 mod memory_forecast;

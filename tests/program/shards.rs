@@ -12,6 +12,8 @@ const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
 const GAUSS: &str = "tests/scenes/reference/realistic_dgauss50_full.pbrt";
 /// Caustics of a mirror ball: its passes take different numbers of samples in different tiles.
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
+/// Paths from the lights, too, which end anywhere on the film.
+const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
 
 fn render(scene: &str, output: &Path, more: &[&str]) -> Run {
     let output = output.display().to_string();
@@ -96,6 +98,67 @@ fn shards_are_merged_to_the_bits_of_the_whole() {
         run.stderr
     );
     assert!(!output.exists());
+}
+
+/// Light paths are divided as well. Their sums are in the files, and a shard that lacks them is damaged.
+#[test]
+fn light_paths_are_merged_to_the_bits_of_the_whole() {
+    let folder = Folder::new();
+    let [reference, output, merged] = ["r.exr", "a.exr", "m.exr"].map(|name| folder.path(name));
+    for (more, of) in [
+        (&["--spp", "9", "--crop", "0.2,0.9,0.1,0.8"][..], 4),
+        (&["--spp", "1"], 7),
+    ] {
+        let whole = [more, &["--variance", "--no-checkpoint"]].concat();
+        let run = render(BOTH_ENDS, &reference, &whole);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        shards(BOTH_ENDS, &output, &format!("1-{of}/{of}"), more);
+        let run = merge(&files(&folder, of), &merged, &["--variance"]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert!(bytes(&reference) == bytes(&merged), "{more:?}");
+    }
+    let seven = files(&folder, 7);
+    let whole = bytes(&seven[3]);
+    std::fs::write(&seven[3], without_light(&whole)).expect("a file");
+    let run = merge(&seven, &merged, &["--allow-missing"]);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    let damaged = "a.shard-4-of-7.fsc: this file is damaged";
+    assert!(run.stderr.contains(damaged), "{}", run.stderr);
+    // Missing light is missing work: the others' is the image of fewer paths, not a darker one.
+    std::fs::remove_file(&seven[3]).expect("a file");
+    let six = [&seven[..3], &seven[4..]].concat();
+    assert_eq!(merge(&six, &merged, &[]).code, 1);
+    let run = merge(&six, &merged, &["--allow-missing"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+}
+
+#[test]
+fn an_error_goal_with_light_paths_is_reached_in_rounds() {
+    let folder = Folder::new();
+    let [reference, output, merged] = ["r.exr", "a.exr", "m.exr"].map(|name| folder.path(name));
+    let plan = folder.path("a.plan").display().to_string();
+    let goal = ["--error", "12%"];
+    let run = render(
+        BOTH_ENDS,
+        &reference,
+        &[&goal[..], &["--variance", "--no-checkpoint"]].concat(),
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    shards(BOTH_ENDS, &output, "1-3/3", &goal);
+    for _ in 0..20 {
+        let run = merge(
+            &files(&folder, 3),
+            &merged,
+            &["--plan", &plan, "--variance"],
+        );
+        assert!(run.code <= 1, "{}", run.stderr);
+        if merged.exists() {
+            break;
+        }
+        let more = [&goal[..], &["--plan", &plan]].concat();
+        shards(BOTH_ENDS, &output, "1-3/3", &more);
+    }
+    assert!(bytes(&reference) == bytes(&merged));
 }
 
 /// In rounds: shards that know nothing of each other, and a plan between them.
@@ -322,7 +385,7 @@ fn mixtures_are_refused() {
 }
 
 /// After the first line.
-const HEADER: usize = b"fstop checkpoint 2\n".len();
+const HEADER: usize = b"fstop checkpoint 3\n".len();
 
 /// A record with its length and checksum.
 fn framed(body: &[u8]) -> Vec<u8> {
@@ -352,6 +415,21 @@ fn forged(file: &[u8], from: &str, to: &str) -> Vec<u8> {
 fn without_a_record(file: &[u8]) -> Vec<u8> {
     let header = end_of(file, HEADER);
     [&file[..header], &file[end_of(file, header)..]].concat()
+}
+
+/// A checkpoint without its sums of splats, whose records begin with a 5.
+fn without_light(file: &[u8]) -> Vec<u8> {
+    let (mut at, mut out) = (HEADER, file[..HEADER].to_vec());
+    while at < file.len() {
+        let end = end_of(file, at);
+        // The header's is a brace.
+        if file[at + 4] != 5 {
+            out.extend(&file[at..end]);
+        }
+        at = end;
+    }
+    assert!(out.len() < file.len());
+    out
 }
 
 #[test]

@@ -2,11 +2,12 @@
 
 use super::MergeError;
 use crate::budget::Budget;
-use crate::checkpoint::{Contents, Facts, Identity, Unit, restored};
-use crate::film::Tile;
+use crate::checkpoint::{Contents, Facts, Identity, Shard, Unit, restored};
+use crate::film::{Splats, Tile};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Memory of the index of a piece of work: its name and place, and what a hash table takes besides.
@@ -139,6 +140,38 @@ impl Group {
             .ok_or_else(damaged)?;
         let (_, tiles) = restored(unit, &body, blank).ok_or_else(damaged)?;
         Ok(tiles)
+    }
+
+    /// Adds what the shards' light paths have brought in one half to `splats`. A shard that has finished some passes has at
+    /// least the paths in `wanted` of its number.
+    ///
+    /// # Errors
+    /// Sums that are damaged, or not there.
+    pub(super) fn add_splats(
+        &self,
+        half: u8,
+        wanted: impl Fn(Shard) -> Vec<Range<u64>>,
+        splats: &mut Splats,
+    ) -> Result<(), MergeError> {
+        for (number, one) in &self.shards {
+            let damaged = || MergeError::Damaged(one.path.clone());
+            let mut file = open(&one.path)?;
+            let added = one.contents.add_splats(half, &mut file, splats);
+            added
+                .map_err(|source| unreadable(&one.path, source))?
+                .ok_or_else(damaged)?;
+            let shard = Shard {
+                number: *number,
+                ..self.facts.shard
+            };
+            let passes = one.contents.passes_done.unwrap_or_default() as usize;
+            let mut finished = wanted(shard).into_iter().take(passes);
+            let paths = splats.paths();
+            if !finished.all(|range| paths.missing(range).is_empty()) {
+                return Err(damaged());
+            }
+        }
+        Ok(())
     }
 
     /// What the render is, regardless of shards.

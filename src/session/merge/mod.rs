@@ -8,7 +8,9 @@ use super::DroppedSamples;
 use super::rendered::{Finished, Rendered};
 use crate::budget::{Budget, Bytes, OverBudget};
 use crate::checkpoint::{Plan, Shard};
-use crate::film::{Film, FilmSpec, Pairwise, PixelBounds, PixelStatistics, Tile};
+use crate::film::{
+    Film, FilmSpec, MEMORY_OF_SPLATS, Pairwise, PixelBounds, PixelStatistics, Splats, Tile,
+};
 use crate::render::{self, Division, Ended, Goal, Halves, Pass, TILE_SIZE};
 use group::Group;
 use std::io;
@@ -130,7 +132,11 @@ pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<M
     let spec = group.facts.film.spec();
     let sampled = spec.pixel_bounds().intersection(PixelBounds::new(min, max));
     let films = if group.facts.goal.is_some() { 3 } else { 1 };
-    let bytes = films * size_of::<PixelStatistics>() as u64 + BYTES_OF_IMAGE;
+    let splats = group
+        .facts
+        .splats
+        .map_or(0, |_| MEMORY_OF_SPLATS * films.min(2));
+    let bytes = films * size_of::<PixelStatistics>() as u64 + splats + BYTES_OF_IMAGE;
     let room = budget.take(spec.pixel_bounds().area() as u64 * bytes);
     room.map_err(MergeError::Memory)?;
     let finished = match group.facts.goal {
@@ -150,13 +156,9 @@ pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<M
             }
         }
     };
-    let film = &finished.film;
-    let dropped = film.first_dropped().map(|first| DroppedSamples {
-        count: film.dropped(),
-        pixel: first.pixel.to_array(),
-        sample: first.sample,
-        place: "somewhere on its path".to_string(),
-    });
+    let first_dropped = finished.film.first_dropped();
+    let first_dropped = first_dropped.map(|first| (first, "somewhere on its path".to_string()));
+    let dropped = DroppedSamples::of(&finished.film, first_dropped);
     let metadata = group.facts.metadata.clone();
     let image = Box::new(finished.develop(metadata, variance, dropped));
     let plan = { group.facts.goal.filter(|_| is_whole) }.map(|_| Plan {
@@ -179,13 +181,20 @@ fn of_samples(
     add(group, &division, (1, &pass), spec, |_, tile| {
         film.merge(tile)
     })?;
-    let samples = film.samples();
-    let area = sampled.area() as u64;
+    let (samples, all) = (film.samples(), sampled.area() as u64 * u64::from(spp));
+    let mut paths = all;
+    if let Some(scale) = group.facts.splats {
+        let mut splats = Splats::new(sampled, scale);
+        let of_shard = |shard| vec![division.light(shard, 0, &pass)];
+        group.add_splats(0, of_shard, &mut splats)?;
+        paths = splats.paths().count();
+        film.add_light(&[splats]);
+    }
     Ok(Finished {
-        spp: samples as f64 / area.max(1) as f64,
+        spp: samples as f64 / sampled.area().max(1) as f64,
         error: None,
         passes: None,
-        stopped: samples < area * u64::from(spp),
+        stopped: samples < all || paths < all,
         film,
     })
 }
@@ -200,7 +209,9 @@ fn of_passes(
 ) -> Result<Result<Finished, (Plan, Option<f64>)>, MergeError> {
     let division = Division::new(sampled, None, group.facts.shard.of);
     let passes = render::passes(sampled, goal, &group.planned).ok_or(MergeError::Passes)?;
-    let mut halves = Halves::new(spec, sampled, TILE_SIZE);
+    let splats = group.facts.splats.map(|scale| Splats::new(sampled, scale));
+    let splats = splats.map(|splats| [splats.clone(), splats]);
+    let mut halves = Halves::new(spec, sampled, TILE_SIZE, splats);
     for (number, pass) in (1..).zip(&passes) {
         add(group, &division, (number, pass), spec, |half, tile| {
             halves.merge(half, tile)
@@ -211,6 +222,16 @@ fn of_passes(
             }
         }
     }
+    for half in [0, 1] {
+        let of_shard = |shard| {
+            { passes.iter() }
+                .map(|pass| division.light(shard, half, pass))
+                .collect()
+        };
+        if let Some(splats) = halves.splats(half) {
+            group.add_splats(half as u8, of_shard, splats)?;
+        }
+    }
     let error = halves.error().filter(|_| is_whole);
     let ended = halves.reached(goal, error);
     if ended.is_none() && is_whole {
@@ -219,7 +240,7 @@ fn of_passes(
         let of = group.identity();
         return Ok(Err((Plan { of, passes }, error)));
     }
-    let film = halves.film();
+    let film = halves.film(|_| ());
     let spp = match is_whole {
         true => halves.spp(),
         false => film.samples() as f64 / sampled.area().max(1) as f64,
