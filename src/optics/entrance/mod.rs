@@ -13,6 +13,8 @@ mod cap;
 mod sight;
 mod survey;
 mod table;
+#[cfg(test)]
+mod tests;
 mod view;
 
 use self::cap::Cap;

@@ -28,7 +28,7 @@ const MARGIN: f64 = 0.01;
 const PATCHES: [usize; 2] = [6, 40];
 
 /// They are split until less than this part of what is drawn is lost to the region's change within them.
-const WASTE: f64 = 0.01;
+const WASTE: f64 = 0.02;
 
 /// The lens and the window, ready to be looked at.
 pub(super) struct Survey {
