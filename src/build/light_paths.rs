@@ -1,21 +1,38 @@
 //! Caustics and other light that no path from the camera can find: from lights without area, through smooth glass or
 //! off mirrors (Veach 1997, §8.3.2: the paths that only light tracing samples).
 
+use crate::cameras::Camera;
 use crate::integrators::LightTracer;
 use crate::materials::Material;
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics};
 
+const NOT_JOINED: &str = "light paths are joined to `perspective`, `orthographic`, `environment` and `realistic` cameras, but not with \
+     `thick` and `thin` lens models, `compat` \"pbrt-v2\", a projection among the camera's transformations, or `samplepixelcenter`";
+
 const GIVE_AREA: &str =
     "an `AreaLightSource` on a small shape instead of the light is found, with some noise";
 
 /// Reports the substitute for an integrator that traces light: a warning if that loses light, otherwise a note.
-pub(super) fn warn(frame: &Frame, diagnostics: &Diagnostics) {
+///
+/// Another warning where paths are traced from the lights, but not joined to the camera.
+pub(super) fn warn(frame: &Frame, camera: Option<&Camera>, diagnostics: &Diagnostics) {
     let integrator = &frame.options.integrator;
+    let joined =
+        camera.is_none_or(Camera::connects) && super::filter(&frame.options).is_continuous();
+    if integrator.spec.traces_light()
+        && !joined
+        && let Some(light) = lost_light(frame, false)
+    {
+        let message = format!("no light path comes to this camera: the image lacks {light}");
+        let diagnostic = Diagnostic::warning(message).with_help(NOT_JOINED);
+        diagnostics.push(placed(diagnostic, frame));
+        return;
+    }
     let Some(LightTracer { name, stand_in }) = integrator.light_tracer else {
         return;
     };
-    let diagnostic = match lost_light(frame) {
+    let diagnostic = match lost_light(frame, integrator.spec.traces_light()) {
         None => Diagnostic::note(format!(
             "`{name}` is rendered by `{stand_in}`, which has none of its bias"
         )),
@@ -32,9 +49,10 @@ pub(super) fn note(frame: &Frame, diagnostics: &Diagnostics) {
     if frame.options.integrator.light_tracer.is_some() {
         return;
     }
-    if let Some(light) = lost_light(frame) {
+    let bidirectional = frame.options.integrator.spec.traces_light();
+    if let Some(light) = lost_light(frame, bidirectional) {
         let message = format!("the image lacks {light}, as pbrt-v3's does with this integrator");
-        let help = match frame.options.integrator.spec.traces_light() {
+        let help = match bidirectional {
             true => GIVE_AREA.to_string(),
             false => format!("`bdpt` finds it; under `path` or `volpath` {GIVE_AREA}"),
         };
@@ -49,12 +67,11 @@ fn placed(diagnostic: Diagnostic, frame: &Frame) -> Diagnostic {
     }
 }
 
-/// Describes the light that is not found; `None` if there is none.
-fn lost_light(frame: &Frame) -> Option<String> {
-    let spec = &frame.options.integrator.spec;
+/// Describes the light that is not found, by paths from the camera or from both ends; `None` if there is none.
+fn lost_light(frame: &Frame, bidirectional: bool) -> Option<String> {
     // One bounce at the smooth surface, one at the surface it lights, and one where that is seen.
-    let bidirectional = spec.traces_light();
-    let deep = spec.max_depth()? >= 2 + u32::from(bidirectional);
+    let most = frame.options.integrator.spec.max_depth()?;
+    let deep = most >= 2 + u32::from(bidirectional);
     let lights = names(frame.lights.iter().filter_map(|light| light.delta_name()));
     if !deep || lights.is_empty() {
         return None;
@@ -128,7 +145,7 @@ mod tests {
         );
         let diagnostics = Diagnostics::new();
         super::note(&scene.frames[0], &diagnostics);
-        super::warn(&scene.frames[0], &diagnostics);
+        super::warn(&scene.frames[0], None, &diagnostics);
         for found in diagnostics.kept() {
             assert_eq!(found.span.is_some(), integrator.contains("Integrator"));
         }
@@ -147,8 +164,12 @@ mod tests {
         use Severity::{Note, Warning};
         let emitter = "AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd ";
         let sky = "LightSource \"infinite\" ";
-        for name in ["bdpt", "mlt", "sppm"] {
-            let of = |world: &[&str]| severity(name, &world.concat());
+        for name in ["photonmap", "exphotonmap"] {
+            let of = |world: &[&str]| {
+                let said = said(&format!("SurfaceIntegrator \"{name}\""), &world.concat());
+                assert_eq!(said.len(), 1, "{said:?}");
+                said.first().map(|(severity, _)| *severity)
+            };
             assert_eq!(of(&[SPOT, FLOOR, GLASS]), Some(Warning), "{name}");
             assert_eq!(of(&[emitter, sky, FLOOR, GLASS]), Some(Note));
             assert_eq!(of(&[SPOT, FLOOR]), Some(Note));
@@ -161,11 +182,35 @@ mod tests {
             let placed = format!("{object} ObjectInstance \"o\" ");
             assert_eq!(of(&[SPOT, &placed, FLOOR]), Some(Warning));
         }
-        let shallow = "bdpt\" \"integer maxdepth\" [1] \"string lightsamplestrategy\" \"power";
-        assert_eq!(
-            severity(shallow, &[SPOT, FLOOR, GLASS].concat()),
-            Some(Note)
-        );
+    }
+
+    /// Bidirectional paths find caustics, but not those that are seen in a mirror or through glass.
+    #[test]
+    fn bdpt_has_a_note_where_caustics_are_seen_by_caustics() {
+        let world = [SPOT, FLOOR, GLASS].concat();
+        for (depth, noted) in [(2, false), (3, true)] {
+            let integrator = format!("Integrator \"bdpt\" \"integer maxdepth\" [{depth}]");
+            let said = said(&integrator, &world);
+            let of_them = said.iter().filter(|(_, words)| words.contains("again"));
+            assert_eq!(of_them.count(), usize::from(noted), "{depth}: {said:?}");
+        }
+        assert_eq!(severity("bdpt", &[SPOT, FLOOR].concat()), None);
+        assert_eq!(severity("mlt", &[SPOT, FLOOR].concat()), None);
+    }
+
+    #[test]
+    fn cameras_that_light_paths_do_not_reach_are_warned_of() {
+        let world = [SPOT, FLOOR, GLASS].concat();
+        let of = |rest: &str| said(&format!("{rest} Integrator \"bdpt\""), &world);
+        let centers = "Sampler \"halton\" \"bool samplepixelcenter\" \"true\"";
+        let warned = |said: &[(Severity, String)]| {
+            said.iter().any(|(severity, words)| {
+                *severity == Severity::Warning
+                    && words.contains("no light path comes to this camera")
+            })
+        };
+        assert!(warned(&of(centers)));
+        assert!(!warned(&of("Sampler \"halton\"")));
     }
 
     #[test]
@@ -173,12 +218,12 @@ mod tests {
         for light in ["point", "spot", "distant", "goniometric", "projection"] {
             let world = |rest: &str| format!("LightSource \"{light}\" {rest} {FLOOR}{GLASS}");
             assert_eq!(
-                severity("bdpt", &world("")),
-                Some(Severity::Warning),
+                severity("path", &world("")),
+                Some(Severity::Note),
                 "{light}"
             );
             let black = world("\"rgb scale\" [0 0 0]");
-            assert_eq!(severity("bdpt", &black), Some(Severity::Note), "{light}");
+            assert_eq!(severity("path", &black), None, "{light}");
         }
     }
 
@@ -231,11 +276,8 @@ mod tests {
             ),
         ] {
             let world = format!("{SPOT}{FLOOR}{material} Shape \"sphere\"");
-            let expected = match smooth {
-                true => Severity::Warning,
-                false => Severity::Note,
-            };
-            assert_eq!(severity("bdpt", &world), Some(expected), "{material}");
+            let expected = smooth.then_some(Severity::Note);
+            assert_eq!(severity("path", &world), expected, "{material}");
         }
     }
 

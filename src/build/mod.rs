@@ -98,7 +98,7 @@ impl FrameAssets {
                  their boundary alone is seen",
             ));
         }
-        light_paths::warn(frame, diagnostics);
+        light_paths::warn(frame, camera.as_ref(), diagnostics);
         for warning in camera.iter().flat_map(Camera::warnings) {
             diagnostics.push(Diagnostic::warning(warning));
         }

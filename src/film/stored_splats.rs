@@ -15,7 +15,7 @@ const PART: usize = 1 << 16;
 const LENGTH: u32 = 5;
 
 /// About as many bytes are stored for a pixel.
-pub const STORED_PIXEL: u64 = 48;
+pub(crate) const STORED_PIXEL: u64 = 48;
 
 impl Splats {
     /// How many parts there are.

@@ -106,7 +106,7 @@ pub(super) struct Emitters {
 
 impl Emitters {
     /// For all lights of the world that are sampled.
-    pub fn new(world: &World) -> Emitters {
+    pub(super) fn new(world: &World) -> Emitters {
         let (center, radius) = world.geometry.bounds().bounding_sphere();
         Emitters {
             choice: EmitterChoice::new(world.sampled_lights(), radius),

@@ -20,7 +20,7 @@ mod whitted;
 pub mod witness;
 
 use crate::lights::{LightGroups, LightSelector};
-use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::ray::RayDifferentials;
 use crate::math::{Rgb, UVec2};
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
@@ -114,13 +114,12 @@ impl Integrator {
         }
     }
 
-    /// Radiance along a camera ray. Every vertex of the path is reported to `watch`.
+    /// Radiance along a camera's ray. Every vertex of the path is reported to `watch`.
     pub fn radiance(
         &self,
         world: &World,
-        ray: Ray,
-        differentials: Option<&RayDifferentials>,
         end: &CameraEnd,
+        differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
         workspace: &mut Workspace,
         watch: Option<&mut Watch>,
@@ -129,7 +128,7 @@ impl Integrator {
             world,
             lights: &self.lights,
             stream,
-            ray,
+            ray: end.ray.ray,
             differentials,
             end,
             workspace,

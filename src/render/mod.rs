@@ -143,9 +143,8 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     let all = OfAll::new(job);
     job.integrator.radiance(
         &job.world,
-        camera_ray.ray,
-        camera_ray.scaled_differentials(all.spacing).as_ref(),
         &waiting.camera_end(job, &sample, camera_ray, &all),
+        camera_ray.scaled_differentials(all.spacing).as_ref(),
         &mut waiting.stream,
         &mut Workspace::default(),
         Some(&mut watch),
@@ -250,9 +249,8 @@ impl PendingSample {
         let end = self.camera_end(job, sample, camera_ray, all);
         let radiance = job.integrator.radiance(
             &job.world,
-            camera_ray.ray,
-            differentials.as_ref(),
             &end,
+            differentials.as_ref(),
             &mut self.stream,
             workspace,
             None,

@@ -8,6 +8,7 @@
     reason = "a panic is an answer here"
 )]
 
+mod census;
 #[path = "../common/mod.rs"]
 mod common;
 mod compatibility;

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::cameras::{
-    Band, CameraSpec, Clip, Compat, EnvironmentSpec, FilmGeometry, Form, Precision, ProjectiveSpec,
-    RealisticSpec, Screen, Shutter, ThinLens, Weighting,
+    Band, CameraSpec, Clip, Compat, FilmGeometry, Form, Precision, ProjectiveSpec, RealisticSpec,
+    Screen, Shutter, ThinLens, Weighting,
 };
 use crate::math::hash::{mix2, unit_float};
 use crate::math::motion::Motion;
@@ -230,7 +230,7 @@ fn cases() -> Vec<Case> {
         hither: 2.6,
         yon: 2.9,
     };
-    let environment = || CameraSpec::Environment(Box::new(EnvironmentSpec::default()));
+    let environment = || CameraSpec::Environment(Box::default());
     let mut moving = Case::new("moving", projective(perspective(0.2)), still, AHEAD);
     let end = Transform::from_matrix(
         DMat4::from_translation(DVec3::new(0.5, 0.2, -0.4)) * DMat4::from_rotation_y(0.3),

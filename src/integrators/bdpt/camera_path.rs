@@ -34,7 +34,7 @@ pub(super) struct CameraPath<'c, 'a> {
 
 impl<'c, 'a> CameraPath<'c, 'a> {
     /// A path along the camera ray.
-    pub fn new(
+    pub(super) fn new(
         bdpt: &'c Bdpt,
         context: &'c mut Context<'a>,
         light_path: &'c LightPath<'a>,
@@ -68,7 +68,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     }
 
     /// Extends the path by a vertex.
-    pub fn extend(&mut self) -> Option<()> {
+    pub(super) fn extend(&mut self) -> Option<()> {
         let world = self.context.world;
         match self.walk.advance(world, self.context.stream)? {
             Met::Background => {

@@ -39,7 +39,7 @@ pub(super) struct Lit<'a> {
 
 impl Lit<'_> {
     /// The probability with which emitter sampling at x₁ chooses this light is `pmf`.
-    pub fn densities(&self, world: &World, lights: &Lights, pmf: f32) -> LightDensities {
+    pub(super) fn densities(&self, world: &World, lights: &Lights, pmf: f32) -> LightDensities {
         let light = world.light(self.id);
         let Some(emitters) = &lights.emitters else {
             return LightDensities {

@@ -33,24 +33,24 @@ pub(in crate::integrators) struct SpareVertices(Vec<LightVertex<'static>>);
 
 impl<'a> LightPath<'a> {
     /// An empty path in the memory of the last one.
-    pub fn in_spare(spare: &mut SpareVertices) -> LightPath<'a> {
+    pub(super) fn in_spare(spare: &mut SpareVertices) -> LightPath<'a> {
         LightPath {
             vertices: recycled(std::mem::take(&mut spare.0)),
         }
     }
 
     /// Gives the memory back.
-    pub fn give_back(self, spare: &mut SpareVertices) {
+    pub(super) fn give_back(self, spare: &mut SpareVertices) {
         spare.0 = recycled(self.vertices);
     }
 
     /// From the light on; not the point on the light.
-    pub fn vertices(&self) -> &[LightVertex<'a>] {
+    pub(super) fn vertices(&self) -> &[LightVertex<'a>] {
         &self.vertices
     }
 
     /// Replaces the path by another whose vertices scatter at most `max_depth` times.
-    pub fn trace(
+    pub(super) fn trace(
         &mut self,
         tracer: &LightTracer<'_, 'a>,
         time: f32,
@@ -66,6 +66,10 @@ impl<'a> LightPath<'a> {
 
 /// The memory of `vertices` for others, which may refer to another world: elements of equal size are collected where they
 /// were, and there are none.
+#[expect(
+    clippy::unnecessary_filter_map,
+    reason = "elements of another lifetime, of which there are none"
+)]
 fn recycled<'b>(mut vertices: Vec<LightVertex<'_>>) -> Vec<LightVertex<'b>> {
     vertices.clear();
     vertices.into_iter().filter_map(|_| None).collect()
@@ -81,7 +85,7 @@ pub(super) struct LightTracer<'c, 'a> {
 
 impl<'a> LightTracer<'_, 'a> {
     /// Traces a path at `time` and hands over each vertex that can be joined to others.
-    pub fn trace(
+    pub(super) fn trace(
         &self,
         time: f32,
         max_depth: u32,

@@ -9,6 +9,10 @@ use crate::surface::ReferencePoint;
 use crate::world::World;
 
 /// A scattering event. Directions are unit vectors away from it; `wo` is toward the previous vertex of its subpath.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "most are surfaces, and none is allocated by itself"
+)]
 pub(super) enum Vertex<'a> {
     /// On a surface with a material.
     Surface {
@@ -36,7 +40,7 @@ pub(super) struct Scattered {
 
 impl<'a> Vertex<'a> {
     /// The point, for rays and emitter sampling.
-    pub fn reference_point(&self) -> ReferencePoint {
+    pub(super) fn reference_point(&self) -> ReferencePoint {
         match self {
             Vertex::Surface { hit, bsdf, .. } => receiver(&hit.surface, bsdf),
             Vertex::Medium(at) => at.reference_point(),
@@ -44,7 +48,7 @@ impl<'a> Vertex<'a> {
     }
 
     /// The cosine of `w` to the geometric normal, by which densities per solid angle become those per area; 1 in a medium.
-    pub fn cosine(&self, w: Vec3) -> f32 {
+    pub(super) fn cosine(&self, w: Vec3) -> f32 {
         match self {
             Vertex::Surface { hit, .. } => hit.surface.n.dot(w).abs(),
             Vertex::Medium(_) => 1.0,
@@ -52,7 +56,7 @@ impl<'a> Vertex<'a> {
     }
 
     /// Whether it can be joined to other vertices: not all of its scattering is perfectly specular.
-    pub fn connects(&self) -> bool {
+    pub(super) fn connects(&self) -> bool {
         match self {
             Vertex::Surface { bsdf, .. } => bsdf.has_non_specular(),
             Vertex::Medium(_) => true,
@@ -60,7 +64,7 @@ impl<'a> Vertex<'a> {
     }
 
     /// The medium that a ray along `w` enters.
-    pub fn medium_toward(&self, world: &World, w: Vec3) -> Option<MediumId> {
+    pub(super) fn medium_toward(&self, world: &World, w: Vec3) -> Option<MediumId> {
         match self {
             Vertex::Surface { hit, medium, .. } => world.medium_beyond(hit, w, *medium),
             Vertex::Medium(at) => Some(at.medium),
@@ -68,7 +72,7 @@ impl<'a> Vertex<'a> {
     }
 
     /// Radiance from `wi` that is scattered to `wo`: for subpaths from the camera.
-    pub fn radiance(&self, wi: Vec3) -> Option<Scattered> {
+    pub(super) fn radiance(&self, wi: Vec3) -> Option<Scattered> {
         match self {
             Vertex::Surface { hit, bsdf, .. } => {
                 let wo = hit.surface.wo;
@@ -87,7 +91,7 @@ impl<'a> Vertex<'a> {
     /// The adjoint (Veach 1997, §3.7 and §5.3): importance from `wi` that is scattered to `wo`, for subpaths from a light. By its
     /// definition it is the BSDF with its directions exchanged, as it would be seen from the camera's side; so is the
     /// cosine of shading normals, which is that to `wo`.
-    pub fn importance(&self, wi: Vec3) -> Option<Scattered> {
+    pub(super) fn importance(&self, wi: Vec3) -> Option<Scattered> {
         match self {
             Vertex::Surface { hit, bsdf, .. } => {
                 let wo = hit.surface.wo;

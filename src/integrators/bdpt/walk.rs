@@ -67,7 +67,7 @@ pub(super) enum Met {
 
 impl Walk {
     /// From a first vertex.
-    pub fn new(
+    pub(super) fn new(
         ray: Ray,
         medium: Option<MediumId>,
         from: ReferencePoint,
@@ -89,7 +89,7 @@ impl Walk {
     }
 
     /// To the next surface, or to what scatters before it. `None` where the throughput becomes black.
-    pub fn advance(&mut self, world: &World, stream: &mut SampleStream) -> Option<Met> {
+    pub(super) fn advance(&mut self, world: &World, stream: &mut SampleStream) -> Option<Met> {
         let hit = world.intersect(&self.ray);
         if let Some(id) = self.medium {
             let t_max = hit.as_ref().map_or(self.ray.t_max, |hit| hit.t);
@@ -114,7 +114,7 @@ impl Walk {
     }
 
     /// Through a surface without material.
-    pub fn pass(&mut self, world: &World, hit: &GeometryHit) -> Option<()> {
+    pub(super) fn pass(&mut self, world: &World, hit: &GeometryHit) -> Option<()> {
         self.null_surfaces += 1;
         if self.null_surfaces > MAX_NULL_SURFACES {
             return None;
@@ -125,7 +125,7 @@ impl Walk {
     }
 
     /// The vertex at `p`, seen under this cosine to its normal.
-    pub fn arrive(&self, p: Vec3, cosine: f32) -> History {
+    pub(super) fn arrive(&self, p: Vec3, cosine: f32) -> History {
         let Onward { before, rest } = self.onward;
         let cosine = f64::from(cosine);
         let (density, backward) = match self.spread {
@@ -148,7 +148,7 @@ impl Walk {
     }
 
     /// The subpath goes on from a point of a medium.
-    pub fn scatter_in_medium(
+    pub(super) fn scatter_in_medium(
         &mut self,
         at: &MediumVertex,
         history: &History,
@@ -165,7 +165,7 @@ impl Walk {
 
     /// The subpath goes on from a surface as in `sample`. `reverse` is the density per solid angle of the opposite
     /// direction.
-    pub fn scatter_at_surface(
+    pub(super) fn scatter_at_surface(
         &mut self,
         world: &World,
         (hit, bsdf): (&GeometryHit, &Bsdf),
@@ -191,7 +191,11 @@ impl Walk {
 
     /// Counts a scattering event that has multiplied the throughput by `factor`, apart from what refraction does to
     /// radiance, and decides whether the subpath goes on.
-    pub fn russian_roulette(&mut self, factor: Rgb, stream: &mut SampleStream) -> Option<()> {
+    pub(super) fn russian_roulette(
+        &mut self,
+        factor: Rgb,
+        stream: &mut SampleStream,
+    ) -> Option<()> {
         self.depth += 1;
         self.roulette *= factor;
         let survival = self.roulette.max_element();
@@ -225,7 +229,7 @@ pub(super) enum Carries {
 
 impl Turn {
     /// Samples the BSDF at a hit.
-    pub fn sample(
+    pub(super) fn sample(
         hit: &GeometryHit,
         bsdf: &Bsdf,
         carries: Carries,

@@ -54,7 +54,7 @@ pub(super) struct Onward {
 
 impl History {
     /// x_i that no other strategy makes: a camera path left a material there by subsurface scattering.
-    pub const ALONE: History = History {
+    pub(super) const ALONE: History = History {
         density: 1.0,
         backward: 0.0,
         before: 0.0,
@@ -63,7 +63,7 @@ impl History {
 
     /// Goes on from x_i; `reverse` is the density per solid angle with which the other side would have continued toward
     /// x_{i−1}. At a delta both directions' densities are 1.
-    pub fn onward(&self, delta: bool, reverse: f64, connections: f32) -> Onward {
+    pub(super) fn onward(&self, delta: bool, reverse: f64, connections: f32) -> Onward {
         let here = if delta { 0.0 } else { self.before };
         Onward {
             before: if delta {
@@ -77,14 +77,14 @@ impl History {
 
     /// A_i where the other side makes x_i with the density `other`, and from there continues toward x_{i−1} with the
     /// density `reverse` per solid angle.
-    pub fn earlier(&self, other: f64, reverse: f64) -> f64 {
+    pub(super) fn earlier(&self, other: f64, reverse: f64) -> f64 {
         let ratio = square(other / self.density);
         ratio * (self.before + square(reverse * self.backward) * self.rest)
     }
 
     /// C where x_i, the last vertex, lies on a light (s = 0). Emitter sampling would have found it there with the density
     /// `direct` (0 where it could not), and a path that begins there with `emitted`, to come to x_{i−1} with `onward`.
-    pub fn at_light(&self, direct: f64, emitted: f64, onward: f64) -> f64 {
+    pub(super) fn at_light(&self, direct: f64, emitted: f64, onward: f64) -> f64 {
         let sampled = square(direct / self.density);
         let begun = square(emitted / self.density) * square(onward) * self.rest;
         sampled + begun

@@ -144,7 +144,7 @@ impl EntrancePupil {
         let at = self.slabs.partition_point(|slab| slab.v[1] < v);
         let (region, image) = self.slabs.get(at)?.region(view.t, v)?;
         // Light that lands far from the window.
-        let lands = image.map_or(true, |image| {
+        let lands = image.is_none_or(|image| {
             let middle = image.height * view.azimuth;
             self.window.distance2(middle) <= image.radius * image.radius
         });

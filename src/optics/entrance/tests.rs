@@ -99,8 +99,8 @@ fn rays_from_the_film_come_back_to_it_from_the_scene() {
             count += 1;
             // The plane of a pupil may be far away.
             let far = 1.0 + (sample.point[2] - g.lens.film_z()).abs() / 100.0;
-            for i in 0..2 {
-                assert!((landed.film[i] - film[i]).abs() < 1e-9, "{}", g.name);
+            for (i, film) in film.iter().enumerate() {
+                assert!((landed.film[i] - film).abs() < 1e-9, "{}", g.name);
                 assert!(
                     (landed.pupil[i] - sample.point[i]).abs() < 1e-9 * far,
                     "{}",

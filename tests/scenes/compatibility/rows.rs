@@ -136,7 +136,12 @@ pub(super) const ROWS: &[Row] = &[
         ],
     },
     Row {
-        what: "Bidirectional and Metropolis integrators",
+        what: "Bidirectional paths where a light path begins dark",
+        much: &[Words("a sixth of a projector's direct light")],
+        held: &[Test("tests/scenes/census.rs", "every_scene_is_compared")],
+    },
+    Row {
+        what: "Metropolis light transport",
         much: &[
             Words("noise only, and what `mlt` misses the brightness of the whole image by"),
             References(&["int_bdpt", "int_mlt"]),
@@ -145,14 +150,22 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         what: "Light through smooth glass and off mirrors",
-        much: &[Words("all light of lights without area that gets there so")],
+        much: &[Words("none: what is missing is missing in both")],
         held: &[
-            Scene("laser", "the image lacks it"),
+            Test("tests/program/lost_light.rs", "bdpt_finds_the_laser"),
             Test(
                 "src/build/light_paths.rs",
-                "light_tracers_warn_where_light_is_lost_and_only_there",
+                "bdpt_has_a_note_where_caustics_are_seen_by_caustics",
             ),
         ],
+    },
+    Row {
+        what: "Cameras of bidirectional paths",
+        much: &[Words("pbrt-v3 renders none of them")],
+        held: &[Test(
+            "src/build/light_paths.rs",
+            "cameras_that_light_paths_do_not_reach_are_warned_of",
+        )],
     },
     Row {
         what: "Photon mapping",
