@@ -62,6 +62,15 @@ enum Way {
     Lens(Traced),
 }
 
+impl Aim {
+    fn to_lens(&self) -> Option<Traced> {
+        match self.way {
+            Way::Known(_) => None,
+            Way::Lens(traced) => Some(traced),
+        }
+    }
+}
+
 /// Where on the film light lands, and what it counts for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Landing {
@@ -143,8 +152,23 @@ impl Camera {
     /// The same for up to [`BUNDLE`] of them, in order, whatever the others are; those of `realistic` in single precision.
     #[cfg(any(test, feature = "internals"))]
     pub fn land_all(&self, aims: &[Aim], out: &mut ArrayVec<Option<Landing>, BUNDLE>) {
+        if let Camera::Realistic(c) = self {
+            // Aims of this camera are all of them rays to its lens.
+            let traced = aims.iter().take(BUNDLE).filter_map(Aim::to_lens);
+            c.land_all(&traced.collect::<ArrayVec<_, BUNDLE>>(), out);
+            return;
+        }
         out.clear();
         out.extend(aims.iter().take(BUNDLE).map(|aim| self.land(aim)));
+    }
+
+    /// Other film points, up to `reach` pixels (fewer than there are in half the image) outside the image, that have the ray of `raster`: those of an
+    /// environment camera, whose image closes around and over the poles. A pixel whose filter reaches outside the image is lit through them too.
+    pub fn raster_copies(&self, raster: Vec2, reach: f32) -> ArrayVec<Vec2, 8> {
+        match self {
+            Camera::Environment(c) => c.raster_copies(raster, reach),
+            Camera::Projective(_) | Camera::Realistic(_) => ArrayVec::new(),
+        }
     }
 
     /// 1/κ: the density with which a connection from `p`, which the camera's `ray` of `sample` meets, makes the same ray,
@@ -199,5 +223,7 @@ pub(super) fn toward(
     Some((wi, shadow))
 }
 
+#[cfg(test)]
+mod proof;
 #[cfg(test)]
 mod tests;

@@ -12,8 +12,9 @@ use super::connection::Hit;
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::motion::Motion;
 use crate::math::transform::Transform;
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Vec2};
 use crate::params::ParamReader;
+use arrayvec::ArrayVec;
 use std::f64::consts::{PI, TAU};
 
 /// An environment camera as the scene file describes it.
@@ -107,6 +108,24 @@ impl Environment {
         }
     }
 
+    /// See [`super::Camera::raster_copies`].
+    pub(super) fn raster_copies(&self, raster: Vec2, reach: f32) -> ArrayVec<Vec2, 8> {
+        let size = (DVec2::new(TAU, PI) / self.per_pixel).round().as_vec2();
+        // Once around; and over a pole, half a turn on.
+        let over = |y: f32| Vec2::new(raster.x + 0.5 * size.x, y);
+        let mut copies = ArrayVec::new();
+        for first in [raster, over(-raster.y), over(2.0 * size.y - raster.y)] {
+            for turns in [-1.0, 0.0, 1.0] {
+                let p = first + Vec2::new(turns * size.x, 0.0);
+                let near = p.cmpge(Vec2::splat(-reach)) & p.cmple(size + reach);
+                if near.all() && p != raster && !copies.is_full() {
+                    copies.push(p);
+                }
+            }
+        }
+        copies
+    }
+
     pub(super) fn set_motion(&mut self, motion: Motion) {
         self.transform.set_motion(motion);
     }
@@ -115,7 +134,7 @@ impl Environment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{UVec2, Vec2, Vec3};
+    use crate::math::{UVec2, Vec3};
     use crate::params::testing::read;
 
     const FILM: FilmGeometry = FilmGeometry {
@@ -170,6 +189,26 @@ mod tests {
                 assert!((across(direction) - expected).length() < 1e-5);
             }
             assert_eq!((found.rx_o, found.ry_o), (Vec3::ZERO, Vec3::ZERO));
+        }
+    }
+
+    #[test]
+    fn copies_of_a_film_point_have_its_ray() {
+        let copies = |x: f32, y: f32| camera().raster_copies(Vec2::new(x, y), 3.0);
+        assert!(copies(300.0, 200.0).is_empty());
+        assert_eq!(copies(1.0, 200.0).as_slice(), [Vec2::new(801.0, 200.0)]);
+        assert_eq!(copies(799.0, 5.0).as_slice(), [Vec2::new(-1.0, 5.0)]);
+        assert_eq!(copies(100.0, 398.0).as_slice(), [Vec2::new(500.0, 402.0)]);
+        // Over the pole, where that point lies at the seam, and around.
+        assert_eq!(copies(401.0, 2.0).len(), 2);
+        for (x, y) in [(1.0, 2.0), (401.0, 2.0), (799.5, 399.0), (398.0, 1.0)] {
+            for p in copies(x, y) {
+                // Sines of angles of up to 2π.
+                assert!(
+                    (ray(p.x, p.y).ray.d - ray(x, y).ray.d).length() < 1e-6,
+                    "{p}"
+                );
+            }
         }
     }
 

@@ -10,7 +10,7 @@
 //!    numbers carry the derivatives that texture footprints need.
 //! 4. [`paraxial`] has the focal length, principal planes and pupils; [`focus`] moves the film.
 //! 5. [`stops`] finds which aperture limits the light, [`stop_shape`] gives it another than a round shape; [`pupil`] says where rays from a film point should be
-//!    aimed so that few are lost and no light is.
+//!    aimed so that few are lost and no light is; [`entrance`] says the same for points of the scene.
 //! 6. [`lanes`] trace bundles of rays side by side in single precision: the fast path.
 //! 7. [`models`] are the three of textbooks: the exact, the thick and the thin lens.
 //! 8. [`report`] prints it all.

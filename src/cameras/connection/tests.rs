@@ -354,7 +354,7 @@ fn lens_file(name: &str) -> Prescription {
 }
 
 /// Focused at `focus` mm from the film.
-fn traced(prescription: &Prescription, focus: f64, form: Form) -> RealisticSpec {
+pub(super) fn traced(prescription: &Prescription, focus: f64, form: Form) -> RealisticSpec {
     let distance = Lens::focused(prescription, focus).unwrap();
     RealisticSpec {
         lens_name: String::new(),

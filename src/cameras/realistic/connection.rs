@@ -12,28 +12,50 @@
 //!
 //! Source: for the measure, Welford and Winston, *High Collection Nonimaging Optics*, 1989, §2.7 and appendix A.
 
-use super::optics::{Optics, PupilTarget};
-use super::{Compat, Form, Realistic, camera_from_lens};
+use super::lanes::FEW;
+use super::optics::{Optics, PupilTarget, is_too_fine};
+use super::{Compat, Form, Precision, Realistic, camera_from_lens};
 use crate::cameras::camera_transform::Placement;
 use crate::cameras::connection::{Landing, LensSample, toward};
-use crate::cameras::{CameraRay, CameraSample};
+use crate::cameras::{BUNDLE, CameraRay, CameraSample};
+use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::math::ray::Ray;
 use crate::math::{DMat4, DVec2, DVec3, Vec2, Vec3};
 use crate::optics::LensRay;
-use crate::optics::entrance::{EntrancePupil, FilmWindow, Seen};
-use crate::optics::lanes::{Landed, SceneTracer};
+use crate::optics::entrance::{Drawn, EntrancePupil, FilmWindow, Seen};
+use crate::optics::lanes::{Landed, Lanes, SceneTracer};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::{ExitPupil, PupilSample, projected_solid_angle};
 use crate::surface::ReferencePoint;
+use arrayvec::ArrayVec;
 
 /// What connections need beside the camera.
 #[derive(Clone, Debug)]
 pub(super) struct Connections {
     entrance: EntrancePupil,
     window: FilmWindow,
-    /// Of the bands, and last at the d line.
-    tracers: Vec<SceneTracer<f64>>,
+    /// Of the bands, or at the d line where there are none.
+    tracers: Vec<Tracers>,
+    /// Only those in double precision are to be used.
+    one_by_one: bool,
     lens_from_camera: DMat4,
+}
+
+/// From the scene to the film.
+#[derive(Clone, Debug)]
+struct Tracers {
+    double: SceneTracer<f64>,
+    single: SceneTracer<f32>,
+}
+
+impl Tracers {
+    fn new(optics: &Optics) -> Tracers {
+        let (lens, plane_z) = (optics.model.lens(), optics.model.plane_z());
+        Tracers {
+            double: SceneTracer::new(lens, plane_z),
+            single: SceneTracer::new(lens, plane_z),
+        }
+    }
 }
 
 /// A ray toward the film, up to the first surface.
@@ -62,20 +84,23 @@ impl Realistic {
             low: ends(f64::min),
             high: ends(f64::max),
         };
-        let all = || self.bands.iter().chain([&self.main]);
         // The d line first, though no ray is traced at it where there are bands.
         let seen = [&self.main].into_iter().chain(&self.bands);
         let seen: Vec<Seen<'_>> = seen
             .filter_map(|optics| Some((&optics.lens, pupil(optics)?)))
             .collect();
-        let tracers = all().map(|o| SceneTracer::new(o.model.lens(), o.model.plane_z()));
-        let tracers = tracers.collect();
+        let mut tracers: Vec<Tracers> = self.bands.iter().map(Tracers::new).collect();
+        if tracers.is_empty() {
+            tracers.push(Tracers::new(&self.main));
+        }
+        let fine = is_too_fine(&self.spec.lens);
         let made = EntrancePupil::new(&seen, window).filter(|_| self.connects());
         self.connections = made.map(|entrance| {
             Box::new(Connections {
                 entrance,
                 window,
                 tracers,
+                one_by_one: fine || self.spec.precision == Precision::Double,
                 lens_from_camera: camera_from_lens(&self.spec).inverse(),
             })
         });
@@ -93,33 +118,101 @@ impl Realistic {
         let in_lens = connections.lens_from_camera.transform_point3(x);
         let drawn = connections.entrance.draw(in_lens, sample.lens)?;
         let band = self.band(sample.wavelength);
+        let traced = self.along(&placement, in_lens, &drawn, band)?;
+        let start = camera_from_lens(&self.spec).transform_point3(DVec3::from(traced.ray.o));
+        let (wi, shadow) = toward(from, &placement, x, start)?;
+        Some((wi, shadow, traced))
+    }
+
+    /// The ray from the point `x` of lens coordinates in the direction drawn, where it meets the first surface; `None` where it does not.
+    fn along(&self, placement: &Placement, x: DVec3, drawn: &Drawn, band: usize) -> Option<Traced> {
         let ray = LensRay {
-            o: in_lens.to_array(),
+            o: x.to_array(),
             d: drawn.d.to_array(),
         };
         let [front, _] = self.of_band(band).lens.tracer().front(&ray)?;
-        let y = DVec3::from(front);
-        if (y - in_lens).dot(drawn.d) <= 0.0 {
-            return None;
-        }
-        let start = camera_from_lens(&self.spec).transform_point3(y);
-        let (wi, shadow) = toward(from, &placement, x, start)?;
-        let traced = Traced {
+        let ahead = (DVec3::from(front) - x).dot(drawn.d) > 0.0;
+        ahead.then(|| Traced {
             ray: LensRay { o: front, ..ray },
             band,
-            scale: self.area_across(&placement, drawn.d) / drawn.density,
-        };
-        Some((wi, shadow, traced))
+            scale: self.area_across(placement, drawn.d) / drawn.density,
+        })
     }
 
     /// See [`crate::cameras::Camera::land`].
     pub(in super::super) fn land(&self, traced: &Traced) -> Option<Landing> {
         let connections = self.connections.as_deref()?;
-        let landed = connections
-            .tracers
-            .get(traced.band)?
-            .trace_alone(&traced.ray)?;
+        let tracers = connections.tracers.get(traced.band)?;
+        let landed = tracers.double.trace_alone(&traced.ray)?;
         self.landing(connections, traced, &landed)
+    }
+
+    /// The same for as many as fit into `out`, side by side in single precision, where one at a time is not asked for.
+    pub(in super::super) fn land_all(
+        &self,
+        traced: &[Traced],
+        out: &mut ArrayVec<Option<Landing>, BUNDLE>,
+    ) {
+        out.clear();
+        let traced = &traced[..traced.len().min(BUNDLE)];
+        let Some(connections) = self.connections.as_deref() else {
+            out.extend(traced.iter().map(|_| None));
+            return;
+        };
+        // What comes from behind the front vertex goes its own way.
+        let alone = |t: &Traced| connections.one_by_one || t.ray.d[2] <= 0.0;
+        out.extend(traced.iter().map(|t| match alone(t) {
+            true => self.land(t),
+            false => None,
+        }));
+        for band in 0..connections.tracers.len() {
+            let of_this = |i: &usize| traced[*i].band == band && !alone(&traced[*i]);
+            let chosen: ArrayVec<usize, BUNDLE> = (0..traced.len()).filter(of_this).collect();
+            if self.disperses() {
+                for few in chosen.chunks(FEW) {
+                    self.land_lanes::<FEW>(connections, traced, few, out);
+                }
+            } else if !chosen.is_empty() {
+                self.land_lanes::<BUNDLE>(connections, traced, &chosen, out);
+            }
+        }
+    }
+
+    /// Those of the rays that are number `chosen`, at least one, at most N and of one band.
+    fn land_lanes<const N: usize>(
+        &self,
+        connections: &Connections,
+        traced: &[Traced],
+        chosen: &[usize],
+        out: &mut [Option<Landing>],
+    ) {
+        // Lanes without a ray repeat the first.
+        let one = |lane: usize| &traced[*chosen.get(lane).unwrap_or(&chosen[0])];
+        let mut ray = LensRay {
+            o: [Lanes::splat(0.0); 3],
+            d: [Lanes::splat(0.0); 3],
+        };
+        for lane in 0..N {
+            let from = &one(lane).ray;
+            for k in 0..3 {
+                ray.o[k].0[lane] = from.o[k] as f32;
+                ray.d[k].0[lane] = from.d[k] as f32;
+            }
+        }
+        let tracer = &connections.tracers[one(0).band].single;
+        let landed = vectorize::<N, _>(ToFilm { tracer, ray: &ray });
+        for (lane, i) in chosen.iter().take(N).enumerate() {
+            let at = |x: &[Lanes<N>; 2]| [0, 1].map(|k| f64::from(x[k].0[lane]));
+            let here = Landed {
+                film: at(&landed.film),
+                pupil: at(&landed.pupil),
+                passed: landed.passed.at(lane),
+            };
+            out[*i] = match here.passed {
+                true => self.landing(connections, &traced[*i], &here),
+                false => None,
+            };
+        }
     }
 
     /// What light counts for that has landed.
@@ -200,6 +293,20 @@ impl Realistic {
     }
 }
 
+/// A bundle of rays to the film.
+struct ToFilm<'a, const N: usize> {
+    tracer: &'a SceneTracer<f32>,
+    ray: &'a LensRay<Lanes<N>>,
+}
+
+impl<const N: usize> Kernel for ToFilm<'_, N> {
+    type Output = Landed<Lanes<N>>;
+    #[inline(always)]
+    fn run(self, _: impl Instructions) -> Self::Output {
+        self.tracer.trace(self.ray)
+    }
+}
+
 /// Where the camera aims; one that connects aims at an exit pupil.
 fn pupil(optics: &Optics) -> Option<&ExitPupil> {
     match &optics.aim {
@@ -207,3 +314,6 @@ fn pupil(optics: &Optics) -> Option<&ExitPupil> {
         PupilTarget::RearDisk(_) => None,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -18,7 +18,7 @@ use arrayvec::ArrayVec;
 
 /// Rays side by side where few of a bundle's samples have anything in common, being of different bands of the spectrum; and where
 /// derivatives make every number three: 8 of those fill as many registers as there are.
-const FEW: usize = 8;
+pub(super) const FEW: usize = 8;
 
 impl Realistic {
     /// The rays for `samples`, side by side; `None` where they must be made one at a time.

@@ -12,7 +12,7 @@ const DGAUSS: &str = "29.475 3.76 1.67 25.2\n84.83 0.12 1 25.2\n19.275 4.025 1.6
     40.77 3.275 1.699 23\n12.75 5.705 1 18\n0 4.5 0 17.1\n-14.495 1.18 1.603 17\n\
     40.77 6.065 1.658 20\n-20.385 0.19 1 20\n437.065 3.22 1.717 20\n-39.73 0 1 20\n";
 
-fn double_gauss() -> RealisticSpec {
+pub(super) fn double_gauss() -> RealisticSpec {
     let prescription = Prescription::parse(DGAUSS).unwrap();
     let distance = Lens::focused(&prescription, 1000.0).unwrap();
     RealisticSpec {
@@ -33,7 +33,7 @@ fn double_gauss() -> RealisticSpec {
 }
 
 /// Well-spread samples of the pixels from `low` to `high` and of the lens.
-fn samples(count: u32, low: Vec2, high: Vec2) -> impl Iterator<Item = CameraSample> {
+pub(super) fn samples(count: u32, low: Vec2, high: Vec2) -> impl Iterator<Item = CameraSample> {
     (0..count).map(move |i| {
         // The four-dimensional R sequence (Roberts 2018).
         let r = |k: i32| (0.5 + f64::from(i) / 1.167_303_978_261_418_7f64.powi(k)).fract() as f32;
