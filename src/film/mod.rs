@@ -53,7 +53,7 @@ pub use path_set::PathSet;
 pub use pixels::PixelStatistics;
 pub use read::{LoadedImage, ReadError, read, read_within};
 pub use spec::{FilmError, FilmSpec};
-pub use splats::{DroppedSplat, MEMORY_OF_SPLATS, SplatBuffer, Splats};
+pub use splats::{DroppedSplat, MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS, SplatBuffer, Splats};
 pub(crate) use stored_splats::STORED_PIXEL;
 pub use tile::{DroppedSample, Tile};
 pub use write::{WriteError, check_name, check_output, keeps_variances, write, write_somewhere};

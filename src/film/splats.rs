@@ -17,7 +17,7 @@ const FRACTION: i32 = 36;
 
 /// The largest contribution, as a power of two of a sum's unit (2⁵¹ of the scale): 2⁴⁰ of them fit into 128 bits with a
 /// sign. What is larger counts as this.
-const LARGEST: i32 = 87;
+const LARGEST: u32 = 87;
 
 /// Bits of a sum of squares behind the point. Nothing is negative here, so that a sum that does not fit may stay at the
 /// largest number, and still be that of any order.
@@ -28,6 +28,9 @@ const MOST_SCALE: i32 = 100;
 
 /// Bytes that a pixel's splats take.
 pub const MEMORY_OF_SPLATS: u64 = size_of::<Sums>() as u64;
+
+/// Bytes of those that a thread collects.
+pub const MEMORY_OF_SPLAT_BUFFER: u64 = (SplatBuffer::FULL * size_of::<(u32, Rgb)>()) as u64;
 
 /// Contributions to one pixel: their sum and that of their squares.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -114,11 +117,9 @@ impl Splats {
         let start = buffer.paths.end;
         let paths = std::mem::replace(&mut buffer.paths, start..start);
         let is_new = self.paths.insert(paths);
-        let [value, square] = [FRACTION - self.scale, FRACTION_OF_SQUARE - 2 * self.scale];
-        let [value, square] = [value, square].map(power_of_two);
         for (index, splat) in buffer.splats.drain(..).filter(|_| is_new) {
             if let Some(sums) = self.pixels.get_mut(index as usize) {
-                sums.add(splat.as_dvec3(), value, square);
+                sums.add(splat, self.scale);
             }
         }
         let dropped = std::mem::take(&mut buffer.dropped);
@@ -160,15 +161,19 @@ impl Splats {
 }
 
 impl Sums {
-    /// Adds a contribution, with the factors that give it and its square in units.
-    fn add(&mut self, value: DVec3, per_unit: f64, per_square: f64) {
-        let most = power_of_two(LARGEST);
+    /// Adds a contribution; `scale` is that of the image.
+    fn add(&mut self, value: Rgb, scale: i32) {
         for channel in 0..3 {
-            let x = value[channel];
-            // A product with a power of two is exact, and so is the square of a float; adding half a unit rounds.
-            let units = ((x.abs() * per_unit).min(most) + 0.5) as i128;
-            let signed = if x < 0.0 { -units } else { units };
-            let square = (x * x * per_square + 0.5) as u128;
+            let (digits, exponent) = digits(value[channel]);
+            let units = shifted(digits.into(), exponent + FRACTION - scale, LARGEST);
+            let signed = if value[channel] < 0.0 {
+                -(units as i128)
+            } else {
+                units as i128
+            };
+            let square = u64::from(digits) * u64::from(digits);
+            let exponent = 2 * (exponent - scale) + FRACTION_OF_SQUARE;
+            let square = shifted(square, exponent, 128);
             self.values[channel] = self.values[channel].saturating_add(signed);
             self.squares[channel] = self.squares[channel].saturating_add(square);
         }
@@ -235,6 +240,29 @@ impl SplatBuffer {
     /// All paths before number `end` have been traced.
     pub fn reach(&mut self, end: u64) {
         self.paths.end = end;
+    }
+}
+
+/// The digits of a finite number's magnitude as an integer, and the power of two that they count.
+fn digits(x: f32) -> (u32, i32) {
+    let bits = x.to_bits();
+    let exponent = bits >> 23 & 0xff;
+    let leading = u32::from(exponent > 0) << 23;
+    (bits & 0x7f_ffff | leading, exponent.max(1) as i32 - 150)
+}
+
+/// `digits` × 2^`exponent`, rounded to a whole number and at most 2^`most` − 1. All in integers, which is as fast as it is the
+/// same everywhere.
+fn shifted(digits: u64, exponent: i32, most: u32) -> u128 {
+    let length = u64::BITS - digits.leading_zeros();
+    if exponent < 0 {
+        // A right shift by 63 leaves nothing of 48 digits, even rounded.
+        let down = exponent.unsigned_abs().min(63);
+        return (((digits >> (down - 1)) + 1) >> 1).into();
+    }
+    match length == 0 || exponent as u32 <= most - length {
+        true => u128::from(digits) << exponent.min(127),
+        false => u128::MAX >> (128 - most),
     }
 }
 
@@ -331,7 +359,8 @@ mod tests {
             splats.add(&mut buffer);
         }
         let (mean, variance) = (splats.mean(pixel), splats.variance_of_mean(pixel));
-        let most = 2f64.powi(LARGEST - FRACTION);
+        // The next smaller number has no double of its own.
+        let most = 2f64.powi(LARGEST as i32 - FRACTION);
         assert_eq!(mean, DVec3::new(most, -most, 1.0));
         assert!(variance.is_finite() && variance.z == 0.0);
         // As many as there will ever be.
@@ -343,6 +372,34 @@ mod tests {
         (0..3).for_each(|_| sums.join(&large));
         assert_eq!(sums.values, [i128::MAX, i128::MIN, 0]);
         assert_eq!(sums.squares, [u128::MAX, 0, 0]);
+    }
+
+    #[test]
+    fn fixed_point_is_the_number_rounded() {
+        let mantissas = [0, 1, 0x40_0000, 0x7f_ffff, 0x2a_aaaa];
+        for bits in mantissas
+            .map(|m| (0..255u32).map(move |e| e << 23 | m))
+            .into_iter()
+            .flatten()
+        {
+            let x = f32::from_bits(bits);
+            let (digits, exponent) = digits(x);
+            assert_eq!(f64::from(digits) * 2f64.powi(exponent), f64::from(x));
+            for scale in [-100, -3, 0, 100] {
+                let exact = f64::from(x) * 2f64.powi(FRACTION - scale);
+                let rounded = (exact + 0.5).floor().min(2f64.powi(LARGEST as i32) - 1.0);
+                let found = shifted(digits.into(), exponent + FRACTION - scale, LARGEST);
+                assert_eq!(found as f64, rounded, "{x:e} {scale}");
+                let exact = f64::from(x) * f64::from(x) * 2f64.powi(36 - 2 * scale);
+                let square = u64::from(digits) * u64::from(digits);
+                let found = shifted(square, 2 * (exponent - scale) + 36, 128);
+                assert_eq!(
+                    found as f64,
+                    (exact + 0.5).floor().min(u128::MAX as f64),
+                    "{x:e}"
+                );
+            }
+        }
     }
 
     #[test]

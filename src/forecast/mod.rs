@@ -13,7 +13,7 @@ pub use process::Process;
 
 use crate::accel::memory;
 use crate::files::FileError;
-use crate::film::{MEMORY_OF_HALVES, MEMORY_OF_PIXEL, MEMORY_OF_SPLATS};
+use crate::film::{MEMORY_OF_HALVES, MEMORY_OF_PIXEL, MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS};
 use crate::lights::{Light, MEMORY_OF_EMITTER};
 use crate::scene::Frame;
 use crate::scene::description::ShapeEntity;
@@ -117,10 +117,9 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
         let peak = stages.max_by_key(Stage::total);
         peak.ok_or_else(|| FileError::from("there is nothing to render".to_string()))
     };
-    // Sums of what paths from the lights bring, in each half.
-    let splats = match frame.options.integrator.spec.traces_light() {
-        true => MEMORY_OF_SPLATS,
-        false => 0,
+    let splats = match found.splat_buffers {
+        0 => 0,
+        _ => MEMORY_OF_SPLATS,
     };
     Ok(Forecast {
         peak: peak(MEMORY_OF_PIXEL + splats)?,
@@ -143,6 +142,8 @@ struct Found {
     /// What they are made of.
     emitters: u64,
     pixels: u64,
+    /// What threads collect that paths from the lights bring, if any are traced: sums of it are then in each half.
+    splat_buffers: u64,
 }
 
 impl Found {
@@ -164,6 +165,10 @@ impl Found {
             emitters: (shapes.emitters * size_of::<Emitter>()) as u64,
             shapes,
             pixels: frame.options.film.pixel_bounds().area() as u64,
+            splat_buffers: match frame.options.integrator.spec.traces_light() {
+                true => MEMORY_OF_SPLAT_BUFFER * threads as u64,
+                false => 0,
+            },
         })
     }
 
@@ -207,7 +212,7 @@ impl Found {
             (Use::Shapes, self.shapes.stored),
             (Use::Trees, self.shapes.trees),
             (Use::Lights, self.lights[1] + self.emitters_kept()),
-            (Use::Film, self.pixels * pixel),
+            (Use::Film, self.pixels * pixel + self.splat_buffers),
         ];
         Stage::new("while it is rendered", self.program, &parts)
     }

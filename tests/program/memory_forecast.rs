@@ -44,9 +44,14 @@ fn peak(folder: &Path, scene: &str) -> Option<f64> {
 }
 
 /// Writes the scene of a small image, and checks its forecast; returns both.
-fn check(folder: &Folder, name: &str, [width, height]: [u32; 2], world: &str) -> String {
+fn check(
+    folder: &Folder,
+    (name, options): (&str, &str),
+    [width, height]: [u32; 2],
+    world: &str,
+) -> String {
     let scene = format!(
-        "LookAt 0 0 -5 0 0 0 0 1 0 Camera \"perspective\"\n\
+        "{options} LookAt 0 0 -5 0 0 0 0 1 0 Camera \"perspective\"\n\
          Film \"image\" \"integer xresolution\" {width} \"integer yresolution\" {height}\n\
          WorldBegin LightSource \"infinite\"\n{world}\nWorldEnd\n"
     );
@@ -100,7 +105,7 @@ fn ply(n: u32) -> Vec<u8> {
 fn large_things_are_forecast() {
     let folder = Folder::new();
     let check = |name: &str, size: [u32; 2], world: &str| {
-        println!("{}", check(&folder, name, size, world));
+        println!("{}", check(&folder, (name, ""), size, world));
     };
     std::fs::write(folder.path("m.ply"), ply(300)).expect("a file");
     check(
@@ -109,6 +114,11 @@ fn large_things_are_forecast() {
         "Shape \"plymesh\" \"string filename\" \"m.ply\"",
     );
     check("film", [1000, 800], "Shape \"sphere\"");
+    let both_ends = ("splats", "Integrator \"bdpt\"");
+    println!(
+        "{}",
+        self::check(&folder, both_ends, [800, 600], "Shape \"sphere\"")
+    );
     let mut pfm = b"PF\n1500 1000\n-1\n".to_vec();
     pfm.extend([0u8, 0, 0, 63].repeat(3 * 1500 * 1000));
     std::fs::write(folder.path("t.pfm"), pfm).expect("a file");
