@@ -23,15 +23,12 @@
 //! Sources: Veach, *Robust Monte Carlo Methods for Light Transport Simulation*, 1997, §8.3 and §10; Pharr, Jakob and
 //! Humphreys 2016, §16.1.
 
-#[cfg(any(test, feature = "internals"))]
-use super::BUNDLE;
 use super::camera_transform::Placement;
 use super::realistic::Traced;
-use super::{Camera, CameraRay, CameraSample};
+use super::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::math::ray::Ray;
 use crate::math::{DVec2, DVec3, Rgb, Vec2, Vec3};
 use crate::surface::ReferencePoint;
-#[cfg(any(test, feature = "internals"))]
 use arrayvec::ArrayVec;
 
 /// Through which part of the lens and of the spectrum to connect; all from 0 to 1.
@@ -150,7 +147,6 @@ impl Camera {
     }
 
     /// The same for up to [`BUNDLE`] of them, in order, whatever the others are; those of `realistic` in single precision.
-    #[cfg(any(test, feature = "internals"))]
     pub fn land_all(&self, aims: &[Aim], out: &mut ArrayVec<Option<Landing>, BUNDLE>) {
         if let Camera::Realistic(c) = self {
             // Aims of this camera are all of them rays to its lens.

@@ -16,13 +16,13 @@ pub(super) trait Transport {
     /// Paths are traced from the lights, too.
     const TRACES_LIGHT: bool = false;
 
-    /// Traces a path from a light and hands what it brings to pixels.
-    fn light_path(
+    /// Traces paths from lights and hands what they bring to pixels.
+    fn light_paths(
         &self,
         _job: &LightJob,
         _lights: &Lights,
-        _stream: &mut SampleStream,
-        _splat: &mut impl FnMut(UVec2, Rgb),
+        _paths: impl Iterator<Item = (u64, SampleStream)>,
+        _splat: &mut impl FnMut(u64, UVec2, Rgb),
     ) {
     }
 
@@ -73,14 +73,14 @@ macro_rules! integrator_types {
                 match self { $(IntegratorSpec::$Type(_) => $Type::TRACES_LIGHT,)* }
             }
 
-            pub(super) fn light_path(
+            pub(super) fn light_paths(
                 &self,
                 job: &LightJob,
                 lights: &Lights,
-                stream: &mut SampleStream,
-                splat: &mut impl FnMut(UVec2, Rgb),
+                paths: impl Iterator<Item = (u64, SampleStream)>,
+                splat: &mut impl FnMut(u64, UVec2, Rgb),
             ) {
-                match self { $(IntegratorSpec::$Type(i) => i.light_path(job, lights, stream, splat),)* }
+                match self { $(IntegratorSpec::$Type(i) => i.light_paths(job, lights, paths, splat),)* }
             }
 
             pub(super) fn path(&self) -> Option<Path> {

@@ -136,19 +136,20 @@ impl Integrator {
         })
     }
 
-    /// Returns `true` if paths are traced from the lights, too: [`Integrator::light_path`].
+    /// Returns `true` if paths are traced from the lights, too: [`Integrator::light_paths`].
     pub fn traces_light(&self) -> bool {
         self.spec.traces_light()
     }
 
-    /// Traces a path from a light and hands what it brings to pixels. Values hold the filter's factor; their sum over many
-    /// paths, over their number, is to be added to the mean radiance of a pixel's camera rays.
-    pub fn light_path(
+    /// Traces paths from lights, each with its number, and hands what they bring to pixels with that number, in some
+    /// order. Values hold the filter's factor; their sum over many paths, over their number, is to be added to the mean
+    /// radiance of a pixel's camera rays.
+    pub fn light_paths(
         &self,
         job: &LightJob,
-        stream: &mut SampleStream,
-        splat: &mut impl FnMut(UVec2, Rgb),
+        paths: impl Iterator<Item = (u64, SampleStream)>,
+        splat: &mut impl FnMut(u64, UVec2, Rgb),
     ) {
-        self.spec.light_path(job, &self.lights, stream, splat);
+        self.spec.light_paths(job, &self.lights, paths, splat);
     }
 }

@@ -184,11 +184,9 @@ fn trace_run(job: &RenderJob, sampler: &Sampler, run: Range<u64>, buffer: &mut S
         light_paths: job.paths_per_sample(),
     };
     let end = run.end;
-    for path in run {
-        let mut stream = sampler.light_stream(path);
-        let splat = &mut |pixel, value| buffer.push(path, pixel, value);
-        job.integrator.light_path(&light_job, &mut stream, splat);
-    }
+    let paths = run.map(|path| (path, sampler.light_stream(path)));
+    let splat = &mut |path, pixel, value| buffer.push(path, pixel, value);
+    job.integrator.light_paths(&light_job, paths, splat);
     buffer.reach(end);
 }
 

@@ -90,19 +90,19 @@ impl Transport for Bdpt {
         radiance
     }
 
-    fn light_path(
+    fn light_paths(
         &self,
         job: &LightJob,
         lights: &Lights,
-        stream: &mut SampleStream,
-        splat: &mut impl FnMut(UVec2, Rgb),
+        paths: impl Iterator<Item = (u64, SampleStream)>,
+        splat: &mut impl FnMut(u64, UVec2, Rgb),
     ) {
         let tracer = LightTracer {
             bdpt: self,
             world: job.world,
             lights,
         };
-        splat::splat_path(&tracer, job, stream, splat);
+        splat::splat_paths(&tracer, job, paths, splat);
     }
 
     fn path(&self) -> Option<Path> {

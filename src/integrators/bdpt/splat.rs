@@ -1,67 +1,160 @@
 //! The light pass (t = 1): vertices of light paths are joined to the lens, and what they bring goes to the pixels around the film
-//! point where it lands.
+//! point where it lands. Connections are collected, so that a lens traces many of them side by side.
 
 use super::light_path::{LightTracer, LightVertex};
-use super::weights::{square, weight};
-use crate::cameras::{Aim, Landing, LensSample};
+use super::weights::{History, square, weight};
+use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
 use crate::film::PixelBounds;
+use crate::handles::MediumId;
 use crate::integrators::LightJob;
 use crate::integrators::volpath::transmittance;
 use crate::math::{Rgb, UVec2, Vec2, color::is_black};
 use crate::samplers::SampleStream;
+use arrayvec::ArrayVec;
 
-/// Traces one light path onto the film.
-pub(super) fn splat_path(
-    tracer: &LightTracer,
-    job: &LightJob,
-    stream: &mut SampleStream,
-    splat: &mut impl FnMut(UVec2, Rgb),
-) {
-    let time = job.camera.shutter().time(stream.next_1d());
-    let wavelength = stream.next_1d_if(job.camera.disperses());
-    tracer.trace(time, tracer.bdpt.max_depth, stream, |vertex, stream| {
-        let lens = if job.camera.has_lens() {
-            stream.next_2d()
-        } else {
-            Vec2::splat(0.5)
-        };
-        let at = LensSample { lens, wavelength };
-        // No light where nothing can be joined.
-        let _ = join(tracer, job, &vertex, &at, stream, splat);
-    });
+/// A connection before it is known where on the film it lands.
+struct Pending {
+    /// The number of its path.
+    path: u64,
+    /// What the path brings in the direction of the lens.
+    light: Rgb,
+    /// Density per solid angle of the direction from which the path came, for paths from the camera.
+    reverse: f32,
+    /// The cosine at the vertex.
+    cosine: f32,
+    history: History,
+    /// The medium between vertex and lens.
+    medium: Option<MediumId>,
+    /// Numbers for the transmittance of media; the path's own go on from here as well, for other contributions.
+    stream: SampleStream,
 }
 
-/// Joins a vertex to the lens.
-fn join(
+/// Connections that wait for each other.
+struct Waiting<'c, 'a> {
+    tracer: &'c LightTracer<'c, 'a>,
+    job: &'c LightJob<'c>,
+    pending: ArrayVec<Pending, BUNDLE>,
+    aims: ArrayVec<Aim, BUNDLE>,
+}
+
+/// Traces light paths onto the film.
+pub(super) fn splat_paths(
     tracer: &LightTracer,
     job: &LightJob,
-    end: &LightVertex,
-    at: &LensSample,
-    stream: &mut SampleStream,
-    splat: &mut impl FnMut(UVec2, Rgb),
-) -> Option<()> {
-    let from = end.vertex.reference_point();
-    let aim: Aim = job.camera.aim(&from, at)?;
-    let scattered = end.vertex.importance(aim.wi)?;
-    let landing: Landing = job.camera.land(&aim)?;
-    let joined = end.throughput * scattered.value * landing.importance;
-    if is_black(joined) {
-        return None;
+    paths: impl Iterator<Item = (u64, SampleStream)>,
+    splat: &mut impl FnMut(u64, UVec2, Rgb),
+) {
+    let mut waiting = Waiting {
+        tracer,
+        job,
+        pending: ArrayVec::new(),
+        aims: ArrayVec::new(),
+    };
+    for (path, mut stream) in paths {
+        let time = job.camera.shutter().time(stream.next_1d());
+        let wavelength = stream.next_1d_if(job.camera.disperses());
+        let depth = tracer.bdpt.max_depth;
+        tracer.trace(time, depth, &mut stream, |vertex, stream| {
+            let lens = if job.camera.has_lens() {
+                stream.next_2d()
+            } else {
+                Vec2::splat(0.5)
+            };
+            // No connection where none can be made.
+            let _ = waiting.join(path, &vertex, &LensSample { lens, wavelength }, stream);
+            if waiting.pending.is_full() {
+                waiting.land(splat);
+            }
+        });
     }
-    let medium = end.vertex.medium_toward(tracer.world, aim.wi);
-    let left = transmittance(tracer.world, stream, &aim.shadow, medium);
+    waiting.land(splat);
+}
+
+impl Waiting<'_, '_> {
+    /// Joins a vertex to the lens.
+    fn join(
+        &mut self,
+        path: u64,
+        end: &LightVertex,
+        at: &LensSample,
+        stream: &SampleStream,
+    ) -> Option<()> {
+        let aim = self.job.camera.aim(&end.vertex.reference_point(), at)?;
+        let scattered = end.vertex.importance(aim.wi)?;
+        self.pending.push(Pending {
+            path,
+            light: end.throughput * scattered.value,
+            reverse: scattered.reverse,
+            cosine: end.vertex.cosine(aim.wi),
+            history: end.history,
+            medium: end.vertex.medium_toward(self.tracer.world, aim.wi),
+            stream: *stream,
+        });
+        self.aims.push(aim);
+        Some(())
+    }
+
+    /// Finds out where the connections land, and what they bring there.
+    fn land(&mut self, splat: &mut impl FnMut(u64, UVec2, Rgb)) {
+        let mut landings = ArrayVec::new();
+        self.job.camera.land_all(&self.aims, &mut landings);
+        let all = self.pending.drain(..).zip(self.aims.drain(..));
+        for ((pending, aim), landing) in all.zip(landings) {
+            if let Some(landing) = landing {
+                bring(self.tracer, self.job, (pending, &aim), &landing, splat);
+            }
+        }
+    }
+}
+
+/// Hands the light of a connection to the pixels around the point where it lands.
+fn bring(
+    tracer: &LightTracer,
+    job: &LightJob,
+    (mut pending, aim): (Pending, &Aim),
+    landing: &Landing,
+    splat: &mut impl FnMut(u64, UVec2, Rgb),
+) {
+    let light = pending.light * landing.importance;
+    if is_black(light) || !reaches_film(job, landing.raster) {
+        return;
+    }
+    let left = transmittance(
+        tracer.world,
+        &mut pending.stream,
+        &aim.shadow,
+        pending.medium,
+    );
     if is_black(left) {
-        return None;
+        return;
     }
     // The camera's own samples come here with this density, in a pixel where those of the film have density 1.
-    let cosine = f64::from(end.vertex.cosine(aim.wi));
-    let camera = f64::from(landing.density) * cosine / f64::from(job.light_paths);
-    let light = end.history.earlier(camera, scattered.reverse.into());
-    for_pixels(job, landing.raster, |pixel, value, density| {
-        let weight = weight(light * square(density.into()), 0.0);
-        splat(pixel, joined * left * (value * weight));
-    });
-    Some(())
+    let camera = f64::from(landing.density) * f64::from(pending.cosine);
+    let camera = camera / f64::from(job.light_paths);
+    let earlier = pending.history.earlier(camera, pending.reverse.into());
+    let mut bring_to = |raster: Vec2| {
+        for_pixels(job, raster, |pixel, value, density| {
+            let weight = weight(earlier * square(density.into()), 0.0);
+            splat(pending.path, pixel, light * left * (value * weight));
+        });
+    };
+    bring_to(landing.raster);
+    let reach = job.filter.radius().max_element();
+    for copy in job.camera.raster_copies(landing.raster, reach) {
+        bring_to(copy);
+    }
+}
+
+/// Whether any pixel's filter may reach the film point, as it is or around the edge of the image.
+fn reaches_film(job: &LightJob, raster: Vec2) -> bool {
+    let PixelBounds { min, max } = job.bounds;
+    let reach = job.filter.radius();
+    let inside = raster.cmpge(min.as_vec2() - reach) & raster.cmple(max.as_vec2() + reach);
+    inside.all()
+        || !job
+            .camera
+            .raster_copies(raster, reach.max_element())
+            .is_empty()
 }
 
 /// The pixels that count whose filter reaches the film point, with the filter's value and the density of their samples there.
