@@ -151,28 +151,34 @@ impl EntrancePupil {
         lands.then_some(region)
     }
 
-    /// Rays of the camera show whether any is missed; if so, the region is made larger.
-    fn make_room(&mut self, (lens, pupil): Seen<'_>) {
-        /// Rays: a region that misses a thousandth of the light is met by some.
+    /// Rays of the camera show whether any is missed; if so, the region is made larger, until none or hardly any is.
+    fn make_room(&mut self, seen: Seen<'_>) {
+        /// Rays of a round, and rounds at most. Only lenses of odd pupils take more than two.
         const PROBES: usize = 8192;
-        for i in 0..PROBES {
-            // Five coordinates of the R sequence (Roberts 2018).
-            let r = |k: i32| (0.5 + (i + 1) as f64 / 1.134_724_138_401_519_5f64.powi(k)).fract();
-            let FilmWindow { low, high } = self.window;
-            let film = [0, 1].map(|k| low[k] + r(1 + k as i32) * (high[k] - low[k]));
-            let u = Vec2::new(r(3) as f32, r(4) as f32);
-            let sample = pupil.sample(film, u);
-            let Some(ray) = sample.and_then(|s| lens.trace_from_film(film, s.point).ok()) else {
-                continue;
-            };
-            // Half of them far away, where most scenes are.
-            let v = r(5).powi(3);
-            self.include(&ray, film, v);
+        const ROUNDS: usize = 5;
+        for round in 0..ROUNDS {
+            let probes = round * PROBES..(round + 1) * PROBES;
+            let missed = probes.filter(|i| self.probe(seen, *i)).count();
+            if missed * 10_000 < PROBES {
+                return;
+            }
         }
     }
 
-    /// Makes the region hold this ray from the film for the point on it at the inverse distance `v`.
-    fn include(&mut self, ray: &LensRay<f64>, film: [f64; 2], v: f64) {
+    /// Sends ray number `i` of a camera into the scene. Has the region been made larger for it?
+    fn probe(&mut self, (lens, pupil): Seen<'_>, i: usize) -> bool {
+        // Five coordinates of the R sequence (Roberts 2018).
+        let r = |k: i32| (0.5 + (i + 1) as f64 / 1.134_724_138_401_519_5f64.powi(k)).fract();
+        let FilmWindow { low, high } = self.window;
+        let film = [0, 1].map(|k| low[k] + r(1 + k as i32) * (high[k] - low[k]));
+        let sample = pupil.sample(film, Vec2::new(r(3) as f32, r(4) as f32));
+        let ray = sample.and_then(|s| lens.trace_from_film(film, s.point).ok());
+        // Inverse distances are more often small, as in scenes.
+        ray.is_some_and(|ray| self.include(&ray, film, r(5).powi(2)))
+    }
+
+    /// Makes the region hold this ray from the film for the point on it at the inverse distance `v`. Has it become larger?
+    fn include(&mut self, ray: &LensRay<f64>, film: [f64; 2], v: f64) -> bool {
         let (o, d) = (DVec3::from(ray.o), DVec3::from(ray.d));
         let center = DVec3::new(0.0, 0.0, self.center_z);
         // |o + s d − C| = near/v.
@@ -183,23 +189,14 @@ impl EntrancePupil {
         let x = o + (root - along) * d;
         let at = self.slabs.partition_point(|slab| slab.v[1] < v);
         let (Some(view), Some(slab)) = (View::new(x, self.center_z), self.slabs.get_mut(at)) else {
-            return;
+            return false;
         };
-        if let (true, Some(p)) = (root > along, view.point(-d)) {
-            // The film point along and across x's azimuth.
-            let film = view.azimuth.conjugate_rotate(DVec2::from(film));
-            slab.include(view.t, v, p, film);
-        }
-    }
-}
-
-/// Rotation back.
-trait Turn {
-    fn conjugate_rotate(self, p: DVec2) -> DVec2;
-}
-
-impl Turn for DVec2 {
-    fn conjugate_rotate(self, p: DVec2) -> DVec2 {
-        DVec2::new(self.dot(p), self.perp_dot(p))
+        let Some(p) = view.point(-d).filter(|_| root > along) else {
+            return false;
+        };
+        // The film point along and across x's azimuth.
+        let film = DVec2::from(film);
+        let film = DVec2::new(view.azimuth.dot(film), view.azimuth.perp_dot(film));
+        slab.include(view.t, v, p, film)
     }
 }

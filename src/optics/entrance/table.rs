@@ -134,32 +134,42 @@ impl Slab {
         (w - start) / (self.ends[i] - start)
     }
 
-    /// Makes the region of a point at `t` and `v` hold the point `p`, and its image the film point, along and across.
-    pub(super) fn include(&mut self, t: f64, v: f64, p: DVec2, film: DVec2) {
-        let (w, _) = self.relative(t, v);
+    /// Makes the region of a point at `t` and `v` hold the point `p`, and its image the film point, along and across. Has either become
+    /// larger?
+    pub(super) fn include(&mut self, t: f64, v: f64, p: DVec2, film: DVec2) -> bool {
+        let (w, r) = self.relative(t, v);
         let i = self.ends.partition_point(|end| *end < w);
-        let Some(found) = self.patches.get(i).map(|_| self.region(t, v)) else {
-            self.open = true;
-            return;
+        let Some(s) = self.patches.get(i).map(|_| self.fraction(i, w)) else {
+            return !std::mem::replace(&mut self.open, true);
         };
-        let patch = &mut self.patches[i];
-        match (found, patch) {
+        self.patches[i].include(s, r, p, film)
+    }
+}
+
+impl Patch {
+    /// See [`Slab::include`].
+    fn include(&mut self, s: f64, r: f64, p: DVec2, film: DVec2) -> bool {
+        /// What was met is hardly the farthest.
+        const MORE: f64 = 1.02;
+        let found = self.at(s, r);
+        match (found, &mut *self) {
             (
                 Some((Region::Ellipse(e), Some(image))),
                 Patch::Ellipses {
                     grown, image_grown, ..
                 },
             ) => {
-                // A little more, as what was met is hardly the farthest.
-                const MORE: f64 = 1.005;
                 let radius = e.radius2(p).sqrt();
-                if radius > 1.0 {
-                    *grown *= MORE * radius;
-                }
                 let beyond = film.distance(DVec2::new(image.height, 0.0)) - image.radius;
+                *grown *= if radius > 1.0 { MORE * radius } else { 1.0 };
                 *image_grown += (MORE * beyond).max(0.0);
+                radius > 1.0 || beyond > 0.0
             }
-            (_, patch) => *patch = Patch::Astray,
+            (_, Patch::Astray) => false,
+            (_, patch) => {
+                *patch = Patch::Astray;
+                true
+            }
         }
     }
 }
