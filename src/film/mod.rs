@@ -82,6 +82,12 @@ pub const MEMORY_OF_PIXEL: u64 = 2 * size_of::<PixelStatistics>() as u64;
 pub const MEMORY_OF_HALVES: u64 =
     3 * size_of::<PixelStatistics>() as u64 + 2 * size_of::<Rgb>() as u64;
 
+/// The same where paths are traced from the lights. Tiles are gone when the splats come.
+pub const MEMORY_OF_LIT_PIXEL: u64 = size_of::<PixelStatistics>() as u64 + MEMORY_OF_SPLATS;
+
+/// The same with `--error` or `--time`.
+pub const MEMORY_OF_LIT_HALVES: u64 = MEMORY_OF_HALVES + 2 * MEMORY_OF_SPLATS;
+
 impl Film {
     /// An unexposed film.
     pub fn new(spec: &FilmSpec) -> Film {

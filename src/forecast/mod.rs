@@ -13,7 +13,10 @@ pub use process::Process;
 
 use crate::accel::memory;
 use crate::files::FileError;
-use crate::film::{MEMORY_OF_HALVES, MEMORY_OF_PIXEL, MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS};
+use crate::film::{
+    MEMORY_OF_HALVES, MEMORY_OF_LIT_HALVES, MEMORY_OF_LIT_PIXEL, MEMORY_OF_PIXEL,
+    MEMORY_OF_SPLAT_BUFFER,
+};
 use crate::lights::{Light, MEMORY_OF_EMITTER};
 use crate::scene::Frame;
 use crate::scene::description::ShapeEntity;
@@ -117,13 +120,13 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
         let peak = stages.max_by_key(Stage::total);
         peak.ok_or_else(|| FileError::from("there is nothing to render".to_string()))
     };
-    let splats = match found.splat_buffers {
-        0 => 0,
-        _ => MEMORY_OF_SPLATS,
+    let (pixel, of_halves) = match found.splat_buffers {
+        0 => (MEMORY_OF_PIXEL, MEMORY_OF_HALVES),
+        _ => (MEMORY_OF_LIT_PIXEL, MEMORY_OF_LIT_HALVES),
     };
     Ok(Forecast {
-        peak: peak(MEMORY_OF_PIXEL + splats)?,
-        in_passes: peak(MEMORY_OF_HALVES + 2 * splats)?,
+        peak: peak(pixel)?,
+        in_passes: peak(of_halves)?,
     })
 }
 

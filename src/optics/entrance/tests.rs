@@ -99,22 +99,11 @@ fn rays_from_the_film_come_back_to_it_from_the_scene() {
             count += 1;
             // The plane of a pupil may be far away.
             let far = 1.0 + (sample.point[2] - g.lens.film_z()).abs() / 100.0;
-<<<<<<< ours
-            for (i, film) in film.iter().enumerate() {
-                assert!((landed.film[i] - film).abs() < 1e-9, "{}", g.name);
-                assert!(
-                    (landed.pupil[i] - sample.point[i]).abs() < 1e-9 * far,
-                    "{}",
-                    g.name
-                );
-            }
-=======
             let off = DVec2::from(landed.film).distance(DVec2::from(film));
             assert!(off < 1e-9, "{}: {off}", g.name);
             let [px, py, _] = sample.point;
             let off = DVec2::from(landed.pupil).distance(DVec2::new(px, py));
             assert!(off < 1e-9 * far, "{}: {off}", g.name);
->>>>>>> theirs
             let area = g.pupil.area_at(landed.film, landed.pupil);
             let on_its_rim = area.is_none();
             assert!(
