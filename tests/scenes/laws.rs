@@ -17,12 +17,36 @@ use std::path::Path;
 pub(crate) const SIGMAS: f64 = 4.0;
 
 /// Renders the world with a camera that `look` places, and checks that the mean of each channel is
-/// `expected`, but for noise and single precision.
+/// `expected`, but for noise and single precision. What holds for paths from the camera holds for bidirectional ones: worlds
+/// with `path` or `volpath` are rendered with `bdpt` as well, whose joints of long paths take more time.
 fn check(name: &str, look: &str, integrator: &str, world: &str, expected: f64) {
+    check_by(name, (look, 64), integrator, world, expected);
+    let bidirectional = ["\"path\"", "\"volpath\""]
+        .into_iter()
+        .filter(|path| integrator.contains(path))
+        .map(|path| integrator.replace(path, "\"bdpt\""));
+    for integrator in bidirectional {
+        check_by(
+            &format!("{name} by bdpt"),
+            (look, 8),
+            &integrator,
+            world,
+            expected,
+        );
+    }
+}
+
+fn check_by(
+    name: &str,
+    (look, samples): (&str, u32),
+    integrator: &str,
+    world: &str,
+    expected: f64,
+) {
     let text = format!(
         "{look}\nCamera \"perspective\" \"float fov\" [40]\n\
          Film \"image\" \"integer xresolution\" [24] \"integer yresolution\" [24]\n\
-         Sampler \"random\" \"integer pixelsamples\" [64]\n\
+         Sampler \"random\" \"integer pixelsamples\" [{samples}]\n\
          {integrator}\nWorldBegin\n{world}\nWorldEnd\n"
     );
     let render = Render::of_text(&text, 1);
