@@ -10,7 +10,7 @@
 //! Bands of the spectrum are as likely here as there, and each ray is traced in its band's lens. Lengths are millimeters of lens coordinates;
 //! areas across a ray become those of render space as in [`crate::cameras::Aim`].
 //!
-//! Source: for the measure, Welford and Winston, *High Collection Nonimaging Optics*, 1989, §2.7 and appendix A.
+//! Source: for the measure, Welford and Winston, *High Collection Nonimaging Optics*, 1989, chapter 2.
 
 use super::lanes::FEW;
 use super::optics::{Optics, PupilTarget, is_too_fine};
