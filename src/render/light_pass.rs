@@ -15,9 +15,9 @@ use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Paths that one worker takes at a time. Chunks begin at multiples of it.
-const CHUNK: u64 = 1 << 14;
+const CHUNK: u64 = 1 << 12;
 
-/// Paths after which a worker looks whether its buffer is full, or it is to stop.
+/// Paths after which a worker looks whether its buffer is full, it is to stop, or the checkpoint is due.
 const RUN: u64 = 1 << 8;
 
 impl RenderJob {
@@ -98,28 +98,27 @@ pub(super) fn trace(
     let missing = splats.paths().missing(paths.clone());
     let count: u64 = missing.iter().map(|range| range.end - range.start).sum();
     progress.advance(paths.end.saturating_sub(paths.start) - count);
-    let chunks = { missing.into_iter() }.flat_map(|range| cut(range, CHUNK));
-    let chunks: Vec<Range<u64>> = chunks.collect();
-    let most = job.film.max_sample_luminance * job.paths_per_sample();
-    let bounds = splats.bounds();
+    // Memory for all at once: none that depends on the number of paths but this.
+    let mut chunks = Vec::with_capacity((count / CHUNK) as usize + 2 * missing.len());
+    chunks.extend(missing.into_iter().flat_map(|range| cut(range, CHUNK)));
     let worker = Worker {
         job,
         sampler,
         half,
+        buffers: Mutex::default(),
+        pixels: splats.bounds().area(),
         splats: Mutex::new(splats),
         progress,
     };
+    let buffers = (0..rayon::current_num_threads()).map(|_| worker.new_buffer());
+    lock(&worker.buffers).extend(buffers);
     let is_whole = { chunks.into_par_iter() }
-        .map_init(
-            || SplatBuffer::new(bounds, most),
-            |buffer, chunk| worker.trace_chunk(chunk, buffer, &in_time),
-        )
+        .map(|chunk| worker.trace_chunk(chunk, &in_time))
         .reduce(|| true, |a, b| a && b);
-    if let Some(journal) = progress.journal() {
-        let splats = worker.lock();
-        if progress.is_stopped() || journal.is_time_for_splats(splats.bounds().area()) {
-            journal.keep_splats(half, &splats);
-        }
+    if let Some(journal) = progress.journal()
+        && (progress.is_stopped() || worker.is_time_to_keep())
+    {
+        journal.keep_splats(half, &lock(&worker.splats));
     }
     is_whole
 }
@@ -129,16 +128,34 @@ struct Worker<'a> {
     job: &'a RenderJob,
     sampler: &'a Sampler,
     half: u8,
+    /// One for each thread.
+    buffers: Mutex<Vec<SplatBuffer>>,
     splats: Mutex<&'a mut Splats>,
+    /// How many the splats have.
+    pixels: usize,
     progress: &'a Progress<'a>,
 }
 
-impl<'a> Worker<'a> {
+impl Worker<'_> {
     /// Returns `false` if some of the chunk's paths are left.
-    fn trace_chunk(
+    fn trace_chunk(&self, chunk: Range<u64>, in_time: impl Fn() -> bool) -> bool {
+        // There are as many as threads: one is left.
+        let buffer = lock(&self.buffers).pop();
+        let mut buffer = buffer.unwrap_or_else(|| self.new_buffer());
+        let is_whole = self.trace_into(&mut buffer, chunk, in_time);
+        lock(&self.buffers).push(buffer);
+        is_whole
+    }
+
+    fn new_buffer(&self) -> SplatBuffer {
+        let most = self.job.film.max_sample_luminance * self.job.paths_per_sample();
+        SplatBuffer::new(self.job.lit(), most)
+    }
+
+    fn trace_into(
         &self,
-        chunk: Range<u64>,
         buffer: &mut SplatBuffer,
+        chunk: Range<u64>,
         in_time: impl Fn() -> bool,
     ) -> bool {
         buffer.begin(chunk.start);
@@ -150,7 +167,7 @@ impl<'a> Worker<'a> {
             let count = run.end - run.start;
             trace_run(self.job, self.sampler, run, buffer);
             self.progress.advance(count);
-            if buffer.is_full() {
+            if buffer.is_full() || self.is_time_to_keep() {
                 self.empty(buffer);
             }
         }
@@ -160,18 +177,23 @@ impl<'a> Worker<'a> {
 
     /// Adds what is in the buffer to the sums, and keeps these now and then: they are of whole paths.
     fn empty(&self, buffer: &mut SplatBuffer) {
-        let mut splats = self.lock();
+        let mut splats = lock(&self.splats);
         splats.add(buffer);
         if let Some(journal) = self.progress.journal()
-            && journal.is_time_for_splats(splats.bounds().area())
+            && self.is_time_to_keep()
         {
             journal.keep_splats(self.half, &splats);
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, &'a mut Splats> {
-        self.splats.lock().unwrap_or_else(PoisonError::into_inner)
+    fn is_time_to_keep(&self) -> bool {
+        let journal = self.progress.journal();
+        journal.is_some_and(|journal| journal.is_time_for_splats(self.pixels))
     }
+}
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Traces paths one after the other.
