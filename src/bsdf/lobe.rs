@@ -136,6 +136,20 @@ impl Lobe<'_> {
         )
     }
 
+    /// Returns `true` if the lobe scatters into all directions, at least by a part of it.
+    pub fn is_diffuse(&self) -> bool {
+        matches!(
+            self,
+            Lobe::LambertianReflection(_)
+                | Lobe::LambertianTransmission(_)
+                | Lobe::OrenNayar(_)
+                | Lobe::DisneyDiffuse(_)
+                | Lobe::FresnelBlend(_)
+                | Lobe::SubsurfaceExit(_)
+                | Lobe::Measured(_)
+        )
+    }
+
     /// Returns `true` if the lobe reflects (`transmit` false) or transmits (true).
     pub fn scatters(&self, transmit: bool) -> bool {
         match self {

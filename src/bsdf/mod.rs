@@ -143,6 +143,11 @@ impl<'a> Bsdf<'a> {
         self.lobes.iter().any(Lobe::is_specular)
     }
 
+    /// Returns `true` if there is a lobe that scatters into all directions.
+    pub fn has_diffuse(&self) -> bool {
+        self.lobes.iter().any(Lobe::is_diffuse)
+    }
+
     /// The hemisphere whose light the non-specular lobes scatter to `wo`; BSDF sampling competes (MIS).
     pub fn receiver_side(&self, wo: Vec3) -> ReceiverSide {
         let through = |l: &Lobe| !l.is_specular() && l.scatters(true);

@@ -49,6 +49,9 @@ pub(super) fn note(frame: &Frame, diagnostics: &Diagnostics) {
     if frame.options.integrator.light_tracer.is_some() {
         return;
     }
+    if frame.options.integrator.spec.gathers_photons() {
+        return;
+    }
     let bidirectional = frame.options.integrator.spec.traces_light();
     if let Some(light) = lost_light(frame, bidirectional) {
         let message = format!("the image lacks {light}, as pbrt-v3's does with this integrator");
@@ -211,6 +214,12 @@ mod tests {
         };
         assert!(warned(&of(centers)));
         assert!(!warned(&of("Sampler \"halton\"")));
+    }
+
+    /// Photons come from any light to any surface.
+    #[test]
+    fn no_light_is_lost_to_photons() {
+        assert!(said("Integrator \"sppm\"", &[SPOT, FLOOR, GLASS].concat()).is_empty());
     }
 
     #[test]

@@ -78,6 +78,13 @@ impl FrameAssets {
                 ..Diagnostic::error(format!("the film {error}"))
             });
         }
+        let integrator = &options.integrator;
+        if let Err(error) = budget.take(integrator.spec.memory(pixels)) {
+            diagnostics.push(Diagnostic {
+                span: integrator.place,
+                ..Diagnostic::error(format!("an iteration of this integrator {error}"))
+            });
+        }
         let camera_from_world = &options.camera_from_world;
         let render_from_world = render_from_world(&camera_from_world.start);
         let film = film_geometry(options);
@@ -175,7 +182,7 @@ pub fn reset(job: &mut RenderJob, options: &Options, seed: u64) -> Result<(), Ca
 
 /// Makes what only paths from the lights need.
 fn prepare_light_paths(job: &mut RenderJob) {
-    if job.integrator.traces_light() {
+    if job.integrator.begins_at_lights() {
         job.world.prepare_emission();
     }
     if job.traces_light() {

@@ -147,6 +147,8 @@ struct Found {
     pixels: u64,
     /// What threads collect that paths from the lights bring, if any are traced: sums of it are then in each half.
     splat_buffers: u64,
+    /// Of an iteration.
+    photons: u64,
 }
 
 impl Found {
@@ -168,6 +170,8 @@ impl Found {
             emitters: (shapes.emitters * size_of::<Emitter>()) as u64,
             shapes,
             pixels: frame.options.film.pixel_bounds().area() as u64,
+            photons: { &frame.options.integrator.spec }
+                .memory(frame.options.film.pixel_bounds().area() as u64),
             splat_buffers: match frame.options.integrator.spec.traces_light() {
                 true => MEMORY_OF_SPLAT_BUFFER * threads as u64,
                 false => 0,
@@ -215,7 +219,10 @@ impl Found {
             (Use::Shapes, self.shapes.stored),
             (Use::Trees, self.shapes.trees),
             (Use::Lights, self.lights[1] + self.emitters_kept()),
-            (Use::Film, self.pixels * pixel + self.splat_buffers),
+            (
+                Use::Film,
+                self.pixels * pixel + self.splat_buffers + self.photons,
+            ),
         ];
         Stage::new("while it is rendered", self.program, &parts)
     }

@@ -4,6 +4,7 @@ use super::context::Lights;
 use super::stand_in::{Finds::*, StandIn};
 use super::*;
 use crate::math::UVec2;
+use crate::samplers::SamplerSpec;
 
 /// What every type of integrator implements besides `from_params`.
 pub(super) trait Transport {
@@ -16,6 +17,9 @@ pub(super) trait Transport {
     /// Paths are traced from the lights, too.
     const TRACES_LIGHT: bool = false;
 
+    /// Photons are sent from the lights before camera paths are traced, which gather them.
+    const PHOTONS: bool = false;
+
     /// Traces paths from lights and hands what they bring to pixels.
     fn light_paths(
         &self,
@@ -24,6 +28,11 @@ pub(super) trait Transport {
         _paths: impl Iterator<Item = (u64, SampleStream)>,
         _splat: &mut impl FnMut(u64, UVec2, Rgb),
     ) {
+    }
+
+    /// Bytes for what an image of so many pixels takes besides its sums.
+    fn memory(&self, _pixels: u64) -> u64 {
+        0
     }
 
     /// Radiance along the camera ray.
@@ -73,6 +82,11 @@ macro_rules! integrator_types {
                 match self { $(IntegratorSpec::$Type(_) => $Type::TRACES_LIGHT,)* }
             }
 
+            /// Returns `true` if photons are sent from the lights before camera paths are traced, which gather them.
+            pub fn gathers_photons(&self) -> bool {
+                match self { $(IntegratorSpec::$Type(_) => $Type::PHOTONS,)* }
+            }
+
             pub(super) fn light_paths(
                 &self,
                 job: &LightJob,
@@ -81,6 +95,11 @@ macro_rules! integrator_types {
                 splat: &mut impl FnMut(u64, UVec2, Rgb),
             ) {
                 match self { $(IntegratorSpec::$Type(i) => i.light_paths(job, lights, paths, splat),)* }
+            }
+
+            /// Bytes for what an image of so many pixels takes besides its sums.
+            pub fn memory(&self, pixels: u64) -> u64 {
+                match self { $(IntegratorSpec::$Type(i) => i.memory(pixels),)* }
             }
 
             pub(super) fn path(&self) -> Option<Path> {
@@ -101,6 +120,7 @@ integrator_types! {
         "path" => Path,
         "volpath" => VolPath,
         "bdpt" => Bdpt,
+        "sppm" => Sppm,
         "directlighting" => DirectLighting,
         "whitted" => Whitted,
         "ambientocclusion" => AmbientOcclusion,
@@ -108,7 +128,6 @@ integrator_types! {
     // What renders instead; in pbrt-v2 only or not; which light the integrator finds.
     replaced {
         "mlt" => ("bdpt", false, Same),
-        "sppm" => ("path", false, Caustics),
         "photonmap" => ("bdpt", true, Caustics),
         "exphotonmap" => ("bdpt", true, Caustics),
         "irradiancecache" => ("path", true, Same),
@@ -124,6 +143,19 @@ impl IntegratorSpec {
     /// The most scattering events of a path; `None` if the image is not of light.
     pub fn max_depth(&self) -> Option<u32> {
         self.path().map(|path| path.max_depth)
+    }
+
+    /// Returns `true` if paths begin at lights, whatever becomes of them.
+    pub fn begins_at_lights(&self) -> bool {
+        self.traces_light() || self.gathers_photons()
+    }
+
+    /// The samples of a pixel where the integrator has its own, as in pbrt-v3, whatever the scene's `Sampler` says.
+    pub fn own_sampler(&self) -> Option<SamplerSpec> {
+        match self {
+            IntegratorSpec::Sppm(sppm) => Some(SamplerSpec::sobol(sppm.iterations)),
+            _ => None,
+        }
     }
 
     /// The integrator that renders the same through pbrt-v2's volumes, with the light transport in them that `media`

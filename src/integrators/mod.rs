@@ -12,6 +12,7 @@ mod directlighting;
 mod kinds;
 mod path;
 mod specular;
+mod sppm;
 mod stand_in;
 mod subsurface;
 mod vertex;
@@ -36,6 +37,7 @@ pub use context::{CameraEnd, LightJob, Workspace};
 pub use directlighting::DirectLighting;
 pub use kinds::{IntegratorSpec, NAMES};
 pub use path::{MediaSeen, Path};
+pub use sppm::{Disc, Gather, Photon, PhotonMap, PhotonMapper, Sppm};
 pub use stand_in::LightTracer;
 pub use volpath::VolPath;
 pub use whitted::Whitted;
@@ -109,7 +111,7 @@ impl Integrator {
             lights: Lights {
                 selector: LightSelector::new(selected, strategy.unwrap_or_default(), radius),
                 groups: LightGroups::new(grouped),
-                emitters: spec.traces_light().then(|| Emitters::new(world)),
+                emitters: spec.begins_at_lights().then(|| Emitters::new(world)),
             },
         }
     }
@@ -139,6 +141,19 @@ impl Integrator {
     /// Returns `true` if paths are traced from the lights, too: [`Integrator::light_paths`].
     pub fn traces_light(&self) -> bool {
         self.spec.traces_light()
+    }
+
+    /// Returns `true` if paths begin at lights, whatever becomes of them.
+    pub fn begins_at_lights(&self) -> bool {
+        self.spec.begins_at_lights()
+    }
+
+    /// Where photons are gathered: what sends them and gathers them. Then [`Integrator::radiance`] is without their light.
+    pub fn photons<'a>(&'a self, world: &'a World) -> Option<PhotonMapper<'a>> {
+        match &self.spec {
+            IntegratorSpec::Sppm(sppm) => Some(PhotonMapper::new(sppm, world, &self.lights)),
+            _ => None,
+        }
     }
 
     /// Traces paths from lights, each with its number, and hands what they bring to pixels with that number, in some

@@ -47,10 +47,7 @@ pub(super) fn from_params(reader: &ParamReader) -> IntegratorSpec {
     for parameter in WITHOUT_EFFECT {
         reader.accept(parameter);
     }
-    let path = Path {
-        mirrors_apart: *name == "sppm",
-        ..Path::from_params(reader)
-    };
+    let path = Path::from_params(reader);
     match *by {
         "bdpt" => IntegratorSpec::Bdpt(Bdpt::from(path)),
         _ => IntegratorSpec::Path(path),
@@ -80,11 +77,6 @@ const WITHOUT_EFFECT: &[&str] = &[
     "mutationsperpixel",
     "largestepprobability",
     "sigma",
-    "iterations",
-    "numiterations",
-    "photonsperiteration",
-    "imagewritefrequency",
-    "radius",
     "visualizestrategies",
     "visualizeweights",
     "nsamples",

@@ -214,6 +214,6 @@ pub(super) fn follows(have: &Counts, next: &Counts, goal: &Goal) -> bool {
 }
 
 /// ε² for an image of this mean.
-fn floor(mean: f64) -> DVec3 {
+pub(super) fn floor(mean: f64) -> DVec3 {
     DVec3::splat((0.01 * mean).powi(2).max(f64::MIN_POSITIVE))
 }

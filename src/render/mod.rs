@@ -9,6 +9,7 @@ mod allocation;
 mod goal;
 mod halves;
 mod light_pass;
+mod photon_passes;
 mod progress;
 mod progressive;
 mod shard;
@@ -62,6 +63,9 @@ pub struct RenderJob {
 
 /// Renders the image on the current rayon pool; if it is stopped, as much of it as was done.
 pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
+    if let Some(mapper) = job.integrator.photons(&job.world) {
+        return photon_passes::render(job, &mapper, tile_size, progress);
+    }
     let mut film = Film::new(&job.film);
     let tiles: Vec<PixelBounds> = film
         .bounds()

@@ -20,7 +20,7 @@
 
 use super::halves::{Counts, Halves, follows};
 use super::work::{Worked, work};
-use super::{Ended, Goal, Progress, RenderJob, light_pass, sample_tile};
+use super::{Ended, Goal, Progress, RenderJob, light_pass, photon_passes, sample_tile};
 use crate::checkpoint::{Journal, Unit};
 use crate::film::{DroppedSample, Film, PixelBounds, PixelStatistics, Splats, Tile};
 use crate::math::UVec2;
@@ -58,6 +58,9 @@ pub fn render_until(
     goal: &Goal,
     progress: &Progress,
 ) -> Progressive {
+    if let Some(mapper) = job.integrator.photons(&job.world) {
+        return photon_passes::render_until(job, &mapper, tile_size, goal, progress);
+    }
     // As if the processes that a checkpoint knows of had been this one.
     let spent = progress.journal().map_or(Duration::ZERO, |j| j.spent());
     let now = Instant::now();

@@ -53,8 +53,13 @@ impl Frame {
         let options = &mut self.options;
         options.film.make_quick();
         options.sampler = options.sampler.clone().quick();
-        if let IntegratorSpec::AmbientOcclusion(ambient) = &mut options.integrator.spec {
-            ambient.make_quick();
+        match &mut options.integrator.spec {
+            IntegratorSpec::AmbientOcclusion(ambient) => ambient.make_quick(),
+            IntegratorSpec::Sppm(sppm) => {
+                let iterations = sppm.iterations / 16;
+                options.sampler = options.sampler.clone().with_spp(iterations);
+            }
+            _ => {}
         }
         self.lights.iter_mut().for_each(LightSpec::make_quick);
         self.area_lights

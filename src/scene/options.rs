@@ -140,7 +140,7 @@ impl StoredOptions {
             film,
             film_at: self.film.as_ref().map(|film| film.span),
             filter,
-            sampler,
+            sampler: integrator.spec.own_sampler().unwrap_or(sampler),
             integrator,
             media_seen,
             max_memory: None,

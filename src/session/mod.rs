@@ -201,6 +201,11 @@ impl Frame {
     /// without a pixel; threads that the system does not give.
     pub fn prepare(mut self, options: &RenderOptions) -> Result<Prepared, Problems> {
         options.apply(&mut self.frame).map_err(Problems::one)?;
+        let mut options = options.clone();
+        if self.frame.options.integrator.spec.gathers_photons() {
+            keep_nothing(&mut options.checkpoint).map_err(Problems::one)?;
+        }
+        let options = &options;
         let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
         let built = on_threads(options.threads, || build::build(frame, options.seed));
@@ -252,6 +257,17 @@ impl About {
             files: files.get_or_init(|| identity::files(&main, &named)).clone(),
             settings: settings.clone(),
         })
+    }
+}
+
+/// No checkpoint for `sppm`, whose pixels change with every iteration; one that was asked for is refused.
+fn keep_nothing(checkpoint: &mut Option<Checkpoint>) -> Result<(), &'static str> {
+    match checkpoint.take() {
+        Some(Checkpoint { after, .. }) if after.is_zero() => Err(
+            "--checkpoint: iterations of `sppm` cannot be continued: leave the option out; a long render is ended by \
+             --time, or by an interrupt, with the image so far",
+        ),
+        _ => Ok(()),
     }
 }
 

@@ -52,6 +52,12 @@ pub enum ShardError {
         "--time cannot be divided into shards: give each as many samples (--spp), or an error (--error)"
     )]
     Time,
+    /// Photons belong to all pixels.
+    #[error(
+        "--shard: an image by `sppm` cannot be divided, as all its pixels share their photons: render it whole, or \
+         several with different seeds (--seed), whose mean has less noise"
+    )]
+    Photons,
 }
 
 impl ShardError {
@@ -60,7 +66,7 @@ impl ShardError {
         match self {
             ShardError::Checkpoint(error) => error.is_failure(),
             ShardError::Plan(error) => error.is_failure(),
-            ShardError::Passes(_) | ShardError::Time => false,
+            ShardError::Passes(_) | ShardError::Time | ShardError::Photons => false,
         }
     }
 }
@@ -118,6 +124,9 @@ impl Frame {
     ) -> Result<Unfinished, Problems> {
         if options.time.is_some() {
             return Err(Problems::one(ShardError::Time.to_string()));
+        }
+        if self.frame.options.integrator.spec.gathers_photons() {
+            return Err(Problems::one(ShardError::Photons.to_string()));
         }
         let film = options.film(&self.frame.options.film);
         let film = film.map_err(Problems::one)?;

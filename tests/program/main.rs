@@ -24,6 +24,7 @@ mod memory_forecast;
 mod memory_limit;
 mod outputs;
 mod passes;
+mod photons;
 mod progress;
 mod shards;
 #[cfg(target_os = "linux")]

@@ -58,7 +58,7 @@ fn blacken(reference: &mut Image, ours: &mut Image) {
 }
 
 /// Renders the scene and panics with a table where the image is not the reference's.
-fn check(name: &str) {
+pub(crate) fn check(name: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let file = root.join("refimages/census").join(name);
     let loaded = read(&file.with_extension("exr")).unwrap_or_else(|error| panic!("{error}"));

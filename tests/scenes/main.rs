@@ -9,6 +9,7 @@
 )]
 
 mod census;
+mod census_sppm;
 #[path = "../common/mod.rs"]
 mod common;
 mod compatibility;

@@ -34,6 +34,7 @@ use camera_path::CameraPath;
 use light_path::{LightPath, LightTracer};
 
 pub(super) use light_path::SpareVertices;
+pub(super) use walk::{Carries, Turn};
 
 /// Parameters of `Integrator "bdpt"`.
 #[derive(Clone, Debug, PartialEq)]

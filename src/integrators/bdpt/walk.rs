@@ -211,7 +211,7 @@ impl Walk {
 
 /// A direction from a surface for a subpath from the camera: the sample, the factor of the throughput, that factor for roulette,
 /// and the density of the opposite direction.
-pub(super) struct Turn {
+pub(in super::super) struct Turn {
     pub sample: BsdfSample,
     pub factor: Rgb,
     pub judged: Rgb,
@@ -220,7 +220,7 @@ pub(super) struct Turn {
 
 /// Which quantity a subpath carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Carries {
+pub(in super::super) enum Carries {
     /// From the camera.
     Radiance,
     /// From a light.
@@ -229,7 +229,7 @@ pub(super) enum Carries {
 
 impl Turn {
     /// Samples the BSDF at a hit.
-    pub(super) fn sample(
+    pub(in super::super) fn sample(
         hit: &GeometryHit,
         bsdf: &Bsdf,
         carries: Carries,

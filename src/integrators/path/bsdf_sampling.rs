@@ -63,16 +63,9 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
         bsdf: &Bsdf,
         sample: &BsdfSample,
     ) -> Option<()> {
-        self.mirrors_apart &= sample.specular;
         self.specular_only &= sample.specular;
         if self.path.direct_only && !sample.specular {
             self.max_depth = self.max_depth.min(self.depth + 1);
-        }
-        if self.mirrors_apart {
-            if self.depth + 1 >= self.path.max_depth {
-                return None;
-            }
-            self.max_depth += 1;
         }
         self.mis = if sample.specular {
             MisState::Delta

@@ -36,9 +36,6 @@ pub struct Path {
     pub rr_threshold: f32,
     /// `lightsamplestrategy` ("spatial"): noise only.
     pub light_strategy: SelectionStrategy,
-    /// For `sppm`: up to `max_depth` − 1 perfectly specular bounces between the camera and the first other surface do
-    /// not count toward `max_depth`, because photons end at that surface.
-    pub mirrors_apart: bool,
     /// For pbrt-v2's `directlighting` and `whitted` through volumes: paths end after their first scattering that is not
     /// perfectly specular.
     pub direct_only: bool,
@@ -52,7 +49,6 @@ impl Default for Path {
             max_depth: 5,
             rr_threshold: 1.0,
             light_strategy: SelectionStrategy::Spatial,
-            mirrors_apart: false,
             direct_only: false,
             media: MediaSeen::All,
         }
@@ -95,7 +91,6 @@ impl Path {
             eta_scale: 1.0,
             depth: 0,
             max_depth: self.max_depth,
-            mirrors_apart: self.mirrors_apart,
             specular_only: true,
             null_surfaces: 0,
         };
@@ -135,8 +130,6 @@ struct PathState<'a, const MEDIA: bool> {
     /// Scattering events so far.
     depth: u32,
     max_depth: u32,
-    /// See [`Path::mirrors_apart`].
-    mirrors_apart: bool,
     /// All scattering so far was perfectly specular.
     specular_only: bool,
     /// Surfaces without material so far.

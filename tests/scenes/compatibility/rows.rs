@@ -170,7 +170,7 @@ pub(super) const ROWS: &[Row] = &[
     Row {
         what: "Photon mapping",
         much: &[
-            Words("edges and caustics are not blurred"),
+            Words("within the discs of the last iterations, and what pbrt-v3 loses"),
             References(&["int_sppm"]),
         ],
         held: &[Reference("int_sppm")],
