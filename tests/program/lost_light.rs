@@ -32,7 +32,7 @@ fn bdpt_finds_the_laser() {
     };
     // The ball's shadow on the floor, where all of the laser's light comes through the ball.
     assert_eq!(brightest("Integrator \"path\""), 0.0);
-    assert!(brightest("Integrator \"bdpt\"") > 1.0);
+    assert!(brightest("Integrator \"bdpt\"") > 0.1);
 }
 
 #[test]

@@ -297,7 +297,10 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             let light = end
                 .history
                 .earlier(onto(here.forward, other), there.reverse.into());
-            let weighted = joined * (weight(light, camera) / self.bdpt.connections);
+            // The densities of the others, over that of paths of which only a share is joined.
+            let share = square(self.bdpt.connections.into());
+            let weight = weight(light / share, camera / share);
+            let weighted = joined * (weight / self.bdpt.connections);
             let medium = vertex.medium_toward(self.context.world, w);
             let left = transmittance(self.context.world, self.context.stream, &shadow, medium);
             self.radiance += weighted * left;
@@ -326,11 +329,6 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             follow(&mut self.walk);
             return self.walk.russian_roulette(turn.judged, self.context.stream);
         }
-        if !sample.specular {
-            let mut straight = self.walk;
-            follow(&mut straight);
-            self.look_along(straight);
-        }
         let stream = &mut *self.context.stream;
         let transport = world.subsurface_transport(
             hit.material,
@@ -346,6 +344,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 .walk
                 .russian_roulette(turn.judged * transport.share, self.context.stream);
         };
+        if !sample.specular {
+            let mut straight = self.walk;
+            follow(&mut straight);
+            self.look_along(straight);
+        }
         let exit = find_exit(world, self.context.stream, &bssrdf, hit)?;
         self.walk.throughput *= exit.weight;
         let vertex = Vertex::Surface {

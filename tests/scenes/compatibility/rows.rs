@@ -161,7 +161,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         what: "Cameras of bidirectional paths",
-        much: &[Words("pbrt-v3 renders none of them")],
+        much: &[Words("the reference renders none of them")],
         held: &[Test(
             "src/build/light_paths.rs",
             "cameras_that_light_paths_do_not_reach_are_warned_of",
@@ -170,7 +170,7 @@ pub(super) const ROWS: &[Row] = &[
     Row {
         what: "Photon mapping",
         much: &[
-            Words("within the discs of the last iterations, and what pbrt-v3 loses"),
+            Words("within the discs of the last iterations, and what the reference loses"),
             References(&["int_sppm"]),
         ],
         held: &[Reference("int_sppm")],
