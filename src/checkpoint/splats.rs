@@ -34,7 +34,7 @@ impl Journal {
     }
 
     /// Whether sums of so many pixels may be kept: no more often than work is at all, and not so often that the file grows
-    /// faster than [`RATE`]; but once by every process that lives long enough, or those of a large image would never be.
+    /// faster than `RATE`; but once by every process that lives long enough, or those of a large image would never be.
     pub fn is_time_for_splats(&self, pixels: usize) -> bool {
         let now = self.opened.elapsed();
         let pause = Duration::from_secs_f64(pixels as f64 * STORED_PIXEL as f64 / RATE);

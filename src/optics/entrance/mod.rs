@@ -3,10 +3,10 @@
 //! The other way round than [`super::pupil`], and a question of three dimensions, not two: a point has an angle to the axis and a
 //! distance. Lines from a point x are told apart by where they meet the plane through C *perpendicular* to x–C, where C is the middle of
 //! the paraxial entrance pupil: there the lines that pass the lens hardly move with x. They are held by an ellipse,
-//! its center in x's meridional plane, tabulated by angle and inverse distance ([`survey`]) and turned to x's azimuth ([`view`]). The plane is no
+//! its center in x's meridional plane, tabulated by angle and inverse distance (`survey`) and turned to x's azimuth (`view`). The plane is no
 //! surface of the lens, and need not be: étendue is that of lines (for any surface that every line meets once).
 //!
-//! The first surface itself never misses a line, and serves points nearer than the table and what it cannot hold ([`cap`]); but of lines to a wide-angle lens'
+//! The first surface itself never misses a line, and serves points nearer than the table and what it cannot hold (`cap`); but of lines to a wide-angle lens'
 //! first surface one in ten passes, of a fisheye's one in two hundred.
 
 mod cap;
