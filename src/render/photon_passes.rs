@@ -146,6 +146,10 @@ impl<'a> Passes<'a> {
                 let mut stream = job.sampler.light_stream(before + path);
                 mapper.trace(|fraction| shutter.time(fraction), &mut stream, photons);
             }
+            if before == 0 {
+                // Later iterations have about as many; with this they find their memory there.
+                photons.reserve(photons.len() / 2);
+            }
         });
         if !goes_on() {
             return false;

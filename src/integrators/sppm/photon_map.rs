@@ -42,8 +42,12 @@ pub struct PhotonMap {
 
 impl PhotonMap {
     /// Replaces the photons by those of `parts`, one part after the other. The memory stays.
-    pub fn fill<'p>(&mut self, parts: impl Iterator<Item = &'p [Photon]>) {
+    pub fn fill<'p>(&mut self, parts: impl Iterator<Item = &'p [Photon]> + Clone) {
         self.photons.clear();
+        let count: usize = parts.clone().map(<[Photon]>::len).sum();
+        if count > self.photons.capacity() {
+            self.photons.reserve(count + count / 2);
+        }
         parts.for_each(|part| self.photons.extend_from_slice(part));
         arrange(&mut self.photons);
     }
