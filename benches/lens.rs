@@ -371,6 +371,8 @@ fn camera_set_up(bencher: divan::Bencher, name: &str) {
         bands: Vec::new(),
         film_diagonal: None,
         shutter: Shutter::default(),
+        shift: [0.0; 2],
+        exposure: Default::default(),
         clip: Clip::NONE,
     };
     let film = FilmGeometry {

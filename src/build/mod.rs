@@ -235,6 +235,7 @@ fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
             .filter(|ndc| ndc.is_finite()),
         spp: options.sampler.spp,
         lens: options.camera.lens_name(),
+        photograph: options.camera.photograph(film),
         software: concat!("fstop ", env!("CARGO_PKG_VERSION")).to_string(),
         ..FilmMetadata::default()
     }

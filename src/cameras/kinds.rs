@@ -18,12 +18,14 @@ pub enum CameraSpec {
 
 impl CameraSpec {
     /// Reads the camera; `None` where none can be made (reported).
-    pub(super) fn read(params: &ParamReader) -> Option<CameraSpec> {
+    pub(super) fn read(params: &ParamReader, f_number: Option<f64>) -> Option<CameraSpec> {
         Some(match params.kind() {
             "perspective" | "orthographic" => {
                 CameraSpec::Projective(Box::new(ProjectiveSpec::from_params(params)))
             }
-            "realistic" => CameraSpec::Realistic(Box::new(RealisticSpec::from_params(params)?)),
+            "realistic" => {
+                CameraSpec::Realistic(Box::new(RealisticSpec::from_params(params, f_number)?))
+            }
             "environment" => {
                 CameraSpec::Environment(Box::new(EnvironmentSpec::from_params(params)))
             }

@@ -29,7 +29,7 @@ pub use kinds::CAMERA_NAMES;
 pub use kinds::{Camera, CameraSpec};
 pub use projective::{Projective, ProjectiveSpec};
 #[cfg(any(test, feature = "internals"))]
-pub use realistic::{Band, Form, Weighting, pbrt_pupil_box};
+pub use realistic::{Band, Exposure, Form, Weighting, pbrt_pupil_box};
 pub use realistic::{Compat, Precision, Realistic, RealisticSpec};
 pub use screen::Screen;
 pub use shutter::Shutter;
@@ -120,8 +120,9 @@ impl CameraSpec {
     /// Reads a `Camera` directive. Every problem is reported to the diagnostics under the
     /// parameter that has it. Where no camera can be made of the rest, an ordinary one stands in, so
     /// that what else is wrong with the scene is found out as well.
-    pub fn from_params(params: &ParamReader) -> CameraSpec {
-        CameraSpec::read(params).unwrap_or_else(|| stand_in(params))
+    /// `f_number` (`--f-number`) sets the stop of `realistic` instead of the parameters.
+    pub fn from_params(params: &ParamReader, f_number: Option<f64>) -> CameraSpec {
+        CameraSpec::read(params, f_number).unwrap_or_else(|| stand_in(params))
     }
 
     /// Chooses the renderer whose quirks are reproduced (`--compat`); only `realistic` has any.

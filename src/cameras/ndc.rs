@@ -3,6 +3,7 @@
 
 use super::realistic::Form;
 use super::{CameraSpec, FilmGeometry, ProjectiveSpec, RealisticSpec};
+use crate::film::Photograph;
 use crate::math::DMat4;
 use glam::DVec4;
 
@@ -22,6 +23,16 @@ impl CameraSpec {
     pub fn lens_name(&self) -> Option<String> {
         match self {
             CameraSpec::Realistic(spec) => Some(spec.lens_name.clone()),
+            _ => None,
+        }
+    }
+}
+
+impl CameraSpec {
+    /// What a photographer notes of the image on `film`; `None` without a traced lens.
+    pub fn photograph(&self, film: &FilmGeometry) -> Option<Photograph> {
+        match self {
+            CameraSpec::Realistic(spec) => Some(spec.photograph(film)),
             _ => None,
         }
     }
@@ -49,16 +60,11 @@ fn projective(spec: &ProjectiveSpec, film: &FilmGeometry) -> DMat4 {
     scale * DMat4::from_translation(glam::DVec3::new(-xmin, -ymax, 0.0))
 }
 
-/// The tangent of the chief ray's angle in object space per millimeter of film height, from the
-/// paraxial pupils: a ray from film height h through the middle of the exit pupil at distance d
-/// leaves the entrance pupil with slope h / (d · mα), mα the angular magnification of the pupils.
+/// A pinhole at the entrance pupil, and the film at the focal length that goes with it.
 fn realistic(spec: &RealisticSpec, film: &FilmGeometry) -> Option<DMat4> {
     let lens = &spec.lens;
-    let pupils = lens.paraxial();
-    let (entrance, exit) = (pupils.entrance_pupil?, pupils.exit_pupil?);
-    // Lagrange's invariant between the pupils: y tan u is conserved.
-    let angular = exit.diameter / entrance.diameter;
-    let slope_per_mm = angular / (lens.film_z() - exit.z);
+    let entrance = lens.paraxial().entrance_pupil?;
+    let slope_per_mm = 1.0 / lens.pinhole_focal_length()?;
     let [width, height] = film.size_mm(spec.diagonal(film));
     let (x, y) = (0.5 * width * slope_per_mm, 0.5 * height * slope_per_mm);
     if !(x.is_finite() && y.is_finite() && x != 0.0 && y != 0.0) {
@@ -69,7 +75,9 @@ fn realistic(spec: &RealisticSpec, film: &FilmGeometry) -> Option<DMat4> {
         Form::Course => -entrance.z,
         Form::Pbrt3 => (lens.film_z() - entrance.z) * 1e-3,
     };
-    Some(pinhole(-x, x, y, -y, pinhole_z))
+    // What a shifted lens adds to the window.
+    let [dx, dy] = spec.shift.map(|mm| mm * slope_per_mm);
+    Some(pinhole(dx - x, dx + x, dy + y, dy - y, pinhole_z))
 }
 
 #[cfg(test)]

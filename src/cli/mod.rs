@@ -86,6 +86,9 @@ pub(crate) struct ReadArgs {
     /// Realistic camera: lens model, instead of the scene's choice
     #[arg(long, value_enum)]
     lens_model: Option<LensModelArg>,
+    /// Realistic camera: set the stop by this f-number, instead of the scene's diameter or number
+    #[arg(long, value_name = "N", value_parser = parse_f_number, allow_negative_numbers = true)]
+    f_number: Option<f64>,
     /// Memory that images, meshes and the film may take, such as 8G; exceeding it is an error at the line that needs
     /// more. By default what the machine, or this process's control group, provides
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
@@ -116,6 +119,13 @@ enum CompatArg {
     PbrtV2,
 }
 
+/// An f-number, with or without its f/.
+fn parse_f_number(text: &str) -> Result<f64, String> {
+    let number = text.strip_prefix("f/").unwrap_or(text).parse::<f64>();
+    let number = number.ok().filter(|n| *n > 0.0 && n.is_finite());
+    number.ok_or_else(|| "expected a positive number, such as 5.6 or f/5.6".to_string())
+}
+
 impl ReadArgs {
     fn policy(&self) -> Policy {
         match self.strict {
@@ -138,6 +148,7 @@ impl ReadArgs {
                 LensModelArg::Thick => ModelKind::Thick,
                 LensModelArg::Thin => ModelKind::Thin,
             }),
+            f_number: self.f_number,
             max_memory: self.max_memory,
             files_within: self.files_within.clone(),
             details: false,

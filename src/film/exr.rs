@@ -5,7 +5,7 @@
 //! well-converged render's noise. Scan lines in ZIP blocks of 16, data window = crop window, display window = full
 //! image, Rec. 709 primaries.
 
-use super::{FilmMetadata, Image};
+use super::{FilmMetadata, Image, Photograph};
 use crate::math::{DMat4, Rgb};
 use ::exr::meta::attribute::{AttributeValue, Chromaticities};
 use ::exr::prelude::{
@@ -101,7 +101,44 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     if let Some(lens) = &metadata.lens {
         add("lens", AttributeValue::Text(text(lens)));
     }
+    if let Some(photograph) = &metadata.photograph {
+        note(photograph, &mut attributes);
+    }
     attributes
+}
+
+/// OpenEXR's standard attributes of cameras and lenses (<https://openexr.com/en/latest/StandardAttributes.html>), and two of our own,
+/// `depthOfField` and `hyperfocalDistance`, in meters as its `focus` is.
+fn note(photograph: &Photograph, attributes: &mut LayerAttributes) {
+    let p = photograph;
+    let infinite = p.focused_at_infinity.then_some(f64::INFINITY);
+    let single = |value: Option<f64>| value.map(|v| v as f32);
+    attributes.aperture = single(p.f_number);
+    attributes.focus = single(p.focus.or(infinite));
+    attributes.exposure = single(p.exposure_time);
+    attributes.iso_speed = single(p.iso);
+    let mut add = |name: &str, value: AttributeValue| attributes.other.insert(text(name), value);
+    let numbers = [
+        ("tStop", p.t_number),
+        ("nominalFocalLength", p.focal_length),
+        ("effectiveFocalLength", p.focal_length),
+        ("pinholeFocalLength", p.pinhole_focal_length),
+        ("entrancePupilOffset", p.entrance_pupil),
+        ("sensorPhotositePitch", Some(p.pixel_pitch)),
+        ("hyperfocalDistance", p.hyperfocal),
+    ];
+    for (name, value) in numbers {
+        if let Some(value) = single(value) {
+            add(name, AttributeValue::F32(value));
+        }
+    }
+    let pair = |[x, y]: [f64; 2]| AttributeValue::FloatVec2(Vec2(x as f32, y as f32));
+    add("sensorCenterOffset", pair(p.sensor_offset));
+    add("sensorOverallDimensions", pair(p.sensor));
+    if let Some(near) = p.near {
+        add("depthOfField", pair([near, p.far.unwrap_or(f64::INFINITY)]));
+    }
+    add("lensModel", AttributeValue::Text(text(&p.lens)));
 }
 
 /// EXR strings are bytes; UTF-8 is today's convention.

@@ -24,6 +24,48 @@ pub struct FilmMetadata {
     pub scene: String,
     /// Name of the lens file; `None` without a traced lens.
     pub lens: Option<String>,
+    /// How the camera was set; `None` without a traced lens.
+    #[serde(default)]
+    pub photograph: Option<Photograph>,
     /// Program and version, such as `fstop 0.1.0`.
     pub software: String,
+}
+
+/// What a photographer notes of an image. Lengths in mm unless said otherwise; `None` for what there is none of, or is infinite.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Photograph {
+    /// Name of the lens' file.
+    pub lens: String,
+    /// Focal length over the diameter of the entrance pupil.
+    pub f_number: Option<f64>,
+    /// The f-number of a lens without losses that is as bright in the middle of the film, both focused at infinity.
+    pub t_number: Option<f64>,
+    /// The same at this focus.
+    pub working_number: Option<f64>,
+    /// Focal length.
+    pub focal_length: Option<f64>,
+    /// From the film to the pinhole with the same view near the axis, at this focus.
+    pub pinhole_focal_length: Option<f64>,
+    /// From the film to the entrance pupil.
+    pub entrance_pupil: Option<f64>,
+    /// From the film to the plane of focus, meters.
+    pub focus: Option<f64>,
+    /// Is that plane infinitely far?
+    pub focused_at_infinity: bool,
+    /// From the film to the nearest plane that is sharp, meters.
+    pub near: Option<f64>,
+    /// To the farthest, meters.
+    pub far: Option<f64>,
+    /// The nearest focus that leaves infinity sharp, from the film, meters.
+    pub hyperfocal: Option<f64>,
+    /// Seconds.
+    pub exposure_time: Option<f64>,
+    /// Sensitivity, if one was set.
+    pub iso: Option<f64>,
+    /// Width and height of the film.
+    pub sensor: [f64; 2],
+    /// Between the middles of pixels, micrometers.
+    pub pixel_pitch: f64,
+    /// Of the film's middle from the axis, to the right and up as the image shows it, micrometers.
+    pub sensor_offset: [f64; 2],
 }

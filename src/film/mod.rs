@@ -35,6 +35,7 @@ mod pfm;
 mod pixels;
 mod png;
 mod read;
+pub mod sensor;
 mod spec;
 mod splats;
 mod stored;
@@ -47,7 +48,7 @@ mod tests;
 
 pub use bounds::PixelBounds;
 pub use image::Image;
-pub use metadata::FilmMetadata;
+pub use metadata::{FilmMetadata, Photograph};
 pub(crate) use pairwise::Pairwise;
 pub use path_set::PathSet;
 pub use pixels::PixelStatistics;

@@ -1,5 +1,6 @@
 //! The `Film "image"` directive.
 
+use super::sensor::{SENSORS, SensorPreset};
 use super::{PixelBounds, Tile};
 use crate::math::UVec2;
 use crate::params::{NamedFile, ParamReader};
@@ -19,6 +20,7 @@ const MAX_PIXELS: usize = 1 << 28;
 /// | `xresolution`, `yresolution` | integer | 1280 × 720 (pbrt-v2: 640 × 480) | pixels |
 /// | `cropwindow` | float×4 | 0 1 0 1 | x0 x1 y0 y1 as fractions of the image |
 /// | `diagonal` | float | 35 | mm, for the realistic camera |
+/// | `sensor` | string | none | name of a [`SensorPreset`], whose pixels and size are the defaults; not in pbrt-v3 |
 /// | `scale` | float | 1 | multiplies the finished pixel |
 /// | `maxsampleluminance` | float | infinite | brighter samples are scaled down to it |
 #[derive(Clone, Debug, PartialEq)]
@@ -70,13 +72,17 @@ impl FilmSpec {
     pub fn from_params(reader: &ParamReader) -> FilmSpec {
         let defaults = FilmSpec::default();
         reader.accept("display");
+        let sensor = sensor(reader);
+        let pixels = sensor.map_or(defaults.resolution, |sensor| sensor.resolution);
+        let resolution = UVec2::new(
+            side(reader, "xresolution", pixels.x),
+            side(reader, "yresolution", pixels.y),
+        );
+        let diagonal = sensor.map(|sensor| sensor.diagonal_mm(resolution));
         let mut film = FilmSpec {
             filename: filename(reader),
-            resolution: UVec2::new(
-                side(reader, "xresolution", defaults.resolution.x),
-                side(reader, "yresolution", defaults.resolution.y),
-            ),
-            diagonal_mm: positive(reader, "diagonal", defaults.diagonal_mm),
+            resolution,
+            diagonal_mm: positive(reader, "diagonal", diagonal.unwrap_or(defaults.diagonal_mm)),
             scale: positive(reader, "scale", 1.0) as f32,
             max_sample_luminance: positive(reader, "maxsampleluminance", f64::INFINITY) as f32,
             ..defaults
@@ -184,6 +190,18 @@ fn filename(reader: &ParamReader) -> Option<NamedFile> {
     let path = PathBuf::from(reader.find_string("filename").filter(|n| !n.is_empty())?);
     let span = reader.strings("filename")?.first()?.span;
     Some(NamedFile { path, span })
+}
+
+/// The sensor that is asked for. Names of pbrt-v4's, which are ways to see color, change nothing.
+fn sensor(reader: &ParamReader) -> Option<&'static SensorPreset> {
+    let name = reader.find_string("sensor")?;
+    let preset = SensorPreset::named(name);
+    if preset.is_none() {
+        let names = SENSORS.map(|preset| preset.name).join(", ");
+        let message = format!("no sensor is called \"{name}\" here; there are {names}");
+        reader.warn("sensor", message);
+    }
+    preset
 }
 
 /// A width or height in pixels.

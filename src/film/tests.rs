@@ -40,6 +40,7 @@ fn metadata() -> FilmMetadata {
         seed: u64::MAX,
         scene: "caf\u{e9} \u{65e5}.pbrt".into(),
         lens: Some("dgauss.50mm.dat".into()),
+        photograph: None,
         software: "fstop 0.0.0".into(),
     }
 }
@@ -138,6 +139,61 @@ fn exr_header_is_what_other_programs_look_for() {
     assert_eq!(text("seed"), u64::MAX.to_string());
     assert_eq!(text("scene"), metadata().scene);
     assert_eq!(text("lens"), "dgauss.50mm.dat");
+}
+
+/// OpenEXR's standard attributes, under its names and in its units; what there is none of is not written.
+#[test]
+fn exr_header_says_how_the_camera_was_set() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.exr");
+    let photograph = Photograph {
+        lens: "dgauss.50mm.dat".into(),
+        f_number: Some(5.6),
+        t_number: Some(5.75),
+        focal_length: Some(50.5),
+        pinhole_focal_length: Some(52.5),
+        entrance_pupil: Some(48.0),
+        focused_at_infinity: true,
+        near: Some(12.5),
+        exposure_time: Some(0.125),
+        pixel_pitch: 6.0,
+        sensor: [36.0, 24.0],
+        sensor_offset: [-2000.0, 500.0],
+        ..Photograph::default()
+    };
+    let noted = FilmMetadata {
+        photograph: Some(photograph.clone()),
+        ..metadata()
+    };
+    write(&path, &expose(8, |_| ()).develop(), &noted).unwrap();
+    let meta = ::exr::meta::MetaData::read_from_file(&path, true).unwrap();
+    let own = &meta.headers[0].own_attributes;
+    assert_eq!(own.aperture, Some(5.6));
+    assert_eq!(own.focus, Some(f32::INFINITY));
+    assert_eq!(own.exposure, Some(0.125));
+    assert_eq!(own.iso_speed, None);
+    use ::exr::meta::attribute::AttributeValue::{F32, FloatVec2};
+    let other = |name: &str| own.other.get(&::exr::prelude::Text::from(name));
+    for (name, value) in [
+        ("tStop", 5.75),
+        ("nominalFocalLength", 50.5),
+        ("effectiveFocalLength", 50.5),
+        ("pinholeFocalLength", 52.5),
+        ("entrancePupilOffset", 48.0),
+        ("sensorPhotositePitch", 6.0),
+    ] {
+        assert_eq!(other(name), Some(&F32(value)), "{name}");
+    }
+    let pair = |x, y| FloatVec2(::exr::prelude::Vec2(x, y));
+    assert_eq!(other("sensorCenterOffset"), Some(&pair(-2000.0, 500.0)));
+    assert_eq!(other("depthOfField"), Some(&pair(12.5, f32::INFINITY)));
+    assert_eq!(other("hyperfocalDistance"), None);
+    // Shards carry it as JSON, which knows no infinity.
+    let json = serde_json::to_string(&photograph).unwrap();
+    assert_eq!(
+        serde_json::from_str::<Photograph>(&json).unwrap(),
+        photograph
+    );
 }
 
 #[test]

@@ -133,6 +133,16 @@ impl Lens {
         through.product()
     }
 
+    /// From the pinhole that shows what the lens does near its axis to the film, mm: film height over the tangent of the angle at the
+    /// entrance pupil. The focal length at infinity; what it is at a near focus is the lens' breathing. `None` for a lens that is
+    /// telecentric on a side.
+    pub fn pinhole_focal_length(&self) -> Option<f64> {
+        let (entrance, exit) = (self.paraxial.entrance_pupil?, self.paraxial.exit_pupil?);
+        // Lagrange's invariant between the pupils: y tan u is conserved.
+        let angular = exit.diameter / entrance.diameter;
+        Some((self.film_z() - exit.z) / angular).filter(|f| f.is_finite())
+    }
+
     /// z of the plane of focus; see [`focus::plane_of_focus`].
     pub fn plane_of_focus(&self) -> Option<f64> {
         let cardinals = self.paraxial.cardinals?;

@@ -8,12 +8,13 @@
 //! 3. [`trace`] follows a ray through every surface, from the film or from the scene, and says where and
 //!    why it ends if it does. It is generic over the number type ([`real`]): f64 is the truth, f32 the fast path, dual
 //!    numbers carry the derivatives that texture footprints need.
-//! 4. [`paraxial`] has the focal length, principal planes and pupils; [`focus`] moves the film.
-//! 5. [`stops`] finds which aperture limits the light, [`stop_shape`] gives it another than a round shape; [`pupil`] says where rays from a film point should be
+//! 4. [`paraxial`] has the focal length, principal planes and pupils; [`focus`] moves the film, [`depth_of_field`]
+//!    says how much is sharp then.
+//! 5. [`f_number`] sets the stop by f-number or T-number; [`stops`] finds which aperture limits the light, [`stop_shape`] gives it another than a round shape; [`pupil`] says where rays from a film point should be
 //!    aimed so that few are lost and no light is; [`entrance`] says the same for points of the scene.
 //! 6. [`lanes`] trace bundles of rays side by side in single precision: the fast path.
 //! 7. [`models`] are the three of textbooks: the exact, the thick and the thin lens.
-//! 8. [`report`] prints it all.
+//! 8. [`report`] prints it all; [`breathing`] how the view changes with focus.
 //!
 //! Coordinates throughout: millimeters, origin at the vertex of the first (scene-side) surface, **z toward the
 //! film**; the film lies at `length + film_distance`. Indices of refraction are at the d line, 587.56 nm.
@@ -43,9 +44,12 @@ pub mod analysis;
 pub mod asphere;
 pub mod best_focus;
 mod bisection;
+pub mod breathing;
+pub mod depth_of_field;
 pub mod dispersion;
 mod element;
 pub mod entrance;
+pub mod f_number;
 pub mod focus;
 pub mod lanes;
 pub mod lens;

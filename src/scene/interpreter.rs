@@ -31,6 +31,8 @@ pub struct ReadSettings {
     pub compat: Option<Compat>,
     /// `--lens-model`.
     pub lens_model: Option<ModelKind>,
+    /// `--f-number`.
+    pub f_number: Option<f64>,
     /// `check --verbose`: also report what only affects noise.
     pub details: bool,
     /// `--max-memory`, in bytes.
@@ -553,7 +555,10 @@ impl<'a> Interpreter<'a> {
     fn read_options(&self) -> Options {
         let names = TextureNames::default();
         let reading = self.reading(&names);
-        let mut options = self.options.read(&reading, self.settings.details);
+        let settings = &self.settings;
+        let mut options = self
+            .options
+            .read(&reading, settings.details, settings.f_number);
         if let Some(compat) = self.settings.compat {
             options.camera.set_compat(compat);
         }

@@ -99,8 +99,8 @@ impl StoredOptions {
     }
 
     /// Reads all options; every problem is reported, and invalid values are replaced. With `details`, notes also what
-    /// only affects noise.
-    pub fn read(&self, reading: &Reading, details: bool) -> Options {
+    /// only affects noise. `f_number` is `--f-number`.
+    pub fn read(&self, reading: &Reading, details: bool, f_number: Option<f64>) -> Options {
         self.read_accelerator(reading);
         self.read_renderer(reading);
         let film = reading.read_or("Film", self.film.as_ref(), "image", |reader| {
@@ -133,7 +133,9 @@ impl StoredOptions {
             let error = Diagnostic::error(message).at(camera.span);
             reading.diagnostics().push(error);
         }
-        let camera = reading.read_or("Camera", camera, "perspective", CameraSpec::from_params);
+        let camera = reading.read_or("Camera", camera, "perspective", |reader| {
+            CameraSpec::from_params(reader, f_number)
+        });
         Options {
             camera,
             camera_from_world,

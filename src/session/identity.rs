@@ -19,6 +19,7 @@ pub(super) fn of_reading(options: &ReadOptions) -> BTreeMap<String, String> {
         ),
         ("--dialect", Some(format!("{:?}", options.dialect))),
         ("--lens-model", model),
+        ("--f-number", options.f_number.map(|n| n.to_string())),
         ("--compat", compat),
     ];
     named(settings)

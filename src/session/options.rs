@@ -47,6 +47,8 @@ pub struct ReadOptions {
     pub compat: Option<Compat>,
     /// Realistic cameras: what rays are made with, instead of the scene's choice.
     pub lens_model: Option<ModelKind>,
+    /// Realistic cameras: the f-number that sets the stop, instead of the scene's choice.
+    pub f_number: Option<f64>,
     /// Bytes that images, meshes and film may take; `None` for what the machine has to give.
     pub max_memory: Option<u64>,
     /// The only folder that files are read from, for scenes of strangers; `None` for any.
@@ -61,6 +63,7 @@ impl ReadOptions {
             dialect: self.dialect,
             compat: self.compat,
             lens_model: self.lens_model,
+            f_number: self.f_number,
             details: self.details,
             max_memory: self.max_memory,
         }

@@ -22,6 +22,7 @@ pub(super) const CAMERAS: &[Kind] = &[
         "realistic",
         "s lensfile lenses/wild.dat|../reference/lenses/dgauss50.dat|../reference/lenses/fisheye10.dat|nosuch.dat;\
          f focusdistance;f aperturediameter;b simpleweighting;b dispersion;i blades;f bladerotation;\
+         f fnumber;f tnumber;f iso;f exposuretime;F2 shift;f zoom;f shift;\
          s aperture square|star|gaussian|textures/nosuch.png;s lensmodel exact|thick|thin|nosuch;f tolerance",
     ),
 ];

@@ -289,6 +289,8 @@ fn three_colored(p: &Prescription, film_distance: f64, stop: f64) -> Realistic {
             .to_vec(),
         film_diagonal: None,
         shutter: Shutter::default(),
+        shift: [0.0; 2],
+        exposure: Default::default(),
         clip: Clip::NONE,
     };
     Realistic::new(&spec, &FILM, &Transform::IDENTITY).unwrap()

@@ -36,6 +36,8 @@ pub(crate) fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form
         bands: Vec::new(),
         film_diagonal: None,
         shutter: Shutter::default(),
+        shift: [0.0; 2],
+        exposure: Default::default(),
         clip: Clip::NONE,
     }
 }

@@ -45,6 +45,8 @@ impl Setup {
             stop_shape,
             film_diagonal: None,
             shutter: Shutter::default(),
+            shift: [0.0; 2],
+            exposure: Default::default(),
             clip: Clip::NONE,
         };
         let film = FilmGeometry {

@@ -368,7 +368,9 @@ pub(super) fn traced(prescription: &Prescription, focus: f64, form: Form) -> Rea
         stop_shape: None,
         bands: Vec::new(),
         film_diagonal: None,
+        shift: [0.0; 2],
         shutter: Shutter::default(),
+        exposure: Default::default(),
         clip: Clip::NONE,
     }
 }

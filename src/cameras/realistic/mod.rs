@@ -27,6 +27,11 @@
 //! one of them up; `"float bladerotation"` turns all but images, degrees counterclockwise as seen from behind the camera
 //! ([`crate::optics::stop_shape`]). The image darkens by the area that is covered; pbrt-v4 makes up for it.
 //!
+//! What a photographer sets (docs/camera.md): `"float fnumber"` or `"float tnumber"` instead of the stop's diameter
+//! ([`crate::optics::f_number`]); `"float exposuretime"` in seconds and `"float iso"`, apart from the time of the animation
+//! ([`Exposure`]); `"float shift"` [x y], the lens moved across the film, mm; `"float zoom"` of a lens whose file says how its groups
+//! move, which they do with `focusdistance`, too ([`crate::optics::prescription::positions`]).
+//!
 //! `"bool dispersion"` (false): each ray is traced at one of twelve wavelengths, for lens files that tell Abbe numbers or
 //! dispersion formulas; see [`Band`]. The pupil, the model and the weight are those of the wavelength, the film
 //! stays where the d line has it.
@@ -37,10 +42,12 @@
 
 mod bands;
 mod connection;
+mod exposure;
 mod lanes;
 mod optics;
 mod params;
 pub mod pbrt_pupil_box;
+mod photograph;
 mod report;
 mod spec;
 mod stop_shape;
@@ -49,6 +56,7 @@ mod tests;
 
 pub use bands::Band;
 pub(super) use connection::Traced;
+pub use exposure::Exposure;
 pub use spec::{Compat, Form, Precision, RealisticSpec, Weighting};
 
 use super::camera_transform::{BatchTransform, CameraSpaceRay, CameraTransform};
@@ -101,16 +109,17 @@ impl Realistic {
         let [width, height] = film.size_mm(diagonal);
         let pitch = width / f64::from(film.resolution.x);
         let lens = &spec.lens;
+        let exposure = spec.exposure.factor(&spec.shutter, spec.weighting);
         let in_air = match spec.weighting {
-            Weighting::Physical => spec.shutter.exposure(),
+            Weighting::Physical => exposure,
             // Relative to the middle of the image at the d line, whatever the medium.
             Weighting::Simple => {
                 let relative = lens.film_distance() / lens.rear().index;
-                relative.powi(2) / innermost_box_area(lens, diagonal)
+                exposure * relative.powi(2) / innermost_box_area(lens, diagonal)
             }
         };
         let optics = |lens: &Lens, tint: Rgb| {
-            let mut optics = Optics::new(spec, lens, tint, 0.5 * diagonal, pitch)?;
+            let mut optics = Optics::new(spec, lens, tint, spec.film_reach(film), pitch)?;
             // Radiance over the squared index is what stays the same along a ray.
             optics.weight_scale = in_air * lens.rear().index.powi(2);
             Ok(optics)
@@ -132,8 +141,8 @@ impl Realistic {
             main,
             bands: bands.collect::<Result<_, _>>()?,
             // The lens turns the image over: the image's top left is the film's bottom right,
-            // seen from behind.
-            corner: [0.5 * width, -0.5 * height],
+            // seen from behind. A lens moved up and to the right sees the film move the other way.
+            corner: [0.5 * width - spec.shift[0], -0.5 * height - spec.shift[1]],
             per_pixel: [-pitch, height / f64::from(film.resolution.y)],
             connections: None,
             spec: spec.clone(),

@@ -1,11 +1,13 @@
 //! Reading `Camera "realistic"`: both spellings, and every problem of the lens file.
 
 use super::stop_shape;
-use super::{Band, Compat, Form, Precision, RealisticSpec, Weighting};
+use super::{Band, Compat, Exposure, Form, Precision, RealisticSpec, Weighting};
 use crate::cameras::{Clip, Shutter};
+use crate::optics::f_number::{ApertureError, ApertureNumber};
 use crate::optics::models::ModelKind;
+use crate::optics::prescription::positions::PositionError;
 use crate::optics::pupil::PupilSampling;
-use crate::optics::{Lens, Prescription, PrescriptionError, best_focus};
+use crate::optics::{Lens, Prescription, PrescriptionError, StopShape, best_focus};
 use crate::params::ParamReader;
 
 /// Names only the course form has.
@@ -22,8 +24,8 @@ const DEFAULT_FOCUS_DISTANCE: f64 = 10.0;
 
 impl RealisticSpec {
     /// Reads the parameters and the lens file. Everything wrong with either is reported; `None`
-    /// where no lens can be made.
-    pub fn from_params(params: &ParamReader) -> Option<RealisticSpec> {
+    /// where no lens can be made. `f_number` wins over what the parameters say of the stop.
+    pub fn from_params(params: &ParamReader, f_number: Option<f64>) -> Option<RealisticSpec> {
         let form = form(params);
         let shutter = Shutter::from_params(params);
         let compat = [("none", Compat::None), ("pbrt-v2", Compat::PbrtV2)];
@@ -48,8 +50,10 @@ impl RealisticSpec {
             Form::Course => Clip::from_params(params),
             Form::Pbrt3 => Clip::NONE,
         };
-        let prescription = prescription(params, form)?;
+        let (exposure, shift) = (Exposure::from_params(params), shift(params));
         let stop_shape = stop_shape::from_params(params);
+        let light = stop_shape.as_ref().map_or(1.0, StopShape::light);
+        let prescription = prescription(params, form, |params| number(params, light, f_number))?;
         let lens = lens(params, form, &prescription)?;
         let bands = bands(params, &prescription, &lens);
         if stop_shape.is_some() && !lens.surfaces().iter().any(|s| s.is_stop) {
@@ -72,7 +76,9 @@ impl RealisticSpec {
             stop_shape,
             bands,
             film_diagonal,
+            shift,
             shutter,
+            exposure,
             clip,
         })
     }
@@ -142,7 +148,11 @@ fn given<'n>(params: &ParamReader, names: [&'n str; 2]) -> &'n str {
 }
 
 /// The surfaces, scaled and their stop set.
-fn prescription(params: &ParamReader, form: Form) -> Option<Prescription> {
+fn prescription(
+    params: &ParamReader,
+    form: Form,
+    number: impl Fn(&ParamReader) -> Option<Number>,
+) -> Option<Prescription> {
     // The form's own name first.
     let name = |[course, pbrt3]: [&'static str; 2]| match form {
         Form::Course => given(params, [course, pbrt3]),
@@ -155,6 +165,27 @@ fn prescription(params: &ParamReader, form: Form) -> Option<Prescription> {
     if scale != 1.0 {
         prescription = prescription.scaled(scale);
     }
+    let distance = match form {
+        Form::Pbrt3 => {
+            1e3 * params
+                .find_float("focusdistance")
+                .unwrap_or(DEFAULT_FOCUS_DISTANCE)
+        }
+        Form::Course => f64::INFINITY,
+    };
+    match prescription.at_position(params.find_float("zoom"), distance) {
+        Ok(positioned) => prescription = positioned,
+        Err(e @ PositionError::NoZoom) => params.warn("zoom", e.to_string()),
+        Err(e) => params.error("zoom", e.to_string()),
+    }
+    if let Some(number) = number(params) {
+        if params.has(aperture_name) && number.name != OPTION {
+            let message = format!("{} is given too, and wins", number.name);
+            params.warn(aperture_name, message);
+        }
+        set_number(params, number, &mut prescription);
+        return Some(prescription);
+    }
     for note in prescription.set_stops(aperture) {
         params.warn(aperture_name, note);
     }
@@ -165,6 +196,68 @@ fn prescription(params: &ParamReader, form: Form) -> Option<Prescription> {
         );
     }
     Some(prescription)
+}
+
+/// The name of a number that comes from the command line.
+const OPTION: &str = "--f-number";
+
+/// What sets the stop, and who says so.
+struct Number {
+    name: &'static str,
+    number: ApertureNumber,
+}
+
+/// The f-number or T-number that is asked for; `light` is what the stop's shape lets through.
+fn number(params: &ParamReader, light: f64, option: Option<f64>) -> Option<Number> {
+    let (f, t) = (params.find_float("fnumber"), params.find_float("tnumber"));
+    if f.is_some() && t.is_some() {
+        params.warn("tnumber", "fnumber is given too, and wins");
+    }
+    let number = |name, number| Some(Number { name, number });
+    match (option, f, t) {
+        (Some(n), ..) => number(OPTION, ApertureNumber::F(n)),
+        (None, Some(n), _) => number("fnumber", ApertureNumber::F(n)),
+        (None, None, Some(n)) => number(
+            "tnumber",
+            ApertureNumber::T {
+                number: n,
+                transmission: light,
+            },
+        ),
+        (None, None, None) => None,
+    }
+}
+
+/// Sets the stops by a number. A lens that is too slow for it is opened.
+fn set_number(params: &ParamReader, asked: Number, prescription: &mut Prescription) {
+    match asked.number.diameter(prescription) {
+        Ok(diameter) => {
+            prescription.set_stops(diameter);
+        }
+        Err(e @ ApertureError::TooFast { .. }) => {
+            params.warn(asked.name, format!("{} {e}: its stop is open", asked.name));
+        }
+        Err(e @ ApertureError::NoStop) => {
+            params.warn(asked.name, format!("{e}, so {} has no effect", asked.name));
+        }
+        Err(e) => params.error(asked.name, format!("{}: {e}", asked.name)),
+    }
+}
+
+/// How far the lens is moved across the film, mm.
+fn shift(params: &ParamReader) -> [f64; 2] {
+    let Some(given) = params.floats("shift") else {
+        return [0.0; 2];
+    };
+    match given {
+        [x, y] if x.is_finite() && y.is_finite() => [*x, *y],
+        _ => {
+            let message =
+                "expected two numbers: how far the lens is moved to the right and up, in mm";
+            params.error("shift", message);
+            [0.0; 2]
+        }
+    }
 }
 
 /// The lens with its film in place.

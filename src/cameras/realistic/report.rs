@@ -2,6 +2,7 @@
 
 use super::{Band, Compat, Realistic, Weighting};
 use crate::cameras::FilmGeometry;
+use crate::film::Photograph;
 use crate::optics::analysis::illumination::{effective_f_number, spread};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::projected_solid_angle;
@@ -22,17 +23,8 @@ impl Realistic {
             ),
             self.focus_line(),
         ];
-        let angle = |r: f64| {
-            self.field_angle(r).map_or("dark".to_string(), |a| {
-                format!("{:.1}", 2.0 * a.to_degrees())
-            })
-        };
-        lines.push(format!(
-            "field of view {} x {} degrees, diagonal {}",
-            angle(0.5 * width),
-            angle(0.5 * height),
-            angle(0.5 * spec.diagonal(film))
-        ));
+        lines.extend(photograph_lines(&spec.photograph(film)));
+        lines.push(self.field_of_view_line([width, height], spec.diagonal(film)));
         lines.push(format!(
             "about {:.1} % of the rays are vignetted",
             100.0 * self.vignetted_fraction(film)
@@ -55,10 +47,35 @@ impl Realistic {
         if spec.compat == Compat::PbrtV2 {
             lines.push("sampling the rear element as the course kit on pbrt-v2 did".to_string());
         }
-        if spec.weighting == Weighting::Physical && spec.shutter.open == spec.shutter.close {
+        if spec.weighting == Weighting::Physical
+            && spec.shutter.open == spec.shutter.close
+            && spec.exposure.time.is_none()
+        {
             lines.push("equal shutter times: no exposure factor".to_string());
         }
         lines
+    }
+
+    /// Of a film of this size, mm, and of its diagonal where its middle lies on the axis.
+    fn field_of_view_line(&self, size: [f64; 2], diagonal: f64) -> String {
+        let signed = |x: f64| Some(self.field_angle(x.abs())?.copysign(x));
+        let between = |[low, high]: [f64; 2]| match (signed(low), signed(high)) {
+            (Some(low), Some(high)) => format!("{:.1}", (high - low).to_degrees()),
+            _ => "dark".to_string(),
+        };
+        let shift = self.spec.shift;
+        let [x, y] = [0, 1].map(|i| {
+            let half = 0.5 * size[i];
+            between([shift[i] - half, shift[i] + half])
+        });
+        if shift == [0.0; 2] {
+            let corners = between([-0.5 * diagonal, 0.5 * diagonal]);
+            return format!("field of view {x} x {y} degrees, diagonal {corners}");
+        }
+        let [right, up] = shift.map(length_text);
+        format!(
+            "field of view {x} x {y} degrees, the lens shifted {right} mm to the right and {up} mm up"
+        )
     }
 
     fn lens_line(&self) -> String {
@@ -152,6 +169,44 @@ impl Realistic {
         }
         warnings
     }
+}
+
+/// The numbers of the image beside those of the lens.
+fn photograph_lines(p: &Photograph) -> Vec<String> {
+    let text = |m: f64| length(1e3 * m);
+    let mut numbers = Vec::new();
+    numbers.extend(p.t_number.map(|t| format!("T{t:.2}")));
+    numbers.extend(
+        p.f_number
+            .map(|n| format!("f/{n:.2} by focal length and entrance pupil")),
+    );
+    if let Some(f) = p.pinhole_focal_length {
+        numbers.push(format!("view of a pinhole {f:.3} mm from its film"));
+    }
+    let mut sharp = Vec::new();
+    if let Some(near) = p.near {
+        let far = p.far.map_or("infinity".to_string(), text);
+        sharp.push(format!(
+            "depth of field {} to {far} from the film",
+            text(near)
+        ));
+    }
+    sharp.extend(
+        p.hyperfocal
+            .map(|h| format!("hyperfocal distance {}", text(h))),
+    );
+    let mut exposure = Vec::new();
+    if let Some(iso) = p.iso {
+        let time = p
+            .exposure_time
+            .map_or("no time".to_string(), |t| format!("{t} s"));
+        exposure.push(format!("exposed for {time} at ISO {iso}"));
+    }
+    let lines = [numbers, sharp, exposure].into_iter();
+    lines
+        .filter(|l| !l.is_empty())
+        .map(|l| l.join(", "))
+        .collect()
 }
 
 /// A length in mm, in the unit a photographer would say.

@@ -1,6 +1,6 @@
 //! What the scene file says of a realistic camera.
 
-use super::Band;
+use super::{Band, Exposure};
 use crate::cameras::{Clip, FilmGeometry, Shutter};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
@@ -73,8 +73,12 @@ pub struct RealisticSpec {
     pub bands: Vec<Band>,
     /// Film diagonal in mm that overrides the film's own (`filmdiag`).
     pub film_diagonal: Option<f64>,
+    /// How far the lens is moved across the film's middle, mm: positive to the right and up, and the image shows what lies there.
+    pub shift: [f64; 2],
     /// When light is let in.
     pub shutter: Shutter,
+    /// For how long, and how much it counts.
+    pub exposure: Exposure,
     /// Clip planes, in camera units.
     pub clip: Clip,
 }
@@ -83,5 +87,16 @@ impl RealisticSpec {
     /// The diagonal that counts, mm.
     pub fn diagonal(&self, film: &FilmGeometry) -> f64 {
         self.film_diagonal.unwrap_or(film.diagonal_mm)
+    }
+
+    /// From the axis to the corner of the film that is farthest from it, mm.
+    pub fn film_reach(&self, film: &FilmGeometry) -> f64 {
+        let diagonal = self.diagonal(film);
+        if self.shift == [0.0; 2] {
+            return 0.5 * diagonal;
+        }
+        let [width, height] = film.size_mm(diagonal);
+        let [x, y] = self.shift.map(f64::abs);
+        (0.5 * width + x).hypot(0.5 * height + y)
     }
 }

@@ -27,7 +27,9 @@ pub(super) fn double_gauss() -> RealisticSpec {
         stop_shape: None,
         bands: Vec::new(),
         film_diagonal: None,
+        shift: [0.0; 2],
         shutter: Shutter::default(),
+        exposure: Default::default(),
         clip: Clip::NONE,
     }
 }
@@ -89,4 +91,78 @@ fn differentials_point_to_the_neighbors_and_decide_nothing() {
         }
     }
     assert!(compared > 3000);
+}
+
+/// A lens shifted by whole pixels shows at each pixel what one in the middle shows that many pixels on, in either precision, and reaches
+/// beyond the unshifted film's corner without losing light.
+#[test]
+fn a_shifted_lens_shows_what_lies_there() {
+    let film = FilmGeometry {
+        resolution: UVec2::new(300, 200),
+        diagonal_mm: 30.0,
+    };
+    let pitch = film.size_mm(30.0)[0] / 300.0;
+    let straight = double_gauss();
+    let shifted = RealisticSpec {
+        shift: [20.0 * pitch, 35.0 * pitch],
+        ..double_gauss()
+    };
+    let [straight, shifted] =
+        [straight, shifted].map(|s| Realistic::new(&s, &film, &Transform::IDENTITY).unwrap());
+    for s in samples(2000, Vec2::ZERO, Vec2::new(300.0, 200.0)) {
+        // Right and up: raster y runs down.
+        let there = CameraSample {
+            raster: s.raster + Vec2::new(20.0, -35.0),
+            ..s
+        };
+        let [a, b] = [
+            shifted.film_point(s.raster),
+            straight.film_point(there.raster),
+        ];
+        // Single precision of a raster coordinate of 300 pixels: 2e-5 pixels of 0.08 mm.
+        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 5e-6, "{a:?} {b:?}");
+    }
+    // All of the corner that is farther out has an exit pupil: irradiance by 4096 samples of one point, to 10/4096 and the pixel's size.
+    let irradiance = |c: &Realistic, raster: Vec2| {
+        let rays = samples(4096, raster, raster).filter_map(|s| c.ray(&s, false));
+        rays.map(|r| f64::from(r.weight)).sum::<f64>() / 4096.0
+    };
+    for [x, y] in [[0.0, 0.0], [300.0, 0.0], [150.0, 100.0], [299.0, 1.0]] {
+        let raster = Vec2::new(x, y);
+        let here = irradiance(&shifted, raster);
+        let there = irradiance(&straight, raster + Vec2::new(20.0, -35.0));
+        assert!(
+            there > 0.0 && (here / there - 1.0).abs() < 0.02,
+            "{raster}: {here} {there}"
+        );
+    }
+}
+
+/// Exposure is a factor, and no shape of the weight depends on it.
+#[test]
+fn exposure_multiplies_every_weight() {
+    let film = FilmGeometry {
+        resolution: UVec2::new(30, 20),
+        diagonal_mm: 30.0,
+    };
+    let camera = |weighting, exposure| {
+        let spec = RealisticSpec {
+            weighting,
+            exposure,
+            ..double_gauss()
+        };
+        Realistic::new(&spec, &film, &Transform::IDENTITY).unwrap()
+    };
+    let exposure = super::Exposure {
+        time: Some(0.25),
+        iso: Some(200.0),
+    };
+    for weighting in [Weighting::Physical, Weighting::Simple] {
+        let [usual, set] = [Default::default(), exposure].map(|e| camera(weighting, e));
+        for s in samples(100, Vec2::ZERO, Vec2::new(30.0, 20.0)) {
+            let weights = [&usual, &set].map(|c| c.ray(&s, false).map(|r| r.weight));
+            // The shutter's interval is 1; a power of two is exact.
+            assert_eq!(weights[0].map(|w| 0.5 * w), weights[1]);
+        }
+    }
 }

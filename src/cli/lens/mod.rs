@@ -9,8 +9,8 @@ mod plots;
 use super::messages::{self, Failure};
 use crate::console;
 use crate::optics::analysis::{Color, Effort, Film, LensAnalysis, ObjectPlane};
-use crate::optics::best_focus;
 use crate::optics::{Lens, LensReport, Prescription};
+use crate::optics::{best_focus, breathing};
 use crate::output;
 use clap::Args;
 use std::ffi::OsStr;
@@ -56,6 +56,9 @@ struct MountArgs {
     /// Diagonal of the film in mm, of proportions 3:2; by default that of 24 x 36 mm, 43.27
     #[arg(long, value_name = "MM", default_value_t = Film::FULL_FRAME.diagonal(), hide_default_value = true)]
     film_diagonal: f64,
+    /// What a zoom lens is set to, by the `zoom` line of its file; by default the least
+    #[arg(long, value_name = "Z", allow_negative_numbers = true)]
+    zoom: Option<f64>,
     /// Multiply every length of the prescription
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     scale: Option<f64>,
@@ -71,6 +74,12 @@ struct OutputArgs {
     /// Trace rays over the field as well: distortion, illumination, sharpness, focus table
     #[arg(long)]
     analysis: bool,
+    /// Write the lens, scaled, to this lens table (.dat)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Print how focal length, view and brightness change with zoom and focus (breathing), instead of the description
+    #[arg(long)]
+    table: bool,
     /// Draw the cross-section with rays to this SVG file
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
@@ -115,6 +124,8 @@ struct Bench {
     /// The file's name without its ending.
     name: String,
     prescription: Prescription,
+    /// With its groups where the file has them, and the stop as it is there.
+    moving: Prescription,
     lens: Lens,
     film: Film,
     object: ObjectPlane,
@@ -140,8 +151,9 @@ pub(super) fn run(args: &LensArgs) -> u8 {
 
 fn describe_all(args: &LensArgs) -> Result<(), Failure> {
     let output = &args.output;
-    if args.lenses.len() > 1 && (output.svg.is_some() || output.report.is_some()) {
-        let message = "--svg and --report take one lens; --images takes several";
+    let one = [&output.svg, &output.report, &output.output];
+    if args.lenses.len() > 1 && one.iter().any(|file| file.is_some()) {
+        let message = "--svg, --report and --output take one lens; --images takes several";
         return Err(message.to_string().into());
     }
     let diagonal = args.mount.film_diagonal;
@@ -149,7 +161,20 @@ fn describe_all(args: &LensArgs) -> Result<(), Failure> {
         let message = format!("--film-diagonal {diagonal}: expected a positive length in mm");
         return Err(message.into());
     }
-    for file in output.svg.iter().chain(&output.report) {
+    if let Some(file) = &output.output
+        && file
+            .extension()
+            .is_none_or(|e| !e.eq_ignore_ascii_case("dat"))
+    {
+        let message = format!("{}: lenses are written as tables, .dat", file.display());
+        return Err(message.into());
+    }
+    for file in output
+        .svg
+        .iter()
+        .chain(&output.report)
+        .chain(&output.output)
+    {
         output::check(file)?;
     }
     let mut overview = Vec::new();
@@ -179,6 +204,10 @@ fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), Fa
         let drawing = cross_section::svg(&bench.lens, bench.film, bench.object);
         write(file, &drawing)?;
     }
+    if let Some(file) = &output.output {
+        let table = bench.moving.to_table();
+        write(file, &table.map_err(|e| named(e.to_string()))?)?;
+    }
     let mut part = None;
     if let Some(analysis) = &analysis {
         let content = page::Content::new(&bench, &report, analysis).map_err(named)?;
@@ -190,6 +219,18 @@ fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), Fa
         }
     }
     let shown = analysis.filter(|_| output.analysis);
+    if output.table {
+        let mut moving = bench.moving;
+        if let Some(diameter) = args.mount.aperture {
+            moving.set_stops(diameter);
+        }
+        let rows = breathing::rows(&moving);
+        let text = match output.json {
+            true => serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?,
+            false => breathing::text(&rows),
+        };
+        return Ok((text, part));
+    }
     if output.json {
         return Ok((json(&report, shown)?, part));
     }
@@ -229,6 +270,11 @@ fn mount(args: &MountArgs, path: &Path) -> Result<Bench, Failure> {
         }
         prescription = prescription.scaled(scale);
     }
+    let moving = prescription.clone();
+    let distance = args.focus.map_or(f64::INFINITY, |focus| focus.distance);
+    prescription = prescription
+        .at_position(args.zoom, distance)
+        .map_err(|e| format!("--zoom: {e}"))?;
     if let Some(diameter) = args.aperture {
         if !(diameter >= 0.0 && diameter.is_finite()) {
             let message = format!("--aperture {diameter}: expected a diameter in mm, 0 or more");
@@ -249,6 +295,7 @@ fn mount(args: &MountArgs, path: &Path) -> Result<Bench, Failure> {
         object,
         name: name.to_string_lossy().into_owned(),
         prescription,
+        moving,
         lens,
         film: Film::of_diagonal(args.film_diagonal),
     })
@@ -299,6 +346,7 @@ mod tests {
         Bench {
             name: "an <achromat>".to_string(),
             lens: Lens::new(&prescription, film_distance).unwrap(),
+            moving: prescription.clone(),
             prescription,
             film: Film::FULL_FRAME,
             object: ObjectPlane::INFINITY,
@@ -363,6 +411,7 @@ mod tests {
             let bench = Bench {
                 name: "awkward".to_string(),
                 object: ObjectPlane::in_focus(&lens),
+                moving: prescription.clone(),
                 prescription,
                 lens,
                 film: Film::FULL_FRAME,

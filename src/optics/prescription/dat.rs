@@ -22,6 +22,8 @@
 //! sellmeier=1.0396,0.2318,1.0105,0.0060,0.0200,103.56  # b1,b2,b3,c1,c2,c3 of n² = 1 + Σ b λ²/(λ²−c)
 //! ```
 //!
+//! Lines that begin with `zoom`, `focus` or `gap` say how groups move; see [`super::positions`].
+//!
 //! `#` starts a comment anywhere; columns are separated by blanks or tabs; lines end in LF or
 //! CRLF, the last one in nothing if it likes. A blank index is recognized by the number of
 //! columns, or by an empty cell where single tabs separate all columns.
@@ -35,16 +37,21 @@
 
 use super::cells::{Cell, Row, lines, number, split};
 use super::extras::Extras;
+use super::positions::Positions;
 use super::{INDICES, Notes, Prescription, PrescriptionError, RowNote};
 use crate::optics::surface::Surface;
 
 /// Reads a table.
 pub fn parse(text: &str) -> Result<Prescription, PrescriptionError> {
-    let mut rows = Vec::new();
+    let (mut rows, mut notes) = (Vec::new(), Notes::default());
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     // A lone CR ended lines once; CRLF gives an empty line between, which is skipped.
     for (line, content) in lines(text) {
         let (cells, extras) = split(content.split('#').next().unwrap_or(""));
+        if Positions::is_line(&cells) {
+            notes.positions.read(line, &cells, &mut notes.errors);
+            continue;
+        }
         if !cells.is_empty() || !extras.is_empty() {
             rows.push(Row {
                 line,
@@ -60,7 +67,7 @@ pub fn parse(text: &str) -> Result<Prescription, PrescriptionError> {
     let mut reader = Reader {
         five_columns: rows.iter().any(|r| r.cells.len() == 5),
         medium: 1.0,
-        notes: Notes::default(),
+        notes,
     };
     let surfaces: Vec<Surface> = rows.iter().filter_map(|row| reader.surface(row)).collect();
     if let Some(first) = reader.notes.errors.first()
@@ -135,7 +142,7 @@ impl Reader {
         let columns = self.columns(row)?;
         let before = self.notes.errors.len();
         let radius = self.value(row, columns[0], radius).flatten();
-        let thickness = self.value(row, columns[1], |t| number(t, "the thickness in mm"));
+        let thickness = self.thickness(row, columns[1]);
         let index = self.value(row, columns[2], index).flatten();
         let abbe = self.value(row, columns[3], abbe).flatten();
         let aperture = self.value(row, columns[4], aperture);
@@ -194,6 +201,15 @@ impl Reader {
             );
         }
         Some(surface)
+    }
+
+    /// A number, or the name of a gap.
+    fn thickness(&mut self, row: &Row, cell: Option<Cell>) -> Option<f64> {
+        let positions = &mut self.notes.positions;
+        if let Some(gap) = cell.and_then(|cell| positions.gap(cell.text)) {
+            return Some(positions.place(gap, row.row - 1));
+        }
+        self.value(row, cell, |t| number(t, "the thickness in mm"))
     }
 
     /// The cells of radius, thickness, index, Abbe number and aperture, as far as the row has them.

@@ -1,19 +1,23 @@
 //! Lens prescriptions: what a lens is made of, and the files that say so.
 //!
 //! * [`dat`]: the table of the course and of pbrt, with aspheric and dispersion terms added;
+//! * [`write`]: the same, written;
 //! * [`zmx`]: Zemax' sequential files, with the [`glass`] names they use.
 
 mod cells;
 pub mod dat;
 mod extras;
 pub mod glass;
+pub mod positions;
 #[cfg(test)]
 mod tests;
+pub mod write;
 pub mod zmx;
 
 use super::report::length_text;
 use super::surface::Surface;
 use crate::files::{self, FileProblem};
+use positions::Positions;
 use std::fmt;
 use std::path::Path;
 
@@ -35,6 +39,8 @@ pub struct Prescription {
     /// From the last vertex to the film in mm: the last row's thickness; 0 where the file leaves
     /// it open.
     pub film_distance: f64,
+    /// How its groups move; `None` for a lens in one piece.
+    pub positions: Option<Box<Positions>>,
     /// What is odd about the file although it can be read.
     pub warnings: Vec<RowNote>,
 }
@@ -46,7 +52,7 @@ pub struct RowNote {
     pub line: usize,
     /// Column in that line, in characters from 1.
     pub column: usize,
-    /// Row of the table, from 1.
+    /// Row of the table, from 1; 0 of a line that is none.
     pub row: usize,
     /// What is wrong and what was expected, or done.
     pub message: String,
@@ -54,11 +60,11 @@ pub struct RowNote {
 
 impl fmt::Display for RowNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "line {}, column {} (row {}): {}",
-            self.line, self.column, self.row, self.message
-        )
+        write!(f, "line {}, column {}", self.line, self.column)?;
+        if self.row > 0 {
+            write!(f, " (row {})", self.row)?;
+        }
+        write!(f, ": {}", self.message)
     }
 }
 
@@ -100,11 +106,22 @@ impl PrescriptionError {
 struct Notes {
     warnings: Vec<RowNote>,
     errors: Vec<RowNote>,
+    positions: Positions,
 }
 
 impl Notes {
     /// The lens of these surfaces, the last of which has its distance from the film as thickness; if nothing is wrong.
-    fn prescription(self, mut surfaces: Vec<Surface>) -> Result<Prescription, PrescriptionError> {
+    fn prescription(
+        mut self,
+        mut surfaces: Vec<Surface>,
+    ) -> Result<Prescription, PrescriptionError> {
+        let mut positions = None;
+        if self.errors.is_empty() && !self.positions.is_empty() {
+            match self.positions.checked() {
+                Ok(checked) => positions = Some(Box::new(checked)),
+                Err(note) => self.errors.push(note),
+            }
+        }
         if !self.errors.is_empty() {
             return Err(PrescriptionError::Rows(self.errors));
         }
@@ -112,6 +129,7 @@ impl Notes {
         Ok(Prescription {
             film_distance: std::mem::take(&mut last.thickness),
             surfaces,
+            positions,
             warnings: self.warnings,
         })
     }
@@ -164,6 +182,9 @@ impl Prescription {
             s.asphere = s.asphere.map(|a| a.scaled(factor));
         }
         self.film_distance *= factor;
+        if let Some(positions) = &mut self.positions {
+            positions.scale(factor);
+        }
         self
     }
 

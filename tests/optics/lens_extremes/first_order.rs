@@ -337,7 +337,7 @@ proptest! {
         surfaces in lens(1..10),
         distance in (-3.0..9.0f64).prop_map(|e| 10f64.powf(e)),
     ) {
-        let prescription = Prescription { surfaces, film_distance: 0.0, warnings: Vec::new() };
+        let prescription = Prescription { surfaces, film_distance: 0.0, positions: None, warnings: Vec::new() };
         check_first_order(&prescription.surfaces).map_err(TestCaseError::fail)?;
         check_focus(&prescription, distance).map_err(TestCaseError::fail)?;
         check_focus(&prescription, f64::INFINITY).map_err(TestCaseError::fail)?;

@@ -85,6 +85,8 @@ fn camera(lens: &Lens, diagonal: f64, precision: Precision) -> Result<Camera, St
         bands: Vec::new(),
         film_diagonal: None,
         shutter: Shutter::default(),
+        shift: [0.0; 2],
+        exposure: Default::default(),
         clip: Clip::NONE,
     };
     Camera::new(
@@ -286,7 +288,7 @@ proptest! {
         surfaces in lens(1..8),
         film_distance in (-3.0..4.0f64).prop_map(|e| 10f64.powf(e)),
     ) {
-        let lens = Prescription { surfaces, film_distance, warnings: Vec::new() };
+        let lens = Prescription { surfaces, film_distance, positions: None, warnings: Vec::new() };
         let lens = Lens::new(&lens, film_distance).expect("surfaces and a film");
         check_lens("", &lens, 0.02).map_err(TestCaseError::fail)?;
     }

@@ -123,6 +123,7 @@ fn check_lanes(
     let lens = Prescription {
         surfaces: surfaces.to_vec(),
         film_distance,
+        positions: None,
         warnings: Vec::new(),
     };
     let lens = Lens::new(&lens, film_distance).map_err(|e| e.to_string())?;
@@ -419,6 +420,7 @@ fn numbers_that_are_none_make_no_rays_and_harm_no_neighbor() {
         &Prescription {
             surfaces,
             film_distance: 0.0,
+            positions: None,
             warnings: Vec::new(),
         },
         26.0,

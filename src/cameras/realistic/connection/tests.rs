@@ -42,6 +42,7 @@ fn specs() -> Vec<RealisticSpec> {
             let p = Prescription {
                 surfaces: gauss.lens.surfaces().to_vec(),
                 film_distance: 0.0,
+                positions: None,
                 warnings: Vec::new(),
             };
             Band {

@@ -1,0 +1,60 @@
+//! What a photographer notes of an image, for the render line and the image's file.
+
+use super::RealisticSpec;
+use crate::cameras::FilmGeometry;
+use crate::film::Photograph;
+use crate::optics::Prescription;
+use crate::optics::StopShape;
+use crate::optics::depth_of_field::depth_of_field;
+use crate::optics::f_number::{t_number, working_number};
+
+/// Diameter of the blur that still passes for a point, over the film's diagonal: the usual convention (Zeiss, "Depth of field and bokeh",
+/// 2010).
+const CIRCLE: f64 = 1.0 / 1500.0;
+
+/// Millimeters to meters, of what is finite.
+fn meters(mm: f64) -> Option<f64> {
+    mm.is_finite().then_some(1e-3 * mm)
+}
+
+impl RealisticSpec {
+    /// What was set, and what follows from it for the image on `film`.
+    pub fn photograph(&self, film: &FilmGeometry) -> Photograph {
+        let lens = &self.lens;
+        let paraxial = lens.paraxial();
+        let diagonal = self.diagonal(film);
+        let [width, height] = film.size_mm(diagonal);
+        let depth = depth_of_field(lens, CIRCLE * diagonal);
+        let light = self.stop_shape.as_ref().map_or(1.0, StopShape::light);
+        let plane = lens.plane_of_focus().map(|z| lens.film_z() - z);
+        Photograph {
+            lens: self.lens_name.clone(),
+            f_number: paraxial.f_number,
+            t_number: t_number(&self.prescription(), light),
+            working_number: working_number(lens, light),
+            focal_length: paraxial.cardinals.map(|c| c.focal_length),
+            pinhole_focal_length: lens.pinhole_focal_length(),
+            entrance_pupil: paraxial.entrance_pupil.map(|p| lens.film_z() - p.z),
+            focus: plane.and_then(meters),
+            focused_at_infinity: plane == Some(f64::INFINITY),
+            near: depth.and_then(|d| meters(d.near)),
+            far: depth.and_then(|d| meters(d.far)),
+            hyperfocal: depth.and_then(|d| d.hyperfocal).and_then(meters),
+            exposure_time: self.exposure.seconds(&self.shutter),
+            iso: self.exposure.iso,
+            sensor: [width, height],
+            pixel_pitch: 1e3 * width / f64::from(film.resolution.x),
+            sensor_offset: self.shift.map(|mm| 0.0 - 1e3 * mm),
+        }
+    }
+
+    /// The lens without its film.
+    fn prescription(&self) -> Prescription {
+        Prescription {
+            surfaces: self.lens.surfaces().to_vec(),
+            film_distance: self.lens.film_distance(),
+            positions: None,
+            warnings: Vec::new(),
+        }
+    }
+}

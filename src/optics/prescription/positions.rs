@@ -1,0 +1,510 @@
+//! Lenses whose groups move: zooms, and lenses that focus by more than moving as a whole.
+//!
+//! A lens table names the thicknesses that change, and says what they are at each of some positions:
+//!
+//! ```text
+//! zoom   80    80   200   200      # what is engraved on the ring; positions of a lens that zooms
+//! focus  inf   2    inf   2        # meters from the film; positions of a lens that moves its groups to focus
+//! gap D5 2.1   2.4  30.6  31.9     # mm, a thickness named D5, at each position
+//! gap D9 41.0  40.7 3.2   1.9
+//! ```
+//!
+//! The lines may stand anywhere in the file; either of `zoom` and `focus` may be missing, and where both are given each zoom has each
+//! focus. Between positions thicknesses change linearly with the zoom and with the reciprocal of the distance: by then the film is a
+//! little off, and is put where the image is sharp as with any other lens ([`crate::optics::focus`]).
+
+use super::cells::{Cell, number};
+use super::{Prescription, RowNote};
+use std::cmp::Ordering;
+
+/// Positions and gaps are few; a file with more is none of a lens.
+const MOST: usize = 1000;
+
+/// What the file says of moving groups.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Positions {
+    zooms: Vec<f64>,
+    /// 1/distance, 1/m.
+    vergences: Vec<f64>,
+    gaps: Vec<Gap>,
+    /// Where in the file each line of them stands.
+    lines: Vec<(&'static str, usize)>,
+    /// Values of the lines `zoom` and `focus`, by position.
+    columns: [Option<Vec<f64>>; 2],
+}
+
+/// One thickness that changes.
+#[derive(Clone, Debug, PartialEq)]
+struct Gap {
+    name: String,
+    line: usize,
+    /// Surfaces that it lies behind.
+    behind: Vec<usize>,
+    /// As given by position; once checked, by zoom and within it by vergence.
+    values: Vec<f64>,
+}
+
+/// Why a lens has no such position.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PositionError {
+    /// Its groups stay where they are.
+    #[error("the lens does not zoom: its file has no `zoom` line")]
+    NoZoom,
+    /// Beyond the positions of the file.
+    #[error("the lens zooms from {low} to {high}, not to {asked}")]
+    OutOfRange {
+        /// What was asked for.
+        asked: f64,
+        /// The least.
+        low: f64,
+        /// The greatest.
+        high: f64,
+    },
+}
+
+impl Positions {
+    /// Is this a line of them?
+    pub(super) fn is_line(cells: &[Cell]) -> bool {
+        let first = cells.first().map(|c| c.text);
+        matches!(first, Some("zoom" | "focus" | "gap"))
+    }
+
+    /// Reads a line; what is wrong with it goes to `errors`.
+    pub(super) fn read(&mut self, line: usize, cells: &[Cell], errors: &mut Vec<RowNote>) {
+        let note = |cell: &Cell, message: String| RowNote {
+            line,
+            column: cell.column,
+            row: 0,
+            message,
+        };
+        let [word, rest @ ..] = cells else { return };
+        let (name, values) = match (word.text, rest) {
+            ("gap", [name, values @ ..]) => (Some(name), values),
+            ("gap", []) => return errors.push(note(word, "expected the name of a gap".into())),
+            (_, values) => (None, values),
+        };
+        let read = |cell: &Cell| match word.text {
+            "gap" => number(cell.text, "a thickness in mm"),
+            "zoom" => number(cell.text, "a positive zoom").and_then(positive),
+            _ => vergence(cell.text),
+        };
+        let mut numbers = Vec::new();
+        for cell in values {
+            match read(cell) {
+                Ok(x) => numbers.push(x),
+                Err(message) => return errors.push(note(cell, message)),
+            }
+        }
+        if numbers.is_empty() || numbers.len() > MOST || self.gaps.len() >= MOST {
+            let message = format!("expected 1 to {MOST} numbers, one for each position");
+            return errors.push(note(word, message));
+        }
+        match name {
+            Some(name) if name.text.parse::<f64>().is_ok() || self.gap(name.text).is_some() => {
+                let message = format!("{}: expected a name that no other gap has", name.text);
+                errors.push(note(name, message));
+            }
+            Some(name) => self.gaps.push(Gap {
+                name: name.text.to_string(),
+                line,
+                behind: Vec::new(),
+                values: numbers,
+            }),
+            None => {
+                let which = usize::from(word.text == "focus");
+                if self.columns[which].replace(numbers).is_some() {
+                    errors.push(note(word, format!("a second `{}` line", word.text)));
+                }
+                self.lines.push((["zoom", "focus"][which], line));
+            }
+        }
+    }
+
+    /// The number of the gap of this name.
+    pub(super) fn gap(&self, name: &str) -> Option<usize> {
+        self.gaps.iter().position(|gap| gap.name == name)
+    }
+
+    /// Its thickness at the first position, with the surface noted that it lies behind.
+    pub(super) fn place(&mut self, gap: usize, behind: usize) -> f64 {
+        let gap = &mut self.gaps[gap];
+        gap.behind.push(behind);
+        gap.values[0]
+    }
+
+    /// Has the file none of these lines?
+    pub(super) fn is_empty(&self) -> bool {
+        self.gaps.is_empty() && self.columns == [None, None]
+    }
+
+    /// The positions as a grid; or what keeps them from being one.
+    pub(super) fn checked(mut self) -> Result<Positions, RowNote> {
+        let at = |line: usize, message: String| RowNote {
+            line,
+            column: 1,
+            row: 0,
+            message,
+        };
+        let first = self.lines.first().map(|(_, line)| *line);
+        let first = first
+            .or_else(|| self.gaps.first().map(|g| g.line))
+            .unwrap_or(1);
+        let [zoom, focus] = std::mem::take(&mut self.columns);
+        let Some(count) = zoom.as_ref().or(focus.as_ref()).map(Vec::len) else {
+            let message = "a gap without positions: expected a line `zoom` or `focus`, too";
+            return Err(at(first, message.to_string()));
+        };
+        let zoom = zoom.unwrap_or_else(|| vec![0.0; count]);
+        let focus = focus.unwrap_or_else(|| vec![0.0; count]);
+        let uneven = self.gaps.iter().find(|gap| gap.values.len() != count);
+        if focus.len() != count {
+            let message = format!("{count} zooms and {} distances", focus.len());
+            return Err(at(first, message));
+        }
+        if let Some(gap) = uneven {
+            let message = format!("{} numbers for {count} positions", gap.values.len());
+            return Err(at(gap.line, message));
+        }
+        if let Some(gap) = self.gaps.iter().find(|gap| gap.behind.is_empty()) {
+            let message = format!("no row has the thickness {}", gap.name);
+            return Err(at(gap.line, message));
+        }
+        (self.zooms, self.vergences) = (distinct(&zoom), distinct(&focus));
+        let grid = |z: &f64| {
+            let of_zoom = |v: &f64| (0..count).find(|i| (zoom[*i], focus[*i]) == (*z, *v));
+            self.vergences.iter().map(of_zoom).collect::<Vec<_>>()
+        };
+        let grid: Option<Vec<usize>> = self.zooms.iter().flat_map(grid).collect();
+        let grid = grid.filter(|grid| grid.len() == count).ok_or_else(|| {
+            let message = "expected each pair of a zoom and a distance once";
+            at(first, message.to_string())
+        })?;
+        for gap in &mut self.gaps {
+            gap.values = grid.iter().map(|i| gap.values[*i]).collect();
+        }
+        Ok(self)
+    }
+
+    /// The least and the greatest zoom; `None` of a lens that does not zoom.
+    pub fn zoom_range(&self) -> Option<[f64; 2]> {
+        let (low, high) = (*self.zooms.first()?, *self.zooms.last()?);
+        (low > 0.0).then_some([low, high])
+    }
+
+    /// The zooms of the file's positions, ascending; empty of a lens that does not zoom.
+    pub fn zooms(&self) -> &[f64] {
+        self.zoom_range().map_or(&[], |_| &self.zooms)
+    }
+
+    /// Do groups move against each other to focus?
+    pub fn focuses(&self) -> bool {
+        self.vergences.len() > 1
+    }
+
+    /// The name of the gap behind a surface.
+    pub(super) fn name_behind(&self, surface: usize) -> Option<&str> {
+        let gap = self.gaps.iter().find(|gap| gap.behind.contains(&surface));
+        gap.map(|gap| gap.name.as_str())
+    }
+
+    /// The lines that say these positions.
+    pub(super) fn to_lines(&self) -> String {
+        let line = |word: &str, numbers: &[f64]| {
+            let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
+            format!("{word} {}\n", numbers.join(" "))
+        };
+        let mut text = String::new();
+        let (zooms, vergences) = (&self.zooms, &self.vergences);
+        if self.zoom_range().is_some() {
+            let each = zooms.iter().flat_map(|z| vergences.iter().map(|_| *z));
+            text += &line("zoom", &each.collect::<Vec<_>>());
+        }
+        if self.focuses() || text.is_empty() {
+            let distances = vergences.iter().map(|v| 1.0 / v);
+            let each = zooms.iter().flat_map(|_| distances.clone());
+            text += &line("focus", &each.collect::<Vec<_>>());
+        }
+        for gap in &self.gaps {
+            text += &line(&format!("gap {}", gap.name), &gap.values);
+        }
+        text
+    }
+
+    pub(super) fn scale(&mut self, factor: f64) {
+        let gaps = self.gaps.iter_mut().flat_map(|gap| &mut gap.values);
+        gaps.for_each(|x| *x *= factor);
+        self.vergences.iter_mut().for_each(|v| *v /= factor);
+    }
+}
+
+impl Prescription {
+    /// The lens at this zoom, its groups where they focus at `distance` mm from the film (infinity is allowed); the nearest and the
+    /// farthest of the file's distances stand for those beyond. Without a zoom: at the first of the file's. A lens whose groups do not
+    /// move is itself.
+    ///
+    /// # Errors
+    /// See [`PositionError`].
+    pub fn at_position(
+        &self,
+        zoom: Option<f64>,
+        distance: f64,
+    ) -> Result<Prescription, PositionError> {
+        let range = self.positions.as_ref().and_then(|p| p.zoom_range());
+        match (zoom, range) {
+            (Some(_), None) => return Err(PositionError::NoZoom),
+            (Some(asked), Some([low, high])) if !(low..=high).contains(&asked) => {
+                return Err(PositionError::OutOfRange { asked, low, high });
+            }
+            _ => {}
+        }
+        let mut lens = self.clone();
+        let Some(positions) = &self.positions else {
+            return Ok(lens);
+        };
+        let zoom = zoom.or(positions.zooms.first().copied()).unwrap_or(0.0);
+        let vergence = if distance > 0.0 { 1e3 / distance } else { 0.0 };
+        let (z, v) = (
+            between(&positions.zooms, zoom),
+            between(&positions.vergences, vergence),
+        );
+        for gap in &positions.gaps {
+            let at = |i: usize, j: usize| gap.values[i * positions.vergences.len() + j];
+            let along = |i: usize| mix(at(i, v.0), at(i, v.1), v.2);
+            let thickness = mix(along(z.0), along(z.1), z.2);
+            for surface in &gap.behind {
+                match lens.surfaces.get_mut(*surface) {
+                    // The last one's is the distance of the film.
+                    Some(_) if surface + 1 == self.surfaces.len() => lens.film_distance = thickness,
+                    Some(s) => s.thickness = thickness,
+                    None => {}
+                }
+            }
+        }
+        Ok(lens)
+    }
+}
+
+fn positive(x: f64) -> Result<f64, String> {
+    // Differences of larger ones would overflow.
+    match x > 0.0 && x <= 1e30 {
+        true => Ok(x),
+        false => Err(format!(
+            "expected a positive number of at most 1e30, found {x}"
+        )),
+    }
+}
+
+/// 1/m of a distance in meters.
+fn vergence(text: &str) -> Result<f64, String> {
+    if text == "inf" {
+        return Ok(0.0);
+    }
+    let meters = number(text, "a distance in meters, or inf").and_then(positive)?;
+    match 1.0 / meters {
+        v if v.is_finite() => Ok(v),
+        _ => Err(format!("a distance of {meters} m")),
+    }
+}
+
+/// Those that differ, ascending.
+fn distinct(values: &[f64]) -> Vec<f64> {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+/// The two places of `sorted` that `x` lies between, and how far from the first to the second: the ends beyond them.
+fn between(sorted: &[f64], x: f64) -> (usize, usize, f64) {
+    let last = sorted.len().saturating_sub(1);
+    let above = sorted.partition_point(|s| s.total_cmp(&x) == Ordering::Less);
+    match above {
+        0 => (0, 0, 0.0),
+        i if i > last => (last, last, 0.0),
+        i => {
+            let (low, high) = (sorted[i - 1], sorted[i]);
+            (i - 1, i, (x - low) / (high - low))
+        }
+    }
+}
+
+/// Exactly its ends at 0 and 1.
+fn mix(a: f64, b: f64, t: f64) -> f64 {
+    a * (1.0 - t) + b * t
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Paraxial;
+
+    /// Two thin groups, the distance between them and that of the film by zoom and focus.
+    const ZOOM: &str = "zoom 150 150 250 250\nfocus inf 2 inf 2\ngap D 40 42 55 58 # mm\n\
+        gap film 90 95 60 66\n0 0 0 10\n100 0 2 30\ninf D 1 30\n-80 0 2 30\ninf film 1 30\n";
+
+    #[test]
+    fn positions_of_the_file_are_exact_and_between_them_linear() {
+        let lens = Prescription::parse(ZOOM).unwrap();
+        let gaps = |zoom: f64, mm: f64| {
+            let lens = lens.at_position(Some(zoom), mm).unwrap();
+            [lens.surfaces[2].thickness, lens.film_distance]
+        };
+        assert_eq!(gaps(150.0, f64::INFINITY), [40.0, 90.0]);
+        assert_eq!(gaps(150.0, 2000.0), [42.0, 95.0]);
+        assert_eq!(gaps(250.0, f64::INFINITY), [55.0, 60.0]);
+        assert_eq!(gaps(250.0, 2000.0), [58.0, 66.0]);
+        // Half way in both: the mean of four.
+        assert_eq!(gaps(200.0, 4000.0), [48.75, 77.75]);
+        // Nearer than the file goes: the groups stay where they are at its nearest.
+        assert_eq!(gaps(150.0, 500.0), [42.0, 95.0]);
+        // Without a position: the first.
+        assert_eq!(lens.surfaces[2].thickness, 40.0);
+        assert_eq!(lens.film_distance, 90.0);
+        assert_eq!(
+            lens.at_position(None, f64::INFINITY).unwrap().surfaces,
+            lens.surfaces
+        );
+    }
+
+    #[test]
+    fn a_zoom_scales_as_a_whole() {
+        let lens = Prescription::parse(ZOOM).unwrap();
+        let focal = |p: &Prescription| Paraxial::new(&p.surfaces).cardinals.unwrap().focal_length;
+        for (zoom, mm) in [(150.0, f64::INFINITY), (180.0, 3000.0), (250.0, 2000.0)] {
+            let [plain, scaled] = [(1.0, 1.0), (0.5, 0.5)].map(|(size, distance)| {
+                let lens = lens.clone().scaled(size);
+                focal(&lens.at_position(Some(zoom), mm * distance).unwrap())
+            });
+            // Half, by exact halves.
+            assert!((scaled / plain - 0.5).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn what_no_position_is_says_so() {
+        let lens = Prescription::parse(ZOOM).unwrap();
+        assert_eq!(
+            lens.at_position(Some(300.0), 1e3),
+            Err(PositionError::OutOfRange {
+                asked: 300.0,
+                low: 150.0,
+                high: 250.0
+            })
+        );
+        assert!(lens.at_position(Some(f64::NAN), 1e3).is_err());
+        let fixed = Prescription::parse("50 5 1.5 20\n-50 0 1 20\n").unwrap();
+        assert_eq!(
+            fixed.at_position(Some(50.0), 1e3),
+            Err(PositionError::NoZoom)
+        );
+        assert_eq!(fixed.at_position(None, 1e3).as_ref(), Ok(&fixed));
+    }
+
+    #[test]
+    fn mistakes_are_found_at_their_lines() {
+        const ROWS: &str = "50 D 1.5 20\n-50 0 1 20\n";
+        for (lines, found) in [
+            (
+                "zoom 1 2\ngap D 1\n",
+                "line 2, column 1: 1 numbers for 2 positions",
+            ),
+            (
+                "zoom 1 1\ngap D 1 2\n",
+                "line 1, column 1: expected each pair",
+            ),
+            (
+                "zoom 1 2\nfocus inf\ngap D 1 2\n",
+                "line 1, column 1: 2 zooms and 1 distances",
+            ),
+            ("gap D 1\n", "line 1, column 1: a gap without positions"),
+            (
+                "zoom 1\ngap D 1\ngap E 2\n",
+                "line 3, column 1: no row has the thickness E",
+            ),
+            (
+                "zoom 1\ngap D 1\ngap D 2\n",
+                "line 3, column 5: D: expected a name",
+            ),
+            (
+                "zoom 1\nzoom 1\ngap D 1\n",
+                "line 2, column 1: a second `zoom` line",
+            ),
+            (
+                "zoom -1\ngap D 1\n",
+                "line 1, column 6: expected a positive number",
+            ),
+            (
+                "zoom 1e300\ngap D 1\n",
+                "line 1, column 6: expected a positive number",
+            ),
+            (
+                "focus 0\ngap D 1\n",
+                "line 1, column 7: expected a positive number",
+            ),
+            (
+                "zoom\ngap D 1\n",
+                "line 1, column 1: expected 1 to 1000 numbers",
+            ),
+            (
+                "gap\nzoom 1\n",
+                "line 1, column 1: expected the name of a gap",
+            ),
+            (
+                "zoom 1\ngap D x\n",
+                "line 2, column 7: expected a thickness",
+            ),
+        ] {
+            let error = Prescription::parse(&format!("{lines}{ROWS}")).unwrap_err();
+            assert!(error.to_string().contains(found), "{lines}{error}");
+        }
+    }
+
+    /// Every text of these words is read or refused, and every lens that is read has all its positions.
+    #[test]
+    fn no_text_panics() {
+        const WORDS: [&str; 16] = [
+            "zoom",
+            "focus",
+            "gap",
+            "D",
+            "E",
+            "inf",
+            "0",
+            "1",
+            "2.5",
+            "-3",
+            "1e308",
+            "nan",
+            "\n",
+            "\n",
+            "\n50 D 1.5 20\n",
+            "#",
+        ];
+        let mut state = 1u64;
+        let mut read = 0;
+        for _ in 0..20_000 {
+            let mut text = String::new();
+            for _ in 0..14 {
+                // Knuth's linear congruential generator, its high bits.
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                text += WORDS[(state >> 60) as usize];
+                text.push(' ');
+            }
+            let text = format!("zoom 1 2\ngap D 1 2\n{text}\n50 D 1.5 20\n-50 0 1 20\n");
+            let Ok(lens) = Prescription::parse(&text) else {
+                continue;
+            };
+            read += 1;
+            for zoom in [None, Some(1.0), Some(1.7), Some(2.0)] {
+                let at = lens.at_position(zoom, 1e3).unwrap();
+                assert!(
+                    at.surfaces.iter().all(|s| s.thickness.is_finite()),
+                    "{text}"
+                );
+            }
+        }
+        assert!(read > 100, "{read}");
+    }
+}
