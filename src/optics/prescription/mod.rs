@@ -1,7 +1,7 @@
 //! Lens prescriptions: what a lens is made of, and the files that say so.
 //!
 //! * [`dat`]: the table of the course and of pbrt, with aspheric and dispersion terms added;
-//! * [`write`]: the same, written;
+//! * [`mod@write`]: the same, written;
 //! * [`zmx`]: Zemax' sequential files, with the [`glass`] names they use.
 
 mod cells;
