@@ -252,6 +252,7 @@ fn table() -> Vec<Row> {
         transmittance: ONE,
         eta_a: 1.0,
         eta_b: 1.5,
+        evenness: 0.0,
     });
     let other_side = Lobe::LambertianTransmission(LambertianTransmission { transmittance: ONE });
     let metallic = Fresnel::Disney {

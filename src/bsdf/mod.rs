@@ -284,6 +284,16 @@ impl<'a> Bsdf<'a> {
         })
     }
 
+    /// Chooses between reflection and refraction of smooth boundaries more evenly than by flux from now on: see
+    /// [`FresnelSpecular`](specular::FresnelSpecular).
+    pub fn even_out(&mut self, evenness: f32) {
+        for lobe in &mut self.lobes {
+            if let Lobe::FresnelSpecular(boundary) = lobe {
+                boundary.evenness = evenness;
+            }
+        }
+    }
+
     /// Samples one of the specular lobes that reflect (`transmit` false) or transmit (true), all equally likely: `pdf`
     /// is one over their number.
     pub fn sample_specular(&self, wo: Vec3, transmit: bool, uc: f32) -> Option<BsdfSample> {
@@ -367,6 +377,7 @@ mod tests {
         transmittance: Rgb::ONE,
         eta_a: 1.0,
         eta_b: 1.5,
+        evenness: 0.0,
     });
 
     #[test]

@@ -55,22 +55,38 @@ pub struct FresnelSpecular {
     pub eta_a: f32,
     /// Refractive index on the other side.
     pub eta_b: f32,
+    /// How much more evenly than by flux reflection and refraction are chosen, from 0, which makes all paths carry the
+    /// same flux, to 1, by the square roots of the fluxes.
+    pub evenness: f32,
 }
 
 impl FresnelSpecular {
-    /// Samples reflection if `uc` in [0, 1) is below the Fresnel reflectance, otherwise refraction.
+    /// Probability of reflection where the Fresnel reflectance is `f`: that (evenness 0) makes all paths carry the same flux.
+    /// Where they light different pixels, the faint light of reflections is as noisy as it is faint, and chances that go
+    /// with the square roots of the fluxes (evenness 1) share the noise between both.
+    fn reflection_probability(&self, f: f32) -> f32 {
+        if self.evenness == 0.0 {
+            return f;
+        }
+        let (reflected, refracted) = (f.sqrt(), (1.0 - f).sqrt());
+        let even = reflected / (reflected + refracted);
+        f + self.evenness * (even - f)
+    }
+
+    /// Samples reflection if `uc` in [0, 1) is below its probability, otherwise refraction.
     pub fn sample(&self, wo: Vec3, uc: f32) -> Option<LobeSample> {
         let f = dielectric(wo.z, self.eta_a, self.eta_b);
-        if uc < f {
-            Some(reflected(wo, self.reflectance * f, f))
+        let share = 1.0 - f;
+        let p = self.reflection_probability(f);
+        if uc < p {
+            Some(reflected(wo, self.reflectance * f, p))
         } else {
-            let share = 1.0 - f;
             refracted(
                 wo,
                 self.transmittance * share,
                 self.eta_a,
                 self.eta_b,
-                share,
+                1.0 - p,
             )
         }
     }

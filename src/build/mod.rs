@@ -11,7 +11,7 @@ mod textures;
 
 use crate::budget::Budget;
 use crate::cameras::{Camera, CameraError, FilmGeometry};
-use crate::film::{FilmMetadata, PixelBounds};
+use crate::film::{FilmMetadata, LightShare, PixelBounds};
 use crate::filters::Filter;
 use crate::integrators::Integrator;
 use crate::lights::Light;
@@ -160,6 +160,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         filter: filter(&options),
         sampled: sampled_bounds(bounds, options.integrator.pixel_bounds),
         film: options.film,
+        light_share: LightShare(1.0),
     };
     prepare_light_paths(&mut job);
     Some(PreparedScene {
@@ -189,6 +190,7 @@ fn prepare_light_paths(job: &mut RenderJob) {
         let (lit, radius) = (job.lit(), job.filter.radius());
         let window = [lit.min.as_vec2() - radius, lit.max.as_vec2() + radius];
         job.camera.prepare_connections(window);
+        job.learn();
     }
 }
 

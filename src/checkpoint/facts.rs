@@ -1,6 +1,6 @@
 //! What a shard's file says of the image: enough to make it without the scene.
 
-use crate::film::{FilmMetadata, FilmSpec};
+use crate::film::{FilmMetadata, FilmSpec, LightShare};
 use crate::math::UVec2;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -45,8 +45,8 @@ pub struct Facts {
     pub spp: u32,
     /// Rendered in passes until then.
     pub goal: Option<GoalFacts>,
-    /// If paths are traced from the lights, the scale of their [`crate::film::Splats`].
-    pub splats: Option<i32>,
+    /// If paths are traced from the lights, the scale of their [`crate::film::Splats`], and how many there are.
+    pub splats: Option<(i32, LightShare)>,
 }
 
 /// See [`FilmSpec`].

@@ -28,6 +28,7 @@
 mod bounds;
 mod exr;
 mod image;
+mod light_share;
 mod metadata;
 mod pairwise;
 mod path_set;
@@ -48,6 +49,7 @@ mod tests;
 
 pub use bounds::PixelBounds;
 pub use image::Image;
+pub use light_share::LightShare;
 pub use metadata::{FilmMetadata, Photograph};
 pub(crate) use pairwise::Pairwise;
 pub use path_set::PathSet;

@@ -1,11 +1,12 @@
 //! What an integrator works with: a camera ray, the world, its lights and the samples.
 
 use super::bdpt::SpareVertices;
+use super::emitters::Emitters;
 use super::witness::{Met, Place, Watch};
 use crate::cameras::{Camera, CameraRay, CameraSample};
 use crate::film::PixelBounds;
 use crate::filters::Filter;
-use crate::lights::{EmitterChoice, LightGroups, LightSelector, SceneSphere};
+use crate::lights::{LightGroups, LightSelector};
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec3};
 use crate::samplers::SampleStream;
@@ -93,24 +94,4 @@ pub struct LightJob<'a> {
     pub bounds: PixelBounds,
     /// Light paths for each sample of a pixel.
     pub light_paths: f32,
-}
-
-/// What paths need that begin at a light.
-#[derive(Debug)]
-pub(super) struct Emitters {
-    /// Where they begin.
-    pub choice: EmitterChoice,
-    /// The scene that lights at infinity shine on.
-    pub scene: SceneSphere,
-}
-
-impl Emitters {
-    /// For all lights of the world that are sampled.
-    pub(super) fn new(world: &World) -> Emitters {
-        let (center, radius) = world.geometry.bounds().bounding_sphere();
-        Emitters {
-            choice: EmitterChoice::new(world.sampled_lights(), radius),
-            scene: SceneSphere { center, radius },
-        }
-    }
 }

@@ -30,6 +30,16 @@ pub(super) trait Transport {
     ) {
     }
 
+    /// Where and with which density light path with these sample points begins; `None` where it does not.
+    fn beginning(
+        &self,
+        _job: &LightJob,
+        _lights: &Lights,
+        _stream: SampleStream,
+    ) -> Option<Beginning> {
+        None
+    }
+
     /// Bytes for what an image of so many pixels takes besides its sums.
     fn memory(&self, _pixels: u64) -> u64 {
         0
@@ -37,6 +47,12 @@ pub(super) trait Transport {
 
     /// Radiance along the camera ray.
     fn radiance(&self, context: Context) -> Rgb;
+
+    /// [`Transport::radiance`] in two parts: that of camera paths alone, and what comes of joining all of them to light paths,
+    /// over the share of them that are joined in the image.
+    fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {
+        [self.radiance(context), Rgb::ZERO]
+    }
 
     /// The path integrator that finds the same light; `None` if the image is not of light.
     fn path(&self) -> Option<Path>;
@@ -97,6 +113,10 @@ macro_rules! integrator_types {
                 match self { $(IntegratorSpec::$Type(i) => i.light_paths(job, lights, paths, splat),)* }
             }
 
+            pub(super) fn beginning(&self, job: &LightJob, lights: &Lights, stream: SampleStream) -> Option<Beginning> {
+                match self { $(IntegratorSpec::$Type(i) => i.beginning(job, lights, stream),)* }
+            }
+
             /// Bytes for what an image of so many pixels takes besides its sums.
             pub fn memory(&self, pixels: u64) -> u64 {
                 match self { $(IntegratorSpec::$Type(i) => i.memory(pixels),)* }
@@ -104,6 +124,10 @@ macro_rules! integrator_types {
 
             pub(super) fn path(&self) -> Option<Path> {
                 match self { $(IntegratorSpec::$Type(i) => i.path(),)* }
+            }
+
+            pub(super) fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {
+                match self { $(IntegratorSpec::$Type(i) => i.radiance_in_parts(context),)* }
             }
 
             #[inline]

@@ -9,6 +9,7 @@ mod context;
 mod differentials;
 mod direct;
 mod directlighting;
+mod emitters;
 mod kinds;
 mod path;
 mod specular;
@@ -27,7 +28,9 @@ use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
 use crate::world::World;
-use context::{Context, Emitters, Lights};
+use context::{Context, Lights};
+use emitters::Emitters;
+pub use emitters::{Beginning, Learned};
 use kinds::Transport;
 use witness::Watch;
 
@@ -138,6 +141,35 @@ impl Integrator {
         })
     }
 
+    /// [`Integrator::radiance`] in two parts: without and from connections to light paths, which are made for all camera paths
+    /// although each is over the share of them that are joined in the image.
+    pub fn radiance_in_parts(
+        &self,
+        world: &World,
+        end: &CameraEnd,
+        differentials: Option<&RayDifferentials>,
+        stream: &mut SampleStream,
+        workspace: &mut Workspace,
+    ) -> [Rgb; 2] {
+        self.spec.radiance_in_parts(Context {
+            world,
+            lights: &self.lights,
+            stream,
+            ray: end.ray.ray,
+            differentials,
+            end,
+            workspace,
+            watch: None,
+        })
+    }
+
+    /// Joins a `share` of camera paths to light paths.
+    pub fn join(&mut self, share: f32) {
+        if let IntegratorSpec::Bdpt(bdpt) = &mut self.spec {
+            bdpt.connections = share;
+        }
+    }
+
     /// Returns `true` if paths are traced from the lights, too: [`Integrator::light_paths`].
     pub fn traces_light(&self) -> bool {
         self.spec.traces_light()
@@ -166,5 +198,17 @@ impl Integrator {
         splat: &mut impl FnMut(u64, UVec2, Rgb),
     ) {
         self.spec.light_paths(job, &self.lights, paths, splat);
+    }
+
+    /// Where the light path with these sample points begins.
+    pub fn beginning(&self, job: &LightJob, stream: SampleStream) -> Option<Beginning> {
+        self.spec.beginning(job, &self.lights, stream)
+    }
+
+    /// Begins light paths where they bring much, by what was `learned` from so many `paths`.
+    pub fn guide_emission(&mut self, learned: &[Learned], paths: usize) {
+        if let Some(emitters) = &mut self.lights.emitters {
+            emitters.learn(learned, paths);
+        }
     }
 }

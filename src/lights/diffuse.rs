@@ -12,7 +12,7 @@ use crate::math::frame::Frame;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::params::ParamReader;
-use crate::shapes::emitter::{Emitter, EmitterSample};
+use crate::shapes::emitter::{AreaSample, Emitter, EmitterSample};
 use crate::surface::{ReferencePoint, SurfaceHit};
 use std::f32::consts::PI;
 
@@ -120,6 +120,22 @@ impl DiffuseAreaLight {
         self.emitter.area()
     }
 
+    /// The ray from a point in unit direction `d`.
+    fn from_chosen(&self, chosen: &AreaSample, d: Vec3) -> Option<Emission> {
+        let emission = Emission {
+            p: chosen.p,
+            p_error: chosen.p_error,
+            n: chosen.n,
+            d,
+            light: self.toward(chosen.n, d),
+            density: EmissionDensity {
+                position: chosen.density,
+                direction: self.direction_density(chosen.n, d),
+            },
+        };
+        emission.if_any()
+    }
+
     /// A point of the emitter that `p` sees, and the normal there.
     fn look_from(&self, p: Vec3, u: f32) -> Option<(Vec3, Vec3)> {
         let eye = ReferencePoint {
@@ -151,19 +167,11 @@ impl LightType for DiffuseAreaLight {
 
     fn emit(&self, _scene: &SceneSphere, u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
         let chosen = self.emitter.sample_area(u_position);
-        let d = self.direction(chosen.n, u_direction);
-        let emission = Emission {
-            p: chosen.p,
-            p_error: chosen.p_error,
-            n: chosen.n,
-            d,
-            light: self.toward(chosen.n, d),
-            density: EmissionDensity {
-                position: chosen.density,
-                direction: self.direction_density(chosen.n, d),
-            },
-        };
-        emission.if_any()
+        self.from_chosen(&chosen, self.direction(chosen.n, u_direction))
+    }
+
+    fn emit_toward(&self, u_position: Vec2, d: Vec3) -> Option<Emission> {
+        self.from_chosen(&self.emitter.sample_area(u_position), d)
     }
 
     fn emission_density(&self, _scene: &SceneSphere, n: Vec3, d: Vec3) -> EmissionDensity {

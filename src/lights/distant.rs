@@ -75,6 +75,10 @@ impl LightType for DistantLight {
         Emission::from_infinity(scene, -self.toward, self.irradiance, 1.0, u_position)
     }
 
+    fn emit_toward(&self, _u_position: Vec2, _d: Vec3) -> Option<Emission> {
+        None
+    }
+
     fn emission_density(&self, scene: &SceneSphere, _n: Vec3, _d: Vec3) -> EmissionDensity {
         EmissionDensity::at_infinity(scene, 1.0)
     }

@@ -31,8 +31,19 @@ const OUTSIDE: f32 = 1.001;
 impl SceneSphere {
     /// A point of the disk that faces light traveling in unit direction `d`, evenly.
     pub(super) fn disk_point(&self, d: Vec3, u: Vec2) -> Vec3 {
-        let across = concentric_disk(u).extend(-OUTSIDE);
-        self.center + self.radius * Frame::from_normal(d).to_world(across)
+        self.on_disk(d, concentric_disk(u))
+    }
+
+    /// The point of the disk's plane that is `at` radii from its center across `d`.
+    pub(super) fn on_disk(&self, d: Vec3, at: Vec2) -> Vec3 {
+        self.center + self.radius * Frame::from_normal(d).to_world(at.extend(-OUTSIDE))
+    }
+
+    /// How many radii `p` is from the center, across `d`: the inverse of [`SceneSphere::on_disk`].
+    pub(super) fn across(&self, d: Vec3, p: Vec3) -> Vec2 {
+        Frame::from_normal(d)
+            .to_local((p - self.center) / self.radius)
+            .truncate()
     }
 
     /// Density of [`SceneSphere::disk_point`] per area.

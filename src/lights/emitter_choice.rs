@@ -21,6 +21,30 @@ impl EmitterChoice {
         }
     }
 
+    /// The number of lights.
+    pub fn cells(&self) -> usize {
+        self.probabilities.cells()
+    }
+
+    /// The choice that takes a part `share` of its probability from `masses`, one for each light, which are not negative.
+    pub fn mixed(&self, masses: &[f64], share: f32) -> EmitterChoice {
+        let total: f64 = masses.iter().sum();
+        let part = |mass: f64| {
+            if total > 0.0 {
+                (mass / total) as f32
+            } else {
+                0.0
+            }
+        };
+        let own = if total > 0.0 { 1.0 - share } else { 1.0 };
+        let lights = masses.iter().enumerate();
+        EmitterChoice {
+            probabilities: Distribution1D::new(
+                lights.map(|(i, &mass)| own * self.pmf(LightId(i as u32)) + share * part(mass)),
+            ),
+        }
+    }
+
     /// A light, its probability, and `u` stretched over what chose it: a number in [0, 1) for further use, with as few bits
     /// left as the light is improbable. `None` where there are no lights.
     pub fn sample(&self, u: f32) -> Option<(LightId, f32, f32)> {

@@ -135,6 +135,10 @@ impl LightType for GoniometricLight {
             }
             None => uniform_sphere(u_direction),
         };
+        self.emit_toward(Vec2::ZERO, d)
+    }
+
+    fn emit_toward(&self, _u_position: Vec2, d: Vec3) -> Option<Emission> {
         let intensity = self.intensity * self.factor(d);
         Emission::from_point(self.p, d, intensity, self.direction_density(d))
     }

@@ -126,6 +126,10 @@ impl LightType for InfiniteLight {
         Emission::from_infinity(scene, -toward, self.radiance * texel, density, u_position)
     }
 
+    fn emit_toward(&self, _u_position: Vec2, _d: Vec3) -> Option<Emission> {
+        None
+    }
+
     fn emission_density(&self, scene: &SceneSphere, _n: Vec3, d: Vec3) -> EmissionDensity {
         let direction = match &self.map {
             Some(map) => map.pdf(Receiver::Alone, -d),

@@ -92,6 +92,15 @@ macro_rules! light_types {
                 }
             }
 
+            /// [`Light::emit`] in a given unit direction: a ray from a point chosen by `u_position`, with the densities that
+            /// `emit` has for it. `None` for lights at infinity.
+            pub fn emit_toward(&self, u_position: Vec2, d: Vec3) -> Option<Emission> {
+                match self {
+                    $(Light::$Type(l) => l.emit_toward(u_position, d),)*
+                    $(Light::$Area(l) => l.emit_toward(u_position, d),)*
+                }
+            }
+
             /// The densities with which [`Light::emit`] chooses a ray in unit direction `d`: of an area light, from any
             /// point of it where hits report the unit geometric normal `n`. What `emit` cannot choose has density 0,
             /// but where it has no alternative it is not asked whether `d` is the one.

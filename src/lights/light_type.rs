@@ -21,6 +21,9 @@ pub(super) trait LightType: Sized {
 
     fn emit(&self, scene: &SceneSphere, u_position: Vec2, u_direction: Vec2) -> Option<Emission>;
 
+    /// [`LightType::emit`] in a given direction; `None` for lights at infinity.
+    fn emit_toward(&self, u_position: Vec2, d: Vec3) -> Option<Emission>;
+
     fn emission_density(&self, scene: &SceneSphere, n: Vec3, d: Vec3) -> EmissionDensity;
 
     fn prepare_emission(&mut self) {}

@@ -7,6 +7,7 @@
 pub mod diffuse;
 pub mod distant;
 pub mod emission;
+mod emission_guide;
 mod emitter_choice;
 pub mod environment_map;
 pub mod goniometric;
@@ -32,6 +33,7 @@ mod tree;
 pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
 pub use distant::{DistantLight, DistantSpec};
 pub use emission::{Emission, EmissionDensity, LightEnd, SceneSphere};
+pub use emission_guide::{EmissionGuide, place_of_ray};
 pub use emitter_choice::EmitterChoice;
 pub use goniometric::{GoniometricLight, GoniometricSpec};
 pub use groups::{LightGroup, LightGroups};

@@ -64,7 +64,10 @@ impl LightType for PointLight {
     }
 
     fn emit(&self, _scene: &SceneSphere, _u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
-        let d = uniform_sphere(u_direction);
+        self.emit_toward(Vec2::ZERO, uniform_sphere(u_direction))
+    }
+
+    fn emit_toward(&self, _u_position: Vec2, d: Vec3) -> Option<Emission> {
         Emission::from_point(self.p, d, self.intensity, UNIFORM_SPHERE_PDF)
     }
 

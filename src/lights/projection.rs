@@ -183,6 +183,10 @@ impl LightType for ProjectionLight {
         };
         let w = ((2.0 * uv - 1.0) * self.half).extend(1.0);
         let d = Directions::new(&self.light_from_render).to_render(w);
+        self.emit_toward(Vec2::ZERO, d)
+    }
+
+    fn emit_toward(&self, _u_position: Vec2, d: Vec3) -> Option<Emission> {
         let intensity = self.intensity * self.factor(d);
         Emission::from_point(self.p, d, intensity, self.direction_density(d))
     }

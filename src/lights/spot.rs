@@ -195,6 +195,10 @@ impl LightType for SpotLight {
     fn emit(&self, _scene: &SceneSphere, _u_position: Vec2, u_direction: Vec2) -> Option<Emission> {
         let w = self.direction(u_direction);
         let d = Directions::new(&self.light_from_render).to_render(w);
+        self.emit_toward(Vec2::ZERO, d)
+    }
+
+    fn emit_toward(&self, _u_position: Vec2, d: Vec3) -> Option<Emission> {
         let intensity = self.intensity * self.falloff(d);
         Emission::from_point(self.p, d, intensity, self.direction_density(d))
     }

@@ -55,6 +55,7 @@ impl Scattering for Glass {
                 transmittance,
                 eta_a: 1.0,
                 eta_b,
+                evenness: 0.0,
             }));
         }
     }

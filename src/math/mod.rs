@@ -3,6 +3,7 @@
 //! Geometry uses [`glam::Vec3`] and [`glam::DVec3`], never `Vec3A`, whose cross product rounds differently depending on
 //! the instruction set it was compiled for.
 
+pub mod adaptive_density;
 pub mod cie;
 pub mod color;
 pub mod distribution;

@@ -62,8 +62,8 @@ impl Halves {
         self.counts[half][tile] = count;
     }
 
-    /// The light paths that belong to the samples of one half so far, or in a plan: as many.
-    pub fn paths(&self, half: usize, counts: &Counts) -> u64 {
+    /// The camera samples of one half so far, or in a plan.
+    pub fn samples_of(&self, half: usize, counts: &Counts) -> u64 {
         let pairs = self.tiles.iter().zip(&counts[half]);
         pairs.map(|(t, &n)| t.area() as u64 * u64::from(n)).sum()
     }

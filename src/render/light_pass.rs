@@ -2,7 +2,7 @@
 //! on the film.
 //!
 //! A pixel's light is the mean over its own camera samples plus the mean over all light paths of what they bring to it.
-//! There are as many paths as camera samples, and they are shared by all pixels. The two parts are independent: each of
+//! Paths are shared by all pixels; how many there are for each camera sample is what a pilot pass has found to pay. The two parts are independent: each of
 //! them may have any number without a bias.
 
 use super::{Progress, RenderJob};
@@ -32,11 +32,11 @@ impl RenderJob {
         self.film.pixel_bounds().intersection(self.sampled)
     }
 
-    /// Light paths for each sample of a pixel, all of which share them: the number of pixels; 0 if none are traced. Weights of
-    /// multiple importance sampling are made with it whatever the real numbers are.
+    /// Light paths for each sample of a pixel, all of which share them; 0 if none are traced. Weights of multiple importance
+    /// sampling are made with it whatever the real numbers are.
     pub(super) fn paths_per_sample(&self) -> f32 {
         match self.traces_light() {
-            true => self.lit().area() as f32,
+            true => self.lit().area() as f32 * self.light_share.0,
             false => 0.0,
         }
     }
@@ -44,7 +44,7 @@ impl RenderJob {
     /// Number of light paths of an image with `spp` samples in every pixel.
     pub fn light_paths(&self, spp: u32) -> u64 {
         match self.traces_light() {
-            true => self.lit().area() as u64 * u64::from(spp),
+            true => { self.light_share }.paths(self.lit().area() as u64 * u64::from(spp)),
             false => 0,
         }
     }

@@ -10,6 +10,7 @@ mod goal;
 mod halves;
 mod light_pass;
 mod photon_passes;
+mod pilot;
 mod progress;
 mod progressive;
 mod shard;
@@ -23,7 +24,7 @@ pub use shard::{Division, LightOfShard, Pass, passes, render_shard};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
-use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, Tile};
+use crate::film::{DroppedSample, Film, FilmSpec, LightShare, PixelBounds, Tile};
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
 use crate::integrators::{CameraEnd, Integrator, Workspace};
@@ -59,6 +60,8 @@ pub struct RenderJob {
     pub film: FilmSpec,
     /// Pixels to sample; those outside stay black.
     pub sampled: PixelBounds,
+    /// Light paths for each camera sample, where any are traced: see [`RenderJob::learn`].
+    pub light_share: LightShare,
 }
 
 /// Renders the image on the current rayon pool; if it is stopped, as much of it as was done.

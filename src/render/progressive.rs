@@ -196,12 +196,17 @@ impl<'a> Passes<'a> {
         })
     }
 
+    /// The light paths that belong to the samples of one half so far, or in a plan.
+    fn paths(&self, half: usize, counts: &Counts) -> u64 {
+        { self.job.light_share }.paths(self.halves.samples_of(half, counts))
+    }
+
     /// Traces the light paths so far again if a checkpoint has those of later passes in the same sums, but not the plans of
     /// these passes. Returns `false` if it was stopped.
     fn forget_later_light(&mut self, progress: &Progress) -> bool {
         let mut is_whole = true;
         for half in [0, 1] {
-            let paths = self.halves.paths(half, self.halves.counts());
+            let paths = self.paths(half, self.halves.counts());
             if let (Some(splats), Some(blank)) = (self.halves.splats(half), self.job.splats())
                 && splats.paths().count() > paths
             {
@@ -217,7 +222,7 @@ impl<'a> Passes<'a> {
     fn run(&mut self, counts: &Counts, deadline: Option<Instant>, progress: &Progress) -> bool {
         let in_time = || deadline.is_none_or(|end| Instant::now() < end);
         let kept = |unit: &Unit| progress.journal().is_some_and(|journal| journal.has(unit));
-        let before = [0, 1].map(|half| self.halves.paths(half, self.halves.counts()));
+        let before = [0, 1].map(|half| self.paths(half, self.halves.counts()));
         let mut complete = true;
         for (half, counts) in counts.iter().enumerate() {
             let have = &self.halves.counts()[half];
@@ -248,7 +253,7 @@ impl<'a> Passes<'a> {
             }
         }
         for (half, done) in before.into_iter().enumerate() {
-            let paths = done..self.halves.paths(half, counts);
+            let paths = done..self.paths(half, counts);
             complete &= self.trace_light(half, paths, in_time, progress);
         }
         complete

@@ -10,7 +10,7 @@ use super::halves::{Counts, follows};
 use super::work::{Worked, work};
 use super::{Goal, Progress, RenderJob, TILE_SIZE, light_pass};
 use crate::checkpoint::{Journal, Shard, Unit};
-use crate::film::{PixelBounds, Splats};
+use crate::film::{LightShare, PixelBounds, Splats};
 use crate::math::UVec2;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
@@ -146,13 +146,12 @@ impl Division {
     }
 
     /// The light paths of a pass in one half that a shard traces, where paths are traced from the lights: an equal part of
-    /// as many as there are camera samples. They cost the same on average, wherever they are.
-    pub fn light(&self, shard: Shard, half: usize, pass: &Pass) -> Range<u64> {
+    /// those that belong to its camera samples. They cost the same on average, wherever they are.
+    pub fn light(&self, shard: Shard, half: usize, pass: &Pass, share: LightShare) -> Range<u64> {
         let until = |end: fn(&Range<u32>) -> u32| -> u64 {
             let tiles = self.bounds.tiles(TILE_SIZE).zip(&pass[half]);
-            { tiles }
-                .map(|(tile, samples)| tile.area() as u64 * u64::from(end(samples)))
-                .sum()
+            let samples = tiles.map(|(tile, samples)| tile.area() as u64 * u64::from(end(samples)));
+            share.paths(samples.sum())
         };
         let (start, end) = (until(|samples| samples.start), until(|samples| samples.end));
         let part = |number: u32| {
@@ -247,7 +246,7 @@ pub fn render_shard(
     let is_whole = pieces.par_iter().map(render).reduce(|| true, |a, b| a && b);
     let halves = light.splats.iter_mut().zip(&samplers).zip(0..);
     halves.fold(is_whole, |is_whole, ((splats, sampler), half)| {
-        let paths = division.light(shard, half.into(), pass);
+        let paths = division.light(shard, half.into(), pass, job.light_share);
         let sampler = (half, sampler);
         light_pass::trace(job, sampler, splats, paths, || true, progress) && is_whole
     })

@@ -163,6 +163,11 @@ impl Sampler {
         }
     }
 
+    /// One of the same kind for a pilot pass, independent of this one and of its halves.
+    pub fn pilot(&self) -> Sampler {
+        self.half(2)
+    }
+
     /// The stream of one camera sample. Indices at or beyond [`Sampler::spp`] are allowed and continue with
     /// new points that are equally well distributed.
     pub fn stream(&self, pixel: IVec2, index: u32) -> SampleStream {

@@ -204,7 +204,8 @@ impl Prepared {
                 .sum()
         };
         let paths = |pass: &Pass| -> u64 {
-            let ranges = (0..pass.len()).map(|half| division.light(shard, half, pass));
+            let ranges =
+                (0..pass.len()).map(|half| division.light(shard, half, pass, job.light_share));
             let counts = ranges.map(|range| range.end - range.start);
             counts.filter(|_| job.traces_light()).sum()
         };
@@ -247,7 +248,7 @@ impl Prepared {
                 error: goal.error.unwrap_or_default(),
                 max_spp: goal.max_spp,
             }),
-            splats: job.splat_scale(),
+            splats: { job.splat_scale() }.map(|scale| (scale, job.light_share)),
         };
         Journal::open(&Keep {
             path: &file.path,

@@ -385,7 +385,7 @@ fn mixtures_are_refused() {
 }
 
 /// After the first line.
-const HEADER: usize = b"fstop checkpoint 3\n".len();
+const HEADER: usize = b"fstop checkpoint 4\n".len();
 
 /// A record with its length and checksum.
 fn framed(body: &[u8]) -> Vec<u8> {

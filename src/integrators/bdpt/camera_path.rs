@@ -26,8 +26,10 @@ pub(super) struct CameraPath<'c, 'a> {
     pub walk: Walk,
     /// Those of the camera ray, up to its hit.
     pub differentials: Option<&'a RayDifferentials>,
-    /// Light collected so far.
+    /// Light collected so far, but for that of joined paths.
     pub radiance: Rgb,
+    /// Light by s ≥ 2.
+    pub joined: Rgb,
     /// What it is joined to.
     pub light_path: &'c LightPath<'a>,
 }
@@ -63,6 +65,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             differentials: context.differentials,
             context,
             radiance: Rgb::ZERO,
+            joined: Rgb::ZERO,
             light_path,
         }
     }
@@ -99,8 +102,13 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 let history = self.history(hit.surface.p, cosine);
                 self.add_emission(&hit, &history);
                 let differentials = self.differentials.take();
-                let Some(vertex) = surface_vertex(world, hit, self.walk.medium, differentials)
-                else {
+                let Some(vertex) = surface_vertex(
+                    world,
+                    hit,
+                    self.walk.medium,
+                    differentials,
+                    Carries::Radiance,
+                ) else {
                     return self.walk.pass(world, &hit);
                 };
                 if self.walk.depth >= self.bdpt.max_depth {
@@ -125,7 +133,8 @@ impl<'c, 'a> CameraPath<'c, 'a> {
 
     /// Reports the vertex just reached, for the search for samples that are not finite.
     fn arrive(&mut self, met: witness::Met) {
-        self.context.arrive(self.walk.depth, met, self.radiance);
+        let collected = self.radiance + self.joined;
+        self.context.arrive(self.walk.depth, met, collected);
     }
 
     /// s = 0: the surface emits.
@@ -282,11 +291,8 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 continue;
             };
             // The cosine at either vertex is in its value: `importance` has the geometric one toward the camera's vertex.
-            let joined = self.walk.throughput / self.bdpt.connections
-                * here.value
-                * there.value
-                * end.throughput
-                / distance2;
+            let joined =
+                self.walk.throughput * here.value * there.value * end.throughput / distance2;
             if is_black(joined) || !joined.is_finite() {
                 continue;
             }
@@ -303,7 +309,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             let weighted = joined * (weight / self.bdpt.connections);
             let medium = vertex.medium_toward(self.context.world, w);
             let left = transmittance(self.context.world, self.context.stream, &shadow, medium);
-            self.radiance += weighted * left;
+            self.joined += weighted * left;
         }
     }
 

@@ -51,7 +51,7 @@ impl Lit<'_> {
         };
         let begins = f64::from(emitters.choice.pmf(self.id));
         let LightEnd { p, n } = self.end;
-        let density = light.emission_density(&emitters.scene, n, -self.wi);
+        let density = emitters.density(world, self.id, n, self.from.p, -self.wi);
         let (position, direction) = (f64::from(density.position), f64::from(density.direction));
         let (direct, cosine) = (f64::from(pmf) * f64::from(self.pdf), f64::from(self.cosine));
         if light.is_at_infinity() {

@@ -6,6 +6,7 @@ use super::vertex::Vertex;
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_vertex};
 use super::weights::{History, Onward, square};
 use crate::handles::LightId;
+use crate::integrators::Beginning;
 use crate::integrators::context::Lights;
 use crate::lights::{Emission, LightEnd};
 use crate::math::{Rgb, color::is_black};
@@ -105,13 +106,18 @@ impl<'a> LightTracer<'_, 'a> {
         }
     }
 
+    /// Where a path begins.
+    pub(super) fn beginning(&self, stream: &mut SampleStream) -> Option<Beginning> {
+        let emitters = self.lights.emitters.as_ref()?;
+        let (light, pmf, emission) = emitters.begin(self.world, stream)?;
+        Some(emitters.beginning(self.world, light, pmf, &emission))
+    }
+
     /// Chooses a light and a ray of it.
     fn begin(&self, time: f32, stream: &mut SampleStream) -> Option<(LightId, Emission, Walk)> {
         let emitters = self.lights.emitters.as_ref()?;
-        let (id, pmf, _) = emitters.choice.sample(stream.next_1d())?;
-        let (at, toward) = (stream.next_2d(), stream.next_2d());
+        let (id, pmf, emission) = emitters.begin(self.world, stream)?;
         let light = self.world.light(id);
-        let emission = light.emit(&emitters.scene, at, toward)?;
         let from = ReferencePoint {
             p: emission.p,
             p_error: emission.p_error,
@@ -157,10 +163,12 @@ impl<'a> LightTracer<'_, 'a> {
         let vertex = match walk.advance(world, stream)? {
             Met::Background => return None,
             Met::Medium(at) => Vertex::Medium(at),
-            Met::Surface(hit) => match surface_vertex(world, hit, walk.medium, None) {
-                Some(vertex) => vertex,
-                None => return walk.pass(world, &hit),
-            },
+            Met::Surface(hit) => {
+                match surface_vertex(world, hit, walk.medium, None, Carries::Importance) {
+                    Some(vertex) => vertex,
+                    None => return walk.pass(world, &hit),
+                }
+            }
         };
         if walk.depth == 0 {
             walk.onward = self.first_onward(id, emission, &vertex, walk);

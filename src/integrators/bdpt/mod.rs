@@ -25,7 +25,7 @@ mod walk;
 mod weights;
 
 use super::context::{Context, Lights};
-use super::{LightJob, Path, Transport};
+use super::{Beginning, LightJob, Path, Transport};
 use crate::lights::SelectionStrategy;
 use crate::math::{Rgb, UVec2};
 use crate::params::ParamReader;
@@ -43,7 +43,7 @@ pub struct Bdpt {
     pub max_depth: u32,
     /// `lightsamplestrategy` ("spatial"): how emitter sampling chooses a light; noise only.
     pub light_strategy: SelectionStrategy,
-    /// The share of camera paths that are joined to a light path (s ≥ 2 and t ≥ 2).
+    /// The share of camera paths that are joined to a light path (s ≥ 2 and t ≥ 2), more than 0: what pays is found by a pilot pass.
     pub connections: f32,
 }
 
@@ -67,14 +67,11 @@ impl From<Path> for Bdpt {
     }
 }
 
-impl Transport for Bdpt {
-    const MEDIA: bool = true;
-    const INDIRECT: bool = true;
-    const TRACES_LIGHT: bool = true;
-
-    fn radiance(&self, mut context: Context) -> Rgb {
+impl Bdpt {
+    /// Radiance along the camera ray: that of camera paths, and of those that are joined to a light path if this one `joins`.
+    fn parts(&self, mut context: Context, joins: bool) -> [Rgb; 2] {
         let mut light_path = LightPath::in_spare(&mut context.workspace.vertices);
-        if self.connections >= 1.0 || context.stream.next_1d() < self.connections {
+        if joins {
             let tracer = LightTracer {
                 bdpt: self,
                 world: context.world,
@@ -86,11 +83,27 @@ impl Transport for Bdpt {
         }
         let mut path = CameraPath::new(self, &mut context, &light_path);
         while path.extend().is_some() {}
-        let radiance = path.radiance;
+        let parts = [path.radiance, path.joined];
         light_path.give_back(&mut context.workspace.vertices);
-        radiance
+        parts
+    }
+}
+
+impl Transport for Bdpt {
+    const MEDIA: bool = true;
+    const INDIRECT: bool = true;
+    const TRACES_LIGHT: bool = true;
+
+    fn radiance(&self, context: Context) -> Rgb {
+        let share = self.connections;
+        let joins = share >= 1.0 || context.stream.next_1d() < share;
+        let [radiance, joined] = self.parts(context, joins);
+        radiance + joined
     }
 
+    fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {
+        self.parts(context, true)
+    }
     fn light_paths(
         &self,
         job: &LightJob,
@@ -104,6 +117,21 @@ impl Transport for Bdpt {
             lights,
         };
         splat::splat_paths(&tracer, job, paths, splat);
+    }
+
+    fn beginning(
+        &self,
+        job: &LightJob,
+        lights: &Lights,
+        mut stream: SampleStream,
+    ) -> Option<Beginning> {
+        let tracer = LightTracer {
+            bdpt: self,
+            world: job.world,
+            lights,
+        };
+        splat::skip_camera(job, &mut stream);
+        tracer.beginning(&mut stream)
     }
 
     fn path(&self) -> Option<Path> {

@@ -51,8 +51,7 @@ pub(super) fn splat_paths(
         aims: ArrayVec::new(),
     };
     for (path, mut stream) in paths {
-        let time = job.camera.shutter().time(stream.next_1d());
-        let wavelength = stream.next_1d_if(job.camera.disperses());
+        let (time, wavelength) = skip_camera(job, &mut stream);
         let depth = tracer.bdpt.max_depth;
         tracer.trace(time, depth, &mut stream, |vertex, stream| {
             let lens = if job.camera.has_lens() {
@@ -68,6 +67,12 @@ pub(super) fn splat_paths(
         });
     }
     waiting.land(splat);
+}
+
+/// The first numbers of a path are the camera's: time and wavelength.
+pub(super) fn skip_camera(job: &LightJob, stream: &mut SampleStream) -> (f32, f32) {
+    let time = job.camera.shutter().time(stream.next_1d());
+    (time, stream.next_1d_if(job.camera.disperses()))
 }
 
 impl Waiting<'_, '_> {

@@ -227,6 +227,17 @@ pub(in super::super) enum Carries {
     Importance,
 }
 
+impl Carries {
+    /// How evenly paths are divided between what a smooth boundary reflects and what it refracts
+    /// ([`Bsdf::even_out`]). From a light both go to different pixels; a camera path's is in one, which is the sum.
+    fn evenness(self) -> f32 {
+        match self {
+            Carries::Radiance => 0.5,
+            Carries::Importance => 1.0,
+        }
+    }
+}
+
 impl Turn {
     /// Samples the BSDF at a hit.
     pub(in super::super) fn sample(
@@ -290,6 +301,7 @@ pub(super) fn surface_vertex<'a>(
     hit: GeometryHit,
     medium: Option<MediumId>,
     differentials: Option<&crate::math::ray::RayDifferentials>,
+    carries: Carries,
 ) -> Option<Vertex<'a>> {
     let material = world.material(hit.material)?;
     let mut vertex = Vertex::Surface {
@@ -299,6 +311,7 @@ pub(super) fn surface_vertex<'a>(
     };
     if let Vertex::Surface { hit, bsdf, .. } = &mut vertex {
         world.fill_bsdf(material, &hit.surface, differentials, bsdf);
+        bsdf.even_out(carries.evenness());
     }
     Some(vertex)
 }

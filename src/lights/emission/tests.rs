@@ -5,11 +5,12 @@ use super::*;
 use crate::assets::mesh::MeshData;
 use crate::handles::LightId;
 use crate::lights::{
-    DiffuseAreaLight, DiffuseAreaSpec, DistantLight, DistantSpec, EmitterChoice, GoniometricLight,
-    GoniometricSpec, InfiniteLight, InfiniteSpec, Light, LightMap, PointLight, PointSpec,
-    ProjectionLight, ProjectionSpec, SpotLight, SpotSpec,
+    DiffuseAreaLight, DiffuseAreaSpec, DistantLight, DistantSpec, EmissionGuide, EmitterChoice,
+    GoniometricLight, GoniometricSpec, InfiniteLight, InfiniteSpec, Light, LightMap, PointLight,
+    PointSpec, ProjectionLight, ProjectionSpec, SpotLight, SpotSpec, place_of_ray,
 };
 use crate::math::DVec3;
+use crate::math::adaptive_density::{AdaptiveDensity, Found};
 use crate::math::hash::{mix2, unit_float};
 use crate::math::sampling::uniform_sphere;
 use crate::math::transform::Transform;
@@ -663,6 +664,94 @@ fn light_that_leaves_is_light_that_arrives() {
         check!(failed, precise, "{}", case.name);
     }
     assert!(failed.is_empty(), "{failed:#?}");
+}
+
+/// A guide that has learned where rays come near to a point.
+fn guide_to(light: &Light, target: &Target) -> Option<EmissionGuide> {
+    let n = 20_000;
+    let found = (0..n).filter_map(|i| {
+        let e = light.emit(&SCENE, random(i, 30), random(i, 31))?;
+        let at = place_of_ray(light, &SCENE, e.p, e.d);
+        let square = if target.is_hit(&e) {
+            total(e.flux())
+        } else {
+            0.0
+        };
+        (square > 0.0).then_some(Found { at, square })
+    });
+    let mut found: Vec<Found> = found.collect();
+    AdaptiveDensity::new(&mut found, n as usize).map(EmissionGuide::new)
+}
+
+/// Light falls on a disk in the same way whether rays are guided to it, past it or not at all, and each carries its density.
+#[test]
+fn guides_change_the_noise_alone() {
+    let mut failed = vec![];
+    let (mut guides, mut gains) = (0, 0);
+    for case in cases().into_iter().filter(|case| !case.inward) {
+        let light = &case.light;
+        let mut targets = Vec::from(Target::outside());
+        targets.extend(Target::in_the_beam(light));
+        let Some((guide, aim)) = { targets.iter().enumerate() }
+            .find_map(|(i, target)| Some((guide_to(light, target)?, i)))
+        else {
+            continue;
+        };
+        guides += 1;
+        let mut means: Vec<[Mean; 2]> = targets.iter().map(|_| Default::default()).collect();
+        for i in 0..20_000 {
+            let (u, v) = (random(i, 32), random(i, 33));
+            let guided = guide.emit(light, &SCENE, u, v);
+            if let Some(e) = &guided {
+                // Farther along the ray, where the first surface may be.
+                let p = e.p + 3.0 * e.d;
+                let alone = light.emission_density(&SCENE, e.n, e.d);
+                let again = guide.mixed(light, &SCENE, alone, p, e.d);
+                // As in `rays_carry_their_density`; but for rays at the border of two cells.
+                let same = |a: f32, b: f32| (a / b - 1.0).abs() < 1e-3;
+                let agree = same(again.position, e.density.position)
+                    && same(again.direction, e.density.direction);
+                check!(
+                    failed,
+                    agree || i % 50 == 0,
+                    "{} {i}: {again:?} {:?}",
+                    case.name,
+                    e.density
+                );
+            }
+            let alone = light.emit(&SCENE, u, v);
+            let visible = |e: &Emission| !(case.hides_its_back && e.n.dot(e.d) < 0.0);
+            for (target, means) in targets.iter().zip(&mut means) {
+                for (emission, mean) in [alone, guided].iter().zip(means) {
+                    let hit = emission.filter(|e| visible(e) && target.is_hit(e));
+                    mean.add(hit.map_or(0.0, |e| total(e.flux())));
+                }
+            }
+        }
+        for (k, [alone, guided]) in means.iter().enumerate() {
+            let error = alone.error().hypot(guided.error());
+            let off = (alone.value() - guided.value()).abs();
+            // As in `light_that_leaves_is_light_that_arrives`.
+            check!(
+                failed,
+                off <= 4.0 * error || error > 0.2 * alone.value(),
+                "{} {k}: {} ± {} alone, {} ± {} guided",
+                case.name,
+                alone.value(),
+                alone.error(),
+                guided.value(),
+                guided.error()
+            );
+        }
+        let [alone, guided] = &means[aim];
+        gains += i32::from(guided.error() < alone.error());
+    }
+    assert!(failed.is_empty(), "{failed:#?}");
+    // A guide from noise does not serve every light: a wide sky, and lights whose every ray comes there.
+    assert!(
+        guides > 50 && 10 * gains > 8 * guides,
+        "{gains} of {guides}"
+    );
 }
 
 /// Where on the light a sample came from.

@@ -9,7 +9,8 @@ use super::rendered::{Finished, Rendered};
 use crate::budget::{Budget, Bytes, OverBudget};
 use crate::checkpoint::{Plan, Shard};
 use crate::film::{
-    Film, FilmSpec, MEMORY_OF_SPLATS, Pairwise, PixelBounds, PixelStatistics, Splats, Tile,
+    Film, FilmSpec, LightShare, MEMORY_OF_SPLATS, Pairwise, PixelBounds, PixelStatistics, Splats,
+    Tile,
 };
 use crate::render::{self, Division, Ended, Goal, Halves, Pass, TILE_SIZE};
 use group::Group;
@@ -182,19 +183,19 @@ fn of_samples(
         film.merge(tile)
     })?;
     let (samples, all) = (film.samples(), sampled.area() as u64 * u64::from(spp));
-    let mut paths = all;
-    if let Some(scale) = group.facts.splats {
+    let mut has_paths = true;
+    if let Some((scale, share)) = group.facts.splats {
         let mut splats = Splats::new(sampled, scale);
-        let of_shard = |shard| vec![division.light(shard, 0, &pass)];
+        let of_shard = |shard| vec![division.light(shard, 0, &pass, share)];
         group.add_splats(0, of_shard, &mut splats)?;
-        paths = splats.paths().count();
+        has_paths = splats.paths().count() >= share.paths(all);
         film.add_light(&[splats]);
     }
     Ok(Finished {
         spp: samples as f64 / sampled.area().max(1) as f64,
         error: None,
         passes: None,
-        stopped: samples < all || paths < all,
+        stopped: samples < all || !has_paths,
         film,
     })
 }
@@ -209,7 +210,8 @@ fn of_passes(
 ) -> Result<Result<Finished, (Plan, Option<f64>)>, MergeError> {
     let division = Division::new(sampled, None, group.facts.shard.of);
     let passes = render::passes(sampled, goal, &group.planned).ok_or(MergeError::Passes)?;
-    let splats = group.facts.splats.map(|scale| Splats::new(sampled, scale));
+    let (scale, share) = group.facts.splats.unzip();
+    let splats = scale.map(|scale| Splats::new(sampled, scale));
     let splats = splats.map(|splats| [splats.clone(), splats]);
     let mut halves = Halves::new(spec, sampled, TILE_SIZE, splats);
     for (number, pass) in (1..).zip(&passes) {
@@ -225,7 +227,7 @@ fn of_passes(
     for half in [0, 1] {
         let of_shard = |shard| {
             { passes.iter() }
-                .map(|pass| division.light(shard, half, pass))
+                .map(|pass| division.light(shard, half, pass, share.unwrap_or(LightShare(1.0))))
                 .collect()
         };
         if let Some(splats) = halves.splats(half) {

@@ -1,0 +1,221 @@
+//! A piecewise-constant density on the unit square, fine where much was found: the square is halved, alternately along u
+//! and v, as often as samples are worth it (the directional tree of Müller, Gross and Novák 2017, §3.1, with two
+//! branches instead of four).
+
+use super::Vec2;
+
+/// Halvings of a cell at most: sides of 1/256.
+const MAX_DEPTH: u32 = 16;
+
+/// Samples of a cell that is halved: with fewer, its halves would show noise.
+const SPLIT_SAMPLES: usize = 16;
+
+/// Share of the whole that is worth a cell of its own.
+const SPLIT_SHARE: f64 = 1.0 / 256.0;
+
+/// A sample of the function f that the density shall follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// Where, in [0, 1)².
+    pub at: Vec2,
+    /// f² over the density with which `at` was chosen.
+    pub square: f64,
+}
+
+/// See above.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdaptiveDensity {
+    nodes: Vec<Node>,
+    /// ∫ √⟨f²⟩, with the mean ⟨f²⟩ in each cell.
+    total: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Node {
+    /// Probability of the lower half.
+    low: f32,
+    /// Index of the lower half's node, which the upper's follows; 0 for a cell.
+    halves: u32,
+}
+
+impl AdaptiveDensity {
+    /// The density that samples f with the least variance, ∝ √⟨f²⟩, from so many samples of which `found` are those that are not
+    /// zero. `None` if there are none.
+    pub fn new(found: &mut [Found], samples: usize) -> Option<AdaptiveDensity> {
+        let all: f64 = found.iter().map(|found| found.square).sum();
+        if !(all > 0.0 && all.is_finite()) {
+            return None;
+        }
+        let mut density = AdaptiveDensity {
+            nodes: vec![Node {
+                low: 0.5,
+                halves: 0,
+            }],
+            total: 0.0,
+        };
+        let least = all * SPLIT_SHARE;
+        density.total = density.fill(0, found, 0, least) / (samples as f64).sqrt();
+        Some(density)
+    }
+
+    /// Makes the node of `found`; returns ∫ √f² over it, but for the number of samples.
+    fn fill(&mut self, node: usize, found: &mut [Found], depth: u32, least: f64) -> f64 {
+        let all: f64 = found.iter().map(|found| found.square).sum();
+        let area = 0.5f64.powi(depth as i32);
+        if found.len() < SPLIT_SAMPLES || depth == MAX_DEPTH || all < least {
+            return (all * area).sqrt();
+        }
+        let halves = self.nodes.len();
+        let cell = Node {
+            low: 0.5,
+            halves: 0,
+        };
+        self.nodes.extend([cell; 2]);
+        let bit = |found: &Found| half(found.at, depth) == 1;
+        found.sort_by_key(bit);
+        let (low, high) = found.split_at_mut(found.partition_point(|found| !bit(found)));
+        let masses = [(halves, low), (halves + 1, high)]
+            .map(|(node, part)| self.fill(node, part, depth + 1, least));
+        let sum: f64 = masses.iter().sum();
+        self.nodes[node] = Node {
+            low: if sum > 0.0 {
+                (masses[0] / sum) as f32
+            } else {
+                0.5
+            },
+            halves: halves as u32,
+        };
+        sum
+    }
+
+    /// ∫ √⟨f²⟩: what importance of the whole square is in a choice among several.
+    pub fn total(&self) -> f64 {
+        self.total
+    }
+
+    /// A point, from two numbers in [0, 1), and its density.
+    pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
+        let mut u = u.to_array();
+        let (mut min, mut side) = ([0.0f32; 2], [1.0f32; 2]);
+        let mut density = 1.0;
+        let mut node = &self.nodes[0];
+        let mut axis = 0;
+        while node.halves != 0 {
+            side[axis] *= 0.5;
+            let low = node.low;
+            let is_high = u[axis] >= low;
+            let share = if is_high { 1.0 - low } else { low };
+            let rest = if is_high { u[axis] - low } else { u[axis] };
+            u[axis] = (rest / share).clamp(0.0, BELOW_1);
+            min[axis] += if is_high { side[axis] } else { 0.0 };
+            density *= 2.0 * share;
+            node = &self.nodes[node.halves as usize + usize::from(is_high)];
+            axis = 1 - axis;
+        }
+        let at = [0, 1].map(|i| (min[i] + u[i] * side[i]).min(BELOW_1));
+        (at.into(), density)
+    }
+
+    /// The density at a point of [0, 1)².
+    pub fn at(&self, at: Vec2) -> f32 {
+        let mut density = 1.0;
+        let mut node = &self.nodes[0];
+        let mut depth = 0;
+        while node.halves != 0 {
+            let half = half(at, depth);
+            density *= 2.0 * if half == 1 { 1.0 - node.low } else { node.low };
+            node = &self.nodes[node.halves as usize + half];
+            depth += 1;
+        }
+        density
+    }
+}
+
+/// The largest number below 1.
+const BELOW_1: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// Which half of its cell after `depth` halvings a point is in: bits of its coordinates in turn.
+fn half(at: Vec2, depth: u32) -> usize {
+    let x = if depth.is_multiple_of(2) { at.x } else { at.y };
+    let cells = f32::from(1u16 << (depth / 2 + 1));
+    ((x * cells) as usize) & 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{mix2, unit_float};
+
+    fn number(i: u64, k: u64) -> f32 {
+        unit_float(mix2(i, k))
+    }
+
+    fn point(i: u64) -> Vec2 {
+        Vec2::new(number(i, 0), number(i, 1))
+    }
+
+    /// A bright spot on faint ground: f² = 100 in a square of side 0.1, 1 elsewhere.
+    fn square(at: Vec2) -> f64 {
+        let inside = (at - Vec2::new(0.3, 0.7)).abs().max_element() < 0.05;
+        if inside { 100.0 } else { 1.0 }
+    }
+
+    fn learned(n: u64) -> AdaptiveDensity {
+        let at = (0..n).map(point);
+        let mut found: Vec<Found> = {
+            at.map(|at| Found {
+                at,
+                square: square(at),
+            })
+        }
+        .collect();
+        AdaptiveDensity::new(&mut found, n as usize).unwrap()
+    }
+
+    #[test]
+    fn points_follow_the_density_and_it_integrates_to_1() {
+        let density = learned(20_000);
+        // Cells have sides of 1/256: the grid has one point in each.
+        let grid =
+            (0..1 << 16).map(|i| Vec2::new((i >> 8) as f32 + 0.5, (i & 255) as f32 + 0.5) / 256.0);
+        let sum: f64 = grid.map(|at| f64::from(density.at(at))).sum();
+        assert!((sum / 65536.0 - 1.0).abs() < 1e-5, "{sum}");
+        let n = 100_000;
+        let (mut inside, mut inverse) = (0.0, 0.0);
+        for i in 0..n {
+            let (at, value) = density.sample(Vec2::new(number(i, 2), number(i, 3)));
+            assert!(at.min_element() >= 0.0 && at.max_element() < 1.0);
+            assert!((density.at(at) / value - 1.0).abs() < 1e-5, "{at}");
+            inside += f64::from(u8::from(square(at) > 1.0)) / n as f64;
+            inverse += 1.0 / f64::from(value) / n as f64;
+        }
+        // The mean of 1/p over p is the area.
+        assert!((inverse - 1.0).abs() < 0.02, "{inverse}");
+        // √f² is 10 on 0.01 and 1 on 0.99: the spot has 0.0917 of the integral; cells at its edge blur it.
+        assert!(inside > 0.08 && inside < 0.0917, "{inside}");
+    }
+
+    #[test]
+    fn the_total_is_the_integral_of_the_root() {
+        let total = learned(50_000).total();
+        // 0.1 + 0.99, and more by what cells at the edge average: √ is concave.
+        assert!(total > 1.09 && total < 1.15, "{total}");
+    }
+
+    #[test]
+    fn odd_samples_do_no_harm() {
+        assert!(AdaptiveDensity::new(&mut [], 10).is_none());
+        let at = Vec2::splat(BELOW_1);
+        for square in [0.0, f64::NAN, f64::INFINITY] {
+            assert!(AdaptiveDensity::new(&mut [Found { at, square }], 10).is_none());
+        }
+        // All at one point: cells end at their smallest.
+        let mut found = vec![Found { at, square: 1e-30 }; 1000];
+        let density = AdaptiveDensity::new(&mut found, 1000).unwrap();
+        assert!(density.at(at) == 65536.0 && density.at(Vec2::ZERO) == 0.0);
+        for u in [Vec2::ZERO, at, Vec2::new(0.5, 0.0)] {
+            let (sampled, value) = density.sample(u);
+            assert!(sampled.max_element() < 1.0 && value == 65536.0);
+        }
+    }
+}
