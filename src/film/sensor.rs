@@ -31,7 +31,7 @@ pub const SENSORS: [SensorPreset; 11] = [
     preset("full-frame-24", 6_000, 4_000, 6.0),
     preset("full-frame-60", 9_504, 6_336, 3.76),
     preset("super-35", 4_608, 3_164, 6.075),
-    preset("aps-c-24", 6_000, 4_000, 3.9),
+    preset("aps-c-24", 6_000, 4_000, 3.92),
     preset("aps-c-small-24", 6_000, 4_000, 3.72),
     preset("four-thirds-20", 5_184, 3_888, 3.34),
     preset("one-inch-20", 5_472, 3_648, 2.41),
