@@ -70,7 +70,7 @@ fn bench_render(bencher: Bencher, scene: &str, threads: usize) {
     let samples = job.film.pixel_bounds().area() * SPP as usize;
     bencher
         .counter(ItemsCount::new(samples))
-        .bench_local(|| pool.install(|| render(&job, TILE_SIZE, &Progress::hidden())));
+        .bench_local(|| pool.install(|| render(&job, TILE_SIZE, false, &Progress::hidden())));
 }
 
 #[divan::bench(args = SCENES, sample_count = 10)]

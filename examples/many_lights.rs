@@ -105,8 +105,8 @@ fn picture(text: &str) -> Result<(Image, f64), Box<dyn Error>> {
     let built = built(text)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let start = seconds();
-    let film = pool.install(|| render(&built.job, TILE_SIZE, &Progress::hidden()));
-    Ok((film.develop(), seconds() - start))
+    let film = pool.install(|| render(&built.job, TILE_SIZE, true, &Progress::hidden()));
+    Ok((film.image(), seconds() - start))
 }
 
 fn measure_build(count: u64) -> Result<(), Box<dyn Error>> {

@@ -46,7 +46,7 @@
 //! # Do two images show the same?
 //!
 //! ```
-//! use fstop::compare::{Estimate, Options, compare};
+//! use fstop::compare::{Estimate, Options, Pool, compare};
 //! use fstop::{ReadOptions, RenderOptions, Scene};
 //!
 //! let render = |seed| {
@@ -57,7 +57,7 @@
 //!     scene.render(&options, &|_| ())
 //! };
 //! let [a, b] = [render(1)?.image, render(2)?.image];
-//! let [a, b] = [&a, &b].map(|image| Estimate { image, freedom: 3.0, samples: Some(4.0) });
+//! let [a, b] = [&a, &b].map(|image| Estimate { image, freedom: 2.0, pool: Some(Pool { side: 8, freedom: 1.0 }), samples: Some(4.0) });
 //! let comparison = compare(&a, &b, &Options::default())?;
 //! println!("{}", comparison.sentence());
 //! assert!(comparison.agrees()); // they differ by noise only
@@ -88,11 +88,12 @@
 //! checkpoint    what a render has done, in a file that survives it
 //! session       a scene from file to image: what a program calls
 //! compare, tradeoff         do images agree; which settings are worth their time
+//! suite         many scenes and one false-alarm rate: what is rendered, by whom, and compared with what
 //! cli           the command line
 //! ```
 //!
 //! Dependencies point one way only:
-//! `cli → tradeoff → session → {build, render} → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
+//! `cli → {tradeoff, suite} → session → {build, render} → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
 //! `cameras → optics → math`, `build → scene → params → syntax`; what is evaluated at every hit (`inputs`) is below
 //! `params` and `textures` alike.
 //!
@@ -142,6 +143,7 @@ mod parts {
     pub mod scene;
     pub mod session;
     pub mod shapes;
+    pub mod suite;
     pub mod surface;
     pub mod syntax;
     pub mod textures;

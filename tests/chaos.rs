@@ -197,7 +197,7 @@ impl Chaos {
 fn spent(checkpoint: &Path) -> Duration {
     let bytes = std::fs::read(checkpoint).unwrap_or_default();
     let mut rest = bytes
-        .split_at_checked(b"fstop checkpoint 4\n".len())
+        .split_at_checked(b"fstop checkpoint 5\n".len())
         .map_or(&[][..], |b| b.1);
     let mut found = 0;
     while let Some((length, after)) = rest.split_first_chunk() {

@@ -133,7 +133,7 @@ fn measure(scene: &str) -> Result<Vec<Curve>, Box<dyn Error>> {
 
 fn picture(job: &mut RenderJob, spec: &SamplerSpec, count: u32, seed: u64) -> Image {
     job.sampler = Sampler::new(&spec.clone().with_spp(count), seed);
-    render(job, TILE_SIZE, &Progress::hidden()).develop()
+    render(job, TILE_SIZE, false, &Progress::hidden()).image()
 }
 
 /// The mean of two independent images, and half their difference as its error.

@@ -166,6 +166,7 @@ impl GeometryBuilder {
         let level = Level {
             anchor: self.anchor,
             meshes: self.meshes,
+            mesh_at: Default::default(),
             face_ids: self.face_ids,
             quadrics: self.quadrics,
             curves: self.curves,

@@ -6,7 +6,7 @@ use super::aabb::Aabb;
 use crate::math::DVec3;
 use crate::math::transform::Place;
 use crate::shapes::curve::{CurveHit, CurveKind, Curves, Segment};
-use crate::shapes::local::LocalSurface;
+use crate::shapes::local::{Local, LocalSurface};
 
 /// Bits for a piece's index within its segment, since a segment has up to eight.
 const PIECE_BITS: u32 = 3;

@@ -26,6 +26,9 @@ fn is_place(p: Vec3) -> bool {
 /// Fewer vertices or triangles than this are not worth splitting between threads.
 pub(super) const PARALLEL: usize = 1 << 12;
 
+/// Triangles for each entry of [`Level::mesh_at`]: half a byte a triangle, and few steps to the mesh of any.
+const STRIDE: usize = 8;
+
 /// A mesh rounded to single precision.
 pub(super) struct StoredMesh {
     /// Index of its first triangle within the level.
@@ -46,20 +49,33 @@ impl StoredMesh {
         self.indices[i].map(|v| self.positions[v as usize])
     }
 
+    /// What of a list for vertices is at the corners of triangle `i`; `None` if there is no list.
+    #[inline(always)]
+    fn at_corners(&self, i: usize, values: &[Vec3]) -> Option<[DVec3; 3]> {
+        let [a, b, c] = self.indices[i].map(|v| v as usize);
+        (!values.is_empty()).then(|| [values[a], values[b], values[c]].map(Vec3::as_dvec3))
+    }
+
+    /// Triangle `i` with its normals alone.
+    #[inline(always)]
+    pub(super) fn bare_triangle(&self, i: usize) -> Triangle {
+        Triangle {
+            p: self.corners(i).map(Vec3::as_dvec3),
+            normals: self.at_corners(i, &self.normals),
+            tangents: None,
+            uv: None,
+            orientation: self.orientation,
+        }
+    }
+
     /// Triangle `i` with its attributes.
     #[inline]
     pub(super) fn triangle(&self, i: usize) -> Triangle {
         let corners = self.indices[i];
-        let at = |values: &[Vec3]| {
-            (!values.is_empty()).then(|| corners.map(|v| values[v as usize].as_dvec3()))
-        };
-        let uv = (!self.uv.is_empty()).then(|| corners.map(|v| self.uv[v as usize].as_dvec2()));
         Triangle {
-            p: self.corners(i).map(Vec3::as_dvec3),
-            normals: at(&self.normals),
-            tangents: at(&self.tangents),
-            uv,
-            orientation: self.orientation,
+            tangents: self.at_corners(i, &self.tangents),
+            uv: (!self.uv.is_empty()).then(|| corners.map(|v| self.uv[v as usize].as_dvec2())),
+            ..self.bare_triangle(i)
         }
     }
 
@@ -116,6 +132,8 @@ pub(super) struct Level {
     /// Everything is within this distance of the anchor.
     pub radius: f64,
     pub meshes: Vec<StoredMesh>,
+    /// The mesh of every [`STRIDE`]th triangle.
+    pub mesh_at: Box<[u32]>,
     pub face_ids: FaceIds,
     pub quadrics: Vec<StoredQuadric>,
     pub curves: CurveStore,
@@ -132,6 +150,7 @@ pub(super) struct Level {
 impl Level {
     /// The level with its tree, in which its instances have the given boxes.
     pub(super) fn with_tree(mut self, instances: &[Aabb]) -> Result<Level, GeometryError> {
+        self.mesh_at = self.meshes_by_triangle();
         let items = self.items(instances);
         let bounds = items.par_iter().with_min_len(PARALLEL);
         self.bounds = bounds
@@ -204,14 +223,27 @@ impl Level {
         self.meshes.iter().map(|mesh| mesh.indices.len()).sum()
     }
 
+    fn meshes_by_triangle(&self) -> Box<[u32]> {
+        let mesh_of = |id: usize| {
+            self.meshes
+                .partition_point(|mesh| mesh.first as usize <= id)
+                - 1
+        };
+        let ids = (0..self.triangles()).step_by(STRIDE);
+        ids.map(|id| mesh_of(id) as u32).collect()
+    }
+
     /// The mesh that triangle `id` of the level belongs to, and its index there.
     #[inline]
     pub(super) fn locate(&self, id: usize) -> (&StoredMesh, usize) {
-        let after = self
-            .meshes
-            .partition_point(|mesh| mesh.first as usize <= id);
+        let mut at = self.mesh_at[id / STRIDE] as usize;
         // A mesh without triangles shares its first index with the next mesh, which comes after it.
-        let mesh = &self.meshes[after - 1];
+        while let Some(next) = self.meshes.get(at + 1)
+            && next.first as usize <= id
+        {
+            at += 1;
+        }
+        let mesh = &self.meshes[at];
         (mesh, id - mesh.first as usize)
     }
 
@@ -236,6 +268,7 @@ impl Level {
         self.tree.bytes()
             + self.meshes.iter().map(StoredMesh::bytes).sum::<usize>()
             + self.face_ids.bytes()
+            + size_of_val(&self.mesh_at[..])
             + self.curves.bytes()
             + size_of_val(&self.meshes[..])
             + size_of_val(&self.quadrics[..])

@@ -21,6 +21,7 @@ mod packet;
 mod pages;
 mod primitive;
 mod ray;
+mod resolve;
 mod search;
 mod stack;
 mod tree;
@@ -31,14 +32,10 @@ pub use collect::GeometryBuilder;
 
 use crate::handles::{InterfaceId, LightId, MaterialId};
 use crate::inputs::FloatInput;
-use crate::math::DVec3;
 use crate::math::ray::Ray;
-use crate::shapes::local::LocalSurface;
 use crate::surface::{SurfaceHit, TexturePoint};
-use instance::InnerRay;
 use level::Level;
-use primitive::{OtherKind, PrimitiveId};
-use search::{ClosestHit, Search};
+use search::Search;
 
 /// The attributes of a shape besides its geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,6 +47,8 @@ pub struct PrimitiveAttributes {
     pub light: Option<LightId>,
     /// Every two triangles of the mesh are one light; see [`crate::shapes::emitter::Emitter::are_pairs`].
     pub paired_lights: bool,
+    /// Nothing asks for (u, v) and the derivatives by them at its hits, which are zero there.
+    pub bare: bool,
     /// Hits count only where this is not exactly 0. Quadrics ignore it, as in pbrt-v3.
     pub alpha: Option<FloatInput>,
     /// Like `alpha`, for [`Geometry::occluded`] only.
@@ -136,11 +135,7 @@ impl Geometry {
         let Some(found) = Search::<_, false>::run(self, ray, alpha) else {
             return EmitterHit::Escaped;
         };
-        let mut level = &self.top;
-        for id in found.path.into_iter().filter(|&id| id != PrimitiveId::NONE) {
-            level = level.instances[id.index()].level(&self.objects);
-        }
-        if level.attributes(found.id).light.is_none() {
+        if self.attributes(&found).light.is_none() {
             return EmitterHit::NotEmissive;
         }
         self.resolve(ray, &found)
@@ -165,50 +160,6 @@ impl Geometry {
         levels.any(|level| level.has_recoverable)
     }
 
-    /// Computes the surface at the hit that a search found.
-    #[inline]
-    fn resolve(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
-        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
-        if found.path[0] == PrimitiveId::NONE && found.id.is_triangle() {
-            // The most common hit; nothing is copied on its way out.
-            let resolved = resolve_triangle(&self.top, o, d, found);
-            return Some(hit(&resolved, ray, found));
-        }
-        let resolved = self.resolve_along(&self.top, o, d, found, ray.time)?;
-        Some(hit(&resolved, ray, found))
-    }
-
-    /// The same in the space of `level`, where the path of `found` starts.
-    fn resolve_along<'a>(
-        &'a self,
-        level: &'a Level,
-        o: DVec3,
-        d: DVec3,
-        found: &ClosestHit,
-        time: f32,
-    ) -> Option<Resolved<'a>> {
-        let [next, rest] = found.path;
-        if next == PrimitiveId::NONE {
-            return resolve_in(level, o, d, found);
-        }
-        let instance = &level.instances[next.index()];
-        let (place, inside) = (instance.place(time), instance.level(&self.objects));
-        let inner = InnerRay::new(&place, o, d, inside);
-        let found = ClosestHit {
-            path: [rest, PrimitiveId::NONE],
-            ..*found
-        };
-        // Deeper levels use the ray as the search had it.
-        let (o, d) = if rest == PrimitiveId::NONE {
-            (inner.o, inner.d)
-        } else {
-            (inner.o.as_vec3().as_dvec3(), inner.d.as_vec3().as_dvec3())
-        };
-        let (local, attributes, light) = self.resolve_along(inside, o, d, &found, time)?;
-        let outer = local.transformed(&place);
-        Some((outer, attributes, light))
-    }
-
     /// Bounding box of the scene, in render space; empty for an empty scene.
     pub fn bounds(&self) -> Aabb {
         self.top.bounds
@@ -231,62 +182,6 @@ impl Geometry {
         }
         statistics
     }
-}
-
-/// A surface, its attributes and its light.
-type Resolved<'a> = (LocalSurface, &'a PrimitiveAttributes, Option<LightId>);
-
-/// The hit of `ray` on a resolved surface.
-#[inline]
-fn hit(resolved: &Resolved, ray: &Ray, found: &ClosestHit) -> GeometryHit {
-    let &(ref local, attributes, light) = resolved;
-    GeometryHit {
-        surface: local.hit(ray),
-        material: attributes.material,
-        light,
-        interface: attributes.interface,
-        t: found.t,
-    }
-}
-
-/// The surface in the space of `level` where the line `o + t d` intersects the triangle found.
-#[inline(always)]
-fn resolve_triangle<'a>(level: &'a Level, o: DVec3, d: DVec3, found: &ClosestHit) -> Resolved<'a> {
-    let (mesh, i) = level.locate(found.id.index());
-    let triangle = mesh.triangle(i);
-    // For a ray in the triangle's plane any point of it will do.
-    let b = triangle.barycentrics(o, d).unwrap_or([1.0 / 3.0; 3]);
-    let light = mesh
-        .attributes
-        .light
-        .map(|first| LightId(first.0 + (i as u32 >> u32::from(mesh.attributes.paired_lights))));
-    let mut surface = triangle.surface(b);
-    surface.face = level.face_ids.of(mesh.first, i);
-    (surface, &mesh.attributes, light)
-}
-
-/// The surface in the space of `level` where the line `o + t d` intersects the primitive found.
-fn resolve_in<'a>(
-    level: &'a Level,
-    o: DVec3,
-    d: DVec3,
-    found: &ClosestHit,
-) -> Option<Resolved<'a>> {
-    if found.id.is_triangle() {
-        return Some(resolve_triangle(level, o, d, found));
-    }
-    let i = found.id.index();
-    // The ray as the search had it, so that it finds the same point again.
-    let (o, d) = (o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3());
-    let (surface, attributes) = match found.id.kind() {
-        OtherKind::Curve => level.curves.surface(i, o, d)?,
-        _ => {
-            let stored = &level.quadrics[i];
-            let (_, p) = stored.quadric.intersect(o, d)?;
-            (stored.quadric.surface(p), &stored.attributes)
-        }
-    };
-    Some((surface, attributes, attributes.light))
 }
 
 #[cfg(test)]

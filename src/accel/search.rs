@@ -121,8 +121,8 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
 
     fn quadric(&mut self, id: PrimitiveId) -> bool {
         let (o, d) = self.precise();
-        let hit = self.level.quadrics[id.index()].quadric.intersect(o, d);
-        self.accept_nearer(id, hit.map(|(t, _)| t))
+        let t = self.level.quadrics[id.index()].quadric.distance(o, d);
+        self.accept_nearer(id, t)
     }
 
     fn curve(&mut self, id: PrimitiveId) -> bool {

@@ -1,17 +1,19 @@
 //! Whole geometries against closed forms, brute force and obvhs's own traversal.
 
+use super::instance::Inner;
 use super::*;
 use crate::assets::mesh::MeshData;
 use crate::handles::ObjectId;
 use crate::math::hash::{mix2, unit_float};
 use crate::math::sampling::uniform_sphere;
 use crate::math::transform::Transform;
-use crate::math::{Vec2, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 use crate::shapes::CompiledShape;
 use crate::shapes::mesh::TriangleMesh;
 use crate::shapes::sphere::Sphere;
 use crate::shapes::{Form, quadric::Quadric};
 
+mod bounds;
 mod degenerate;
 mod hair;
 mod hits;
@@ -45,6 +47,30 @@ impl Random {
 
     fn direction(&mut self) -> Vec3 {
         uniform_sphere(self.pair())
+    }
+}
+
+impl Geometry {
+    /// Sets [`PrimitiveAttributes::bare`] everywhere.
+    fn set_bare(&mut self, bare: bool) {
+        let levels = self.objects.iter_mut().chain([&mut self.top]);
+        levels.for_each(|level| set_bare(level, bare));
+    }
+}
+
+fn set_bare(level: &mut Level, bare: bool) {
+    level
+        .meshes
+        .iter_mut()
+        .for_each(|mesh| mesh.attributes.bare = bare);
+    level
+        .quadrics
+        .iter_mut()
+        .for_each(|quadric| quadric.attributes.bare = bare);
+    for instance in &mut level.instances {
+        if let Inner::Shape(level) = &mut instance.inner {
+            set_bare(level, bare);
+        }
     }
 }
 

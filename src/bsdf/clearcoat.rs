@@ -29,6 +29,11 @@ impl Clearcoat {
         (a2 - 1.0) / (PI * a2.ln() * spread)
     }
 
+    /// Reflectance of a smooth coat of weight 1.
+    pub(super) fn reflectance_at(&self, cos: f32) -> f32 {
+        0.25 * (R0 + (1.0 - R0) * super::fresnel::schlick_weight(cos))
+    }
+
     /// The BRDF, in 1/sr.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let Some(h) = (wo + wi).try_normalize() else {

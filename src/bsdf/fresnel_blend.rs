@@ -3,6 +3,7 @@
 
 use super::fresnel::schlick_weight;
 use super::lobe::{LobeSample, reflecting_facet};
+use super::lobe_choice::rescaled;
 use super::trowbridge_reitz::TrowbridgeReitz;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -48,13 +49,14 @@ impl FresnelBlend {
         })
     }
 
-    /// Samples a cosine-distributed direction for `uc` below ½, otherwise one reflected about a facet; `None` if that
+    /// Samples a cosine-distributed direction for `u.x` below ½, otherwise one reflected about a facet; `None` if that
     /// would leave below the surface.
-    pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
-        let wi = if uc < 0.5 {
-            let wi = cosine_hemisphere(u);
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
+        let wi = if u.x < 0.5 {
+            let wi = cosine_hemisphere(rescaled(u, 0.5));
             wi.with_z(wi.z.copysign(wo.z))
         } else {
+            let u = rescaled(u - Vec2::new(0.5, 0.0), 0.5);
             let h = self.distribution.sample(wo, u);
             2.0 * wo.dot(h) * h - wo
         };

@@ -227,16 +227,13 @@ impl Lobe<'_> {
         }
     }
 
-    /// Returns `true` if [`Lobe::sample`] uses `uc`.
-    pub fn chooses(&self) -> bool {
-        matches!(
-            self,
-            Lobe::FresnelSpecular(_) | Lobe::FresnelBlend(_) | Lobe::Hair(_) | Lobe::Measured(_)
-        )
+    /// Returns `true` if [`Lobe::sample`] uses its third number.
+    pub fn needs_third(&self) -> bool {
+        matches!(self, Lobe::Hair(_))
     }
 
-    /// Samples a direction with `uc` and `u` in [0, 1); `None` if there is none.
-    pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
+    /// Samples a direction with `third` and `u` in [0, 1); `None` if there is none.
+    pub fn sample(&self, wo: Vec3, third: f32, u: Vec2) -> Option<LobeSample> {
         match self {
             Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::DisneyDiffuse(_) => {
                 Some(self.cosine_sample(wo, cosine_hemisphere(u), false))
@@ -249,15 +246,15 @@ impl Lobe<'_> {
             }
             Lobe::SpecularReflection(l) => Some(l.sample(wo)),
             Lobe::SpecularTransmission(l) => l.sample(wo),
-            Lobe::FresnelSpecular(l) => l.sample(wo, uc),
+            Lobe::FresnelSpecular(l) => l.sample(wo, u.x),
             Lobe::MicrofacetReflection(l) => l.sample(wo, u),
             Lobe::MicrofacetTransmission(l) => l.sample(wo, u),
             Lobe::MirroredReflection(l) => l.sample(wo, u),
-            Lobe::FresnelBlend(l) => l.sample(wo, uc, u),
+            Lobe::FresnelBlend(l) => l.sample(wo, u),
             Lobe::Clearcoat(l) => l.sample(wo, u),
-            Lobe::Hair(l) => l.sample(wo, uc, u),
+            Lobe::Hair(l) => l.sample(wo, third, u),
             Lobe::Fourier(l) => l.sample(wo, u),
-            Lobe::Measured(l) => l.sample(wo, uc, u),
+            Lobe::Measured(l) => l.sample(wo, u),
         }
     }
 

@@ -5,6 +5,7 @@ mod half_angle;
 mod scattered;
 
 use super::lobe::{LobeSample, TableLobe};
+use super::lobe_choice::rescaled;
 use crate::assets::brdf_file::BrdfFile;
 use crate::assets::merl_file::MerlFile;
 use crate::files::FileError;
@@ -104,13 +105,14 @@ impl MeasuredLobe<'_> {
         0.5 * (cosine_hemisphere_pdf(wi.z.abs()) + self.table.facets.pdf(wo, wi))
     }
 
-    /// Samples a cosine-distributed direction for `uc` below ½, as pbrt-v2 always does, otherwise one reflected about a
+    /// Samples a cosine-distributed direction for `u.x` below ½, as pbrt-v2 always does, otherwise one reflected about a
     /// facet whose normal follows the mean over the table; `None` if that would leave below the surface.
-    pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<LobeSample> {
-        let wi = if uc < 0.5 {
-            let wi = cosine_hemisphere(u);
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
+        let wi = if u.x < 0.5 {
+            let wi = cosine_hemisphere(rescaled(u, 0.5));
             wi.with_z(wi.z.copysign(wo.z))
         } else {
+            let u = rescaled(u - Vec2::new(0.5, 0.0), 0.5);
             let h = self.table.facets.sample(u);
             let h = h.with_z(h.z.copysign(wo.z));
             (2.0 * wo.dot(h) * h - wo).try_normalize()?

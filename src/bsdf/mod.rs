@@ -12,6 +12,7 @@ pub mod lambertian;
 #[cfg(test)]
 mod laws;
 pub mod lobe;
+mod lobe_choice;
 pub mod measured;
 pub mod microfacet;
 pub mod oren_nayar;
@@ -29,6 +30,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::{ReceiverSide, ShadingGeometry};
 use arrayvec::ArrayVec;
 use lobe::LobeSample;
+use lobe_choice::LobeChoice;
 use std::ops::Range;
 
 /// Maximum number of lobes at a point, as in pbrt-v3.
@@ -185,7 +187,9 @@ impl<'a> Bsdf<'a> {
         if wo.z == 0.0 || self.lobes.is_empty() {
             return 0.0;
         }
-        self.lobes.iter().map(|l| l.pdf(wo, wi)).sum::<f32>() / self.lobes.len() as f32
+        let choice = LobeChoice::new(&self.lobes, wo);
+        let lobes = self.lobes.iter().enumerate();
+        lobes.map(|(i, l)| choice.of(i) * l.pdf(wo, wi)).sum()
     }
 
     /// [`Bsdf::f`] and [`Bsdf::pdf`] for one pair of directions, at less than the cost of both.
@@ -206,22 +210,28 @@ impl<'a> Bsdf<'a> {
                 (f, pdf)
             }
             _ => {
-                let (f, pdf) = self.sums(usize::MAX, transmit, local_wo, local_wi);
-                (f, self.shared(pdf))
+                let choice = LobeChoice::new(&self.lobes, local_wo);
+                self.sums((usize::MAX, &choice), transmit, local_wo, local_wi)
             }
         }
     }
 
-    /// Sums of values and densities over all lobes except the one at index `but`; directions are local.
+    /// Sums over all lobes except the one at index `but`: of values, and of densities by the lobes' chances; directions are local.
     #[inline(never)]
-    fn sums(&self, but: usize, transmit: bool, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+    fn sums(
+        &self,
+        (but, choice): (usize, &LobeChoice),
+        transmit: bool,
+        wo: Vec3,
+        wi: Vec3,
+    ) -> (Rgb, f32) {
         let (mut f, mut pdf) = (Rgb::ZERO, 0.0);
-        for (_, lobe) in self.lobes.iter().enumerate().filter(|(i, _)| *i != but) {
+        for (i, lobe) in self.lobes.iter().enumerate().filter(|(i, _)| *i != but) {
             let of_lobe = lobe.f_and_pdf(wo, wi);
             if lobe.scatters(transmit) {
                 f += of_lobe.0;
             }
-            pdf += of_lobe.1;
+            pdf += choice.of(i) * of_lobe.1;
         }
         (f, pdf)
     }
@@ -232,51 +242,37 @@ impl<'a> Bsdf<'a> {
         wi.dot(self.ng) * wo.dot(self.ng) <= 0.0
     }
 
-    /// Averages a sum over lobes that are equally likely.
-    #[inline]
-    fn shared(&self, sum: f32) -> f32 {
-        match self.lobes.len() {
-            // The common case, without a division.
-            0 | 1 => sum,
-            lobes => sum / lobes as f32,
-        }
+    /// Returns `true` if [`Bsdf::sample`] uses its third number.
+    pub fn needs_third(&self) -> bool {
+        self.lobes.iter().any(Lobe::needs_third)
     }
 
-    /// Returns `true` if [`Bsdf::sample`] uses `uc`.
-    pub fn chooses(&self) -> bool {
-        match &self.lobes[..] {
-            [] => false,
-            [lobe] => lobe.chooses(),
-            _ => true,
-        }
-    }
-
-    /// Samples a direction from one of the lobes, all equally likely; `uc` and `u` in [0, 1). `None` if the sample
-    /// contributes nothing.
+    /// Samples a direction from one of the lobes, chosen by about how much each scatters; `third` and `u` in [0, 1). `None` if the
+    /// sample contributes nothing.
     #[inline]
-    pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, third: f32, u: Vec2) -> Option<BsdfSample> {
         let local_wo = self.frame.to_local(wo);
         if local_wo.z == 0.0 {
             return None;
         }
-        let (chosen, uc) = choose(self.lobes.len(), uc)?;
+        let choice = LobeChoice::new(&self.lobes, local_wo);
+        let (chosen, u) = choice.choose(self.lobes.len(), u)?;
         let lobe = self.lobes.get(chosen)?;
-        let local = lobe.sample(local_wo, uc, u)?;
+        let local = lobe.sample(local_wo, third, u)?;
         if lobe.is_specular() {
-            return self.specular_sample(&local, 1.0 / self.lobes.len() as f32, chosen);
+            return self.specular_sample(&local, choice.of(chosen), chosen);
         }
         let wi = self.frame.to_world(local.wi);
         let transmit = self.transmits(wo, wi);
-        let (mut f, mut pdf) = (Rgb::ZERO, local.pdf);
+        let (mut f, mut pdf) = (Rgb::ZERO, choice.of(chosen) * local.pdf);
         if lobe.scatters(transmit) {
             f = local.f;
         }
         if self.lobes.len() > 1 {
-            let others = self.sums(chosen, transmit, local_wo, local.wi);
+            let others = self.sums((chosen, &choice), transmit, local_wo, local.wi);
             f += others.0;
             pdf += others.1;
         }
-        let pdf = self.shared(pdf);
         (pdf > 0.0 && !is_black(f)).then_some(BsdfSample {
             f,
             pdf,
@@ -307,7 +303,8 @@ impl<'a> Bsdf<'a> {
             .enumerate()
             .filter(|(_, l)| l.is_specular() && l.scatters(transmit))
             .collect();
-        let (chosen, _) = choose(matching.len(), uc)?;
+        let last = matching.len().checked_sub(1)?;
+        let chosen = ((uc * matching.len() as f32) as usize).min(last);
         let &(position, lobe) = matching.get(chosen)?;
         let local = lobe.specular_direction(local_wo, transmit)?;
         self.specular_sample(&local, 1.0 / matching.len() as f32, position)
@@ -338,14 +335,6 @@ impl BsdfSample {
             lobe: lobe as u8,
         }
     }
-}
-
-/// Chooses one of `count` equally likely items, and rescales `u` for reuse.
-#[inline]
-fn choose(count: usize, u: f32) -> Option<(usize, f32)> {
-    let scaled = u * count as f32;
-    let i = (scaled as usize).min(count.checked_sub(1)?);
-    Some((i, (scaled - i as f32).clamp(0.0, 1.0 - f32::EPSILON / 2.0)))
 }
 
 #[cfg(test)]
@@ -394,7 +383,7 @@ mod tests {
                 let mut sum = 0.0;
                 for i in 0..1000 {
                     let s = glass
-                        .sample(wo, (i as f32 + 0.5) / 1000.0, Vec2::splat(0.5))
+                        .sample(wo, 0.5, Vec2::new((i as f32 + 0.5) / 1000.0, 0.5))
                         .unwrap();
                     assert!(s.specular && s.transmission == (s.wi.z * wo.z < 0.0));
                     sum += s.f.x * s.wi.z.abs() / s.pdf * s.eta * s.eta / 1000.0;
@@ -508,26 +497,6 @@ mod tests {
                 let (f, pdf) = bsdf.f_and_pdf(wo, s.wi);
                 assert!(near(s.f.x, f.x) && near(s.pdf, pdf), "{s:?} {f} {pdf}");
             }
-        }
-    }
-
-    #[test]
-    fn numbers_that_are_not_chosen_by_do_not_matter() {
-        for (lobes, chooses) in [
-            (&[][..], false),
-            (&[LAMBERT], false),
-            (&[MIRROR], false),
-            (&[GLASS], true),
-            (&[LAMBERT, MIRROR], true),
-        ] {
-            let bsdf = bsdf(lobes);
-            assert_eq!(bsdf.chooses(), chooses);
-            let wo = direction(40.0, 10.0);
-            let u = Vec2::new(0.3, 0.6);
-            let drawn: Vec<_> = [0.01, 0.99]
-                .map(|uc| bsdf.sample(wo, uc, u).map(|s| (s.f, s.wi, s.pdf)))
-                .into();
-            assert_eq!(drawn[0] != drawn[1], chooses);
         }
     }
 

@@ -13,6 +13,8 @@ pub struct SubsurfaceExit {
     eta: f32,
     /// η² over the cosine-weighted integral of the transmittance.
     pub(super) factor: Rgb,
+    /// See [`SubsurfaceExit::emerging`].
+    emerges: bool,
 }
 
 impl SubsurfaceExit {
@@ -22,6 +24,17 @@ impl SubsurfaceExit {
         SubsurfaceExit {
             eta,
             factor: Rgb::splat(eta * eta / (PI * through)),
+            emerges: false,
+        }
+    }
+
+    /// The same for importance: light that comes from below leaves in the direction `wo` of [`SubsurfaceExit::f`], whose directions
+    /// are exchanged, and no refraction scales it.
+    pub fn emerging(self) -> SubsurfaceExit {
+        SubsurfaceExit {
+            factor: self.factor / (self.eta * self.eta),
+            emerges: true,
+            ..self
         }
     }
 
@@ -30,6 +43,7 @@ impl SubsurfaceExit {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Rgb::ZERO;
         }
-        (1.0 - dielectric(wi.z, 1.0, self.eta)) * self.factor
+        let outside = if self.emerges { wo } else { wi };
+        (1.0 - dielectric(outside.z, 1.0, self.eta)) * self.factor
     }
 }

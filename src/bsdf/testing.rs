@@ -2,6 +2,7 @@
 
 use super::{Bsdf, BsdfSample};
 use crate::math::hash::{mix2, unit_float};
+use crate::math::sampling::BELOW_ONE;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::{ShadingGeometry, SurfaceHit};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -98,14 +99,14 @@ pub(crate) fn sky_by_sampling(bsdf: &Bsdf, wo: Vec3, n: u64) -> Rgb {
     mean_of_samples(bsdf, wo, n, |s| s.f * (s.wi.z.abs() / s.pdf))
 }
 
-/// Mean over `n`³ stratified samples; failed samples count as black.
+/// Mean over `n`³ stratified samples, most strata in the number that chooses the lobe; failed samples count as black.
 fn mean_of_samples(bsdf: &Bsdf, wo: Vec3, n: u64, of: impl Fn(&BsdfSample) -> Rgb) -> Rgb {
     let mut sum = glam::DVec3::ZERO;
     for i in 0..n * n * n {
         let (jc, ju) = random(i);
-        let cell = |k: u64, j: f32| ((k as f32 + j) / n as f32).min(1.0 - f32::EPSILON / 2.0);
-        let u = Vec2::new(cell(i % n, ju.x), cell(i / n % n, ju.y));
-        if let Some(s) = bsdf.sample(wo, cell(i / n / n, jc), u) {
+        let cell = |k: u64, of: u64, j: f32| ((k as f32 + j) / of as f32).min(BELOW_ONE);
+        let u = Vec2::new(cell(i % (n * n), n * n, ju.x), cell(i / n / n, n, ju.y));
+        if let Some(s) = bsdf.sample(wo, jc, u) {
             assert!(s.pdf > 0.0 && s.pdf.is_finite() && s.f.is_finite() && s.wi.is_normalized());
             sum += of(&s).as_dvec3();
         }
@@ -117,7 +118,7 @@ fn mean_of_samples(bsdf: &Bsdf, wo: Vec3, n: u64, of: impl Fn(&BsdfSample) -> Rg
 /// [`Bsdf::pdf`], on a grid of directions; failed samples are one more bin.
 pub(crate) fn check_sampling(name: &str, bsdf: &Bsdf, wo: Vec3) {
     // Bins in angle to z and azimuth; each bin's expectation is computed by a midpoint rule of 12 × 12 points.
-    let (rows, columns, fine) = (24, 48, 12);
+    let (rows, columns, fine) = (24, 48, 24);
     let samples = 200_000u64;
     let mut observed = vec![0.0f64; rows * columns + 1];
     let bin = |w: Vec3| {

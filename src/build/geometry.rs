@@ -28,6 +28,8 @@ pub(super) struct Shapes {
     pub light_media: Vec<MediumInterface>,
     /// Whether a texture needs face indices (Ptex).
     pub need_faces: bool,
+    /// By material: nothing asks for surface parameters there.
+    pub bare: Vec<bool>,
 }
 
 /// Geometry with the lights that its shapes form.
@@ -55,6 +57,7 @@ pub(super) fn build(
         budget,
         area_lights: &shapes.area_lights,
         need_faces: shapes.need_faces,
+        bare: &shapes.bare,
         lights,
         light_media: shapes.light_media,
         groups: 0,
@@ -164,6 +167,7 @@ fn compile(
 struct Adder<'a> {
     area_lights: &'a [DiffuseAreaSpec],
     need_faces: bool,
+    bare: &'a [bool],
     lights: Vec<Light>,
     light_media: Vec<MediumInterface>,
     groups: u32,
@@ -212,6 +216,8 @@ impl Adder<'_> {
             material: shape.material,
             light,
             paired_lights,
+            // A surface without material has no use for them either.
+            bare: shape.material.is_none_or(|id| self.bare[id.index()]),
             alpha: shape.spec.alpha,
             shadow_alpha: shape.spec.shadow_alpha,
             interface: shape.interface,

@@ -129,7 +129,14 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
     };
     let (options, mut materials) = (frame.options, frame.materials);
     materials::prepare(&mut materials, &assets.bsdf_files);
+    // Ray differentials need them as well, where a ray is reflected or refracted.
+    let footprint =
+        assets.textures.needs_footprint() || materials.iter().any(Material::needs_footprint);
+    let bare = materials.iter().map(|material| {
+        !(material.needs_parameters(&materials) || footprint && material.is_smooth(&materials))
+    });
     let shapes = Shapes {
+        bare: bare.collect(),
         placed: frame.shapes,
         objects: frame.objects,
         instances: frame.instances,
@@ -186,11 +193,16 @@ fn prepare_light_paths(job: &mut RenderJob) {
     if job.integrator.begins_at_lights() {
         job.world.prepare_emission();
     }
-    if job.traces_light() {
-        let (lit, radius) = (job.lit(), job.filter.radius());
-        let window = [lit.min.as_vec2() - radius, lit.max.as_vec2() + radius];
-        job.camera.prepare_connections(window);
-        job.learn();
+    let assisted = job.may_be_assisted();
+    if !assisted && !job.traces_light() {
+        return;
+    }
+    let (lit, radius) = (job.lit(), job.filter.radius());
+    let window = [lit.min.as_vec2() - radius, lit.max.as_vec2() + radius];
+    job.camera.prepare_connections(window);
+    match assisted {
+        true => job.consider_assistance(),
+        false => job.run_pilot_pass(),
     }
 }
 
@@ -231,7 +243,7 @@ fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
     let world_to_camera = options.camera_from_world.start.m;
     let ndc_from_camera = options.camera.ndc_from_camera(film);
     FilmMetadata {
-        world_to_camera,
+        world_to_camera: Some(world_to_camera),
         // Beyond the range of numbers for an angle of view of nothing.
         world_to_ndc: { ndc_from_camera.map(|ndc| ndc * world_to_camera) }
             .filter(|ndc| ndc.is_finite()),

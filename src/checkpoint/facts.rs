@@ -45,6 +45,12 @@ pub struct Facts {
     pub spp: u32,
     /// Rendered in passes until then.
     pub goal: Option<GoalFacts>,
+    /// Rendered in two halves, whose numbers of samples add up to `spp`.
+    #[serde(default)]
+    pub halved: bool,
+    /// The samples of a pixel depend on each other.
+    #[serde(default)]
+    pub are_dependent: bool,
     /// If paths are traced from the lights, the scale of their [`crate::film::Splats`], and how many there are.
     pub splats: Option<(i32, LightShare)>,
 }
@@ -65,6 +71,9 @@ pub struct FilmFacts {
 pub struct GoalFacts {
     /// Relative error.
     pub error: f64,
+    /// With this confidence.
+    #[serde(default)]
+    pub confidence: Option<f64>,
     /// Most samples a pixel.
     pub max_spp: u32,
 }

@@ -89,15 +89,18 @@ fn forecast(path: &Path, options: &ReadOptions) -> Result<u8, Failure> {
         forecast.peak.when
     );
     text += &table(&forecast.peak);
-    let in_passes = &forecast.in_passes;
-    // Writing to a string cannot fail.
-    let _ = write!(
-        text,
-        "  {:<42} {:>10}",
-        "all, with --error or --time",
-        Bytes(in_passes.total()).to_string()
-    );
-    console::answer(text)?;
+    for (with, stage) in [
+        ("all, with --variance", &forecast.with_variance),
+        ("all, with --error or --time", &forecast.in_passes),
+    ] {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "  {with:<42} {:>10}",
+            Bytes(stage.total()).to_string()
+        );
+    }
+    console::answer(text.trim_end())?;
     Ok(0)
 }
 

@@ -3,6 +3,9 @@
 /// The answer of a question is no; or there is an image in spite of errors (`--keep-going`).
 pub(crate) const ANSWER_IS_NO: u8 = 1;
 
+/// The answer of a question is neither yes nor no.
+pub(crate) const CANNOT_TELL: u8 = 3;
+
 /// Input that cannot be used, on this machine or any other.
 pub(crate) const BAD_INPUT: u8 = 2;
 
@@ -22,9 +25,10 @@ pub(crate) const LOST: u8 = 130;
 macro_rules! exit_codes {
     () => {
         "Exit codes:
-  0    done; compare: the images agree
-  1    compare: the images differ; render --keep-going: an image in spite of errors
+  0    done; compare, suite: the images agree
+  1    compare: the images differ; suite: one does, is new or failed; render --keep-going: an image in spite of errors
   2    bad input: the same command will never work
+  3    compare, suite: it cannot be told whether the images agree: their noise would hide anything
   70   a bug in fstop
   74   a file could not be read or written on this machine: try again elsewhere
   75   interrupted: the same command continues from the checkpoint

@@ -10,6 +10,10 @@ pub(super) struct GoalArgs {
     /// Render until the image's estimated relative error is this: 0.01 or 1%
     #[arg(long, value_parser = relative, allow_hyphen_values = true, value_name = "REL")]
     pub(super) error: Option<f64>,
+    /// With --error: stop only when the true error is as small with this confidence, though the render looks after each
+    /// pass
+    #[arg(long, value_parser = confidence, allow_hyphen_values = true, value_name = "P", requires = "error")]
+    pub(super) confidence: Option<f64>,
     /// Render until this many seconds have passed; an image without the time for a sample in each pixel is
     /// coarse
     #[arg(long, value_parser = seconds, allow_hyphen_values = true, value_name = "SECONDS")]
@@ -41,6 +45,18 @@ pub(super) fn relative(text: &str) -> Result<f64, String> {
     (share > 0.0 && share.is_finite())
         .then_some(share)
         .ok_or_else(expected)
+}
+
+/// Parses a probability from one half to below one, as a number or a percentage.
+fn confidence(text: &str) -> Result<f64, String> {
+    let expected = "expected a probability of at least a half and below one, such as 95% or 0.95";
+    let number = |text: &str| text.trim_end().parse::<f64>();
+    let share = match text.strip_suffix('%') {
+        Some(percent) => number(percent).map(|n| n / 100.0),
+        None => number(text),
+    };
+    let share = share.ok().filter(|share| (0.5..1.0).contains(share));
+    share.ok_or_else(|| expected.to_string())
 }
 
 /// Parses a positive duration.

@@ -27,7 +27,8 @@ pub(super) struct MergeArgs {
     /// Also write a PNG of the image here
     #[arg(help_heading = "Output", long)]
     png: Option<PathBuf>,
-    /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B)
+    /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B); it is that of independent samples
+    /// unless the shards were rendered with --variance, too
     #[arg(help_heading = "Output", long)]
     variance: bool,
     /// Make what there is of the image if shards are missing or not finished; pixels without samples are black

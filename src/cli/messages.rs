@@ -1,6 +1,7 @@
 //! Printing what was found in a scene, and what went wrong.
 
 use super::codes::{BAD_INPUT, IO_FAILED};
+use crate::compare::CompareError;
 use crate::console::{self, Level};
 use crate::files::FileError;
 use crate::optics::PrescriptionError;
@@ -23,6 +24,14 @@ impl Failure {
         match is_io {
             true => Failure::Io(message.to_string()),
             false => Failure::Other(message.to_string()),
+        }
+    }
+
+    /// What there is to say, as plain text.
+    pub(super) fn text(&self) -> String {
+        match self {
+            Failure::Scene(problems) => problems.to_string(),
+            Failure::Io(message) | Failure::Other(message) => message.clone(),
         }
     }
 
@@ -57,6 +66,12 @@ impl From<FileError> for Failure {
 impl From<PrescriptionError> for Failure {
     fn from(error: PrescriptionError) -> Failure {
         Failure::new(&error, error.is_failure())
+    }
+}
+
+impl From<CompareError> for Failure {
+    fn from(error: CompareError) -> Failure {
+        Failure::Other(error.to_string())
     }
 }
 

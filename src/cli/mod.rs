@@ -6,6 +6,7 @@
 //! | 0 | done |
 //! | 1 | the answer is no, or the image does not show the whole scene (`--keep-going`) |
 //! | 2 | bad input: the same command will never work |
+//! | 3 | it cannot be told |
 //! | 70 | a bug in fstop |
 //! | 74 | a file could not be read or written on this machine |
 //! | 75 | interrupted, and the same command continues from the checkpoint |
@@ -16,16 +17,20 @@ mod check;
 mod checkpoint;
 mod codes;
 mod compare;
+mod completions;
 mod events;
 mod farm;
 mod goal;
 mod html;
 mod lens;
+mod live;
 mod merge;
 mod messages;
 mod progress;
 mod render;
+mod results;
 mod shard;
+mod suite;
 mod tradeoff;
 
 use crate::budget::parse_size;
@@ -59,8 +64,10 @@ enum Command {
     Check(check::CheckArgs),
     /// Describe a lens: surfaces, focal length, f-number, planes and pupils
     Lens(lens::LensArgs),
-    /// Test whether two images agree
+    /// Test whether two images agree, or all those of two folders
     Compare(compare::CompareArgs),
+    /// Render many scenes, by any renderer, and test whether their images agree with references. Exit code 1: one does not
+    Suite(suite::SuiteArgs),
     /// Make one image of the shards that `render --shard` leaves. Exit code 0: done; 1: some are missing, or another round is
     /// needed
     Merge(merge::MergeArgs),
@@ -68,6 +75,10 @@ enum Command {
     Tradeoff(tradeoff::TradeoffArgs),
     /// Write what a render farm needs to render a scene in shards
     Farm(farm::FarmArgs),
+    /// Print a shell's script that completes commands and options
+    Completions(completions::CompletionsArgs),
+    /// Write a manual page for each command
+    Man(completions::ManArgs),
 }
 
 /// How scene files are read; shared by `render` and `check`.
@@ -206,9 +217,12 @@ fn run_command(args: Vec<OsString>) -> u8 {
         Command::Check(args) => check::run(&args),
         Command::Lens(args) => lens::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Suite(args) => suite::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Tradeoff(args) => tradeoff::run(&args),
         Command::Farm(args) => farm::run(&args),
+        Command::Completions(args) => completions::print(&args),
+        Command::Man(args) => completions::write(&args),
     }
 }
 
@@ -221,8 +235,18 @@ fn wants_json(args: &[OsString]) -> bool {
 /// `fstop SCENE` means `fstop render SCENE`: if the first argument is neither a command nor a request for help,
 /// `render` is inserted before it. If it is not a file either but nearly a command, that is an error.
 fn with_default_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, String> {
-    const COMMANDS: [&str; 8] = [
-        "render", "check", "lens", "compare", "merge", "tradeoff", "farm", "help",
+    const COMMANDS: [&str; 11] = [
+        "render",
+        "check",
+        "lens",
+        "compare",
+        "suite",
+        "merge",
+        "tradeoff",
+        "farm",
+        "completions",
+        "man",
+        "help",
     ];
     const HELP: [&str; 4] = ["-h", "--help", "-V", "--version"];
     let Some(first) = args.get(1).map(|a| a.to_string_lossy().into_owned()) else {

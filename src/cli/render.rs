@@ -5,11 +5,12 @@ use super::checkpoint::{self, CheckpointArgs};
 use super::codes::{ANSWER_IS_NO, BAD_INPUT, INTERRUPTED, IO_FAILED, LOST, exit_codes};
 use super::events::{self, Events};
 use super::goal::GoalArgs;
+use super::live::{LiveArgs, Times};
 use super::messages::{self, Failure};
 use super::progress::{Bar, Form};
 use super::shard::{self, ShardArgs};
 use crate::console;
-use crate::film::WriteError;
+use crate::film::{FilmMetadata, WriteError};
 use crate::render::{self, Ended, Step};
 use crate::session::{
     Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions, Rendered, Scene,
@@ -19,7 +20,7 @@ use clap::Args;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Once};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Examples for the long help.
 const EXAMPLES: &str = concat!(
@@ -83,7 +84,8 @@ pub(super) struct RenderArgs {
     /// Side of the square tiles that threads work on, in pixels; does not affect the image
     #[arg(help_heading = "How it runs", long, default_value_t = render::TILE_SIZE, hide = true)]
     tile_size: u32,
-    /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B)
+    /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B): samples that depend on each other are
+    /// then taken in two independent halves
     #[arg(help_heading = "Output", long)]
     variance: bool,
     /// A quick look: a quarter of the width and height, one sample per pixel, a quarter of the lights' samples
@@ -112,6 +114,8 @@ pub(super) struct RenderArgs {
     checkpoint: CheckpointArgs,
     #[command(flatten)]
     shard: ShardArgs,
+    #[command(flatten)]
+    live: LiveArgs,
     #[command(flatten)]
     read: ReadArgs,
 }
@@ -171,6 +175,7 @@ impl RenderArgs {
         Ok(RenderOptions {
             spp: self.spp,
             error: self.goal.error,
+            confidence: self.goal.confidence,
             time: self.goal.time,
             seed: self.seed,
             threads: self.threads,
@@ -248,9 +253,11 @@ impl<T: Into<Failure>> From<T> for End {
 }
 
 fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End> {
+    let began = Instant::now();
     let mut options = args.options()?;
     check_threads(args);
     let scene = Scene::load(&args.scene, &args.read.options(args.policy()))?;
+    let reading = began.elapsed();
     args.print(scene.problems());
     let mut flaws = Flaws {
         passed: scene.problems().recoverable_errors(),
@@ -263,11 +270,12 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     // All of them before the first is rendered: a misspelled folder should not be noticed after a night's work.
     let (outputs, problems) = scene.outputs(&names)?;
     args.checkpoint.check(&outputs)?;
+    args.live.check(&outputs)?;
     args.print(&problems);
     scene.check_later_frames(options.threads)?;
     let shards = args.shard.range()?;
     if shards.is_some() {
-        shard::warn(args.png.is_some(), args.variance);
+        shard::warn(args.png.is_some());
     } else if args.variance && !args.quiet && !outputs.iter().any(Outputs::keep_variances) {
         messages::warning("--variance has no effect: only .exr files keep variances");
     }
@@ -290,7 +298,8 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
             }
             None => {
                 options.checkpoint = args.checkpoint.of_frame(one, number);
-                render_frame(args, &options, frame, one, (&listening, events))?
+                let of = (one, number, reading);
+                render_frame(args, &options, frame, of, (&listening, events))?
             }
         };
         flaws.passed += of_frame.passed;
@@ -323,20 +332,53 @@ fn render_frame(
     args: &RenderArgs,
     options: &RenderOptions,
     frame: Frame,
-    outputs: &Outputs,
+    (outputs, number, reading): (&Outputs, usize, Duration),
     (listening, events): (&Once, Option<&Events>),
 ) -> Result<Flaws, End> {
     let started = Instant::now();
-    let frame = args.prepare(frame, options, listening)?;
+    let mut frame = args.prepare(frame, options, listening)?;
     if !args.quiet {
         checkpoint::announce(&frame);
     }
     let rendering = Instant::now();
     let is_open = args.goal.is_given();
+    let mut onlookers = args.live.start(&mut frame, outputs, args.quiet);
     let rendered = watched(args, events, is_open, |report| frame.render(report));
+    let partial = onlookers.stop_writing();
     if rendered.stopped {
         return Err(interrupted(args, &frame, &rendered, outputs));
     }
+    let writing = Instant::now();
+    let (written, mut unwritten) = write(&rendered, outputs);
+    let times = Times {
+        reading,
+        started,
+        rendering,
+        writing,
+    };
+    if let Err(error) = args.live.write(&frame, &rendered, number, &times) {
+        messages::error(format!("--stats {error}"));
+        unwritten = unwritten.into_iter().chain([IO_FAILED]).min();
+    }
+    if !args.quiet {
+        report_end(&rendered, &written, started, rendering);
+    }
+    if unwritten.is_none() {
+        clean_up(&frame, outputs);
+        // Only what this render has left behind.
+        for path in partial {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+    onlookers.show(&rendered);
+    Ok(Flaws {
+        passed: frame.problems().recoverable_errors(),
+        unwritten,
+    })
+}
+
+/// Writes the image. Returns the names of the files, and the exit code where one could not be written where it should be.
+fn write(rendered: &Rendered, outputs: &Outputs) -> (Vec<String>, Option<u8>) {
     let (mut written, mut unwritten) = (Vec::new(), None);
     for path in outputs.paths() {
         match rendered.write_or_rescue(path) {
@@ -358,16 +400,7 @@ fn render_frame(
             }
         }
     }
-    if !args.quiet {
-        report_end(&rendered, &written, started, rendering);
-    }
-    if unwritten.is_none() {
-        clean_up(&frame, outputs);
-    }
-    Ok(Flaws {
-        passed: frame.problems().recoverable_errors(),
-        unwritten,
-    })
+    (written, unwritten)
 }
 
 /// Runs what reports its steps, and shows them as is asked for. `in_passes`: its length is not known in advance.
@@ -462,13 +495,31 @@ fn report_end(rendered: &Rendered, written: &[String], started: Instant, renderi
     ));
 }
 
+/// How sure the error is, if a confidence was asked for.
+fn promised(rendered: &Rendered) -> String {
+    let FilmMetadata {
+        confidence,
+        error_bound,
+        ..
+    } = rendered.metadata;
+    let told = |(sure, bound): (f64, f64)| {
+        let (sure, bound) = (100.0 * sure, 100.0 * bound);
+        format!(", below {bound:.3} % with {sure} % confidence")
+    };
+    confidence.zip(error_bound).map(told).unwrap_or_default()
+}
+
 /// How good an image is.
 fn quality(rendered: &Rendered) -> String {
     let Some((passes, ended)) = rendered.passes else {
         return format!("{} samples a pixel", rendered.spp);
     };
     let error = match rendered.metadata.relative_error {
-        Some(error) => format!("relative error {:.3} %", 100.0 * error),
+        Some(error) => format!(
+            "relative error {:.3} %{}",
+            100.0 * error,
+            promised(rendered)
+        ),
         None if rendered.is_black() => "no light was found".to_string(),
         None => "unknown error (no noise was found)".to_string(),
     };

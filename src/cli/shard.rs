@@ -185,15 +185,10 @@ pub(super) fn render_shards(
     Ok(Flaws::passed(frame.problems().recoverable_errors()))
 }
 
-/// Says which options are those of `merge`.
-pub(super) fn warn(png: bool, variance: bool) {
-    for (_, name) in [(png, "--png"), (variance, "--variance")]
-        .iter()
-        .filter(|(given, _)| *given)
-    {
-        messages::warning(format!(
-            "{name} has no effect with --shard: `fstop merge` has it"
-        ));
+/// Says which option is that of `merge`.
+pub(super) fn warn(png: bool) {
+    if png {
+        messages::warning("--png has no effect with --shard: `fstop merge` has it");
     }
 }
 

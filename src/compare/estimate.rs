@@ -11,9 +11,21 @@ pub struct Estimate<'a> {
     pub image: &'a Image,
     /// Degrees of freedom of each variance: the number of observations it was estimated from, minus one.
     pub freedom: f64,
+    /// If the variances of neighboring pixels share a factor: which, and how well it is known.
+    pub pool: Option<Pool>,
     /// Samples per pixel in total, if known. If both images know theirs, they are compared with a common variance per
     /// sample (see [`Options`](super::Options) for the reason).
     pub samples: Option<f64>,
+}
+
+/// Squares of pixels whose variances are those of the samples of each, times a factor that is found from all of them
+/// (`render --variance` of well-distributed samples).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pool {
+    /// Side of the squares in pixels, counted from the corner of the whole image.
+    pub side: u32,
+    /// Degrees of freedom that each pixel of a square brings: 1 for each pair of halves.
+    pub freedom: f64,
 }
 
 /// Why two images cannot be compared.
@@ -37,17 +49,25 @@ pub enum CompareError {
 }
 
 impl<'a> Estimate<'a> {
-    /// The estimate according to a file's metadata. A file with the attribute `runs` above 1 has its variance estimated
-    /// from the scatter of its runs, any other from its samples; if a file has neither count, its variances are taken
-    /// as exact (infinitely many degrees of freedom).
+    /// The estimate according to a file's metadata. A file that says its degrees of freedom has them. Otherwise one with the
+    /// attribute `runs` above 1 has its variance estimated from the scatter of its runs, any other from its samples; if a
+    /// file has neither count, its variances are taken as exact (infinitely many degrees of freedom).
     pub fn of(loaded: &'a LoadedImage) -> Estimate<'a> {
-        let observations = loaded.runs.filter(|&runs| runs > 1).or(loaded.spp);
-        let freedom = observations.map_or(f64::INFINITY, |n| f64::from(n) - 1.0);
-        let runs = f64::from(loaded.runs.unwrap_or(1));
+        let several = loaded.runs.filter(|&runs| runs > 1);
+        let observations = several.or(loaded.spp);
+        let counted = observations.map_or(f64::INFINITY, |n| f64::from(n) - 1.0);
+        // Of the mean of several runs each has found the factors for itself.
+        let runs = f64::from(loaded.runs.unwrap_or(1).max(1));
+        let by_scatter = several.is_some() && loaded.freedom.is_none();
+        let pool = loaded.pool.filter(|_| !by_scatter);
         let samples = loaded.spp.map(|spp| f64::from(spp) * runs);
         Estimate {
             image: &loaded.image,
-            freedom,
+            freedom: loaded.freedom.unwrap_or(counted),
+            pool: pool.map(|side| Pool {
+                side,
+                freedom: runs,
+            }),
             samples: samples.filter(|&n| n > 0.0),
         }
     }

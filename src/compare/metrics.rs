@@ -1,6 +1,9 @@
 //! Error metrics of an image: MSE, PSNR and others.
 
 use super::scatter::Scatter;
+use super::student::two_sided_t;
+use super::verdict::BlockTest;
+use super::welch::{Known, WelchTest};
 use super::{Estimate, NoiseSource};
 use crate::film::PixelBounds;
 use crate::math::color::luminance;
@@ -51,7 +54,8 @@ pub struct ChannelMeans {
     pub b: f64,
     /// a / b; 1 if both are 0.
     pub ratio: f64,
-    /// Half the width of the ratio's 95 % confidence interval, to first order in the noise (delta method). `None` if
+    /// Half the width of the ratio's 95 % confidence interval, to first order in the noise (delta method), by Student's
+    /// quantile where variances are stored. `None` if
     /// the noise is unknown.
     pub ratio_error: Option<f64>,
 }
@@ -99,11 +103,12 @@ fn channel_means(a: &Estimate, b: &Estimate, noise: NoiseSource, count: f64) -> 
     let mean = |e: &Estimate| e.image.pixels.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / count;
     let (mean_a, mean_b) = (mean(a), mean(b));
     let errors = errors_of_means(a, b, noise, count);
+    let freedom = freedom_of_means(a, b, noise);
     [0, 1, 2].map(|i| {
         let (a, b) = (mean_a[i], mean_b[i]);
         let ratio = if a == b { 1.0 } else { a / b };
-        // 1.96: the 97.5 % quantile of the normal distribution.
-        let ratio_error = errors.map(|[u, v]| 1.96 * u[i].hypot(ratio * v[i]) / b.abs());
+        let quantile = two_sided_t(0.05, freedom[i]);
+        let ratio_error = errors.map(|[u, v]| quantile * u[i].hypot(ratio * v[i]) / b.abs());
         ChannelMeans {
             a,
             b,
@@ -138,6 +143,29 @@ fn errors_of_means(
             Some([scatter.error_of_mean(), DVec3::ZERO])
         }
     }
+}
+
+/// Degrees of freedom of the errors of both means together.
+fn freedom_of_means(a: &Estimate, b: &Estimate, noise: NoiseSource) -> [f64; 3] {
+    if noise != NoiseSource::Stored {
+        return [f64::INFINITY; 3];
+    }
+    let test = WelchTest {
+        a: Known::new(*a),
+        b: Known::new(*b),
+        tolerance: 0.0,
+        common: None,
+        noiseless: false,
+    };
+    let freedoms = test.ask(a.image.bounds).map(|candidate| candidate.freedom);
+    // Of no noise, or of single samples, nothing has been known either way.
+    freedoms.map(|freedom| {
+        if freedom >= 1.0 {
+            freedom
+        } else {
+            f64::INFINITY
+        }
+    })
 }
 
 /// The first of the tiles whose mean luminances differ most.
@@ -185,6 +213,7 @@ mod tests {
         let [a, b] = [&a, &b].map(|image| Estimate {
             image,
             freedom: 9.0,
+            pool: None,
             samples: None,
         });
         let m = Metrics::new(&a, &b, NoiseSource::Stored, 0);
@@ -196,9 +225,9 @@ mod tests {
         assert!((m.psnr - 10.0 * 48f64.log10()).abs() < 1e-12);
         assert_eq!(m.max_difference, 1.0);
         assert_eq!(m.channels[2].ratio, 2.0 / 3.0);
-        // Variance of each mean 0.005: 1.96 √(0.005 (1 + 4/9)) / 3.
+        // Variance of each mean 0.005, 36 degrees of freedom, whose quantile tables give: 2.028094 √(0.005 (1 + 4/9)) / 3.
         let error = m.channels[2].ratio_error.unwrap();
-        assert!((error - 1.96 * (0.005f64 * 13.0 / 9.0).sqrt() / 3.0).abs() < 1e-6);
+        assert!((error - 2.028094 * (0.005f64 * 13.0 / 9.0).sqrt() / 3.0).abs() < 1e-6);
         // (0.072169 · −1) in both pixels: there is only one tile.
         assert_eq!(m.largest_tile.bounds, a.image.bounds);
         assert!((m.largest_tile.a - m.largest_tile.b + 0.072169).abs() < 1e-6);
@@ -210,6 +239,7 @@ mod tests {
         let e = Estimate {
             image: &image,
             freedom: 1.0,
+            pool: None,
             samples: None,
         };
         let m = Metrics::new(&e, &e, NoiseSource::SpatialWithoutBoth, 0);
@@ -227,12 +257,13 @@ mod tests {
         let [a, b] = [&a, &b].map(|image| Estimate {
             image,
             freedom: 1.0,
+            pool: None,
             samples: None,
         });
         let m = Metrics::new(&a, &b, NoiseSource::SpatialWithoutBoth, 0);
         let error = m.channels[1].ratio_error.unwrap();
         // Inputs in single precision.
-        assert!((error - 1.96 * (0.04f64 / 12.0).sqrt()).abs() < 1e-6);
+        assert!((error - 1.959964 * (0.04f64 / 12.0).sqrt()).abs() < 1e-6);
         assert!((m.channels[1].ratio - 1.1).abs() < 1e-6);
     }
 
@@ -246,6 +277,7 @@ mod tests {
         let [a, b] = [&a, &b].map(|image| Estimate {
             image,
             freedom: 1.0,
+            pool: None,
             samples: None,
         });
         let m = Metrics::new(&a, &b, NoiseSource::None, 3);

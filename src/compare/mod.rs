@@ -9,6 +9,7 @@
 
 mod correction;
 mod estimate;
+mod findable;
 pub mod flip;
 mod metrics;
 pub(crate) mod non_finite;
@@ -24,13 +25,14 @@ mod welch;
 mod tests;
 
 pub use correction::Correction;
-pub use estimate::{CompareError, Estimate};
+pub use estimate::{CompareError, Estimate, Pool};
+pub use findable::{Findable, POWER};
 pub use metrics::{ChannelMeans, Metrics, TileDifference};
 pub use non_finite::NonFinite;
 pub use options::{Noise, NoiseSource, Options};
 pub use scatter::Neighbors;
-pub use student::two_sided_p;
-pub use text::{CHANNELS, blocks, extent, probability};
+pub use student::{two_sided_p, two_sided_t};
+pub use text::{CHANNELS, blocks, extent, probability, rate, relative};
 pub use uniformity::{BINS, Uniformity};
 pub use verdict::{Finding, Level, Statistic, Verdict};
 
@@ -39,8 +41,8 @@ use crate::math::Rgb;
 use rayon::prelude::*;
 use scatter::{MeanScatter, NeighborScatter, Scatter};
 use std::fmt;
-use verdict::{BlockTest, test_level};
-use welch::WelchTest;
+use verdict::{BlockTest, Candidate, test_level};
+use welch::{Known, WelchTest};
 
 /// One of the two images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +66,8 @@ pub struct Comparison {
     pub verdict: Verdict,
     /// The noise estimate they used.
     pub noise: NoiseSource,
+    /// What would have been found: for each block size but single pixels, and for the whole image. Empty without noise.
+    pub findable: Vec<Findable>,
     /// Values that are infinite or NaN.
     pub non_finite: NonFinite,
     /// Whether the p-values are uniformly distributed, for each block size with enough blocks.
@@ -76,10 +80,42 @@ pub struct Comparison {
 
 impl Comparison {
     /// Returns `true` if nothing indicates that the images differ: no test, and no value that is finite in one image
-    /// only.
+    /// only. Whether anything could have been found is another question: see [`Comparison::answer`].
     pub fn agrees(&self) -> bool {
         self.verdict.agrees() && self.non_finite.unmatched == 0
     }
+
+    /// The answer to whether the images agree.
+    pub fn answer(&self) -> Answer {
+        match (self.agrees(), self.doubt()) {
+            (false, _) => Answer::Differ,
+            (true, None) => Answer::Agree,
+            (true, Some(_)) => Answer::CannotTell,
+        }
+    }
+
+    /// Where noise is so strong, or known from so few bright samples, that a block of the largest size, or the whole image,
+    /// could be black in one of the images and pass. Of images with variances only: without, blocks that are nearly black
+    /// in both would be all that is found.
+    pub fn doubt(&self) -> Option<&Findable> {
+        let side = self.findable.iter().filter_map(|found| found.side).max();
+        let of_size = |found: &&Findable| found.side.is_none() || found.side == side;
+        let all = self.findable.iter().filter(of_size);
+        let is_stored = self.noise == NoiseSource::Stored;
+        all.filter(|found| is_stored && found.relative >= 1.0)
+            .max_by(|x, y| x.relative.total_cmp(&y.relative))
+    }
+}
+
+/// Whether two images agree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// No difference was found, and large ones would have been.
+    Agree,
+    /// There is one.
+    Differ,
+    /// None was found, but somewhere not even one as large as all the light would have been.
+    CannotTell,
 }
 
 /// Compares `a` with the reference `b`, which must cover the same pixels.
@@ -93,7 +129,7 @@ impl Comparison {
 /// a.variance = Some(vec![Rgb::splat(1e-4); 256]);
 /// let mut b = a.clone();
 /// b.pixels[37].y = 1.0; // seventy standard deviations
-/// let [a, b] = [&a, &b].map(|image| Estimate { image, freedom: 63.0, samples: Some(64.0) });
+/// let [a, b] = [&a, &b].map(|image| Estimate { image, freedom: 63.0, pool: None, samples: Some(64.0) });
 /// let comparison = compare(&a, &b, &Options::default())?;
 /// assert!(!comparison.agrees());
 /// println!("{}", comparison.sentence());
@@ -105,11 +141,25 @@ pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparis
     of_pair(a, b, options, |pair, non_finite| Comparison {
         verdict: pair.verdict(),
         noise: pair.noise,
+        findable: pair.findable(),
         uniformity: pair.uniformity(),
         neighbors: Neighbors::new(&pair.a, &pair.b, pair.noise == NoiseSource::Stored),
         metrics: Metrics::new(&pair.a, &pair.b, pair.noise, non_finite.left_out),
         non_finite,
     })
+}
+
+/// What a comparison of the two would find, whatever they show: their noise alone decides. For each block size but single
+/// pixels, then for the whole image; empty without noise.
+///
+/// # Errors
+/// As [`compare`].
+pub fn findable(
+    a: &Estimate,
+    b: &Estimate,
+    options: &Options,
+) -> Result<Vec<Findable>, CompareError> {
+    of_pair(a, b, options, |pair, _| pair.findable())
 }
 
 /// The p-value of every pixel and channel, for an image of where two images differ. If the noise is estimated from the
@@ -119,7 +169,40 @@ pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparis
 /// # Errors
 /// As [`compare`].
 pub fn p_values(a: &Estimate, b: &Estimate, options: &Options) -> Result<Image, CompareError> {
-    of_pair(a, b, options, |pair, _| pair.p_values())
+    of_pair(a, b, options, |pair, _| {
+        pair.map(None, Rgb::ONE, Candidate::p)
+    })
+}
+
+/// As [`p_values`], of the blocks with this side in pixels, each of whose pixels shows that of its block.
+///
+/// # Errors
+/// As [`compare`].
+pub fn block_p_values(
+    a: &Estimate,
+    b: &Estimate,
+    options: &Options,
+    side: u32,
+) -> Result<Image, CompareError> {
+    let side = Some(side.max(1));
+    of_pair(a, b, options, |pair, _| {
+        pair.map(side, Rgb::ONE, Candidate::p)
+    })
+}
+
+/// The difference of every block over its standard error, channel by channel: positive where A is brighter, infinite where
+/// there is a difference and no noise. Each pixel shows that of its block.
+///
+/// # Errors
+/// As [`compare`].
+pub fn block_t(
+    a: &Estimate,
+    b: &Estimate,
+    options: &Options,
+    side: u32,
+) -> Result<Image, CompareError> {
+    let side = Some(side.max(1));
+    of_pair(a, b, options, |pair, _| pair.map(side, Rgb::ZERO, |c| c.t))
 }
 
 /// What `ask` says of both images without their non-finite values, if they can be compared.
@@ -169,8 +252,8 @@ impl<'a> Pair<'a> {
     fn welch(&self, common: bool) -> WelchTest<'a> {
         let known = self.a.samples.zip(self.b.samples);
         WelchTest {
-            a: self.a,
-            b: self.b,
+            a: Known::new(self.a),
+            b: Known::new(self.b),
             tolerance: self.options.relative_tolerance,
             common: known.filter(|_| common),
             noiseless: self.noise == NoiseSource::None,
@@ -220,6 +303,35 @@ impl<'a> Pair<'a> {
         }
     }
 
+    fn findable(&self) -> Vec<Findable> {
+        if self.noise == NoiseSource::None {
+            return Vec::new();
+        }
+        let Options {
+            alpha, correction, ..
+        } = *self.options;
+        let sides: Vec<Option<u32>> = self.sides().into_iter().map(Some).chain([None]).collect();
+        let questions = if self.noise.is_spatial() { 2 } else { 1 };
+        let share = correction.share(alpha, questions * sides.len());
+        let bounds = self.bounds();
+        let pixels = self.b.image.pixels.iter();
+        let light: f64 = pixels.map(|p| p.as_dvec3().element_sum()).sum();
+        let mean = light / (3.0 * bounds.area().max(1) as f64);
+        let worst = |side: Option<u32>| {
+            let blocks = bounds.tiles(side.unwrap_or(u32::MAX)).count();
+            let alpha = correction.share(share, 3 * blocks);
+            match self.noise.is_spatial() {
+                true => Findable::worst(&MeanScatter(self.scatter()), bounds, side, alpha, mean),
+                false => {
+                    let test = self.welch(self.options.common_variance);
+                    Findable::worst(&test, bounds, side, alpha, mean)
+                }
+            }
+        };
+        let large = sides.into_iter().filter(|&side| side != Some(1));
+        large.filter_map(worst).collect()
+    }
+
     fn level<T: BlockTest>(&self, test: &T, side: Option<u32>, share: f64) -> Option<Level> {
         test_level(test, self.bounds(), side, share, self.options.correction)
     }
@@ -237,21 +349,30 @@ impl<'a> Pair<'a> {
             }
             _ => Uniformity::of(&MeanScatter(self.scatter()), self.bounds(), side),
         };
-        self.sides().into_iter().filter_map(of).collect()
+        // The variances of what is smaller than a square are known to be too large.
+        let pool = |estimate: &Estimate| match (&estimate.image.independent, estimate.pool) {
+            (Some(_), Some(pool)) => pool.side,
+            _ => 0,
+        };
+        let least = pool(&self.a).max(pool(&self.b));
+        let sides = self.sides().into_iter().filter(|side| *side >= least);
+        sides.filter_map(of).collect()
     }
 
-    fn p_values(&self) -> Image {
+    /// What the tests of the means of blocks say, in every pixel of each; `none` if there are no blocks to test.
+    fn map(&self, side: Option<u32>, none: Rgb, say: fn(&Candidate) -> f64) -> Image {
         let bounds = self.bounds();
         let mut image = Image {
-            pixels: vec![Rgb::ONE; bounds.area()],
+            pixels: vec![none; bounds.area()],
             variance: None,
+            independent: None,
             ..self.a.image.clone()
         };
-        let side = if self.noise.is_spatial() {
-            self.sides().into_iter().min()
-        } else {
-            Some(1)
+        let smallest = || match self.noise.is_spatial() {
+            true => self.sides().into_iter().min(),
+            false => Some(1),
         };
+        let side = side.or_else(smallest);
         let Some(side) = side else { return image };
         let blocks: Vec<PixelBounds> = bounds.tiles(side).collect();
         let values = blocks.par_iter().map(|&block| {
@@ -260,12 +381,12 @@ impl<'a> Pair<'a> {
             } else {
                 self.welch(self.options.common_variance).ask(block)
             };
-            Rgb::from(candidates.map(|candidate| candidate.p() as f32))
+            Rgb::from(candidates.map(|candidate| say(&candidate) as f32))
         });
-        for (block, p) in blocks.iter().zip(values.collect::<Vec<_>>()) {
+        for (block, value) in blocks.iter().zip(values.collect::<Vec<_>>()) {
             for index in block.pixels().filter_map(|pixel| bounds.index(pixel)) {
                 if let Some(pixel) = image.pixels.get_mut(index) {
-                    *pixel = p;
+                    *pixel = value;
                 }
             }
         }

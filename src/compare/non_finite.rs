@@ -55,19 +55,23 @@ fn place(image: &Image, index: usize) -> UVec2 {
 pub(crate) fn clean(a: &Image, b: &Image) -> (Option<Image>, Option<Image>, NonFinite) {
     let found = NonFinite::find(a, b);
     let impossible = |v: &Rgb| v.is_nan() || v.min_element() < 0.0;
-    let bad_variance = |image: &Image| image.variance.iter().flatten().any(impossible);
+    let bad_variance = |image: &Image| {
+        let both = [image.variance.as_ref(), image.independent.as_ref()];
+        both.into_iter().flatten().flatten().any(impossible)
+    };
     let cleaned = |image: &Image| {
         (found.left_out > 0 || bad_variance(image)).then(|| {
             let mut image = image.clone();
-            for v in image.variance.iter_mut().flatten() {
+            let both = [image.variance.as_mut(), image.independent.as_mut()];
+            for v in both.into_iter().flatten().flatten() {
                 *v = v.map(|v| if v >= 0.0 { v } else { f32::INFINITY });
             }
             for i in 0..image.pixels.len().min(a.pixels.len()).min(b.pixels.len()) {
                 if !(a.pixels[i].is_finite() && b.pixels[i].is_finite()) {
                     image.pixels[i] = Rgb::ZERO;
-                    if let Some(v) = image.variance.as_mut().and_then(|v| v.get_mut(i)) {
-                        *v = Rgb::ZERO;
-                    }
+                    let both = [image.variance.as_mut(), image.independent.as_mut()];
+                    let of_pixel = both.into_iter().flatten().filter_map(|v| v.get_mut(i));
+                    of_pixel.for_each(|v| *v = Rgb::ZERO);
                 }
             }
             image

@@ -185,6 +185,13 @@ fn candidate(
         means,
         t,
         freedom,
+        // One observation has no scatter.
+        error: if error.is_finite() {
+            error
+        } else {
+            f64::INFINITY
+        },
+        tolerated,
         floor: min_p(signs),
     }
 }

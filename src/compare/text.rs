@@ -1,5 +1,6 @@
 //! The result of a comparison in sentences.
 
+use super::findable::{Findable, POWER};
 use super::verdict::{Level, Statistic};
 use super::{Comparison, NoiseSource, Side, Uniformity};
 use crate::film::PixelBounds;
@@ -14,17 +15,26 @@ impl Comparison {
             return format!("The images differ: {}.", self.broken());
         }
         let (p, alpha) = (self.verdict.p(), self.verdict.alpha);
+        if let Some(doubt) = self.doubt().filter(|_| self.agrees()) {
+            return format!(
+                "It cannot be told whether the images agree: no difference was found, but {} could be black in one of \
+                 them in {}, and pass, so large and so little known is its noise.",
+                place(doubt.side, doubt.bounds),
+                CHANNELS[doubt.channel.min(2)],
+            );
+        }
         match self.verdict.worst() {
             Some(level) if !self.verdict.agrees() => {
                 format!("The images differ: {}{}.", describe(level), self.chance(p))
             }
             _ => format!(
-                "The images agree: {} (p = {}; below {alpha} they would differ).",
+                "The images agree: {} (p = {}; below {} they would differ).",
                 match self.noise {
                     NoiseSource::None => "every value is the same but for the tolerance",
                     _ => "their differences are no larger than their noise explains",
                 },
-                probability(p)
+                probability(p),
+                rate(alpha)
             ),
         }
     }
@@ -37,6 +47,20 @@ impl Comparison {
                 probability(p)
             ),
         }
+    }
+
+    /// What would have been found, in one sentence; `None` if there is no noise.
+    pub fn warranty(&self) -> Option<String> {
+        let (blocks, whole): (Vec<&Findable>, Vec<&Findable>) =
+            self.findable.iter().partition(|found| found.side.is_some());
+        let parts: Vec<String> = { whole.into_iter().chain(blocks) }.map(found).collect();
+        (!parts.is_empty()).then(|| {
+            format!(
+                "Found with a probability of {:.0} % at least: {}.",
+                100.0 * POWER,
+                parts.join(", ")
+            )
+        })
     }
 
     /// Cautions needed to trust the verdict: the assumptions it relies on, and signs that they are violated.
@@ -71,13 +95,21 @@ impl Comparison {
             let shares: Vec<String> = levels.map(share).collect();
             (!shares.is_empty()).then(|| shares.join(", "))
         };
-        let small = shares(Uniformity::too_small).map(|shares| {
+        let (small, large) = (shares(Uniformity::too_small), shares(Uniformity::too_large));
+        if let (Some(small), Some(large)) = (&small, &large) {
+            // One note each would say one thing and its opposite.
+            return vec![format!(
+                "There are too many small p-values of some sizes ({small} are below 5 %) and too few of others ({large}): the \
+                 variances are not those of the noise there is."
+            )];
+        }
+        let small = small.map(|shares| {
             format!(
                 "There are too many small p-values ({shares} are below 5 %): many differences too slight \
                  to be proven one by one, or noise that is larger or more skewed than the variances say."
             )
         });
-        let large = shares(Uniformity::too_large).map(|shares| {
+        let large = large.map(|shares| {
             format!(
                 "There are too few small p-values ({shares} are below 5 %): the variances are overestimated, \
                  as those of stratified samples are, or the renders share random numbers. Differences are \
@@ -119,7 +151,8 @@ impl Comparison {
 /// Describes the most significant test of a level.
 fn describe(level: &Level) -> String {
     let worst = &level.worst;
-    let (place, channel) = (place(level, worst.bounds), CHANNELS[worst.channel.min(2)]);
+    let place = place(level.side, worst.bounds);
+    let channel = CHANNELS[worst.channel.min(2)];
     match level.statistic {
         Statistic::Neighbors => format!(
             "in {place} the differences of neighboring pixels in {channel} belong together, as noise's do \
@@ -148,8 +181,40 @@ fn others(level: &Level) -> String {
     }
 }
 
-fn place(level: &Level, bounds: PixelBounds) -> String {
-    match level.side {
+/// What is found, of blocks of one size.
+fn found(found: &Findable) -> String {
+    let channel = CHANNELS[found.channel.min(2)];
+    let difference = match found.relative {
+        r if r < MANY => format!("a difference of {} of ", relative(r)),
+        r if r.is_finite() => format!("one of {} ", relative(r)),
+        _ => "none at all in ".to_owned(),
+    };
+    match found.side {
+        None => format!("{difference}the whole image ({channel})"),
+        Some(side) => format!(
+            "{difference}the block of {side} × {side} where noise hides most ({}, {channel})",
+            extent(found.bounds)
+        ),
+    }
+}
+
+/// From here on differences are told in multiples, below in per cent.
+const MANY: f64 = 10.0;
+
+/// A relative difference, as a percentage of two digits.
+pub fn relative(x: f64) -> String {
+    if x.is_infinite() {
+        return "∞".to_owned();
+    }
+    if x >= MANY {
+        return format!("{x:.0} times");
+    }
+    let digits = (1.0 - (100.0 * x).max(1e-4).log10().floor()).clamp(0.0, 5.0);
+    format!("{:.*} %", digits as usize, 100.0 * x)
+}
+
+fn place(side: Option<u32>, bounds: PixelBounds) -> String {
+    match side {
         None => "the whole image".to_owned(),
         Some(1) => format!("pixel {}, {}", bounds.min.x, bounds.min.y),
         Some(_) => format!("the block {}", extent(bounds)),
@@ -195,6 +260,20 @@ pub fn probability(p: f64) -> String {
         format!("{p:.1e}")
     } else {
         format!("{p:.3}")
+    }
+}
+
+/// A false-alarm rate: as it was given, or rounded to two digits if it was shared among many.
+pub fn rate(alpha: f64) -> String {
+    const SHORT: usize = 7;
+    let text = alpha.to_string();
+    match text.len() <= SHORT {
+        true => text,
+        false if alpha < 1e-4 => format!("{alpha:.1e}"),
+        false => {
+            let digits = (1.0 - alpha.log10().floor()).clamp(0.0, 6.0);
+            format!("{alpha:.*}", digits as usize)
+        }
     }
 }
 

@@ -91,6 +91,10 @@ pub(super) struct Candidate {
     pub means: [f64; 2],
     pub t: f64,
     pub freedom: f64,
+    /// Standard error of the difference.
+    pub error: f64,
+    /// Differences up to this are ignored.
+    pub tolerated: f64,
     /// Lower bound on the p-value of any test of this block.
     pub floor: f64,
 }

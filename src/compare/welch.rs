@@ -9,8 +9,8 @@ use glam::DVec3;
 /// The standard error of a difference is √(va + vb), its degrees of freedom are (va + vb)² / (va²/νa + vb²/νb) (Welch
 /// 1947; Satterthwaite 1946); or, if both images have sample counts, that of the [common variance](super::Options).
 pub(super) struct WelchTest<'a> {
-    pub a: Estimate<'a>,
-    pub b: Estimate<'a>,
+    pub a: Known<'a>,
+    pub b: Known<'a>,
     /// Relative differences, to the brightest channel, up to this are ignored.
     pub tolerance: f64,
     /// Samples per pixel of both images, if the larger variance per sample is to be used for both.
@@ -43,10 +43,61 @@ impl BlockTest for WelchTest<'_> {
                 means: [x.mean, y.mean],
                 t,
                 freedom,
+                error,
+                tolerated,
                 floor: 0.0,
             }
         })
     }
+}
+
+/// An estimate, and how well the factors of its [`Pool`](super::Pool) are known.
+pub(super) struct Known<'a> {
+    estimate: Estimate<'a>,
+    /// Σσ² and Σσ⁴ of each square, row by row.
+    sums: Vec<[DVec3; 2]>,
+    /// All squares: from the first one's corner, in units of their side.
+    squares: PixelBounds,
+}
+
+impl<'a> Known<'a> {
+    pub(super) fn new(estimate: Estimate<'a>) -> Known<'a> {
+        let bounds = estimate.image.bounds;
+        let side = estimate.pool.map_or(1, |pool| pool.side.max(1));
+        let squares = touched(bounds, side);
+        let pooled = estimate.pool.and(estimate.image.variance.as_ref());
+        let mut sums = vec![[DVec3::ZERO; 2]; pooled.map_or(0, |_| squares.area())];
+        for (pixel, variance) in bounds.pixels().zip(pooled.into_iter().flatten()) {
+            let variance = variance.as_dvec3();
+            if let Some(sum) = squares.index(pixel / side).and_then(|i| sums.get_mut(i)) {
+                *sum = [sum[0] + variance, sum[1] + variance * variance];
+            }
+        }
+        Known {
+            estimate,
+            sums,
+            squares,
+        }
+    }
+
+    /// Degrees of freedom of the factors of a block's variance: as those of all squares that it touches. Infinite without
+    /// any.
+    fn freedom_of_factors(&self, block: PixelBounds) -> DVec3 {
+        let Some(pool) = self.estimate.pool else {
+            return DVec3::INFINITY;
+        };
+        let squares = touched(block, pool.side.max(1)).pixels();
+        let sums = squares.filter_map(|square| self.sums.get(self.squares.index(square)?));
+        let add = |[v, q]: [DVec3; 2], sum: &[DVec3; 2]| [v + sum[0], q + sum[1]];
+        let [variance, squares] = sums.fold([DVec3::ZERO; 2], add);
+        let freedom = pool.freedom * variance * variance / squares;
+        DVec3::select(squares.cmpgt(DVec3::ZERO), freedom, DVec3::INFINITY)
+    }
+}
+
+/// The squares that some pixels lie in, in units of their side.
+fn touched(pixels: PixelBounds, side: u32) -> PixelBounds {
+    PixelBounds::new(pixels.min / side, pixels.max.map(|n| n.div_ceil(side)))
 }
 
 /// Mean and variance of one channel over a block.
@@ -91,9 +142,14 @@ fn pooled_freedom(parts: [(f64, f64); 2]) -> f64 {
 
 /// Means over a block, by channel: variances of independent pixels add, and so do their uncertainties: a block whose
 /// variance comes from one bright pixel has only that pixel's degrees of freedom.
-fn block_means(estimate: &Estimate, bounds: PixelBounds, noiseless: bool) -> [BlockMean; 3] {
-    let image = estimate.image;
-    let variances = image.variance.as_deref().filter(|_| !noiseless);
+fn block_means(known: &Known, bounds: PixelBounds, noiseless: bool) -> [BlockMean; 3] {
+    let (estimate, image) = (&known.estimate, known.estimate.image);
+    // What is smaller than a square may have a part of its variance that differs tenfold from the others'.
+    let side = estimate.pool.map_or(0, |pool| pool.side);
+    let alone = bounds.size().max_element() < side;
+    let independent = image.independent.as_deref().filter(|_| alone);
+    let variances = independent.or(image.variance.as_deref());
+    let variances = variances.filter(|_| !noiseless);
     let at = |values: &[Rgb], i: usize| values.get(i).map_or(DVec3::ZERO, |p| p.as_dvec3());
     let (mut mean, mut variance, mut squares) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
     for index in bounds.pixels().filter_map(|p| image.bounds.index(p)) {
@@ -103,20 +159,29 @@ fn block_means(estimate: &Estimate, bounds: PixelBounds, noiseless: bool) -> [Bl
         squares += v * v;
     }
     let count = bounds.area() as f64;
+    let of_factors = match independent {
+        Some(_) => DVec3::INFINITY,
+        None => known.freedom_of_factors(bounds),
+    };
     [0, 1, 2].map(|i| BlockMean {
         mean: mean[i] / count,
         variance: variance[i] / (count * count),
         freedom: if variance[i] == 0.0 {
             f64::INFINITY
         } else {
-            estimate.freedom * variance[i] * variance[i] / squares[i]
+            let own = estimate.freedom * variance[i] * variance[i] / squares[i];
+            // Relative variances of independent factors add, and are 2/ν each.
+            1.0 / (1.0 / own + 1.0 / of_factors[i])
         },
     })
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Pool;
     use super::*;
+    use crate::film::Image;
+    use crate::math::UVec2;
 
     /// Satterthwaite's own cases: equal variances double the degrees of freedom, a single variance keeps its own.
     #[test]
@@ -125,5 +190,38 @@ mod tests {
         assert_eq!(pooled_freedom([(0.5, 15.0), (0.0, 3.0)]), 15.0);
         assert_eq!(pooled_freedom([(0.0, 15.0), (0.0, 3.0)]), f64::INFINITY);
         assert_eq!(pooled_freedom([(1.0, f64::INFINITY), (1.0, 8.0)]), 32.0);
+    }
+
+    /// Squares are counted from the corner of the whole image, whatever part of it is there.
+    #[test]
+    fn factors_are_known_from_their_squares() {
+        let mut image = Image::black(UVec2::new(16, 16));
+        image.bounds = PixelBounds::new(UVec2::new(2, 0), UVec2::new(16, 16));
+        image.pixels.truncate(14 * 16);
+        image.variance = Some(vec![Rgb::splat(0.25); 14 * 16]);
+        let known = Known::new(Estimate {
+            image: &image,
+            freedom: 62.0,
+            pool: Some(Pool {
+                side: 4,
+                freedom: 1.0,
+            }),
+            samples: None,
+        });
+        let freedom = |x0, x1, y1| {
+            let block = PixelBounds::new(UVec2::new(x0, 0), UVec2::new(x1, y1));
+            block_means(&known, block, false)[1].freedom
+        };
+        let both = |own: f64, squares: f64| 1.0 / (1.0 / own + 1.0 / squares);
+        // A pixel in a square of which half is there, one in a whole square, and blocks.
+        for (found, expected) in [
+            (freedom(2, 3, 1), both(62.0, 8.0)),
+            (freedom(4, 5, 1), both(62.0, 16.0)),
+            (freedom(8, 16, 8), both(62.0 * 64.0, 64.0)),
+            (freedom(3, 5, 4), both(62.0 * 8.0, 24.0)),
+        ] {
+            // A dozen roundings.
+            assert!((found / expected - 1.0).abs() < 1e-14, "{found} {expected}");
+        }
     }
 }

@@ -1,68 +1,128 @@
 //! OpenEXR: scene-linear images with their variance and metadata on how they were rendered.
 //!
-//! Channels `R` `G` `B`, and `var.R` `var.G` `var.B` if the image has variances: a layer named `var` to other programs.
+//! Channels `R` `G` `B`, and `var.R` `var.G` `var.B` if the image has variances: a layer named `var` to other programs. Where
+//! these are pooled, those of independent samples are in the layer `independent`.
 //! All are 32-bit floats: half floats would round a variance below 6e-8 to zero and a mean by more than a
 //! well-converged render's noise. Scan lines in ZIP blocks of 16, data window = crop window, display window = full
 //! image, Rec. 709 primaries.
 
 use super::{FilmMetadata, Image, Photograph};
 use crate::math::{DMat4, Rgb};
+use ::exr::block::lines::LineRefMut;
+use ::exr::block::writer::{ChunksWriter, write_chunks_with};
+use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::meta::attribute::{AttributeValue, Chromaticities};
+use ::exr::meta::attribute::{ChannelDescription, SampleType};
+use ::exr::meta::header::Header;
+use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, Error, FlatSamples, ImageAttributes,
-    IntegerBounds, Layer, LayerAttributes, LineOrder, Text, Vec2, WritableImage,
+    Compression, Error, ImageAttributes, IntegerBounds, LayerAttributes, LineOrder, Text, Vec2,
 };
+use rayon::prelude::*;
 use std::io::Cursor;
 
-/// Encodes the whole file in memory.
+/// Names of the channels of [`Image::pixels`].
+pub(super) const CHANNELS: [&str; 3] = ["R", "G", "B"];
+
+/// Of [`Image::variance`].
+pub(super) const VARIANCES: [&str; 3] = ["var.R", "var.G", "var.B"];
+
+/// Of [`Image::independent`].
+pub(super) const INDEPENDENT: [&str; 3] = ["independent.R", "independent.G", "independent.B"];
+
+/// Encodes the whole file in memory: lines straight from the image, blocks of them compressed on the rayon pool that this is called from, if any.
 ///
 /// # Errors
 /// Fails if the encoder does, for example for an image without pixels.
 pub(super) fn encode(image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, Error> {
     let size = image.bounds.size();
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let layer = Layer::new(
+    let header = Header::new(
+        Text::default(),
         (size.x as usize, size.y as usize),
-        layer_attributes(image, metadata),
-        encoding,
-        AnyChannels::sort(channels(image).into_iter().collect()),
+        { channels(image).into_iter() }
+            .map(|(name, ..)| ChannelDescription::named(name, SampleType::F32))
+            .collect(),
     );
-    let mut file = ::exr::prelude::Image::from_layer(layer);
-    file.attributes = image_attributes(image);
+    let blocks = BlockDescription::ScanLines;
+    let header = header
+        .with_encoding(Compression::ZIP16, blocks, LineOrder::Increasing)
+        .with_attributes(layer_attributes(image, metadata))
+        .with_shared_attributes(image_attributes(image));
     let mut bytes = Vec::new();
-    // In parallel it would start as many threads as RAYON_NUM_THREADS says, even a hundred thousand.
-    file.write()
-        .non_parallel()
-        .to_buffered(Cursor::new(&mut bytes))?;
+    let file = Cursor::new(&mut bytes);
+    write_chunks_with(file, [header].into_iter().collect(), true, |meta, file| {
+        compress(image, &meta, file)
+    })?;
     sort_attributes(&mut bytes)?;
     Ok(bytes)
 }
 
-fn channels(image: &Image) -> Vec<AnyChannel<FlatSamples>> {
-    let channel = |name: &str, pixels: &[Rgb], i: usize| {
-        AnyChannel::new(
-            name,
-            FlatSamples::F32(pixels.iter().map(|p| p[i]).collect()),
-        )
-    };
-    let mut channels: Vec<_> = ["R", "G", "B"]
-        .iter()
-        .zip(0..)
-        .map(|(n, i)| channel(n, &image.pixels, i))
-        .collect();
-    if let Some(variance) = &image.variance {
-        channels.extend(
-            ["var.R", "var.G", "var.B"]
-                .iter()
-                .zip(0..)
-                .map(|(n, i)| channel(n, variance, i)),
-        );
-    }
+/// The channels: their names, in the file's order, and what of which values.
+fn channels(image: &Image) -> Vec<(&'static str, &[Rgb], usize)> {
+    let layers = [
+        (CHANNELS, Some(&image.pixels)),
+        (VARIANCES, image.variance.as_ref()),
+        (INDEPENDENT, image.independent.as_ref()),
+    ];
+    let layers = { layers.into_iter() }.filter_map(|(names, values)| Some((names, values?)));
+    let channels = layers.flat_map(|(names, values)| [0, 1, 2].map(|i| (names[i], &values[..], i)));
+    let mut channels: Vec<_> = channels.collect();
+    channels.sort_by_key(|(name, ..)| *name);
     channels
+}
+
+/// Blocks that a thread compresses between two writes.
+const BLOCKS_OF_THREAD: usize = 4;
+
+/// Writes all blocks, in order, some compressed at a time.
+fn compress(image: &Image, meta: &MetaData, file: &mut impl ChunksWriter) -> Result<(), Error> {
+    let header = meta.headers.first().ok_or_else(broken)?;
+    let values = channels(image);
+    let width = image.bounds.size().x as usize;
+    let block = |index: BlockIndex| {
+        let data = UncompressedBlock::collect_block_data_from_lines(
+            &header.channels,
+            index,
+            |LineRefMut { value, location }| {
+                let Some((_, values, i)) = values.get(location.channel) else {
+                    return;
+                };
+                let first = location.position.y() * width;
+                let line = values.get(first..first + width).unwrap_or_default();
+                for (bytes, value) in value.chunks_exact_mut(size_of::<f32>()).zip(line) {
+                    // The encoder takes the machine's order, and makes it the file's.
+                    bytes.copy_from_slice(&value[*i].to_ne_bytes());
+                }
+            },
+        );
+        UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)
+    };
+    // Outside, rayon would start as many threads as RAYON_NUM_THREADS says, even a hundred thousand.
+    let in_a_pool = rayon::current_thread_index().is_some();
+    let mut blocks = meta.enumerate_ordered_header_block_indices();
+    loop {
+        let count = BLOCKS_OF_THREAD
+            * if in_a_pool {
+                rayon::current_num_threads()
+            } else {
+                1
+            };
+        let some: Vec<_> = blocks.by_ref().take(count).collect();
+        if some.is_empty() {
+            return Ok(());
+        }
+        let chunks: Vec<_> = match in_a_pool {
+            true => { some.into_par_iter() }
+                .map(|(place, index)| (place, block(index)))
+                .collect(),
+            false => { some.into_iter() }
+                .map(|(place, index)| (place, block(index)))
+                .collect(),
+        };
+        for (place, chunk) in chunks {
+            file.write_chunk(place, chunk?)?;
+        }
+    }
 }
 
 fn image_attributes(image: &Image) -> ImageAttributes {
@@ -82,7 +142,7 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     let mut attributes = LayerAttributes {
         layer_position: Vec2(image.bounds.min.x as i32, image.bounds.min.y as i32),
         software_name: Some(text(&metadata.software)),
-        world_to_camera: Some(matrix(&metadata.world_to_camera)),
+        world_to_camera: metadata.world_to_camera.as_ref().map(matrix),
         world_to_normalized_device: metadata.world_to_ndc.as_ref().map(matrix),
         ..LayerAttributes::default()
     };
@@ -91,6 +151,21 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     add("spp", AttributeValue::I32(spp));
     if let Some(error) = metadata.relative_error {
         add("relativeError", AttributeValue::F32(error as f32));
+    }
+    if let Some(confidence) = metadata.confidence {
+        add("confidence", AttributeValue::F32(confidence as f32));
+    }
+    if let Some(bound) = metadata.error_bound {
+        add("relativeErrorBound", AttributeValue::F32(bound as f32));
+    }
+    if let Some(freedom) = metadata.freedom {
+        add("degreesOfFreedom", AttributeValue::F32(freedom as f32));
+    }
+    if let Some(side) = metadata.pool.and_then(|side| i32::try_from(side).ok()) {
+        add("variancePool", AttributeValue::I32(side));
+    }
+    if let Some(runs) = metadata.runs.and_then(|runs| i32::try_from(runs).ok()) {
+        add("runs", AttributeValue::I32(runs));
     }
     // EXR has no 64-bit integers.
     add(

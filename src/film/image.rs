@@ -15,6 +15,9 @@ pub struct Image {
     /// Variance of each value in `pixels`, in the same order: that of its scatter from render to render. Infinite if
     /// unknown.
     pub variance: Option<Vec<Rgb>>,
+    /// Where neighbors share a factor in their variances ([`FilmMetadata::pool`](super::FilmMetadata::pool)): these without it, as if
+    /// samples were independent. Too large, but known for each pixel by itself.
+    pub independent: Option<Vec<Rgb>>,
 }
 
 impl Image {
@@ -26,6 +29,7 @@ impl Image {
             bounds,
             pixels: vec![Rgb::ZERO; bounds.area()],
             variance: None,
+            independent: None,
         }
     }
 

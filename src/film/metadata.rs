@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FilmMetadata {
     /// World space to camera space: x right, y up, z forward (left-handed, as in OpenEXR's standard attribute
-    /// `worldToCamera`). Column vectors here; the file stores the row-vector form.
-    pub world_to_camera: DMat4,
+    /// `worldToCamera`). Column vectors here; the file stores the row-vector form. `None` where it is not known.
+    pub world_to_camera: Option<DMat4>,
     /// World space to OpenEXR's `worldToNDC`: after the division by w, (0, 0) is the upper left and (1, 1) the lower
     /// right corner of the display window. `None` if the camera is not a projection.
     pub world_to_ndc: Option<DMat4>,
@@ -18,6 +18,23 @@ pub struct FilmMetadata {
     /// Estimated relative error of an image that was rendered until it was good enough or the time was
     /// up (`render::Progressive::error`).
     pub relative_error: Option<f64>,
+    /// The confidence that was asked for, a probability.
+    #[serde(default)]
+    pub confidence: Option<f64>,
+    /// What the true relative error is below with it.
+    #[serde(default)]
+    pub error_bound: Option<f64>,
+    /// Where the image has variances: degrees of freedom of each, as far as the samples of one pixel tell it.
+    #[serde(default)]
+    pub freedom: Option<f64>,
+    /// Side of the squares of pixels whose variances share a factor, of one degree of freedom for each pixel; counted
+    /// from the corner of the whole image. `None` if they share none.
+    #[serde(default)]
+    pub pool: Option<u32>,
+    /// Number of independent renders that the image is the mean of, where there are several; `spp` and `seed` are of the
+    /// first. Without `freedom` its variances are those of their scatter.
+    #[serde(default)]
+    pub runs: Option<u32>,
     /// Seed of the sampler.
     pub seed: u64,
     /// Name of the scene file, without folders.

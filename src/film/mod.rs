@@ -1,8 +1,8 @@
 //! The film: accumulates samples into pixels, and writes images to files.
 //!
-//! A [`FilmSpec`] is the scene file's `Film` directive. Workers fill [`Tile`]s, each owned by one thread; the [`Film`]
-//! collects them. [`Film::develop`] returns an [`Image`], which [`write()`] saves to an EXR, PNG, TGA or PFM file and
-//! [`read()`] reads back.
+//! A [`FilmSpec`] is the scene file's `Film` directive. Workers fill [`Tile`]s, each owned by one thread. [`Developed`] collects
+//! them, and keeps of each what the image needs; where more samples or more light are to come, a [`Film`] keeps all.
+//! Either becomes an [`Image`], which [`write()`] saves to an EXR, PNG, TGA or PFM file and [`read()`] reads back.
 //!
 //! A pixel is the mean of its own samples: reconstruction filters are importance-sampled (Ernst, Stamminger, Greiner
 //! 2006) and nothing is splatted onto neighbors. So a pixel's variance can be estimated, and the image does not depend
@@ -26,6 +26,7 @@
 //! ```
 
 mod bounds;
+mod developed;
 mod exr;
 mod image;
 mod light_share;
@@ -35,6 +36,7 @@ mod path_set;
 mod pfm;
 mod pixels;
 mod png;
+mod pool;
 mod read;
 pub mod sensor;
 mod spec;
@@ -48,6 +50,7 @@ mod write;
 mod tests;
 
 pub use bounds::PixelBounds;
+pub use developed::{Developed, Kept};
 pub use image::Image;
 pub use light_share::LightShare;
 pub use metadata::{FilmMetadata, Photograph};
@@ -62,6 +65,7 @@ pub use tile::{DroppedSample, Tile};
 pub use write::{WriteError, check_name, check_output, keeps_variances, write, write_somewhere};
 
 use crate::math::{Rgb, UVec2};
+use glam::DVec3;
 use pairwise::Join;
 
 /// The image being rendered: statistics of every pixel inside the crop window.
@@ -77,19 +81,23 @@ pub struct Film {
     first_dropped_splat: Option<DroppedSplat>,
 }
 
-/// Bytes that a pixel takes while an image is rendered: in the film, and in the tiles that are done and not yet merged.
-pub const MEMORY_OF_PIXEL: u64 = 2 * size_of::<PixelStatistics>() as u64;
+/// Bytes that a pixel takes while an image is rendered and written, without and with variances: its color and those, and what of them
+/// is in the file, which does not become smaller by much.
+pub const MEMORY_OF_PIXEL: [u64; 2] = [2 * OF_COLOR, 6 * OF_COLOR];
 
-/// The same with `--error` or `--time`: in two halves, in their mean, and in the image with its variances. A tile whose
-/// samples were taken in several passes has more than one sum, up to the logarithm of their number.
-pub const MEMORY_OF_HALVES: u64 =
-    3 * size_of::<PixelStatistics>() as u64 + 2 * size_of::<Rgb>() as u64;
+/// The same with `--error` or `--time`: in two halves with the tiles of one that are done, or in two halves, in their mean, and in the
+/// image.
+pub const MEMORY_OF_PASSES: u64 = 3 * OF_STATISTICS + 3 * OF_COLOR;
 
-/// The same where paths are traced from the lights. Tiles are gone when the splats come.
-pub const MEMORY_OF_LIT_PIXEL: u64 = size_of::<PixelStatistics>() as u64 + MEMORY_OF_SPLATS;
+/// The same where paths are traced from the lights: in the film and the image.
+pub const MEMORY_OF_LIT_PIXEL: u64 = OF_STATISTICS + OF_COLOR + MEMORY_OF_SPLATS;
 
-/// The same with `--error` or `--time`.
-pub const MEMORY_OF_LIT_HALVES: u64 = MEMORY_OF_HALVES + 2 * MEMORY_OF_SPLATS;
+/// The same in two halves.
+pub const MEMORY_OF_LIT_HALVES: u64 = MEMORY_OF_PASSES + 2 * MEMORY_OF_SPLATS;
+
+const OF_STATISTICS: u64 = size_of::<PixelStatistics>() as u64;
+
+const OF_COLOR: u64 = size_of::<Rgb>() as u64;
 
 impl Film {
     /// An unexposed film.
@@ -117,24 +125,9 @@ impl Film {
         self.bounds
     }
 
-    /// Number of samples and splats dropped because they were not finite or clearly negative; each counts as black.
-    pub fn dropped(&self) -> u64 {
-        self.dropped
-    }
-
-    /// The first of them, row by row, regardless of how the film was divided into tiles.
+    /// The first sample that was dropped, row by row, regardless of how the film was divided into tiles.
     pub fn first_dropped(&self) -> Option<DroppedSample> {
         self.first_dropped
-    }
-
-    /// The first splat that was dropped.
-    pub fn first_dropped_splat(&self) -> Option<DroppedSplat> {
-        self.first_dropped_splat
-    }
-
-    /// Number of light paths whose splats have been added.
-    pub fn paths(&self) -> u64 {
-        self.paths
     }
 
     /// The statistics of one pixel; `None` outside the crop window.
@@ -208,27 +201,38 @@ impl Film {
         &self.pixels
     }
 
-    /// The image: mean × film scale for every pixel, negative channels clamped to 0 as in pbrt-v3's film
-    /// (docs/scene-language.md §4.1), with the variance of each mean.
-    ///
-    /// The variance is that of the mean before clamping.
+    /// The image of all samples and all light, with the variances of independent samples.
     pub fn develop(&self) -> Image {
-        let scale = f64::from(self.scale);
-        let pixels = self
-            .pixels
-            .iter()
-            .map(|p| (p.mean() * scale).max(glam::DVec3::ZERO).as_vec3())
-            .collect();
-        let variance: Vec<Rgb> = self
-            .pixels
-            .iter()
-            .map(|p| (p.variance_of_mean() * (scale * scale)).as_vec3())
-            .collect();
-        Image {
-            resolution: self.resolution,
-            bounds: self.bounds,
-            pixels,
-            variance: Some(variance),
+        self.developed(Kept::Variance).image()
+    }
+
+    /// The same with [pooled](Developed::pool) variances by the means of a pixel's halves where they have samples.
+    pub fn developed_halves(&self, means: impl Fn(UVec2) -> [Option<DVec3>; 2]) -> Developed {
+        let mut developed = self.developed(Kept::Halves);
+        for pixel in self.bounds.pixels() {
+            developed.differ(pixel, means(pixel));
         }
+        developed.pool();
+        developed
+    }
+
+    /// The image, and what was dropped; without [`pooled`](Developed::pool) variances.
+    pub fn developed(&self, kept: Kept) -> Developed {
+        let spec = FilmSpec {
+            resolution: self.resolution,
+            scale: self.scale,
+            ..FilmSpec::default()
+        };
+        let mut developed = Developed {
+            dropped: self.dropped,
+            first_dropped: self.first_dropped,
+            paths: self.paths,
+            first_dropped_splat: self.first_dropped_splat,
+            ..Developed::within(&spec, self.bounds, kept)
+        };
+        for (pixel, statistics) in self.bounds.pixels().zip(&self.pixels) {
+            developed.set(pixel, statistics);
+        }
+        developed
     }
 }

@@ -1,10 +1,12 @@
 //! Reads images written by [`write()`](super::write()), and other programs' EXR files.
 
+use super::exr::{CHANNELS, INDEPENDENT, VARIANCES};
 use super::{Image, PixelBounds};
 use crate::assets::image_data::SizeLimit;
 use crate::assets::openexr::check_sizes;
 use crate::budget::Budget;
 use crate::files;
+use crate::math::color::rgb_from_xyz;
 use crate::math::{Rgb, UVec2};
 use ::exr::meta::attribute::AttributeValue;
 use ::exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers, Text};
@@ -19,9 +21,13 @@ pub struct LoadedImage {
     pub image: Image,
     /// Attribute `spp`: samples per pixel of one run.
     pub spp: Option<u32>,
-    /// Attribute `runs`: number of independent renders averaged in the file; the variance was then estimated from their
-    /// scatter. `None` if a single render estimated it from its samples.
+    /// Attribute `runs`: number of independent renders averaged in the file. Without `degreesOfFreedom` the variance was then
+    /// estimated from their scatter. `None` if a single render estimated it from its samples.
     pub runs: Option<u32>,
+    /// Attribute `degreesOfFreedom`: of each variance, as far as the samples of one pixel tell it.
+    pub freedom: Option<f64>,
+    /// Attribute `variancePool`: see [`FilmMetadata::pool`](super::FilmMetadata::pool).
+    pub pool: Option<u32>,
 }
 
 /// Why an image could not be read; always names the file.
@@ -43,7 +49,8 @@ pub enum ReadError {
     Window(PathBuf),
 }
 
-/// Reads an EXR file: channels `R` `G` `B`, and `var.R` `var.G` `var.B` if present.
+/// Reads an EXR file: channels `R` `G` `B`, and `var.R` `var.G` `var.B` if present; without these `X` `Y` `Z`, converted to linear
+/// sRGB.
 ///
 /// # Errors
 /// See [`ReadError`].
@@ -77,20 +84,33 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
     let display = file.attributes.display_window;
     let (resolution, bounds) =
         window(layer, display).ok_or_else(|| ReadError::Window(path.to_owned()))?;
-    let pixels =
-        colors(layer, ["R", "G", "B"]).ok_or_else(|| ReadError::NoColor(path.to_owned()))?;
-    let variance = colors(layer, ["var.R", "var.G", "var.B"]);
+    let from_xyz = || {
+        let pixels = colors(layer, XYZ)?.into_iter().map(rgb_from_xyz);
+        Some(pixels.collect())
+    };
+    let own = colors(layer, CHANNELS);
+    // Variances of other axes are not those of these.
+    let variance = own.as_ref().and_then(|_| colors(layer, VARIANCES));
+    let pixels = own.or_else(from_xyz);
+    let pixels = pixels.ok_or_else(|| ReadError::NoColor(path.to_owned()))?;
+    let independent = variance.as_ref().and_then(|_| colors(layer, INDEPENDENT));
     Ok(LoadedImage {
         image: Image {
             resolution,
             bounds,
             pixels,
             variance,
+            independent,
         },
         spp: number(&layer.attributes.other, "spp"),
         runs: number(&layer.attributes.other, "runs"),
+        freedom: number(&layer.attributes.other, "degreesOfFreedom").map(f64::from),
+        pool: number(&layer.attributes.other, "variancePool").filter(|&side| side > 0),
     })
 }
+
+/// Channels of the CIE's colors, which some renderers write.
+const XYZ: [&str; 3] = ["X", "Y", "Z"];
 
 type FlatLayer = Layer<AnyChannels<FlatSamples>>;
 

@@ -192,7 +192,7 @@ fn filename(reader: &ParamReader) -> Option<NamedFile> {
     Some(NamedFile { path, span })
 }
 
-/// The sensor that is asked for. Names of pbrt-v4's, which are ways to see color, change nothing.
+/// The named sensor. Those of pbrt-v4, which are spectral responses, change nothing.
 fn sensor(reader: &ParamReader) -> Option<&'static SensorPreset> {
     let name = reader.find_string("sensor")?;
     let preset = SensorPreset::named(name);

@@ -462,6 +462,6 @@ mod tests {
         assert!(close(image.pixels[at], (mean + 2.0) * 2.0));
         assert!(close(image.variance.unwrap()[at], (variance + 1.0) * 4.0));
         assert_eq!(image.pixels[at + 1], Rgb::ZERO);
-        assert_eq!(film.paths(), 1000);
+        assert_eq!(film.paths, 1000);
     }
 }

@@ -33,10 +33,15 @@ fn expose(side: u32, order: impl Fn(&mut Vec<PixelBounds>)) -> Film {
 
 fn metadata() -> FilmMetadata {
     FilmMetadata {
-        world_to_camera: DMat4::from_translation(DVec3::new(1.0, 2.0, 3.0)),
+        freedom: Some(14.0),
+        pool: Some(4),
+        world_to_camera: Some(DMat4::from_translation(DVec3::new(1.0, 2.0, 3.0))),
         world_to_ndc: Some(DMat4::from_scale(DVec3::new(0.5, 0.25, 2.0))),
         spp: 100,
         relative_error: Some(0.25),
+        confidence: Some(0.95),
+        error_bound: Some(0.5),
+        runs: None,
         seed: u64::MAX,
         scene: "caf\u{e9} \u{65e5}.pbrt".into(),
         lens: Some("dgauss.50mm.dat".into()),
@@ -102,6 +107,7 @@ fn exr_comes_back_bit_for_bit() {
 
     let plain = Image {
         variance: None,
+        independent: None,
         ..image
     };
     write(&path, &plain, &metadata()).unwrap();

@@ -19,7 +19,7 @@ pub struct DroppedSample {
 
 impl DroppedSample {
     /// The one that comes first in the image, row by row, regardless of the order in which they occurred.
-    pub(super) fn first(a: Option<Self>, b: Option<Self>) -> Option<Self> {
+    pub fn first(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         a.into_iter()
             .chain(b)
             .min_by_key(|d| (d.pixel.y, d.pixel.x, d.sample))

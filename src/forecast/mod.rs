@@ -14,10 +14,11 @@ pub use process::Process;
 use crate::accel::memory;
 use crate::files::FileError;
 use crate::film::{
-    MEMORY_OF_HALVES, MEMORY_OF_LIT_HALVES, MEMORY_OF_LIT_PIXEL, MEMORY_OF_PIXEL,
+    MEMORY_OF_LIT_HALVES, MEMORY_OF_LIT_PIXEL, MEMORY_OF_PASSES, MEMORY_OF_PIXEL,
     MEMORY_OF_SPLAT_BUFFER,
 };
 use crate::lights::{Light, MEMORY_OF_EMITTER};
+use crate::materials::Material;
 use crate::scene::Frame;
 use crate::scene::description::ShapeEntity;
 use crate::session::threads_started;
@@ -104,6 +105,8 @@ impl Stage {
 pub struct Forecast {
     /// Its largest stage.
     pub peak: Stage,
+    /// The same with `--variance`.
+    pub with_variance: Stage,
     /// The same with `--error` or `--time`.
     pub in_passes: Stage,
 }
@@ -120,14 +123,26 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
         let peak = stages.max_by_key(Stage::total);
         peak.ok_or_else(|| FileError::from("there is nothing to render".to_string()))
     };
-    let (pixel, of_halves) = match found.splat_buffers {
-        0 => (MEMORY_OF_PIXEL, MEMORY_OF_HALVES),
-        _ => (MEMORY_OF_LIT_PIXEL, MEMORY_OF_LIT_HALVES),
+    let [pixel, with_variance, in_passes] = match found.splat_buffers {
+        0 => [MEMORY_OF_PIXEL[0], MEMORY_OF_PIXEL[1], MEMORY_OF_PASSES],
+        _ => [
+            MEMORY_OF_LIT_PIXEL,
+            MEMORY_OF_LIT_HALVES,
+            MEMORY_OF_LIT_HALVES,
+        ],
     };
     Ok(Forecast {
         peak: peak(pixel)?,
-        in_passes: peak(of_halves)?,
+        with_variance: peak(with_variance)?,
+        in_passes: peak(in_passes)?,
     })
+}
+
+/// Returns `true` if paths from the lights may bring light to pixels.
+fn may_trace_light(frame: &Frame) -> bool {
+    let spec = &frame.options.integrator.spec;
+    let mut materials = frame.materials.iter();
+    spec.traces_light() || spec.may_be_assisted() && materials.any(Material::may_focus)
 }
 
 /// What the stages consist of, in bytes.
@@ -172,7 +187,7 @@ impl Found {
             pixels: frame.options.film.pixel_bounds().area() as u64,
             photons: { &frame.options.integrator.spec }
                 .memory(frame.options.film.pixel_bounds().area() as u64),
-            splat_buffers: match frame.options.integrator.spec.traces_light() {
+            splat_buffers: match may_trace_light(frame) {
                 true => MEMORY_OF_SPLAT_BUFFER * threads as u64,
                 false => 0,
             },

@@ -6,9 +6,10 @@ use super::witness::{Met, Place, Watch};
 use crate::cameras::{Camera, CameraRay, CameraSample};
 use crate::film::PixelBounds;
 use crate::filters::Filter;
+use crate::handles::LightId;
 use crate::lights::{LightGroups, LightSelector};
 use crate::math::ray::{Ray, RayDifferentials};
-use crate::math::{Rgb, Vec3};
+use crate::math::{Rgb, UVec2, Vec3};
 use crate::samplers::SampleStream;
 use crate::world::World;
 
@@ -52,6 +53,14 @@ impl Context<'_> {
             watch.arrive(Place { depth, met }, radiance);
         }
     }
+
+    /// Reports a shadow ray to a light, before it is traced and, `is_lit`, when nothing has blocked it.
+    #[inline(always)]
+    pub(super) fn shadow(&mut self, light: LightId, is_lit: bool) {
+        if let Some(watch) = &mut self.watch {
+            watch.shadow(light, is_lit);
+        }
+    }
 }
 
 /// The camera's end of a path: which ray it is, of all that the camera could have made.
@@ -79,6 +88,20 @@ impl CameraEnd<'_> {
         let lens = self.camera.connection_density(self.sample, self.ray, p);
         self.light_paths * lens / self.film_density
     }
+}
+
+/// Light that a path from a light brings to a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Splat {
+    /// The number of the path.
+    pub path: u64,
+    /// The pixel.
+    pub pixel: UVec2,
+    /// The light, with the weight and the filter's factor.
+    pub value: Rgb,
+    /// The density with which camera paths, each way of making them by itself, find the same in a sample of the pixel, over that of all
+    /// light paths for it: the root of the sum of squares.
+    pub by_camera: f64,
 }
 
 /// What light paths are traced for.

@@ -54,7 +54,9 @@ mod tests {
 
     fn world(text: &str) -> World {
         let sources = SourceMap::new();
-        let text = format!("WorldBegin {text} WorldEnd");
+        // A texture that is filtered: without one hits have no derivatives.
+        let filtered = "Texture \"t\" \"color\" \"checkerboard\" MakeNamedMaterial \"m\" \"string type\" \"matte\" \"texture Kd\" \"t\"";
+        let text = format!("WorldBegin {filtered} {text} WorldEnd");
         let main = sources.add_text("test.pbrt", text);
         let (mut scene, _) = read_scene(&sources, main, &ReadSettings::default());
         let (built, diagnostics) = crate::build::build(scene.frames.pop().unwrap(), 0);

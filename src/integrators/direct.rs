@@ -21,7 +21,7 @@ pub(super) fn estimate(
     let (world, stream) = (context.world, &mut *context.stream);
     let (id, probability) = group.piece(stream.next_1d_if(group.chooses()));
     let light_u = stream.next_2d();
-    let lobe = stream.next_1d_if(bsdf.chooses());
+    let third = stream.next_1d_if(bsdf.needs_third());
     let direction_u = stream.next_2d();
     let light = world.light(id);
     let from = receiver(surface, bsdf);
@@ -43,7 +43,7 @@ pub(super) fn estimate(
         return sum;
     }
     let Some(sample) = bsdf
-        .sample(surface.wo, lobe, direction_u)
+        .sample(surface.wo, third, direction_u)
         .filter(|s| !s.specular)
     else {
         return sum;

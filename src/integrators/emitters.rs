@@ -35,6 +35,24 @@ impl Emitters {
         }
     }
 
+    /// For those of them that camera paths may meet.
+    pub(super) fn of_lights_that_are_met(world: &World) -> Emitters {
+        let all = Emitters::new(world);
+        let met = world.sampled_lights().iter().enumerate();
+        let masses: Vec<f64> = met
+            .map(|(i, light)| match light.is_delta() {
+                true => 0.0,
+                false => all.choice.pmf(LightId(i as u32)).into(),
+            })
+            .collect();
+        let choice = all.choice.mixed(&masses, 1.0);
+        Emitters {
+            unguided: choice.clone(),
+            choice,
+            ..all
+        }
+    }
+
     /// Chooses a light and a ray of it; also returns the light's probability.
     pub(super) fn begin(
         &self,

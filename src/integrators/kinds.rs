@@ -3,7 +3,6 @@
 use super::context::Lights;
 use super::stand_in::{Finds::*, StandIn};
 use super::*;
-use crate::math::UVec2;
 use crate::samplers::SamplerSpec;
 
 /// What every type of integrator implements besides `from_params`.
@@ -26,7 +25,7 @@ pub(super) trait Transport {
         _job: &LightJob,
         _lights: &Lights,
         _paths: impl Iterator<Item = (u64, SampleStream)>,
-        _splat: &mut impl FnMut(u64, UVec2, Rgb),
+        _splat: &mut impl FnMut(Splat),
     ) {
     }
 
@@ -108,7 +107,7 @@ macro_rules! integrator_types {
                 job: &LightJob,
                 lights: &Lights,
                 paths: impl Iterator<Item = (u64, SampleStream)>,
-                splat: &mut impl FnMut(u64, UVec2, Rgb),
+                splat: &mut impl FnMut(Splat),
             ) {
                 match self { $(IntegratorSpec::$Type(i) => i.light_paths(job, lights, paths, splat),)* }
             }
@@ -167,6 +166,16 @@ impl IntegratorSpec {
     /// The most scattering events of a path; `None` if the image is not of light.
     pub fn max_depth(&self) -> Option<u32> {
         self.path().map(|path| path.max_depth)
+    }
+
+    /// Returns `true` if this is a path tracer that light paths may help: see [`Integrator::may_be_assisted`].
+    pub fn may_be_assisted(&self) -> bool {
+        let path = match self {
+            IntegratorSpec::Path(path) | IntegratorSpec::VolPath(VolPath { path }) => path,
+            _ => return false,
+        };
+        // One scattering event at the surface that gathers light, one where that falls.
+        path.max_depth >= 2 && !path.direct_only && path.media == MediaSeen::All
     }
 
     /// Returns `true` if paths begin at lights, whatever becomes of them.

@@ -6,6 +6,7 @@
 mod ambientocclusion;
 mod bdpt;
 mod context;
+mod counts;
 mod differentials;
 mod direct;
 mod directlighting;
@@ -22,8 +23,8 @@ mod whitted;
 pub mod witness;
 
 use crate::lights::{LightGroups, LightSelector};
+use crate::math::Rgb;
 use crate::math::ray::RayDifferentials;
-use crate::math::{Rgb, UVec2};
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
@@ -36,7 +37,8 @@ use witness::Watch;
 
 pub use ambientocclusion::AmbientOcclusion;
 pub use bdpt::Bdpt;
-pub use context::{CameraEnd, LightJob, Workspace};
+pub use context::{CameraEnd, LightJob, Splat, Workspace};
+pub use counts::Counts;
 pub use directlighting::DirectLighting;
 pub use kinds::{IntegratorSpec, NAMES};
 pub use path::{MediaSeen, Path};
@@ -129,16 +131,8 @@ impl Integrator {
         workspace: &mut Workspace,
         watch: Option<&mut Watch>,
     ) -> Rgb {
-        self.spec.radiance(Context {
-            world,
-            lights: &self.lights,
-            stream,
-            ray: end.ray.ray,
-            differentials,
-            end,
-            workspace,
-            watch,
-        })
+        let context = self.context(world, end, differentials, stream, workspace);
+        self.spec.radiance(Context { watch, ..context })
     }
 
     /// [`Integrator::radiance`] in two parts: without and from connections to light paths, which are made for all camera paths
@@ -151,7 +145,19 @@ impl Integrator {
         stream: &mut SampleStream,
         workspace: &mut Workspace,
     ) -> [Rgb; 2] {
-        self.spec.radiance_in_parts(Context {
+        let context = self.context(world, end, differentials, stream, workspace);
+        self.spec.radiance_in_parts(context)
+    }
+
+    fn context<'a>(
+        &'a self,
+        world: &'a World,
+        end: &'a CameraEnd<'a>,
+        differentials: Option<&'a RayDifferentials>,
+        stream: &'a mut SampleStream,
+        workspace: &'a mut Workspace,
+    ) -> Context<'a> {
+        Context {
             world,
             lights: &self.lights,
             stream,
@@ -160,7 +166,36 @@ impl Integrator {
             end,
             workspace,
             watch: None,
-        })
+        }
+    }
+
+    /// Returns `true` if paths from the lights may help the path tracer, which finds the same light without: through smooth glass
+    /// and off mirrors its camera paths meet a small light rarely. Not in media, which `path` does not see.
+    pub fn may_be_assisted(&self, world: &World) -> bool {
+        let mut lights = world.sampled_lights().iter();
+        let mut materials = world.materials.iter();
+        self.spec.may_be_assisted()
+            && !world.has_recoverable_surfaces()
+            && world.media.is_empty()
+            && lights.any(|light| !light.is_delta())
+            && materials.any(|material| material.may_focus())
+    }
+
+    /// Lets paths from the lights help the path tracer: camera paths know that light paths are joined to the lens. They begin at
+    /// lights that camera paths can meet: the light of others is what it is without. Returns how it was before.
+    pub fn assist(&mut self, world: &World) -> IntegratorSpec {
+        let assisted = match self.spec.path() {
+            Some(path) => IntegratorSpec::Bdpt(Bdpt::assisting(path)),
+            None => self.spec.clone(),
+        };
+        self.lights.emitters = Some(Emitters::of_lights_that_are_met(world));
+        std::mem::replace(&mut self.spec, assisted)
+    }
+
+    /// Undoes [`Integrator::assist`].
+    pub fn leave_alone(&mut self, before: IntegratorSpec) {
+        self.spec = before;
+        self.lights.emitters = None;
     }
 
     /// Joins a `share` of camera paths to light paths.
@@ -188,14 +223,13 @@ impl Integrator {
         }
     }
 
-    /// Traces paths from lights, each with its number, and hands what they bring to pixels with that number, in some
-    /// order. Values hold the filter's factor; their sum over many paths, over their number, is to be added to the mean
+    /// Traces paths from lights, each with its number, and hands over what they bring to pixels, in some order. Values hold the filter's factor; their sum over many paths, over their number, is to be added to the mean
     /// radiance of a pixel's camera rays.
     pub fn light_paths(
         &self,
         job: &LightJob,
         paths: impl Iterator<Item = (u64, SampleStream)>,
-        splat: &mut impl FnMut(u64, UVec2, Rgb),
+        splat: &mut impl FnMut(Splat),
     ) {
         self.spec.light_paths(job, &self.lights, paths, splat);
     }

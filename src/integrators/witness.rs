@@ -1,7 +1,8 @@
 //! Locates the vertex of a path at which its radiance stopped being finite: such a sample is traced again with a
-//! [`Watch`].
+//! [`Watch`]. Or counts what paths do.
 
-use crate::handles::MaterialId;
+use super::counts::Counts;
+use crate::handles::{LightId, MaterialId};
 use crate::math::Rgb;
 
 /// What a path met.
@@ -24,14 +25,24 @@ pub struct Place {
     pub met: Met,
 }
 
-/// Records where radiance stopped being finite.
+/// Records where radiance stopped being finite, or counts.
 #[derive(Debug, Default)]
 pub struct Watch {
     last: Option<Place>,
     wrong: bool,
+    /// Where paths are counted, and nothing else is asked.
+    pub counts: Option<Counts>,
 }
 
 impl Watch {
+    /// One that counts, from `counts` on.
+    pub fn counting(counts: Counts) -> Watch {
+        Watch {
+            counts: Some(counts),
+            ..Watch::default()
+        }
+    }
+
     /// The first point whose light is not finite, or the last one of the path where the path's
     /// whole `radiance` is finite but negative; `None` where the path met nothing.
     pub fn offender(self) -> Option<Place> {
@@ -41,10 +52,21 @@ impl Watch {
     /// The path has reached a vertex, with the `radiance` collected at those before it.
     #[cold]
     pub(super) fn arrive(&mut self, place: Place, radiance: Rgb) {
+        if let Some(counts) = &mut self.counts {
+            return counts.arrive(place);
+        }
         // What is wrong on arrival went wrong at the vertex before.
         self.wrong |= !radiance.is_finite();
         if !self.wrong {
             self.last = Some(place);
+        }
+    }
+
+    /// A shadow ray is sent to a light, or, `is_lit`, has met nothing.
+    #[cold]
+    pub(super) fn shadow(&mut self, light: LightId, is_lit: bool) {
+        if let Some(counts) = &mut self.counts {
+            counts.shadow(light, is_lit);
         }
     }
 }

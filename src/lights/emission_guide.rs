@@ -93,7 +93,7 @@ impl EmissionGuide {
     }
 }
 
-/// The point of the unit square that stands for a ray through `p` in unit direction `d`: for a light at infinity where it crosses
+/// Maps a ray to the unit square: the point of a ray through `p` in unit direction `d`: for a light at infinity where it crosses
 /// the disk, else its direction. Areas are those of the disk's square or of the unit sphere.
 pub fn place_of_ray(light: &Light, scene: &SceneSphere, p: Vec3, d: Vec3) -> Vec2 {
     let at = match light.is_at_infinity() {

@@ -60,6 +60,11 @@ macro_rules! light_types {
                 }
             }
 
+            /// The name of its type in scene files; an emitting shape is `area`.
+            pub fn name(&self) -> &'static str {
+                match self { $(Light::$Type(_) => $name,)* $(Light::$Area(_) => "area",)* }
+            }
+
             /// Chooses a way for light to come to `from`, by `u` in [0, 1)². `None` where none was found:
             /// it counts as a sample that brings nothing.
             #[inline]

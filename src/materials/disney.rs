@@ -206,6 +206,10 @@ impl Disney {
 }
 
 impl Scattering for Disney {
+    fn is_isotropic(&self) -> bool {
+        self.anisotropic == FloatInput::Constant(0.0)
+    }
+
     fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
         let point = self.at(at);
         let diffuse_weight = point.diffuse_weight();

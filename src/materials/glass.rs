@@ -43,6 +43,10 @@ impl Glass {
 }
 
 impl Scattering for Glass {
+    fn is_isotropic(&self) -> bool {
+        self.roughness.is_isotropic()
+    }
+
     fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
         let (reflectance, transmittance) = (at.reflectance(&self.kr), at.reflectance(&self.kt));
         let eta_b = at.refractive_index(&self.eta);

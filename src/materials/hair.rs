@@ -61,6 +61,11 @@ impl Hair {
 }
 
 impl Scattering for Hair {
+    /// v says where across the fiber a ray meets it, ∂p/∂u where that points.
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+
     fn bumps(&self) -> bool {
         false
     }

@@ -42,6 +42,10 @@ pub(super) trait Inside {
 }
 
 impl<M: Inside> Scattering for M {
+    fn is_isotropic(&self) -> bool {
+        self.interior().boundary.is_isotropic()
+    }
+
     fn add_lobes<'a>(&'a self, at: &Place<'_, 'a>, bsdf: &mut Bsdf<'a>) {
         self.interior().boundary.add_lobes(at, bsdf);
     }

@@ -41,6 +41,10 @@ impl Metal {
 }
 
 impl Scattering for Metal {
+    fn is_isotropic(&self) -> bool {
+        self.roughness.is_isotropic()
+    }
+
     fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
         // Only the squares matter; beyond the bound everything is reflected anyway.
         let [eta, k] =

@@ -303,9 +303,9 @@ mod tests {
             let mut scene = scene();
             let bsdf = scene.bsdf(&(parts("red", "mirror") + amount), wo);
             for sky in [sky_by_value(&bsdf, wo, 100), sky_by_sampling(&bsdf, wo, 16)] {
-                // The grid's error on a cosine.
+                // The grid's error on a cosine; some of the 16² strata of the number that chooses hold the border of two lobes.
                 assert!(
-                    (sky - expected).abs().max_element() < 1e-3,
+                    (sky - expected).abs().max_element() < 2e-3,
                     "{amount}: {sky}"
                 );
             }

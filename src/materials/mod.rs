@@ -55,6 +55,7 @@ pub use translucent::Translucent;
 pub use uber::Uber;
 
 use crate::bsdf::Bsdf;
+use crate::handles::MaterialId;
 use crate::inputs::{SpectrumInput, TexturesRead};
 use crate::math::Rgb;
 use crate::math::color::is_black;
@@ -85,6 +86,11 @@ impl Material {
     /// light that enters exits scattered.
     pub fn is_smooth(&self, materials: &[Material]) -> bool {
         self.kind.scattering().is_smooth(materials)
+    }
+
+    /// Returns `true` if light that it scatters may gather in a caustic: not where all scattering is diffuse.
+    pub fn may_focus(&self) -> bool {
+        !matches!(self.kind, MaterialKind::Matte(_) | MaterialKind::Hair(_))
     }
 
     /// Returns `true` if light from a single direction may be scattered into others.
@@ -205,6 +211,22 @@ impl Material {
     /// Returns `true` if there is a medium inside that transmitted light may scatter in.
     pub fn has_interior(&self) -> bool {
         self.kind.scattering().has_interior()
+    }
+
+    /// Returns `true` if the material, or one of those it mixes, depends on the parameters of surfaces or on the
+    /// derivatives by them: by textures, bumps, or lobes that are not the same all around the normal.
+    pub fn needs_parameters(&self, materials: &[Material]) -> bool {
+        let of_part = |part: &MaterialId| match materials.get(part.index()) {
+            // The parts of a mix come before it.
+            Some(part) => part.needs_parameters(materials),
+            None => false,
+        };
+        !self.textures.is_empty()
+            || self.bump.is_some()
+            || match &self.kind {
+                MaterialKind::Mix(mix) => mix.parts.iter().flatten().any(of_part),
+                kind => !kind.scattering().is_isotropic(),
+            }
     }
 
     /// Returns `true` if the material itself uses the footprint, apart from its textures.

@@ -50,6 +50,11 @@ impl Roughness {
         Roughness::new(reader, along)
     }
 
+    /// Returns `true` if it is the same along u and v.
+    pub(super) fn is_isotropic(&self) -> bool {
+        self.along[0] == self.along[1]
+    }
+
     /// Returns `true` if the surface is smooth everywhere.
     pub(super) fn is_smooth(&self) -> bool {
         self.along == [FloatInput::Constant(0.0); 2]

@@ -34,6 +34,11 @@ pub(super) trait Scattering {
         true
     }
 
+    /// Returns `true` if it scatters the same all around the normal and asks for no surface parameters, textures aside.
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
     /// Returns `true` if there is a medium inside that transmitted light may scatter in.
     fn has_interior(&self) -> bool {
         false

@@ -33,6 +33,10 @@ impl Substrate {
 }
 
 impl Scattering for Substrate {
+    fn is_isotropic(&self) -> bool {
+        self.roughness.is_isotropic()
+    }
+
     fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
         let [diffuse, specular] = [&self.kd, &self.ks].map(|k| at.reflectance(k));
         if is_black(diffuse) && is_black(specular) {

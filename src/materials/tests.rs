@@ -184,7 +184,8 @@ fn opacity_lets_the_rest_straight_through() {
     let wo = direction(35.0, 0.0);
     let half = bsdf(uber(1.0, 0.0, 0.0, 0.0, 0.3), wo);
     assert!((sky_by_value(&half, wo, 200).x - 1.0).abs() < 1e-4);
-    assert!((sky_by_sampling(&half, wo, 16).x - 1.0).abs() < 1e-4);
+    // Some of the 16² strata of the number that chooses hold the border of two lobes.
+    assert!((sky_by_sampling(&half, wo, 16).x - 1.0).abs() < 2e-3);
     let through = half.sample_specular(wo, true, 0.5).unwrap();
     assert!((through.wi + wo).length() < 1e-6 && through.eta == 1.0);
 }

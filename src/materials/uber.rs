@@ -57,6 +57,10 @@ impl Uber {
 }
 
 impl Scattering for Uber {
+    fn is_isotropic(&self) -> bool {
+        self.roughness.is_isotropic()
+    }
+
     fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
         let opacity = at.reflectance(&self.opacity);
         let holes = (Rgb::ONE - opacity).max(Rgb::ZERO);

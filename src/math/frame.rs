@@ -5,6 +5,7 @@ use super::Vec3;
 /// Two unit vectors that complete the unit vector `n` to a right-handed orthonormal basis
 /// (s, t, n), without branches or loss of precision near the pole
 /// (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+#[inline]
 pub fn coordinate_system(n: Vec3) -> (Vec3, Vec3) {
     let sign = 1.0f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);
@@ -31,6 +32,9 @@ impl Frame {
     /// are parallel or `dpdu` is degenerate.
     #[inline]
     pub fn from_normal_and_tangent(n: Vec3, dpdu: Vec3) -> Frame {
+        if dpdu == Vec3::ZERO {
+            return Frame::from_normal(n);
+        }
         let s = dpdu - n * n.dot(dpdu);
         let len2 = s.length_squared();
         if len2 > 1e-14 * dpdu.length_squared() && len2.is_finite() {
@@ -45,6 +49,7 @@ impl Frame {
     }
 
     /// Any frame around the unit normal `n`.
+    #[inline]
     pub fn from_normal(n: Vec3) -> Frame {
         let (s, t) = coordinate_system(n);
         Frame { s, t, n }

@@ -4,6 +4,9 @@ use super::float::floor;
 use super::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
+/// The largest single-precision number below 1.
+pub const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
 /// Maps the unit square to the unit disk, area-preserving and continuous (Shirley and Chiu 1997).
 pub fn concentric_disk(u: Vec2) -> Vec2 {
     let o = 2.0 * u - Vec2::ONE;

@@ -218,6 +218,11 @@ impl Media {
         }
     }
 
+    /// Returns `true` if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.media.is_empty()
+    }
+
     /// The medium that light enters which leaves a light at a point with the normal `n`, zero for a light without area, in
     /// direction `d`: the outside one there, as at the camera.
     pub fn at_light(&self, id: LightId, n: Vec3, d: Vec3) -> Option<MediumId> {

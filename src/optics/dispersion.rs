@@ -10,6 +10,7 @@
 //!
 //! Wavelengths are micrometers in air. Lines: g 0.4358343, F 0.4861327, d 0.5875618, C 0.6562725.
 
+use super::catalogue_formula::CatalogueFormula;
 use super::prescription::Prescription;
 use super::surface::Surface;
 
@@ -29,6 +30,8 @@ pub enum Dispersion {
     Cauchy([f64; 3]),
     /// n² = 1 + Σ b λ²/(λ² − c) (Sellmeier): b of the three terms, then c in µm².
     Sellmeier([f64; 6]),
+    /// Another one of glass catalogues.
+    Catalogue(CatalogueFormula),
 }
 
 impl Dispersion {
@@ -41,6 +44,26 @@ impl Dispersion {
                 let sum: f64 = (0..3).map(|i| k[i] * l2 / (l2 - k[i + 3])).sum();
                 (1.0 + sum).sqrt()
             }
+            Dispersion::Catalogue(formula) => formula.index(wavelength),
+        }
+    }
+
+    /// The formula of a glass catalogue; that of three Sellmeier terms as [`Dispersion::Sellmeier`].
+    pub fn of_catalogue(formula: CatalogueFormula) -> Dispersion {
+        match (formula.number(), formula.coefficients()) {
+            (2, c) => Dispersion::Sellmeier([c[0], c[2], c[4], c[1], c[3], c[5]]),
+            _ => Dispersion::Catalogue(formula),
+        }
+    }
+
+    /// As catalogues in the AGF form have it; `None` for Cauchy's, which they lack.
+    pub fn to_catalogue(&self) -> Option<CatalogueFormula> {
+        match self {
+            Dispersion::Cauchy(_) => None,
+            Dispersion::Sellmeier([b1, b2, b3, c1, c2, c3]) => {
+                CatalogueFormula::new(2, &[*b1, *c1, *b2, *c2, *b3, *c3])
+            }
+            Dispersion::Catalogue(formula) => Some(*formula),
         }
     }
 

@@ -3,7 +3,7 @@
 //!
 //! A tour, in the order data goes:
 //!
-//! 1. [`prescription`] reads `lenses/*.dat` into [`Surface`]s ([`surface`]), scene to film.
+//! 1. [`prescription`] reads lens files into [`Surface`]s ([`surface`]), scene to film.
 //! 2. [`lens`] puts a film behind them: a [`Lens`] answers everything below.
 //! 3. [`trace`] follows a ray through every surface, from the film or from the scene, and says where and
 //!    why it ends if it does. It is generic over the number type ([`real`]): f64 is the truth, f32 the fast path, dual
@@ -45,6 +45,7 @@ pub mod asphere;
 pub mod best_focus;
 mod bisection;
 pub mod breathing;
+pub mod catalogue_formula;
 pub mod depth_of_field;
 pub mod dispersion;
 mod element;

@@ -2,6 +2,42 @@
 
 use super::asphere::{Asphere, AsphericSurface};
 use super::dispersion::Dispersion;
+use arrayvec::ArrayString;
+use std::fmt;
+
+/// The name of a glass, as catalogues and lens files have it: 1 to 24 printed ASCII characters without blanks, and none that mean
+/// something in lens files (`#`, `=`, `"`, `,`).
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct GlassName(ArrayString<24>);
+
+impl GlassName {
+    /// `None` where the text is no such name.
+    pub fn new(text: &str) -> Option<GlassName> {
+        let plain = |c: char| c.is_ascii_graphic() && !matches!(c, '#' | '=' | '"' | ',');
+        let is_name = !text.is_empty() && text.chars().all(plain);
+        ArrayString::from(text)
+            .ok()
+            .filter(|_| is_name)
+            .map(GlassName)
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for GlassName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl fmt::Debug for GlassName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.as_str(), f)
+    }
+}
 
 /// A surface of revolution about the lens axis. Lengths in millimeters; the z axis points from
 /// the scene to the film.
@@ -19,6 +55,8 @@ pub struct Surface {
     pub abbe: Option<f64>,
     /// Dispersion formula of that space where the file gives one; it goes before the Abbe number.
     pub dispersion: Option<Dispersion>,
+    /// What the file calls the glass of that space; no number follows from it.
+    pub glass: Option<GlassName>,
     /// Full clear diameter: a ray farther from the axis where it meets the surface is blocked.
     pub aperture: f64,
     /// An aperture stop, whose diameter the photographer sets: as a rule a plane that refracts nothing.
@@ -36,6 +74,7 @@ impl Default for Surface {
             index: 1.0,
             abbe: None,
             dispersion: None,
+            glass: None,
             aperture: f64::INFINITY,
             is_stop: false,
             asphere: None,

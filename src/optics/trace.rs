@@ -201,6 +201,28 @@ impl<B: Plain> LensTracer<B> {
         Some([ray.o[0], ray.o[1]])
     }
 
+    /// How far from the axis along y a ray meets each of `surfaces`, in the order that it meets them, as far as it gets, apertures not
+    /// blocking; and the ray behind them where it gets through, z relative to the last vertex met. At first z is relative to the vertex
+    /// that the ray passed before, or to the first surface's where there is none.
+    pub(super) fn heights(
+        &self,
+        surfaces: Range<usize>,
+        toward: Toward,
+        ray: LensRay<B>,
+    ) -> (Vec<B>, Option<LensRay<B>>) {
+        let mut heights = Vec::with_capacity(surfaces.len());
+        let count = surfaces.len();
+        let ray = self.walk(surfaces, toward, false, ray, |i, crossing| {
+            let goes_on = crossing.blocked(i).is_none() && crossing.ray.finite();
+            if goes_on {
+                heights.push(crossing.ray.o[1]);
+            }
+            goes_on
+        });
+        let passes = heights.len() == count;
+        (heights, Some(ray).filter(|_| passes))
+    }
+
     /// Traces a ray from the film through the lens: where it leaves the first surface, and where
     /// it goes. The direction's z must be negative.
     pub fn to_scene<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
@@ -220,13 +242,58 @@ impl<B: Plain> LensTracer<B> {
     /// Traces a ray from the scene through the lens: where it leaves the last surface, and where
     /// it goes. A direction whose z is not positive comes from behind the front vertex, as a fisheye's may.
     pub fn to_film<T: Real<Base = B>>(&self, ray: &LensRay<T>) -> Result<LensRay<T>, Blocked> {
+        self.forward(ray, true, |_, _| ())
+    }
+
+    /// As [`LensTracer::to_film`], but apertures do not block.
+    pub fn to_film_unclipped<T: Real<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+    ) -> Result<LensRay<T>, Blocked> {
+        self.forward(ray, false, |_, _| ())
+    }
+
+    /// As [`LensTracer::to_film`]; `visit` sees each surface's number and where it is met, in lens coordinates.
+    pub(super) fn visit_to_film<T: Real<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+        mut visit: impl FnMut(usize, [T; 3]),
+    ) -> Result<LensRay<T>, Blocked> {
+        let mut z = B::ZERO;
+        let mut next = 0;
+        self.forward(ray, true, |i, [x, y, dz]| {
+            while next < i {
+                z = z + self.elements[next].thickness;
+                next += 1;
+            }
+            visit(i, [x, y, dz.plus(z)]);
+        })
+    }
+
+    /// Toward the film; `visit` sees where surfaces are met, relative to their vertices.
+    #[inline(always)]
+    fn forward<T: Real<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+        clip: bool,
+        mut visit: impl FnMut(usize, [T; 3]),
+    ) -> Result<LensRay<T>, Blocked> {
         let (mut ray, mut surfaces) = (*ray, self.all());
         if let (Some(front), true) = (self.elements.first(), ray.d[2].at_most(B::ZERO)) {
             let crossing = front.enter_from_behind(&ray);
             crossing.blocked(0).map_or(Ok(()), Err)?;
+            visit(0, crossing.ray.o);
             (ray, surfaces.start) = (crossing.ray, 1);
         }
-        let ray = self.walk_alone(surfaces, Toward::Film, true, ray)?;
+        let mut blocked = None;
+        let ray = self.walk(surfaces, Toward::Film, clip, ray, |i, crossing| {
+            blocked = crossing.blocked(i);
+            if blocked.is_none() {
+                visit(i, crossing.ray.o);
+            }
+            blocked.is_none()
+        });
+        blocked.map_or(Ok(()), Err)?;
         let last = self.elements.len().saturating_sub(1);
         finished(ray.shifted(self.length), last)
     }

@@ -7,6 +7,8 @@ use std::time::Duration;
 pub struct Goal {
     /// The image's relative error: see `Progressive::error`.
     pub error: Option<f64>,
+    /// Stop at an error only when the true one is as small with this confidence.
+    pub confidence: Option<f64>,
     /// Time since the first sample: no tile is started later.
     pub time: Option<Duration>,
     /// Maximum samples per pixel, at least [`Goal::PILOT`].

@@ -1,8 +1,11 @@
 //! The two halves of a progressive image: what they tell of its error, and what the next pass takes.
 
 use super::allocation::{Share, doubled, for_error, for_samples};
+use super::confidence::Noise;
 use super::{Ended, Goal};
-use crate::film::{DroppedSample, Film, FilmSpec, PixelBounds, PixelStatistics, Splats, Tile};
+use crate::film::{
+    Developed, DroppedSample, Film, FilmSpec, Kept, PixelBounds, PixelStatistics, Splats, Tile,
+};
 use crate::math::UVec2;
 use glam::DVec3;
 
@@ -19,16 +22,19 @@ pub struct Halves {
     /// Of paths from the lights, if any are traced.
     splats: Vec<Splats>,
     counts: Counts,
+    /// Samples of a pixel are, in each half.
+    are_dependent: bool,
 }
 
 impl Halves {
     /// Without samples. Those of all pixels in a tile are equally many. If paths are traced from the lights, both halves
-    /// have splats.
+    /// have splats. Whether the samples of a pixel depend on each other says how its variance is estimated.
     pub fn new(
         spec: &FilmSpec,
         sampled: PixelBounds,
         tile_size: u32,
         splats: Option<[Splats; 2]>,
+        are_dependent: bool,
     ) -> Halves {
         let film = Film::new(spec);
         let bounds = film.bounds().intersection(sampled);
@@ -39,6 +45,7 @@ impl Halves {
             films: [film.clone(), film],
             splats: splats.map(Vec::from).unwrap_or_default(),
             counts: [none.clone(), none],
+            are_dependent,
         }
     }
 
@@ -73,10 +80,10 @@ impl Halves {
         self.splats.get_mut(half)
     }
 
-    /// The mean of every pixel of one half that has samples, with the light of its light paths.
-    fn means(&self, half: usize) -> impl Iterator<Item = DVec3> {
+    /// Every pixel of one half that has samples: these, and their mean with the light of its light paths.
+    fn means(&self, half: usize) -> impl Iterator<Item = (&PixelStatistics, DVec3)> {
         let pixels = self.films[half].bounds().pixels();
-        pixels.filter_map(move |pixel| Some(self.at(half, pixel)?.1))
+        pixels.filter_map(move |pixel| self.at(half, pixel))
     }
 
     /// The samples of a pixel of one half, if there are any, and their mean with the light of light paths.
@@ -88,7 +95,7 @@ impl Halves {
         Some((own, light.map_or(own.mean(), |light| own.mean() + light)))
     }
 
-    /// Why no further pass is needed, if so, with this [error](Halves::error).
+    /// Why no further pass is needed, if so, with this [error](Halves::judged).
     pub fn reached(&self, goal: &Goal, error: Option<f64>) -> Option<Ended> {
         let good = |wanted: f64| error.is_some_and(|error| error <= wanted);
         if goal.error.is_some_and(good) {
@@ -108,7 +115,8 @@ impl Halves {
         self.counts.iter().map(of).sum()
     }
 
-    fn pixels(&self) -> f64 {
+    /// Number of pixels.
+    pub fn pixels(&self) -> f64 {
         self.tiles.iter().map(|t| t.area() as f64).sum()
     }
 
@@ -119,26 +127,39 @@ impl Halves {
 
     /// The estimated relative error: see `Progressive::error`.
     pub fn error(&self) -> Option<f64> {
+        Some(self.noise(|p, q| (p + q) * 0.5)?.error)
+    }
+
+    /// What is to be as small as the goal at the `look`-th pass: the error, or its bound, for which pixels are as dark as the
+    /// darker half says: one that is bright in one half by chance has a large error of little light, not a small one of much.
+    pub fn judged(&self, goal: &Goal, look: u32) -> Option<f64> {
+        let Some(confidence) = goal.confidence else {
+            return self.error();
+        };
+        let noise = self.noise(|p, q| p.abs().min(q.abs()))?;
+        (self.spp() >= SURE_FROM).then(|| noise.bound(confidence, look))
+    }
+
+    /// The error, relative to what `light` says of a pixel's halves, and how well it is known; `None` if it is unknown.
+    fn noise(&self, light: impl Fn(DVec3, DVec3) -> DVec3) -> Option<Noise> {
         if self.counts.iter().flatten().any(|&n| n == 0) {
             return None;
         }
         let pairs = || self.means(0).zip(self.means(1));
         let count = pairs().count() as f64;
-        let mean: DVec3 = pairs().map(|(p, q)| (p + q) * 0.5).sum();
+        let mean: DVec3 = pairs().map(|((_, p), (_, q))| (p + q) * 0.5).sum();
         let floor = floor(mean.element_sum() / (3.0 * count));
-        let squares = pairs().map(|(p, q)| {
-            let (mean, error) = ((p + q) * 0.5, (p - q) * 0.5);
-            (error * error / (mean * mean + floor)).element_sum()
-        });
-        let error = (squares.sum::<f64>() / (3.0 * count)).sqrt();
-        // No pixels, or no noise: what has not been sampled yet may be anything.
-        (error.is_finite() && error > 0.0).then_some(error)
+        Noise::of(pairs().map(|((of_p, p), (of_q, q))| {
+            let (light, error) = (light(p, q), (p - q) * 0.5);
+            let scatter = 0.25 * (of_p.variance_of_mean() + of_q.variance_of_mean());
+            [error * error, scatter].map(|v| (v / (light * light + floor)).element_sum())
+        }))
     }
 
     /// The tiles of `of`, with the noise measured by the other half: that of camera samples, which are allocated. The noise of
     /// light paths falls as the mean of all counts grows.
     fn shares(&self, of: usize) -> Vec<Share> {
-        let sum: DVec3 = self.means(1 - of).sum();
+        let sum: DVec3 = self.means(1 - of).map(|(_, mean)| mean).sum();
         let floor = floor(sum.element_sum() / (3.0 * self.pixels()));
         let noise = |(own, mean): (&PixelStatistics, DVec3)| {
             let variance = own.variance_of_mean() * own.count() as f64;
@@ -187,14 +208,18 @@ impl Halves {
         [0, 1].map(|i| for_samples(&shares[i], 0.5 * affordable, most))
     }
 
-    /// The mean of both. Their camera samples go through `fill` before the light of light paths is added.
-    pub fn film(&self, fill: impl FnOnce(&mut Film)) -> Film {
+    /// The mean of both, with pooled variances if samples depend on each other. Their camera samples go through `fill` before
+    /// the light of light paths is added.
+    pub fn developed(&self, fill: impl FnOnce(&mut Film)) -> Developed {
         let mut film = Film::mean_of(&self.films[0], &self.films[1]);
         fill(&mut film);
         if !self.splats.is_empty() {
             film.add_light(&self.splats);
         }
-        film
+        if !self.are_dependent {
+            return film.developed(Kept::Variance);
+        }
+        film.developed_halves(|pixel| [0, 1].map(|half| self.at(half, pixel).map(|(_, mean)| mean)))
     }
 
     /// The first sample that was dropped, and its half.
@@ -212,6 +237,9 @@ pub(super) fn follows(have: &Counts, next: &Counts, goal: &Goal) -> bool {
         .flat_map(|(next, have)| next.iter().zip(have))
         .all(|(next, have)| (*have..=most.max(*have)).contains(next))
 }
+
+/// Samples a pixel from which on there is a bound: fewer have hardly met what is rare.
+const SURE_FROM: f64 = 32.0;
 
 /// ε² for an image of this mean.
 pub(super) fn floor(mean: f64) -> DVec3 {

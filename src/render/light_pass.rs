@@ -7,7 +7,7 @@
 
 use super::{Progress, RenderJob};
 use crate::film::{PixelBounds, SplatBuffer, Splats};
-use crate::integrators::LightJob;
+use crate::integrators::{LightJob, Splat};
 use crate::math::color::luminance;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
@@ -46,6 +46,17 @@ impl RenderJob {
         match self.traces_light() {
             true => { self.light_share }.paths(self.lit().area() as u64 * u64::from(spp)),
             false => 0,
+        }
+    }
+
+    /// What light paths are traced for.
+    pub(super) fn light_job(&self) -> LightJob<'_> {
+        LightJob {
+            world: &self.world,
+            camera: &self.camera,
+            filter: &self.filter,
+            bounds: self.lit(),
+            light_paths: self.paths_per_sample(),
         }
     }
 
@@ -119,6 +130,9 @@ pub(super) fn trace(
         && (progress.is_stopped() || worker.is_time_to_keep())
     {
         journal.keep_splats(half, &lock(&worker.splats));
+    }
+    if let Some(live) = progress.live() {
+        live.light(half, &lock(&worker.splats));
     }
     is_whole
 }
@@ -198,17 +212,10 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Traces paths one after the other.
 fn trace_run(job: &RenderJob, sampler: &Sampler, run: Range<u64>, buffer: &mut SplatBuffer) {
-    let light_job = LightJob {
-        world: &job.world,
-        camera: &job.camera,
-        filter: &job.filter,
-        bounds: job.lit(),
-        light_paths: job.paths_per_sample(),
-    };
     let end = run.end;
     let paths = run.map(|path| (path, sampler.light_stream(path)));
-    let splat = &mut |path, pixel, value| buffer.push(path, pixel, value);
-    job.integrator.light_paths(&light_job, paths, splat);
+    let splat = &mut |splat: Splat| buffer.push(splat.path, splat.pixel, splat.value);
+    job.integrator.light_paths(&job.light_job(), paths, splat);
     buffer.reach(end);
 }
 

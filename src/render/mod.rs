@@ -6,9 +6,11 @@
 //! not change a bit of it.
 
 mod allocation;
+mod confidence;
 mod goal;
 mod halves;
 mod light_pass;
+mod live;
 mod photon_passes;
 mod pilot;
 mod progress;
@@ -18,22 +20,24 @@ mod work;
 
 pub use goal::{Ended, Goal};
 pub use halves::Halves;
-pub use progress::{Progress, Step};
-pub use progressive::render_until;
+pub use live::Live;
+pub use progress::{Progress, Statistics, Step};
+pub use progressive::{Progressive, render_halves, render_until};
 pub use shard::{Division, LightOfShard, Pass, passes, render_shard};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
-use crate::film::{DroppedSample, Film, FilmSpec, LightShare, PixelBounds, Tile};
+use crate::film::{Developed, DroppedSample, Film, FilmSpec, Kept, LightShare, PixelBounds, Tile};
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
-use crate::integrators::{CameraEnd, Integrator, Workspace};
+use crate::integrators::{CameraEnd, Counts, Integrator, Workspace};
 use crate::math::{IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use work::{Worked, work};
 
 /// Side of a tile in pixels: small enough to keep two cores busy to the end of a small image, large enough that
@@ -60,38 +64,40 @@ pub struct RenderJob {
     pub film: FilmSpec,
     /// Pixels to sample; those outside stay black.
     pub sampled: PixelBounds,
-    /// Light paths for each camera sample, where any are traced: see [`RenderJob::learn`].
+    /// Light paths for each camera sample, where any are traced: see [`RenderJob::run_pilot_pass`].
     pub light_share: LightShare,
 }
 
-/// Renders the image on the current rayon pool; if it is stopped, as much of it as was done.
-pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
+/// Renders the image on the current rayon pool, with variances of independent samples or without; if it is stopped, as much of
+/// it as was done.
+pub fn render(job: &RenderJob, tile_size: u32, variance: bool, progress: &Progress) -> Developed {
+    let kept = if variance {
+        Kept::Variance
+    } else {
+        Kept::Color
+    };
+    if job.traces_light() || job.integrator.photons(&job.world).is_some() {
+        return expose(job, tile_size, progress).developed(kept);
+    }
+    let developed = Mutex::new(Developed::new(&job.film, kept));
+    each_tile(job, tile_size, |tile, bounds| {
+        let done = work_of_half(job, &job.sampler, (0, tile), bounds, progress);
+        locked(&developed).place(&done);
+    });
+    unlocked(developed)
+}
+
+/// As [`render`], with all that is known of every pixel.
+pub fn expose(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     if let Some(mapper) = job.integrator.photons(&job.world) {
         return photon_passes::render(job, &mapper, tile_size, progress);
     }
-    let mut film = Film::new(&job.film);
-    let tiles: Vec<PixelBounds> = film
-        .bounds()
-        .intersection(job.sampled)
-        .tiles(tile_size)
-        .collect();
-    let rendered: Vec<Tile> = tiles
-        .into_par_iter()
-        .enumerate()
-        .map(|(tile, bounds)| {
-            let unit = Unit {
-                half: 0,
-                tile: tile as u32,
-                samples: 0..job.sampler.spp(),
-            };
-            match work(job, &job.sampler, bounds, &unit, progress) {
-                Worked::Finished(tile) | Worked::Stopped(tile) => tile,
-            }
-        })
-        .collect();
-    for tile in rendered {
-        film.merge(tile);
-    }
+    let film = Mutex::new(Film::new(&job.film));
+    each_tile(job, tile_size, |tile, bounds| {
+        let done = work_of_half(job, &job.sampler, (0, tile), bounds, progress);
+        locked(&film).merge(done);
+    });
+    let mut film = unlocked(film);
     if let Some(mut splats) = light_pass::restored(job, 0, progress) {
         let paths = 0..job.light_paths(job.sampler.spp());
         let sampler = (0, &job.sampler);
@@ -101,6 +107,66 @@ pub fn render(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     film
 }
 
+/// Renders an image without light paths as two halves with the samplers of these, a tile in both before the next one. Returns it,
+/// and the first sample that each half dropped.
+fn render_in_two(
+    job: &RenderJob,
+    samplers: &[Sampler; 2],
+    tile_size: u32,
+    progress: &Progress,
+) -> (Developed, [Option<DroppedSample>; 2]) {
+    let developed = Mutex::new((Developed::new(&job.film, Kept::Halves), [None; 2]));
+    each_tile(job, tile_size, |tile, bounds| {
+        let halves = [0, 1].map(|half| {
+            let sampler = &samplers[usize::from(half)];
+            work_of_half(job, sampler, (half, tile), bounds, progress)
+        });
+        let (developed, dropped) = &mut *locked(&developed);
+        developed.place_halves(&halves);
+        for (dropped, half) in dropped.iter_mut().zip(&halves) {
+            *dropped = DroppedSample::first(*dropped, half.first_dropped());
+        }
+    });
+    let (mut developed, dropped) = unlocked(developed);
+    developed.pool();
+    (developed, dropped)
+}
+
+/// Calls `render` for each tile, with its number, on the current rayon pool.
+fn each_tile(job: &RenderJob, tile_size: u32, render: impl Fn(u32, PixelBounds) + Sync) {
+    let bounds = job.film.pixel_bounds().intersection(job.sampled);
+    let tiles: Vec<PixelBounds> = bounds.tiles(tile_size).collect();
+    let tiles = tiles.into_par_iter().enumerate();
+    tiles.for_each(|(tile, bounds)| render(tile as u32, bounds));
+}
+
+/// All samples of a tile of one half.
+fn work_of_half(
+    job: &RenderJob,
+    sampler: &Sampler,
+    (half, tile): (u8, u32),
+    bounds: PixelBounds,
+    progress: &Progress,
+) -> Tile {
+    let unit = Unit {
+        half,
+        tile,
+        samples: 0..sampler.spp(),
+    };
+    match work(job, sampler, bounds, &unit, progress) {
+        Worked::Finished(tile) | Worked::Stopped(tile) => tile,
+    }
+}
+
+/// Locked for a tile.
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn unlocked<T>(shared: Mutex<T>) -> T {
+    shared.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Renders a range of the sampler's samples in every pixel of a tile, a bundle of camera rays at a time.
 fn sample_tile(
     job: &RenderJob,
@@ -108,6 +174,7 @@ fn sample_tile(
     samples_of_pixel: Range<u32>,
     tile: &mut Tile,
     bounds: PixelBounds,
+    mut watch: Option<&mut Watch>,
 ) {
     let all = OfAll::new(job);
     let want_differentials = job.world.needs_footprint();
@@ -130,7 +197,8 @@ fn sample_tile(
         }
         job.camera.rays(&samples, want_differentials, &mut rays);
         for ((waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
-            waiting.finish(job, sample, ray.as_ref(), &all, tile, &mut workspace);
+            let own = (&mut workspace, watch.as_deref_mut());
+            waiting.finish(job, sample, ray.as_ref(), &all, tile, own);
         }
         samples.clear();
     }
@@ -246,9 +314,10 @@ impl PendingSample {
         ray: Option<&CameraRay>,
         all: &OfAll,
         tile: &mut Tile,
-        workspace: &mut Workspace,
+        (workspace, mut watch): (&mut Workspace, Option<&mut Watch>),
     ) {
         let Some(camera_ray) = ray else {
+            count(watch, |counts| counts.blocked += 1);
             tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
             return;
         };
@@ -260,9 +329,18 @@ impl PendingSample {
             differentials.as_ref(),
             &mut self.stream,
             workspace,
-            None,
+            watch.as_deref_mut(),
         );
+        count(watch, Counts::end_path);
         let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
         tile.add_colored_sample(self.pixel, radiance, weight);
+    }
+}
+
+/// Counts, where that is asked for.
+#[inline(always)]
+fn count(watch: Option<&mut Watch>, add: impl FnOnce(&mut Counts)) {
+    if let Some(counts) = watch.and_then(|watch| watch.counts.as_mut()) {
+        add(counts);
     }
 }

@@ -9,7 +9,7 @@ use super::halves::floor;
 use super::progressive::Progressive;
 use super::{Ended, Goal, OfAll, PendingSample, Progress, RenderJob};
 use crate::cameras::{BUNDLE, CameraRay, CameraSample};
-use crate::film::{Film, PixelBounds, PixelStatistics, Tile};
+use crate::film::{Film, Kept, PixelBounds, PixelStatistics, Tile};
 use crate::integrators::{Disc, Gather, Photon, PhotonMap, PhotonMapper};
 use crate::math::{DVec3, Rgb};
 use arrayvec::ArrayVec;
@@ -68,12 +68,13 @@ pub(super) fn render_until(
     let film = passes.film();
     Progressive {
         error: error(&film),
+        bound: None,
         first_dropped: film
             .first_dropped()
             .map(|first| (first, job.sampler.clone())),
         spp: passes.done.into(),
         passes: passes.done,
-        film,
+        film: film.developed(Kept::Variance),
         ended,
     }
 }
@@ -169,6 +170,9 @@ impl<'a> Passes<'a> {
             progress.advance(pixels.discs.len() as u64);
         });
         self.done += 1;
+        if let Some(live) = progress.live() {
+            live.replace(self.film());
+        }
         goes_on()
     }
 

@@ -1,7 +1,13 @@
 //! A render as it goes: what is done is reported and kept, and whether it is to stop is asked.
 
+use super::Live;
 use crate::checkpoint::Journal;
+use crate::film::Tile;
+use crate::integrators::Counts;
+use crate::integrators::witness::Watch;
+use crate::world::World;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
 
 /// What is reported while an image is rendered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +38,40 @@ pub struct Progress<'a> {
     all: u64,
     journal: Option<&'a Journal>,
     stop: Option<&'a AtomicBool>,
+    live: Option<&'a Live>,
+    statistics: Option<&'a Statistics>,
+}
+
+/// What all workers have counted, of the blocks of samples that are done.
+#[derive(Debug)]
+pub struct Statistics {
+    none: Counts,
+    sum: Mutex<Counts>,
+}
+
+impl Statistics {
+    /// Nothing yet, of a world.
+    pub fn new(world: &World) -> Statistics {
+        let none = Counts::new(world);
+        Statistics {
+            sum: Mutex::new(none.clone()),
+            none,
+        }
+    }
+
+    /// All so far.
+    pub fn counts(&self) -> Counts {
+        // Numbers, of which a panic elsewhere leaves some without a worker's.
+        self.sum
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+
+    fn add(&self, counts: &Counts) {
+        let mut sum = self.sum.lock().unwrap_or_else(PoisonError::into_inner);
+        sum.add(counts);
+    }
 }
 
 impl<'a> Progress<'a> {
@@ -43,6 +83,8 @@ impl<'a> Progress<'a> {
             all,
             journal: None,
             stop: None,
+            live: None,
+            statistics: None,
         }
     }
 
@@ -52,6 +94,39 @@ impl<'a> Progress<'a> {
             journal,
             stop,
             ..self
+        }
+    }
+
+    /// The same, shown and counted as it goes, if that is asked for.
+    pub fn shown(self, live: Option<&'a Live>, statistics: Option<&'a Statistics>) -> Progress<'a> {
+        Progress {
+            live,
+            statistics,
+            ..self
+        }
+    }
+
+    /// Where the picture is shown as it grows.
+    pub fn live(&self) -> Option<&'a Live> {
+        self.live
+    }
+
+    /// Shows more samples of a half, if anybody looks.
+    pub fn show(&self, half: u8, tile: &Tile) {
+        if let Some(live) = self.live {
+            live.add(half, tile);
+        }
+    }
+
+    /// Lets `work` count what it does, if that is asked for.
+    pub fn counted(&self, work: impl FnOnce(Option<&mut Watch>)) {
+        let Some(statistics) = self.statistics else {
+            return work(None);
+        };
+        let mut watch = Watch::counting(statistics.none.clone());
+        work(Some(&mut watch));
+        if let Some(counts) = &watch.counts {
+            statistics.add(counts);
         }
     }
 

@@ -20,9 +20,11 @@
 
 use super::halves::{Counts, Halves, follows};
 use super::work::{Worked, work};
-use super::{Ended, Goal, Progress, RenderJob, light_pass, photon_passes, sample_tile};
+use super::{
+    Ended, Goal, Progress, RenderJob, light_pass, photon_passes, render_in_two, sample_tile,
+};
 use crate::checkpoint::{Journal, Unit};
-use crate::film::{DroppedSample, Film, PixelBounds, PixelStatistics, Splats, Tile};
+use crate::film::{Developed, DroppedSample, Film, PixelBounds, PixelStatistics, Splats, Tile};
 use crate::math::UVec2;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
@@ -33,7 +35,7 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Debug)]
 pub struct Progressive {
     /// The image.
-    pub film: Film,
+    pub film: Developed,
     /// Its estimated relative error: the root of the mean, over pixels and channels, of variance / (mean² + ε²), where
     /// ε is 1 % of the image's mean, so that dark pixels do not dominate. The square is what `fstop compare` calls the
     /// relative mean squared error. It is an estimate: if n pixels have most of the error, it scatters by a relative
@@ -41,6 +43,8 @@ pub struct Progressive {
     /// pixels that is 1 %, for the edge of one light much more. `None` if it is unknown: the halves are equal, or one
     /// of them lacks pixels.
     pub error: Option<f64>,
+    /// What the true error is below with the goal's confidence, if it has one.
+    pub bound: Option<f64>,
     /// Average number of samples per pixel.
     pub spp: f64,
     /// Number of passes.
@@ -49,6 +53,40 @@ pub struct Progressive {
     pub ended: Ended,
     /// The first sample that was dropped, and its sampler.
     pub first_dropped: Option<(DroppedSample, Sampler)>,
+}
+
+/// Renders the sampler's number of samples as two halves on the current rayon pool, whose difference tells the variance
+/// of well-distributed samples; if it is stopped, as much of it as was done.
+pub fn render_halves(job: &RenderJob, tile_size: u32, progress: &Progress) -> Progressive {
+    let samplers = [0, 1].map(|half| job.sampler.half_of_samples(half));
+    if !job.traces_light() {
+        let (film, dropped) = render_in_two(job, &samplers, tile_size, progress);
+        let first = dropped.into_iter().zip(samplers);
+        let sampled = job.film.pixel_bounds().intersection(job.sampled);
+        return Progressive {
+            error: None,
+            bound: None,
+            spp: film.samples() as f64 / sampled.area().max(1) as f64,
+            passes: 1,
+            ended: match progress.is_stopped() {
+                true => Ended::Stopped,
+                false => Ended::Samples,
+            },
+            first_dropped: { first }
+                .filter_map(|(dropped, sampler)| Some((dropped?, sampler)))
+                .next(),
+            film,
+        };
+    }
+    let mut passes = Passes::new(job, tile_size, progress);
+    passes.samplers = samplers;
+    let tiles = passes.halves.tiles().len();
+    let counts = [0, 1].map(|half| vec![passes.samplers[half].spp(); tiles]);
+    let ended = match passes.run(&counts, None, progress) {
+        true => Ended::Samples,
+        false => Ended::Stopped,
+    };
+    passes.finish(1, ended)
 }
 
 /// Renders the image on the current rayon pool until `goal` is reached.
@@ -67,6 +105,7 @@ pub fn render_until(
     let started = now.checked_sub(spent).unwrap_or(now);
     let mut passes = Passes::new(job, tile_size, progress);
     let deadline = goal.time.and_then(|time| started.checked_add(time));
+    passes.goal = Some(*goal);
     let mut number = 0;
     if deadline.is_some() {
         passes.preview();
@@ -86,7 +125,7 @@ pub fn render_until(
         let halves = &passes.halves;
         // There may be light of later passes in it already.
         let error = halves
-            .error()
+            .judged(goal, number)
             .filter(|_| known.is_none() || !job.traces_light());
         progress.pass_done(number, halves.spp(), error);
         if let Some(ended) = halves.reached(goal, error) {
@@ -151,6 +190,8 @@ struct Passes<'a> {
     job: &'a RenderJob,
     halves: Halves,
     samplers: [Sampler; 2],
+    /// None if all samples are taken in one pass.
+    goal: Option<Goal>,
     /// The first sample of each tile's central pixel, which may have to fill the tile.
     preview: Vec<PixelStatistics>,
 }
@@ -161,8 +202,15 @@ impl<'a> Passes<'a> {
         let splats = splats(0).zip(splats(1)).map(<[Splats; 2]>::from);
         Passes {
             job,
-            halves: Halves::new(&job.film, job.sampled, tile_size, splats),
+            halves: Halves::new(
+                &job.film,
+                job.sampled,
+                tile_size,
+                splats,
+                job.sampler.is_dependent(),
+            ),
             samplers: [0, 1].map(|half| job.sampler.half(half)),
+            goal: None,
             preview: Vec::new(),
         }
     }
@@ -175,7 +223,7 @@ impl<'a> Passes<'a> {
             let center = (bounds.min + bounds.max) / 2;
             let pixel = PixelBounds::new(center, center + UVec2::ONE);
             let mut tile = self.job.film.tile(pixel);
-            sample_tile(self.job, &self.samplers[0], 0..1, &mut tile, pixel);
+            sample_tile(self.job, &self.samplers[0], 0..1, &mut tile, pixel, None);
             tile.statistics(center).copied().unwrap_or_default()
         };
         self.preview = self.halves.tiles().par_iter().map(sample).collect();
@@ -227,7 +275,7 @@ impl<'a> Passes<'a> {
         for (half, counts) in counts.iter().enumerate() {
             let have = &self.halves.counts()[half];
             let jobs = self.halves.tiles().par_iter().zip(have).zip(counts);
-            let rendered: Vec<Option<Tile>> = jobs
+            let rendered: Vec<Option<(Tile, u32)>> = jobs
                 .enumerate()
                 .map(|(tile, ((bounds, &have), &want))| {
                     let unit = Unit {
@@ -239,15 +287,16 @@ impl<'a> Passes<'a> {
                         return None;
                     }
                     match work(self.job, &self.samplers[half], *bounds, &unit, progress) {
-                        Worked::Finished(tile) => Some(tile),
-                        Worked::Stopped(_) => None,
+                        Worked::Finished(tile) => Some((tile, want)),
+                        // A part of a pass would be counted by no later one.
+                        Worked::Stopped(tile) => self.goal.is_none().then_some((tile, have)),
                     }
                 })
                 .collect();
             for (number, (tile, &want)) in rendered.into_iter().zip(counts).enumerate() {
-                if let Some(tile) = tile {
+                if let Some((tile, reached)) = tile {
                     self.halves.merge(half, tile);
-                    self.halves.reach(half, number, want);
+                    self.halves.reach(half, number, reached);
                 }
                 complete &= self.halves.counts()[half][number] >= want;
             }
@@ -272,13 +321,21 @@ impl<'a> Passes<'a> {
 
     fn finish(self, passes: u32, ended: Ended) -> Progressive {
         let halves = &self.halves;
-        let (spp, error) = (halves.spp(), halves.error());
+        let error = halves.error();
+        let goal = self.goal.filter(|goal| goal.confidence.is_some());
+        let bound = goal.and_then(|goal| halves.judged(&goal, passes));
         let first_dropped = halves.first_dropped();
-        let film = halves.film(|film| self.fill(film));
+        let film = halves.developed(|film| self.fill(film));
+        let spp = match self.goal {
+            Some(_) => halves.spp(),
+            // Of a tile that was stopped, too.
+            None => film.samples() as f64 / halves.pixels().max(1.0),
+        };
         Progressive {
             first_dropped: first_dropped.map(|(first, half)| (first, self.samplers[half].clone())),
             film,
             error,
+            bound,
             spp,
             passes,
             ended,

@@ -34,6 +34,8 @@ pub struct Division {
     of: u32,
     /// The lattice's steps from row to row and from block to block.
     steps: [u64; 2],
+    /// Its only pass has all samples.
+    is_whole: bool,
 }
 
 /// For each half of the image (or the one image), the samples of each tile that a pass takes.
@@ -95,6 +97,7 @@ impl Division {
             // The power of two not above.
             block: 1 << block.ilog2(),
             of: of.max(1),
+            is_whole: samples.is_some(),
             steps: [
                 generator(of.max(1).into()),
                 (f64::from(of) * 0.618).round() as u64,
@@ -102,10 +105,11 @@ impl Division {
         }
     }
 
-    /// All samples of an image that is not rendered in passes.
-    pub fn whole(&self, samples: u32) -> Pass {
+    /// All samples of an image that is not rendered in passes: of the one set, or of each half.
+    pub fn whole(&self, samples: &[u32]) -> Pass {
         let tiles = self.bounds.size().map(|n| n.div_ceil(TILE_SIZE));
-        vec![vec![0..samples; tiles.x as usize * tiles.y as usize]]
+        let of_set = |&samples| vec![0..samples; tiles.x as usize * tiles.y as usize];
+        samples.iter().map(of_set).collect()
     }
 
     fn columns(&self) -> u32 {
@@ -225,7 +229,7 @@ pub fn render_shard(
     light: &mut LightOfShard,
     progress: &Progress,
 ) -> bool {
-    let samplers = samplers(job, pass.len());
+    let samplers = samplers(job, pass.len(), division.is_whole);
     let pieces: Vec<Piece> = division.pieces_by(shard, pass).collect();
     let render = |piece: &Piece| {
         let sampler = &samplers[usize::from(piece.unit.half)];
@@ -252,10 +256,13 @@ pub fn render_shard(
     })
 }
 
-fn samplers(job: &RenderJob, halves: usize) -> Vec<Sampler> {
-    match halves {
-        1 => vec![job.sampler.clone()],
-        halves => (0..halves).map(|half| job.sampler.half(half)).collect(),
+fn samplers(job: &RenderJob, halves: usize, is_whole: bool) -> Vec<Sampler> {
+    match (halves, is_whole) {
+        (1, _) => vec![job.sampler.clone()],
+        (_, true) => (0..halves)
+            .map(|half| job.sampler.half_of_samples(half))
+            .collect(),
+        (_, false) => (0..halves).map(|half| job.sampler.half(half)).collect(),
     }
 }
 
@@ -333,7 +340,7 @@ mod tests {
         ] {
             let bounds = bounds(width, height);
             let division = Division::new(bounds, Some(samples), of);
-            let pass = division.whole(samples);
+            let pass = division.whole(&[samples]);
             let mut found = HashSet::new();
             for shard in shards(of) {
                 for piece in division.pieces_by(shard, &pass) {
@@ -354,7 +361,7 @@ mod tests {
     fn blocks_are_nodes_of_the_tree() {
         for (samples, of) in [(1000, 64), (100, 1000), (64, 300), (17, 9)] {
             let division = Division::new(bounds(8, 8), Some(samples), of);
-            let pass = division.whole(samples);
+            let pass = division.whole(&[samples]);
             for piece in division.pieces(&pass) {
                 let Range { start, end } = piece.unit.samples;
                 assert!(division.block.is_power_of_two() && division.block >= SMALLEST_BLOCK);
@@ -385,7 +392,7 @@ mod tests {
         for (name, cost) in costs {
             for of in [2, 3, 7, 16, 64, 100] {
                 let division = Division::new(bounds(256, 200), Some(64), of);
-                let pass = division.whole(64);
+                let pass = division.whole(&[64]);
                 let of_shard = |shard| -> f64 {
                     let pieces = division.pieces_by(shard, &pass);
                     let of_piece = |piece: Piece| {

@@ -39,6 +39,7 @@ pub(super) fn work(
     let mut kept_until = done;
     let count_of = |samples: u32| bounds.area() as u64 * u64::from(samples);
     progress.advance(count_of(done - start));
+    nodes.iter().for_each(|tile| progress.show(unit.half, tile));
     let mut blocks = Pairwise::of(nodes, (done - start).div_ceil(BLOCK));
     if done == end {
         return Worked::Finished(blocks.take(None).unwrap_or_else(blank));
@@ -56,7 +57,8 @@ pub(super) fn work(
         done = block.end;
         let mut tile = blank().after(block.start.into());
         let samples = count_of(block.len() as u32);
-        sample_tile(job, sampler, block, &mut tile, bounds);
+        progress.counted(|watch| sample_tile(job, sampler, block, &mut tile, bounds, watch));
+        progress.show(unit.half, &tile);
         progress.advance(samples);
         blocks.push(tile);
         if let Some(journal) = journal

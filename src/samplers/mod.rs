@@ -51,9 +51,6 @@ pub fn sampler_names() -> Vec<&'static str> {
     TYPES.iter().map(|(name, _)| *name).collect()
 }
 
-/// The largest float below 1.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
-
 /// How the samples of one pixel are distributed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Points {
@@ -168,6 +165,31 @@ impl Sampler {
         self.half(2)
     }
 
+    /// One of two such samplers that have this one's samples between them, each well distributed by itself. The first has
+    /// the odd one.
+    pub fn half_of_samples(&self, which: usize) -> Sampler {
+        let spp = (self.spp + 1 - which as u32) / 2;
+        let points = match self.points {
+            Points::Stratified(grid) => Points::Stratified(grid.with_samples(spp.max(1))),
+            other => other,
+        };
+        Sampler {
+            points,
+            spp,
+            ..self.half(which)
+        }
+    }
+
+    /// Returns `true` if the samples of a pixel depend on each other.
+    pub fn is_dependent(&self) -> bool {
+        self.points != Points::Random
+    }
+
+    /// Returns `true` if the variance is to be found from two halves: the samples depend on each other, and are enough.
+    pub fn is_halved(&self) -> bool {
+        self.is_dependent() && self.spp >= MIN_HALVED
+    }
+
     /// The stream of one camera sample. Indices at or beyond [`Sampler::spp`] are allowed and continue with
     /// new points that are equally well distributed.
     pub fn stream(&self, pixel: IVec2, index: u32) -> SampleStream {
@@ -182,6 +204,9 @@ impl Sampler {
         }
     }
 }
+
+/// Fewer samples make halves of a single one, which has no variance to be corrected.
+const MIN_HALVED: u32 = 4;
 
 /// Sets the streams of light paths apart from those of pixels.
 const LIGHT: u64 = 0x6c69_6768_7470_6174;

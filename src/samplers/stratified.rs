@@ -12,9 +12,10 @@
 use super::count::positive;
 use super::permutation::Permutation;
 use super::random::RandomStream;
-use super::{BELOW_ONE, Points, SamplerSpec};
+use super::{Points, SamplerSpec};
 use crate::math::Vec2;
 use crate::math::hash::{mix, mix2, unit_float};
+use crate::math::sampling::BELOW_ONE;
 use crate::params::ParamReader;
 
 /// The most cells per side: see [`positive`].

@@ -41,8 +41,16 @@ pub(super) fn settings(
         ("--spp", options.spp.map(|spp| spp.to_string())),
         ("--error", options.error.map(|error| error.to_string())),
         (
+            "--confidence",
+            options.confidence.map(|sure| sure.to_string()),
+        ),
+        (
             "--time",
             options.time.map(|time| time.as_secs_f64().to_string()),
+        ),
+        (
+            "--variance",
+            (options.variance && options.goal().is_none()).then(String::new),
         ),
         ("--seed", Some(options.seed.to_string())),
         ("--quick", Some(options.quick.to_string())),

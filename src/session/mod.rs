@@ -24,9 +24,11 @@ use crate::build::{self, PreparedScene};
 use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
 use crate::files::FileError;
 use crate::film;
+use crate::film::FilmMetadata;
 use crate::forecast::{self, Forecast, Process};
+use crate::integrators::Counts;
 use crate::params::{Dialect, NamedFile};
-use crate::render::Step;
+use crate::render::{Live, Statistics, Step};
 use crate::scene::{self, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
 use std::collections::BTreeMap;
@@ -204,6 +206,7 @@ impl Frame {
         let mut options = options.clone();
         if self.frame.options.integrator.spec.gathers_photons() {
             keep_nothing(&mut options.checkpoint).map_err(Problems::one)?;
+            promise_nothing(&options).map_err(Problems::one)?;
         }
         let options = &options;
         let Frame { about, frame } = self;
@@ -227,6 +230,8 @@ impl Frame {
             problems,
             journal,
             replaced,
+            live: None,
+            statistics: None,
         })
     }
 }
@@ -271,6 +276,17 @@ fn keep_nothing(checkpoint: &mut Option<Checkpoint>) -> Result<(), &'static str>
     }
 }
 
+/// Nor a bound on the error: pixels that share photons do not tell each other's noise.
+fn promise_nothing(options: &RenderOptions) -> Result<(), &'static str> {
+    match options.confidence {
+        Some(_) => Err(
+            "--confidence: pixels of `sppm` share photons, so that their differences do not tell how sure the error is: \
+             leave the option out",
+        ),
+        None => Ok(()),
+    }
+}
+
 /// The checkpoint, and what was wrong with the one that it replaces.
 fn journal(
     identity: &Arc<dyn Fn() -> Identity + Send + Sync>,
@@ -309,6 +325,10 @@ pub struct Prepared {
     journal: Option<Journal>,
     replaced: Vec<String>,
     identity: Arc<dyn Fn() -> Identity + Send + Sync>,
+    /// The picture as it grows, if somebody looks.
+    live: Option<Arc<Live>>,
+    /// What its paths do, if somebody asks.
+    statistics: Option<Statistics>,
 }
 
 impl Prepared {
@@ -319,6 +339,33 @@ impl Prepared {
 
     pub(crate) fn threads(&self) -> usize {
         self.options.threads
+    }
+
+    pub(crate) fn threads_started(&self) -> usize {
+        threads_started(self.options.threads)
+    }
+
+    /// The picture as it will grow.
+    pub(crate) fn live(&mut self) -> Arc<Live> {
+        let film = &self.scene.job.film;
+        Arc::clone(self.live.get_or_insert_with(|| Arc::new(Live::new(film))))
+    }
+
+    /// Paths will be counted, where the integrator can.
+    pub(crate) fn count(&mut self) {
+        let job = &self.scene.job;
+        let gathers = job.integrator.photons(&job.world).is_some();
+        self.statistics = (!gathers).then(|| Statistics::new(&job.world));
+    }
+
+    /// What has been counted, by this process.
+    pub(crate) fn counts(&self) -> Option<Counts> {
+        self.statistics.as_ref().map(Statistics::counts)
+    }
+
+    /// What an image's file says of it, but for what is known at its end.
+    pub(crate) fn metadata(&self) -> FilmMetadata {
+        rendered::metadata(&self.scene, &self.name, &self.options)
     }
 
     /// What a photographer wants to know of the camera, one fact a line.
@@ -355,7 +402,16 @@ impl Prepared {
     /// `progress` is called now and then, by any of the threads.
     pub fn render(&self, progress: &(dyn Fn(Step) + Sync)) -> Rendered {
         let journal = self.journal.as_ref();
-        let take = || rendered::take(&self.scene, &self.name, &self.options, journal, progress);
+        let seen = (self.live.as_deref(), self.statistics.as_ref());
+        let take = || {
+            rendered::take(
+                &self.scene,
+                &self.name,
+                &self.options,
+                (journal, seen),
+                progress,
+            )
+        };
         // Threads that were there a moment ago: if the system refuses them now, those that are there do it.
         on_threads(self.options.threads, take).unwrap_or_else(|_| take())
     }

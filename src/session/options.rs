@@ -86,6 +86,8 @@ pub struct RenderOptions {
     pub spp: Option<u32>,
     /// Render until the image's estimated relative error is this.
     pub error: Option<f64>,
+    /// With `error`: only when the true error is as small with this confidence, a probability above one half.
+    pub confidence: Option<f64>,
     /// Render until this time has passed since the first sample.
     pub time: Option<Duration>,
     /// Seed of all random numbers.
@@ -126,6 +128,7 @@ impl Default for RenderOptions {
         RenderOptions {
             spp: None,
             error: None,
+            confidence: None,
             time: None,
             seed: 0,
             threads: 0,
@@ -145,6 +148,7 @@ impl RenderOptions {
     pub(super) fn goal(&self) -> Option<Goal> {
         (self.error.is_some() || self.time.is_some()).then(|| Goal {
             error: self.error,
+            confidence: self.confidence.filter(|_| self.error.is_some()),
             time: self.time,
             max_spp: self.spp.unwrap_or(Goal::MAX_SPP),
         })

@@ -19,7 +19,7 @@ pub struct Problems {
 }
 
 impl Problems {
-    pub(super) fn new(diagnostics: &Diagnostics, sources: &SourceMap, policy: Policy) -> Problems {
+    pub(crate) fn new(diagnostics: &Diagnostics, sources: &SourceMap, policy: Policy) -> Problems {
         Problems {
             messages: diagnostics.messages(sources, Style::Plain),
             plain: diagnostics.render(sources, Style::Plain),

@@ -3,10 +3,10 @@
 use super::RenderOptions;
 use crate::build::PreparedScene;
 use crate::checkpoint::Journal;
-use crate::film::{self, DroppedSample, Film, FilmMetadata, Image, WriteError};
+use crate::film::{self, Developed, DroppedSample, FilmMetadata, Image, WriteError};
 use crate::integrators::witness::{Met, Place};
 use crate::materials::Material;
-use crate::render::{self, Ended, Progress, RenderJob, Step};
+use crate::render::{self, Ended, Live, Progress, Progressive, RenderJob, Statistics, Step};
 use std::path::Path;
 
 /// A rendered image.
@@ -27,6 +27,8 @@ pub struct Rendered {
     pub dropped: Option<DroppedSamples>,
     /// Whether it was stopped before its end: then pixels may lack samples.
     pub stopped: bool,
+    /// As [`RenderOptions::threads`], for writing it.
+    threads: usize,
 }
 
 /// Samples that were not finite, and count as black.
@@ -48,7 +50,7 @@ pub struct DroppedSamples {
 impl DroppedSamples {
     /// Those of a film. `first` is the first one, and the place where it went wrong, if it is one of the camera's samples.
     pub(super) fn of(
-        film: &Film,
+        film: &Developed,
         first: Option<(DroppedSample, String)>,
     ) -> Option<DroppedSamples> {
         let count = film.dropped();
@@ -89,7 +91,8 @@ impl Rendered {
     /// # Errors
     /// A file that cannot be written; an image that the format cannot hold.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
-        film::write(path.as_ref(), &self.image, &self.metadata)
+        let path = path.as_ref();
+        self.on_threads(|| film::write(path, &self.image, &self.metadata))
     }
 
     /// As [`Rendered::write`], but where the file cannot be made the image is saved to another place, which the
@@ -98,7 +101,13 @@ impl Rendered {
     /// # Errors
     /// As [`Rendered::write`]; [`WriteError::Elsewhere`] where the image is safe, but not where it was wanted.
     pub fn write_or_rescue(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
-        film::write_somewhere(path.as_ref(), &self.image, &self.metadata)
+        let path = path.as_ref();
+        self.on_threads(|| film::write_somewhere(path, &self.image, &self.metadata))
+    }
+
+    /// If the system refuses them, without.
+    fn on_threads<T: Send>(&self, work: impl Fn() -> T + Send + Sync) -> T {
+        super::on_threads(self.threads, &work).unwrap_or_else(|_| work())
     }
 
     /// Returns `true` if no light was found at all.
@@ -110,65 +119,102 @@ impl Rendered {
     }
 }
 
+/// Who looks at the picture as it grows, and who asks what its paths do.
+type Onlookers<'a> = (Option<&'a Live>, Option<&'a Statistics>);
+
 /// Renders on the current rayon pool: with the scene's number of samples, or until the image is good enough.
 pub(super) fn take(
     scene: &PreparedScene,
     name: &str,
     options: &RenderOptions,
-    journal: Option<&Journal>,
+    (journal, (live, statistics)): (Option<&Journal>, Onlookers),
     report: &(dyn Fn(Step) + Sync),
 ) -> Rendered {
     let job = &scene.job;
     let stop = options.stop.as_deref();
-    let (film, spp, first_dropped, error, passes, stopped) = match options.goal() {
-        None => {
-            let spp = job.sampler.spp();
-            let pixels = job.film.pixel_bounds().area() as u64;
-            let paths = job.light_paths(spp);
-            let all = pixels * u64::from(spp) + paths;
-            let progress = Progress::new(all, report).kept(journal, stop);
-            let film = render::render(job, options.tile_size, &progress);
-            let first = film.first_dropped();
-            let first = first.map(|dropped| (dropped, render::locate(job, &job.sampler, dropped)));
-            let sampled = film.bounds().intersection(job.sampled).area() as u64;
-            let (all, done) = (sampled * u64::from(spp), film.samples());
-            let taken = done as f64 / sampled.max(1) as f64;
-            let stopped = done < all || film.paths() < paths;
-            (film, taken, first, None, None, stopped)
-        }
-        Some(goal) => {
-            // The size of tiles decides which pixels share their number of samples.
-            let progress = Progress::new(0, report).kept(journal, stop);
-            let done = render::render_until(job, render::TILE_SIZE, &goal, &progress);
-            let first = done.first_dropped;
-            let first = first.map(|(dropped, s)| (dropped, render::locate(job, &s, dropped)));
+    let goal = options.goal();
+    let all = goal.map_or_else(|| samples_and_paths(job), |_| 0);
+    let progress = Progress::new(all, report)
+        .kept(journal, stop)
+        .shown(live, statistics);
+    let gathers = job.integrator.photons(&job.world).is_some();
+    let (finished, first_dropped) = match goal {
+        None if options.variance && job.sampler.is_halved() && !gathers => {
+            let done = render::render_halves(job, options.tile_size, &progress);
+            let (finished, first) = of_progressive(job, done);
             (
-                done.film,
-                done.spp,
+                Finished {
+                    error: None,
+                    passes: None,
+                    ..finished
+                },
                 first,
-                done.error,
-                Some((done.passes, done.ended)),
-                done.ended == Ended::Stopped,
             )
         }
-    };
-    let finished = Finished {
-        film,
-        spp,
-        error,
-        passes,
-        stopped,
+        None => of_one_set(job, options, &progress),
+        // The size of tiles decides which pixels share their number of samples.
+        Some(goal) => {
+            let done = render::render_until(job, render::TILE_SIZE, &goal, &progress);
+            of_progressive(job, done)
+        }
     };
     let first_dropped = first_dropped.map(|(first, at)| (first, place(job, at)));
     let dropped = DroppedSamples::of(&finished.film, first_dropped);
     let metadata = metadata(scene, name, options);
-    finished.develop(metadata, options.variance, dropped)
+    finished.develop(metadata, options.variance, dropped, options.threads)
+}
+
+/// The first sample that was dropped, and where on its path.
+type FirstDropped = Option<(DroppedSample, Option<Place>)>;
+
+fn of_one_set(
+    job: &RenderJob,
+    options: &RenderOptions,
+    progress: &Progress,
+) -> (Finished, FirstDropped) {
+    let spp = job.sampler.spp();
+    let paths = job.light_paths(spp);
+    let film = render::render(job, options.tile_size, options.variance, progress);
+    let first = film.first_dropped();
+    let first = first.map(|dropped| (dropped, render::locate(job, &job.sampler, dropped)));
+    let sampled = film.bounds().intersection(job.sampled).area() as u64;
+    let (all, done) = (sampled * u64::from(spp), film.samples());
+    let finished = Finished {
+        spp: done as f64 / sampled.max(1) as f64,
+        error: None,
+        bound: None,
+        passes: None,
+        stopped: done < all || film.paths() < paths,
+        film,
+    };
+    (finished, first)
+}
+
+fn of_progressive(job: &RenderJob, done: Progressive) -> (Finished, FirstDropped) {
+    let first = done.first_dropped;
+    let first = first.map(|(dropped, s)| (dropped, render::locate(job, &s, dropped)));
+    let finished = Finished {
+        film: done.film,
+        spp: done.spp,
+        error: done.error,
+        bound: done.bound,
+        passes: Some((done.passes, done.ended)),
+        stopped: done.ended == Ended::Stopped,
+    };
+    (finished, first)
+}
+
+/// Of an image that is rendered to the sampler's number of samples.
+fn samples_and_paths(job: &RenderJob) -> u64 {
+    let spp = job.sampler.spp();
+    job.film.pixel_bounds().area() as u64 * u64::from(spp) + job.light_paths(spp)
 }
 
 /// What the image's file says of it, but for what is known at its end.
 pub(super) fn metadata(scene: &PreparedScene, name: &str, options: &RenderOptions) -> FilmMetadata {
     FilmMetadata {
         seed: options.seed,
+        confidence: options.goal().and_then(|goal| goal.confidence),
         scene: name.to_string(),
         ..scene.metadata.clone()
     }
@@ -176,11 +222,13 @@ pub(super) fn metadata(scene: &PreparedScene, name: &str, options: &RenderOption
 
 /// A film with all its samples.
 pub(super) struct Finished {
-    pub film: Film,
+    pub film: Developed,
     /// Samples a pixel, on average.
     pub spp: f64,
     /// Estimated relative error.
     pub error: Option<f64>,
+    /// What the true one is below, if a confidence was asked for.
+    pub bound: Option<f64>,
     pub passes: Option<(u32, Ended)>,
     pub stopped: bool,
 }
@@ -191,23 +239,33 @@ impl Finished {
         metadata: FilmMetadata,
         variance: bool,
         dropped: Option<DroppedSamples>,
+        threads: usize,
     ) -> Rendered {
-        let mut image = self.film.develop();
+        let samples = self.film.bounds().area() as f64 * self.spp;
+        let pool = self.film.pooled();
+        let mut image = self.film.image();
+        // Of two halves each has a mean of its own.
+        let means = if pool.is_some() { 2.0 } else { 1.0 };
+        let freedom = self.spp.round() - means;
         if !variance {
-            image.variance = None;
+            (image.variance, image.independent) = (None, None);
         }
         Rendered {
-            samples: self.film.bounds().area() as f64 * self.spp,
+            samples,
             dropped,
             metadata: FilmMetadata {
                 spp: self.spp.round().clamp(1.0, f64::from(u32::MAX)) as u32,
                 relative_error: self.error,
+                error_bound: self.bound,
+                freedom: variance.then_some(freedom).filter(|freedom| *freedom > 0.0),
+                pool: pool.filter(|_| variance),
                 ..metadata
             },
             image,
             spp: self.spp,
             passes: self.passes,
             stopped: self.stopped,
+            threads,
         }
     }
 }

@@ -187,7 +187,7 @@ impl Prepared {
         let passes = match &goal {
             Some(goal) if goal.time.is_some() => return Err(ShardError::Time),
             Some(goal) => render::passes(bounds, goal, &rest.planned).ok_or_else(unfit)?,
-            None => vec![division.whole(spp.unwrap_or_default())],
+            None => vec![division.whole(&counts(job.sampler.spp(), self.is_halved()))],
         };
         let journal = self.journal_of(file, rest.every, goal.as_ref())?;
         for (number, counts) in (1..).zip(&rest.planned) {
@@ -227,6 +227,10 @@ impl Prepared {
         }
     }
 
+    fn is_halved(&self) -> bool {
+        self.options.variance && self.scene.job.sampler.is_halved()
+    }
+
     fn journal_of(
         &self,
         file: &ShardFile,
@@ -246,8 +250,11 @@ impl Prepared {
             spp: job.sampler.spp(),
             goal: goal.map(|goal| GoalFacts {
                 error: goal.error.unwrap_or_default(),
+                confidence: goal.confidence,
                 max_spp: goal.max_spp,
             }),
+            halved: goal.is_none() && self.is_halved(),
+            are_dependent: job.sampler.is_dependent(),
             splats: { job.splat_scale() }.map(|scale| (scale, job.light_share)),
         };
         Journal::open(&Keep {
@@ -257,6 +264,14 @@ impl Prepared {
             after: Duration::ZERO,
             every,
         })
+    }
+}
+
+/// Samples of a pixel in the one set, or in each half.
+pub(super) fn counts(spp: u32, halved: bool) -> Vec<u32> {
+    match halved {
+        true => vec![spp.div_ceil(2), spp / 2],
+        false => vec![spp],
     }
 }
 

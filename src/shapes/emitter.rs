@@ -5,7 +5,7 @@
 //! of the piece sampled, so that any affine transformation gives the right light. (The reference ignores
 //! scale and cuts here: docs/scene-language.md §4.5. We do not.) Curves cannot emit, as in pbrt-v3.
 
-use super::Form;
+use super::ball::Ball;
 use super::mesh::TriangleMesh;
 use super::quadric::{ObjectSurface, Quadric};
 use super::triangle::Orientation;
@@ -56,7 +56,7 @@ pub enum Emitter {
     /// Two triangles of a mesh that make a parallelogram, sampled by area.
     Parallelogram(Box<ParallelogramEmitter>),
     /// A full sphere, sampled by the cone of directions it fills.
-    Sphere(Box<SphereEmitter>),
+    Sphere(Box<Ball>),
     /// Any other quadric, sampled by area.
     Quadric(Box<QuadricEmitter>),
 }
@@ -85,15 +85,8 @@ impl Emitter {
 
     /// A quadric in render space.
     pub fn of_quadric(quadric: &Quadric) -> Emitter {
-        if let (Form::Sphere(sphere), Some(scale)) =
-            (&quadric.form, quadric.level_from_object.similarity())
-            && sphere.is_full()
-        {
-            return Emitter::Sphere(Box::new(SphereEmitter {
-                center: quadric.level_from_object.m.w_axis.truncate(),
-                radius: sphere.radius * scale,
-                inward: quadric.flip,
-            }));
+        if let Some(ball) = quadric.ball() {
+            return Emitter::Sphere(Box::new(*ball));
         }
         Emitter::Quadric(Box::new(QuadricEmitter {
             quadric: *quadric,
@@ -310,17 +303,6 @@ impl TriangleEmitter {
     }
 }
 
-/// See [`Emitter::Sphere`].
-#[derive(Clone, Copy, Debug)]
-pub struct SphereEmitter {
-    /// Center, render space.
-    pub center: DVec3,
-    /// Radius, render space.
-    pub radius: f64,
-    /// The normal points to the center.
-    pub inward: bool,
-}
-
 /// The directions under which a sphere is seen from a point outside.
 struct Cone {
     /// Unit direction to the center.
@@ -338,7 +320,7 @@ impl Cone {
     }
 }
 
-impl SphereEmitter {
+impl Ball {
     fn area(&self) -> f64 {
         2.0 * TAU * self.radius * self.radius
     }
@@ -347,12 +329,18 @@ impl SphereEmitter {
     /// sphere that falls, and only its inside can be seen from there.
     fn cone(&self, from: &ReferencePoint) -> Option<Cone> {
         let toward = self.center - from.p.as_dvec3();
-        let moved_in = offset_ray_origin(from.p, from.p_error, from.n, toward.as_vec3());
-        let left = (self.center - moved_in.as_dvec3()).length_squared();
-        if left <= self.radius * self.radius {
-            return None;
+        let distance2 = toward.length_squared();
+        // No ray's origin is farther from the point than this.
+        let slack = from.p_error.element_sum() + 4.0 * f32::EPSILON * from.p.abs().element_sum();
+        let near = self.radius + f64::from(slack);
+        if distance2 <= near * near {
+            let moved_in = offset_ray_origin(from.p, from.p_error, from.n, toward.as_vec3());
+            let left = (self.center - moved_in.as_dvec3()).length_squared();
+            if left <= self.radius * self.radius {
+                return None;
+            }
         }
-        let distance = toward.length();
+        let distance = distance2.sqrt();
         let sin_max = self.radius / distance;
         // Products instead of 1 − cos and 1 − sin²: nothing cancels for far or near spheres.
         let cos_max = ((1.0 - sin_max) * (1.0 + sin_max)).sqrt();
@@ -418,16 +406,6 @@ impl SphereEmitter {
             wi: (across * sin_over_r + cone.axis * cos).as_vec3(),
             pdf,
         }
-    }
-
-    /// That of a point computed on the sphere.
-    fn error(&self) -> DVec3 {
-        (self.center.abs() + DVec3::splat(self.radius)) * (8.0 * f64::EPSILON)
-    }
-
-    /// The normal of the side that shines, given the one that points away from the center.
-    fn normal(&self, outward: DVec3) -> DVec3 {
-        if self.inward { -outward } else { outward }
     }
 }
 

@@ -1,14 +1,16 @@
 //! A surface point in double precision, in the space of the tree that holds the surface.
 
+use super::quadric::Quadric;
+use super::triangle::Triangle;
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;
 use crate::math::transform::Place;
-use crate::math::{DVec3, Vec2};
+use crate::math::{DVec3, Vec2, Vec3};
 use crate::surface::{ShadingGeometry, SurfaceHit};
 
-/// What a [`SurfaceHit`] is made from. Evaluated once per ray, for the closest hit.
+/// A point of a surface with its normals: what a [`SurfaceHit`] is made from where nothing asks for more.
 #[derive(Clone, Copy, Debug)]
-pub struct LocalSurface {
+pub struct LocalPoint {
     /// Position.
     pub p: DVec3,
     /// Half-widths of the box around `p` that holds the exact point, and outside which a ray that
@@ -16,14 +18,21 @@ pub struct LocalSurface {
     pub p_error: DVec3,
     /// Unit geometric normal.
     pub n: DVec3,
+    /// Unit shading normal.
+    pub shading_n: DVec3,
+}
+
+/// The same with its parameters and the derivatives by them.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalSurface {
+    /// The point.
+    pub point: LocalPoint,
     /// Surface parameters.
     pub uv: Vec2,
     /// ∂p/∂u.
     pub dpdu: DVec3,
     /// ∂p/∂v.
     pub dpdv: DVec3,
-    /// Unit shading normal.
-    pub shading_n: DVec3,
     /// Shading ∂p/∂u.
     pub shading_dpdu: DVec3,
     /// Shading ∂p/∂v.
@@ -36,11 +45,41 @@ pub struct LocalSurface {
     pub face: u32,
 }
 
-impl LocalSurface {
-    /// The surface of an instance at `place`.
+/// How much is worked out about the closest hit of a ray.
+pub trait Local: From<LocalSurface> {
+    /// Where the line `o + t d` meets a triangle, which [`TriangleSource`] gives.
+    fn of_triangle(source: &impl TriangleSource, o: DVec3, d: DVec3) -> Self;
+    /// Where it first meets a quadric.
+    fn of_quadric(quadric: &Quadric, o: DVec3, d: DVec3) -> Option<Self>;
+    /// As part of an instance at `place`.
+    fn transformed(&self, place: &Place) -> Self;
+    /// In single precision, as met by `ray`; the error box grows by the rounding.
+    fn hit(&self, ray: &Ray) -> SurfaceHit;
+}
+
+/// A triangle in a mesh.
+pub trait TriangleSource {
+    /// Its corners and normals alone.
+    fn bare(&self) -> Triangle;
+    /// With all attributes.
+    fn whole(&self) -> Triangle;
+    /// See [`SurfaceHit::face`].
+    fn face(&self) -> u32;
+}
+
+impl Local for LocalPoint {
+    #[inline(always)]
+    fn of_triangle(source: &impl TriangleSource, o: DVec3, d: DVec3) -> LocalPoint {
+        source.bare().crossed(o, d)
+    }
+
+    fn of_quadric(quadric: &Quadric, o: DVec3, d: DVec3) -> Option<LocalPoint> {
+        quadric.local_point(o, d)
+    }
+
     /// Mirrored instances are not turned; the shading normal is, to the side of the geometric one
     /// (docs/scene-language.md §4.4).
-    pub fn transformed(&self, place: &Place) -> LocalSurface {
+    fn transformed(&self, place: &Place) -> LocalPoint {
         let Place {
             outer_from_inner,
             inner_from_outer,
@@ -58,38 +97,23 @@ impl LocalSurface {
         // The largest over all axes, as for quadrics.
         let p_error = m.abs() * inner + DVec3::splat(moved * (16.0 * f64::EPSILON));
         let n = (normal_matrix * self.n).normalize_or(DVec3::Z);
-        let shading = normal_matrix * self.shading_n;
-        let length = shading.length();
-        let mut shading_n = shading / length;
-        if !shading_n.is_finite() {
-            shading_n = n;
-        }
-        let side = if shading_n.dot(n) < 0.0 { -1.0 } else { 1.0 };
-        shading_n *= side;
-        let change = |dn: DVec3| {
-            let dn = normal_matrix * dn / length * side;
-            let dn = dn - shading_n * shading_n.dot(dn);
-            if dn.is_finite() { dn } else { DVec3::ZERO }
-        };
-        LocalSurface {
+        let shading_n = (normal_matrix * self.shading_n)
+            .try_normalize()
+            .unwrap_or(n);
+        LocalPoint {
             p,
             p_error,
             n,
-            uv: self.uv,
-            dpdu: *m * self.dpdu,
-            dpdv: *m * self.dpdv,
-            shading_n,
-            shading_dpdu: *m * self.shading_dpdu,
-            shading_dpdv: *m * self.shading_dpdv,
-            dndu: change(self.dndu),
-            dndv: change(self.dndv),
-            face: self.face,
+            shading_n: if shading_n.dot(n) < 0.0 {
+                -shading_n
+            } else {
+                shading_n
+            },
         }
     }
 
-    /// In single precision, as met by `ray`; the error box grows by the rounding.
-    #[inline]
-    pub fn hit(&self, ray: &Ray) -> SurfaceHit {
+    #[inline(always)]
+    fn hit(&self, ray: &Ray) -> SurfaceHit {
         let p = self.p.as_vec3();
         // Half an ulp each, and the rounding of the bound itself.
         let p_error =
@@ -98,19 +122,81 @@ impl LocalSurface {
             p,
             p_error,
             n: self.n.as_vec3(),
+            uv: Vec2::ZERO,
+            dpdu: Vec3::ZERO,
+            dpdv: Vec3::ZERO,
+            shading: ShadingGeometry {
+                n: self.shading_n.as_vec3(),
+                dpdu: Vec3::ZERO,
+                dpdv: Vec3::ZERO,
+                dndu: Vec3::ZERO,
+                dndv: Vec3::ZERO,
+            },
+            wo: -ray.d,
+            time: ray.time,
+            face: 0,
+        }
+    }
+}
+
+impl From<LocalSurface> for LocalPoint {
+    fn from(surface: LocalSurface) -> LocalPoint {
+        surface.point
+    }
+}
+
+impl Local for LocalSurface {
+    fn of_triangle(source: &impl TriangleSource, o: DVec3, d: DVec3) -> LocalSurface {
+        let triangle = source.whole();
+        LocalSurface {
+            face: source.face(),
+            ..triangle.surface(triangle.nearest(o, d))
+        }
+    }
+
+    fn of_quadric(quadric: &Quadric, o: DVec3, d: DVec3) -> Option<LocalSurface> {
+        Some(quadric.surface(quadric.object_point(o, d)?))
+    }
+
+    fn transformed(&self, place: &Place) -> LocalSurface {
+        let m = &place.outer_from_inner.matrix3;
+        let normal_matrix = place.inner_from_outer.matrix3.transpose();
+        let point = self.point.transformed(place);
+        let (n, shading) = (point.shading_n, normal_matrix * self.point.shading_n);
+        let side = if shading.dot(n) < 0.0 { -1.0 } else { 1.0 };
+        let scale = side / shading.length();
+        let change = |dn: DVec3| {
+            let dn = normal_matrix * dn * scale;
+            let dn = dn - n * n.dot(dn);
+            if dn.is_finite() { dn } else { DVec3::ZERO }
+        };
+        LocalSurface {
+            point,
+            dpdu: *m * self.dpdu,
+            dpdv: *m * self.dpdv,
+            shading_dpdu: *m * self.shading_dpdu,
+            shading_dpdv: *m * self.shading_dpdv,
+            dndu: change(self.dndu),
+            dndv: change(self.dndv),
+            ..*self
+        }
+    }
+
+    fn hit(&self, ray: &Ray) -> SurfaceHit {
+        let hit = self.point.hit(ray);
+        SurfaceHit {
             uv: self.uv,
             dpdu: self.dpdu.as_vec3(),
             dpdv: self.dpdv.as_vec3(),
             shading: ShadingGeometry {
-                n: self.shading_n.as_vec3(),
+                n: hit.shading.n,
                 dpdu: self.shading_dpdu.as_vec3(),
                 dpdv: self.shading_dpdv.as_vec3(),
                 dndu: self.dndu.as_vec3(),
                 dndv: self.dndv.as_vec3(),
             },
-            wo: -ray.d,
-            time: ray.time,
             face: self.face,
+            ..hit
         }
     }
 }

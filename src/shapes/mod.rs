@@ -4,6 +4,7 @@
 //! [`ShapeSpec::compile`] loads what it names and places it; [`emitter::Emitter`] is a shape that
 //! light is sampled from.
 
+pub mod ball;
 pub mod cone;
 pub mod curve;
 pub mod cylinder;

@@ -6,7 +6,8 @@
 //! distance it was seen from. What single precision then loses is the rounding of the result.
 
 use super::Form;
-use super::local::LocalSurface;
+use super::ball::Ball;
+use super::local::{LocalPoint, LocalSurface};
 use crate::math::transform::{Transform, box_around, box_corners};
 use crate::math::{DVec2, DVec3};
 use glam::DMat3;
@@ -14,7 +15,7 @@ use std::f64::consts::TAU;
 
 /// Double-precision roundings on the way from object space to a surface point and back, with
 /// room to spare: no chain here is longer than a dozen operations.
-const ROUNDINGS: f64 = 32.0;
+pub(super) const ROUNDINGS: f64 = 32.0;
 
 /// A point of a surface in object space.
 #[derive(Clone, Copy, Debug)]
@@ -75,15 +76,20 @@ pub struct Quadric {
     pub level_from_object: Transform,
     /// Normals are turned: ReverseOrientation XOR a mirroring transformation (docs/scene-language.md §4.4).
     pub flip: bool,
+    /// The same as a ball, if it is one.
+    ball: Option<Ball>,
 }
 
 impl Quadric {
     /// Places `form`.
     pub fn new(form: Form, level_from_object: Transform, reverse_orientation: bool) -> Quadric {
+        let level_from_object = level_from_object.with_translations_matched();
+        let flip = reverse_orientation ^ level_from_object.swaps_handedness();
         Quadric {
             form,
-            flip: reverse_orientation ^ level_from_object.swaps_handedness(),
-            level_from_object: level_from_object.with_translations_matched(),
+            flip,
+            level_from_object,
+            ball: Ball::new(&form, &level_from_object, flip),
         }
     }
 
@@ -91,7 +97,55 @@ impl Quadric {
     pub fn relative_to(mut self, anchor: DVec3) -> Quadric {
         self.level_from_object =
             (Transform::translate(-anchor) * self.level_from_object).with_translations_matched();
+        self.ball = Ball::new(&self.form, &self.level_from_object, self.flip);
         self
+    }
+
+    /// The same as a ball, if it is one.
+    pub fn ball(&self) -> Option<&Ball> {
+        self.ball.as_ref()
+    }
+
+    /// Distance to the nearest point along the ray, in units of `d`'s length.
+    #[inline]
+    pub fn distance(&self, o: DVec3, d: DVec3) -> Option<f64> {
+        match &self.ball {
+            Some(ball) => ball.distance(o, d),
+            None => self.intersect(o, d).map(|(t, _)| t),
+        }
+    }
+
+    /// That point, in object space.
+    pub fn object_point(&self, o: DVec3, d: DVec3) -> Option<DVec3> {
+        let (Some(ball), Form::Sphere(sphere)) = (&self.ball, &self.form) else {
+            return self.intersect(o, d).map(|(_, p)| p);
+        };
+        let p = ball.meet(o, d)?.p;
+        let p = self.level_from_object.inverse.transform_point3(p);
+        Some(p.normalize_or(DVec3::Z) * sphere.radius)
+    }
+
+    /// That point, with its normals.
+    pub fn local_point(&self, o: DVec3, d: DVec3) -> Option<LocalPoint> {
+        match &self.ball {
+            Some(ball) => ball.meet(o, d),
+            None => Some(self.point_of(self.intersect(o, d)?.1)),
+        }
+    }
+
+    /// `p`, a point of it in object space, with its normals.
+    fn point_of(&self, p: DVec3) -> LocalPoint {
+        let (at, n) = self.point_and_normal(p);
+        let side = if self.flip { -1.0 } else { 1.0 };
+        let shading_n = self.form.shading(p).map_or(n, |frame| {
+            self.level_from_object.normal(frame.n).normalize() * side
+        });
+        LocalPoint {
+            p: at,
+            p_error: self.position_error(p),
+            n,
+            shading_n,
+        }
     }
 
     /// Distance to the nearest point along the ray, in units of `d`'s length, and that point in
@@ -106,34 +160,24 @@ impl Quadric {
     pub fn surface(&self, p: DVec3) -> LocalSurface {
         let at = self.form.at(p);
         let m = &self.level_from_object.m;
+        let point = self.point_of(p);
         let side = if self.flip { -1.0 } else { 1.0 };
-        let normal = self.level_from_object.normal(at.n);
-        let length = normal.length();
-        let n = normal / length * side;
+        let scale = side / self.level_from_object.normal(at.n).length();
         // The derivative of a normalized vector is perpendicular to it.
         let change = |dn: DVec3| {
-            let dn = self.level_from_object.normal(dn) / length * side;
-            dn - n * n.dot(dn)
+            let dn = self.level_from_object.normal(dn) * scale;
+            dn - point.n * point.n.dot(dn)
         };
         let dpdu = m.transform_vector3(at.dpdu);
         let dpdv = m.transform_vector3(at.dpdv);
-        let (shading_n, shading_dpdv) = match self.form.shading(p) {
-            None => (n, dpdv),
-            Some(frame) => (
-                self.level_from_object.normal(frame.n).normalize() * side,
-                m.transform_vector3(frame.dpdv),
-            ),
-        };
+        let shading = self.form.shading(p);
         LocalSurface {
-            p: m.transform_point3(p),
-            p_error: self.position_error(p),
-            n,
+            point,
             uv: at.uv.as_vec2(),
             dpdu,
             dpdv,
-            shading_n,
             shading_dpdu: dpdu,
-            shading_dpdv,
+            shading_dpdv: shading.map_or(dpdv, |frame| m.transform_vector3(frame.dpdv)),
             dndu: change(at.dndu),
             dndv: change(at.dndv),
             face: 0,

@@ -1,6 +1,6 @@
 //! One triangle of a mesh: where exactly a ray meets it, and the surface there.
 
-use super::local::LocalSurface;
+use super::local::{LocalPoint, LocalSurface};
 use crate::math::{DVec2, DVec3};
 
 /// A triangle with its corners' attributes, widened from the mesh's single precision.
@@ -41,6 +41,11 @@ impl Orientation {
     }
 }
 
+/// Where the sine of the ray's angle with the plane times that of the angle between the edges is at least this, the point
+/// is where the ray crosses the plane: rounding then moves that off the triangle by no more than a hundred times what
+/// single precision has lost before.
+const PLAIN_SINE: f64 = 1e-2;
+
 /// ∂p/∂u and ∂p/∂v are taken from the texture coordinates where their determinant is at least this.
 const SMALLEST_UV_DETERMINANT: f64 = 1e-8;
 
@@ -51,7 +56,7 @@ fn interpolate(v: &[DVec3; 3], b: [f64; 3]) -> DVec3 {
 
 impl Triangle {
     /// The edges from the first corner, and their cross product.
-    #[inline]
+    #[inline(always)]
     fn edges(&self) -> (DVec3, DVec3, DVec3) {
         let (e1, e2) = (self.p[1] - self.p[0], self.p[2] - self.p[0]);
         (e1, e2, e1.cross(e2))
@@ -61,7 +66,7 @@ impl Triangle {
     /// the triangle where rounding left them outside (Möller and Trumbore 1997, in double
     /// precision, their determinants written with the normal, which the surface needs too).
     /// `None` where the line lies in the plane.
-    #[inline]
+    #[inline(always)]
     pub fn barycentrics(&self, o: DVec3, d: DVec3) -> Option<[f64; 3]> {
         let (e1, e2, across) = self.edges();
         let scale = d.dot(across).recip();
@@ -82,7 +87,7 @@ impl Triangle {
 
     /// The unit geometric normal where the interpolated one is as given: the corners' order and the orientation decide
     /// its side, or else the interpolated normal does.
-    #[inline]
+    #[inline(always)]
     fn normal_beside(&self, interpolated: Option<DVec3>) -> DVec3 {
         let n = self
             .orientation
@@ -94,14 +99,14 @@ impl Triangle {
     }
 
     /// The unit shading normal at `b`; `None` without normals, or where they cancel.
-    #[inline]
+    #[inline(always)]
     fn interpolated_normal(&self, b: [f64; 3]) -> Option<DVec3> {
         let n = interpolate(self.normals.as_ref()?, b).try_normalize()?;
         Some(self.orientation.shading(n))
     }
 
     /// The point at `b`.
-    #[inline]
+    #[inline(always)]
     pub fn point(&self, b: [f64; 3]) -> DVec3 {
         interpolate(&self.p, b)
     }
@@ -115,28 +120,73 @@ impl Triangle {
         }
     }
 
-    /// The surface at `b`.
-    #[inline]
-    pub fn surface(&self, b: [f64; 3]) -> LocalSurface {
+    /// The point where the ray `o + t d`, which is known to hit, meets the triangle, with its normals.
+    ///
+    /// Without normals to interpolate, and for most rays, that is where it crosses the plane: t = n·(p₀ − o) / n·d. Off
+    /// the plane that is by what cancels in n·(p₀ − o) and what o + t d is rounded by, about 24 roundings of the largest
+    /// coordinates, whatever the angle.
+    #[inline(always)]
+    pub fn crossed(&self, o: DVec3, d: DVec3) -> LocalPoint {
+        let (e1, e2, across) = self.edges();
+        let slope = across.dot(d);
+        let sides = e1.length_squared() * e2.length_squared();
+        if self.normals.is_some() || slope * slope < PLAIN_SINE * PLAIN_SINE * sides {
+            return self.nearest_point(o, d);
+        }
+        let t = across.dot(self.p[0] - o) / slope;
+        let p = o + d * t;
+        let largest = self.p[0].abs().max_element() + o.abs().max_element() + t;
+        let n = self.orientation.geometric(across * across.length_recip());
+        LocalPoint {
+            p,
+            p_error: DVec3::splat(largest * (32.0 * f64::EPSILON)),
+            n,
+            shading_n: n,
+        }
+    }
+
+    /// The same by barycentric coordinates, in the triangle for certain.
+    #[inline(never)]
+    fn nearest_point(&self, o: DVec3, d: DVec3) -> LocalPoint {
+        self.local_point(self.nearest(o, d))
+    }
+
+    /// Barycentric coordinates of where the line `o + t d` meets the triangle; of its middle if the line lies in its
+    /// plane, where any point will do.
+    #[inline(always)]
+    pub(super) fn nearest(&self, o: DVec3, d: DVec3) -> [f64; 3] {
+        self.barycentrics(o, d).unwrap_or([1.0 / 3.0; 3])
+    }
+
+    /// The point at `b`, with its normals.
+    #[inline(always)]
+    pub fn local_point(&self, b: [f64; 3]) -> LocalPoint {
         let interpolated = self.interpolated_normal(b);
         let n = self.normal_beside(interpolated);
-        let (dpdu, dpdv) = self.position_derivatives(n);
-        let shading_n = interpolated.unwrap_or(n);
-        let (mut shading_dpdu, mut shading_dpdv) = (dpdu, dpdv);
-        if self.normals.is_some() || self.tangents.is_some() {
-            (shading_dpdu, shading_dpdv) = self.shading_frame(b, shading_n, dpdu);
-        }
-        let (dndu, dndv) = self.normal_derivatives();
         let largest = self.p[0].abs().max(self.p[1].abs()).max(self.p[2].abs());
-        LocalSurface {
+        LocalPoint {
             p: self.point(b),
             // Three products and two sums, and as much again for the coordinates' own rounding.
             p_error: largest * (8.0 * f64::EPSILON),
             n,
+            shading_n: interpolated.unwrap_or(n),
+        }
+    }
+
+    /// The surface at `b`.
+    pub fn surface(&self, b: [f64; 3]) -> LocalSurface {
+        let point = self.local_point(b);
+        let (dpdu, dpdv) = self.position_derivatives(point.n);
+        let (mut shading_dpdu, mut shading_dpdv) = (dpdu, dpdv);
+        if self.normals.is_some() || self.tangents.is_some() {
+            (shading_dpdu, shading_dpdv) = self.shading_frame(b, point.shading_n, dpdu);
+        }
+        let (dndu, dndv) = self.normal_derivatives();
+        LocalSurface {
+            point,
             uv: self.uv_at(b).as_vec2(),
             dpdu,
             dpdv,
-            shading_n,
             shading_dpdu,
             shading_dpdv,
             dndu,
@@ -222,10 +272,11 @@ mod tests {
     fn derivatives_reproduce_the_corners() {
         let t = triangle();
         let s = t.surface([0.2, 0.3, 0.5]);
-        assert_eq!(s.n, DVec3::Z);
+        assert_eq!(s.point.n, DVec3::Z);
         for (p, uv) in t.p.iter().zip(DEFAULT_UV) {
-            let moved =
-                s.p + s.dpdu * (uv.x - f64::from(s.uv.x)) + s.dpdv * (uv.y - f64::from(s.uv.y));
+            let moved = s.point.p
+                + s.dpdu * (uv.x - f64::from(s.uv.x))
+                + s.dpdv * (uv.y - f64::from(s.uv.y));
             assert!((*p - moved).length() < 1e-6); // uv are single precision
         }
     }
@@ -284,7 +335,7 @@ mod tests {
             ..triangle()
         };
         let s = t.surface([0.2, 0.3, 0.5]);
-        assert!(s.dpdu.cross(s.dpdv).dot(s.n) > 0.5);
+        assert!(s.dpdu.cross(s.dpdv).dot(s.point.n) > 0.5);
     }
 
     #[test]
@@ -294,7 +345,7 @@ mod tests {
             normals: Some([-DVec3::Z; 3]),
             ..triangle()
         };
-        assert_eq!(down.surface([0.2, 0.3, 0.5]).n, -DVec3::Z);
+        assert_eq!(down.local_point([0.2, 0.3, 0.5]).n, -DVec3::Z);
         let orientation = Orientation {
             flip_geometric: true,
             flip_shading: true,
@@ -304,7 +355,7 @@ mod tests {
                 orientation,
                 ..down
             }
-            .surface([0.2, 0.3, 0.5])
+            .local_point([0.2, 0.3, 0.5])
             .n,
             DVec3::Z
         );
@@ -313,7 +364,7 @@ mod tests {
             normals: Some([DVec3::Z, -DVec3::Z, DVec3::ZERO]),
             ..triangle()
         };
-        assert_eq!(none.surface([0.5, 0.5, 0.0]).shading_n, DVec3::Z);
+        assert_eq!(none.local_point([0.5, 0.5, 0.0]).shading_n, DVec3::Z);
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub struct FileId(pub u32);
 
 impl FileId {
     /// A location in this file.
-    pub(super) fn span(self, bytes: Range<u32>) -> Span {
+    pub(crate) fn span(self, bytes: Range<u32>) -> Span {
         Span {
             file: self,
             start: bytes.start,

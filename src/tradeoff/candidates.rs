@@ -1,5 +1,6 @@
 //! The candidate settings of a study.
 
+use super::integrators::others;
 use crate::cameras::{CameraSpec, Precision, RealisticSpec};
 use crate::filters::{
     BoxFilter, Filter, FilterShape, GaussianFilter, MitchellFilter, SincFilter, TriangleFilter,
@@ -27,6 +28,8 @@ pub enum Setting {
     Precision,
     /// The distribution of lens samples over the exit pupil.
     PupilSampling,
+    /// The integrator.
+    Integrator,
     /// Maximum path depth (scattering events).
     MaxDepth,
     /// The light selection strategy.
@@ -37,7 +40,8 @@ pub enum Setting {
 
 impl Setting {
     /// Those that a recommendation may change.
-    pub const QUALITY: [Setting; 6] = [
+    pub const QUALITY: [Setting; 7] = [
+        Setting::Integrator,
         Setting::Sampler,
         Setting::LensModel,
         Setting::Precision,
@@ -55,6 +59,7 @@ impl Setting {
             Setting::LensModel => "lens model",
             Setting::Precision => "precision",
             Setting::PupilSampling => "pupil sampling",
+            Setting::Integrator => "integrator",
             Setting::MaxDepth => "maxdepth",
             Setting::LightChoice => "light choice",
             Setting::Filter => "filter",
@@ -83,6 +88,7 @@ enum Change {
     LensModel(ModelKind),
     Precision(Precision),
     PupilSampling(PupilSampling),
+    Integrator(Box<IntegratorSpec>),
     MaxDepth(u32),
     LightChoice(SelectionStrategy),
     Filter(Box<Filter>),
@@ -104,6 +110,7 @@ impl Change {
             Change::PupilSampling(sampling) => {
                 change_lens(options, |lens| lens.pupil_sampling = *sampling);
             }
+            Change::Integrator(spec) => options.integrator.spec = (**spec).clone(),
             Change::MaxDepth(depth) => {
                 if let Some(max_depth) = max_depth(&mut options.integrator.spec) {
                     *max_depth = *depth;
@@ -168,8 +175,9 @@ impl Candidate {
 }
 
 /// All candidates for a scene, the scene's own first: the sample counts `counts`, and every other setting at `spp`
-/// samples per pixel, with the values that the scene does not have.
-pub fn candidates(options: &Options, spp: u32, counts: &[u32]) -> Vec<Candidate> {
+/// samples per pixel, with the values that the scene does not have. `radius` is that of the sphere around the scene (world
+/// units).
+pub fn candidates(options: &Options, radius: f32, spp: u32, counts: &[u32]) -> Vec<Candidate> {
     let own = Candidate::new(
         Setting::Scene,
         "as it stands",
@@ -217,6 +225,10 @@ pub fn candidates(options: &Options, spp: u32, counts: &[u32]) -> Vec<Candidate>
         }
     }
     let mut integrator = base.integrator.spec.clone();
+    for (name, spec) in others(&integrator, radius) {
+        let change = Change::Integrator(Box::new(spec));
+        add(Setting::Integrator, name, change);
+    }
     for depth in max_depth(&mut integrator).map_or_else(Vec::new, |own| depths(*own)) {
         add(
             Setting::MaxDepth,

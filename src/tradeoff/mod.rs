@@ -7,6 +7,7 @@
 
 pub mod candidates;
 pub mod clock;
+pub(crate) mod integrators;
 pub mod measure;
 pub mod recommendation;
 mod study;

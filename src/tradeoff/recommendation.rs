@@ -69,7 +69,13 @@ pub fn recommend(measured: &[(Candidate, Measurement)], target: f64) -> Option<R
     let squared = target * target;
     let mut turned = Vec::new();
     let (mut variance, mut seconds, mut bias) = (base.variance.value, base.seconds.value, 0.0);
+    // Depth and the choice of lights were measured with the scene's own integrator, and say nothing about another.
+    let of_integrator = |setting| matches!(setting, Setting::MaxDepth | Setting::LightChoice);
+    let mut keeps_integrator = true;
     for setting in Setting::QUALITY {
+        if of_integrator(setting) && !keeps_integrator {
+            continue;
+        }
         let fit = |m: &Measurement| {
             let at_most = (m.squared_bias.value + m.squared_bias.within).max(0.0);
             at_most + bias <= SHARE_OF_BIAS * squared
@@ -82,6 +88,7 @@ pub fn recommend(measured: &[(Candidate, Measurement)], target: f64) -> Option<R
             .max_by(|(_, (_, a)), (_, (_, b))| a.efficiency.value.total_cmp(&b.efficiency.value));
         if let Some((i, (_, m))) = best {
             turned.push(i);
+            keeps_integrator &= setting != Setting::Integrator;
             variance *= m.variance.value / base.variance.value;
             seconds *= m.seconds.value / base.seconds.value;
             bias += m.squared_bias.value.max(0.0);

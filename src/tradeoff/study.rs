@@ -137,6 +137,7 @@ impl Steps<'_> {
     fn render_reference(&mut self) -> Yardstick {
         let goal = Goal {
             error: None,
+            confidence: None,
             time: Some(self.settings.time.mul_f64(FOR_REFERENCE)),
             max_spp: Goal::MAX_SPP,
         };
@@ -148,7 +149,7 @@ impl Steps<'_> {
         // Without any noise there is none to subtract.
         let error = done.error.unwrap_or(0.0);
         Yardstick {
-            reference: Reference::new(done.film.develop(), error),
+            reference: Reference::new(done.film.image(), error),
             started,
             spp: done.spp,
             spp_per_second: done.spp / waited,
@@ -161,12 +162,13 @@ impl Steps<'_> {
     /// them together cost twice the last one.
     fn render_settings(&mut self, spp_per_second: f64) -> Vec<Images> {
         let seconds = FOR_SETTINGS * self.settings.time.as_secs_f64();
-        let settings_count = candidates(self.options, 1, &[]).len() as f64;
+        let (_, radius) = self.job.world.geometry.bounds().bounding_sphere();
+        let settings_count = candidates(self.options, radius, 1, &[]).len() as f64;
         let affordable = seconds * spp_per_second / IMAGES as f64 / (settings_count + 2.0 * 4.0);
         let spp = power_of_two(affordable);
         let counts = (0..8).map(|k| (4 * spp) >> k);
         let counts: Vec<u32> = counts.take_while(|&n| n > 0).collect();
-        let candidates = candidates(self.options, spp, &counts);
+        let candidates = candidates(self.options, radius, spp, &counts);
         let mut images: Vec<Images> = candidates.into_iter().map(Images::new).collect();
         for turn in 1..=IMAGES {
             (self.say)(format!("settings, round {turn} of {IMAGES}"));
@@ -241,10 +243,10 @@ impl Images {
             return;
         }
         let started = processor_time();
-        let film = render(job, TILE_SIZE, &Progress::hidden());
+        let film = render(job, TILE_SIZE, true, &Progress::hidden());
         self.seconds
             .push((processor_time() - started).as_secs_f64());
-        self.images.push(film.develop());
+        self.images.push(film.image());
     }
 
     fn measured(&self, reference: &Reference) -> Measurement {

@@ -1,6 +1,6 @@
 //! Rendering with the built binary and judging the image, for the tests against references.
 
-use fstop::compare::{Comparison, Estimate, Options, Verdict, p_values};
+use fstop::compare::{Comparison, Estimate, Options, Pool, Verdict, p_values};
 use fstop::film::{FilmMetadata, Image, read, write};
 use fstop::math::Rgb;
 use std::io::Write;
@@ -17,6 +17,8 @@ pub(crate) struct Render {
     pub samples: f64,
     /// Degrees of freedom of the variance, which every run estimates from its own samples.
     pub freedom: f64,
+    /// How the variances of neighbors depend on each other.
+    pub pool: Option<Pool>,
 }
 
 impl Render {
@@ -41,7 +43,11 @@ impl Render {
             image: average(&images),
             spp,
             samples: spp * runs,
-            freedom: (spp - 1.0) * runs,
+            freedom: renders[0].freedom.unwrap_or(spp - 1.0) * runs,
+            pool: renders[0].pool.map(|side| Pool {
+                side,
+                freedom: runs,
+            }),
         }
     }
 
@@ -60,6 +66,7 @@ impl Render {
         Estimate {
             image: &self.image,
             freedom: self.freedom,
+            pool: self.pool,
             samples: Some(self.samples),
         }
     }
@@ -93,19 +100,21 @@ fn render(scene: &Path, output: &Path, seed: u32, arguments: &[&str]) {
 fn average(images: &[&Image]) -> Image {
     let count = images.len() as f32;
     let sum = |of: &dyn Fn(&Image) -> Rgb| images.iter().map(|image| of(image)).sum::<Rgb>();
-    let variance_of =
-        |image: &Image, i: usize| image.variance.as_ref().expect("--variance was given")[i];
     let indices = 0..images[0].pixels.len();
     let pixels = indices
         .clone()
         .map(|i| sum(&|image| image.pixels[i]) / count)
         .collect();
-    let variance = indices
-        .map(|i| sum(&|image| variance_of(image, i)) / (count * count))
-        .collect();
+    let of_mean = |of: fn(&Image) -> Option<&Vec<Rgb>>| -> Option<Vec<Rgb>> {
+        of(images[0])?;
+        let at = |image: &Image, i: usize| of(image).expect("as in the first")[i];
+        let sums = indices.clone().map(|i| sum(&|image| at(image, i)));
+        Some(sums.map(|sum| sum / (count * count)).collect())
+    };
     Image {
         pixels,
-        variance: Some(variance),
+        variance: of_mean(|image| image.variance.as_ref()),
+        independent: of_mean(|image| image.independent.as_ref()),
         ..images[0].clone()
     }
 }
@@ -180,6 +189,7 @@ fn write_images(
     let difference = Image {
         pixels: difference,
         variance: None,
+        independent: None,
         ..a.image.clone()
     };
     for (name, image) in [

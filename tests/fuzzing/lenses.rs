@@ -1,6 +1,6 @@
 //! Lens files, and what a camera does with a lens that could be read.
 
-use fstop::optics::prescription::zmx as zemax;
+use fstop::optics::prescription::{self as files, Glasses, agf, decode};
 use fstop::optics::{ExitPupil, Lens, LensReport, Prescription};
 
 /// mm behind the last vertex, where a file does not say.
@@ -11,7 +11,32 @@ pub(super) fn dat(bytes: &[u8]) {
 }
 
 pub(super) fn zmx(bytes: &[u8]) {
-    look_through(zemax::parse(&zemax::decode(bytes)).ok());
+    look_through(files::zmx::parse(&decode(bytes), &Glasses::COMMON).ok());
+}
+
+pub(super) fn seq(bytes: &[u8]) {
+    look_through(files::seq::parse(&decode(bytes), &Glasses::COMMON).ok());
+}
+
+pub(super) fn len(bytes: &[u8]) {
+    look_through(files::oslo::parse(&decode(bytes), &Glasses::COMMON).ok());
+}
+
+pub(super) fn optbench(bytes: &[u8]) {
+    look_through(files::optbench::parse(&decode(bytes), &Glasses::COMMON).ok());
+}
+
+/// ISET's and optiland's.
+pub(super) fn json(bytes: &[u8]) {
+    let text = decode(bytes);
+    look_through(files::json::parse(&text).ok());
+    look_through(files::optiland::parse(&text, &Glasses::COMMON).ok());
+}
+
+pub(super) fn glasses(bytes: &[u8]) {
+    for glass in agf::parse(&decode(bytes)).values() {
+        assert!(glass.index >= 1.0 && glass.index.is_finite());
+    }
 }
 
 fn look_through(prescription: Option<Prescription>) {

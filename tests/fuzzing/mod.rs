@@ -28,8 +28,14 @@ const SCENES: &[(&str, &[&str])] = &[
     ("tests/scenes/fuzzed", &["pbrt"]),
 ];
 
+/// Of other programs.
+const LENSES: &[(&str, &[&str])] = &[(
+    "tests/optics/files/lenses",
+    &["zmx", "seq", "len", "txt", "json", "agf"],
+)];
+
 /// All of them.
-pub(crate) const TARGETS: [Target; 14] = [
+pub(crate) const TARGETS: [Target; 19] = [
     Target {
         name: "program",
         run: scenes::program,
@@ -57,7 +63,32 @@ pub(crate) const TARGETS: [Target; 14] = [
     Target {
         name: "zmx",
         run: lenses::zmx,
-        seeds: &[],
+        seeds: LENSES,
+    },
+    Target {
+        name: "seq",
+        run: lenses::seq,
+        seeds: LENSES,
+    },
+    Target {
+        name: "len",
+        run: lenses::len,
+        seeds: LENSES,
+    },
+    Target {
+        name: "optbench",
+        run: lenses::optbench,
+        seeds: LENSES,
+    },
+    Target {
+        name: "lens_json",
+        run: lenses::json,
+        seeds: LENSES,
+    },
+    Target {
+        name: "agf",
+        run: lenses::glasses,
+        seeds: LENSES,
     },
     Target {
         name: "ply",

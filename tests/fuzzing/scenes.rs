@@ -67,7 +67,7 @@ fn render_a_little(mut frame: Frame, sources: &SourceMap) -> bool {
     let Some(built) = built.filter(|_| can_be_rendered(&diagnostics)) else {
         return false;
     };
-    let image = render(&built.job, 16, &Progress::hidden()).develop();
+    let image = render(&built.job, 16, false, &Progress::hidden()).image();
     let finite = |p: &Rgb| p.is_finite();
     assert!(image.pixels.iter().all(finite), "a pixel is not finite");
     true

@@ -1,7 +1,9 @@
 //! The analysis of lenses against golden data computed by others (tests/golden/README.md).
 
 use crate::common::golden_lenses::{self, LENSES, number};
-use fstop::optics::analysis::{Beam, ChiefFinder, ObjectPlane, ReferenceScale, Spot, illumination};
+use fstop::optics::analysis::{
+    Beam, ChiefFinder, ObjectPlane, ReferenceScale, Seidel, Spot, illumination,
+};
 use fstop::optics::best_focus;
 use fstop::optics::pupil::RINGS;
 use fstop::optics::{ExitPupil, Lens, Prescription};
@@ -113,5 +115,27 @@ fn best_focus_at_infinity() {
             (found - expected).abs() < 3e-4 * expected.abs() + 2e-6,
             "{name}: {found} {expected}"
         );
+    }
+}
+
+#[test]
+fn seidel_sums_are_those_of_another_program() {
+    let data: Value = serde_json::from_str(include_str!("../golden/seidel.json")).unwrap();
+    for (name, golden) in data.as_object().unwrap() {
+        let (p, _) = golden_lenses::read(name);
+        let film_distance = Lens::focused(&p, f64::INFINITY).unwrap();
+        let lens = Lens::new(&p, film_distance).unwrap();
+        let height = number(golden, "/image_height");
+        let sum = Seidel::new(&lens, ObjectPlane::INFINITY, height)
+            .unwrap()
+            .sum;
+        for (i, found) in sum.values()[..5].iter().enumerate() {
+            let expected = -number(golden, &format!("/seidel/{i}"));
+            // Both add some ten terms ten times as large, in double precision.
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{name} {i}: {found} {expected}"
+            );
+        }
     }
 }

@@ -12,6 +12,7 @@ mod analysis_golden;
 mod asphere_golden;
 #[path = "../common/mod.rs"]
 mod common;
+mod files;
 mod film_in_a_medium;
 mod lens_extremes;
 mod limits;

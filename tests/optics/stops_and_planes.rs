@@ -1,7 +1,7 @@
 //! A plane of glass told from a stop, in lens files and in everything that is done with them.
 
 use crate::limits::film_limits;
-use fstop::optics::prescription::zmx;
+use fstop::optics::prescription::{Glasses, zmx};
 use fstop::optics::stop_shape::StopPolygon;
 use fstop::optics::stops::{AxisPoint, exit_pupil, images_toward_film};
 use fstop::optics::{Lens, LensRay, LensTracer, Paraxial, Prescription, StopShape};
@@ -114,7 +114,7 @@ fn zemax(stop_of_plane: bool) -> Prescription {
          SURF 2\n  CURV -0.01\n  DISZ 3\n  DIAM 10\nSURF 3\n{plane}  CURV 0\n  DISZ 2\n  GLAS ___BLANK 1 0 1.7 50\n  DIAM 9\n\
          SURF 4\n  CURV 0\n  DISZ 60\n  DIAM 9\nSURF 5\n"
     );
-    zmx::parse(&text).unwrap_or_else(|e| panic!("{text}: {e}"))
+    zmx::parse(&text, &Glasses::COMMON).unwrap_or_else(|e| panic!("{text}: {e}"))
 }
 
 #[test]

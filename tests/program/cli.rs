@@ -202,6 +202,28 @@ fn variance_adds_its_channels() {
     assert!(variances.iter().any(|v| v.max_element() > 0.0));
 }
 
+/// Well-distributed samples are taken in halves that share factors; few ones and independent ones are not.
+#[test]
+fn variances_say_how_well_they_are_known() {
+    let folder = Folder::new();
+    let scene = |sampler: &str, spp: u32| {
+        let text = format!(
+            "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+             Sampler \"{sampler}\" \"integer pixelsamples\" {spp}\nWorldBegin\n\
+             LightSource \"point\" \"point from\" [0 2 0]\nShape \"sphere\" \"float radius\" 3\nWorldEnd\n"
+        );
+        let path = folder.path("scene.pbrt");
+        std::fs::write(&path, text).expect("a file");
+        folder.render(&path.display().to_string(), "a.exr", &["--variance"]);
+        let loaded = load(&folder.path("a.exr"));
+        (loaded.spp, loaded.freedom, loaded.pool)
+    };
+    assert_eq!(scene("halton", 8), (Some(8), Some(6.0), Some(4)));
+    assert_eq!(scene("halton", 7), (Some(7), Some(5.0), Some(4)));
+    assert_eq!(scene("halton", 3), (Some(3), Some(2.0), None));
+    assert_eq!(scene("random", 8), (Some(8), Some(7.0), None));
+}
+
 fn channels(path: &Path) -> Vec<String> {
     let meta = MetaData::read_from_file(path, true).expect("an EXR file");
     let list = &meta.headers[0].channels.list;

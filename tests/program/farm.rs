@@ -73,7 +73,7 @@ fn the_scripts_say_what_was_asked_for() {
         "#SBATCH --time=1-12",
         "#SBATCH --partition=long,short",
         "#SBATCH --cpus-per-task=8",
-        "options=(--spp 32 --seed 7)",
+        "options=(--spp 32 --seed 7 --variance)",
         "        scontrol requeue \"$task\"",
     ] {
         assert!(render.lines().any(|l| l == line), "{line}\n{render}");

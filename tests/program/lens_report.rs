@@ -5,6 +5,9 @@ use serde_json::Value;
 
 const LENS: &str = "tests/golden/triplet_50.dat";
 
+/// A lens whose glasses disperse: an achromat behind its stop.
+const ACHROMAT: &str = "0 2 0 0 12\n61 4 1.5168 64.2 20\n-45 2 1.6727 32.2 20\n-130 0 1 0 20\n";
+
 /// All numbers of a JSON value.
 fn numbers(value: &Value, found: &mut Vec<f64>) {
     match value {
@@ -74,13 +77,17 @@ fn the_page_is_whole_and_alone() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("page.html");
     let name = file.to_string_lossy().into_owned();
-    let run = fstop(["lens", "tests/golden/triplet_50.dat", "--report", &name]);
+    let lens = folder.path().join("achromat.dat");
+    std::fs::write(&lens, ACHROMAT).expect("a lens");
+    let lens = lens.to_string_lossy().into_owned();
+    let run = fstop(["lens", &lens, "--report", &name]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     let page = std::fs::read_to_string(&file).expect("the page");
     let all = elements(&page);
     let count = |name: &str| all.iter().filter(|n| *n == name).count();
+    // A section for each figure, of which some have several panels, and one of numbers.
     assert!(
-        count("svg") >= 7 && count("section") == count("svg"),
+        count("svg") >= 20 && count("section") == count("figure") + 1,
         "{} {}",
         count("svg"),
         count("section")
@@ -97,7 +104,20 @@ fn the_page_is_whole_and_alone() {
             "illumination",
             &["Relative illumination", "cos⁴", "%", "mm"],
         ),
-        ("sampling", &["Pupil sampling", "%", "mm"]),
+        (
+            "mtf-frequency",
+            &["MTF by frequency", "by waves", "contrast"],
+        ),
+        ("mtf-focus", &["MTF through focus", "mm", "contrast"]),
+        (
+            "field-curves",
+            &["Field curves", "tangential", "Petzval", "mm"],
+        ),
+        ("longitudinal", &["Longitudinal aberration", "pupil", "mm"]),
+        ("focal-shift", &["Chromatic focal shift", "nm", "mm"]),
+        ("color", &["Lateral color", "F (486 nm)", "µm"]),
+        ("grid", &["Distortion grid", "mm"]),
+        ("footprints", &["Pupil footprints", "radii"]),
     ] {
         let (_, rest) = page
             .split_once(&format!("<section id=\"{section}\""))
@@ -113,6 +133,8 @@ fn the_page_is_whole_and_alone() {
         "Focus table",
         "sharp from",
         "Over the field",
+        "Seidel sums",
+        "S_V distortion",
         "Prescription",
     ] {
         assert!(page.contains(part), "{part}");
@@ -120,5 +142,59 @@ fn the_page_is_whole_and_alone() {
     let links = page.replace("http://www.w3.org/2000/svg", "");
     for outside in ["http:", "https:", "src=", "@import", "url(", "NaN"] {
         assert!(!links.contains(outside), "{outside}");
+    }
+}
+
+#[test]
+fn tables_over_the_field_have_as_many_rows_as_asked_for_and_json_all() {
+    let rows = |options: &[&str]| {
+        let run = fstop([&["lens", LENS, "--analysis"], options].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let (_, rest) = run
+            .stdout
+            .split_once("lp/mm\n")
+            .expect("the table over the field");
+        rest.lines()
+            .skip(1)
+            .take_while(|line| !line.is_empty())
+            .count()
+    };
+    assert_eq!(
+        (rows(&[]), rows(&["--rows", "25"]), rows(&["--rows", "1"])),
+        (6, 25, 1)
+    );
+    assert_eq!(fstop(["lens", LENS, "--analysis", "--rows", "26"]).code, 2);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let lens = folder.path().join("achromat.dat");
+    std::fs::write(&lens, ACHROMAT).expect("a lens");
+    let run = fstop(["lens", &lens.to_string_lossy(), "--analysis", "--json"]);
+    let json: Value = serde_json::from_str(&run.stdout).expect("JSON");
+    let analysis = &json["analysis"];
+    assert_eq!(analysis["fields"].as_array().map(Vec::len), Some(25));
+    // Every figure has its numbers.
+    for (name, least) in [
+        ("mtf", 5),
+        ("footprints", 5),
+        ("field_curves", 25),
+        ("longitudinal", 3),
+    ] {
+        assert!(
+            analysis[name]
+                .as_array()
+                .is_some_and(|all| all.len() >= least),
+            "{name}"
+        );
+    }
+    for (name, part) in [
+        ("seidel", "surfaces"),
+        ("distortion_grid", "points"),
+        ("color", "focal_shift"),
+    ] {
+        assert!(
+            analysis[name][part]
+                .as_array()
+                .is_some_and(|all| all.len() >= 4),
+            "{name}"
+        );
     }
 }

@@ -6,7 +6,7 @@ use crate::common::rendering::Render;
 use fstop::build::build;
 use fstop::compare::{Options, compare};
 use fstop::glam::DVec3;
-use fstop::render::{Progress, TILE_SIZE, render};
+use fstop::render::{Progress, TILE_SIZE, expose};
 use fstop::scene::{ReadSettings, read_scene};
 use fstop::syntax::SourceMap;
 use std::path::Path;
@@ -55,7 +55,7 @@ fn mean(text: &str, seed: u64) -> (DVec3, DVec3) {
     let (scene, _) = read_scene(&sources, file, &ReadSettings::default());
     let frame = scene.frames.into_iter().next().expect("a frame");
     let job = build(frame, seed).0.expect("a scene that can be built").job;
-    let film = render(&job, TILE_SIZE, &Progress::hidden());
+    let film = expose(&job, TILE_SIZE, &Progress::hidden());
     let count = film.pixels().len() as f64;
     let mean: DVec3 = film.pixels().iter().map(|pixel| pixel.mean()).sum();
     let variance = film.pixels().iter().map(|pixel| pixel.variance_of_mean());

@@ -10,14 +10,18 @@
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
+mod completions;
 mod diagnostics;
 mod exit_codes;
 #[cfg(unix)]
 mod farm;
 mod files_within;
 mod interrupted;
+mod lens_browser;
+mod lens_files;
 mod lens_report;
 mod light_pass;
+mod live;
 mod loading;
 mod lost_light;
 mod memory_forecast;
@@ -29,6 +33,7 @@ mod progress;
 mod shards;
 #[cfg(target_os = "linux")]
 mod streams;
+mod suites;
 mod tradeoff;
 #[cfg(unix)]
 mod unreadable;

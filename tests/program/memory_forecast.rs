@@ -113,7 +113,15 @@ fn large_things_are_forecast() {
         [64, 64],
         "Shape \"plymesh\" \"string filename\" \"m.ply\"",
     );
-    check("film", [1000, 800], "Shape \"sphere\"");
+    // Of many values: the file of one would be small.
+    check(
+        "film",
+        [1500, 1000],
+        "Texture \"t\" \"spectrum\" \"wrinkled\"\n\
+         Texture \"c\" \"spectrum\" \"scale\" \"texture tex1\" \"t\" \"rgb tex2\" [.3 .5 .7]\n\
+         Material \"matte\" \"texture Kd\" \"c\"\n\
+         Shape \"disk\" \"float radius\" 50",
+    );
     let both_ends = ("splats", "Integrator \"bdpt\"");
     println!(
         "{}",

@@ -116,6 +116,9 @@ fn relative_mse(a: &Image, b: &Image) -> f64 {
 /// Tiles choose their samples by what they have seen, and still show what pbrt-v3 shows.
 #[test]
 fn the_expectation_is_the_references() {
+    if crate::common::is_left_out("refimages") {
+        return;
+    }
     let image = Render::new(&scene_path(BOX), 1, 30, &["--error", "45%"]);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("refimages/int_cornell_path.exr");
     let reference = read(&path).unwrap_or_else(|error| panic!("{error}"));
@@ -128,6 +131,7 @@ fn the_expectation_is_the_references() {
     let reference = Estimate {
         image: &reference.image,
         freedom: reference_runs - 1.0,
+        pool: None,
         samples: None,
     };
     let ours = Estimate {
@@ -261,5 +265,31 @@ fn nonsense_is_refused() {
         let run = fstop([&["render", BOX], &option[..]].concat());
         assert_eq!(run.code, 2, "{option:?}");
         assert!(run.stderr.contains("expected a positive"), "{}", run.stderr);
+    }
+}
+
+/// A bound is above the estimate, and rendering goes on until it is small enough.
+#[test]
+fn a_confidence_is_kept_and_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = folder.path().join("a.exr");
+    let plain = render(OBJECTS, &output, &["--error", "20%"]);
+    assert!(!plain.stderr.contains("confidence"), "{}", plain.stderr);
+    let goal = ["--error", "20%", "--confidence", "95%"];
+    let sure = render(OBJECTS, &output, &goal).stderr;
+    let error = number_before(&sure, " %, below");
+    let bound = number_before(&sure, " % with 95 % confidence");
+    assert!(error < bound && bound <= 20.0, "{sure}");
+    // Without enough samples there is a bound, which is above the goal, or none.
+    let few = render(OBJECTS, &output, &[&goal[..], &["--spp", "8"]].concat()).stderr;
+    assert!(few.contains("no more samples allowed"), "{few}");
+    for (options, said) in [
+        (&["--error", "20%", "--confidence", "100%"][..], "below one"),
+        (&["--error", "20%", "--confidence", "0.4"], "below one"),
+        (&["--confidence", "95%"], "--error"),
+    ] {
+        let run = fstop([&["render", BOX], options].concat());
+        assert_eq!(run.code, 2, "{options:?}");
+        assert!(run.stderr.contains(said), "{}", run.stderr);
     }
 }

@@ -49,10 +49,14 @@ fn what_cannot_be_divided_is_refused() {
     let output = folder.path("a.exr").display().to_string();
     let kept = folder.path("a.fsc").display().to_string();
     for (option, remedy) in [
-        (["--shard", "1/2"], "--seed"),
-        (["--checkpoint", &kept], "--time"),
+        (&["--shard", "1/2"][..], "--seed"),
+        (&["--checkpoint", &kept], "--time"),
+        (
+            &["--confidence", "95%", "--error", "9%"],
+            "leave the option out",
+        ),
     ] {
-        let run = fstop([&["render", SCENE, "-o", &output][..], &option].concat());
+        let run = fstop([&["render", SCENE, "-o", &output][..], option].concat());
         assert_eq!(run.code, 2, "{}", run.stderr);
         assert!(
             run.stderr.contains(option[0]) && run.stderr.contains(remedy),

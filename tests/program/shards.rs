@@ -75,12 +75,13 @@ fn shards_are_merged_to_the_bits_of_the_whole() {
             &[more, &["--variance", "--no-checkpoint"]].concat(),
         );
         assert_eq!(run.code, 0, "{}", run.stderr);
-        shards(LENS, &output, &format!("2-{of}/{of}"), more);
+        let more = [more, &["--variance"]].concat();
+        shards(LENS, &output, &format!("2-{of}/{of}"), &more);
         shards(
             LENS,
             &output,
             &format!("1/{of}"),
-            &[more, &["--threads", "1"]].concat(),
+            &[&more[..], &["--threads", "1"]].concat(),
         );
         let mut shards = files(&folder, of);
         shards.rotate_left(1);
@@ -89,7 +90,11 @@ fn shards_are_merged_to_the_bits_of_the_whole() {
         assert!(bytes(&reference) == bytes(&merged), "{more:?}");
     }
     // Nothing is left to do.
-    let run = render(LENS, &output, &["--spp", "1", "--shard", "1-3/3"]);
+    let run = render(
+        LENS,
+        &output,
+        &["--spp", "1", "--variance", "--shard", "1-3/3"],
+    );
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert_eq!(
         run.stderr.matches("finished before").count(),
@@ -112,7 +117,8 @@ fn light_paths_are_merged_to_the_bits_of_the_whole() {
         let whole = [more, &["--variance", "--no-checkpoint"]].concat();
         let run = render(BOTH_ENDS, &reference, &whole);
         assert_eq!(run.code, 0, "{}", run.stderr);
-        shards(BOTH_ENDS, &output, &format!("1-{of}/{of}"), more);
+        let more = [more, &["--variance"]].concat();
+        shards(BOTH_ENDS, &output, &format!("1-{of}/{of}"), &more);
         let run = merge(&files(&folder, of), &merged, &["--variance"]);
         assert_eq!(run.code, 0, "{}", run.stderr);
         assert!(bytes(&reference) == bytes(&merged), "{more:?}");
@@ -385,7 +391,7 @@ fn mixtures_are_refused() {
 }
 
 /// After the first line.
-const HEADER: usize = b"fstop checkpoint 4\n".len();
+const HEADER: usize = b"fstop checkpoint 5\n".len();
 
 /// A record with its length and checksum.
 fn framed(body: &[u8]) -> Vec<u8> {

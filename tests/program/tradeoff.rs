@@ -34,6 +34,7 @@ fn every_knob_of_a_lens_is_turned() {
         ("lens model", 2),
         ("precision", 1),
         ("pupil sampling", 2),
+        ("integrator", 2),
         ("maxdepth", 1),
         ("light choice", 2),
         ("filter", 4),
@@ -85,6 +86,31 @@ fn depth_that_is_missing_is_bias_and_samples_are_noise() {
     );
     assert!(value < 0.1 || value < 3.0 * within, "{value} ± {within}");
     assert_eq!(study["recommendation"]["relativeError"], 0.2);
+}
+
+/// The caustic of a spot light below a glass ball: path tracers lack it, so neither may be recommended in the place of
+/// `bdpt`, however little noise is left.
+#[test]
+fn an_integrator_that_loses_light_is_told_and_not_taken() {
+    let scene = "tests/scenes/census/spot_glassball_bdpt.pbrt";
+    let study = study(scene, &["--time", "8", "--error", "10%"]);
+    let integrators = settings(&study, "integrator");
+    let names: Vec<_> = integrators.iter().map(|s| &s["value"]).collect();
+    assert_eq!(names, ["path", "volpath", "sppm"]);
+    for tracer in &integrators[..2] {
+        // Where the caustic is, all light is lost: a pixel there is 100 % off, and it covers a tenth of the image or so.
+        let bias = number(tracer, "/relativeBias/value");
+        assert!(bias > 0.1, "{bias}");
+    }
+    let advice = &study["recommendation"];
+    let turned = advice["settings"].as_array().expect("a list");
+    let tracers = turned
+        .iter()
+        .filter(|s| s["setting"] == "integrator" && s["value"] != "sppm");
+    assert_eq!(tracers.count(), 0, "{advice}");
+    let sentence = advice["sentence"].as_str().expect("a sentence");
+    assert!(sentence.contains("Of the integrators"), "{sentence}");
+    assert!(sentence.contains("`path` differs by"), "{sentence}");
 }
 
 /// A board of checks, filtered for the scene's own 128 samples however many a setting takes. Filtered for

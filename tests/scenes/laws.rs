@@ -561,3 +561,112 @@ fn a_mesh_is_one_light_in_pbrt_v2() {
     let ratio = variance * 64.0 / (expected * expected);
     assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
 }
+
+/// The means of two images of one scene agree within what their variances allow.
+fn check_same(name: &str, one: &Render, other: &Render) {
+    let [(a, error_a), (b, error_b)] = [one, other].map(mean_and_error);
+    let allowed = SIGMAS * error_a.hypot(error_b);
+    assert!((a - b).abs() <= allowed, "{name}: {a} and {b} ± {allowed}");
+    // Else nothing would be shown.
+    assert!(allowed < 0.2 * b, "{name}: {b} ± {allowed}");
+}
+
+/// The mean of green and its standard error.
+fn mean_and_error(render: &Render) -> (f64, f64) {
+    let image = &render.image;
+    let count = image.pixels.len() as f64;
+    let mean = image.pixels.iter().map(|p| f64::from(p[1])).sum::<f64>() / count;
+    let variances = image.variance.as_ref().expect("--variance was given");
+    let variance: f64 = variances.iter().map(|v| f64::from(v[1])).sum();
+    (mean, variance.sqrt() / count)
+}
+
+/// The squared difference of two images of different seeds over the square of the brightness that the images `of` show, the mean over
+/// the pixels; 1 % of the mean brightness is not dark.
+fn relative_difference([one, other]: &[Render; 2], of: &[Render; 2]) -> f64 {
+    let floor = (0.01 * mean_and_error(&of[0]).0).powi(2);
+    let greens = |render: &Render| {
+        { render.image.pixels.iter() }
+            .map(|p| f64::from(p[1]))
+            .collect::<Vec<f64>>()
+    };
+    let [one, other, a, b] = [one, other, &of[0], &of[1]].map(greens);
+    let pixels = one.len();
+    let relative =
+        (0..pixels).map(|i| (one[i] - other[i]).powi(2) / ((0.5 * (a[i] + b[i])).powi(2) + floor));
+    relative.sum::<f64>() / pixels as f64
+}
+
+/// Light leaves the center of a glass ball straight on, and what is reflected inside comes out on another side: below a translucent
+/// floor it is scattered as the same light without a ball. No path from the camera finds it there.
+#[test]
+fn light_through_glass_is_scattered_below_a_surface() {
+    let image = |material: &str, ball: &str| {
+        let text = format!(
+            "LookAt 0 1 -1.5  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [30]\n\
+             Film \"image\" \"integer xresolution\" [24] \"integer yresolution\" [24]\n\
+             Sampler \"random\" \"integer pixelsamples\" [256]\n\
+             Integrator \"bdpt\" \"integer maxdepth\" [9]\nWorldBegin\n\
+             LightSource \"point\" \"point from\" [0 1.5 0] \"rgb I\" [5 5 5]\n{ball}\n\
+             AttributeBegin {material} Rotate -90 1 0 0 Shape \"disk\" \"float radius\" [3] AttributeEnd\nWorldEnd\n"
+        );
+        Render::of_text(&text, 1)
+    };
+    let ball = "AttributeBegin Material \"glass\" Translate 0 1.5 0 Shape \"sphere\" \"float radius\" [.3] AttributeEnd";
+    for material in [
+        "Material \"kdsubsurface\" \"rgb Kd\" [.7 .7 .7] \"rgb mfp\" [.02 .02 .02]",
+        "Material \"subsurface\" \"rgb sigma_a\" [1 1 1] \"rgb sigma_prime_s\" [60 60 60]",
+        "Material \"matte\" \"rgb Kd\" [.7 .7 .7]",
+    ] {
+        check_same(material, &image(material, ball), &image(material, ""));
+    }
+}
+
+/// A path tracer that is helped by paths from the lights shows the same as one that is not: where no sample may be brighter than a limit
+/// it never is. A lamp without area beside gives the same light with both, although light paths that begin there would find more.
+#[test]
+fn light_paths_help_a_path_tracer_and_change_nothing_but_noise() {
+    let image = |limit: &str, lights: &str, ball: &str| {
+        let text = format!(
+            "LookAt 0 4 -5  0 .25 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]\n\
+             Film \"image\" \"integer xresolution\" [64] \"integer yresolution\" [64] {limit}\n\
+             Integrator \"path\" \"integer maxdepth\" [5]\nSampler \"random\" \"integer pixelsamples\" [64]\n\
+             WorldBegin\n{lights}\n\
+             AttributeBegin {ball} Translate -.75 1.125 0 Shape \"sphere\" \"float radius\" [.75] AttributeEnd\n\
+             Material \"matte\" Rotate 90 1 0 0 Shape \"disk\" \"float radius\" [6]\nWorldEnd\n"
+        );
+        [1, 2].map(|seed| Render::of_text(&text, seed))
+    };
+    let never = "\"float maxsampleluminance\" [1e30]";
+    let lamp = |radius: f32| {
+        let l = 8.0 / (radius * radius);
+        format!(
+            "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{l} {l} {l}] Translate -2.25 3 0 \
+             Shape \"sphere\" \"float radius\" [{radius}] AttributeEnd"
+        )
+    };
+    let sky = "LightSource \"infinite\" \"rgb L\" [.2 .2 .2]";
+    let spot =
+        "LightSource \"spot\" \"point from\" [0 5 0] \"point to\" [-.75 1 0] \"rgb I\" [30 30 30]";
+    let glass = "Material \"glass\"";
+    let mut noisy = String::new();
+    for (name, lights, ball) in [
+        ("glass", lamp(0.4), glass),
+        (
+            "rough glass",
+            lamp(0.4),
+            "Material \"glass\" \"float uroughness\" .02 \"float vroughness\" .02",
+        ),
+        ("with a sky", format!("{} {sky}", lamp(0.4)), glass),
+        ("with a spot", format!("{} {spot}", lamp(0.4)), glass),
+    ] {
+        let (alone, helped) = (image(never, &lights, ball), image("", &lights, ball));
+        check_same(name, &alone[0], &helped[0]);
+        let [alone, helped] = [&alone, &helped].map(|images| relative_difference(images, &helped));
+        // Measured: 0.1 and less. Not helped, the images would be the same.
+        if helped >= 0.5 * alone {
+            noisy += &format!("{name}: {helped} and {alone}\n");
+        }
+    }
+    assert!(noisy.is_empty(), "{noisy}");
+}

@@ -4,6 +4,7 @@
 use crate::common::rendering::{Render, explain};
 use fstop::compare::{Estimate, Options, compare};
 use fstop::film::Image;
+use fstop::math::Rgb;
 
 /// False-alarm rate of one comparison; there are ten.
 const ALPHA: f64 = 1e-4;
@@ -49,17 +50,16 @@ fn mixed(first: &str, second: &str, amount: f32) -> Render {
 /// `amount` of one image and the rest of the other.
 fn blend(a: &Render, b: &Render, amount: f32) -> Image {
     let rest = 1.0 - amount;
-    let (va, vb) = (a.image.variance.as_ref(), b.image.variance.as_ref());
-    let (va, vb) = va.zip(vb).expect("--variance was given");
     let pairs = a.image.pixels.iter().zip(&b.image.pixels);
-    let variances = va.iter().zip(vb);
+    let blended = |of: fn(&Image) -> Option<&Vec<Rgb>>| -> Option<Vec<Rgb>> {
+        let variances = of(&a.image)?.iter().zip(of(&b.image)?);
+        let of_sum = variances.map(|(&a, &b)| amount * amount * a + rest * rest * b);
+        Some(of_sum.collect())
+    };
     Image {
         pixels: pairs.map(|(&a, &b)| amount * a + rest * b).collect(),
-        variance: Some(
-            variances
-                .map(|(&a, &b)| amount * amount * a + rest * rest * b)
-                .collect(),
-        ),
+        variance: blended(|image| image.variance.as_ref()),
+        independent: blended(|image| image.independent.as_ref()),
         ..a.image.clone()
     }
 }

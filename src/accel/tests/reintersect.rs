@@ -8,9 +8,10 @@ use crate::shapes::hyperboloid::Hyperboloid;
 use crate::shapes::paraboloid::Paraboloid;
 
 /// Spawns rays to both sides of hits on a convex closed surface: outward ones hit nothing, inward ones the other side.
-fn check_convex(geometry: &Geometry, center: Vec3, size: f32, random: &mut Random) {
+fn check_convex(geometry: &mut Geometry, center: Vec3, size: f32, random: &mut Random) {
     let mut inside = 0;
-    for _ in 0..2000 {
+    for i in 0..2000 {
+        geometry.set_bare(i % 2 == 0);
         let o = center + random.direction() * size * 3.0;
         let target = center + random.cube() * 0.5 * size;
         let ray = Ray::new(o, (target - o).normalize(), 0.0);
@@ -87,7 +88,7 @@ fn triangles_at_every_scale() {
     for (transform, scale) in placements() {
         let center = transform.point(DVec3::ZERO).as_vec3();
         check_convex(
-            &scene(vec![compiled(&cube(), &transform)]),
+            &mut scene(vec![compiled(&cube(), &transform)]),
             center,
             scale as f32,
             &mut random,
@@ -101,7 +102,7 @@ fn spheres_at_every_scale() {
     for (transform, scale) in placements() {
         let center = transform.point(DVec3::ZERO).as_vec3();
         check_convex(
-            &scene(vec![full_sphere(transform)]),
+            &mut scene(vec![full_sphere(transform)]),
             center,
             scale as f32,
             &mut random,
@@ -109,7 +110,7 @@ fn spheres_at_every_scale() {
         // An ellipsoid.
         let uneven = transform * Transform::scale(DVec3::new(1.0, 0.7, 1.3));
         check_convex(
-            &scene(vec![full_sphere(uneven)]),
+            &mut scene(vec![full_sphere(uneven)]),
             center,
             scale as f32,
             &mut random,
@@ -129,9 +130,9 @@ fn paraboloids_at_every_scale() {
         let place = transform * Transform::translate(DVec3::new(0.0, 0.0, -0.6));
         let bowl = Form::Paraboloid(Paraboloid::new(0.9, 0.0, 1.2, 360.0));
         let lid = Form::Disk(Disk::new(1.2, 0.9, 0.0, 360.0));
-        let geometry = scene(vec![quadric(bowl, place), quadric(lid, place)]);
+        let mut geometry = scene(vec![quadric(bowl, place), quadric(lid, place)]);
         let center = transform.point(DVec3::ZERO).as_vec3();
-        check_convex(&geometry, center, scale as f32, &mut random);
+        check_convex(&mut geometry, center, scale as f32, &mut random);
         // Nothing leaks out, neither at the rim nor at the apex.
         for _ in 0..500 {
             let ray = Ray::new(center, random.direction(), 0.0);
@@ -172,7 +173,7 @@ fn sizes_of_a_scene_files_own_numbers_are_like_scaled_ones() {
             ],
         ];
         for shapes in closed {
-            check_convex(&scene(shapes), away.as_vec3(), r as f32, &mut random);
+            check_convex(&mut scene(shapes), away.as_vec3(), r as f32, &mut random);
         }
     }
 }
@@ -264,10 +265,10 @@ fn instances_at_every_scale() {
         let far = Transform::translate(DVec3::new(5e4, 1e4, -3e4))
             * Transform::scale(DVec3::splat(100.0));
         let place = transform * far.inverted();
-        let geometry = instanced(vec![compiled(&cube(), &far)], &place);
-        check_convex(&geometry, center, scale as f32, &mut random);
-        let geometry = instanced(vec![full_sphere(far)], &place);
-        check_convex(&geometry, center, scale as f32, &mut random);
+        let mut geometry = instanced(vec![compiled(&cube(), &far)], &place);
+        check_convex(&mut geometry, center, scale as f32, &mut random);
+        let mut geometry = instanced(vec![full_sphere(far)], &place);
+        check_convex(&mut geometry, center, scale as f32, &mut random);
     }
 }
 

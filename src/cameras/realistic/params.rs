@@ -207,7 +207,7 @@ struct Number {
     number: ApertureNumber,
 }
 
-/// The f-number or T-number that is asked for; `light` is what the stop's shape lets through.
+/// The requested f-number or T-number; `light` is what the stop's shape lets through.
 fn number(params: &ParamReader, light: f64, option: Option<f64>) -> Option<Number> {
     let (f, t) = (params.find_float("fnumber"), params.find_float("tnumber"));
     if f.is_some() && t.is_some() {

@@ -5,12 +5,9 @@ use crate::cameras::FilmGeometry;
 use crate::film::Photograph;
 use crate::optics::Prescription;
 use crate::optics::StopShape;
+use crate::optics::analysis::Film;
 use crate::optics::depth_of_field::depth_of_field;
 use crate::optics::f_number::{t_number, working_number};
-
-/// Diameter of the blur that still passes for a point, over the film's diagonal: the usual convention (Zeiss, "Depth of field and bokeh",
-/// 2010).
-const CIRCLE: f64 = 1.0 / 1500.0;
 
 /// Millimeters to meters, of what is finite.
 fn meters(mm: f64) -> Option<f64> {
@@ -24,7 +21,8 @@ impl RealisticSpec {
         let paraxial = lens.paraxial();
         let diagonal = self.diagonal(film);
         let [width, height] = film.size_mm(diagonal);
-        let depth = depth_of_field(lens, CIRCLE * diagonal);
+        let circle = Film { width, height }.circle_of_confusion();
+        let depth = depth_of_field(lens, lens.film_distance(), circle);
         let light = self.stop_shape.as_ref().map_or(1.0, StopShape::light);
         let plane = lens.plane_of_focus().map(|z| lens.film_z() - z);
         Photograph {

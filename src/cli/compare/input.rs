@@ -9,18 +9,39 @@ use crate::math::{Rgb, UVec2};
 use std::path::{Path, PathBuf};
 
 /// An image with its file's properties.
-pub(super) struct Input {
-    pub path: PathBuf,
-    pub loaded: LoadedImage,
+pub(in crate::cli) struct Input {
+    pub(in crate::cli) path: PathBuf,
+    pub(in crate::cli) loaded: LoadedImage,
     /// Values were decoded from sRGB: 8 or 16 bits, nothing brighter than white.
-    pub srgb: bool,
+    pub(in crate::cli) srgb: bool,
     /// The file records which part of the full image it holds.
     windowed: bool,
 }
 
 impl Input {
+    /// An image that has been written to an EXR file.
+    pub(in crate::cli) fn of(path: &Path, loaded: LoadedImage) -> Input {
+        Input {
+            path: path.to_owned(),
+            loaded,
+            srgb: false,
+            windowed: true,
+        }
+    }
+
+    /// With its file moved.
+    pub(in crate::cli) fn renamed(self, path: &Path) -> Result<Input, Failure> {
+        let moved = std::fs::rename(&self.path, path);
+        let failed = |e| Failure::new(format!("{}: cannot write: {e}", path.display()), true);
+        moved.map_err(failed)?;
+        Ok(Input {
+            path: path.to_owned(),
+            ..self
+        })
+    }
+
     /// A short description of the file.
-    pub(super) fn describe(&self) -> String {
+    pub(in crate::cli) fn describe(&self) -> String {
         let size = self.loaded.image.bounds.size();
         let mut words = format!("{} × {} pixels", size.x, size.y);
         if size != self.loaded.image.resolution {
@@ -45,11 +66,15 @@ impl Input {
 }
 
 /// Reads both images. Formats that do not record a crop window take the other's if they have as many pixels.
-pub(super) fn read_pair(a: &Path, b: &Path) -> Result<[Input; 2], Failure> {
-    let (mut a, mut b) = (read(a)?, read(b)?);
+pub(in crate::cli) fn read_pair(a: &Path, b: &Path) -> Result<[Input; 2], Failure> {
+    Ok(pair(read(a)?, read(b)?))
+}
+
+/// Both images; one that does not know its crop window takes the other's if it has as many pixels.
+pub(in crate::cli) fn pair(mut a: Input, mut b: Input) -> [Input; 2] {
     take_window(&mut a, &b);
     take_window(&mut b, &a);
-    Ok([a, b])
+    [a, b]
 }
 
 fn take_window(input: &mut Input, other: &Input) {
@@ -59,7 +84,8 @@ fn take_window(input: &mut Input, other: &Input) {
     }
 }
 
-fn read(path: &Path) -> Result<Input, Failure> {
+/// Reads an image of any format.
+pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
     let budget = Budget::new(None);
     match film::read_within(path, &budget) {
         Ok(loaded) => {
@@ -87,11 +113,39 @@ fn read(path: &Path) -> Result<Input, Failure> {
                 bounds: PixelBounds::new(UVec2::ZERO, resolution),
                 pixels: image.texels().iter().map(decode).collect(),
                 variance: None,
+                independent: None,
             },
             spp: None,
             runs: None,
+            freedom: None,
+            pool: None,
         },
         srgb,
         windowed: false,
     })
+}
+
+/// What is to be said where an image of a screen's range meets one that is brighter than that somewhere.
+pub(in crate::cli) fn clipping(inputs: &[Input; 2]) -> Option<String> {
+    let [a, b] = inputs;
+    let (short, narrow, whole, wide) = match (a.srgb, b.srgb) {
+        (true, false) => ("A", a, "B", b),
+        (false, true) => ("B", b, "A", a),
+        _ => return None,
+    };
+    let is_white = |p: &&Rgb| p.max_element() > 1.0;
+    let pixels = &wide.loaded.image.pixels;
+    let count = pixels.iter().filter(is_white).count();
+    if count == 0 {
+        return None;
+    }
+    let most = { pixels.iter() }
+        .map(|p| p.max_element())
+        .fold(0.0, f32::max);
+    let share = crate::compare::relative(count as f64 / pixels.len().max(1) as f64);
+    Some(format!(
+        "{short} ({}) holds nothing brighter than white, which is 1. {whole} is brighter in {share} of its pixels, up to {most:.3}: what \
+         differs there is clipping.",
+        narrow.path.display()
+    ))
 }

@@ -3,7 +3,8 @@
 use super::{Input, Report};
 use crate::compare::flip::FlipMap;
 use crate::compare::{
-    CHANNELS, Correction, Estimate, Level, NoiseSource, Side, Statistic, Uniformity,
+    Answer, CHANNELS, Correction, Estimate, Findable, Level, Metrics, NoiseSource, Side, Statistic,
+    Uniformity,
 };
 use crate::film::PixelBounds;
 use serde_json::{Map, Value, json};
@@ -18,15 +19,14 @@ fn value(report: &Report) -> Value {
     let verdict = &comparison.verdict;
     let images = [Side::A, Side::B].map(|which| image(report, which));
     json!({
-        "agree": comparison.agrees(),
+        "agree": comparison.answer() == Answer::Agree,
+        "answer": answer(comparison.answer()),
         "verdict": comparison.sentence(),
-        "notes": comparison.cautions(),
+        "findable": comparison.findable.iter().map(findable).collect::<Vec<_>>(),
+        "notes": report.cautions(),
         "p": verdict.p(),
         "alpha": verdict.alpha,
-        "correction": match verdict.correction {
-            Correction::Holm => "holm",
-            Correction::Sidak => "sidak",
-        },
+        "correction": correction(verdict.correction),
         "noise": match comparison.noise {
             NoiseSource::Stored => "stored",
             NoiseSource::None => "none",
@@ -41,7 +41,7 @@ fn value(report: &Report) -> Value {
             "value": comparison.neighbors.correlation,
             "standard_error": comparison.neighbors.error,
         },
-        "metrics": metrics(report),
+        "metrics": metrics(&comparison.metrics),
         "flip": report.flip.as_ref().map(|flip| json!({
             "ldr": flip_map(&flip.ldr),
             "hdr": flip.hdr.as_ref().map(|(range, map)| {
@@ -53,6 +53,23 @@ fn value(report: &Report) -> Value {
             }),
         })),
     })
+}
+
+/// The word for an answer.
+pub(in crate::cli) fn answer(answer: Answer) -> &'static str {
+    match answer {
+        Answer::Agree => "agree",
+        Answer::Differ => "differ",
+        Answer::CannotTell => "cannot tell",
+    }
+}
+
+/// The word for a correction, as it is given on the command line.
+pub(in crate::cli) fn correction(correction: Correction) -> &'static str {
+    match correction {
+        Correction::Holm => "holm",
+        Correction::Sidak => "sidak",
+    }
 }
 
 fn image(report: &Report, which: Side) -> Value {
@@ -74,7 +91,7 @@ fn image(report: &Report, which: Side) -> Value {
     })
 }
 
-fn level(level: &Level) -> Value {
+pub(in crate::cli) fn level(level: &Level) -> Value {
     let worst = &level.worst;
     json!({
         "side": level.side,
@@ -97,6 +114,15 @@ fn level(level: &Level) -> Value {
     })
 }
 
+pub(in crate::cli) fn findable(found: &Findable) -> Value {
+    json!({
+        "side": found.side,
+        "window": window(found.bounds),
+        "channel": CHANNELS[found.channel.min(2)],
+        "relative_difference": found.relative,
+    })
+}
+
 fn uniformity(uniformity: &Uniformity) -> Value {
     json!({
         "side": uniformity.side,
@@ -108,8 +134,7 @@ fn uniformity(uniformity: &Uniformity) -> Value {
     })
 }
 
-fn metrics(report: &Report) -> Value {
-    let metrics = &report.comparison.metrics;
+pub(in crate::cli) fn metrics(metrics: &Metrics) -> Value {
     let channels = CHANNELS.iter().zip(&metrics.channels).map(|(name, means)| {
         let value = json!({
             "a": means.a,

@@ -1,16 +1,19 @@
-//! `fstop compare A B`: tests whether two images agree.
+//! `fstop compare A B`: tests whether two images agree, or all those of two folders.
 
-mod input;
-mod json;
+pub(super) mod folders;
+pub(super) mod input;
+pub(super) mod json;
 mod page;
 mod raster;
 mod text;
 
-use super::codes::ANSWER_IS_NO;
+use super::codes::{ANSWER_IS_NO, CANNOT_TELL};
 use super::messages::Failure;
+use super::results::{Outcome, Row, Thumbnails};
 use crate::compare::flip::{self, ExposureRange, FlipMap, PIXELS_PER_DEGREE};
 use crate::compare::{
-    Comparison, Correction, Estimate, Noise, Options, compare, non_finite, p_values,
+    Answer, CompareError, Comparison, Correction, Estimate, Noise, Options, block_t, compare,
+    non_finite, p_values,
 };
 use crate::console;
 use crate::output;
@@ -21,24 +24,35 @@ use std::path::PathBuf;
 /// Examples for the long help.
 const EXAMPLES: &str = "Examples:
   fstop compare image.exr reference.exr
-  fstop compare a.exr b.exr --json --html page.html";
+  fstop compare before/ after/ --report differences/";
 
 /// Arguments of `fstop compare`.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub(super) struct CompareArgs {
-    /// Image (.exr, .pfm, .hdr; .png, .tga, .jpg are taken for sRGB)
+    /// Image (.exr, .pfm, .hdr; .png, .tga, .jpg are taken for sRGB). Or a folder of references, whose images are paired by
+    /// their names with those of B; then one false-alarm rate is shared among all
     #[arg(value_name = "A")]
     a: PathBuf,
-    /// Image to compare with: the reference
+    /// Image to compare with: the reference. Or the folder with the new images
     #[arg(value_name = "B")]
     b: PathBuf,
     /// Print JSON instead of text
     #[arg(help_heading = "Output", long)]
     json: bool,
-    /// Write one self-contained page with both images, their differences and all metrics
+    /// Write one self-contained page with both images, their differences and all metrics; of folders an index with
+    /// thumbnails
     #[arg(help_heading = "Output", long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Write the result as JUnit XML, for build servers
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Write the result as Markdown, for a pull request
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+    /// Of folders: write index.html with a page for each image that does not agree, junit.xml, summary.md and results.json here
+    #[arg(help_heading = "Output", long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Maximum probability that images with the same expectation are reported as different
     #[arg(help_heading = "How they are compared", long, value_name = "P", default_value_t = Options::default().alpha, value_parser = probability, allow_negative_numbers = true)]
     alpha: f64,
@@ -125,9 +139,9 @@ impl CompareArgs {
 }
 
 /// The whole report.
-struct Report {
-    inputs: [Input; 2],
-    comparison: Comparison,
+pub(in crate::cli) struct Report {
+    pub(in crate::cli) inputs: [Input; 2],
+    pub(in crate::cli) comparison: Comparison,
     flip: Option<Flip>,
 }
 
@@ -139,34 +153,129 @@ struct Flip {
     hdr: Option<(ExposureRange, FlipMap)>,
 }
 
-/// Compares two images.
-pub(super) fn run(args: &CompareArgs) -> u8 {
-    match report(args) {
-        Ok(true) => 0,
-        Ok(false) => ANSWER_IS_NO,
-        Err(failure) => failure.exit(),
+impl Report {
+    /// Compares an image with a reference.
+    pub(in crate::cli) fn new(
+        inputs: [Input; 2],
+        options: &Options,
+    ) -> Result<Report, CompareError> {
+        let [a, b] = inputs.each_ref().map(|input| Estimate::of(&input.loaded));
+        let comparison = compare(&a, &b, options)?;
+        Ok(Report {
+            inputs,
+            comparison,
+            flip: None,
+        })
+    }
+
+    /// Adds what a viewer would see.
+    pub(in crate::cli) fn with_flip(mut self) -> Report {
+        self.flip = Some(see(&self.inputs));
+        self
+    }
+
+    /// As one page.
+    pub(in crate::cli) fn page(&self, options: &Options) -> Result<String, Failure> {
+        let [a, b] = self
+            .inputs
+            .each_ref()
+            .map(|input| Estimate::of(&input.loaded));
+        let p = p_values(&a, &b, options).map_err(|e| e.to_string())?;
+        let sides = options.blocks.iter().filter(|&&side| side > 1);
+        let t = sides.map(|&side| Ok((side, block_t(&a, &b, options, side)?)));
+        let t = t.collect::<Result<_, CompareError>>();
+        let t = t.map_err(|e| e.to_string())?;
+        Ok(page::html(self, &page::Maps { p, t }))
+    }
+
+    /// What is to be kept in mind, of the files as well.
+    fn cautions(&self) -> Vec<String> {
+        let clipped = input::clipping(&self.inputs);
+        clipped
+            .into_iter()
+            .chain(self.comparison.cautions())
+            .collect()
+    }
+
+    /// As one of many results, without its noise and pixels.
+    pub(in crate::cli) fn row(&self, name: &str, options: &Options) -> Row {
+        let [a, b] = self
+            .inputs
+            .each_ref()
+            .map(|input| Estimate::of(&input.loaded));
+        let t = block_t(
+            &a,
+            &b,
+            options,
+            options
+                .blocks
+                .iter()
+                .copied()
+                .find(|&side| side > 1)
+                .unwrap_or(8),
+        );
+        let mut row = Row::new(name, Outcome::Compared(Box::new(self.comparison.clone())));
+        row.notes.extend(input::clipping(&self.inputs));
+        row.thumbnails = Thumbnails::of(a.image, b.image, t.ok().as_ref());
+        row
     }
 }
 
-/// Prints the report; returns `true` if the images agree.
-fn report(args: &CompareArgs) -> Result<bool, Failure> {
-    if let Some(file) = &args.html {
+/// What becomes of an image that cannot be compared with its reference. One of another size has changed, whatever it shows.
+pub(in crate::cli) fn incomparable(error: &CompareError) -> Outcome {
+    match error {
+        CompareError::Size(..) | CompareError::Window(..) => Outcome::Other(error.to_string()),
+        _ => Outcome::Failed(error.to_string()),
+    }
+}
+
+/// Compares two images, or two folders of them.
+pub(super) fn run(args: &CompareArgs) -> u8 {
+    let done = match (args.a.is_dir(), args.b.is_dir()) {
+        (true, true) => folders::run(args),
+        (false, false) => report(args),
+        (is_folder, _) => {
+            let [folder, file] = if is_folder {
+                [&args.a, &args.b]
+            } else {
+                [&args.b, &args.a]
+            };
+            let [folder, file] = [folder, file].map(|path| path.display());
+            Err(format!(
+                "`{folder}` is a folder and `{file}` is not: two images or two folders are compared"
+            )
+            .into())
+        }
+    };
+    done.unwrap_or_else(Failure::exit)
+}
+
+/// Prints the report, and returns the exit code.
+fn report(args: &CompareArgs) -> Result<u8, Failure> {
+    if args.report.is_some() {
+        return Err(
+            "--report is for folders; the page of two images is written by --html"
+                .to_owned()
+                .into(),
+        );
+    }
+    for file in [&args.html, &args.junit, &args.markdown]
+        .into_iter()
+        .flatten()
+    {
         output::check(file)?;
     }
     let inputs = input::read_pair(&args.a, &args.b)?;
     let options = args.options();
-    let [a, b] = inputs.each_ref().map(|input| Estimate::of(&input.loaded));
-    let comparison = compare(&a, &b, &options).map_err(|e| e.to_string())?;
-    let p = args.html.is_some().then(|| p_values(&a, &b, &options));
-    let p = p.transpose().map_err(|e| e.to_string())?;
-    let flip = (!args.no_flip).then(|| see(&inputs));
-    let report = Report {
-        inputs,
-        comparison,
-        flip,
-    };
-    if let (Some(file), Some(p)) = (&args.html, p) {
-        output::write(file, page::html(&report, &p).as_bytes())?;
+    let mut report = Report::new(inputs, &options)?;
+    if !args.no_flip {
+        report = report.with_flip();
+    }
+    if let Some(file) = &args.html {
+        output::write(file, report.page(&options)?.as_bytes())?;
+    }
+    if args.junit.is_some() || args.markdown.is_some() {
+        folders::write_results(args, &folders::of_one(args, &report, &options))?;
     }
     let said = if args.json {
         json::text(&report)?
@@ -174,7 +283,11 @@ fn report(args: &CompareArgs) -> Result<bool, Failure> {
         text::text(&report)
     };
     console::answer(said)?;
-    Ok(report.comparison.agrees())
+    Ok(match report.comparison.answer() {
+        Answer::Agree => 0,
+        Answer::Differ => ANSWER_IS_NO,
+        Answer::CannotTell => CANNOT_TELL,
+    })
 }
 
 /// FLIP, for images whose non-finite pixels are black in both.

@@ -1,7 +1,7 @@
 "use strict";
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
-  const { width, height, factor, origin, decades } = data;
+  const { width, height, factor, origin, decades, errors, full } = data;
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
 
   // Half floats: sign, five bits of exponent, ten of mantissa.
@@ -15,6 +15,11 @@
     return values;
   };
   const a = floats(data.a), b = floats(data.b), p = bytes(data.p), flip = data.flip && bytes(data.flip);
+  const blocks = new Map(data.t.map(({ side, values }) =>
+    [`t${side}`, { side, across: Math.ceil(full[0] / side), values: bytes(values) }]));
+  // The byte of the block that a pixel of the page lies in; 127.5 is no difference.
+  const blockOf = ({ side, across, values }, x, y) =>
+    values[Math.floor((factor * y) / side) * across + Math.floor((factor * x) / side)];
 
   // Linear light to the bytes of a screen, by table: 4096 steps of the square root, where the eye is.
   const srgb = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
@@ -89,6 +94,10 @@
         return Math.round(127.5 + 127.5 * Math.min(Math.max(t, -1), 1));
       });
       scale([`−${range.toPrecision(2)}: A is darker`, "0", `A is brighter: +${range.toPrecision(2)}`], signedTable);
+    } else if (blocks.has(which)) {
+      const block = blocks.get(which);
+      map(signedTable, (i) => blockOf(block, i % width, Math.floor(i / width)));
+      scale([`−${errors} standard errors: A is darker`, "0", `A is brighter: +${errors}`], signedTable);
     } else if (which === "p") {
       map(heatTable, (i) => p[i]);
       scale(["p = 1", `p = 1e−${decades / 2}`, `p = 1e−${decades} or less: certainly different`], heatTable);
@@ -97,6 +106,7 @@
       scale(["0: looks the same", "FLIP", "1: as different as can be"], heatTable);
     }
     context.putImageData(image, 0, 0);
+    canvas.style.cursor = which === "wipe" ? "ew-resize" : number("zoom") === 0 ? "zoom-in" : "zoom-out";
     $("line").hidden = which !== "wipe";
     $("line").style.left = `${(100 * cut) / width}%`;
     for (const [id, views] of [["exposure", "wipe a b"], ["divide", "wipe"], ["range", "difference"]])
@@ -124,6 +134,10 @@
     const chance = p[i] === 255 ? `below 1e−${decades}` : (10 ** ((-p[i] / 255) * decades)).toPrecision(2);
     $("readout").textContent =
       `pixel ${origin[0] + factor * x}, ${origin[1] + factor * y} — A: ${values(a)} — B: ${values(b)} — p ${chance}` +
+      [...blocks.values()].map((block) => {
+        const t = (blockOf(block, x, y) / 127.5 - 1) * errors;
+        return ` — t of ${block.side} × ${block.side}: ${Math.abs(t) >= errors ? (t > 0 ? "≥ " : "≤ ") : ""}${t.toFixed(1)}`;
+      }).join("") +
       (flip ? ` — FLIP ${(flip[i] / 255).toFixed(3)}` : "");
   };
   const place = (event) => {
@@ -136,9 +150,25 @@
       redraw();
     }
   };
+  // As large as the slider goes, with the pixel in the middle; or all of it again.
+  const enlarge = () => {
+    $("zoom").value = number("zoom") === 0 ? $("zoom").max : 0;
+    draw();
+    const stage = $("stage"), size = canvas.clientWidth / width;
+    stage.scrollLeft = (cursor.x + 0.5) * size - stage.clientWidth / 2;
+    stage.scrollTop = (cursor.y + 0.5) * size - stage.clientHeight / 2;
+  };
   canvas.addEventListener("pointermove", place);
   canvas.addEventListener("pointerdown", place);
+  canvas.addEventListener("click", () => {
+    if (view() !== "wipe") enlarge();
+  });
   canvas.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") {
+      event.preventDefault();
+      enlarge();
+      return;
+    }
     const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
     if (!step) return;
     event.preventDefault();

@@ -1,11 +1,12 @@
 //! A comparison as one self-contained HTML page: images, maps, tables.
 
-use super::raster::{MAX_PIXELS, Reduction};
+use super::raster::{self, MAX_PIXELS, Reduction};
 use super::text::{level_row, numbers, ratio};
 use super::{Input, Report};
 use crate::cli::html::escaped;
-use crate::compare::{BINS, CHANNELS, Uniformity, blocks, probability};
+use crate::compare::{Answer, BINS, CHANNELS, Uniformity, blocks, probability};
 use crate::film::Image;
+use crate::math::Rgb;
 use std::fmt::Write;
 
 const STYLE: &str = include_str!("page.css");
@@ -14,15 +15,26 @@ const SCRIPT: &str = include_str!("page.js");
 /// Decades of p-values that a byte of the map covers.
 const DECADES: f32 = 12.0;
 
-/// The whole page; `p` holds the pixels' p-values.
-pub(super) fn html(report: &Report, p: &Image) -> String {
+/// Standard errors that a byte of the maps of blocks covers, up and down. Noise alone brings few blocks above 4.
+const ERRORS: f32 = 8.0;
+
+/// What is known of each pixel or block.
+pub(super) struct Maps {
+    /// The p-values of pixels.
+    pub(super) p: Image,
+    /// By the blocks' side, the differences of their means over the standard errors of these.
+    pub(super) t: Vec<(u32, Image)>,
+}
+
+/// The whole page.
+pub(super) fn html(report: &Report, maps: &Maps) -> String {
     let comparison = &report.comparison;
     let names = report.inputs.each_ref().map(name);
     let [a, b] = names.each_ref().map(|name| escaped(name));
-    let (class, mark) = if comparison.agrees() {
-        ("agree", "✓")
-    } else {
-        ("differ", "≠")
+    let (class, mark) = match comparison.answer() {
+        Answer::Agree => ("agree", "✓"),
+        Answer::Differ => ("differ", "≠"),
+        Answer::CannotTell => ("unknown", "?"),
     };
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -32,7 +44,10 @@ pub(super) fn html(report: &Report, p: &Image) -> String {
          <p id=\"verdict\" class=\"{class}\"><b aria-hidden=\"true\">{mark}</b> {}</p>\n",
         escaped(&comparison.sentence())
     );
-    let cautions = comparison.cautions();
+    if let Some(warranty) = comparison.warranty() {
+        let _ = writeln!(page, "<p>{}</p>", escaped(&warranty));
+    }
+    let cautions = report.cautions();
     if !cautions.is_empty() {
         let items = cautions
             .iter()
@@ -45,39 +60,45 @@ pub(super) fn html(report: &Report, p: &Image) -> String {
     }
     page += "</header>\n<main>\n";
     let reduction = Reduction::new(report.inputs[0].loaded.image.bounds.size(), MAX_PIXELS);
-    page += &viewer(report, reduction);
+    page += &viewer(report, maps, reduction);
     page += "<div class=\"tables\">\n";
     page += &tests(report);
     page += &metrics(report);
     page += &histograms(report);
     page += &images(report);
     page += "</div>\n</main>\n";
-    page += &data(report, p, reduction);
+    page += &data(report, maps, reduction);
     let _ = write!(page, "<script>\n{SCRIPT}</script>\n</body>\n</html>\n");
     page
 }
 
+/// With its folders: two images that are compared often have the same name.
 fn name(input: &Input) -> String {
-    let name = input.path.file_name().unwrap_or(input.path.as_os_str());
-    name.to_string_lossy().into_owned()
+    input.path.display().to_string()
 }
 
 /// The canvas with its controls.
-fn viewer(report: &Report, reduction: Reduction) -> String {
-    let mut views = vec![
+fn viewer(report: &Report, maps: &Maps, reduction: Reduction) -> String {
+    let plain = [
         ("wipe", "Wipe"),
         ("a", "A"),
         ("b", "B"),
         ("difference", "A − B"),
-        ("p", "p-values"),
+        ("p", "pixels’ p"),
     ];
+    let mut views: Vec<(String, String)> = { plain.iter() }
+        .map(|(value, label)| ((*value).to_owned(), (*label).to_owned()))
+        .collect();
+    views.extend(
+        { maps.t.iter() }.map(|(side, _)| (format!("t{side}"), format!("{side} × {side}"))),
+    );
     if report.flip.is_some() {
-        views.push(("flip", "FLIP"));
+        views.push(("flip".to_owned(), "FLIP".to_owned()));
     }
     let radios: String = views
         .iter()
         .map(|(value, label)| {
-            let checked = if *value == "wipe" { " checked" } else { "" };
+            let checked = if value == "wipe" { " checked" } else { "" };
             format!(
                 "<label><input type=\"radio\" name=\"view\" value=\"{value}\"{checked}>{label}</label>\n"
             )
@@ -107,10 +128,10 @@ fn viewer(report: &Report, reduction: Reduction) -> String {
         "<section id=\"viewer\" aria-label=\"Images\">\n<fieldset>\n<legend>Show</legend>\n{radios}</fieldset>\n\
          <div class=\"controls\">\n{}{}{}{}</div>\n\
          <div id=\"stage\"><div id=\"frame\"><canvas id=\"canvas\" tabindex=\"0\" role=\"img\" aria-label=\"The \
-         chosen image; arrow keys move the pixel that is read out\"></canvas><i id=\"line\"></i></div></div>\n\
+         chosen image; arrow keys move the pixel that is read out, Enter enlarges it\"></canvas><i id=\"line\"></i></div></div>\n\
          <canvas id=\"legend\" width=\"512\" height=\"12\" aria-hidden=\"true\"></canvas>\n\
          <p id=\"scale\"></p>\n<p id=\"readout\" aria-live=\"polite\">Point at a pixel, or focus the image and \
-         use the arrow keys.</p>\n{shown}<noscript><p>The images need JavaScript; all numbers are \
+         use the arrow keys; a click or Enter enlarges it there, another shows all again.</p>\n{shown}<noscript><p>The images need JavaScript; all numbers are \
          below.</p></noscript>\n</section>\n",
         slider("exposure", "Exposure", ["-10", "10", "0.25", "0"]),
         slider("divide", "Wipe", ["0", "1", "0.001", "0.5"]),
@@ -236,19 +257,28 @@ fn histogram(uniformity: &Uniformity) -> String {
 }
 
 /// The images and maps, as JSON that browsers do not execute.
-fn data(report: &Report, p: &Image, reduction: Reduction) -> String {
+fn data(report: &Report, maps: &Maps, reduction: Reduction) -> String {
     let [a, b] = report
         .inputs
         .each_ref()
         .map(|input| reduction.halves(&input.loaded.image));
     let unlikely = |i: usize| {
-        let p = p.pixels.get(i).map_or(1.0, |p| p.min_element());
+        let p = maps.p.pixels.get(i).map_or(1.0, |p| p.min_element());
         -p.max(f32::MIN_POSITIVE).log10() / DECADES
     };
     let flip = report.flip.as_ref().map(|flip| {
         let map = flip.hdr.as_ref().map_or(&flip.ldr, |(_, map)| map);
         reduction.bytes(|i| map.values.get(i).copied().unwrap_or(0.0))
     });
+    let t = maps.t.iter().map(|(side, map)| {
+        let signed = |block: Rgb| {
+            let larger = |most: f32, t: f32| if t.abs() > most.abs() { t } else { most };
+            0.5 + 0.5 * block.to_array().into_iter().fold(0.0, larger) / ERRORS
+        };
+        let grid = raster::grid(map, *side, signed);
+        serde_json::json!({ "side": side, "values": grid })
+    });
+    let t: Vec<_> = t.collect();
     let size = reduction.size();
     let origin = report.inputs[0].loaded.image.bounds.min;
     let value = serde_json::json!({
@@ -261,6 +291,9 @@ fn data(report: &Report, p: &Image, reduction: Reduction) -> String {
         "b": b,
         "p": reduction.bytes(unlikely),
         "flip": flip,
+        "t": t,
+        "errors": ERRORS,
+        "full": report.inputs[0].loaded.image.bounds.size().to_array(),
     });
     // Base64 and numbers: nothing that could end the element.
     format!("<script type=\"application/json\" id=\"data\">{value}</script>\n")

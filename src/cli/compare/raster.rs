@@ -88,6 +88,19 @@ impl Reduction {
     }
 }
 
+/// What the first pixel of each block says, row by row, 0…1 as a byte.
+pub(super) fn grid(map: &Image, side: u32, value: impl Fn(Rgb) -> f32) -> String {
+    let (size, corner) = (map.bounds.size(), map.bounds.min);
+    let mut bytes = Vec::new();
+    for y in (0..size.y).step_by(side.max(1) as usize) {
+        for x in (0..size.x).step_by(side.max(1) as usize) {
+            let value = value(map.pixel(corner + UVec2::new(x, y)));
+            bytes.push((255.0 * value.clamp(0.0, 1.0)).round() as u8);
+        }
+    }
+    STANDARD.encode(bytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

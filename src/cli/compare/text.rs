@@ -7,7 +7,11 @@ use std::fmt::Write;
 /// The verdict, cautions about it, and tables.
 pub(super) fn text(report: &Report) -> String {
     let comparison = &report.comparison;
-    let mut text = comparison.sentence() + "\n\n";
+    let mut text = comparison.sentence() + "\n";
+    if let Some(warranty) = comparison.warranty() {
+        text += &(warranty + "\n");
+    }
+    text.push('\n');
     for (name, input) in ["A", "B"].iter().zip(&report.inputs) {
         let _ = writeln!(
             text,
@@ -16,7 +20,7 @@ pub(super) fn text(report: &Report) -> String {
             input.describe()
         );
     }
-    for caution in comparison.cautions() {
+    for caution in report.cautions() {
         let _ = writeln!(text, "note: {caution}");
     }
     text.push('\n');

@@ -129,7 +129,7 @@ fn understood(args: &SlurmArgs) -> Result<(), clap::Error> {
 fn fitting(option: &str) -> Result<(), String> {
     let (name, _) = option.split_once('=').unwrap_or((option, ""));
     match name {
-        "--png" | "--variance" => Err(format!("{name} is for the merge: write it before `--`")),
+        "--png" | "--variance" => Err(format!("{name} is for the merge, too: write it before `--`")),
         "--error" => Err("--error is reached in rounds, and these scripts are of one: see docs/farm.md".to_owned()),
         "--keep-going" => Err(
             "--keep-going: shards would end with 1, which Slurm takes for failures, and not be merged".to_owned(),
@@ -216,6 +216,7 @@ fn value(name: &str, args: &SlurmArgs, memory: Option<u64>, names: &Names) -> St
         "cpus" => args.cpus.to_string(),
         "options" => { args.options.iter() }
             .map(|option| quoted(option))
+            .chain(args.variance.then(|| "--variance".to_owned()))
             .collect::<Vec<_>>()
             .join(" "),
         "limits" => limits(args, memory),

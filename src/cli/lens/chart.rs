@@ -74,8 +74,8 @@ pub(crate) struct Chart {
     pub x: Range<f64>,
     pub y: Range<f64>,
     pub curves: Vec<Curve>,
-    /// Where the legend goes; `None` for none.
-    pub legend: Option<SeriesLabelPosition>,
+    /// Are the curves named, below the axes?
+    pub legend: bool,
 }
 
 /// Draws an image of `size` as shown on the page, as SVG text.
@@ -121,12 +121,27 @@ impl Chart {
         canvas: &Canvas,
         points: impl Iterator<Item = (f64, f64)>,
     ) -> Result<Vec<(i32, i32)>, Failure> {
+        let named: Vec<&Curve> = self.curves.iter().filter(|c| !c.name.is_empty()).collect();
+        let rows = if self.legend {
+            legend_rows(&named, canvas.dim_in_pixel().0)
+        } else {
+            Vec::new()
+        };
+        let height = canvas
+            .dim_in_pixel()
+            .1
+            .saturating_sub(rows.len() as u32 * LEGEND_ROW);
+        let (canvas, below) = canvas.split_vertically(height);
+        draw_legend(&below, &rows)?;
+        let canvas = &canvas;
+        // Room for the numbers, and for what they are where that is said.
+        let room = |label: &str, plain: u32| if label.is_empty() { plain } else { plain + 18 };
         let mut builder = ChartBuilder::on(canvas);
         builder
             .margin(6 * FINE)
             .margin_right(14 * FINE)
-            .x_label_area_size(38 * FINE)
-            .y_label_area_size(58 * FINE);
+            .x_label_area_size(room(self.x_label, 20) * FINE)
+            .y_label_area_size(room(self.y_label, 40) * FINE);
         if !self.title.is_empty() {
             builder.caption(&self.title, ("sans-serif", TEXT));
         }
@@ -150,8 +165,10 @@ impl Chart {
             .light_line_style(TRANSPARENT)
             .draw()
             .map_err(failure)?;
-        if self.y.start < 0.0 && self.y.end > 0.0 {
-            let zero = [(self.x.start, 0.0), (self.x.end, 0.0)];
+        let inside = |range: &Range<f64>| range.start < 0.0 && range.end > 0.0;
+        let level = inside(&self.y).then_some([(self.x.start, 0.0), (self.x.end, 0.0)]);
+        let upright = inside(&self.x).then_some([(0.0, self.y.start), (0.0, self.y.end)]);
+        for zero in level.into_iter().chain(upright) {
             let style = ShapeStyle::from(&RGBColor(120, 120, 120)).stroke_width(FINE);
             chart
                 .draw_series(LineSeries::new(zero, style))
@@ -160,18 +177,6 @@ impl Chart {
         for curve in &self.curves {
             draw_curve(&mut chart, curve)?;
         }
-        if let Some(position) = &self.legend {
-            chart
-                .configure_series_labels()
-                .position(position.clone())
-                .legend_area_size(28 * FINE)
-                .margin(6 * FINE)
-                .background_style(WHITE.mix(0.85))
-                .border_style(RGBColor(200, 200, 200))
-                .label_font(("sans-serif", TEXT))
-                .draw()
-                .map_err(failure)?;
-        }
         Ok(points.map(|p| chart.backend_coord(&p)).collect())
     }
 }
@@ -179,29 +184,60 @@ impl Chart {
 /// The axes of a chart.
 type Axes = Cartesian2d<RangedCoordf64, RangedCoordf64>;
 
-/// Draws a curve, and names it in the legend.
-fn draw_curve<'a, 'b: 'a>(
-    chart: &mut ChartContext<'a, SVGBackend<'b>, Axes>,
+/// Draws a curve.
+fn draw_curve<'b>(
+    chart: &mut ChartContext<'_, SVGBackend<'b>, Axes>,
     curve: &Curve,
 ) -> Result<(), Failure> {
     let style = ShapeStyle::from(&curve.color).stroke_width(3 * FINE / 2);
     let points = curve.points.iter().copied();
-    let series = match dashes(curve.stroke) {
+    match dashes(curve.stroke) {
         None => chart.draw_series(LineSeries::new(points, style)),
         Some((dash, gap)) => chart.draw_series(DashedLineSeries::new(points, dash, gap, style)),
     }
     .map_err(failure)?;
-    if curve.name.is_empty() {
-        return Ok(());
+    Ok(())
+}
+
+/// Height of a row of the legend, in drawn pixels.
+const LEGEND_ROW: u32 = 19 * FINE;
+
+/// The curves of each row of the legend, with where its entries begin, in drawn pixels.
+fn legend_rows<'a>(curves: &[&'a Curve], width: u32) -> Vec<Vec<(i32, &'a Curve)>> {
+    let mut rows: Vec<Vec<(i32, &Curve)>> = Vec::new();
+    let mut next = i32::MAX;
+    for curve in curves {
+        // Letters of sans-serif fonts are some 0.55 of their height wide.
+        let letters = curve.name.chars().count() as i32 * TEXT as i32 * 55 / 100;
+        let size = letters + 48 * FINE as i32;
+        if next.saturating_add(size) > width as i32 {
+            rows.push(Vec::new());
+            next = 16 * FINE as i32;
+        }
+        rows.extend(rows.is_empty().then(Vec::new));
+        if let Some(row) = rows.last_mut() {
+            row.push((next, curve));
+        }
+        next += size;
     }
-    let pieces = legend_pieces(curve.stroke);
-    series.label(&curve.name).legend(move |at| {
-        let piece = |i: usize| {
-            let [a, b] = pieces[i].map(|x| x * FINE as i32);
-            PathElement::new(vec![(a, 0), (b, 0)], style)
-        };
-        EmptyElement::at(at) + piece(0) + piece(1) + piece(2)
-    });
+    rows
+}
+
+fn draw_legend(canvas: &Canvas, rows: &[Vec<(i32, &Curve)>]) -> Result<(), Failure> {
+    for (i, row) in rows.iter().enumerate() {
+        let middle = (i as u32 * LEGEND_ROW + LEGEND_ROW / 2) as i32;
+        for (x, curve) in row {
+            let style = ShapeStyle::from(&curve.color).stroke_width(3 * FINE / 2);
+            for piece in legend_pieces(curve.stroke) {
+                let [a, b] = piece.map(|dx| x + dx * FINE as i32);
+                let line = PathElement::new(vec![(a, middle), (b, middle)], style);
+                canvas.draw(&line).map_err(failure)?;
+            }
+            let at = (x + 30 * FINE as i32, middle - TEXT as i32 / 2);
+            let name = Text::new(curve.name.clone(), at, ("sans-serif", TEXT));
+            canvas.draw(&name).map_err(failure)?;
+        }
+    }
     Ok(())
 }
 
@@ -305,7 +341,7 @@ mod tests {
                 Stroke::Dashed,
                 [(0.0, 0.0), (20.0, 0.5)].into_iter(),
             )],
-            legend: Some(SeriesLabelPosition::UpperLeft),
+            legend: true,
         };
         let text = chart.svg((640, 400)).unwrap();
         assert!(text.starts_with("<svg width=\"640\" height=\"400\" viewBox=\"0 0 2560 1600\""));

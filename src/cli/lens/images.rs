@@ -12,14 +12,18 @@ pub(super) fn write_all(folder: &Path, content: &Content) -> Result<String, Fail
         .map_err(|e| Failure::Io(format!("cannot make {}: {e}", own.display())))?;
     let mut part = format!("## {}\n\nFocused {}.\n", content.title(), content.focus());
     for figure in &content.figures {
-        let file = format!("{}.svg", figure.slug);
-        super::write(&own.join(&file), &figure.svg)?;
+        let _ = write!(part, "\n### {}\n\n", figure.title);
+        for (i, svg) in figure.svgs.iter().enumerate() {
+            let file = match figure.svgs.len() {
+                1 => format!("{}.svg", figure.slug),
+                _ => format!("{}-{}.svg", figure.slug, i + 1),
+            };
+            super::write(&own.join(&file), svg)?;
+            let (title, name) = (figure.title, &content.name);
+            let _ = writeln!(part, "![{title} of {name}]({name}/{file})");
+        }
         // Writing to a string cannot fail.
-        let _ = write!(
-            part,
-            "\n### {}\n\n![{} of {}]({}/{file})\n\n{}\n",
-            figure.title, figure.title, content.name, content.name, figure.caption
-        );
+        let _ = write!(part, "\n{}\n", figure.caption);
     }
     Ok(part)
 }

@@ -3,13 +3,15 @@
 pub(in crate::cli) mod chart;
 mod cross_section;
 mod images;
+mod maps;
 mod page;
 mod plots;
 
 use super::messages::{self, Failure};
 use crate::console;
-use crate::optics::analysis::{Color, Effort, Film, LensAnalysis, ObjectPlane};
-use crate::optics::{Lens, LensReport, Prescription};
+use crate::optics::analysis::{self, Effort, Film, LensAnalysis, ObjectPlane};
+use crate::optics::prescription::write::LensFormat;
+use crate::optics::{Lens, LensReport, Prescription, Surface};
 use crate::optics::{best_focus, breathing};
 use crate::output;
 use clap::Args;
@@ -25,13 +27,15 @@ const EXAMPLES: &str = "Examples:
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub(super) struct LensArgs {
-    /// Lens prescriptions (.dat tables, Zemax .zmx)
+    /// Lens prescriptions: tables (.dat), Zemax (.zmx), CODE V (.seq), OSLO (.len), optiland or ISET (.json), Optical Bench (.txt)
     #[arg(required = true, value_name = "LENS")]
     lenses: Vec<PathBuf>,
     #[command(flatten)]
     mount: MountArgs,
     #[command(flatten)]
     output: OutputArgs,
+    #[command(flatten)]
+    maps: maps::MapArgs,
 }
 
 /// How a lens is put before its film.
@@ -74,7 +78,11 @@ struct OutputArgs {
     /// Trace rays over the field as well: distortion, illumination, sharpness, focus table
     #[arg(long)]
     analysis: bool,
-    /// Write the lens, scaled, to this lens table (.dat)
+    /// Rows of the tables over the field, 1 to 25, in --analysis and on the page; --json has all
+    #[arg(long, value_name = "N", default_value_t = analysis::ROWS as u8, value_parser = clap::value_parser!(u8).range(1..=25))]
+    rows: u8,
+    /// Write the lens, scaled, to this file: a lens table (.dat), Zemax (.zmx) or JSON (.json); with --zoom or --focus, and where
+    /// the format has no positions, at that one
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Print how focal length, view and brightness change with zoom and focus (breathing), instead of the description
@@ -84,7 +92,7 @@ struct OutputArgs {
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Write one page with all plots, readable without network, to this HTML file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, visible_alias = "page", value_name = "FILE")]
     report: Option<PathBuf>,
     /// Write each image of the page to this folder, in one subfolder per lens, with an overview README.md
     #[arg(long, visible_alias = "pictures", value_name = "FOLDER")]
@@ -132,15 +140,18 @@ struct Bench {
 }
 
 impl Bench {
+    /// A message about this lens.
+    fn says(&self, message: &str) -> Failure {
+        format!("{}: {message}", self.name).into()
+    }
+
     /// Traces real rays over the field.
     fn analysis(&self) -> LensAnalysis {
-        let mut analysis = LensAnalysis::new(&self.lens, self.film, self.object, &Effort::REPORT);
-        analysis.color = Color::new(
+        LensAnalysis::new(&self.lens, self.film, self.object, &Effort::REPORT).with_color(
+            &self.lens,
             &self.prescription,
-            self.lens.film_distance(),
-            analysis.image_radius,
-        );
-        analysis
+            self.object,
+        )
     }
 }
 
@@ -152,8 +163,9 @@ pub(super) fn run(args: &LensArgs) -> u8 {
 fn describe_all(args: &LensArgs) -> Result<(), Failure> {
     let output = &args.output;
     let one = [&output.svg, &output.report, &output.output];
-    if args.lenses.len() > 1 && one.iter().any(|file| file.is_some()) {
-        let message = "--svg, --report and --output take one lens; --images takes several";
+    let alone = one.iter().any(|file| file.is_some()) || args.maps.files().next().is_some();
+    if args.lenses.len() > 1 && alone {
+        let message = "--svg, --report, --output and maps take one lens; --images takes several";
         return Err(message.to_string().into());
     }
     let diagonal = args.mount.film_diagonal;
@@ -162,11 +174,12 @@ fn describe_all(args: &LensArgs) -> Result<(), Failure> {
         return Err(message.into());
     }
     if let Some(file) = &output.output
-        && file
-            .extension()
-            .is_none_or(|e| !e.eq_ignore_ascii_case("dat"))
+        && LensFormat::of(file).is_none()
     {
-        let message = format!("{}: lenses are written as tables, .dat", file.display());
+        let message = format!(
+            "{}: lenses are written as .dat, .zmx or .json",
+            file.display()
+        );
         return Err(message.into());
     }
     for file in output
@@ -174,6 +187,7 @@ fn describe_all(args: &LensArgs) -> Result<(), Failure> {
         .iter()
         .chain(&output.report)
         .chain(&output.output)
+        .chain(args.maps.files())
     {
         output::check(file)?;
     }
@@ -199,15 +213,18 @@ fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), Fa
     let bench = mount(&args.mount, path).map_err(|e| e.said(named))?;
     let report = LensReport::new(&bench.lens);
     let wanted = output.analysis || output.report.is_some() || output.images.is_some();
-    let analysis = wanted.then(|| bench.analysis());
+    let analysis = wanted.then(|| LensAnalysis {
+        rows: usize::from(output.rows),
+        ..bench.analysis()
+    });
     if let Some(file) = &output.svg {
         let drawing = cross_section::svg(&bench.lens, bench.film, bench.object);
         write(file, &drawing)?;
     }
     if let Some(file) = &output.output {
-        let table = bench.moving.to_table();
-        write(file, &table.map_err(|e| named(e.to_string()))?)?;
+        write_lens(&bench, args, file)?;
     }
+    args.maps.write(&bench)?;
     let mut part = None;
     if let Some(analysis) = &analysis {
         let content = page::Content::new(&bench, &report, analysis).map_err(named)?;
@@ -243,6 +260,48 @@ fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), Fa
         text += &format!("\n{analysis}");
     }
     Ok((text, part))
+}
+
+/// Writes the lens to `file`, and beside it the catalogue of its glasses where the format needs one.
+fn write_lens(bench: &Bench, args: &LensArgs, file: &Path) -> Result<(), Failure> {
+    let Some(format) = LensFormat::of(file) else {
+        return Ok(());
+    };
+    let chosen = args.mount.zoom.is_some() || args.mount.focus.is_some();
+    let mut lens = &bench.moving;
+    let still;
+    if format == LensFormat::Zemax && chosen {
+        still = Prescription {
+            // Where it is, with the stop as the file has it.
+            surfaces: at_position_of(&bench.moving, &bench.prescription),
+            film_distance: bench.lens.film_distance(),
+            positions: None,
+            warnings: Vec::new(),
+        };
+        lens = &still;
+    }
+    let written = lens.write_as(format, &bench.name);
+    let written = written.map_err(|e| bench.says(&e.to_string()))?;
+    if let Some(catalogue) = &written.catalogue {
+        let beside = file.with_extension("agf");
+        write(&beside, catalogue)?;
+        messages::warning(format_args!(
+            "{}: the glasses' dispersion is in {}, which belongs beside it",
+            file.display(),
+            beside.display()
+        ));
+    }
+    write(file, &written.text)
+}
+
+/// The surfaces of `moving` with the thicknesses of `still`.
+fn at_position_of(moving: &Prescription, still: &Prescription) -> Vec<Surface> {
+    let both = moving.surfaces.iter().zip(&still.surfaces);
+    let at = |(moving, still): (&Surface, &Surface)| Surface {
+        thickness: still.thickness,
+        ..*moving
+    };
+    both.map(at).collect()
 }
 
 fn json(report: &LensReport, analysis: Option<LensAnalysis>) -> Result<String, String> {
@@ -381,7 +440,14 @@ mod tests {
             "Distortion",
             "Relative illumination",
             "Lateral color",
-            "Pupil sampling",
+            "Field curves",
+            "Longitudinal aberration",
+            "Chromatic focal shift",
+            "MTF by frequency",
+            "MTF through focus",
+            "Pupil footprints",
+            "Distortion grid",
+            "Seidel sums",
             "Focus table",
             "Prescription",
         ] {
@@ -392,8 +458,9 @@ mod tests {
         for outside in ["http:", "https:", "src=", "@import", "url("] {
             assert!(!links.contains(outside), "{outside}");
         }
-        assert_eq!(html.matches("<svg").count(), content.figures.len());
-        assert_eq!(html.matches("</svg>").count(), content.figures.len());
+        let images: usize = content.figures.iter().map(|f| f.svgs.len()).sum();
+        assert_eq!(html.matches("<svg").count(), images);
+        assert_eq!(html.matches("</svg>").count(), images);
         assert!(!html.contains("NaN"));
     }
 

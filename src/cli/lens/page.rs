@@ -4,8 +4,8 @@ use super::chart::Failure;
 use super::{Bench, cross_section, plots};
 use crate::cli::html::{self, escaped, table};
 use crate::optics::LensReport;
-use crate::optics::analysis::LensAnalysis;
 use crate::optics::analysis::text::meters;
+use crate::optics::analysis::{LensAnalysis, SeidelTerms};
 use crate::optics::paraxial::Pupil;
 use std::fmt::Write;
 
@@ -17,8 +17,8 @@ pub(super) struct Figure {
     pub title: &'static str,
     /// How to read it.
     pub caption: String,
-    /// An SVG document.
-    pub svg: String,
+    /// SVG documents, side by side.
+    pub svgs: Vec<String>,
 }
 
 /// Everything on the page.
@@ -87,88 +87,177 @@ const OF_DISTORTION: &str = "How much farther from the middle of the film the ch
 const OF_ILLUMINATION: &str = "Light on the film relative to its middle: the projected solid angle of the pupil, traced with all vignetting. A lens \
              of thin elements without vignetting would follow cos⁴.";
 
-/// What the comparison of pupil samplings shows.
-const OF_SAMPLING: &str = "Part of the rays that get through the lens, for what fstop aims at and for other ways to choose where to aim. \
-             The paraxial exit pupil also misses light off the axis.";
+/// What the grid shows.
+const OF_GRID: &str = "Where a square grid of the scene lies on the film, beside where a lens without distortion has it, of the same scale in the middle.";
+
+/// What the field curves show.
+const OF_FIELD_CURVES: &str = "Where narrow beams of the d line come to a focus, along real chief rays (Coddington). Between the two lies astigmatism; Petzval's surface, drawn through the focus of the axis, is where both would lie without it. Points far off are cut.";
+
+/// What the longitudinal aberrations show.
+const OF_LONGITUDINAL: &str = "Where rays of a point on the axis cross it, by their height in the pupil: an upright line is perfect, a slanted one has spherical aberration; lines apart are chromatic.";
+
+/// What the focal shift shows.
+const OF_FOCAL_SHIFT: &str = "Where rays near the axis come to a focus, relative to the d line. A curve that turns once is an achromat's, twice an apochromat's.";
+
+/// What footprints show.
+const OF_FOOTPRINTS: &str = "The part of the stop that light of each film height goes through; rims in front and behind cut the rest. It is the shape of highlights out of focus.";
+
+/// What the contrast through focus shows.
+const OF_THROUGH_FOCUS: &str = "At 30 line pairs per mm, by rays, as the film is moved. Solid: sagittal; dashed: tangential. Where contrast is negative black and white are reversed (spurious resolution).";
 
 fn figures(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
-    let figure = |slug, title, svg, caption: String| Figure {
+    let drawing = cross_section::svg(&bench.lens, bench.film, bench.object);
+    let mut figures = vec![figure(
+        "cross-section",
+        "Cross-section",
+        vec![drawing],
+        OF_CROSS_SECTION,
+    )];
+    figures.extend(of_points(bench, analysis)?);
+    figures.extend(of_contrast(analysis)?);
+    figures.extend(of_focus(analysis)?);
+    figures.extend(of_film(analysis)?);
+    // A lens that lets nothing through has no curves.
+    figures.retain(|figure| !figure.svgs.is_empty());
+    Ok(figures)
+}
+
+fn figure(
+    slug: &'static str,
+    title: &'static str,
+    svgs: Vec<String>,
+    caption: impl Into<String>,
+) -> Figure {
+    Figure {
         slug,
         title,
-        caption,
-        svg,
-    };
+        caption: caption.into(),
+        svgs,
+    }
+}
+
+/// Spots and fans.
+fn of_points(bench: &Bench, analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
     let object = match bench.object.z {
         Some(_) => "a point of the object plane",
         None => "a distant point",
     };
-    let mut figures = vec![
+    let colors = match &analysis.color {
+        Some(_) => "Blue: F (486 nm); green: d (588 nm); vermilion: C (656 nm).",
+        None => "d line (588 nm): the file says nothing of dispersion.",
+    };
+    let of_spots = format!(
+        "Where rays from {object}, spread evenly over the beam, meet the film, about the centroid of the d line; above each the film height and the \
+         root mean square radius (d). Each has a scale of its own. The black ellipse is Airy's disc, the least that diffraction allows. {colors}"
+    );
+    let of_fans = format!("{OF_FANS} {colors}");
+    Ok(vec![
+        figure("spots", "Spot diagrams", plots::spots(analysis)?, of_spots),
+        figure("fans", "Ray aberrations", plots::fans(analysis)?, of_fans),
+    ])
+}
+
+/// Contrast in all its forms.
+fn of_contrast(analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
+    let over_field = format!(
+        "Geometric: the Fourier transform of the spots, at the film's position, without diffraction{}. Tangential contrast is that of lines across the \
+         radius, sagittal that of lines along it. Where contrast is negative black and white are reversed.",
+        diffraction(analysis)
+    );
+    let by_frequency = "Left: geometric, from rays alone; right: with diffraction, from the wavefront (d line). Solid: sagittal; dashed: tangential; colors are film heights. \
+         Where contrast is negative black and white are reversed (spurious resolution).";
+    Ok(vec![
         figure(
-            "cross-section",
-            "Cross-section",
-            cross_section::svg(&bench.lens, bench.film, bench.object),
-            OF_CROSS_SECTION.to_string(),
-        ),
-        figure(
-            "spots",
-            "Spot diagrams",
-            plots::spots(analysis)?,
-            format!(
-                "Where rays from {object}, spread evenly over the beam, meet the film, about their centroid; above each the film \
-                 height and the root mean square radius. All on one scale; d line."
-            ),
-        ),
-        figure(
-            "fans",
-            "Ray aberrations",
-            plots::fans(analysis)?,
-            OF_FANS.to_string(),
+            "mtf-frequency",
+            "MTF by frequency",
+            plots::mtf_by_frequency(analysis)?,
+            by_frequency,
         ),
         figure(
             "mtf",
             "MTF over the field",
-            plots::mtf(analysis)?,
-            format!(
-                "Geometric: the Fourier transform of the spots, at the film's position, without diffraction{}. Tangential \
-                 contrast is that of lines across the radius, sagittal that of lines along it.",
-                diffraction(analysis)
-            ),
+            vec![plots::mtf(analysis)?],
+            over_field,
         ),
+        figure(
+            "mtf-focus",
+            "MTF through focus",
+            plots::through_focus(analysis)?,
+            OF_THROUGH_FOCUS,
+        ),
+    ])
+}
+
+/// Where fans and colors come to a focus.
+fn of_focus(analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
+    let mut figures = vec![
+        figure(
+            "field-curves",
+            "Field curves",
+            vec![plots::field_curves(analysis)?],
+            OF_FIELD_CURVES,
+        ),
+        figure(
+            "longitudinal",
+            "Longitudinal aberration",
+            vec![plots::longitudinal(analysis)?],
+            OF_LONGITUDINAL,
+        ),
+    ];
+    if let Some(color) = &analysis.color {
+        figures.push(figure(
+            "focal-shift",
+            "Chromatic focal shift",
+            vec![plots::focal_shift(color)?],
+            OF_FOCAL_SHIFT,
+        ));
+        figures.push(figure(
+            "color",
+            "Lateral color",
+            vec![plots::lateral_color(analysis, color)?],
+            format!(
+                "How much farther from the middle of the film blue and red light of a direction arrives than yellow (d). Indices from \
+                 the file's formulas, or from Abbe numbers by a Cauchy formula of three terms. Blue focuses {} mm behind red.",
+                cell(color.longitudinal, 3)
+            ),
+        ));
+    }
+    Ok(figures)
+}
+
+/// Shape and brightness of the picture.
+fn of_film(analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
+    let grid = analysis
+        .distortion_grid
+        .as_ref()
+        .map(plots::grid)
+        .transpose()?;
+    Ok(vec![
         figure(
             "distortion",
             "Distortion",
-            plots::distortion(analysis)?,
-            OF_DISTORTION.to_string(),
+            vec![plots::distortion(analysis)?],
+            OF_DISTORTION,
+        ),
+        figure(
+            "grid",
+            "Distortion grid",
+            grid.into_iter().collect(),
+            OF_GRID,
         ),
         figure(
             "illumination",
             "Relative illumination",
-            plots::illumination(analysis)?,
-            OF_ILLUMINATION.to_string(),
+            vec![plots::illumination(analysis)?],
+            OF_ILLUMINATION,
         ),
         figure(
-            "sampling",
-            "Pupil sampling",
-            plots::pass_fractions(analysis)?,
-            OF_SAMPLING.to_string(),
+            "footprints",
+            "Pupil footprints",
+            vec![plots::footprints(analysis)?],
+            OF_FOOTPRINTS,
         ),
-    ];
-    if let Some(color) = &analysis.color {
-        figures.insert(
-            4,
-            figure(
-                "color",
-                "Lateral color",
-                plots::lateral_color(analysis, color)?,
-                format!(
-                    "How much farther from the middle of the film blue and red light of a direction arrives than yellow (d). Indices from \
-                     the Abbe numbers by a Cauchy formula of three terms. Blue focuses {} mm behind red.",
-                    cell(color.longitudinal, 3)
-                ),
-            ),
-        );
-    }
-    Ok(figures)
+    ])
 }
 
 /// What diffraction would do at most, in words.
@@ -194,31 +283,89 @@ pub(super) fn html(content: &Content) -> String {
         content.analysis.film.width,
         content.analysis.film.height
     );
+    body += "<main>\n";
     for (i, figure) in content.figures.iter().enumerate() {
+        let wide = if figure.svgs.len() > 1 || i == 0 {
+            " class=\"wide\""
+        } else {
+            ""
+        };
         let _ = write!(
             body,
-            "<section id=\"{0}\"><h2>{1}</h2>\n<figure>{2}<figcaption>{3}</figcaption></figure></section>\n",
-            figure.slug, figure.title, figure.svg, figure.caption
+            "<section id=\"{}\"{wide}><h2>{}</h2>\n<figure><div>{}</div><figcaption>{}</figcaption></figure></section>\n",
+            figure.slug,
+            figure.title,
+            figure.svgs.concat(),
+            figure.caption
         );
         // What a photographer asks first comes right below the drawing.
         if i == 0 {
             body += &first_order(content);
         }
     }
+    body += "</main>\n";
+    body += &seidel_table(content.analysis);
     body += &field_table(content.analysis);
     body += &focus_table(content.analysis);
     body += &prescription(content.report);
     let note =
         " Lengths in millimeters, z from the front vertex toward the film, d line (587.56 nm).";
-    html::page(&title, STYLE, &body, note)
+    html::page(&title, &(html::PLAIN.to_owned() + STYLE), &body, note)
 }
 
+/// Charts of one column stand in pairs where there is room, panels wrap, and what is too wide for a telephone is scrolled by itself. In the dark, colors
+/// are turned over but for their hue.
 const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;color:#222;max-width:1000px;margin:2em auto;padding:0 1em}\
-h1{font-size:1.6em;margin-bottom:0}h2{font-size:1.15em;margin:1.6em 0 .4em}.lead{color:#555;margin-top:.2em}\
-figure{margin:0}figure>svg{max-width:100%;height:auto}figcaption{color:#555;max-width:46em}\
+h1{font-size:1.6em;margin-bottom:0;overflow-wrap:anywhere}h2{font-size:1.15em;margin:1.6em 0 .4em}.lead{color:#555;margin-top:.2em}\
+main{display:flex;flex-wrap:wrap;gap:0 2em}section{flex:1 1 340px;min-width:0;max-width:480px}section.wide{flex-basis:100%;max-width:100%}\
+figure{margin:0}figure>div{display:flex;flex-wrap:wrap;overflow-x:auto}svg{max-width:100%;height:auto}figcaption{color:#555;max-width:46em}\
+#cross-section svg{flex:none;min-width:640px}.scroll{overflow-x:auto}\
 table{border-collapse:collapse;font-variant-numeric:tabular-nums}th,td{padding:.15em .8em;text-align:right;border-bottom:1px solid #e3e3e3}\
-th{font-weight:600}td:first-child,th:first-child{text-align:left}.columns{display:flex;flex-wrap:wrap;gap:0 3em}\
-footer{margin:3em 0 1em;color:#777;font-size:.9em}";
+th{font-weight:600}td:first-child,th:first-child{text-align:left}.sum td{font-weight:600}.columns{display:flex;flex-wrap:wrap;gap:0 3em;flex-basis:100%}\
+footer{margin:3em 0 1em;color:#777;font-size:.9em}\
+@media (prefers-color-scheme:dark){body{background:#15171a;color:#ddd}.lead,figcaption{color:#aaa}th,td{border-color:#3a3d42}\
+svg{filter:invert(.92) hue-rotate(180deg)}}";
+
+/// A heading and a table that is scrolled where it is wider than the page.
+fn under(heading: &str, table: &str, note: &str) -> String {
+    format!("<h2>{heading}</h2>\n<div class=\"scroll\">{table}</div>{note}\n")
+}
+
+fn seidel_table(analysis: &LensAnalysis) -> String {
+    let Some(seidel) = &analysis.seidel else {
+        return String::new();
+    };
+    let row = |name: String, terms: &SeidelTerms| {
+        let values = terms.values().map(|x| cell(Some(1e3 * x), 3));
+        std::iter::once(name).chain(values).collect::<Vec<_>>()
+    };
+    let surfaces = seidel.surfaces.iter().enumerate();
+    let mut rows: Vec<_> = surfaces
+        .map(|(i, terms)| row((i + 1).to_string(), terms))
+        .collect();
+    rows.push(
+        row("sum".to_string(), &seidel.sum)
+            .into_iter()
+            .map(|x| format!("<b>{x}</b>"))
+            .collect(),
+    );
+    let head = [
+        "surface",
+        "S_I spherical",
+        "S_II coma",
+        "S_III astigmatism",
+        "S_IV Petzval",
+        "S_V distortion",
+        "C_I axial",
+        "C_II lateral",
+    ];
+    let note = format!(
+        "<p>Micrometers of optical path, for an image at {:.2} mm and the stop as it is (Welford 1986, chapter 8). The wavefront at the rim is off by \
+         S_I/8, S_II/2, S_III/2, (S_III + S_IV)/4 and S_V/2; colors between F and C.</p>",
+        seidel.image_height
+    );
+    under("Seidel sums", &table(&head, rows), &note)
+}
 
 /// A number with `decimals`, or a dash.
 fn cell(value: Option<f64>, decimals: usize) -> String {
@@ -262,7 +409,7 @@ fn first_order(content: &Content) -> String {
         table(&[], cells)
     };
     format!(
-        "<h2>In numbers</h2><div class=\"columns\">{}{}{}</div>\n",
+        "<section class=\"wide\"><h2>In numbers</h2><div class=\"columns\">{}{}{}</div></section>\n",
         column(&lengths),
         column(&planes),
         column(&view)
@@ -274,7 +421,7 @@ fn degrees(value: Option<f64>) -> String {
 }
 
 fn field_table(analysis: &LensAnalysis) -> String {
-    let rows = analysis.fields.iter().map(|p| {
+    let rows = analysis.shown(&analysis.fields).map(|p| {
         vec![
             cell(Some(p.height), 2),
             cell(Some(p.field_angle), 2),
@@ -292,7 +439,7 @@ fn field_table(analysis: &LensAnalysis) -> String {
         "cos⁴ (%)",
         "spot rms (µm)",
     ];
-    format!("<h2>Over the field</h2>\n{}", table(&head, rows))
+    under("Over the field", &table(&head, rows), "")
 }
 
 fn focus_table(analysis: &LensAnalysis) -> String {
@@ -318,11 +465,11 @@ fn focus_table(analysis: &LensAnalysis) -> String {
         "sharp from (m)",
         "to (m)",
     ];
-    format!(
-        "<h2>Focus table</h2>\n{}<p>Distances from the film; the whole lens moves. Sharp: a blur of at most {:.0} µm.</p>\n",
-        table(&head, rows),
+    let note = format!(
+        "<p>Distances from the film; the whole lens moves. Sharp: a blur of at most {:.0} µm.</p>",
         1e3 * analysis.film.circle_of_confusion()
-    )
+    );
+    under("Focus table", &table(&head, rows), &note)
 }
 
 fn prescription(report: &LensReport) -> String {
@@ -350,5 +497,5 @@ fn prescription(report: &LensReport) -> String {
     let aspheric = report.surfaces.iter().any(|s| s.conic.is_some());
     let columns = head.len() - usize::from(!aspheric);
     let rows = rows.map(|row| row[..columns].to_vec());
-    format!("<h2>Prescription</h2>\n{}", table(&head[..columns], rows))
+    under("Prescription", &table(&head[..columns], rows), "")
 }

@@ -16,8 +16,8 @@ pub(super) struct Series {
 
 const TEXT: u32 = 12 * FINE;
 
-/// One color per series, distinguishable for color-blind readers (Okabe and Ito 2008, yellow darkened).
-const PALETTE: [RGBColor; 8] = [
+/// One color per series, distinguishable for color-blind readers (Okabe and Ito 2008, yellow darkened, and gray).
+const PALETTE: [RGBColor; 9] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -26,6 +26,7 @@ const PALETTE: [RGBColor; 8] = [
     RGBColor(86, 180, 233),
     RGBColor(150, 140, 20),
     RGBColor(0, 0, 0),
+    RGBColor(130, 130, 130),
 ];
 
 /// Draws the series; those without a positive point are left out.
@@ -66,8 +67,9 @@ pub(super) fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Fai
             .axis_style(ShapeStyle::from(&BLACK).stroke_width(FINE))
             .draw()
             .map_err(failure)?;
+        let mut room = Room::new(size, series, |at| chart.backend_coord(at));
         for (series, color) in series.iter().zip(PALETTE.iter().cycle()) {
-            draw_series(&mut chart, series, color)?;
+            draw_series(&mut chart, series, color, &mut room)?;
         }
         chart
             .configure_series_labels()
@@ -83,11 +85,12 @@ pub(super) fn log_log(size: (u32, u32), series: &[Series]) -> Result<String, Fai
 /// The axes of the chart.
 type Axes = Cartesian2d<LogCoord<f64>, LogCoord<f64>>;
 
-/// Draws a series, its marks with their names, and names it in the legend.
+/// Draws a series, its marks with their names where there is room, and names it in the legend.
 fn draw_series<'a, 'b: 'a>(
     chart: &mut ChartContext<'a, SVGBackend<'b>, Axes>,
     series: &Series,
     color: &RGBColor,
+    room: &mut Room,
 ) -> Result<(), Failure> {
     let style = ShapeStyle::from(color).stroke_width(2 * FINE);
     let filled = style.filled();
@@ -99,11 +102,15 @@ fn draw_series<'a, 'b: 'a>(
             .map_err(failure)?;
     }
     let label = ("sans-serif", TEXT * 4 / 5).into_font().color(color);
-    let beside = (6 * FINE as i32, -(6 * FINE as i32));
-    let marks = positive().map(|p| {
+    let placed: Vec<_> = positive()
+        .map(|p| (p, room.take(chart.backend_coord(&(p.0, p.1)), &p.2)))
+        .collect();
+    let marks = placed.into_iter().map(|(p, beside)| {
+        // A label without room is in the table.
+        let said = beside.map_or(String::new(), |_| p.2.clone());
         EmptyElement::at((p.0, p.1))
             + Circle::new((0, 0), 4 * FINE, filled)
-            + Text::new(p.2.clone(), beside, label.clone())
+            + Text::new(said, beside.unwrap_or_default(), label.clone())
     });
     chart
         .draw_series(marks)
@@ -111,6 +118,73 @@ fn draw_series<'a, 'b: 'a>(
         .label(&series.name)
         .legend(move |(x, y)| Circle::new((x + 8 * FINE as i32, y), 4 * FINE, filled));
     Ok(())
+}
+
+/// Height of a label's letters.
+const LETTER: i32 = (TEXT * 4 / 5) as i32;
+
+/// Half the side of a mark, and the distance of its label.
+const MARK: i32 = 6 * FINE as i32;
+
+/// A box in the units of the drawing: left, top, right, bottom.
+type Box4 = [i32; 4];
+
+/// What is taken by marks and labels.
+struct Room {
+    taken: Vec<Box4>,
+    size: [i32; 2],
+}
+
+impl Room {
+    fn new(
+        (width, height): (u32, u32),
+        series: &[Series],
+        place: impl Fn(&(f64, f64)) -> (i32, i32),
+    ) -> Room {
+        let points = series.iter().flat_map(|s| &s.points);
+        let points = points.filter(|p| p.0 > 0.0 && p.1 > 0.0);
+        let mark = |p: &(f64, f64, String)| {
+            let (x, y) = place(&(p.0, p.1));
+            [x - MARK / 2, y - MARK / 2, x + MARK / 2, y + MARK / 2]
+        };
+        let fine = |n: u32| i32::try_from(n * FINE).unwrap_or(i32::MAX);
+        Room {
+            taken: points.map(mark).collect(),
+            size: [fine(width), fine(height)],
+        }
+    }
+
+    /// Where a label goes, from its mark: the first of six places that is free, and is taken from then on.
+    fn take(&mut self, (x, y): (i32, i32), label: &str) -> Option<(i32, i32)> {
+        // Letters of such a face are a bit more than half as wide as high.
+        let width = i32::try_from(label.chars().count())
+            .unwrap_or(i32::MAX)
+            .saturating_mul(LETTER)
+            * 3
+            / 5;
+        let (right, left) = (MARK, -MARK - width);
+        let (above, level, below) = (-MARK - LETTER / 2, -LETTER / 2, MARK - LETTER / 2);
+        let places = [
+            (right, above),
+            (right, level),
+            (right, below),
+            (left, above),
+            (left, level),
+            (left, below),
+        ];
+        let at = |(dx, dy): (i32, i32)| [x + dx, y + dy, x + dx + width, y + dy + LETTER];
+        let is_free = |b: Box4| {
+            let apart = |t: &Box4| b[2] <= t[0] || t[2] <= b[0] || b[3] <= t[1] || t[3] <= b[1];
+            b[0] >= 0
+                && b[1] >= 0
+                && b[2] <= self.size[0]
+                && b[3] <= self.size[1]
+                && self.taken.iter().all(apart)
+        };
+        let free = places.into_iter().find(|place| is_free(at(*place)))?;
+        self.taken.push(at(free));
+        Some(free)
+    }
 }
 
 fn tick(v: f64) -> String {

@@ -7,10 +7,7 @@ use crate::cli::lens::chart::Failure;
 use crate::tradeoff::{Candidate, Measurement, Setting, Study};
 use std::fmt::Write;
 
-const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;color:#222;background:#fff;max-width:1000px;margin:2em auto;padding:0 1em}\
-h1{font-size:1.6em;margin-bottom:0}.lead{color:#555;margin-top:.2em}.advice{font-size:1.15em;border-left:4px solid #0072b2;padding-left:.8em}\
-figure{margin:1em 0}figure>svg{max-width:100%;height:auto}figcaption,.legend{color:#555;max-width:46em}\
-table{border-collapse:collapse;font-variant-numeric:tabular-nums}th,td{padding:.15em .8em;text-align:right;border-bottom:1px solid #e3e3e3}\
+const STYLE: &str = ".advice{font-size:1.15em;border-left:4px solid #0072b2;padding-left:.8em}figure{margin:1em 0}\
 td:nth-child(-n+2),th:nth-child(-n+2){text-align:left}";
 
 /// The page.
@@ -43,7 +40,12 @@ pub(super) fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, F
     let legend = escaped(&text::legend(study));
     let _ = writeln!(body, "<p class=\"legend\">{legend}</p>");
     let title = format!("{scene}: speed against accuracy");
-    Ok(html::page(&title, STYLE, &body, ""))
+    Ok(html::page(
+        &title,
+        &(html::PLAIN.to_owned() + STYLE),
+        &body,
+        "",
+    ))
 }
 
 /// The candidates for sample counts, joined, then the other settings.

@@ -1,6 +1,8 @@
 //! The study as text.
 
-use crate::tradeoff::{Estimate, Measurement, Setting, Study};
+use crate::integrators::IntegratorSpec;
+use crate::tradeoff::integrators::BIASED;
+use crate::tradeoff::{Candidate, Estimate, Measurement, Setting, Study};
 use std::fmt::Write;
 
 /// The table and the recommendation.
@@ -97,6 +99,7 @@ pub(super) fn sentence(study: &Study) -> String {
         .map(|candidate| match candidate.setting {
             Setting::Sampler
             | Setting::LensModel
+            | Setting::Integrator
             | Setting::LightChoice
             | Setting::PupilSampling => {
                 format!("{} \"{}\"", candidate.setting.name(), candidate.value)
@@ -118,13 +121,70 @@ pub(super) fn sentence(study: &Study) -> String {
     };
     format!(
         "For {} % error take {settings} with {} samples a pixel: about {:.3} s of processor time ({:.3} s at the {:.1} \
-         processors that this study had).{check}",
+         processors that this study had).{check}{}",
         short(100.0 * advice.target),
         advice.spp,
         advice.seconds,
         advice.seconds / study.processors,
         study.processors,
+        about_integrators(study)
     )
+}
+
+/// Which integrator to take, and which of them show another image; empty if there is no choice.
+fn about_integrators(study: &Study) -> String {
+    let measured = study.measured.iter().enumerate();
+    let others = measured.filter(|(_, (candidate, _))| candidate.setting == Setting::Integrator);
+    let turned =
+        |i: usize| { study.recommendation.iter() }.any(|advice| advice.turned.contains(&i));
+    let (mut taken, mut count, mut notes) = (None, 0, String::new());
+    for (i, (candidate, m)) in others {
+        count += 1;
+        let name = &candidate.value;
+        taken = if turned(i) {
+            Some(spelled(candidate))
+        } else {
+            taken
+        };
+        let differs = m.squared_bias.excludes(0.0) && m.squared_bias.value > 0.0;
+        if let Some(why) = why_it_differs(name).filter(|_| differs) {
+            let _ = write!(
+                notes,
+                " `{name}` differs by {} %: {why}.",
+                percent(m.bias())
+            );
+        }
+    }
+    match (count, taken) {
+        (0, _) => String::new(),
+        (_, Some(name)) => format!(" Of the integrators take {name}.{notes}"),
+        (_, None) => format!(" Of the integrators keep the scene's own.{notes}"),
+    }
+}
+
+/// An integrator as a scene names it, with the disc that it was measured with.
+fn spelled(candidate: &Candidate) -> String {
+    match &candidate.options.integrator.spec {
+        IntegratorSpec::Sppm(sppm) => {
+            let (name, radius) = (&candidate.value, sppm.radius);
+            format!("`{name}` with \"float radius\" {radius}")
+        }
+        _ => format!("`{}`", candidate.value),
+    }
+}
+
+/// Where an integrator's image is another one than the reference.
+fn why_it_differs(integrator: &str) -> Option<&'static str> {
+    match integrator {
+        BIASED => Some(
+            "it blurs light over discs, less so with more samples, finds caustics in mirrors and through glass, and \
+             passes over media",
+        ),
+        "bdpt" => Some("it finds caustics of lights without area, which path tracers lack"),
+        "path" => Some("it lacks caustics of lights without area, and media"),
+        "volpath" => Some("it lacks caustics of lights without area"),
+        _ => None,
+    }
 }
 
 /// Efficiency of a setting relative to another's.

@@ -8,6 +8,7 @@ fn estimate(image: &Image) -> Estimate<'_> {
     Estimate {
         image,
         freedom: 15.0,
+        pool: None,
         samples: Some(64.0),
     }
 }
@@ -62,6 +63,7 @@ fn unknown_variances_are_none() {
     let single = |image| Estimate {
         image,
         freedom: 0.0,
+        pool: None,
         samples: Some(1.0),
     };
     let comparison = compare(&single(&a), &single(&b), &Options::default()).unwrap();
@@ -145,6 +147,7 @@ fn correlated_noise_is_noticed() {
     let [a, b] = [&a, &b].map(|image| Estimate {
         image,
         freedom: 3.0,
+        pool: None,
         samples: None,
     });
     let comparison = compare(&a, &b, &Options::default()).unwrap();

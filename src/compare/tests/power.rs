@@ -114,9 +114,74 @@ fn a_moved_edge_without_variances() {
     let [a, b] = [&a, &b].map(|image| Estimate {
         image,
         freedom: f64::INFINITY,
+        pool: None,
         samples: None,
     });
     let comparison = compare(&a, &b, &Options::default()).unwrap();
     assert!(!comparison.agrees(), "{}", comparison.sentence());
     assert!(comparison.neighbors.correlation.is_finite());
+}
+
+/// What is said to be found is found: a difference of all of the image, as large as the comparison says. 95 of a hundred
+/// pairs, less three binomial standard deviations (2.2 each) and one for the half step of the quantiles; of half the
+/// difference, which is 5.8 / 2 = 2.9 standard errors where 4.2 are needed, few.
+#[test]
+fn what_is_promised_is_found() {
+    let options = Options {
+        common_variance: false,
+        blocks: vec![8],
+        ..Options::default()
+    };
+    let mut found = [0, 0];
+    for seed in 0..100 {
+        let a = Render::new(2 * seed, 32, 64, 64, mild);
+        let b = Render::new(2 * seed + 1, 32, 64, 64, mild);
+        let promise = compare(&a.estimate(), &b.estimate(), &options).unwrap();
+        let whole = promise.findable.iter().find(|f| f.side.is_none()).unwrap();
+        assert_eq!(
+            (promise.answer(), promise.findable.len()),
+            (Answer::Agree, 2)
+        );
+        for (part, found) in [1.0, 0.5].into_iter().zip(&mut found) {
+            let mut brighter = a.image.clone();
+            // In one channel alone, as the promise is of.
+            for pixel in &mut brighter.pixels {
+                pixel[whole.channel] *= 1.0 + part * whole.relative as f32;
+            }
+            let brighter = Estimate {
+                image: &brighter,
+                ..a.estimate()
+            };
+            let verdict = compare(&brighter, &b.estimate(), &options).unwrap().verdict;
+            *found += u32::from(verdict.levels[1].rejected > 0);
+        }
+    }
+    assert!(found[0] >= 88 && found[1] <= 50, "{found:?}");
+}
+
+/// A caustic that samples hardly ever meet: 13 of those of B do, so that it has none once in 500,000 pairs, and 0.8 of A's, which
+/// is 95 times too dark without. No comparison says that the images agree.
+#[test]
+fn what_is_never_met_is_not_agreed_upon() {
+    let with_caustic = |pixel: UVec2, random: &mut Random| {
+        if pixel.cmplt(UVec2::splat(32)).all() {
+            let light = if random.uniform() < 5e-5 { 2e4 } else { 0.0 };
+            Rgb::splat(1.0 / 95.0 + light)
+        } else {
+            mild(pixel, random)
+        }
+    };
+    let mut answers = [0, 0, 0];
+    for seed in 0..10 {
+        let a = Render::new(2 * seed, SIDE, 16, 16, with_caustic);
+        let b = Render::new(2 * seed + 1, SIDE, 256, 256, with_caustic);
+        let comparison = compare(&a.estimate(), &b.estimate(), &Options::default()).unwrap();
+        answers[comparison.answer() as usize] += 1;
+        if comparison.answer() == Answer::CannotTell {
+            assert_eq!(comparison.doubt().unwrap().bounds.min, UVec2::ZERO);
+            assert!(comparison.sentence().starts_with("It cannot be told"));
+        }
+    }
+    // The expectation is the same: "differ" would be a false alarm.
+    assert_eq!(answers, [0, 0, 10]);
 }

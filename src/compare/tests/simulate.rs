@@ -66,6 +66,7 @@ impl Render {
         Estimate {
             image: &self.image,
             freedom: f64::from(self.groups - 1),
+            pool: None,
             samples: Some(f64::from(self.samples)),
         }
     }

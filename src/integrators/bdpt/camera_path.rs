@@ -246,10 +246,12 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             return;
         }
         let medium = vertex.medium_toward(world, light.wi);
+        self.context.shadow(id, false);
         let left = transmittance(world, self.context.stream, &light.shadow, medium);
         if is_black(left) {
             return;
         }
+        self.context.shadow(id, true);
         let cosine = vertex.cosine(light.wi);
         let lit = Lit {
             id,

@@ -41,7 +41,9 @@ impl Lit<'_> {
     /// The probability with which emitter sampling at x₁ chooses this light is `pmf`.
     pub(super) fn densities(&self, world: &World, lights: &Lights, pmf: f32) -> LightDensities {
         let light = world.light(self.id);
-        let Some(emitters) = &lights.emitters else {
+        let emitters = lights.emitters.as_ref();
+        let begins = emitters.map_or(0.0, |emitters| emitters.choice.pmf(self.id));
+        let Some(emitters) = emitters.filter(|_| begins > 0.0) else {
             return LightDensities {
                 direct: f64::from(pmf) * f64::from(self.pdf),
                 emitted: 0.0,
@@ -49,7 +51,7 @@ impl Lit<'_> {
                 backward: 1.0,
             };
         };
-        let begins = f64::from(emitters.choice.pmf(self.id));
+        let begins = f64::from(begins);
         let LightEnd { p, n } = self.end;
         let density = emitters.density(world, self.id, n, self.from.p, -self.wi);
         let (position, direction) = (f64::from(density.position), f64::from(density.direction));

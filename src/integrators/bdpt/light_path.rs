@@ -5,14 +5,21 @@ use super::light_end::{Lit, end_as_hit};
 use super::vertex::Vertex;
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_vertex};
 use super::weights::{History, Onward, square};
+use crate::accel::GeometryHit;
+use crate::bsdf::{Bsdf, BsdfSample, Lobe};
+use crate::bssrdf::Bssrdf;
 use crate::handles::LightId;
 use crate::integrators::Beginning;
 use crate::integrators::context::Lights;
+use crate::integrators::subsurface::find_exit;
 use crate::lights::{Emission, LightEnd};
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
 use crate::surface::{ReceiverSide, ReferencePoint};
 use crate::world::World;
+
+/// Room for so many vertices is made before there are any.
+const INITIAL_CAPACITY: u32 = 16;
 
 /// A vertex that other subpaths can be joined to.
 pub(super) struct LightVertex<'a> {
@@ -59,6 +66,9 @@ impl<'a> LightPath<'a> {
         stream: &mut SampleStream,
     ) {
         self.vertices.clear();
+        // At once, so that later paths need no more.
+        self.vertices
+            .reserve(max_depth.min(INITIAL_CAPACITY) as usize);
         tracer.trace(time, max_depth, stream, |vertex, _| {
             self.vertices.push(vertex)
         });
@@ -176,7 +186,7 @@ impl<'a> LightTracer<'_, 'a> {
         let from = vertex.reference_point();
         let history = walk.arrive(from.p, vertex.cosine(walk.ray.d));
         let mut next = *walk;
-        let scattered = self.scatter(&mut next, &vertex, &history, stream);
+        let scattered = self.scatter(&mut next, &vertex, &history, stream, visit);
         if vertex.connects() {
             let kept = LightVertex {
                 vertex,
@@ -233,6 +243,7 @@ impl<'a> LightTracer<'_, 'a> {
         vertex: &Vertex,
         history: &History,
         stream: &mut SampleStream,
+        visit: &mut impl FnMut(LightVertex<'a>, &mut SampleStream),
     ) -> Option<()> {
         let connections = self.bdpt.connections;
         let (hit, bsdf) = match vertex {
@@ -250,15 +261,71 @@ impl<'a> LightTracer<'_, 'a> {
             let transport =
                 self.world
                     .subsurface_transport(hit.material, surface, scattered, None, choice);
-            // Subsurface scattering is left to paths from the camera.
-            if transport.bssrdf.is_some() {
-                return None;
-            }
             walk.throughput *= transport.share;
+            if let Some(bssrdf) = &transport.bssrdf {
+                // What camera paths find is left to them: their subsurface scattering has no densities.
+                let is_lost = history.before == 0.0 && history.rest == 0.0;
+                if !is_lost || !turn.sample.specular {
+                    return None;
+                }
+                walk.throughput *= entering(hit, bsdf, &turn.sample);
+                return self.scatter_below(walk, bssrdf, hit, stream, visit);
+            }
         }
         walk.throughput *= turn.factor;
         let link = (history, connections);
         walk.scatter_at_surface(self.world, (hit, bsdf), &turn.sample, turn.reverse, link);
         walk.russian_roulette(turn.judged, stream)
     }
+
+    /// Subsurface scattering of light that came straight from a light without area by smooth glass or mirrors alone, which no camera
+    /// path finds below the surface.
+    fn scatter_below(
+        &self,
+        walk: &mut Walk,
+        bssrdf: &Bssrdf,
+        entry: &GeometryHit,
+        stream: &mut SampleStream,
+        visit: &mut impl FnMut(LightVertex<'a>, &mut SampleStream),
+    ) -> Option<()> {
+        let exit = find_exit(self.world, stream, bssrdf, entry)?;
+        let mut hit = exit.hit;
+        let surface = &mut hit.surface;
+        // As if light came along the geometric normal: what `importance_cosine` takes from shading normals then is this cosine.
+        let cosine = surface.n.dot(surface.shading.n);
+        surface.wo = surface.n * 1.0f32.copysign(cosine);
+        walk.throughput *= exit.weight / cosine.abs();
+        let mut bsdf = Bsdf::new(surface.n, &surface.shading);
+        bsdf.add(Lobe::SubsurfaceExit(bssrdf.exit().emerging()));
+        let turn = Turn::sample(&hit, &bsdf, Carries::Importance, stream);
+        let mut next = *walk;
+        let scattered = turn.and_then(|turn| {
+            next.throughput *= turn.factor;
+            let link = (&History::ALONE, self.bdpt.connections);
+            next.scatter_at_surface(self.world, (&hit, &bsdf), &turn.sample, turn.reverse, link);
+            next.russian_roulette(turn.judged * exit.weight, stream)
+        });
+        let kept = LightVertex {
+            vertex: Vertex::Surface {
+                hit,
+                bsdf,
+                medium: walk.medium,
+            },
+            throughput: walk.throughput,
+            history: History::ALONE,
+            depth: walk.depth,
+        };
+        visit(kept, stream);
+        *walk = next;
+        scattered
+    }
+}
+
+/// The factor of the flux that enters a surface by a specular `sample` from its `wo`.
+fn entering(hit: &GeometryHit, bsdf: &Bsdf, sample: &BsdfSample) -> Rgb {
+    let (n, shading_n, wo) = (hit.surface.n, bsdf.shading_normal(), hit.surface.wo);
+    // Refraction scales radiance, not importance.
+    let eta2 = sample.eta * sample.eta;
+    let transmitted = sample.f * (eta2 * shading_n.dot(sample.wi).abs() / sample.pdf);
+    transmitted * (shading_n.dot(wo) / n.dot(wo)).abs()
 }

@@ -14,7 +14,8 @@
 //! The last row is what no path tracer has: the caustics of lights without area. Its paths are shared by all pixels, and are not those
 //! that camera paths are joined to; a picture is the sum of both parts, each unbiased by itself.
 //!
-//! Subsurface scattering is found by camera paths alone.
+//! Subsurface scattering is found by camera paths, but for light that comes to a smooth boundary from a light without area by smooth
+//! glass or mirrors, which light paths alone find.
 
 mod camera_path;
 mod light_end;
@@ -25,9 +26,9 @@ mod walk;
 mod weights;
 
 use super::context::{Context, Lights};
-use super::{Beginning, LightJob, Path, Transport};
+use super::{Beginning, LightJob, Path, Splat, Transport};
 use crate::lights::SelectionStrategy;
-use crate::math::{Rgb, UVec2};
+use crate::math::Rgb;
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use camera_path::CameraPath;
@@ -43,15 +44,22 @@ pub struct Bdpt {
     pub max_depth: u32,
     /// `lightsamplestrategy` ("spatial"): how emitter sampling chooses a light; noise only.
     pub light_strategy: SelectionStrategy,
-    /// The share of camera paths that are joined to a light path (s ≥ 2 and t ≥ 2), more than 0: what pays is found by a pilot pass.
+    /// The share of camera paths that are joined to a light path (s ≥ 2 and t ≥ 2): what pays is found by a pilot pass. 0 only where
+    /// all light is found by camera paths alone, too.
     pub connections: f32,
 }
 
 impl Bdpt {
-    /// Reads the parameters. `visualizestrategies` and `visualizeweights` write pictures for debugging in pbrt-v3, and nothing here.
+    /// Reads the parameters. `visualizestrategies` and `visualizeweights` write an image of each strategy in pbrt-v3, for its developers;
+    /// no public scene that is known asks for them.
     pub fn from_params(reader: &ParamReader) -> Bdpt {
-        reader.accept("visualizestrategies");
-        reader.accept("visualizeweights");
+        for name in ["visualizestrategies", "visualizeweights"] {
+            if reader.boolean(name, false) {
+                reader.note(format!(
+                    "`{name}` is not followed: the image is written, and none of each strategy"
+                ));
+            }
+        }
         Bdpt::from(Path::from_params(reader))
     }
 }
@@ -68,6 +76,14 @@ impl From<Path> for Bdpt {
 }
 
 impl Bdpt {
+    /// A path tracer that is helped by the light pass, without joints.
+    pub(super) fn assisting(path: Path) -> Bdpt {
+        Bdpt {
+            connections: 0.0,
+            ..Bdpt::from(path)
+        }
+    }
+
     /// Radiance along the camera ray: that of camera paths, and of those that are joined to a light path if this one `joins`.
     fn parts(&self, mut context: Context, joins: bool) -> [Rgb; 2] {
         let mut light_path = LightPath::in_spare(&mut context.workspace.vertices);
@@ -96,7 +112,7 @@ impl Transport for Bdpt {
 
     fn radiance(&self, context: Context) -> Rgb {
         let share = self.connections;
-        let joins = share >= 1.0 || context.stream.next_1d() < share;
+        let joins = share >= 1.0 || (share > 0.0 && context.stream.next_1d() < share);
         let [radiance, joined] = self.parts(context, joins);
         radiance + joined
     }
@@ -109,7 +125,7 @@ impl Transport for Bdpt {
         job: &LightJob,
         lights: &Lights,
         paths: impl Iterator<Item = (u64, SampleStream)>,
-        splat: &mut impl FnMut(u64, UVec2, Rgb),
+        splat: &mut impl FnMut(Splat),
     ) {
         let tracer = LightTracer {
             bdpt: self,

@@ -6,8 +6,8 @@ use super::weights::{History, square, weight};
 use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
 use crate::film::PixelBounds;
 use crate::handles::MediumId;
-use crate::integrators::LightJob;
 use crate::integrators::volpath::transmittance;
+use crate::integrators::{LightJob, Splat};
 use crate::math::{Rgb, UVec2, Vec2, color::is_black};
 use crate::samplers::SampleStream;
 use arrayvec::ArrayVec;
@@ -42,7 +42,7 @@ pub(super) fn splat_paths(
     tracer: &LightTracer,
     job: &LightJob,
     paths: impl Iterator<Item = (u64, SampleStream)>,
-    splat: &mut impl FnMut(u64, UVec2, Rgb),
+    splat: &mut impl FnMut(Splat),
 ) {
     let mut waiting = Waiting {
         tracer,
@@ -100,7 +100,7 @@ impl Waiting<'_, '_> {
     }
 
     /// Finds out where the connections land, and what they bring there.
-    fn land(&mut self, splat: &mut impl FnMut(u64, UVec2, Rgb)) {
+    fn land(&mut self, splat: &mut impl FnMut(Splat)) {
         let mut landings = ArrayVec::new();
         self.job.camera.land_all(&self.aims, &mut landings);
         let all = self.pending.drain(..).zip(self.aims.drain(..));
@@ -118,7 +118,7 @@ fn bring(
     job: &LightJob,
     (mut pending, aim): (Pending, &Aim),
     landing: &Landing,
-    splat: &mut impl FnMut(u64, UVec2, Rgb),
+    splat: &mut impl FnMut(Splat),
 ) {
     let light = pending.light * landing.importance;
     if is_black(light) || !reaches_film(job, landing.raster) {
@@ -139,8 +139,14 @@ fn bring(
     let earlier = pending.history.earlier(camera, pending.reverse.into());
     let mut bring_to = |raster: Vec2| {
         for_pixels(job, raster, |pixel, value, density| {
-            let weight = weight(earlier * square(density.into()), 0.0);
-            splat(pending.path, pixel, light * left * (value * weight));
+            let others = earlier * square(density.into());
+            let weight = weight(others, 0.0);
+            splat(Splat {
+                path: pending.path,
+                pixel,
+                value: light * left * (value * weight),
+                by_camera: others.sqrt(),
+            });
         });
     };
     bring_to(landing.raster);

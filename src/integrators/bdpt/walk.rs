@@ -247,8 +247,8 @@ impl Turn {
         stream: &mut SampleStream,
     ) -> Option<Turn> {
         let wo = hit.surface.wo;
-        let lobe = stream.next_1d_if(bsdf.chooses());
-        let sample = bsdf.sample(wo, lobe, stream.next_2d())?;
+        let third = stream.next_1d_if(bsdf.needs_third());
+        let sample = bsdf.sample(wo, third, stream.next_2d())?;
         let back = match sample.specular {
             false => bsdf.f_and_pdf(sample.wi, wo),
             true => (Rgb::ZERO, 1.0),

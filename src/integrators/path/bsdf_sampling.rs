@@ -8,13 +8,13 @@ use crate::integrators::subsurface::find_exit;
 use crate::math::color::is_black;
 use crate::math::ray::RayDifferentials;
 
-impl<const MEDIA: bool> PathState<'_, MEDIA> {
+impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Samples the BSDF and updates the throughput.
     #[inline(always)]
     pub(super) fn sample_bsdf(&mut self, hit: &GeometryHit, bsdf: &Bsdf) -> Option<BsdfSample> {
         let stream = &mut *self.context.stream;
-        let lobe = stream.next_1d_if(bsdf.chooses());
-        let sample = bsdf.sample(hit.surface.wo, lobe, stream.next_2d())?;
+        let third = stream.next_1d_if(bsdf.needs_third());
+        let sample = bsdf.sample(hit.surface.wo, third, stream.next_2d())?;
         let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
         self.throughput *= sample.f * (cosine / sample.pdf);
         let valid = !is_black(self.throughput) && self.throughput.is_finite();

@@ -89,7 +89,7 @@ impl Sampled {
     }
 }
 
-impl<const MEDIA: bool> PathState<'_, MEDIA> {
+impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Adds the emission of the surface hit.
     #[inline(always)]
     pub(super) fn add_emission(&mut self, hit: &GeometryHit) {

@@ -11,7 +11,7 @@ use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, Vec2, color::is_black};
 use crate::surface::ReferencePoint;
 
-impl<const MEDIA: bool> PathState<'_, MEDIA> {
+impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Adds direct light at a surface, unless all its lobes are perfectly specular.
     #[inline(always)]
     pub(super) fn sample_direct_at_surface(&mut self, hit: &GeometryHit, bsdf: &Bsdf) {
@@ -82,6 +82,9 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
         if is_black(contribution) {
             return None;
         }
+        if WATCHED {
+            self.context.shadow(id, false);
+        }
         if MEDIA {
             let medium = vertex.medium_toward(world, light.wi);
             contribution *= transmittance(world, self.context.stream, &light.shadow, medium);
@@ -90,6 +93,9 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
             }
         } else if world.occluded(&light.shadow) {
             return None;
+        }
+        if WATCHED {
+            self.context.shadow(id, true);
         }
         let pdf = pmf * light.pdf;
         let weight = if light.delta {

@@ -36,7 +36,7 @@ impl MediaSeen {
     }
 }
 
-impl<const MEDIA: bool> PathState<'_, MEDIA> {
+impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Crosses a medium up to `t_max`, or to the scattering event before it that is returned. The throughput may
     /// become black.
     pub(super) fn sample_medium(&mut self, id: MediumId, t_max: f32) -> Option<MediumVertex> {

@@ -77,9 +77,17 @@ impl Path {
     }
 
     /// Radiance along the camera ray. `MEDIA`: as `volpath`, which simulates participating media and lets
-    /// light through surfaces without material; a constant, so that `path` pays nothing for it.
+    /// light through surfaces without material; a constant, so that `path` pays nothing for it. Nor does either for being
+    /// watched.
     pub(super) fn trace<const MEDIA: bool>(&self, context: Context) -> Rgb {
-        let mut state = PathState::<MEDIA> {
+        match context.watch {
+            None => self.trace_as::<MEDIA, false>(context),
+            Some(_) => self.trace_as::<MEDIA, true>(context),
+        }
+    }
+
+    fn trace_as<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Rgb {
+        let mut state = PathState::<MEDIA, WATCHED> {
             path: self,
             ray: context.ray,
             differentials: context.differentials,
@@ -112,7 +120,7 @@ impl Transport for Path {
 }
 
 /// A path being traced. Its methods return `None` where it ends.
-struct PathState<'a, const MEDIA: bool> {
+struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     path: &'a Path,
     context: Context<'a>,
     /// To the next vertex.
@@ -136,7 +144,7 @@ struct PathState<'a, const MEDIA: bool> {
     null_surfaces: u32,
 }
 
-impl<const MEDIA: bool> PathState<'_, MEDIA> {
+impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Extends the path by a vertex.
     #[inline(always)]
     fn extend(&mut self) -> Option<()> {
@@ -191,6 +199,8 @@ impl<const MEDIA: bool> PathState<'_, MEDIA> {
     /// Reports the vertex just reached, for the search for samples that are not finite.
     #[inline(always)]
     fn arrive(&mut self, met: Met) {
-        self.context.arrive(self.depth, met, self.radiance);
+        if WATCHED {
+            self.context.arrive(self.depth, met, self.radiance);
+        }
     }
 }

@@ -18,7 +18,7 @@ const MAX_BROAD_PDF: f32 = 1.0;
 /// No path is terminated with less than this probability once roulette applies, as in pbrt-v3.
 const MIN_TERMINATION: f32 = 0.05;
 
-impl<const MEDIA: bool> PathState<'_, MEDIA> {
+impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Counts the scattering event and decides whether the path continues.
     #[inline(always)]
     pub(super) fn russian_roulette(&mut self) -> Option<()> {

@@ -114,8 +114,8 @@ impl CameraPath<'_, '_> {
         differentials: Option<&RayDifferentials>,
         (gathered, gather): (bool, &Gather),
     ) -> Option<()> {
-        let lobe = self.stream.next_1d_if(bsdf.chooses());
-        let sample = bsdf.sample(hit.surface.wo, lobe, self.stream.next_2d())?;
+        let third = self.stream.next_1d_if(bsdf.needs_third());
+        let sample = bsdf.sample(hit.surface.wo, third, self.stream.next_2d())?;
         if gathered && !sample.specular {
             return None;
         }
@@ -202,8 +202,8 @@ impl CameraPath<'_, '_> {
 
     /// The sample of the BSDF.
     fn met_light(&mut self, hit: &GeometryHit, bsdf: &Bsdf, from: &ReferencePoint) -> Rgb {
-        let lobe = self.stream.next_1d_if(bsdf.chooses());
-        let sample = bsdf.sample(hit.surface.wo, lobe, self.stream.next_2d());
+        let third = self.stream.next_1d_if(bsdf.needs_third());
+        let sample = bsdf.sample(hit.surface.wo, third, self.stream.next_2d());
         let Some(sample) = sample.filter(|sample| !sample.specular) else {
             return Rgb::ZERO;
         };

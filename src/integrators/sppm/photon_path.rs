@@ -29,7 +29,7 @@ impl PhotonMapper<'_> {
         }
     }
 
-    /// A ray of light and the flux that it stands for.
+    /// A ray from a light and the flux that it carries.
     fn begin(&self, choice: f32, time: f32, at: Vec2, toward: Vec2) -> Option<(Ray, Rgb)> {
         let emitters = self.lights.emitters.as_ref()?;
         let (id, pmf, _) = emitters.choice.sample(choice)?;

@@ -195,7 +195,7 @@ fn what_is_no_radius_is_warned_of() {
 
 /// The mean of pixels, for images that are the same everywhere.
 fn mean(job: &RenderJob) -> DVec3 {
-    let film = crate::render::render(job, 16, &crate::render::Progress::hidden());
+    let film = crate::render::expose(job, 16, &crate::render::Progress::hidden());
     let pixels = film.pixels();
     pixels.iter().map(|pixel| pixel.mean()).sum::<DVec3>() / pixels.len() as f64
 }

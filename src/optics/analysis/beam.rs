@@ -1,9 +1,12 @@
 //! The beam of one object point: the rays that get from it through the lens.
 
 use super::chief::ChiefRay;
+use super::illumination::spread;
 use super::object::ObjectPlane;
+use crate::optics::bisection::bisect;
 use crate::optics::lens::Lens;
 use crate::optics::pupil::ExitPupil;
+use crate::optics::real::Real;
 use crate::optics::trace::LensRay;
 
 /// The rays from the object point whose chief ray lands at a film point, by where they cross a plane: the one
@@ -50,36 +53,84 @@ impl Beam {
     }
 
     /// The ray toward the film that crosses the plane at (sagittal, tangential) mm from the chief ray.
-    pub fn ray(&self, p: [f64; 2]) -> LensRay<f64> {
-        let o: [f64; 3] = std::array::from_fn(|i| {
-            self.chief.ray.o[i] + p[0] * self.axes[0][i] + p[1] * self.axes[1][i]
+    pub fn ray<T: Real<Base = f64>>(&self, p: [T; 2]) -> LensRay<T> {
+        let o: [T; 3] = std::array::from_fn(|i| {
+            p[0].times(self.axes[0][i]).plus(self.chief.ray.o[i]) + p[1].times(self.axes[1][i])
         });
         match self.object {
-            Some(object) => LensRay::through(object, o),
+            Some(object) => LensRay::through(object.map(T::constant), o),
             None => LensRay {
                 o,
-                d: self.direction,
+                d: self.direction.map(T::constant),
             },
+        }
+    }
+
+    /// How far the beam reaches along an axis through the chief ray (0 sagittal, 1 tangential), to either side: where rays end, to
+    /// rounding, looking inward from the rectangle. 0 where the chief ray itself does not pass.
+    pub fn rim(&self, lens: &Lens, axis: usize) -> [f64; 2] {
+        let on_axis = |x: f64| std::array::from_fn(|i| if i == axis { x } else { 0.0 });
+        let passes = |x: f64| self.on_film(lens, on_axis(x)).is_some();
+        match passes(0.0) {
+            false => [0.0; 2],
+            true => self.extent[axis].map(|edge| bisect([0.0, edge], 50, passes)[0]),
+        }
+    }
+
+    /// Light, by the plane in front of the lens: from the object point, or from a wave front of a distant one, to where the ray
+    /// through `p` starts.
+    pub(super) fn lead(&self, ray: &LensRay<f64>) -> f64 {
+        match self.object {
+            Some(object) => length(std::array::from_fn(|i| ray.o[i] - object[i])),
+            // The plane is a wave front.
+            None => 0.0,
         }
     }
 
     /// Where the ray through `p` meets the film, (x, y) mm; `None` where it is blocked.
     pub fn on_film(&self, lens: &Lens, p: [f64; 2]) -> Option<[f64; 2]> {
+        self.at_film(lens, p).map(|ray| [ray.o[0], ray.o[1]])
+    }
+
+    /// The ray through `p` where it meets the film; `None` where it is blocked.
+    pub fn at_film(&self, lens: &Lens, p: [f64; 2]) -> Option<LensRay<f64>> {
         let out = lens.tracer().to_film(&self.ray(p)).ok()?;
         let t = (lens.film_z() - out.o[2]) / out.d[2];
         let at = [out.o[0] + t * out.d[0], out.o[1] + t * out.d[1]];
-        at.iter().all(|x| x.is_finite()).then_some(at)
+        let o = [at[0], at[1], lens.film_z()];
+        at.iter()
+            .all(|x| x.is_finite())
+            .then_some(LensRay { o, d: out.d })
+    }
+
+    /// The rays of `across`² points, spread evenly over its extent, where they meet the film. Not a grid: the rows of that would be
+    /// seen as a grating in the image of a point out of focus.
+    pub fn rays_at_film(&self, lens: &Lens, across: usize) -> Vec<LensRay<f64>> {
+        let point = |u: crate::math::Vec2| {
+            let part = [f64::from(u.x), f64::from(u.y)];
+            let [x, y] = self.extent;
+            [
+                x[0] + part[0] * (x[1] - x[0]),
+                y[0] + part[1] * (y[1] - y[0]),
+            ]
+        };
+        let points = spread((across * across) as u32).map(point);
+        points.filter_map(|p| self.at_film(lens, p)).collect()
+    }
+
+    fn grid_point(&self, across: usize, i: usize) -> [f64; 2] {
+        let at = |axis: usize, i: usize| {
+            let [low, high] = self.extent[axis];
+            low + (high - low) * (i as f64 + 0.5) / across as f64
+        };
+        [at(0, i % across), at(1, i / across)]
     }
 
     /// The points of the beam on a square grid of `across` by `across` over its extent, each in the middle of its cell,
     /// with where their rays meet the film.
     pub fn grid(&self, lens: &Lens, across: usize) -> Vec<([f64; 2], [f64; 2])> {
-        let at = |axis: usize, i: usize| {
-            let [low, high] = self.extent[axis];
-            low + (high - low) * (i as f64 + 0.5) / across as f64
-        };
         (0..across * across)
-            .map(|i| [at(0, i % across), at(1, i / across)])
+            .map(|i| self.grid_point(across, i))
             .filter_map(|p| Some((p, self.on_film(lens, p)?)))
             .collect()
     }
@@ -155,6 +206,10 @@ impl Beam {
             *range = [range[0] - part[0] * size, range[1] + part[1] * size];
         }
     }
+}
+
+fn length(v: [f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Where the chief ray meets the object plane; `None` for one at infinity, and where it lies behind the lens.

@@ -1,6 +1,9 @@
 //! Color errors: where the hydrogen lines C (red) and F (blue) go instead of d (yellow).
 
 use super::chief::ChiefFinder;
+use super::fan::Fan;
+use super::longitudinal::FocalShift;
+use super::spot::Spot;
 use crate::optics::dispersion::{AbbeModel, LINE_C, LINE_F};
 use crate::optics::lens::Lens;
 use crate::optics::paraxial::Paraxial;
@@ -14,6 +17,19 @@ pub struct Color {
     pub longitudinal: Option<f64>,
     /// Over the field.
     pub lateral: Vec<LateralColor>,
+    /// Focus near the axis over the spectrum; filled in by [`super::LensAnalysis::with_color`].
+    pub focal_shift: Vec<FocalShift>,
+    /// Spots and fans of other colors, at the heights of those of the d line; filled in by the same.
+    pub points: Vec<ColorPoint>,
+}
+
+/// What becomes of the beam of one object point in the light of the lines C and F, relative to the chief ray of the d line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ColorPoint {
+    /// C, then F.
+    pub spots: [Spot; 2],
+    /// C, then F.
+    pub fans: [Fan; 2],
 }
 
 /// What becomes of the chief ray of one film point.
@@ -63,6 +79,8 @@ impl Color {
         Some(Color {
             longitudinal: focus(&blue).zip(focus(&red)).map(|(b, r)| b - r),
             lateral,
+            focal_shift: Vec::new(),
+            points: Vec::new(),
         })
     }
 }

@@ -1,6 +1,7 @@
 //! The focusing scale of a lens: film distances, magnifications, depth of field.
 
 use super::film::Film;
+use crate::optics::depth_of_field::depth_of_field;
 use crate::optics::focus;
 use crate::optics::lens::Lens;
 use serde::Serialize;
@@ -38,28 +39,14 @@ pub fn row(lens: &Lens, film: Film, distance: f64) -> Option<FocusRow> {
     let cardinals = lens.paraxial().cardinals?;
     let film_distance = focus::film_distance_for_focus(Some(cardinals), distance).ok()?;
     let extension = film_distance - cardinals.back_focal_distance;
-    let film_z = lens.length() + film_distance;
-    // The depth of focus on the film's side, by the cone from the exit pupil; each end of it is the image of one end of
-    // the depth of field (Ray, *Applied Photographic Optics*, 3rd edition, chapter 22).
-    let conjugate = |shift: f64| {
-        focus::plane_of_focus(&cardinals, film_distance + shift)
-            .map_or(f64::INFINITY, |z| film_z - z)
-    };
-    let ends = lens.paraxial().exit_pupil.map(|pupil| {
-        let (away, c) = ((film_z - pupil.z).abs(), film.circle_of_confusion());
-        // Behind the film the cone's blur grows more slowly than its image does: the exact distances of the planes
-        // whose blur on the film is c.
-        let towards = c * away / (pupil.diameter + c);
-        let behind = (pupil.diameter > c).then(|| c * away / (pupil.diameter - c));
-        (behind, towards)
-    });
+    let depth = depth_of_field(lens, film_distance, film.circle_of_confusion());
     Some(FocusRow {
         distance,
         film_distance,
         extension,
         magnification: extension / (cardinals.index_behind * cardinals.focal_length),
-        near: ends.and_then(|(behind, _)| behind.map(conjugate)),
-        far: ends.map(|(_, towards)| conjugate(-towards)),
+        near: depth.map(|depth| depth.near).filter(|&near| near > 0.0),
+        far: depth.map(|depth| depth.far),
     })
 }
 

@@ -1,16 +1,13 @@
 //! The way of a ray through the lens, for drawing it.
 
 use crate::optics::lens::Lens;
-use crate::optics::trace::{LensRay, LensTracer};
+use crate::optics::trace::LensRay;
 
 /// Where a `ray` from the scene crosses every surface and the film, as far as it gets. The direction's z must be positive.
 pub fn points(lens: &Lens, ray: &LensRay<f64>) -> Vec<[f64; 3]> {
-    let surfaces = lens.surfaces();
-    // Through the lens up to each of its surfaces.
-    let parts = (1..=surfaces.len()).map(|n| LensTracer::new(&surfaces[..n]).to_film(ray));
-    let behind: Vec<LensRay<f64>> = parts.map_while(Result::ok).collect();
-    let mut points: Vec<[f64; 3]> = behind.iter().map(|out| out.o).collect();
-    if let (Some(out), true) = (behind.last(), behind.len() == surfaces.len()) {
+    let mut points = Vec::with_capacity(lens.surfaces().len() + 1);
+    let out = lens.tracer().visit_to_film(ray, |_, p| points.push(p));
+    if let Ok(out) = out {
         let t = (lens.film_z() - out.o[2]) / out.d[2];
         points.push(std::array::from_fn(|i| out.o[i] + t * out.d[i]));
     }

@@ -1,6 +1,6 @@
 //! The analysis as a text table.
 
-use super::{LensAnalysis, MTF_FREQUENCIES};
+use super::{LensAnalysis, MTF_FREQUENCIES, SeidelTerms};
 use std::fmt;
 
 impl fmt::Display for LensAnalysis {
@@ -8,11 +8,20 @@ impl fmt::Display for LensAnalysis {
         self.write_view(f)?;
         self.write_fields(f)?;
         self.write_focus(f)?;
-        self.write_pass_fractions(f)
+        self.write_field_curves(f)?;
+        self.write_seidel(f)
     }
 }
 
 impl LensAnalysis {
+    /// Some of the rows over the field, as many as [`LensAnalysis::rows`], from the middle to the edge.
+    pub fn shown<'a, T>(&self, all: &'a [T]) -> impl Iterator<Item = &'a T> {
+        let last = all.len().saturating_sub(1);
+        let count = self.rows.clamp(1, all.len().max(1));
+        let place = move |i: usize| (i * last + (count - 1) / 2) / (count - 1).max(1);
+        (0..count).filter_map(move |i| all.get(place(i)))
+    }
+
     fn write_view(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let film = &self.film;
         writeln!(f, "film {:.2} mm x {:.2} mm", film.width, film.height)?;
@@ -52,7 +61,7 @@ impl LensAnalysis {
             f,
             " lp/mm\n    mm    deg           %             %      %        um"
         )?;
-        for p in &self.fields {
+        for p in self.shown(&self.fields) {
             let distortion = or_dash(p.distortion, |d| format!("{d:.3}"));
             let spot = or_dash(p.spot_rms, |r| format!("{:.2}", 1e3 * r));
             write!(
@@ -91,23 +100,39 @@ impl LensAnalysis {
         Ok(())
     }
 
-    fn write_pass_fractions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn write_field_curves(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "\nrays that get through, %\nheight mm  fstop  box per radius  exit pupil  rear element"
+            "\nheight  focus, sagittal  tangential  (mm behind the film)"
         )?;
-        for p in &self.pass_fractions {
-            let pupil = or_dash(p.exit_pupil, |x| format!("{:.1}", 100.0 * x));
-            writeln!(
-                f,
-                "{:9.2} {:6.1} {:15.1} {pupil:>11} {:13.1}",
-                p.height,
-                100.0 * p.fstop,
-                100.0 * p.bounding_box,
-                100.0 * p.rear_element
-            )?;
+        for p in self.shown(&self.field_curves) {
+            let focus = |z: Option<f64>| or_dash(z, |z| format!("{z:.4}"));
+            let (s, t) = (focus(p.sagittal), focus(p.tangential));
+            writeln!(f, "{:6.2} {s:>15} {t:>11}", p.height)?;
         }
         Ok(())
+    }
+
+    fn write_seidel(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(seidel) = &self.seidel else {
+            return Ok(());
+        };
+        writeln!(
+            f,
+            "\nSeidel sums in um for the image height {:.2} mm\nsurface  spherical      coma  astigmatism   Petzval  distortion  C_I (F-C)  C_II (F-C)",
+            seidel.image_height
+        )?;
+        let row = |f: &mut fmt::Formatter<'_>, name: String, terms: &SeidelTerms| {
+            let [s, c, a, p, d, axial, lateral] = terms.values().map(|x| 1e3 * x);
+            writeln!(
+                f,
+                "{name:>7} {s:10.3} {c:9.3} {a:12.3} {p:9.3} {d:11.3} {axial:10.3} {lateral:11.3}"
+            )
+        };
+        for (i, terms) in seidel.surfaces.iter().enumerate() {
+            row(f, (i + 1).to_string(), terms)?;
+        }
+        row(f, "sum".to_string(), &seidel.sum)
     }
 }
 

@@ -20,9 +20,13 @@
 //! k=-0.8 A4=1.2e-6 A6=-3e-9                            # conic constant, coefficients of r², r⁴ … r¹⁶ (A2 … A16)
 //! cauchy=1.5046,0.0042,0                               # n = a + b/λ² + c/λ⁴, λ in µm, of the space behind
 //! sellmeier=1.0396,0.2318,1.0105,0.0060,0.0200,103.56  # b1,b2,b3,c1,c2,c3 of n² = 1 + Σ b λ²/(λ²−c)
+//! agf=5,1.4928,0.0114,0.00039                          # a formula of glass catalogues by its number, and its coefficients
+//! glass=N-BK7                                          # a name, for the reader
 //! ```
 //!
 //! Lines that begin with `zoom`, `focus` or `gap` say how groups move; see [`super::positions`].
+//!
+//! A first row of one number, which ISET's tables have, is the focal length, and passed over.
 //!
 //! `#` starts a comment anywhere; columns are separated by blanks or tabs; lines end in LF or
 //! CRLF, the last one in nothing if it likes. A blank index is recognized by the number of
@@ -50,6 +54,10 @@ pub fn parse(text: &str) -> Result<Prescription, PrescriptionError> {
         let (cells, extras) = split(content.split('#').next().unwrap_or(""));
         if Positions::is_line(&cells) {
             notes.positions.read(line, &cells, &mut notes.errors);
+            continue;
+        }
+        // ISET's tables begin by the focal length in a row of its own, which follows from the others.
+        if rows.is_empty() && is_focal_length(&cells) && extras.is_empty() {
             continue;
         }
         if !cells.is_empty() || !extras.is_empty() {
@@ -88,6 +96,11 @@ pub fn parse(text: &str) -> Result<Prescription, PrescriptionError> {
         );
     }
     reader.notes.prescription(surfaces)
+}
+
+/// One number alone.
+fn is_focal_length(cells: &[Cell]) -> bool {
+    matches!(cells, [only] if only.text.parse::<f64>().is_ok_and(f64::is_finite))
 }
 
 /// Turns rows into surfaces, collecting what is wrong.
@@ -190,6 +203,7 @@ impl Reader {
             index,
             abbe: abbe.filter(|_| index != 1.0),
             dispersion: extras.dispersion,
+            glass: extras.glass,
             aperture,
             is_stop,
             asphere: extras.asphere,

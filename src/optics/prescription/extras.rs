@@ -2,13 +2,16 @@
 
 use super::INDICES;
 use crate::optics::asphere::{Asphere, TERMS};
+use crate::optics::catalogue_formula::CatalogueFormula;
 use crate::optics::dispersion::Dispersion;
+use crate::optics::surface::GlassName;
 
 /// What the words `name=value` of one row say.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Extras {
     pub asphere: Option<Asphere>,
     pub dispersion: Option<Dispersion>,
+    pub glass: Option<GlassName>,
 }
 
 impl Extras {
@@ -25,10 +28,15 @@ impl Extras {
             }
             "cauchy" => self.dispersion = Some(Dispersion::Cauchy(numbers(value)?)),
             "sellmeier" => self.dispersion = Some(Dispersion::Sellmeier(numbers(value)?)),
+            "agf" => self.dispersion = Some(catalogue(value)?),
+            "glass" => {
+                let name = GlassName::new(value);
+                self.glass = Some(name.ok_or("expected a glass name of at most 24 letters")?);
+            }
             term => {
                 let i = term_index(term).ok_or_else(|| {
                     format!(
-                        "unknown term {name}; expected k, A2, A4 … A{}, cauchy or sellmeier",
+                        "unknown term {name}; expected k, A2, A4 … A{}, cauchy, sellmeier, agf or glass",
                         2 * TERMS
                     )
                 })?;
@@ -44,8 +52,15 @@ impl Extras {
         let Some(formula) = self.dispersion else {
             return Ok(());
         };
+        formula.check()
+    }
+}
+
+impl Dispersion {
+    /// Does it give a refractive index where light is seen?
+    pub(super) fn check(&self) -> Result<(), String> {
         for wavelength in [0.38, 0.5875618, 0.78] {
-            let n = formula.index(wavelength);
+            let n = self.index(wavelength);
             if !INDICES.contains(&n) {
                 return Err(format!(
                     "the dispersion formula gives an index of {n} at {wavelength} µm; expected 1 to about 4"
@@ -62,12 +77,27 @@ fn term_index(name: &str) -> Option<usize> {
     (power.is_multiple_of(2) && (2..=2 * TERMS).contains(&power)).then(|| power / 2 - 1)
 }
 
+/// A formula of glass catalogues: its number, then its coefficients.
+fn catalogue(text: &str) -> Result<Dispersion, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(finite).collect();
+    let formula = numbers.and_then(|numbers| {
+        let (number, coefficients) = numbers.split_first()?;
+        let number = Some(*number).filter(|n| n.fract() == 0.0 && (1.0..=13.0).contains(n))?;
+        CatalogueFormula::new(number as u8, coefficients)
+    });
+    let formula = formula.ok_or_else(|| {
+        format!("expected the number of a formula, 1 to 13, and up to 10 coefficients, separated by commas, found {text}")
+    })?;
+    Ok(Dispersion::of_catalogue(formula))
+}
+
+fn finite(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|x: &f64| x.is_finite())
+}
+
 /// Exactly `N` finite numbers separated by commas.
 fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
-    let numbers: Option<Vec<f64>> = text
-        .split(',')
-        .map(|part| part.parse().ok().filter(|x: &f64| x.is_finite()))
-        .collect();
+    let numbers: Option<Vec<f64>> = text.split(',').map(finite).collect();
     numbers
         .and_then(|n| n.try_into().ok())
         .ok_or_else(|| format!("expected {N} number(s) separated by commas, found {text}"))

@@ -1,18 +1,30 @@
 //! Lens prescriptions: what a lens is made of, and the files that say so.
 //!
 //! * [`dat`]: the table of the course and of pbrt, with aspheric and dispersion terms added;
-//! * [`mod@write`]: the same, written;
-//! * [`zmx`]: Zemax' sequential files, with the [`glass`] names they use.
+//! * [`zmx`]: Zemax' sequential files, with the [`glass`] names they use and the catalogues ([`agf`]) that have them;
+//! * [`json`]: ISET's lenses in JSON, and what they have no fields for; [`optiland`]: those of optiland;
+//! * [`seq`]: CODE V; [`oslo`]: OSLO; [`optbench`]: Optical Bench;
+//! * [`mod@write`]: files written.
 
+pub mod agf;
 mod cells;
 pub mod dat;
+mod design;
 mod extras;
 pub mod glass;
+pub mod json;
+pub mod optbench;
+pub mod optiland;
+pub mod oslo;
 pub mod positions;
+pub mod seq;
 #[cfg(test)]
 mod tests;
 pub mod write;
 pub mod zmx;
+
+pub use self::design::decode;
+pub use self::glass::Glasses;
 
 use super::report::length_text;
 use super::surface::Surface;
@@ -145,17 +157,26 @@ fn in_one_line(notes: &[RowNote]) -> String {
 }
 
 impl Prescription {
-    /// Reads the file at `path`: Zemax' format where its name ends in `.zmx`, else the table.
+    /// Reads the file at `path`: by its ending Zemax (`.zmx`), CODE V (`.seq`), OSLO (`.len`) or JSON (`.json`), by its content JSON or Optical Bench, else
+    /// the table. Glasses are looked up as [`Glasses::beside`] says.
     pub fn read(path: &Path) -> Result<Prescription, PrescriptionError> {
         let bytes = files::read(path, LARGEST)?;
-        let is_zemax = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("zmx"));
-        if is_zemax {
-            return zmx::parse(&zmx::decode(&bytes));
+        let text = design::decode(&bytes);
+        let glasses = || Glasses::beside(path);
+        let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+        match ending.to_str().unwrap_or_default() {
+            "zmx" => zmx::parse(&text, &glasses()),
+            "seq" => seq::parse(&text, &glasses()),
+            "len" => oslo::parse(&text, &glasses()),
+            _ if text.trim_start().starts_with('{') => match optiland::is_file(&text) {
+                true => optiland::parse(&text, &glasses()),
+                false => json::parse(&text),
+            },
+            "json" => json::parse(&text),
+            _ if optbench::is_file(&text) => optbench::parse(&text, &glasses()),
+            // Old lens files have Latin-1 comments: replaced characters there harm nobody.
+            _ => Prescription::parse(&text),
         }
-        // Old lens files have Latin-1 comments: replaced characters there harm nobody.
-        Prescription::parse(&String::from_utf8_lossy(&bytes))
     }
 
     /// Reads a table; see [`dat`].

@@ -15,6 +15,7 @@
 
 use super::cells::{Cell, number};
 use super::{Prescription, RowNote};
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
 /// Positions and gaps are few; a file with more is none of a lens.
@@ -42,6 +43,77 @@ struct Gap {
     behind: Vec<usize>,
     /// As given by position; once checked, by zoom and within it by vergence.
     values: Vec<f64>,
+}
+
+/// Positions and gaps as files of fields have them.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct PositionTable {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zoom: Option<Vec<f64>>,
+    /// Meters; `None` is infinity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus: Option<Vec<Option<f64>>>,
+    pub gaps: Vec<GapTable>,
+}
+
+/// A gap's values by position.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct GapTable {
+    pub name: String,
+    /// Surfaces that it lies behind, from 0.
+    pub behind: Vec<usize>,
+    /// mm.
+    pub values: Vec<f64>,
+}
+
+impl PositionTable {
+    /// Positions of a lens of so many surfaces, not yet checked to be a grid.
+    pub(super) fn positions(self, surfaces: usize) -> Result<Positions, String> {
+        let longest = [
+            self.zoom.as_ref().map_or(0, Vec::len),
+            self.focus.as_ref().map_or(0, Vec::len),
+            self.gaps.len(),
+        ];
+        if longest.iter().any(|n| *n > MOST) {
+            return Err(format!("more than {MOST} positions or gaps"));
+        }
+        let zoom = self
+            .zoom
+            .map(|z| z.into_iter().map(positive).collect::<Result<_, _>>());
+        let vergence = |distance: Option<f64>| match distance {
+            None => Ok(0.0),
+            Some(meters) => positive(meters).and_then(reciprocal),
+        };
+        let focus = self
+            .focus
+            .map(|f| f.into_iter().map(vergence).collect::<Result<_, _>>());
+        let mut positions = Positions {
+            columns: [zoom.transpose()?, focus.transpose()?],
+            ..Positions::default()
+        };
+        for gap in self.gaps {
+            let named = gap.name.parse::<f64>().is_err() && positions.gap(&gap.name).is_none();
+            let plain = gap
+                .name
+                .chars()
+                .all(|c| c.is_ascii_graphic() && !matches!(c, '#' | '='));
+            let placed = gap.behind.iter().all(|i| *i < surfaces)
+                && gap.values.iter().all(|x| x.is_finite());
+            if gap.name.is_empty() || !named || !plain || !placed || gap.behind.len() > surfaces {
+                let name = &gap.name;
+                return Err(format!(
+                    "gap {name:.40}: expected a name that no other gap has, surfaces of the lens, and finite numbers"
+                ));
+            }
+            positions.gaps.push(Gap {
+                name: gap.name,
+                line: 1,
+                behind: gap.behind,
+                values: gap.values,
+            });
+        }
+        Ok(positions)
+    }
 }
 
 /// Why a lens has no such position.
@@ -230,6 +302,28 @@ impl Positions {
         text
     }
 
+    /// The same as columns of numbers.
+    pub(super) fn to_table(&self) -> PositionTable {
+        let (zooms, vergences) = (&self.zooms, &self.vergences);
+        let distance = |v: &f64| Some(1.0 / v).filter(|d| d.is_finite());
+        let zoom = zooms.iter().flat_map(|z| vergences.iter().map(|_| *z));
+        let focus = zooms.iter().flat_map(|_| vergences.iter().map(distance));
+        let zooming = self.zoom_range().is_some();
+        PositionTable {
+            zoom: zooming.then(|| zoom.collect()),
+            focus: (self.focuses() || !zooming).then(|| focus.collect()),
+            gaps: self
+                .gaps
+                .iter()
+                .map(|gap| GapTable {
+                    name: gap.name.clone(),
+                    behind: gap.behind.clone(),
+                    values: gap.values.clone(),
+                })
+                .collect(),
+        }
+    }
+
     pub(super) fn scale(&mut self, factor: f64) {
         let gaps = self.gaps.iter_mut().flat_map(|gap| &mut gap.values);
         gaps.for_each(|x| *x *= factor);
@@ -300,6 +394,10 @@ fn vergence(text: &str) -> Result<f64, String> {
         return Ok(0.0);
     }
     let meters = number(text, "a distance in meters, or inf").and_then(positive)?;
+    reciprocal(meters)
+}
+
+fn reciprocal(meters: f64) -> Result<f64, String> {
     match 1.0 / meters {
         v if v.is_finite() => Ok(v),
         _ => Err(format!("a distance of {meters} m")),

@@ -6,19 +6,20 @@ mod group;
 
 use super::DroppedSamples;
 use super::rendered::{Finished, Rendered};
+use super::shards::counts;
 use crate::budget::{Budget, Bytes, OverBudget};
 use crate::checkpoint::{Plan, Shard};
 use crate::film::{
-    Film, FilmSpec, LightShare, MEMORY_OF_SPLATS, Pairwise, PixelBounds, PixelStatistics, Splats,
-    Tile,
+    Film, FilmSpec, Kept, LightShare, MEMORY_OF_SPLATS, Pairwise, PixelBounds, PixelStatistics,
+    Splats, Tile,
 };
 use crate::render::{self, Division, Ended, Goal, Halves, Pass, TILE_SIZE};
 use group::Group;
 use std::io;
 use std::path::PathBuf;
 
-/// Of each pixel: values and variances, and the same again in the file, which is made in memory.
-const BYTES_OF_IMAGE: u64 = 2 * 6 * 4;
+/// Of each pixel: values and variances, pooled and not, and the same again in the file, which is made in memory.
+const BYTES_OF_IMAGE: u64 = 2 * 9 * 4;
 
 /// Why shards cannot be merged.
 #[derive(Debug, thiserror::Error)]
@@ -132,7 +133,8 @@ pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<M
     let [min, max] = group.facts.sampled;
     let spec = group.facts.film.spec();
     let sampled = spec.pixel_bounds().intersection(PixelBounds::new(min, max));
-    let films = if group.facts.goal.is_some() { 3 } else { 1 };
+    let in_halves = group.facts.goal.is_some() || group.facts.halved;
+    let films = if in_halves { 3 } else { 1 };
     let splats = group
         .facts
         .splats
@@ -145,6 +147,7 @@ pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<M
         Some(facts) => {
             let goal = Goal {
                 error: Some(facts.error),
+                confidence: facts.confidence,
                 time: None,
                 max_spp: facts.max_spp,
             };
@@ -161,7 +164,7 @@ pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<M
     let first_dropped = first_dropped.map(|first| (first, "somewhere on its path".to_string()));
     let dropped = DroppedSamples::of(&finished.film, first_dropped);
     let metadata = group.facts.metadata.clone();
-    let image = Box::new(finished.develop(metadata, variance, dropped));
+    let image = Box::new(finished.develop(metadata, variance, dropped, 0));
     let plan = { group.facts.goal.filter(|_| is_whole) }.map(|_| Plan {
         of: group.identity(),
         passes: group.planned,
@@ -178,7 +181,10 @@ fn of_samples(
     let spp = group.facts.spp;
     let division = Division::new(sampled, Some(spp), group.facts.shard.of);
     let mut film = Film::new(spec);
-    let pass = division.whole(spp);
+    if group.facts.halved {
+        return of_halves(group, spec, sampled, &division);
+    }
+    let pass = division.whole(&[spp]);
     add(group, &division, (1, &pass), spec, |_, tile| {
         film.merge(tile)
     })?;
@@ -194,28 +200,54 @@ fn of_samples(
     Ok(Finished {
         spp: samples as f64 / sampled.area().max(1) as f64,
         error: None,
+        bound: None,
         passes: None,
         stopped: samples < all || !has_paths,
+        film: film.developed(Kept::Variance),
+    })
+}
+
+/// The same in two halves.
+fn of_halves(
+    group: &mut Group,
+    spec: &FilmSpec,
+    sampled: PixelBounds,
+    division: &Division,
+) -> Result<Finished, MergeError> {
+    let pass = division.whole(&counts(group.facts.spp, true));
+    let halves = halves_of(group, spec, sampled, division, std::slice::from_ref(&pass))?;
+    let film = halves.developed(|_| ());
+    let of_half = |spp| sampled.area() as u64 * u64::from(spp);
+    let of_halves = counts(group.facts.spp, true).into_iter().map(of_half);
+    let (samples, all) = (film.samples(), of_halves.clone().sum::<u64>());
+    let lacks_paths = group.facts.splats.is_some_and(|(_, share)| {
+        film.paths() < of_halves.map(|samples| share.paths(samples)).sum()
+    });
+    Ok(Finished {
+        spp: samples as f64 / sampled.area().max(1) as f64,
+        error: None,
+        bound: None,
+        passes: None,
+        stopped: samples < all || lacks_paths,
         film,
     })
 }
 
-/// An adaptive image as far as its passes go, or what comes next.
-fn of_passes(
+/// Both halves with what the shards have of the passes.
+fn halves_of(
     group: &mut Group,
     spec: &FilmSpec,
     sampled: PixelBounds,
-    goal: &Goal,
-    is_whole: bool,
-) -> Result<Result<Finished, (Plan, Option<f64>)>, MergeError> {
-    let division = Division::new(sampled, None, group.facts.shard.of);
-    let passes = render::passes(sampled, goal, &group.planned).ok_or(MergeError::Passes)?;
+    division: &Division,
+    passes: &[Pass],
+) -> Result<Halves, MergeError> {
     let (scale, share) = group.facts.splats.unzip();
     let splats = scale.map(|scale| Splats::new(sampled, scale));
     let splats = splats.map(|splats| [splats.clone(), splats]);
-    let mut halves = Halves::new(spec, sampled, TILE_SIZE, splats);
-    for (number, pass) in (1..).zip(&passes) {
-        add(group, &division, (number, pass), spec, |half, tile| {
+    let are_dependent = group.facts.are_dependent;
+    let mut halves = Halves::new(spec, sampled, TILE_SIZE, splats, are_dependent);
+    for (number, pass) in (1..).zip(passes) {
+        add(group, division, (number, pass), spec, |half, tile| {
             halves.merge(half, tile)
         })?;
         for (half, tiles) in pass.iter().enumerate() {
@@ -234,7 +266,21 @@ fn of_passes(
             group.add_splats(half as u8, of_shard, splats)?;
         }
     }
-    let error = halves.error().filter(|_| is_whole);
+    Ok(halves)
+}
+
+/// An adaptive image as far as its passes go, or what comes next.
+fn of_passes(
+    group: &mut Group,
+    spec: &FilmSpec,
+    sampled: PixelBounds,
+    goal: &Goal,
+    is_whole: bool,
+) -> Result<Result<Finished, (Plan, Option<f64>)>, MergeError> {
+    let division = Division::new(sampled, None, group.facts.shard.of);
+    let passes = render::passes(sampled, goal, &group.planned).ok_or(MergeError::Passes)?;
+    let halves = halves_of(group, spec, sampled, &division, &passes)?;
+    let error = { halves.judged(goal, passes.len() as u32) }.filter(|_| is_whole);
     let ended = halves.reached(goal, error);
     if ended.is_none() && is_whole {
         let mut passes = group.planned.clone();
@@ -242,7 +288,7 @@ fn of_passes(
         let of = group.identity();
         return Ok(Err((Plan { of, passes }, error)));
     }
-    let film = halves.film(|_| ());
+    let film = halves.developed(|_| ());
     let spp = match is_whole {
         true => halves.spp(),
         false => film.samples() as f64 / sampled.area().max(1) as f64,
@@ -250,7 +296,8 @@ fn of_passes(
     Ok(Ok(Finished {
         film,
         spp,
-        error,
+        error: halves.error().filter(|_| is_whole),
+        bound: error.filter(|_| goal.confidence.is_some()),
         passes: Some((passes.len() as u32, ended.unwrap_or(Ended::Stopped))),
         stopped: !is_whole,
     }))

@@ -7,7 +7,7 @@
 
 use super::{Bezier, CurveKind};
 use crate::math::{DVec2, DVec3, Vec2, Vec3};
-use crate::shapes::local::LocalSurface;
+use crate::shapes::local::{LocalPoint, LocalSurface};
 use glam::DMat3;
 
 /// Halvings at most.
@@ -194,15 +194,17 @@ impl Segment {
         let side = if flip { -1.0 } else { 1.0 };
         let n = dpdu.cross(dpdv).try_normalize()? * side;
         Some(LocalSurface {
-            p: o + d * hit.t,
-            // pbrt-v3's choice: new rays start two widths away, beyond the body that the strip
-            // stands for.
-            p_error: DVec3::splat(2.0 * hit.width),
-            n,
+            point: LocalPoint {
+                p: o + d * hit.t,
+                // pbrt-v3's choice: new rays start two widths away, beyond the body that the strip
+                // stands for.
+                p_error: DVec3::splat(2.0 * hit.width),
+                n,
+                shading_n: n,
+            },
             uv: Vec2::new(hit.u as f32, hit.v as f32),
             dpdu,
             dpdv,
-            shading_n: n,
             shading_dpdu: dpdu,
             shading_dpdv: dpdv,
             dndu: DVec3::ZERO,

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::params::testing::{Outcome, read};
+use crate::shapes::local::Local;
 use crate::shapes::quadric::tests::points;
 use std::f64::consts::PI;
 
@@ -73,9 +74,9 @@ fn a_straight_strip_is_as_wide_and_long_as_it_says() {
         assert!((hit.t - 5.0).abs() < 1e-6 && (hit.u - along).abs() < 1e-6);
         // Seen along +z, +y up, the strip's v grows to one side over its whole width.
         assert!(((hit.v - 0.5).abs() - o.x.abs() / width).abs() < 1e-6);
-        assert!((surface.n - DVec3::Z).length() < 1e-6);
+        assert!((surface.point.n - DVec3::Z).length() < 1e-6);
         assert!((surface.dpdv.length() - width).abs() < 1e-6);
-        assert!((surface.p_error.x - 2.0 * width).abs() < 1e-6);
+        assert!((surface.point.p_error.x - 2.0 * width).abs() < 1e-6);
         // ∂p/∂v leads to where v is larger.
         assert!(surface.dpdv.x.signum() * o.x.signum() == (hit.v - 0.5).signum());
     }
@@ -98,9 +99,11 @@ fn cylinders_turn_their_normal_by_half_a_turn() {
         met += 1;
         assert_eq!((a.t, a.u, a.v), (b.t, b.u, b.v));
         // Between the flat strip's normal and this the angle is that of v across the half turn.
-        let angle = flat.n.dot(round.n).clamp(-1.0, 1.0).acos();
+        let angle = flat.point.n.dot(round.point.n).clamp(-1.0, 1.0).acos();
         assert!((angle - ((a.v - 0.5) * PI).abs()).abs() < 1e-6);
-        assert!(flat.n.dot(flat.dpdu).abs() < 1e-9 && round.n.dot(round.dpdu).abs() < 1e-9);
+        assert!(
+            flat.point.n.dot(flat.dpdu).abs() < 1e-9 && round.point.n.dot(round.dpdu).abs() < 1e-9
+        );
     }
     assert!(met > 100);
 }
@@ -117,7 +120,11 @@ fn ribbons_face_their_normals() {
         let (_, surface) = at(0.99 * half).unwrap();
         assert!(at(1.01 * half).is_none());
         let n = DVec3::new(turn.sin(), 0.0, turn.cos());
-        assert!((surface.n - n).length() < 1e-6, "{} {n}", surface.n);
+        assert!(
+            (surface.point.n - n).length() < 1e-6,
+            "{} {n}",
+            surface.point.n
+        );
     }
     // Ends with the same normal turn nothing.
     let mut even = spec(CurveKind::Ribbon, straight(), [0.4, 0.4]);
@@ -164,13 +171,13 @@ fn rays_meet_what_comes_within_half_a_width() {
             hits += 1;
             // Another part of the curve may be in front.
             assert!(hit.t <= nearest.2 + 0.2 / d.length());
-            assert!((surface.p - (o + d * hit.t)).length() < 1e-6);
+            assert!((surface.point.p - (o + d * hit.t)).length() < 1e-6);
             assert!((0.0..=1.0).contains(&hit.v) && (0.0..=1.0).contains(&hit.u));
             // And it is within the box of some piece.
             let segment = curves.stored(0, 0).next().unwrap();
             let inside = (0..segment.pieces()).any(|i| {
                 let (min, max) = segment.bounds(i);
-                surface.p.cmpge(min - 1e-6).all() && surface.p.cmple(max + 1e-6).all()
+                surface.point.p.cmpge(min - 1e-6).all() && surface.point.p.cmple(max + 1e-6).all()
             });
             assert!(inside);
         } else if nearest.0 > 1.15 {
@@ -229,9 +236,9 @@ fn transformations_that_keep_no_angles_are_those_of_the_object() {
             } else {
                 1.0
             };
-            let n = transform.normal(expected.n).normalize() * side;
-            assert!((n - found.n).length() < 1e-2, "{n} {}", found.n);
-            assert!((transform.point(expected.p) - found.p).length() < 1e-4);
+            let n = transform.normal(expected.point.n).normalize() * side;
+            assert!((n - found.point.n).length() < 1e-2, "{n} {}", found.point.n);
+            assert!((transform.point(expected.point.p) - found.point.p).length() < 1e-4);
         }
         assert!(met > 500);
         // The same seen from elsewhere.
@@ -245,7 +252,9 @@ fn transformations_that_keep_no_angles_are_those_of_the_object() {
             meet(&curves, o, d).unwrap(),
             meet(&moved, o - anchor, d).unwrap(),
         );
-        assert!((a.0.t - b.0.t).abs() < 1e-5 && (a.1.p - b.1.p - anchor).length() < 1e-4);
+        assert!(
+            (a.0.t - b.0.t).abs() < 1e-5 && (a.1.point.p - b.1.point.p - anchor).length() < 1e-4
+        );
     }
 }
 

@@ -5,10 +5,12 @@ use crate::math::DVec2;
 use crate::math::ray::Ray;
 use crate::math::sampling::uniform_sphere;
 use crate::math::transform::Transform;
+use crate::shapes::Form;
 use crate::shapes::cone::Cone as ConeForm;
 use crate::shapes::cylinder::Cylinder;
 use crate::shapes::disk::Disk;
 use crate::shapes::hyperboloid::Hyperboloid;
+use crate::shapes::local::Local;
 use crate::shapes::paraboloid::Paraboloid;
 use crate::shapes::quadric::tests::points;
 use crate::shapes::sphere::Sphere;
@@ -67,8 +69,8 @@ impl Shape {
                 let meeting = |triangle: &Triangle| {
                     let hit = triangle.surface(triangle.barycentrics(o, d)?);
                     // Points moved into the triangle are not on the ray, or behind.
-                    let t = (hit.p - o).dot(d);
-                    let met = t > 0.0 && (o + d * t - hit.p).length() < 1e-9 * (1.0 + t);
+                    let t = (hit.point.p - o).dot(d);
+                    let met = t > 0.0 && (o + d * t - hit.point.p).length() < 1e-9 * (1.0 + t);
                     met.then(|| hit.hit(&ray))
                 };
                 triangles.iter().filter_map(meeting).collect()
@@ -142,7 +144,7 @@ const PLACES: [Vec3; 3] = [
 /// the direction is the sum over them. Only the cone of a full sphere chooses the nearest.
 fn total_density(shape: &Shape, from: &ReferencePoint, wi: DVec3) -> f64 {
     let hits = shape.hits(from.p.as_dvec3(), wi);
-    let from_outside = |s: &SphereEmitter| s.cone(from).is_some();
+    let from_outside = |s: &Ball| s.cone(from).is_some();
     let counted = match shape.emitter() {
         Emitter::Sphere(sphere) if from_outside(sphere) => 1,
         _ => hits.len(),
@@ -356,7 +358,7 @@ fn emitters_shine_on_the_side_that_hits_report() {
                     .unwrap();
                 let outward = sample.n.dot(sample.p) > 0.0;
                 let hit = quadric.surface(DVec3::X);
-                assert_eq!(outward, hit.n.x > 0.0);
+                assert_eq!(outward, hit.point.n.x > 0.0);
             }
             let mut data = crate::assets::mesh::MeshData {
                 indices: vec![[0, 1, 2]],
@@ -431,7 +433,7 @@ fn two_triangles_are_one_lamp_where_they_make_a_parallelogram() {
             center
                 .n
                 .as_dvec3()
-                .dot(triangles[0].surface([1.0, 0.0, 0.0]).n)
+                .dot(triangles[0].local_point([1.0, 0.0, 0.0]).n)
                 > 0.999
         );
     }

@@ -3,6 +3,7 @@ use crate::shapes::cone::Cone;
 use crate::shapes::cylinder::Cylinder;
 use crate::shapes::disk::Disk;
 use crate::shapes::hyperboloid::Hyperboloid;
+use crate::shapes::local::Local;
 use crate::shapes::paraboloid::Paraboloid;
 use crate::shapes::sphere::Sphere;
 
@@ -158,8 +159,8 @@ fn orientation_follows_the_table() {
     ] {
         let quadric = Quadric::new(sphere, transform, reverse);
         let surface = quadric.surface(DVec3::X);
-        assert_eq!(surface.n.x > 0.0, outward);
-        assert_eq!(surface.n, surface.shading_n);
+        assert_eq!(surface.point.n.x > 0.0, outward);
+        assert_eq!(surface.point.n, surface.point.shading_n);
     }
 }
 
@@ -193,7 +194,7 @@ fn hits_lie_within_their_error_boxes_at_every_scale() {
                 let ray =
                     crate::math::ray::Ray::new(crate::math::Vec3::ZERO, crate::math::Vec3::X, 0.0);
                 let hit = surface.hit(&ray);
-                let off = (hit.p.as_dvec3() - surface.p).abs();
+                let off = (hit.p.as_dvec3() - surface.point.p).abs();
                 assert!(
                     off.cmple(hit.p_error.as_dvec3()).all(),
                     "{off} {}",
@@ -217,8 +218,8 @@ fn normals_stay_perpendicular_and_derivatives_follow() {
                 let object = form.sample(DVec2::splat(0.05) + u * 0.9);
                 let s = quadric.surface(object);
                 assert!(
-                    s.n.dot(s.dpdu.normalize()).abs() < 1e-9
-                        && s.n.dot(s.dpdv.normalize()).abs() < 1e-9
+                    s.point.n.dot(s.dpdu.normalize()).abs() < 1e-9
+                        && s.point.n.dot(s.dpdv.normalize()).abs() < 1e-9
                 );
                 // n over a step of u, against ∂n/∂u.
                 let step = 1e-5;
@@ -227,7 +228,7 @@ fn normals_stay_perpendicular_and_derivatives_follow() {
                 else {
                     continue;
                 };
-                let change = (quadric.surface(moved).n - s.n) / step;
+                let change = (quadric.surface(moved).point.n - s.point.n) / step;
                 assert!((change - s.dndu).length() < 1e-2 * s.dndu.length().max(1.0));
             }
         }

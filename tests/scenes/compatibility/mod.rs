@@ -170,6 +170,9 @@ fn every_row_has_its_section() {
 
 #[test]
 fn the_page_is_current() {
+    if crate::common::is_left_out("refimages") {
+        return;
+    }
     // An unoptimized program would take minutes.
     if cfg!(debug_assertions) {
         return;

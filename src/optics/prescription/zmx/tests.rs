@@ -1,6 +1,7 @@
+use super::super::{Prescription, PrescriptionError, RowNote, decode, glass};
 use super::*;
 use crate::optics::Paraxial;
-use crate::optics::dispersion::AbbeModel;
+use crate::optics::dispersion::{AbbeModel, LINE_D};
 use proptest::prelude::*;
 
 /// The Cooke triplet of Smith's book as Zemax writes it, semi-diameters chosen here, with every kind of line that
@@ -15,6 +16,10 @@ const TRIPLET: &str = "VERS 140124 258 36214\r\nMODE SEQ\r\nNAME Cooke triplet\r
     SURF 6\r\n  TYPE STANDARD\r\n  CURV -5.4328E-2 0 0 0 0 \"\"\r\n  DISZ 2\r\n  DIAM 7.5 1 0 0 1 \"\"\r\n\
     SURF 7\r\n  TYPE STANDARD\r\n  CURV 0.0\r\n  DISZ 40.208\r\n  DIAM 10\r\n\
     SURF 8\r\n  TYPE STANDARD\r\n  CURV 0.0\r\n  DISZ 0\r\n  DIAM 18\r\nTOL TOFF 0 0\r\n";
+
+fn parse(text: &str) -> Result<Prescription, PrescriptionError> {
+    super::parse(text, &Glasses::COMMON)
+}
 
 fn errors(text: &str) -> Vec<RowNote> {
     match parse(text) {
@@ -42,6 +47,67 @@ fn a_file_as_zemax_writes_it_is_read() {
     // Radii 22.01, -435.76, -22.21, 20.29, 79.64, -18.41: the triplet of f = 50 mm.
     let f = Paraxial::new(&p.surfaces).cardinals.unwrap().focal_length;
     assert!((f - 50.0).abs() < 0.1, "{f}");
+}
+
+/// Two thin groups of f = 100 and −80 mm with an auxiliary plane between them, in three configurations.
+const ZOOM: &str = "MODE SEQ\nUNIT MM\nSURF 0\n DISZ INFINITY\nSURF 1\n STOP\n CURV 0.01\n DISZ 0\n GLAS ___BLANK 1 0 2 0\n DIAM 9\n\
+    SURF 2\n CURV 0\n DISZ 30\n DIAM 9\nSURF 3\n CURV 0\n DISZ 10\n DIAM 9\nSURF 4\n CURV -0.0125\n DISZ 0\n GLAS ___BLANK 1 0 2 0\n DIAM 9\n\
+    SURF 5\n CURV 0\n DISZ 240\n MAZH 0 0\n DIAM 9\nSURF 6\n";
+
+#[test]
+fn configurations_are_positions_of_a_zoom() {
+    // Older programs write no more than the value, newer ones some flags behind it.
+    let zoom = parse(&format!(
+        "{ZOOM}MNUM 3 1\nTHIC 2 1 30 0 0 0 1 1 1 0 0 \"\" 0\nTHIC 2 2 50\nTHIC 2 3 40\n"
+    ))
+    .unwrap();
+    assert!(zoom.warnings.is_empty(), "{:?}", zoom.warnings);
+    // 1/f = 1/100 − 1/80 + d/8000, and the image f (1 − d/100) behind the second group; the plane's 10 mm are part of d.
+    for (d, f) in [(40.0, 400.0), (60.0, 200.0), (50.0, 800.0 / 3.0)] {
+        let engraved = (100.0_f64 * f).round() / 100.0;
+        let at = zoom.at_position(Some(engraved), f64::INFINITY).unwrap();
+        assert!((at.surfaces[1].thickness - d).abs() < 1e-12, "{at:?}");
+        assert!(
+            (at.film_distance - f * (1.0 - d / 100.0)).abs() < 1e-9,
+            "{at:?}"
+        );
+        let found = Paraxial::new(&at.surfaces).cardinals.unwrap().focal_length;
+        assert!((found / f - 1.0).abs() < 1e-12);
+    }
+    assert_eq!(
+        zoom.positions.as_ref().and_then(|p| p.zoom_range()),
+        Some([200.0, 400.0])
+    );
+}
+
+#[test]
+fn configurations_of_near_objects_are_positions_of_focus() {
+    // The second group moves to the film for an object at 1 m, 200 mm being between the groups' own distances of the image.
+    let text = format!(
+        "{ZOOM}MNUM 2 1\nTHIC 0 1 1e10\nTHIC 0 2 1000\nTHIC 2 1 30\nTHIC 2 2 35\nCRVT 1 2 0.02\n"
+    );
+    let lens = parse(&text).unwrap();
+    let positions = lens.positions.as_ref().unwrap();
+    assert!(positions.focuses() && positions.zoom_range().is_none());
+    let near = lens.at_position(None, 1.0).unwrap();
+    assert_eq!(near.surfaces[1].thickness, 45.0);
+    // The first image lies 1/(1/100 − 1/1000) = 111.1 mm behind its group, 66.1 behind the second: 1/(1/66.1 − 1/80) = 380.8 mm.
+    let behind = 1.0 / (1.0 / (1000.0 / 9.0 - 45.0) - 1.0 / 80.0);
+    assert!(
+        (near.film_distance - behind).abs() < 1e-9,
+        "{}",
+        near.film_distance
+    );
+    let [warning] = &lens.warnings[..] else {
+        panic!("{:?}", lens.warnings)
+    };
+    assert!(warning.message.contains("differ by curvatures"));
+    // What is no position is said, and the lens read as it was saved.
+    for wrong in ["MNUM 2 1\nTHIC 2 3 1\n", "MNUM 2 1\nTHIC 2 1 x\n"] {
+        assert!(errors(&format!("{ZOOM}{wrong}"))[0].message.len() > 10);
+    }
+    let still = parse(&format!("{ZOOM}MNUM 1 1\nTHIC 2 1 30\n")).unwrap();
+    assert_eq!((still.positions, still.surfaces[1].thickness), (None, 40.0));
 }
 
 #[test]
@@ -94,17 +160,27 @@ fn what_cannot_be_modeled_is_named_with_its_line() {
     }
     let ring = with("DIAM 10\r", "DIAM 10\r\n  CLAP 2 5\r");
     assert!(ring[0].message.contains("ring-shaped"), "{}", ring[0]);
-    // Of the last step too the row is named: the fourth surface has lost its diameter.
-    let notes = with("DIAM 7.5 1 0 0 1 \"\"", "DIAM 0 0");
-    assert_eq!(notes.iter().map(|n| n.row).collect::<Vec<_>>(), [5, 6]);
-    let narrow = parse(&TRIPLET.replacen("DIAM 9.5", "CLAP 0 8\r\n  DIAM 9.5", 1)).unwrap();
-    assert_eq!(narrow.surfaces[0].aperture, 16.0);
-    let notes = with("DIAM 7.5 1 0 0 1 \"\"", "DIAM 0 0");
+    // Of the last step too the row is named: stop and last element have lost their diameters, and no aperture says how wide the light is
+    // there.
+    let open = TRIPLET.replace("DIAM 7.5 1 0 0 1 \"\"", "DIAM 0 0");
+    let stop = open.replace("DIAM 5 1 0 0 1 \"\"", "DIAM 0 0");
+    let notes = errors(&stop.replace("ENPD", "XXXX"));
+    assert_eq!(
+        notes.iter().map(|n| n.row).collect::<Vec<_>>(),
+        [3, 4, 5, 6]
+    );
     assert!(
         notes[0].message.contains("no clear diameter"),
         "{}",
         notes[0]
     );
+    assert!(
+        parse(&open).unwrap().warnings[0]
+            .message
+            .contains("2 clear diameter(s)")
+    );
+    let narrow = parse(&TRIPLET.replacen("DIAM 9.5", "CLAP 0 8\r\n  DIAM 9.5", 1)).unwrap();
+    assert_eq!(narrow.surfaces[0].aperture, 16.0);
     assert!(matches!(
         parse("MODE SEQ\nSURF 0\n"),
         Err(PrescriptionError::Empty)
@@ -241,4 +317,48 @@ proptest! {
     fn decoding_never_panics(bytes in prop::collection::vec(any::<u8>(), 0..40)) {
         decode(&bytes);
     }
+}
+
+#[test]
+fn a_glass_unknown_by_name_is_that_of_its_numbers() {
+    let with = |glass: &str| TRIPLET.replacen("GLAS SK16 0 0 1.62 60.3 0 0 0", glass, 1);
+    let p = parse(&with("GLAS NEWGLASS 0 0 1.7 50.5 0 0 0")).unwrap();
+    assert_eq!((p.surfaces[0].index, p.surfaces[0].abbe), (1.7, Some(50.5)));
+    assert!(p.warnings[0].message.contains("unknown glass NEWGLASS"));
+    // 1.5 and 40 are what Zemax writes where it does not say.
+    assert!(parse(&with("GLAS NEWGLASS 0 0 1.5 40 0 0 0")).is_err());
+    let own = crate::optics::prescription::agf::parse("NM NEWGLASS 5 0\nCD 1.6 0.01\n");
+    let glasses = Glasses::COMMON.with(own);
+    let p = super::parse(&with("GLAS NEWGLASS 0 0 1.5 40 0 0 0"), &glasses).unwrap();
+    assert!((p.surfaces[0].index - 1.61702).abs() < 1e-5 && p.surfaces[0].dispersion.is_some());
+    assert_eq!(p.surfaces[0].glass.unwrap().as_str(), "NEWGLASS");
+}
+
+#[test]
+fn types_that_are_centered_and_even_are_read() {
+    let odd = TRIPLET.replace("TYPE EVENASPH", "TYPE ODDASPHE");
+    // PARM 2 is r² there.
+    assert_eq!(
+        parse(&odd).unwrap().surfaces[4].asphere.unwrap().terms[0],
+        1e-7
+    );
+    let wrong = errors(&odd.replace("PARM 1 0", "PARM 1 1e-3"));
+    assert!(
+        wrong[0].message.contains("surface 5 has a term"),
+        "{}",
+        wrong[0]
+    );
+    // A coordinate break between air and air, which tilts nothing.
+    let fold = |tilt: &str| {
+        let lines = format!(
+            "SURF 2\r\n  TYPE COORDBRK\r\n  PARM 3 {tilt}\r\n  PARM 6 1\r\n  DISZ 0\r\nSURF 3\r\n"
+        );
+        TRIPLET.replacen("SURF 3\r\n", &lines, 1)
+    };
+    assert_eq!(parse(&fold("0")).unwrap().surfaces.len(), 6);
+    assert!(
+        errors(&fold("2.5"))[0]
+            .message
+            .contains("tilts or decenters")
+    );
 }

@@ -1,0 +1,405 @@
+//! A test of the test: does a small suite find bugs that are known to be there?
+//!
+//! `cargo run --release --example mutants` copies the sources, puts the bugs of `bugs.toml` into them, all at once, each switched on by
+//! a number in the environment (mutant schemata: R. Untch, A. Offutt and M. Harrold, "Mutation analysis using mutant schemata",
+//! ISSTA 1993), builds that once, and runs the suite below for each bug, with a seed of its own. Writes `docs/generated/mutants.md`.
+//! An argument is a folder for the copy and its build, which can be kept.
+//!
+//! A bug counts if it changes the light by 1 % or more on 5 % of a scene's pixels or more, as measured in blocks of 8 × 8 pixels of renders with
+//! [`LONG`] times the samples and one seed, with the bug and without, where that is also three standard errors. Other rules are applied to the same images. Those with a
+//! threshold are given the best that it can be: the strictest that raises no alarm among the [`CLEAN`] runs without a bug.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a panic is an answer here"
+)]
+#![allow(clippy::print_stderr)]
+
+use fstop::film::{Image, PixelBounds, read};
+use fstop::math::color::luminance;
+use serde::Deserialize;
+use serde_json::Value;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Scenes of `tests/scenes/reference`, of 64 × 64 pixels and less.
+const SCENES: [&str; 10] = [
+    "int_cornell_path",
+    "int_veach_mis",
+    "int_path_rr",
+    "int_volpath_fog",
+    "light_spot",
+    "mat_glass_rough",
+    "mat_matte",
+    "mat_metal_aniso",
+    "mat_substrate",
+    "mat_uber",
+];
+
+/// Samples a pixel.
+const SPP: u32 = 64;
+
+/// Times as many tell what a bug does.
+const LONG: u32 = 8;
+
+/// Runs without a bug.
+const CLEAN: usize = 20;
+
+/// Least change of a block's light that counts, and of how many.
+const CHANGE: (f64, f64) = (0.01, 0.05);
+
+#[derive(Deserialize)]
+struct Bugs {
+    bug: Vec<Bug>,
+}
+
+#[derive(Deserialize)]
+struct Bug {
+    file: String,
+    expression: String,
+    becomes: Vec<String>,
+}
+
+/// The function that says which bug is on; it is put into `src/math/mod.rs`.
+const SWITCH: &str = r#"
+/// The number of the bug that is on; none is 0.
+pub fn mutant() -> u32 {
+    static NUMBER: std::sync::OnceLock<u32> = std::sync::OnceLock::new();
+    let read = || std::env::var("FSTOP_MUTANT").ok().and_then(|n| n.parse().ok());
+    *NUMBER.get_or_init(|| read().unwrap_or(0))
+}
+"#;
+
+fn main() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let place = std::env::args().nth(1);
+    let place = place.map_or_else(|| root.join("target/mutants"), PathBuf::from);
+    let bugs = std::fs::read_to_string(root.join("examples/mutants/bugs.toml")).expect("the bugs");
+    let bugs: Bugs = toml::from_str(&bugs).unwrap_or_else(|error| panic!("{error}"));
+    let program = built(root, &place, &bugs.bug);
+    let suite = Suite::new(root, &place, program);
+    let clean: Vec<Seen> = (1..=CLEAN).map(|n| suite.seen(0, 1000 + n)).collect();
+    let names = bugs.bug.iter().flat_map(|bug| {
+        bug.becomes
+            .iter()
+            .map(move |new| format!("`{}` → `{new}` ({})", bug.expression, bug.file))
+    });
+    let truth = suite.long(0);
+    let mut rows = Vec::new();
+    for (number, name) in (1..).zip(names) {
+        let share = changed(&truth, &suite.long(number));
+        let seen = suite.seen(number, 2000 + number);
+        eprintln!(
+            "{number}: {share:.3} {name}: {}",
+            if seen.suite { "found" } else { "not found" }
+        );
+        rows.push((name, share, seen));
+    }
+    let page = page(&clean, &rows);
+    std::fs::write(root.join("docs/generated/mutants.md"), page).expect("the page");
+}
+
+/// The program with all bugs in it. Files that are there and the same are left alone, so that nothing is built twice.
+fn built(root: &Path, place: &Path, bugs: &[Bug]) -> PathBuf {
+    let copy = place.join("source");
+    let mut files = vec!["Cargo.toml".into(), "Cargo.lock".into()];
+    for folder in ["src", "benches"] {
+        below(root, Path::new(folder), &mut files);
+    }
+    for file in &files {
+        let bytes = std::fs::read(root.join(file)).expect("a file");
+        let bytes = match String::from_utf8(bytes) {
+            Ok(text) => with_bugs(file, text, bugs).into_bytes(),
+            Err(other) => other.into_bytes(),
+        };
+        let to = copy.join(file);
+        if std::fs::read(&to).is_ok_and(|there| there == bytes) {
+            continue;
+        }
+        std::fs::create_dir_all(to.parent().expect("a folder")).expect("a folder");
+        std::fs::write(to, bytes).expect("a copy");
+    }
+    let target = place.join("target");
+    let built = Command::new("cargo")
+        .args([
+            "build",
+            "--release",
+            "--locked",
+            "--bin",
+            "fstop",
+            "--target-dir",
+        ])
+        .arg(&target)
+        .current_dir(&copy)
+        .status();
+    assert!(built.expect("cargo").success());
+    target.join("release/fstop")
+}
+
+/// A source file with its bugs, which are numbered through all files, and the switch where it belongs.
+fn with_bugs(file: &Path, mut text: String, bugs: &[Bug]) -> String {
+    let mut number = 0;
+    for bug in bugs {
+        let first = number + 1;
+        number += bug.becomes.len();
+        if Path::new(&bug.file) != file {
+            continue;
+        }
+        let (code, tests) = text.split_at(text.find("#[cfg(test)]").unwrap_or(text.len()));
+        let count = code.matches(&bug.expression).count();
+        assert_eq!(count, 1, "{}: {}", bug.file, bug.expression);
+        let mut choice = "(match crate::math::mutant() { ".to_owned();
+        for (number, new) in (first..).zip(&bug.becomes) {
+            let _ = write!(choice, "{number} => {{ {new} }} ");
+        }
+        let _ = write!(choice, "_ => {{ {} }} }})", bug.expression);
+        text = code.replace(&bug.expression, &choice) + tests;
+    }
+    match file == Path::new("src/math/mod.rs") {
+        true => text + SWITCH,
+        false => text,
+    }
+}
+
+/// The files of a folder and those below it.
+fn below(root: &Path, folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(root.join(folder)).expect("a folder") {
+        let entry = entry.expect("an entry");
+        let path = folder.join(entry.file_name());
+        match entry.file_type().expect("a kind").is_dir() {
+            true => below(root, &path, files),
+            false => files.push(path),
+        }
+    }
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder") {
+        let entry = entry.expect("an entry");
+        let to = to.join(entry.file_name());
+        if entry.file_type().expect("a kind").is_dir() {
+            copy_folder(&entry.path(), &to);
+        } else {
+            std::fs::copy(entry.path(), to).expect("a copy");
+        }
+    }
+}
+
+/// What each rule says of one run of the suite.
+struct Seen {
+    /// `fstop suite run`.
+    suite: bool,
+    /// Mitsuba's.
+    mitsuba: bool,
+    /// Of each scene: the PSNR, and the share of pixels of which a channel differs by more than 2 % of the reference's brightest.
+    numbers: Vec<(f64, f64)>,
+}
+
+struct Suite {
+    folder: PathBuf,
+    program: PathBuf,
+}
+
+impl Suite {
+    /// With references of four runs without a bug.
+    fn new(root: &Path, place: &Path, program: PathBuf) -> Suite {
+        let folder = place.join("suite");
+        let _ = std::fs::remove_dir_all(&folder);
+        copy_folder(&root.join("tests/scenes/reference"), &folder.join("scenes"));
+        let suite = Suite { folder, program };
+        suite.run(0, 1, SPP, &["--update=all"]);
+        suite
+    }
+
+    fn run(&self, bug: usize, seed: usize, spp: u32, options: &[&str]) -> Value {
+        let mut text = format!(
+            "[suite]\nalpha = 0.01\nspp = {spp}\nseeds = [{seed}]\nbaseline_seeds = [11, 12, 13, 14]\n[renderer.fstop]\n\
+             command = \"{{fstop}} render {{scene}} -o {{output}} --seed {{seed}} --spp {{spp}} --variance --quiet\"\n"
+        );
+        for scene in SCENES {
+            let _ = write!(
+                text,
+                "[[scene]]\nname = \"{scene}\"\nfile = \"scenes/{scene}.pbrt\"\n"
+            );
+        }
+        std::fs::write(self.folder.join("suite.toml"), text).expect("a suite");
+        let run = Command::new(&self.program)
+            .args([
+                "suite",
+                "run",
+                "suite.toml",
+                "--json",
+                "--quiet",
+                "--no-flip",
+            ])
+            .args(options)
+            .current_dir(&self.folder)
+            .env("FSTOP_MUTANT", bug.to_string())
+            .stderr(Stdio::inherit())
+            .output()
+            .expect("the program");
+        serde_json::from_slice(&run.stdout).expect("results")
+    }
+
+    fn images(&self, folder: &str) -> Vec<Image> {
+        let file = |scene: &&str| self.folder.join(folder).join(format!("{scene}.exr"));
+        let load = |path: PathBuf| read(&path).unwrap_or_else(|error| panic!("{error}")).image;
+        SCENES.iter().map(|scene| load(file(scene))).collect()
+    }
+
+    fn seen(&self, bug: usize, seed: usize) -> Seen {
+        let results = self.run(bug, seed, SPP, &[]);
+        let rows = results["results"].as_array().expect("rows");
+        let pairs = self
+            .images("suite-results/images")
+            .into_iter()
+            .zip(self.images("suite-references"));
+        let pairs: Vec<(Image, Image)> = pairs.collect();
+        Seen {
+            suite: rows.iter().any(|row| row["status"] == "changed"),
+            mitsuba: pairs
+                .iter()
+                .any(|(image, reference)| !mitsuba(image, reference)),
+            numbers: pairs
+                .iter()
+                .map(|(image, reference)| numbers(image, reference))
+                .collect(),
+        }
+    }
+
+    /// Images with many samples, all of one seed.
+    fn long(&self, bug: usize) -> Vec<Image> {
+        self.run(bug, 1, LONG * SPP, &[]);
+        self.images("suite-results/images")
+    }
+}
+
+/// The largest share, of all scenes, of pixels in blocks whose light differs by [`CHANGE`].
+fn changed(before: &[Image], after: &[Image]) -> f64 {
+    let of_scene = |(before, after): (&Image, &Image)| {
+        let light = |image: &Image, block: PixelBounds| -> (f64, f64) {
+            let variances = image.variance.as_ref().expect("variances");
+            let indices = block.pixels().filter_map(|pixel| image.bounds.index(pixel));
+            let values =
+                indices.map(|i| (luminance(image.pixels[i]), variances[i].element_sum() / 3.0));
+            values.fold((0.0, 0.0), |(light, variance), (l, v)| {
+                (light + f64::from(l), variance + f64::from(v))
+            })
+        };
+        let differs = |block: &PixelBounds| {
+            let ((a, var_a), (b, var_b)) = (light(before, *block), light(after, *block));
+            (b - a).abs() >= (CHANGE.0 * a).max(3.0 * (var_a + var_b).sqrt()) && b != a
+        };
+        let pixels: usize = before
+            .bounds
+            .tiles(8)
+            .filter(differs)
+            .map(|block| block.area())
+            .sum();
+        pixels as f64 / before.pixels.len() as f64
+    };
+    before.iter().zip(after).map(of_scene).fold(0.0, f64::max)
+}
+
+/// The rule of the tests of Mitsuba 3 (`src/render/tests/test_renders.py`), as we read it: a z-test of each pixel, with the reference's
+/// variance of a pixel, at 1 % shared by Šidák; images agree if 99.75 % of the pixels do.
+fn mitsuba(image: &Image, reference: &Image) -> bool {
+    let count = image.pixels.len() as f64;
+    let level = 1.0 - 0.99f64.powf(1.0 / count);
+    // Ours is the variance of a mean of four times as many samples.
+    let variances = reference.variance.as_ref().expect("variances");
+    let agree =
+        |((a, b), variance): ((&fstop::math::Rgb, &fstop::math::Rgb), &fstop::math::Rgb)| {
+            (0..3)
+                .filter(|&i| {
+                    let error = (4.0 * f64::from(variance[i])).sqrt().max(1e-4);
+                    let z = (f64::from(a[i]) - f64::from(b[i])) / error;
+                    fstop::compare::two_sided_p(z, f64::INFINITY) > level
+                })
+                .count()
+        };
+    let values = image.pixels.iter().zip(&reference.pixels).zip(variances);
+    let agreeing: usize = values.map(agree).sum();
+    agreeing as f64 / 3.0 >= 0.9975 * count
+}
+
+/// See [`Seen::numbers`].
+fn numbers(image: &Image, reference: &Image) -> (f64, f64) {
+    let most = reference
+        .pixels
+        .iter()
+        .map(|p| p.max_element())
+        .fold(0.0, f32::max);
+    let pairs = || image.pixels.iter().zip(&reference.pixels);
+    let squares: f64 = pairs()
+        .map(|(a, b)| f64::from((*a - *b).length_squared()))
+        .sum();
+    let mse = squares / (3.0 * image.pixels.len() as f64);
+    let psnr = 10.0 * (f64::from(most).powi(2) / mse).log10();
+    let differs = |(a, b): &(&fstop::math::Rgb, &fstop::math::Rgb)| {
+        (**a - **b).abs().max_element() > 0.02 * most
+    };
+    (
+        psnr,
+        pairs().filter(differs).count() as f64 / image.pixels.len() as f64,
+    )
+}
+
+/// Its name, and whether it raises an alarm.
+type Rule<'a> = (&'a str, &'a dyn Fn(&Seen) -> bool);
+
+fn page(clean: &[Seen], rows: &[(String, f64, Seen)]) -> String {
+    let least = |scene: usize| {
+        clean
+            .iter()
+            .map(|s| s.numbers[scene].0)
+            .fold(f64::INFINITY, f64::min)
+    };
+    let most = |scene: usize| clean.iter().map(|s| s.numbers[scene].1).fold(0.0, f64::max);
+    let psnr = |seen: &Seen| (0..SCENES.len()).any(|i| seen.numbers[i].0 < least(i));
+    let idiff = |seen: &Seen| (0..SCENES.len()).any(|i| seen.numbers[i].1 > most(i));
+    let rules: [Rule; 4] = [
+        ("`fstop suite`, α = 1 %", &|seen| seen.suite),
+        ("Mitsuba's z-test", &|seen| seen.mitsuba),
+        ("PSNR, tuned for each scene", &psnr),
+        (
+            "share of pixels off by 2 % (`idiff -fail -failpercent`), tuned",
+            &idiff,
+        ),
+    ];
+    let counted: Vec<_> = rows
+        .iter()
+        .filter(|(_, share, _)| *share >= CHANGE.1)
+        .collect();
+    let mut page = format!(
+        "# Known bugs, and who finds them\n\nWritten by `cargo run --release --example mutants`: {} bugs in shading and sampling \
+         (`examples/mutants/bugs.toml`), of which {} change the light by 1 % or more on 5 % of the pixels of a scene or more. Ten scenes \
+         at {SPP} samples, references of four runs, a seed for each bug. The tuned thresholds are those of {CLEAN} runs \
+         without a bug, with which they raise no alarm.\n\n| rule | found, of {} | alarms in {CLEAN} runs without a bug |\n|---|--:|--:|\n",
+        rows.len(),
+        counted.len(),
+        counted.len(),
+    );
+    for (name, rule) in rules {
+        let found = counted.iter().filter(|(_, _, seen)| rule(seen)).count();
+        let percent = 100.0 * found as f64 / counted.len().max(1) as f64;
+        let alarms = clean.iter().filter(|seen| rule(seen)).count();
+        let _ = writeln!(page, "| {name} | {found} ({percent:.0} %) | {alarms} |");
+    }
+    page += "\nEach bug, the largest share of a scene's pixels that it changes by 1 % or more, and who finds it:\n\n| bug | pixels | suite | Mitsuba | PSNR | idiff |\n|---|--:|---|---|---|---|\n";
+    for (name, share, seen) in rows {
+        let marks = rules.map(|(_, rule)| if rule(seen) { "✓" } else { "" });
+        let name = name.replace('|', "\\|");
+        let _ = writeln!(
+            page,
+            "| {name} | {:.0} % | {} |",
+            100.0 * share,
+            marks.join(" | ")
+        );
+    }
+    page
+}

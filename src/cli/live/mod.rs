@@ -1,0 +1,128 @@
+//! What is told of a render while it runs, and of how it ran: `--display-server`, `--write-partial`, `--stats`.
+
+mod partial;
+mod statistics;
+mod tev;
+mod viewer;
+
+pub(super) use statistics::Times;
+
+use super::events;
+use super::goal::duration;
+use super::messages::Failure;
+use crate::output::{self, OutputError, numbered};
+use crate::session::{Outputs, Prepared, Rendered};
+use clap::Args;
+use partial::Partial;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use viewer::Viewer;
+
+/// Arguments for those who look on.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "While it runs")]
+pub(super) struct LiveArgs {
+    /// Show the picture as it grows to a viewer that speaks tev's protocol, such as localhost:14158. The render never waits
+    /// for it
+    #[arg(long, value_name = "HOST:PORT", value_parser = address, conflicts_with = "shard")]
+    display_server: Option<String>,
+    /// Write the unfinished picture now and then, as OUTPUT.partial.exr, which is removed when the image is written: 30s, 5m
+    #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true, conflicts_with = "shard")]
+    write_partial: Option<Duration>,
+    /// Write time by phase, rays, memory, samples, what lights and materials were met, and the lengths of paths as JSON
+    #[arg(long, value_name = "FILE.json", conflicts_with = "shard")]
+    stats: Option<PathBuf>,
+}
+
+/// Parses a host and a port; whether they exist is found out later.
+fn address(text: &str) -> Result<String, String> {
+    let parts = text.rsplit_once(':');
+    let is_good = |(host, port): (&str, &str)| !host.is_empty() && port.parse::<u16>().is_ok();
+    match parts.is_some_and(is_good) {
+        true => Ok(text.to_string()),
+        false => Err("expected HOST:PORT, such as localhost:14158".to_string()),
+    }
+}
+
+/// Those who look at a frame.
+pub(super) struct Onlookers {
+    viewer: Option<Viewer>,
+    partial: Option<Partial>,
+}
+
+impl LiveArgs {
+    /// Refuses a file of statistics that cannot be written, or that an image is written over.
+    pub(super) fn check(&self, outputs: &[Outputs]) -> Result<(), Failure> {
+        for number in 1..=outputs.len() {
+            let Some(path) = self.stats_of(number) else {
+                break;
+            };
+            let place = |path: &Path| std::path::absolute(path).ok();
+            let mut images = outputs.iter().flat_map(Outputs::paths);
+            if images.any(|image| place(image) == place(&path)) {
+                let path = path.display();
+                return Err(format!("--stats {path}: an image is written there").into());
+            }
+            let checked = output::check(&path).map_err(Failure::from);
+            checked.map_err(|failure| failure.said(|why| format!("--stats {why}")))?;
+        }
+        Ok(())
+    }
+
+    fn stats_of(&self, number: usize) -> Option<PathBuf> {
+        { self.stats.as_ref() }.map(|path| numbered(path, number))
+    }
+
+    /// Lets those who are asked for look at a frame, which is about to be rendered.
+    pub(super) fn start(&self, frame: &mut Prepared, outputs: &Outputs, quiet: bool) -> Onlookers {
+        if self.stats.is_some() {
+            frame.count();
+        }
+        let viewer = self.display_server.as_ref().map(|address| {
+            let name = outputs.image().display().to_string();
+            Viewer::start(address, &name, &frame.live(), quiet)
+        });
+        // Pipes and devices have nothing beside them.
+        let is_plain = |image: &&Path| !image.exists() || image.is_file();
+        let partial = self.write_partial.map(|every| {
+            let images = outputs.paths().filter(is_plain).map(Path::to_owned);
+            let (images, metadata) = (images.collect(), frame.metadata());
+            Partial::start(every, images, &frame.live(), metadata, quiet)
+        });
+        Onlookers { viewer, partial }
+    }
+
+    /// Writes what was counted.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(super) fn write(
+        &self,
+        frame: &Prepared,
+        rendered: &Rendered,
+        number: usize,
+        times: &Times,
+    ) -> Result<(), OutputError> {
+        let Some(path) = self.stats_of(number) else {
+            return Ok(());
+        };
+        let text = format!("{:#}\n", statistics::of(frame, rendered, number, times));
+        output::write(&path, text.as_bytes())?;
+        events::written(&path);
+        Ok(())
+    }
+}
+
+impl Onlookers {
+    /// No more unfinished pictures are written. Returns the files of those that were.
+    pub(super) fn stop_writing(&mut self) -> Vec<PathBuf> {
+        self.partial.take().map(Partial::finish).unwrap_or_default()
+    }
+
+    /// The viewer gets the image.
+    pub(super) fn show(&mut self, rendered: &Rendered) {
+        if let Some(viewer) = self.viewer.take() {
+            viewer.finish(&rendered.image, rendered.spp as f32);
+        }
+    }
+}

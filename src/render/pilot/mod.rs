@@ -1,0 +1,458 @@
+//! A pilot pass: a few samples before the image, from which is learned where paths from the lights are to begin, how many there
+//! are to be, and how many camera paths are to be joined to one.
+//!
+//! What counts is the error relative to the image's own brightness: a path's worth is the sum of the squares of what it brings to
+//! pixels, over what they have. Both are known roughly, in blocks of pixels. Figures: docs/notes/light-paths.md.
+//!
+//! A path tracer is helped by light paths where that pays ([`assistance`]).
+//!
+//! The choice by noise and cost is that of efficiency-aware multiple importance sampling (Grittmann, Yazici, Georgiev and
+//! Slusallek 2022), with times that are fixed instead of measured, so that an image does not depend on a clock.
+
+mod assistance;
+
+use super::{CameraRay, CameraSample, OfAll, PendingSample, RenderJob};
+use crate::cameras::BUNDLE;
+use crate::film::{LightShare, PixelBounds};
+use crate::integrators::{Learned, Splat, Workspace};
+use crate::math::{Rgb, UVec2, color::luminance};
+use crate::samplers::Sampler;
+use arrayvec::ArrayVec;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Rounds of light paths: each after the first is guided by those before it.
+const ROUNDS: u64 = 2;
+
+/// Samples of a pixel in the image for each light path of a round, and the most light paths for each pixel.
+const SAMPLES_OF_PATH: u32 = 16;
+const PATHS_OF_PIXEL: f64 = 4.0;
+
+/// Most light paths of a round.
+const PATHS: u64 = 1 << 18;
+
+/// Blocks along a side of the image: at most so many, fewer for images of less than so many samples in a pixel.
+const BLOCKS: u32 = 64;
+
+/// So many blocks to either side tell of a block's brightness.
+const AROUND: usize = 2;
+
+/// The brightness below which darkness does not count any more, over the image's mean.
+const FLOOR: f64 = 0.02;
+
+/// Camera samples so many times as bright as their block are rare.
+const RARE: f64 = 8.0;
+
+/// The variance of light paths, which are points of one sequence, over that of independent ones.
+const EVEN: f64 = 0.5;
+
+/// Paths that a worker takes at a time.
+const CHUNK: u64 = 1 << 9;
+
+/// Shares of camera paths that may be joined to light paths. Never none: some light may be found in no other way.
+const JOINED: [f32; 2] = [1.0, 1.0 / 32.0];
+
+/// The part of the light that joints must bring for all camera paths to be joined. The mean tells more of a few samples than their
+/// noise, of which the rare bright ones are the most.
+const LEAST_JOINED: f64 = 0.15;
+
+/// Light paths for each camera sample that may be chosen. Never none, as above; and not many, as the noise of camera paths is
+/// underestimated where its tail is heavy, of which a pilot pass meets nothing.
+const LIGHT_SHARES: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
+
+/// Time for a camera sample, for joining it to a light path, and for a path of the light pass: proportions as they were measured in
+/// the scenes of tests/scenes/census. Those of a scene may be others by half, which moves the choice little.
+const COST_OF_CAMERA: f64 = 1.0;
+const COST_OF_JOINING: f64 = 1.2;
+const COST_OF_LIGHT: f64 = 1.3;
+
+/// Light that a path brings to a pixel of a block.
+struct Brought {
+    path: u64,
+    block: u32,
+    /// The light without its weight.
+    light: f64,
+    /// The density with which a camera sample of the pixel finds it, over that of one light path.
+    by_camera: f64,
+}
+
+impl Brought {
+    /// Where there are so many light paths for each sample of a pixel: what this one brings, and the mean square of what camera samples
+    /// bring by paths like it, each with its weight (the power heuristic's). With p the density of a light path and q that of a camera
+    /// sample, the mean of (f/q)² over camera samples is that of (f/p)² p/q over light paths.
+    fn shared(&self, light_paths: f64) -> (f64, f64) {
+        let ratio = (self.by_camera / light_paths).powi(2);
+        let (mine, others) = (1.0 / (1.0 + ratio), 1.0 / (1.0 + 1.0 / ratio));
+        (self.light * mine, others * others * self.square_alone())
+    }
+
+    /// The mean square of what camera samples bring by paths like it where there are no light paths.
+    fn square_alone(&self) -> f64 {
+        let square = self.light * self.light / self.by_camera;
+        if square.is_finite() { square } else { 0.0 }
+    }
+}
+
+/// What light paths have brought to each block, so far.
+#[derive(Default)]
+struct LightOfBlocks {
+    /// Sums, by block.
+    values: BTreeMap<u32, f64>,
+    paths: u64,
+}
+
+impl LightOfBlocks {
+    /// Adds what so many more paths brought, with weights for so many for each sample of a pixel.
+    fn extend(&mut self, brought: &[Brought], paths: u64, light_paths: f64) {
+        self.paths += paths;
+        for b in brought {
+            *self.values.entry(b.block).or_insert(0.0) += b.shared(light_paths).0;
+        }
+    }
+}
+
+/// What a pilot pass expects of an image.
+struct Effort {
+    /// Noise × time.
+    least: f64,
+    /// The mean square of rare bright camera samples where there are no light paths.
+    rare_alone: f64,
+}
+
+/// What the samples of a pilot pass are taken of.
+struct Pilot {
+    sampler: Sampler,
+    blocks: Blocks,
+}
+
+/// What two camera samples of a block's pixel saw: each without and by connections.
+type Pair = [[f64; 2]; 2];
+
+impl RenderJob {
+    /// Chooses how light paths are traced, in a small part of the time of the image. A pure function of scene, settings and seed.
+    pub fn run_pilot_pass(&mut self) {
+        // What is found as well by camera paths is left to them where light paths are few: then these are as noisy as what they alone
+        // find.
+        self.light_share = LightShare(LIGHT_SHARES[1]);
+        let pilot = Pilot {
+            sampler: self.sampler.pilot(),
+            blocks: Blocks::new(self.lit(), blocks_of_side(self.sampler.spp())),
+        };
+        if pilot.blocks.count() == 0 {
+            return;
+        }
+        let (seen, share) = self.choose_joined(&pilot);
+        self.integrator.join(share);
+        self.guide_light_paths(&pilot, &seen, share);
+    }
+
+    /// Learns where light paths are to begin, and how many there are to be, where camera samples see what was `seen` and a `share` of
+    /// them is joined.
+    fn guide_light_paths(&mut self, pilot: &Pilot, seen: &[Pair], share: f32) -> Effort {
+        let of_pixel = f64::from(self.sampler.spp()) / f64::from(SAMPLES_OF_PATH);
+        let count = (of_pixel.min(PATHS_OF_PIXEL) * self.lit().area() as f64) as u64;
+        let count = count.clamp(1, PATHS).next_multiple_of(CHUNK);
+        let weights = f64::from(self.paths_per_sample());
+        let (mut learned, mut lit) = (Vec::new(), LightOfBlocks::default());
+        let mut brought = Vec::new();
+        for round in 1..=ROUNDS {
+            brought = self.light(pilot, (round - 1) * count..round * count);
+            lit.extend(&brought, count, weights);
+            let worth = worth(&pilot.blocks, seen, &lit);
+            learned.extend(self.learned(pilot, &brought, &worth));
+            self.integrator.guide_emission(&learned, lit.paths as usize);
+        }
+        let told = Told {
+            brought: &brought,
+            paths: count,
+            blocks: &pilot.blocks,
+            worth: &worth(&pilot.blocks, seen, &lit),
+        };
+        let camera = noise_of_camera(seen, share.into(), told.worth);
+        let (light_share, least) = best_light_share(camera, &told, share);
+        self.light_share = LightShare(light_share);
+        Effort {
+            least,
+            rare_alone: told.rare_alone(),
+        }
+    }
+
+    /// The share of camera paths to be joined to light paths, and what they saw.
+    fn choose_joined(&mut self, pilot: &Pilot) -> (Vec<Pair>, f32) {
+        let [all, few] = JOINED;
+        self.integrator.join(all);
+        let seen = self.look(pilot);
+        let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
+        let joined = part_of_joined(&seen, &worth);
+        if joined >= LEAST_JOINED {
+            return (seen, all);
+        }
+        self.integrator.join(few);
+        // Where joints bring nothing weights do not depend on them.
+        match joined > 0.0 {
+            true => (self.look(pilot), few),
+            false => (seen, few),
+        }
+    }
+
+    /// Luminances of two camera paths in each block.
+    fn look(&self, pilot: &Pilot) -> Vec<Pair> {
+        let Pilot { sampler, blocks } = pilot;
+        let all = OfAll::new(self);
+        let all_blocks = (0..blocks.count()).into_par_iter();
+        let pairs = all_blocks.map_init(Workspace::default, |workspace, block| {
+            let pixel = blocks.middle(block);
+            [0, 1].map(|index| self.luminance_in_parts(sampler, (pixel, index), &all, workspace))
+        });
+        pairs.collect()
+    }
+
+    fn luminance_in_parts(
+        &self,
+        sampler: &Sampler,
+        (pixel, index): (UVec2, u32),
+        all: &OfAll,
+        workspace: &mut Workspace,
+    ) -> [f64; 2] {
+        let (sample, mut waiting) = PendingSample::new(self, sampler, pixel, index);
+        let mut rays = ArrayVec::new();
+        let samples: ArrayVec<CameraSample, BUNDLE> = [sample].into_iter().collect();
+        let differentials = self.world.needs_footprint();
+        self.camera.rays(&samples, differentials, &mut rays);
+        let Some(Some(ray)) = rays.first() else {
+            return [0.0; 2];
+        };
+        let ray: &CameraRay = ray;
+        let parts = self.integrator.radiance_in_parts(
+            &self.world,
+            &waiting.camera_end(self, &sample, ray, all),
+            ray.scaled_differentials(all.spacing).as_ref(),
+            &mut waiting.stream,
+            workspace,
+        );
+        parts.map(|part| finite_luminance(part * ray.tint * (ray.weight * waiting.filter_weight)))
+    }
+
+    /// What light paths bring, in their order.
+    fn light(&self, pilot: &Pilot, paths: Range<u64>) -> Vec<Brought> {
+        let Pilot { sampler, blocks } = pilot;
+        let job = self.light_job();
+        let chunks = (paths.start / CHUNK..paths.end / CHUNK).into_par_iter();
+        let brought = chunks.map(|chunk| {
+            let paths = chunk * CHUNK..(chunk + 1) * CHUNK;
+            let paths = paths.map(|path| (path, sampler.light_stream(path)));
+            let mut brought = Vec::new();
+            self.integrator
+                .light_paths(&job, paths, &mut |splat: Splat| {
+                    let others = splat.by_camera * splat.by_camera;
+                    brought.push(Brought {
+                        path: splat.path,
+                        block: blocks.of(splat.pixel),
+                        light: finite_luminance(splat.value) * (1.0 + others),
+                        by_camera: splat.by_camera * f64::from(job.light_paths),
+                    });
+                });
+            brought
+        });
+        brought.flatten().collect()
+    }
+
+    /// What paths have told.
+    fn learned(&self, pilot: &Pilot, brought: &[Brought], worth: &[f64]) -> Vec<Learned> {
+        let job = self.light_job();
+        let mut squares = BTreeMap::new();
+        for b in brought {
+            let (value, _) = b.shared(job.light_paths.into());
+            *squares.entry(b.path).or_insert(0.0) += value * value * worth[b.block as usize];
+        }
+        let learned = squares.into_iter().filter_map(|(path, brought)| {
+            let stream = pilot.sampler.light_stream(path);
+            let beginning = self.integrator.beginning(&job, stream)?;
+            Some(Learned { beginning, brought })
+        });
+        learned.collect()
+    }
+}
+
+/// 1 over the square of each block's brightness, as it and its neighbors tell of it: judged by itself alone a rare bright sample would
+/// come from a bright block. By what was `seen` and what light paths brought to it.
+fn worth(blocks: &Blocks, seen: &[Pair], lit: &LightOfBlocks) -> Vec<f64> {
+    let of_pair = |pair: &Pair| 0.5 * pair.iter().flatten().sum::<f64>();
+    let mut bright = blocks.smooth(&seen.iter().map(of_pair).collect::<Vec<f64>>());
+    for (&block, value) in &lit.values {
+        let block = block as usize;
+        bright[block] += value / (lit.paths as f64 * blocks.pixels(block));
+    }
+    let mean = bright.iter().sum::<f64>() / bright.len() as f64;
+    let worth = bright.iter().map(|b| (b + FLOOR * mean).powi(-2));
+    worth.collect()
+}
+
+/// The part of the blocks' light that comes of joints where all camera paths are joined.
+fn part_of_joined(seen: &[Pair], worth: &[f64]) -> f64 {
+    let of_block = |(&[[_, a], [_, b]], worth): (&Pair, &f64)| 0.5 * (a + b) * worth.sqrt();
+    seen.iter().zip(worth).map(of_block).sum::<f64>() / seen.len() as f64
+}
+
+/// The variance of a camera sample where a `share` of them is joined to light paths, over the blocks' brightness: half the mean
+/// square of the difference of two.
+fn noise_of_camera(seen: &[Pair], share: f64, worth: &[f64]) -> f64 {
+    let of_block = |(&[[a, joined], [b, other]], worth): (&Pair, &f64)| {
+        let difference = (a + share * joined) - (b + share * other);
+        let by_chance = share * (1.0 - share) * (joined * joined + other * other);
+        0.5 * worth * (difference * difference + by_chance)
+    };
+    seen.iter().zip(worth).map(of_block).sum::<f64>() / seen.len() as f64
+}
+
+/// What light paths told.
+struct Told<'a> {
+    brought: &'a [Brought],
+    /// How many they were.
+    paths: u64,
+    blocks: &'a Blocks,
+    /// Of the blocks' light.
+    worth: &'a [f64],
+}
+
+impl Told<'_> {
+    /// The mean over the pixels of what `square` says of what was brought, over the blocks' brightness.
+    fn mean(&self, square: impl Fn(&Brought) -> f64) -> f64 {
+        let of = |b: &Brought| square(b) * self.worth[b.block as usize];
+        self.brought.iter().map(of).sum::<f64>() / (self.paths as f64 * self.pixels())
+    }
+
+    fn pixels(&self) -> f64 {
+        self.blocks.bounds.area() as f64
+    }
+
+    /// The variance of light paths where there are so many for each camera sample: the mean square; what a path brings to a pixel is far
+    /// more than the pixel has.
+    fn noise(&self, share: f64) -> f64 {
+        let paths = share * self.pixels();
+        EVEN * self.mean(|b| b.shared(paths).0.powi(2)) / paths
+    }
+
+    /// The mean square of rare bright camera samples there, which none of a pilot pass may have been.
+    fn rare(&self, share: f64) -> f64 {
+        let paths = share * self.pixels();
+        self.mean(|b| {
+            if self.is_rare(b) {
+                b.shared(paths).1
+            } else {
+                0.0
+            }
+        })
+    }
+
+    /// The same where there are no light paths.
+    fn rare_alone(&self) -> f64 {
+        self.mean(|b| {
+            if self.is_rare(b) {
+                b.square_alone()
+            } else {
+                0.0
+            }
+        })
+    }
+
+    fn is_rare(&self, b: &Brought) -> bool {
+        let brightness = self.worth[b.block as usize].powf(-0.5);
+        b.light / b.by_camera > RARE * brightness
+    }
+}
+
+/// Light paths for each camera sample by which the error falls fastest, given the variance of camera samples, and noise × time then.
+fn best_light_share(camera: f64, told: &Told, joined: f32) -> (f32, f64) {
+    let effort = |share: f32| {
+        let of_light = f64::from(share);
+        let cost = COST_OF_CAMERA + f64::from(joined) * COST_OF_JOINING + of_light * COST_OF_LIGHT;
+        (camera + told.rare(of_light) + told.noise(of_light)) * cost
+    };
+    let least = LIGHT_SHARES
+        .map(|share| (share, effort(share)))
+        .into_iter()
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    least.unwrap_or((1.0, f64::INFINITY))
+}
+
+fn finite_luminance(value: Rgb) -> f64 {
+    let value = f64::from(luminance(value));
+    if value.is_finite() {
+        value.max(0.0)
+    } else {
+        0.0
+    }
+}
+
+/// With as many samples of blocks as there are of pixels, the pilot pass has the same share of any image's time.
+fn blocks_of_side(spp: u32) -> u32 {
+    let part = f64::from(spp) / f64::from(BLOCKS);
+    ((part.sqrt() * f64::from(BLOCKS)) as u32).clamp(1, BLOCKS)
+}
+
+/// Blocks of pixels.
+struct Blocks {
+    bounds: PixelBounds,
+    side: u32,
+    columns: u32,
+}
+
+impl Blocks {
+    /// At most so many along a side.
+    fn new(bounds: PixelBounds, most: u32) -> Blocks {
+        let size = bounds.size();
+        let side = size.max_element().div_ceil(most).max(1);
+        Blocks {
+            bounds,
+            side,
+            columns: size.x.div_ceil(side),
+        }
+    }
+
+    fn count(&self) -> usize {
+        (self.columns * self.bounds.size().y.div_ceil(self.side)) as usize
+    }
+
+    /// The mean of each block's value and those around it.
+    fn smooth(&self, values: &[f64]) -> Vec<f64> {
+        let columns = self.columns as usize;
+        let rows = values.len() / columns.max(1);
+        let near =
+            |at: usize, count: usize| at.saturating_sub(AROUND)..(at + AROUND + 1).min(count);
+        let mean = |index: usize| {
+            let (xs, ys) = (near(index % columns, columns), near(index / columns, rows));
+            let sum: f64 = { ys.clone() }
+                .map(|y| xs.clone().map(|x| values[y * columns + x]).sum::<f64>())
+                .sum();
+            sum / (xs.len() * ys.len()) as f64
+        };
+        (0..values.len()).map(mean).collect()
+    }
+
+    fn of(&self, pixel: UVec2) -> u32 {
+        let at = (pixel - self.bounds.min) / self.side;
+        at.y * self.columns + at.x
+    }
+
+    fn corner(&self, block: usize) -> UVec2 {
+        let block = block as u32;
+        self.bounds.min + self.side * UVec2::new(block % self.columns, block / self.columns)
+    }
+
+    fn size(&self, block: usize) -> UVec2 {
+        (self.bounds.max - self.corner(block)).min(UVec2::splat(self.side))
+    }
+
+    /// Pixels of a block.
+    fn pixels(&self, block: usize) -> f64 {
+        let size = self.size(block);
+        f64::from(size.x * size.y)
+    }
+
+    /// A pixel of the block.
+    fn middle(&self, block: usize) -> UVec2 {
+        self.corner(block) + self.size(block) / 2
+    }
+}

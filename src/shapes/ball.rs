@@ -1,0 +1,75 @@
+//! A full sphere under rotations, reflections and uniform scales, which stays one: rays meet it, and light is sampled
+//! from it ([`super::emitter`]), where it is, without object space.
+
+use super::Form;
+use super::local::LocalPoint;
+use super::quadric::{ROUNDINGS, roots};
+use crate::math::DVec3;
+use crate::math::transform::Transform;
+
+/// A sphere in the space of the tree that holds it.
+#[derive(Clone, Copy, Debug)]
+pub struct Ball {
+    /// Center.
+    pub center: DVec3,
+    /// Radius.
+    pub radius: f64,
+    /// The normal points to the center.
+    pub inward: bool,
+}
+
+impl Ball {
+    /// The ball that `form` is in place, if it is one.
+    pub(super) fn new(form: &Form, level_from_object: &Transform, inward: bool) -> Option<Ball> {
+        let (Form::Sphere(sphere), Some(scale)) = (form, level_from_object.similarity()) else {
+            return None;
+        };
+        sphere.is_full().then_some(Ball {
+            center: level_from_object.m.w_axis.truncate(),
+            radius: sphere.radius * scale,
+            inward,
+        })
+    }
+
+    /// Distance to the nearest point along the ray `o + t d`, t > 0, in units of `d`'s length.
+    #[inline(always)]
+    pub(super) fn distance(&self, o: DVec3, d: DVec3) -> Option<f64> {
+        let o = o - self.center;
+        let (a, b, r2) = (d.length_squared(), o.dot(d), self.radius * self.radius);
+        // a (r² − |o⊥|²) with o⊥ the part of o across the ray: b² − a c cancels badly for distant origins (Hearn and
+        // Baker; Haines et al., Ray Tracing Gems 2019, ch. 7).
+        let across = o - d * (b / a);
+        let discriminant = a * (r2 - across.length_squared());
+        // An origin that has been moved off the sphere by `error` is on its right side by this difference.
+        let roots = roots(a, b, o.length_squared() - r2, discriminant)?;
+        roots.into_iter().find(|&t| t > 0.0)
+    }
+
+    /// Where the ray first meets it.
+    #[inline]
+    pub(super) fn meet(&self, o: DVec3, d: DVec3) -> Option<LocalPoint> {
+        let t = self.distance(o, d)?;
+        let outward = (o - self.center + d * t).normalize_or(DVec3::Z);
+        let n = self.normal(outward);
+        Some(LocalPoint {
+            p: self.center + outward * self.radius,
+            p_error: self.error(),
+            n,
+            shading_n: n,
+        })
+    }
+
+    /// Half-widths of the box around a point computed on it, outside which a ray that begins sees the right side: what
+    /// the squares in [`Ball::distance`] lose is relative to center and radius together.
+    #[inline]
+    pub(super) fn error(&self) -> DVec3 {
+        let largest = self.center.abs().max_element() + self.radius;
+        DVec3::splat(largest * (ROUNDINGS * f64::EPSILON))
+    }
+
+    /// The normal, given the one that points away from the center.
+    #[inline]
+    pub(super) fn normal(&self, outward: DVec3) -> DVec3 {
+        if self.inward { -outward } else { outward }
+    }
+}

@@ -1,0 +1,788 @@
+//! `fstop suite` and `fstop compare` of folders, as someone meets them who tests a renderer: what is found, what goes wrong and
+//! is told, and what is never lost.
+
+use crate::common::program::{Run, fstop_in};
+use fstop::film::read;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// 40 × 40 pixels, light that bounces, a moment to render.
+const SCENE: &str = r#"
+Integrator "path" "integer maxdepth" [3]
+Sampler "halton" "integer pixelsamples" [16]
+Film "image" "integer xresolution" [40] "integer yresolution" [40]
+LookAt 0 0 5  0 0 0  0 1 0
+Camera "perspective" "float fov" [40]
+WorldBegin
+LightSource "infinite" "rgb L" [1 1 1]
+Material "matte" "rgb Kd" [KD KD KD]
+Shape "sphere" "float radius" [1]
+WorldEnd
+"#;
+
+const FSTOP: &str =
+    "{fstop} render {scene} -o {output} --seed {seed} --spp {spp} --variance --threads 1";
+
+/// A folder with scenes and a suite, gone with the test.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    /// With two scenes, one below a folder.
+    fn new(suite: &str) -> Folder {
+        let folder = Folder(tempfile::tempdir().expect("a temporary folder"));
+        std::fs::create_dir(folder.path("glass")).expect("a folder");
+        folder.scene("ball.pbrt", "0.5");
+        folder.scene("glass/ball.pbrt", "0.3");
+        folder.write("suite.toml", suite);
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).expect("a file");
+    }
+
+    fn text(&self, name: &str) -> String {
+        let text = std::fs::read_to_string(self.path(name));
+        text.unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    fn scene(&self, name: &str, kd: &str) {
+        self.write(name, &SCENE.replace("KD", kd));
+    }
+
+    fn run(&self, arguments: &[&str]) -> Run {
+        fstop_in(
+            self.0.path(),
+            [&["suite", "run", "suite.toml"], arguments].concat(),
+        )
+    }
+
+    /// Runs, and returns the exit code and the results.
+    fn results(&self, arguments: &[&str]) -> (i32, Value) {
+        let run = self.run(&[&["--json", "--quiet"], arguments].concat());
+        let value = serde_json::from_str(&run.stdout);
+        (
+            run.code,
+            value.unwrap_or_else(|e| panic!("{e}: {}\n{}", run.stdout, run.stderr)),
+        )
+    }
+}
+
+fn suite(more: &str) -> String {
+    format!(
+        "[suite]\nspp = 16\n{more}\n[renderer.fstop]\ncommand = \"{FSTOP}\"\n\
+         [[scene]]\nfile = \"ball.pbrt\"\n[[scene]]\nfile = \"glass/ball.pbrt\"\n"
+    )
+}
+
+/// Names and statuses.
+fn statuses(results: &Value) -> Vec<(&str, &str)> {
+    let rows = results["results"].as_array().expect("rows").iter();
+    rows.map(|row| {
+        (
+            row["name"].as_str().unwrap(),
+            row["status"].as_str().unwrap(),
+        )
+    })
+    .collect()
+}
+
+fn detail(results: &Value, index: usize) -> &str {
+    results["results"][index]["detail"]
+        .as_str()
+        .expect("a text")
+}
+
+/// From nothing to a baseline, to agreement, to a change that is found, shown and accepted.
+#[test]
+fn a_change_is_found_named_and_accepted() {
+    let folder = Folder::new(&suite(""));
+    let (code, results) = folder.results(&[]);
+    assert_eq!(
+        (code, statuses(&results)),
+        (1, vec![("ball", "new"), ("glass/ball", "new")])
+    );
+    let (code, results) = folder.results(&["--update"]);
+    assert_eq!(code, 0, "{results}");
+    assert_eq!(
+        statuses(&results),
+        [("ball", "accepted"), ("glass/ball", "accepted")]
+    );
+
+    // The baseline is the mean of four runs, and says so.
+    let reference = read(&folder.path("suite-references/glass/ball.exr")).expect("a reference");
+    assert_eq!(
+        (reference.runs, reference.spp, reference.pool),
+        (Some(4), Some(16), Some(4))
+    );
+    assert_eq!(reference.freedom, Some(4.0 * 14.0));
+
+    let (code, results) = folder.results(&[]);
+    assert_eq!(
+        (code, statuses(&results)),
+        (0, vec![("ball", "agree"), ("glass/ball", "agree")])
+    );
+    // Holm: each of two images has half of 1 %.
+    assert_eq!(results["level"], 0.005);
+
+    // 10 % more light from one ball.
+    folder.scene("glass/ball.pbrt", "0.33");
+    let (code, results) = folder.results(&[]);
+    assert_eq!(
+        (code, statuses(&results)),
+        (1, vec![("ball", "agree"), ("glass/ball", "changed")])
+    );
+    // What one has spent of it is left to the other.
+    assert_eq!(results["level"], 0.01);
+    assert!(
+        detail(&results, 1).starts_with("The images differ: "),
+        "{results}"
+    );
+    let page = results["results"][1]["page"].as_str().expect("a page");
+    assert_eq!(page, "pages/glass/ball.html");
+    let page = folder.text(&format!("suite-results/{page}"));
+    // With its folders: there are two balls.
+    assert!(page.contains("images/glass/ball.exr <span>and</span>"));
+    let index = folder.text("suite-results/index.html");
+    assert!(index.contains("<a href=\"pages/glass/ball.html\">glass/ball</a>"));
+    assert_eq!(index.matches("<img alt=").count(), 6);
+    assert!(!index.contains("http"));
+
+    let (code, results) = folder.results(&["--update"]);
+    assert_eq!(
+        (code, statuses(&results)),
+        (0, vec![("ball", "agree"), ("glass/ball", "accepted")])
+    );
+    assert_eq!(folder.results(&[]).0, 0);
+}
+
+#[test]
+fn build_servers_and_pull_requests_read_it() {
+    let folder = Folder::new(&suite("name = \"a & <b>\""));
+    folder.results(&["--update"]);
+    folder.scene("ball.pbrt", "0.6");
+    std::fs::remove_file(folder.path("suite-references/glass/ball.exr")).expect("a reference");
+    assert_eq!(folder.results(&[]).0, 1);
+    let xml = folder.text("suite-results/junit.xml");
+    assert!(xml.contains("<testsuite name=\"a &amp; &lt;b&gt;\" tests=\"2\" failures=\"2\" errors=\"0\" skipped=\"0\" time="), "{xml}");
+    assert!(
+        xml.contains("name=\"ball\"")
+            && xml.contains("<failure type=\"changed\" message=\"The images differ: ")
+    );
+    assert!(xml.contains("<failure type=\"new\" message=\"There is no reference.\">"));
+    for tag in [
+        "testsuites",
+        "testsuite",
+        "testcase",
+        "failure",
+        "system-out",
+    ] {
+        let opened =
+            xml.matches(&format!("<{tag}>")).count() + xml.matches(&format!("<{tag} ")).count();
+        assert_eq!(opened, xml.matches(&format!("</{tag}>")).count(), "{tag}");
+    }
+    let markdown = folder.text("suite-results/summary.md");
+    assert!(
+        markdown.starts_with("### a &amp; &lt;b&gt;: 1 changed, 1 new\n"),
+        "{markdown}"
+    );
+    assert!(markdown.contains("| ≠ changed | ball | The images differ: "));
+    assert!(markdown.contains("| + new | glass/ball | There is no reference. |"));
+}
+
+/// One that fails, hangs, writes nothing, something else or too little does not keep the others from theirs.
+#[cfg(unix)]
+#[test]
+fn renderers_go_wrong_one_by_one() {
+    let wrong = [
+        ("gone", "no-such-renderer {output}"),
+        ("fails", "sh -c 'echo out of light; exit 3' {output}"),
+        ("hangs", "sh -c 'sleep 60 & sleep 60' {output}"),
+        ("writes-nothing", "sh -c 'echo done' {output}"),
+        ("no-image", "sh -c 'echo words > \"$0\"' {output}"),
+        (
+            "screen",
+            "sh -c '\"$1\" render \"$2\" -o \"$0.png\" --spp 1 --quiet && mv \"$0.png\" \"$0\"' {output} {fstop} {scene}",
+        ),
+        (
+            "small",
+            "{fstop} render {scene} -o {output} --spp 16 --variance --crop 0,0.5,0,1",
+        ),
+    ];
+    let mut text = suite("timeout = 20");
+    for (name, command) in wrong {
+        let command = command.replace('\\', "\\\\").replace('"', "\\\"");
+        let (renderer, timeout) = (
+            format!("[renderer.{name}]\ncommand = \"{command}\"\n"),
+            if name == "hangs" { "timeout = 0.5" } else { "" },
+        );
+        text += &format!(
+            "{renderer}[[scene]]\nname = \"{name}\"\nfile = \"ball.pbrt\"\nrenderer = \"{name}\"\nreference = \"suite-references/ball.exr\"\n{timeout}\n"
+        );
+    }
+    let text = text.replace("[[scene]]\nfile", "[[scene]]\nrenderer = \"fstop\"\nfile");
+    let folder = Folder::new(&text);
+    folder.results(&["--update", "--only", "ball,glass/ball"]);
+    let (code, results) = folder.results(&[]);
+    assert_eq!(code, 1);
+    let expected = [
+        ("ball", "agree", "The images agree: "),
+        ("glass/ball", "agree", "The images agree: "),
+        (
+            "gone",
+            "failed",
+            "cannot start `no-such-renderer`: there is no such program",
+        ),
+        (
+            "fails",
+            "failed",
+            "the command failed (exit code 3)\nout of light\n",
+        ),
+        (
+            "hangs",
+            "failed",
+            "the command did not end within 0.5 s, and was stopped\n",
+        ),
+        (
+            "writes-nothing",
+            "failed",
+            "the command ended well, but wrote no image to ",
+        ),
+        ("no-image", "failed", "the command wrote no image: "),
+        (
+            "screen",
+            "failed",
+            "the command wrote an image for a screen ",
+        ),
+        (
+            "small",
+            "changed",
+            "the images differ in size: A is 20 × 40 pixels, B 40 × 40",
+        ),
+    ];
+    for (index, (name, status, start)) in expected.into_iter().enumerate() {
+        assert_eq!(statuses(&results)[index], (name, status), "{results:#}");
+        assert!(
+            detail(&results, index).starts_with(start),
+            "{}",
+            detail(&results, index)
+        );
+    }
+    let xml = folder.text("suite-results/junit.xml");
+    assert!(
+        xml.contains("tests=\"9\" failures=\"1\" errors=\"6\""),
+        "{xml}"
+    );
+}
+
+#[test]
+fn references_are_the_ones_that_were_accepted() {
+    let folder = Folder::new(&suite(""));
+    folder.results(&["--update"]);
+    let reference = folder.path("suite-references/ball.exr");
+    std::fs::copy(folder.path("suite-references/glass/ball.exr"), &reference).expect("a reference");
+    let (code, results) = folder.results(&[]);
+    assert_eq!(
+        (code, statuses(&results)),
+        (1, vec![("ball", "failed"), ("glass/ball", "agree")])
+    );
+    assert!(
+        detail(&results, 0).contains("is not the one that was accepted: its SHA-256 is "),
+        "{results}"
+    );
+    // It is replaced by what the program makes, on demand.
+    let (code, results) = folder.results(&["--update"]);
+    assert_eq!((code, statuses(&results)[0]), (0, ("ball", "accepted")));
+
+    // A hash in the suite file itself is kept up to date, and nothing else of it is touched.
+    let text = suite("# mine") + &format!("sha256 = '{}' # of glass\n", "0".repeat(64));
+    folder.write("suite.toml", &text);
+    assert_eq!(
+        statuses(&folder.results(&[]).1)[1],
+        ("glass/ball", "failed")
+    );
+    assert_eq!(folder.results(&["--update"]).0, 0);
+    let written = folder.text("suite.toml");
+    assert!(
+        written.contains("# mine\n")
+            && written.ends_with("\" # of glass\n")
+            && !written.contains("000000000"),
+        "{written}"
+    );
+    assert_eq!(folder.results(&[]).0, 0);
+
+    // A scene that goes leaves its reference, which is not passed over in silence.
+    let one = suite("").replace("[[scene]]\nfile = \"glass/ball.pbrt\"\n", "");
+    folder.write("suite.toml", &one);
+    let (code, results) = folder.results(&[]);
+    assert_eq!(
+        (code, statuses(&results)),
+        (1, vec![("ball", "agree"), ("glass/ball.exr", "missing")])
+    );
+    assert_eq!(folder.results(&["--update"]).0, 0);
+    assert_eq!(statuses(&folder.results(&[]).1), [("ball", "agree")]);
+    assert!(folder.path("suite-references/glass/ball.exr").exists());
+}
+
+/// Each commit has its share of the rate, and the same one the same again.
+#[test]
+fn commits_share_the_rate() {
+    let folder = Folder::new(&suite("commits = \"commits.json\"\nalpha = 0.02"));
+    folder.results(&["--update", "--commit", "first"]);
+    let alpha = |commit: &str| {
+        let (_, results) = folder.results(&["--commit", commit]);
+        (
+            results["commit"]["number"].as_u64().unwrap(),
+            results["alpha"].as_f64().unwrap(),
+        )
+    };
+    let share = |k: f64| 0.02 * 6.0 / (std::f64::consts::PI * k).powi(2);
+    for (commit, number) in [("first", 1), ("second", 2), ("third", 3), ("second", 2)] {
+        let (found, alpha) = alpha(commit);
+        assert_eq!(found, number);
+        // A few roundings.
+        assert!(
+            (alpha / share(number as f64) - 1.0).abs() < 1e-12,
+            "{alpha}"
+        );
+    }
+    let run = folder.run(&["--commit", "fourth", "--quiet"]);
+    assert!(
+        run.stdout
+            .contains("the share of commit 4 of the 0.02 of all commits to come"),
+        "{}",
+        run.stdout
+    );
+}
+
+#[test]
+fn plans_propose_samples_that_find_it() {
+    let folder = Folder::new(&suite(""));
+    let plan = |arguments: &[&str]| {
+        let all = [
+            &["suite", "plan", "suite.toml", "--only", "ball"],
+            arguments,
+        ]
+        .concat();
+        let run = fstop_in(folder.0.path(), all);
+        assert_eq!(run.code, 0, "{}\n{}", run.stdout, run.stderr);
+        run.stdout
+    };
+    let text = plan(&["--difference", "0.1%", "--block", "32"]);
+    assert!(
+        text.contains("will find 0.10 %, with a new reference of 4 runs of "),
+        "{text}"
+    );
+    let proposed = |difference: &str| -> u64 {
+        let plan = plan(&["--json", "--difference", difference]);
+        let plan: Value = serde_json::from_str(&plan).expect("JSON");
+        let step = &plan["scenes"][0]["with_a_new_reference"];
+        let found = step["found"]["relative_difference"].as_f64().unwrap();
+        assert!(found <= plan["difference"].as_f64().unwrap());
+        step["spp"].as_u64().expect("samples")
+    };
+    // A quarter of the difference takes sixteen times the samples, rounded to powers of two.
+    let (coarse, fine) = (proposed("0.16%"), proposed("0.04%"));
+    assert!([8, 16, 32].contains(&(fine / coarse)), "{coarse} {fine}");
+    // What is larger than what the pilot finds is no reason to take next to none.
+    assert_eq!(proposed("5%"), 16);
+    // And it is so: rendered with them, and a reference of four such runs beside it, as much would be found. Well-distributed
+    // samples do better than 1/spp.
+    let spp = proposed("0.1%");
+    assert!(spp > 16);
+    let text = suite("").replace("spp = 16", &format!("spp = {spp}"));
+    folder.write("suite.toml", &text);
+    folder.results(&["--update"]);
+    let (_, results) = folder.results(&["--only", "ball"]);
+    let found = &results["results"][0]["comparison"]["findable"];
+    let found = found.as_array().unwrap();
+    let block = found.iter().find(|found| found["side"] == 32);
+    let found = block.expect("blocks of 32")["relative_difference"].as_f64();
+    assert!(found.unwrap() < 0.001, "{found:?}");
+}
+
+/// Every mistake has its line, and all are told at once.
+#[test]
+fn suite_files_are_read_with_care() {
+    let folder = Folder::new("");
+    let said = |text: &str| {
+        folder.write("suite.toml", text);
+        let run = folder.run(&[]);
+        assert_eq!(run.code, 2, "{text}\n{}", run.stderr);
+        assert!(run.stdout.is_empty());
+        run.stderr
+    };
+    let scene = "[[scene]]\nfile = \"ball.pbrt\"\n";
+    let renderer = format!("[renderer.fstop]\ncommand = \"{FSTOP}\"\n");
+    for (text, message, place) in [
+        (String::new(), "the suite has no scenes", "1:1"),
+        ("[suite".to_owned(), "unclosed table", "1:7"),
+        (
+            format!("{scene}{renderer}[suite]\nalhpa = 1\n"),
+            "did you mean `alpha`?",
+            "6:1",
+        ),
+        (
+            format!("{scene}{renderer}[suite]\nalpha = 1.5\n"),
+            "expected a probability above 0 and below 1",
+            "6:9",
+        ),
+        (
+            format!("{scene}{renderer}[suite]\ncorrection = \"hulm\"\n"),
+            "is none of holm, sidak",
+            "6:14",
+        ),
+        (
+            format!("{scene}{renderer}[suite]\nseeds = [1, 1]\n"),
+            "a seed is there twice",
+            "6:9",
+        ),
+        (
+            format!("{scene}{renderer}[suite]\nseeds = [7]\nbaseline_seeds = [7, 8]\n"),
+            "share the seed 7",
+            "7:18",
+        ),
+        (
+            format!("{scene}{renderer}[suite]\nspp = -1\n"),
+            "invalid value: integer `-1`",
+            "6:7",
+        ),
+        (scene.to_owned(), "the suite has no renderer", "1:1"),
+        (
+            format!("{scene}renderer = \"fstpo\"\n{renderer}"),
+            "did you mean `fstop`?",
+            "3:12",
+        ),
+        (
+            format!("[[scene]]\nfile = \"bal.pbrt\"\n{renderer}"),
+            "there is no file `bal.pbrt` beside the suite",
+            "2:8",
+        ),
+        (
+            format!("{scene}name = \"../../etc/x\"\n{renderer}"),
+            "is no name for an image's files",
+            "3:8",
+        ),
+        (
+            format!("{scene}{scene}{renderer}"),
+            "there are two scenes named `ball`",
+            "4:8",
+        ),
+        (
+            format!("{scene}sha256 = \"12\"\n{renderer}"),
+            "64 hexadecimal digits",
+            "3:10",
+        ),
+        (
+            format!("{scene}timeout = 0\n{renderer}"),
+            "expected a positive number of seconds",
+            "3:11",
+        ),
+        (
+            format!("{scene}[renderer.x]\ncommand = \"x {{scene}}\"\n"),
+            "it has no {output}",
+            "4:11",
+        ),
+        (
+            format!("{scene}[renderer.x]\ncommand = [\"x\", \"{{out}}\"]\n"),
+            "there is no placeholder {out}",
+            "4:11",
+        ),
+        (
+            format!("{scene}seeds = [1, 2]\n[renderer.x]\ncommand = \"x {{output}}\"\n"),
+            "the command has no {seed}",
+            "3:9",
+        ),
+    ] {
+        let said = said(&text);
+        assert!(said.contains(message), "{text}\n---\n{said}");
+        assert!(
+            said.contains(&format!("suite.toml:{place}")),
+            "{place}: {text}\n---\n{said}"
+        );
+    }
+    let both = said(&format!("{scene}timeout = 0\nspp = 0\n{renderer}"));
+    assert!(
+        both.contains("seconds") && both.contains("expected 1 or more"),
+        "{both}"
+    );
+    std::fs::write(folder.path("suite.toml"), [b'a', 0xff]).expect("a file");
+    assert!(folder.run(&[]).stderr.contains("this is not UTF-8 text"));
+    let run = fstop_in(folder.0.path(), ["suite", "run", "gone.toml"]);
+    assert_eq!(run.code, 2);
+    assert!(
+        run.stderr
+            .contains("cannot read `gone.toml`: there is no such file"),
+        "{}",
+        run.stderr
+    );
+    folder.write("suite.toml", &suite(""));
+    let run = folder.run(&["--only", "bal"]);
+    assert!(
+        run.code == 2 && run.stderr.contains("no scene `bal`; did you mean `ball`?"),
+        "{}",
+        run.stderr
+    );
+}
+
+/// What has been rendered is kept, and in the reports, when the rest is interrupted.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_done_is_not_lost() {
+    let text = suite("")
+        .replace(
+            "[[scene]]\nfile = \"glass",
+            "[[scene]]\nrenderer = \"slow\"\nfile = \"glass",
+        )
+        .replace("[[scene]]\nfile", "[[scene]]\nrenderer = \"fstop\"\nfile")
+        + "[renderer.slow]\ncommand = \"sh -c 'touch started; sleep 60' {output}\"\n";
+    let folder = Folder::new(&text);
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_fstop"))
+        .args(["suite", "run", "suite.toml", "--quiet"])
+        .current_dir(folder.0.path())
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let begun = std::time::Instant::now();
+    while !folder.path("started").exists() {
+        // A busy machine takes its time.
+        assert!(begun.elapsed().as_secs() < 60, "nothing started");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let id = child.id().to_string();
+    let killed = std::process::Command::new("kill")
+        .args(["-INT", &id])
+        .status();
+    assert!(killed.expect("kill").success());
+    assert_eq!(child.wait().expect("an end").code(), Some(130));
+    let results: Value =
+        serde_json::from_str(&folder.text("suite-results/results.json")).expect("JSON");
+    assert_eq!(
+        statuses(&results),
+        [("ball", "new"), ("glass/ball", "not run")]
+    );
+    assert!(folder.path("suite-results/images/ball.exr").exists());
+}
+
+/// Runs of a renderer that knows no variances: their scatter is the variance.
+#[cfg(unix)]
+#[test]
+fn other_renderers_need_no_variances() {
+    let command = "{fstop} render {scene} -o {output} --seed {seed} --spp {spp} --threads 1";
+    let folder = Folder::new(&suite("seeds = [1, 2, 3, 4]").replace(FSTOP, command));
+    assert_eq!(folder.results(&["--update"]).0, 0);
+    let reference = read(&folder.path("suite-references/ball.exr")).expect("a reference");
+    assert_eq!((reference.runs, reference.freedom), (Some(4), None));
+    let (code, results) = folder.results(&[]);
+    assert_eq!(code, 0, "{results:#}");
+    folder.scene("ball.pbrt", "0.55");
+    assert_eq!(statuses(&folder.results(&[]).1)[0], ("ball", "changed"));
+}
+
+fn copy(from: &Path, to: PathBuf) {
+    std::fs::create_dir_all(to.parent().expect("a folder")).expect("a folder");
+    std::fs::copy(from, to).expect("a copy");
+}
+
+#[test]
+fn folders_are_compared_by_names() {
+    let folder = Folder::new(&suite(""));
+    folder.results(&["--update"]);
+    folder.results(&[]);
+    let images = folder.path("suite-results/images");
+    for (from, base, new) in [
+        ("ball.exr", true, true),
+        ("glass/ball.exr", true, false),
+        ("glass/ball.exr", false, true),
+    ] {
+        let name = match (base, new) {
+            (true, false) => "below/gone.exr",
+            (false, true) => "below/came.exr",
+            _ => "below/stayed.exr",
+        };
+        if base {
+            copy(
+                &folder.path("suite-references").join(from),
+                folder.path("base").join(name),
+            );
+        }
+        if new {
+            copy(&images.join(from), folder.path("new").join(name));
+        }
+    }
+    // Of two materials.
+    copy(
+        &folder.path("suite-references/ball.exr"),
+        folder.path("base/below/turned.exr"),
+    );
+    copy(
+        &images.join("glass/ball.exr"),
+        folder.path("new/below/turned.exr"),
+    );
+    let options = [
+        "--json",
+        "--report",
+        "out",
+        "--html",
+        "i.html",
+        "--junit",
+        "j.xml",
+        "--markdown",
+        "m.md",
+        "--no-flip",
+    ];
+    let run = fstop_in(
+        folder.0.path(),
+        [&["compare", "base", "new"], &options[..]].concat(),
+    );
+    let results: Value =
+        serde_json::from_str(&run.stdout).unwrap_or_else(|e| panic!("{e} {}", run.stderr));
+    assert_eq!(run.code, 1);
+    let expected = [
+        ("below/came.exr", "new"),
+        ("below/gone.exr", "missing"),
+        ("below/stayed.exr", "agree"),
+        ("below/turned.exr", "changed"),
+    ];
+    assert_eq!(statuses(&results), expected);
+    // Two pairs share the rate.
+    assert_eq!(results["images"], 2);
+    // 0.3 against 0.5: the new one is A, and darker.
+    assert!(
+        detail(&results, 3).contains("darker in A"),
+        "{}",
+        detail(&results, 3)
+    );
+    for file in [
+        "out/index.html",
+        "out/pages/below/turned.exr.html",
+        "out/junit.xml",
+        "i.html",
+        "j.xml",
+        "m.md",
+    ] {
+        assert!(!folder.text(file).is_empty(), "{file}");
+    }
+    let same = fstop_in(folder.0.path(), ["compare", "base", "base", "--no-flip"]);
+    assert_eq!(same.code, 0, "{}", same.stdout);
+    let mixed = fstop_in(folder.0.path(), ["compare", "base", "suite.toml"]);
+    assert!(
+        mixed.code == 2 && mixed.stderr.contains("two images or two folders"),
+        "{}",
+        mixed.stderr
+    );
+}
+
+/// The blocks of code of `docs/suites.md` in one language.
+#[cfg(unix)]
+fn blocks(language: &str) -> Vec<String> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/suites.md");
+    let text = std::fs::read_to_string(file).expect("the page");
+    let fence = format!("```{language}\n");
+    let blocks = text.split(&fence).skip(1);
+    blocks
+        .map(|rest| rest.split("```").next().unwrap_or_default().to_owned())
+        .collect()
+}
+
+/// What a shell is given of a build server's file: the lines below `key`, less what installs.
+#[cfg(unix)]
+fn script(yaml: &str, key: &str) -> String {
+    let after = yaml.split_once(key).expect("a script").1;
+    let indent = |line: &str| line.len() - line.trim_start().len();
+    let lines = after.lines().skip(1);
+    let first = indent(lines.clone().next().expect("a line"));
+    let lines = lines.take_while(|line| indent(line) >= first);
+    lines
+        .map(|line| line.trim().trim_start_matches("- ").to_owned() + "\n")
+        .collect()
+}
+
+/// The page's suite, and the commands of its examples for build servers.
+#[cfg(unix)]
+#[test]
+fn the_examples_of_the_page_work() {
+    let suites = blocks("toml");
+    let folder = Folder::new(&suites[0]);
+    std::fs::create_dir(folder.path("scenes")).expect("a folder");
+    folder.scene("scenes/ball.pbrt", "0.5");
+    folder.scene("scenes/prism.pbrt", "0.2");
+    let program = Path::new(env!("CARGO_BIN_EXE_fstop"));
+    let path = format!(
+        "{}:{}",
+        program.parent().unwrap().display(),
+        std::env::var("PATH").unwrap()
+    );
+    let shell = |script: &str| {
+        let mut shell = std::process::Command::new("sh");
+        shell
+            .args(["-e", "-c", script])
+            .current_dir(folder.0.path())
+            .env("PATH", &path);
+        shell.env("GITHUB_SHA", "0123").env("CI_COMMIT_SHA", "0123");
+        shell.env("GITHUB_STEP_SUMMARY", folder.path("step.md"));
+        let output = shell.output().expect("a shell");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code().expect("an exit code"), said)
+    };
+    for commands in &blocks("sh")[..2] {
+        let (code, said) = shell(commands);
+        assert_eq!(code, 0, "{commands}{said}");
+    }
+    let servers = blocks("yaml");
+    let [github, gitlab] = [
+        script(&servers[0], "run: |"),
+        script(&servers[1], "  script:"),
+    ];
+    assert!(
+        github.lines().count() == 4 && gitlab.lines().count() == 1,
+        "{github}{gitlab}"
+    );
+    for (script, server) in [(&github, "GitHub"), (&gitlab, "GitLab")] {
+        assert_eq!(shell(script).0, 0, "{server}: {}", shell(script).1);
+    }
+    assert!(folder.text("step.md").contains("2 agree"));
+    // And a change turns both red.
+    folder.scene("scenes/prism.pbrt", "0.25");
+    assert_eq!((shell(&github).0, shell(&gitlab).0), (1, 1));
+    assert!(
+        folder
+            .text("step.md")
+            .contains("| ≠ changed | glass/prism |")
+    );
+    // The other renderers' command lines are read, at least.
+    let all = suites[1].clone() + "[[scene]]\nfile = \"scenes/ball.pbrt\"\nrenderer = \"fstop\"\n";
+    folder.write("suite.toml", &all);
+    let (code, said) = shell("fstop suite run suite.toml --quiet");
+    assert_eq!(code, 1, "{said}");
+}
+
+/// pbrt-v3's images of our scenes, as a suite: 72 of them, at a false-alarm rate of 1 % for all. Seeds are fixed, so that chance
+/// enters only where the program's random numbers change.
+#[test]
+fn our_own_references_agree() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    if !root.join("refimages/suite.toml").exists() {
+        // The package has none of these images.
+        println!("skipped: no refimages");
+        return;
+    }
+    let output = tempfile::tempdir().expect("a temporary folder");
+    let place = output.path().display().to_string();
+    let run = [
+        "suite",
+        "run",
+        "refimages/suite.toml",
+        "--quiet",
+        "--no-flip",
+        "-o",
+        &place,
+    ];
+    let run = fstop_in(root, run);
+    assert_eq!(run.code, 0, "{}\n{}", run.stdout, run.stderr);
+    assert!(run.stdout.contains(": 72 agree\n"), "{}", run.stdout);
+}
