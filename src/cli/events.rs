@@ -181,7 +181,12 @@ pub(super) fn written(path: &Path) {
 pub(super) fn end(code: u8) {
     if console::is_json() {
         let written = &*lock(&WRITTEN);
-        tell(json!({"event": "end", "code": code, "written": written}));
+        tell(json!({
+            "event": "end",
+            "code": code,
+            "written": written,
+            "peak_memory_bytes": Process::measured().peak,
+        }));
     }
 }
 
