@@ -1,7 +1,7 @@
 //! Chaos: renders that are killed, signalled, held up and continued at random, whole and in shards of random numbers and
 //! orders. Each must end in the bytes of one undisturbed process.
 //!
-//! It takes twenty seconds; `FSTOP_CHAOS_MINUTES=30 cargo test --release --test chaos -- --nocapture` takes thirty
+//! It takes twelve seconds; `FSTOP_CHAOS_MINUTES=30 cargo test --release --test chaos -- --nocapture` takes thirty
 //! minutes and says what happened. `FSTOP_CHAOS_SEED` repeats a run's choices, though not its timing.
 
 #![cfg(unix)]
@@ -220,7 +220,7 @@ fn whatever_happens_the_bits_are_the_same() {
             .ok()
             .and_then(|text| text.parse::<f64>().ok())
     };
-    let time = variable("FSTOP_CHAOS_MINUTES").map_or(20.0, |minutes| 60.0 * minutes);
+    let time = variable("FSTOP_CHAOS_MINUTES").map_or(12.0, |minutes| 60.0 * minutes);
     let clock = std::time::UNIX_EPOCH
         .elapsed()
         .map_or(1, |since| since.as_nanos() as u64 >> 8);

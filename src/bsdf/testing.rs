@@ -117,9 +117,9 @@ fn mean_of_samples(bsdf: &Bsdf, wo: Vec3, n: u64, of: impl Fn(&BsdfSample) -> Rg
 /// Checks by Pearson's chi-squared test that [`Bsdf::sample`] samples non-specular directions with the density of
 /// [`Bsdf::pdf`], on a grid of directions; failed samples are one more bin.
 pub(crate) fn check_sampling(name: &str, bsdf: &Bsdf, wo: Vec3) {
-    // Bins in angle to z and azimuth; each bin's expectation is computed by a midpoint rule of 12 × 12 points.
-    let (rows, columns, fine) = (24, 48, 24);
-    let samples = 200_000u64;
+    // Bins in angle to z and azimuth; each bin's expectation is computed by a midpoint rule of 16 × 16 points.
+    let (rows, columns, fine) = (24, 48, 16);
+    let samples = 100_000u64;
     let mut observed = vec![0.0f64; rows * columns + 1];
     let bin = |w: Vec3| {
         let row = ((w.z as f64).acos() / PI * rows as f64) as usize;

@@ -1,8 +1,9 @@
 //! Rendering with the built binary and judging the image, for the tests against references.
 
 use fstop::compare::{Comparison, Estimate, Options, Pool, Verdict, p_values};
-use fstop::film::{FilmMetadata, Image, read, write};
+use fstop::film::{FilmMetadata, Image, LoadedImage, read, write};
 use fstop::math::Rgb;
+use fstop::math::color::luminance;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -28,19 +29,44 @@ impl Render {
     /// Averaging runs, rather than asking for more samples once, keeps what depends on the number of
     /// samples per pixel as the reference has it: the width of texture filters, the cut at 0.
     pub(crate) fn new(scene: &Path, first_seed: u32, runs: u32, arguments: &[&str]) -> Render {
+        Render::until(scene, first_seed, [runs; 2], arguments, |_| true)
+    }
+
+    /// Renders `scene` with seeds from 1 on at most so many times, but no more often than it takes to be as good as the reference:
+    /// its own noise stays, and more samples of ours would find little more.
+    pub(crate) fn as_good_as(reference: &Image, scene: &Path, runs: u32) -> Render {
+        // In thirds, and by the sum over all pixels, so that stopping hardly depends on what chance made of the image.
+        let enough = |ours: &Image| noise(ours) <= noise(reference);
+        Render::until(scene, 1, [runs.div_ceil(3), runs], &[], enough)
+    }
+
+    /// Renders `least` times, and again as often until the mean is good `enough`, but no more than `most` times.
+    fn until(
+        scene: &Path,
+        first_seed: u32,
+        [least, most]: [u32; 2],
+        arguments: &[&str],
+        enough: impl Fn(&Image) -> bool,
+    ) -> Render {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let renders: Vec<_> = (first_seed..first_seed + runs)
-            .map(|seed| {
+        let mut renders: Vec<LoadedImage> = vec![];
+        let image = loop {
+            let done = renders.len() as u32;
+            for seed in first_seed + done..first_seed + (done + least).min(most) {
                 let output = folder.path().join(format!("{seed}.exr"));
                 render(scene, &output, seed, arguments);
-                read(&output).unwrap_or_else(|error| panic!("{error}"))
-            })
-            .collect();
+                renders.push(read(&output).unwrap_or_else(|error| panic!("{error}")));
+            }
+            let images: Vec<&Image> = renders.iter().map(|loaded| &loaded.image).collect();
+            let mean = average(&images);
+            if renders.len() as u32 >= most || enough(&mean) {
+                break mean;
+            }
+        };
         let spp = f64::from(renders[0].spp.expect("fstop writes the number of samples"));
-        let images: Vec<&Image> = renders.iter().map(|loaded| &loaded.image).collect();
-        let runs = f64::from(runs);
+        let runs = renders.len() as f64;
         Render {
-            image: average(&images),
+            image,
             spp,
             samples: spp * runs,
             freedom: renders[0].freedom.unwrap_or(spp - 1.0) * runs,
@@ -117,6 +143,12 @@ fn average(images: &[&Image]) -> Image {
         independent: of_mean(|image| image.independent.as_ref()),
         ..images[0].clone()
     }
+}
+
+/// The sum of the variances of pixels.
+fn noise(image: &Image) -> f64 {
+    let variance = image.variance.as_ref().expect("both have variances");
+    variance.iter().map(|&v| f64::from(luminance(v))).sum()
 }
 
 /// What a person needs to see why a comparison failed: the tests' table, and where the images are

@@ -130,7 +130,7 @@ fn a_checkpoint_knows_what_it_is_of() {
     let scene = folder.path("a.pbrt");
     let text = |fov: u32| {
         format!(
-            "Include \"b.pbrt\"\nCamera \"perspective\" \"float fov\" {fov}\nSampler \"random\" \"integer pixelsamples\" 3000\n\
+            "Include \"b.pbrt\"\nCamera \"perspective\" \"float fov\" {fov}\nSampler \"random\" \"integer pixelsamples\" 1500\n\
              Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 48\n\
              WorldBegin\nLightSource \"infinite\"\nTranslate 0 0 4\nShape \"sphere\"\nWorldEnd\n"
         )

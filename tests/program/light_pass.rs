@@ -70,7 +70,7 @@ fn both_parts_together_are_the_light_of_camera_paths() {
         "\"mitchell\"",
         "\"box\" \"float xwidth\" 1.3 \"float ywidth\" 0.4",
     ] {
-        let (camera, variance_of_camera) = mean(&scene("volpath", filter, 200), 1);
+        let (camera, variance_of_camera) = mean(&scene("volpath", filter, 100), 1);
         let runs = [2, 3, 4, 5, 6, 7, 8, 9];
         let runs = runs.map(|seed| mean(&scene("bdpt", filter, 4), seed).0);
         // A filter makes neighbors alike: the scatter from run to run is the image's.

@@ -169,7 +169,7 @@ fn a_viewer_has_the_image_at_the_end() {
 fn a_viewer_sees_the_picture_grow() {
     let folder = Folder::new();
     let (address, shown) = viewer(look);
-    let options = ["--spp", "400", "--display-server", &address];
+    let options = ["--spp", "200", "--display-server", &address];
     render(BOX, &folder.path("a.exr"), &options);
     let images = shown.join().expect("no wrong packet");
     let shown = images.values().next().expect("an image");
@@ -263,13 +263,13 @@ fn unfinished_pictures_are_written_whole() {
     let partial = folder.path("a.partial.exr");
     let copies = Folder::new();
     let copy = copies.path("copy.exr");
-    render(BOX, &alone, &["--spp", "400"]);
+    render(BOX, &alone, &["--spp", "150"]);
     let mut child = Command::new(env!("CARGO_BIN_EXE_fstop"))
         .args([
             "render",
             BOX,
             "--spp",
-            "400",
+            "150",
             "--quiet",
             "--write-partial",
             "0.02s",
@@ -289,7 +289,7 @@ fn unfinished_pictures_are_written_whole() {
             Ok(_) => {
                 let found = fstop::film::read(&copy).expect("a whole image");
                 assert_eq!(found.image.resolution, UVec2::new(64, 64));
-                assert!(found.spp.is_some_and(|spp| (1..=400).contains(&spp)));
+                assert!(found.spp.is_some_and(|spp| (1..=150).contains(&spp)));
                 seen += 1;
             }
             // It is gone only when the image is there.

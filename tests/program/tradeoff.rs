@@ -26,7 +26,7 @@ fn number(value: &Value, path: &str) -> f64 {
 
 #[test]
 fn every_knob_of_a_lens_is_turned() {
-    let study = study(LENS, &["--time", "4"]);
+    let study = study(LENS, &["--time", "2"]);
     for (setting, least) in [
         ("scene", 1),
         ("samples", 3),
@@ -64,7 +64,7 @@ fn slope_within(samples: &[&Value]) -> f64 {
 
 #[test]
 fn depth_that_is_missing_is_bias_and_samples_are_noise() {
-    let study = study(BOX, &["--time", "10", "--error", "20%"]);
+    let study = study(BOX, &["--time", "5", "--error", "20%"]);
     // Independent samples: the variance falls as their number. With counts of one to hundreds the fitted power is
     // known to about a tenth; on a busy machine there are fewer, and it is known as the variances are.
     let slope = number(&study, "/slope");
@@ -93,7 +93,7 @@ fn depth_that_is_missing_is_bias_and_samples_are_noise() {
 #[test]
 fn an_integrator_that_loses_light_is_told_and_not_taken() {
     let scene = "tests/scenes/census/spot_glassball_bdpt.pbrt";
-    let study = study(scene, &["--time", "8", "--error", "10%"]);
+    let study = study(scene, &["--time", "4", "--error", "10%"]);
     let integrators = settings(&study, "integrator");
     let names: Vec<_> = integrators.iter().map(|s| &s["value"]).collect();
     assert_eq!(names, ["path", "volpath", "sppm"]);
@@ -119,7 +119,7 @@ fn an_integrator_that_loses_light_is_told_and_not_taken() {
 fn fewer_samples_blur_no_texture() {
     let study = study(
         "tests/scenes/reference/realistic_dgauss50_full.pbrt",
-        &["--time", "6"],
+        &["--time", "3"],
     );
     for setting in settings(&study, "samples") {
         let (value, within) = (
@@ -135,7 +135,7 @@ fn text_and_page() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let page = folder.path().join("t.html");
     let name = page.display().to_string();
-    let run = fstop(["tradeoff", BOX, "--time", "2", "--quiet", "--html", &name]);
+    let run = fstop(["tradeoff", BOX, "--time", "1", "--quiet", "--html", &name]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     for word in [
         "efficiency",

@@ -21,7 +21,7 @@ use std::path::Path;
 /// False-alarm rate of one scene.
 const ALPHA: f64 = 1e-4;
 
-/// Samples in an image, all pixels and runs together: about half a second each on one core.
+/// Samples in an image at most, all pixels and runs together: about half a second each on one core.
 const SAMPLES: f64 = if cfg!(debug_assertions) { 1e5 } else { 4e5 };
 
 /// A Markov chain's neighboring pixels vary together: the variance of a block of 8 × 8 is up to this many times that of
@@ -78,7 +78,7 @@ pub(crate) fn check(name: &str) {
     let more = HEAVY.iter().find(|(heavy, _)| *heavy == name);
     let samples = SAMPLES * more.map_or(1.0, |(_, times)| *times);
     let runs = samples / (spp * loaded.image.pixels.len() as f64);
-    let mut render = Render::new(&scene, 1, runs.round().max(2.0) as u32, &[]);
+    let mut render = Render::as_good_as(&loaded.image, &scene, runs.round().max(2.0) as u32);
     let mut reference = Image {
         bounds: render.image.bounds,
         ..loaded.image

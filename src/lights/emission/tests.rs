@@ -512,8 +512,8 @@ fn directions_follow_their_density() {
             }
         }
         let mut all = 0.0;
-        // 30² points in each bin, each somewhere in its square: edges may run along the grid.
-        let grid = [30 * BINS[0], 30 * BINS[1]];
+        // 20² points in each bin, each somewhere in its square: edges may run along the grid.
+        let grid = [20 * BINS[0], 20 * BINS[1]];
         let each = 4.0 * std::f64::consts::PI / (grid[0] * grid[1]) as f64;
         let normal = if is_area { Vec3::Z } else { Vec3::ZERO };
         let place = place(&case.light);
@@ -529,7 +529,7 @@ fn directions_follow_their_density() {
                 expected[bin(d)] += density * n as f64;
             }
         }
-        // A grid of half a million points over steps and edges; see above.
+        // A grid of a fifth of a million points over steps and edges; see above.
         check!(failed, (all - 1.0).abs() < 5e-3, "{}: {all}", case.name);
         let (mut rest, mut chi2, mut degrees) = ([0.0; 2], 0.0, 0.0);
         for (o, e) in observed.iter().zip(&expected) {
