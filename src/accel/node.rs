@@ -149,6 +149,7 @@ impl<'a> StoredNode<'a> {
     }
 
     /// The bits of all child references.
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     pub(super) fn children(self) -> &'a Cell {
         &self.0[6]
