@@ -40,10 +40,10 @@ const SCENES: [&str; 10] = [
 ];
 
 /// Samples a pixel.
-const SPP: u32 = 64;
+const SPP: u32 = 256;
 
 /// Times as many tell what a bug does.
-const LONG: u32 = 8;
+const LONG: u32 = 2;
 
 /// Runs without a bug.
 const CLEAN: usize = 20;

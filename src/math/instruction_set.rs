@@ -8,7 +8,6 @@
 //! The crate `pulp` detects the processor's features and holds the proof; there is no `unsafe` here. The environment
 //! variable `FSTOP_INSTRUCTIONS` lowers the set, to show on one machine that results do not depend on it.
 
-
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
 
@@ -143,7 +142,8 @@ enum Limit {
 
 /// Read once: results do not depend on it.
 #[cfg(target_arch = "x86_64")]
-static LIMIT: std::sync::LazyLock<Limit> = std::sync::LazyLock::new(|| limit().unwrap_or(Limit::Avx512));
+static LIMIT: std::sync::LazyLock<Limit> =
+    std::sync::LazyLock::new(|| limit().unwrap_or(Limit::Avx512));
 
 /// # Errors
 /// Fails, in words for the user, if `FSTOP_INSTRUCTIONS` is set to something else.

@@ -21,6 +21,7 @@
 pub mod beam;
 pub mod chief;
 pub mod color;
+mod contrast;
 pub mod fan;
 pub mod field;
 pub mod field_curves;

@@ -4,6 +4,7 @@
 //! negative where black and white change places: spurious resolution is no contrast.
 
 use super::beam::Beam;
+use super::contrast::STEP;
 use super::spot::Spot;
 use super::wavefront::Wavefront;
 use crate::optics::lens::Lens;
@@ -44,16 +45,16 @@ impl MtfCurves {
     pub fn new(lens: &Lens, beam: &Beam) -> MtfCurves {
         let rays = beam.rays_at_film(lens, ACROSS);
         let spot = Spot::behind(&rays, 0.0);
-        let frequencies = (0..=50).map(|i| LARGEST_FREQUENCY * f64::from(i) / 50.0);
-        let contrast = |spot: &Spot, x: f64, frequency: f64| {
-            let [s, t] = spot.mtf(frequency);
-            [x, s, t]
-        };
+        let count = (LARGEST_FREQUENCY / STEP) as usize;
+        let curve = spot.contrasts(STEP, count).into_iter().enumerate();
+        let geometric = curve.map(|(i, [s, t])| [i as f64 * STEP, s, t]).collect();
         // As far as a perfect lens of that aperture takes to lose all contrast, or the spot's own blur.
         let reach = reach(&rays, &spot);
         let shifts = (-20..=20).map(|i| reach * f64::from(i) / 20.0);
-        let through =
-            |shift: f64| contrast(&Spot::behind(&rays, shift), shift, THROUGH_FOCUS_FREQUENCY);
+        let through = |shift: f64| {
+            let [s, t] = Spot::behind(&rays, shift).mtf(THROUGH_FOCUS_FREQUENCY);
+            [shift, s, t]
+        };
         let about = spot.centroid();
         let wave = |axis: usize| {
             let size = [CELLS[axis], CELLS[1 - axis]];
@@ -67,7 +68,7 @@ impl MtfCurves {
         };
         MtfCurves {
             height: beam.chief.height,
-            geometric: frequencies.map(|f| contrast(&spot, f, f)).collect(),
+            geometric,
             wave_sagittal: curve(0),
             wave_tangential: curve(1),
             through_focus: shifts.map(through).collect(),
@@ -77,14 +78,11 @@ impl MtfCurves {
 }
 
 fn by_waves(wavefront: &Wavefront, axis: usize) -> Vec<[f64; 2]> {
-    let frequencies = wavefront.frequencies(axis).enumerate();
+    let curve = wavefront.frequencies(axis).zip(wavefront.transfer(axis));
     // One beyond the largest, for the curve to go on to the end.
     let mut beyond = false;
-    let shown =
-        frequencies.take_while(|(_, f)| !std::mem::replace(&mut beyond, *f > LARGEST_FREQUENCY));
-    shown
-        .map(|(k, f)| [f, wavefront.transfer(axis, k)])
-        .collect()
+    let shown = curve.take_while(|(f, _)| !std::mem::replace(&mut beyond, *f > LARGEST_FREQUENCY));
+    shown.map(|(f, contrast)| [f, contrast]).collect()
 }
 
 /// How far through focus to look, mm: where defocus alone blurs a point to a line pair and a half, and the spot's blur is as wide.

@@ -1,6 +1,7 @@
 //! Spot diagrams: where the rays of one object point meet the film.
 
 use super::beam::Beam;
+use super::contrast::{Follower, STEP, times};
 use crate::optics::dispersion::LINE_D;
 use crate::optics::lens::Lens;
 use crate::optics::trace::LensRay;
@@ -68,20 +69,37 @@ impl Spot {
     }
 
     /// Geometric modulation transfer at `frequency` line pairs per mm, \[sagittal, tangential\]: the modulus of the
-    /// Fourier transform of the spot across and along the meridional plane (Smith §15.8, without diffraction), negative where its phase about the
-    /// centroid is nearer to half a turn than to none: there black and white change places, which is no resolution. 0 for an empty spot.
+    /// Fourier transform of the spot across and along the meridional plane (Smith §15.8, without diffraction), negative where black and white
+    /// have changed places between no frequency and this one, which is no resolution. 0 for an empty spot.
     pub fn mtf(&self, frequency: f64) -> [f64; 2] {
+        let steps = (frequency / STEP).ceil().clamp(1.0, 1e4);
+        let found = self.contrasts(frequency / steps, steps as usize).pop();
+        found.unwrap_or_default()
+    }
+
+    /// [`Spot::mtf`] at so many multiples of `step` line pairs per mm, which is [`STEP`] at most, from none on.
+    pub(super) fn contrasts(&self, step: f64, count: usize) -> Vec<[f64; 2]> {
         let n = self.points.len().max(1) as f64;
         let middle = self.centroid();
-        [0, 1].map(|axis| {
-            let (mut re, mut im) = (0.0, 0.0);
-            for p in &self.points {
-                let (sin, cos) = (TAU * frequency * (p[axis] - middle[axis])).sin_cos();
-                re += cos;
-                im += sin;
-            }
-            f64::hypot(re, im).copysign(re) / n
-        })
+        let curve = |axis: usize| -> Vec<f64> {
+            let phases = { self.points.iter() }.map(|p| TAU * step * (p[axis] - middle[axis]));
+            let turns: Vec<[f64; 2]> = phases.map(|phase| [phase.cos(), phase.sin()]).collect();
+            let mut values = vec![[1.0, 0.0]; turns.len()];
+            let mut follower = Follower::default();
+            let value = |_| {
+                let mean = |k: usize| values.iter().map(|v| v[k]).sum::<f64>() / n;
+                let contrast = follower.next([mean(0), mean(1)]);
+                for (value, turn) in values.iter_mut().zip(&turns) {
+                    *value = times(*value, *turn);
+                }
+                contrast
+            };
+            (0..=count).map(value).collect()
+        };
+        let [sagittal, tangential] = [curve(0), curve(1)];
+        { sagittal.into_iter().zip(tangential) }
+            .map(|(s, t)| [s, t])
+            .collect()
     }
 }
 

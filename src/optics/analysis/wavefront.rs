@@ -7,6 +7,7 @@
 //! pairs shifts one copy by λν. A scalar theory, of one wavelength; cosines over the index of refraction at the film.
 
 use super::beam::Beam;
+use super::contrast::Follower;
 use crate::optics::dispersion::LINE_D;
 use crate::optics::lens::Lens;
 use crate::optics::real::Dual;
@@ -61,9 +62,14 @@ impl Wavefront {
         (0..self.size[axis]).map(move |k| k as f64 * self.step[axis] / WAVELENGTH)
     }
 
-    /// The transfer at the frequency number `k` along an axis: its modulus, negative where its phase about the point that the wavefront is
-    /// given for is nearer to half a turn than to none.
-    pub fn transfer(&self, axis: usize, k: usize) -> f64 {
+    /// At these frequencies, from none on, the modulus of the transfer, negative where black and white have changed places.
+    pub fn transfer(&self, axis: usize) -> impl Iterator<Item = f64> + '_ {
+        let mut follower = Follower::default();
+        (0..self.size[axis]).map(move |k| follower.next(self.autocorrelation(axis, k)))
+    }
+
+    /// The optical transfer function at the frequency number `k` along an axis.
+    fn autocorrelation(&self, axis: usize, k: usize) -> [f64; 2] {
         let (mut re, mut im, mut all) = (0.0, 0.0, 0.0);
         let stride = if axis == 0 { k } else { k * self.size[0] };
         for (i, cell) in self.cells.iter().enumerate() {
@@ -80,9 +86,9 @@ impl Wavefront {
             }
         }
         if all > 0.0 {
-            f64::hypot(re, im).copysign(re) / all
+            [re / all, im / all]
         } else {
-            0.0
+            [0.0; 2]
         }
     }
 
@@ -223,11 +229,10 @@ mod tests {
         };
         let cutoff = 2.0 * 1.5 * sine / WAVELENGTH;
         for axis in [0, 1] {
-            for (k, frequency) in wavefront.frequencies(axis).enumerate() {
+            for (frequency, found) in wavefront.frequencies(axis).zip(wavefront.transfer(axis)) {
                 let s = (frequency / cutoff).min(1.0);
                 let expected = (s.acos() - s * (1.0 - s * s).sqrt()) * 2.0 / std::f64::consts::PI;
                 // A circle of 64 cells, whose light is a little uneven in cosines (no more than a part in fifty here).
-                let found = wavefront.transfer(axis, k);
                 assert!(
                     (found - expected).abs() < 0.015,
                     "{axis} {frequency}: {found} {expected}"
@@ -246,8 +251,9 @@ mod tests {
         let rays = Spot::trace(&lens, &beam, 200);
         let wavefront = Wavefront::new(&lens, &beam, [0.0; 2], [96, 96]).unwrap();
         assert!(wavefront.rms() > 2.0, "{}", wavefront.rms());
-        for (k, frequency) in wavefront.frequencies(0).enumerate().take(9) {
-            let (waves, [geometric, _]) = (wavefront.transfer(0, k), rays.mtf(frequency));
+        let curve = wavefront.frequencies(0).zip(wavefront.transfer(0));
+        for (frequency, waves) in curve.take(9) {
+            let [geometric, _] = rays.mtf(frequency);
             // What diffraction takes of a perfect lens there: 4/π of the part of the cut-off.
             let most = 0.02 + 1.4 * frequency / 340.0;
             assert!(
