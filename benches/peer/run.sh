@@ -5,6 +5,8 @@
 #
 #   benches/peer/run.sh [RUNS [SCENE...]]     (3 runs of all scenes unless told)
 #   RS_PBRT=path         a binary mended as below; built from the source otherwise
+#   PBRT3=path           pbrt-v3 instead of it
+#   PREPARE=folder       only puts the scenes there, for benches/peer/mitsuba/compare.py or by hand
 #   REFERENCE=16         how many times the scene's samples the reference has
 #
 # It prints, for each scene,
@@ -21,13 +23,15 @@
 #   - it forgets the material of what it hits in an instance, so that instances cast shadows and cannot be seen: that
 #     line (`ret.primitive = None` in Transform::transform_surface_interaction) is mended, and nothing else;
 #   - it has no cones: the lens scene shows cylinders, to both programs;
-#   - it reads one directive a line: the lens scene's are put on lines of their own.
+#   - it reads one directive a line: the lens scene's are put on lines of their own;
+#   - it has too little light in the camera's medium, behind surfaces without material and through rough glass: `media` and `glass`
+#     have none of these.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 runs=${1:-3}
 [ $# -gt 0 ] && shift
 scenes=("$@")
-[ ${#scenes[@]} -gt 0 ] || scenes=(creature cornell dgauss meadow)
+[ ${#scenes[@]} -gt 0 ] || scenes=(creature cornell dgauss meadow copper glass media lamps textures room)
 target=${CARGO_TARGET_DIR:-$PWD/target}
 
 cargo build --release --locked --quiet --bin fstop --example peer_error --example make_meadow
@@ -35,7 +39,9 @@ fstop=$target/release/fstop
 peer_error=$target/release/examples/peer_error
 
 rs_pbrt=${RS_PBRT:-$target/peer/release/rs_pbrt}
-if [ ! -x "$rs_pbrt" ]; then
+peer=rs_pbrt
+[ -z "${PBRT3:-}" ] || peer=pbrt-v3
+if [ -z "${PREPARE:-}${PBRT3:-}" ] && [ ! -x "$rs_pbrt" ]; then
   source=$(ls -d "${CARGO_HOME:-$HOME/.cargo}"/registry/src/*/rs_pbrt-0.9.12 2>/dev/null | head -n 1)
   [ -n "$source" ] || { echo "no source of rs_pbrt: cargo install rs_pbrt --version 0.9.12" >&2; exit 2; }
   mkdir -p "$target/peer/source"
@@ -48,11 +54,17 @@ fi
 # One folder with everything, where both may write.
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-cp -r scenes/creature/. scenes/cornell/. scenes/course/geometry/. scenes/course/textures lenses/dgauss.50mm.dat benches/peer/dgauss.pbrt "$work"
+cp -r scenes/creature/. scenes/cornell/. scenes/course/geometry/. scenes/course/textures lenses/dgauss.50mm.dat benches/peer/*.pbrt "$work"
 "$target/release/examples/make_meadow" "$work"
 cd "$work"
 sed -i -E 's/Shape "cone" "float radius" \[.05\] "float height" \[.15\]/Shape "cylinder" "float radius" [.05] "float zmin" [0] "float zmax" [.15]/
   s/ +(Translate|ObjectInstance|AttributeEnd)/\n\1/g' stage.pbrt
+
+if [ -n "${PREPARE:-}" ]; then
+  mkdir -p "$PREPARE"
+  cp -r . "$PREPARE"
+  exit
+fi
 
 # Seconds of user and system time of a command.
 cost() {
@@ -61,14 +73,19 @@ cost() {
 }
 median() { sort -n | awk '{ v[NR] = $1 } END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'; }
 ours() { "$fstop" render "$1.pbrt" --spp "$2" -o ours.png --threads 2 --quiet; }
-theirs() { "$rs_pbrt" -t 2 -p "$1.pbrt"; }
+theirs() {
+  case $peer in
+    rs_pbrt) "$rs_pbrt" -t 2 -p "$1.pbrt" ;;
+    *) "$PBRT3" --quiet --nthreads 2 --outfile pbrt.png "$1.pbrt" ;;
+  esac
+}
 error_of() { "$peer_error" reference.exr "$1" | cut -d ' ' -f 1; }
 share_of() { "$peer_error" reference.exr "$1" | cut -d ' ' -f 2; }
 # Is fstop's error with so many samples at most that much?
 good_with() { ours "$1" "$2" >/dev/null && awk -v a="$(error_of ours.png)" -v b="$3" 'BEGIN { exit !(a <= b) }'; }
 
 printf '%-10s %5s %9s %9s %6s %17s %7s %9s %6s   (medians of %d, processor seconds)\n' \
-  scene spp fstop rs_pbrt ratio 'means/reference' 'eq.spp' fstop ratio "$runs"
+  scene spp fstop $peer ratio 'means/reference' 'eq.spp' fstop ratio "$runs"
 for scene in "${scenes[@]}"; do
   spp=$(sed -nE 's/.*"integer pixelsamples" *\[ *([0-9]+) *\].*/\1/p' "$scene.pbrt")
   "$fstop" render "$scene.pbrt" --spp $((${REFERENCE:-16} * spp)) --seed 4711 -o reference.exr --quiet
