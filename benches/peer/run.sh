@@ -27,6 +27,7 @@
 #   - it has too little light in the camera's medium, behind surfaces without material and through rough glass: `media` and `glass`
 #     have none of these.
 set -euo pipefail
+[ -z "${PREPARE:-}" ] || { mkdir -p "$PREPARE" && PREPARE=$(cd "$PREPARE" && pwd); }
 cd "$(dirname "$0")/../.."
 runs=${1:-3}
 [ $# -gt 0 ] && shift
@@ -61,7 +62,6 @@ sed -i -E 's/Shape "cone" "float radius" \[.05\] "float height" \[.15\]/Shape "c
   s/ +(Translate|ObjectInstance|AttributeEnd)/\n\1/g' stage.pbrt
 
 if [ -n "${PREPARE:-}" ]; then
-  mkdir -p "$PREPARE"
   cp -r . "$PREPARE"
   exit
 fi
