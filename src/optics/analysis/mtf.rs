@@ -4,9 +4,10 @@
 //! negative where black and white change places: spurious resolution is no contrast.
 
 use super::beam::Beam;
-use super::contrast::STEP;
+use super::contrast::{Follower, STEP};
 use super::spot::Spot;
 use super::wavefront::Wavefront;
+use crate::optics::LensRay;
 use crate::optics::lens::Lens;
 use serde::Serialize;
 
@@ -50,11 +51,6 @@ impl MtfCurves {
         let geometric = curve.map(|(i, [s, t])| [i as f64 * STEP, s, t]).collect();
         // As far as a perfect lens of that aperture takes to lose all contrast, or the spot's own blur.
         let reach = reach(&rays, &spot);
-        let shifts = (-20..=20).map(|i| reach * f64::from(i) / 20.0);
-        let through = |shift: f64| {
-            let [s, t] = Spot::behind(&rays, shift).mtf(THROUGH_FOCUS_FREQUENCY);
-            [shift, s, t]
-        };
         let about = spot.centroid();
         let wave = |axis: usize| {
             let size = [CELLS[axis], CELLS[1 - axis]];
@@ -71,10 +67,41 @@ impl MtfCurves {
             geometric,
             wave_sagittal: curve(0),
             wave_tangential: curve(1),
-            through_focus: shifts.map(through).collect(),
+            through_focus: through_focus(&rays, reach),
             wavefront_rms: waves[0].as_ref().map(Wavefront::rms),
         }
     }
+}
+
+/// At [`THROUGH_FOCUS_FREQUENCY`], up to `reach` mm before and behind the film. Contrast is followed from frequency zero on where there
+/// is most, and from there to either side.
+fn through_focus(rays: &[LensRay<f64>], reach: f64) -> Vec<Contrast> {
+    let shifts: Vec<f64> = (-20..=20).map(|i| reach * f64::from(i) / 20.0).collect();
+    let spots: Vec<Spot> = shifts.iter().map(|s| Spot::behind(rays, *s)).collect();
+    let transfers: Vec<_> = spots
+        .iter()
+        .map(|spot| spot.transfer(THROUGH_FOCUS_FREQUENCY))
+        .collect();
+    let curve = |axis: usize| -> Vec<f64> {
+        let at = |i: usize| transfers[i][axis];
+        let size = |i: &usize| at(*i)[0].hypot(at(*i)[1]);
+        let most = (0..spots.len()).max_by(|i, j| size(i).total_cmp(&size(j)));
+        let most = most.unwrap_or_default();
+        let mut contrast = vec![0.0; spots.len()];
+        contrast[most] = spots[most].mtf(THROUGH_FOCUS_FREQUENCY)[axis];
+        let start = Follower::from(at(most), contrast[most]);
+        let mut follow = |sides: &mut dyn Iterator<Item = usize>| {
+            let mut follower = start;
+            sides.for_each(|i| contrast[i] = follower.next(at(i)));
+        };
+        follow(&mut (0..most).rev());
+        follow(&mut (most + 1..spots.len()));
+        contrast
+    };
+    let [sagittal, tangential] = [curve(0), curve(1)];
+    (0..shifts.len())
+        .map(|i| [shifts[i], sagittal[i], tangential[i]])
+        .collect()
 }
 
 fn by_waves(wavefront: &Wavefront, axis: usize) -> Vec<[f64; 2]> {
@@ -86,7 +113,7 @@ fn by_waves(wavefront: &Wavefront, axis: usize) -> Vec<[f64; 2]> {
 }
 
 /// How far through focus to look, mm: where defocus alone blurs a point to a line pair and a half, and the spot's blur is as wide.
-fn reach(rays: &[crate::optics::LensRay<f64>], spot: &Spot) -> f64 {
+fn reach(rays: &[LensRay<f64>], spot: &Spot) -> f64 {
     let slopes = rays.iter().map(|r| r.d[0].abs() / r.d[2].abs());
     let steepest = slopes.fold(0.0, f64::max);
     let blur = 1.5 / THROUGH_FOCUS_FREQUENCY + 2.0 * spot.rms_radius();

@@ -77,6 +77,18 @@ impl Spot {
         found.unwrap_or_default()
     }
 
+    /// The Fourier transform about the centroid that [`Spot::mtf`] is the modulus of: \[real, imaginary\] for each direction.
+    pub(super) fn transfer(&self, frequency: f64) -> [[f64; 2]; 2] {
+        let n = self.points.len().max(1) as f64;
+        let middle = self.centroid();
+        [0, 1].map(|axis| {
+            let phases = { self.points.iter() }.map(|p| TAU * frequency * (p[axis] - middle[axis]));
+            let turns = phases.map(f64::sin_cos);
+            let sum = turns.fold([0.0; 2], |sum, (sin, cos)| [sum[0] + cos, sum[1] + sin]);
+            sum.map(|x| x / n)
+        })
+    }
+
     /// [`Spot::mtf`] at so many multiples of `step` line pairs per mm, which is [`STEP`] at most, from none on.
     pub(super) fn contrasts(&self, step: f64, count: usize) -> Vec<[f64; 2]> {
         let n = self.points.len().max(1) as f64;
