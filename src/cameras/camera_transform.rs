@@ -73,6 +73,32 @@ impl CameraTransform {
         }
     }
 
+    /// The camera-space z of the render-space point `p` at `time`.
+    pub(super) fn z(&self, p: Vec3, time: f32) -> f64 {
+        let z = self.camera_from_render(time).row(2);
+        z.truncate().dot(p.as_dvec3()) + z.w
+    }
+
+    fn camera_from_render(&self, time: f32) -> DMat4 {
+        match &self.motion {
+            None => self.camera_from_render,
+            Some(motion) => DMat4::from(motion.at(f64::from(time)).inverse()),
+        }
+    }
+
+    /// How far the render-space point `p` is at `time` from the plane through the camera's origin across its axis, in scene
+    /// units; negative behind it.
+    pub(super) fn depth(&self, p: Vec3, time: f32) -> f64 {
+        let z = self.camera_from_render(time).row(2);
+        (z.truncate().dot(p.as_dvec3()) + z.w) / z.truncate().length()
+    }
+
+    /// How far it is from the camera's origin.
+    pub(super) fn distance(&self, p: Vec3, time: f32) -> f64 {
+        let origin = self.render_from_camera(time).transform_point3(DVec3::ZERO);
+        (p.as_dvec3() - origin).length()
+    }
+
     /// The render-space ray at `time`, cut to what lies between the clip planes.
     pub(super) fn ray(&self, ray: &CameraSpaceRay, time: f32) -> Ray {
         let (start, end) = self.clip.interval(ray.o.z, ray.d.z);

@@ -104,6 +104,28 @@ impl Camera {
         matches!(self, Camera::Realistic(c) if c.disperses())
     }
 
+    /// Distance of the render-space point `p` at `time` from the plane through the camera's position across its axis, in
+    /// scene units: for `realistic`, whose position is that of its film, from the film's plane. For `environment`, which has
+    /// no axis, from its position.
+    pub fn depth(&self, p: Vec3, time: f32) -> f64 {
+        match self {
+            Camera::Projective(c) => c.transform().depth(p, time),
+            Camera::Realistic(c) => c.transform().depth(p, time),
+            Camera::Environment(c) => c.transform().distance(p, time),
+        }
+    }
+
+    /// Diameter in pixels of the circle of confusion of the render-space point `p` at `time`, to first order near the axis:
+    /// of the light to one point of the film, the width where it passes `p`'s depth. 0 for `environment`, and for a lens of
+    /// which no light along the axis is known.
+    pub fn circle_of_confusion(&self, p: Vec3, time: f32) -> f64 {
+        match self {
+            Camera::Projective(c) => c.blur().diameter(c.transform().z(p, time)),
+            Camera::Realistic(c) => c.blur().diameter(c.transform().z(p, time)),
+            Camera::Environment(_) => 0.0,
+        }
+    }
+
     /// What a photographer wants to know before the image is taken on `film`, one fact a line.
     pub fn describe(&self, film: &FilmGeometry) -> Vec<String> {
         match self {

@@ -15,6 +15,8 @@ impl Tile {
         for pixel in &self.pixels {
             out.extend(pixel.to_words().map(u64::to_le_bytes).as_flattened());
         }
+        let layers = self.layers().map_or(&[][..], |layers| &layers.sums);
+        out.extend(layers.iter().flat_map(|sum| sum.to_le_bytes()));
     }
 
     /// This empty tile with the contents at the start of `bytes`, which are taken away; `None` if they are too short.
@@ -36,6 +38,11 @@ impl Tile {
                 *slot = word()?;
             }
             *pixel = PixelStatistics::from_words(words);
+        }
+        if let Some(layers) = &mut self.layers {
+            for sum in &mut layers.pixels.sums {
+                *sum = f64::from_bits(word()?);
+            }
         }
         Some(self)
     }
