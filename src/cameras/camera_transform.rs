@@ -8,6 +8,7 @@ use crate::math::{DMat4, DVec3, Rgb, Vec3};
 use crate::optics::lanes::Lanes;
 use crate::optics::real::{Index, Number};
 use crate::optics::trace::LensRay;
+use glam::DVec4;
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Debug)]
@@ -73,24 +74,12 @@ impl CameraTransform {
         }
     }
 
-    /// The camera-space z of the render-space point `p` at `time`.
-    pub(super) fn z(&self, p: Vec3, time: f32) -> f64 {
-        let z = self.camera_from_render(time).row(2);
-        z.truncate().dot(p.as_dvec3()) + z.w
-    }
-
-    fn camera_from_render(&self, time: f32) -> DMat4 {
+    /// What takes a render-space point (x, y, z, 1) to its camera-space z at `time`.
+    pub(super) fn z(&self, time: f32) -> DVec4 {
         match &self.motion {
-            None => self.camera_from_render,
-            Some(motion) => DMat4::from(motion.at(f64::from(time)).inverse()),
+            None => self.camera_from_render.row(2),
+            Some(motion) => DMat4::from(motion.at(f64::from(time)).inverse()).row(2),
         }
-    }
-
-    /// How far the render-space point `p` is at `time` from the plane through the camera's origin across its axis, in scene
-    /// units; negative behind it.
-    pub(super) fn depth(&self, p: Vec3, time: f32) -> f64 {
-        let z = self.camera_from_render(time).row(2);
-        (z.truncate().dot(p.as_dvec3()) + z.w) / z.truncate().length()
     }
 
     /// How far it is from the camera's origin.

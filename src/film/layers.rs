@@ -268,10 +268,12 @@ impl TileLayers {
 
     fn add_found(&mut self, weight: f64, sample: &LayerSample) {
         let set = self.pixels.set;
-        let mut sums = self.leaf.0.iter_mut();
+        let mut rest = self.leaf.0.as_mut_slice();
         let mut add = |more: &[f64]| {
-            for (more, sum) in more.iter().zip(&mut sums) {
-                *sum += more;
+            if let Some((own, others)) = std::mem::take(&mut rest).split_at_mut_checked(more.len())
+            {
+                { own.iter_mut().zip(more) }.for_each(|(sum, more)| *sum += more);
+                rest = others;
             }
         };
         add(&[0.0, weight, 1.0]);

@@ -26,11 +26,12 @@ pub(super) fn sample(
     } else {
         found.uv
     };
+    let standing = job.camera.standing(found.p, ray.time);
     Some(LayerSample {
         position: found.p.as_dvec3() + job.world_from_render,
-        depth: job.camera.depth(found.p, ray.time),
+        depth: standing.depth,
         uv,
-        coc: job.camera.circle_of_confusion(found.p, ray.time),
+        coc: standing.circle,
         albedo: found.albedo,
         // Render space is world space moved.
         normal: found.normal,
