@@ -130,6 +130,12 @@ impl Geometry {
         self.resolve(ray, &found)
     }
 
+    /// The closest hit with its (u, v) and the derivatives by them, although nothing else asks for them there.
+    pub fn intersect_whole(&self, ray: &Ray, alpha: &impl Alpha) -> Option<GeometryHit> {
+        let found = Search::<_, false>::run(self, ray, alpha)?;
+        self.resolve_whole(ray, &found)
+    }
+
     /// Closest hit; the surface is computed only if it emits.
     pub fn intersect_emitter(&self, ray: &Ray, alpha: &impl Alpha) -> EmitterHit {
         let Some(found) = Search::<_, false>::run(self, ray, alpha) else {

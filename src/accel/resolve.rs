@@ -33,6 +33,11 @@ impl Geometry {
         }
     }
 
+    /// As [`Geometry::resolve`], with all that is known of the surface.
+    pub(super) fn resolve_whole(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+        self.resolve_as::<LocalSurface>(ray, found)
+    }
+
     /// The attributes of what a search found.
     pub(super) fn attributes(&self, found: &ClosestHit) -> &PrimitiveAttributes {
         let mut level = &self.top;

@@ -136,6 +136,15 @@ impl Lobe<'_> {
         )
     }
 
+    /// The share of light from everywhere that the lobe scatters to any direction, where that is the same for all.
+    pub fn diffuse_reflectance(&self) -> Option<Rgb> {
+        match self {
+            Lobe::LambertianReflection(lobe) => Some(lobe.reflectance),
+            Lobe::LambertianTransmission(lobe) => Some(lobe.transmittance),
+            _ => None,
+        }
+    }
+
     /// Returns `true` if the lobe scatters into all directions, at least by a part of it.
     pub fn is_diffuse(&self) -> bool {
         matches!(

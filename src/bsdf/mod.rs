@@ -135,6 +135,12 @@ impl<'a> Bsdf<'a> {
         self.lobes.is_empty()
     }
 
+    /// The share of light from everywhere that is scattered to any direction, where that is the same for all: of a sum of
+    /// ideally diffuse lobes.
+    pub fn diffuse_reflectance(&self) -> Option<Rgb> {
+        self.lobes.iter().map(Lobe::diffuse_reflectance).sum()
+    }
+
     /// Returns `true` if there is a lobe that light sampling can evaluate.
     pub fn has_non_specular(&self) -> bool {
         self.lobes.iter().any(|l| !l.is_specular())

@@ -72,7 +72,9 @@ impl FrameAssets {
     fn new(frame: &Frame, diagnostics: &Diagnostics, budget: &Budget) -> FrameAssets {
         let options = &frame.options;
         let pixels = options.film.pixel_bounds().area() as u64;
-        if let Err(error) = budget.take(pixels.saturating_mul(PIXEL_BYTES)) {
+        let layers = options.film.layers;
+        let bytes = PIXEL_BYTES + layers.memory_of_image() + layers.memory_of_sums();
+        if let Err(error) = budget.take(pixels.saturating_mul(bytes)) {
             diagnostics.push(Diagnostic {
                 span: options.film_at,
                 ..Diagnostic::error(format!("the film {error}"))
@@ -167,6 +169,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         filter: filter(&options),
         sampled: sampled_bounds(bounds, options.integrator.pixel_bounds),
         film: options.film,
+        world_from_render: place.inverted().point(DVec3::ZERO),
         light_share: LightShare(1.0),
     };
     prepare_light_paths(&mut job);

@@ -8,6 +8,7 @@ use crate::math::{DMat4, DVec3, Rgb, Vec3};
 use crate::optics::lanes::Lanes;
 use crate::optics::real::{Index, Number};
 use crate::optics::trace::LensRay;
+use glam::DVec4;
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Debug)]
@@ -71,6 +72,20 @@ impl CameraTransform {
             camera_from_render,
             clip: self.clip,
         }
+    }
+
+    /// What takes a render-space point (x, y, z, 1) to its camera-space z at `time`.
+    pub(super) fn z(&self, time: f32) -> DVec4 {
+        match &self.motion {
+            None => self.camera_from_render.row(2),
+            Some(motion) => DMat4::from(motion.at(f64::from(time)).inverse()).row(2),
+        }
+    }
+
+    /// How far it is from the camera's origin.
+    pub(super) fn distance(&self, p: Vec3, time: f32) -> f64 {
+        let origin = self.render_from_camera(time).transform_point3(DVec3::ZERO);
+        (p.as_dvec3() - origin).length()
     }
 
     /// The render-space ray at `time`, cut to what lies between the clip planes.

@@ -53,6 +53,11 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// How it stands in the scene.
+    pub(super) fn transform(&self) -> &CameraTransform {
+        &self.transform
+    }
+
     /// When it lets light in.
     pub(super) fn shutter(&self) -> &Shutter {
         &self.spec.shutter

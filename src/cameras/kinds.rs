@@ -37,6 +37,19 @@ impl CameraSpec {
     }
 }
 
+/// How far a point is from a camera, and how sharp it is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Standing {
+    /// Distance from the plane through the camera's position across its axis, in scene units, negative behind it: for
+    /// `realistic`, whose position is that of its film, from the film's plane. For `environment`, which has no axis, from its
+    /// position.
+    pub depth: f64,
+    /// Diameter in pixels of its circle of confusion, to first order near the axis: of the light to one point of the film, the
+    /// width where it passes the point's depth. 0 for `environment`, and for a lens of which no light along the axis is
+    /// known.
+    pub circle: f64,
+}
+
 /// A camera ready to make rays.
 #[derive(Clone, Debug)]
 pub enum Camera {
@@ -102,6 +115,26 @@ impl Camera {
     /// Returns `true` if it depends on [`CameraSample::wavelength`].
     pub fn disperses(&self) -> bool {
         matches!(self, Camera::Realistic(c) if c.disperses())
+    }
+
+    /// How the render-space point `p` stands to the camera at `time`.
+    pub fn standing(&self, p: Vec3, time: f32) -> Standing {
+        let (transform, blur) = match self {
+            Camera::Projective(c) => (c.transform(), c.blur()),
+            Camera::Realistic(c) => (c.transform(), *c.blur()),
+            Camera::Environment(c) => {
+                return Standing {
+                    depth: c.transform().distance(p, time),
+                    circle: 0.0,
+                };
+            }
+        };
+        let row = transform.z(time);
+        let z = row.dot(p.as_dvec3().extend(1.0));
+        Standing {
+            depth: z / row.truncate().length(),
+            circle: blur.diameter(z),
+        }
     }
 
     /// What a photographer wants to know before the image is taken on `film`, one fact a line.

@@ -9,6 +9,7 @@
 //! image's top left corner, and filters may ask for points outside the image. Camera space: x right, y up, z into the
 //! scene.
 
+mod blur;
 mod camera_transform;
 mod clip;
 mod connection;
@@ -38,7 +39,7 @@ pub use thin_lens::ThinLens;
 use crate::math::motion::Motion;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
-use crate::math::{Rgb, UVec2, Vec2};
+use crate::math::{Rgb, UVec2, Vec2, Vec3};
 use crate::params::ParamReader;
 use arrayvec::ArrayVec;
 

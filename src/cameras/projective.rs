@@ -10,6 +10,7 @@
 //! meet again in the plane of focus (a telecentric lens). pbrt-v3 forgets the film point when it places
 //! them on the lens, which makes a perspective image of what should be a parallel one.
 
+use super::blur::{Blur, Line};
 use super::camera_transform::{CameraSpaceRay, CameraTransform, Placement};
 use super::connection::Hit;
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
@@ -83,6 +84,23 @@ pub struct Projective {
 }
 
 impl Projective {
+    /// How it stands in the scene.
+    pub(super) fn transform(&self) -> &CameraTransform {
+        &self.transform
+    }
+
+    /// See [`Blur`].
+    pub(super) fn blur(&self) -> Blur {
+        let (radius, pixel) = (self.spec.lens.radius, self.per_pixel.x);
+        Blur {
+            radius: Line(radius, -radius / self.spec.lens.focal_distance),
+            pixel: match self.spec.fov {
+                Some(_) => Line(0.0, pixel),
+                None => Line(pixel, 0.0),
+            },
+        }
+    }
+
     /// When it lets light in.
     pub(super) fn shutter(&self) -> &Shutter {
         &self.spec.shutter

@@ -1,6 +1,6 @@
 //! What a shard's file says of the image: enough to make it without the scene.
 
-use crate::film::{FilmMetadata, FilmSpec, LightShare};
+use crate::film::{FilmMetadata, FilmSpec, LayerSet, LightShare};
 use crate::math::UVec2;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -64,6 +64,9 @@ pub struct FilmFacts {
     pub crop_window: [f64; 4],
     /// Factor of finished pixels.
     pub scale: f32,
+    /// Layers.
+    #[serde(default)]
+    pub layers: LayerSet,
 }
 
 /// The goal of an adaptive render.
@@ -85,6 +88,7 @@ impl FilmFacts {
             resolution: film.resolution,
             crop_window: film.crop_window,
             scale: film.scale,
+            layers: film.layers,
         }
     }
 
@@ -94,6 +98,7 @@ impl FilmFacts {
             resolution: self.resolution,
             crop_window: self.crop_window,
             scale: self.scale,
+            layers: self.layers,
             ..FilmSpec::default()
         }
     }

@@ -1,6 +1,7 @@
 //! `fstop merge SHARD... -o OUT`: makes one image of the shards that `render --shard` has left.
 
 use super::codes::{ANSWER_IS_NO, BAD_INPUT, IO_FAILED};
+use super::encoding::EncodingArgs;
 use super::messages::{self, Failure};
 use crate::console;
 use crate::film;
@@ -31,6 +32,8 @@ pub(super) struct MergeArgs {
     /// unless the shards were rendered with --variance, too
     #[arg(help_heading = "Output", long)]
     variance: bool,
+    #[command(flatten)]
+    encoding: EncodingArgs,
     /// Make what there is of the image if shards are missing or not finished; pixels without samples are black
     #[arg(help_heading = "What is merged", long)]
     allow_missing: bool,
@@ -65,7 +68,13 @@ fn merged(args: &MergeArgs) -> Result<u8, Failure> {
         return Err(format!("{}: this is one of the shards", path.display()).into());
     }
     match merge(&args.shards, args.allow_missing, args.variance) {
-        Ok(Merged::Image { image, plan }) => {
+        Ok(Merged::Image { mut image, plan }) => {
+            image.encoding = args.encoding.encoding();
+            if !args.quiet {
+                let paths = outputs().map(PathBuf::as_path);
+                args.encoding.warn_of_names(&paths.collect::<Vec<_>>());
+                args.encoding.warn_of_colors(&image.image);
+            }
             // For the other frames of the scene, which may need another round.
             if let Some((path, plan)) = args.plan.as_ref().zip(plan) {
                 plan.write(path)?;

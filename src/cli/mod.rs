@@ -18,6 +18,7 @@ mod checkpoint;
 mod codes;
 mod compare;
 mod completions;
+mod encoding;
 mod events;
 mod farm;
 mod goal;

@@ -3,6 +3,7 @@
 use super::ReadArgs;
 use super::checkpoint::{self, CheckpointArgs};
 use super::codes::{ANSWER_IS_NO, BAD_INPUT, INTERRUPTED, IO_FAILED, LOST, exit_codes};
+use super::encoding::EncodingArgs;
 use super::events::{self, Events};
 use super::goal::GoalArgs;
 use super::live::{LiveArgs, Times};
@@ -10,7 +11,7 @@ use super::messages::{self, Failure};
 use super::progress::{Bar, Form};
 use super::shard::{self, ShardArgs};
 use crate::console;
-use crate::film::{FilmMetadata, WriteError};
+use crate::film::{FilmMetadata, LayerSet, WriteError};
 use crate::render::{self, Ended, Step};
 use crate::session::{
     Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions, Rendered, Scene,
@@ -88,6 +89,10 @@ pub(super) struct RenderArgs {
     /// then taken in two independent halves
     #[arg(help_heading = "Output", long)]
     variance: bool,
+    /// Layers to write besides the image, into the same .exr file: albedo, normal, depth, position, uv, coc, alpha, with commas
+    /// between; instead of the scene's
+    #[arg(help_heading = "Output", long, value_name = "LAYERS", value_parser = LayerSet::parse)]
+    aov: Option<LayerSet>,
     /// A quick look: a quarter of the width and height, one sample per pixel, a quarter of the lights' samples
     #[arg(help_heading = "What is rendered", long)]
     quick: bool,
@@ -108,6 +113,8 @@ pub(super) struct RenderArgs {
         conflicts_with = "strict"
     )]
     keep_going: bool,
+    #[command(flatten)]
+    encoding: EncodingArgs,
     #[command(flatten)]
     goal: GoalArgs,
     #[command(flatten)]
@@ -183,6 +190,8 @@ impl RenderArgs {
             default_crop: crop(&self.cropwindow)?,
             quick: self.quick,
             variance: self.variance,
+            layers: self.aov,
+            encoding: self.encoding.encoding(),
             tile_size: self.tile_size,
             checkpoint: None,
             stop: Some(Arc::default()),
@@ -275,9 +284,17 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     scene.check_later_frames(options.threads)?;
     let shards = args.shard.range()?;
     if shards.is_some() {
-        shard::warn(args.png.is_some());
+        let [half, exposure] = args.encoding.given();
+        shard::warn(&[("--png", args.png.is_some()), half, exposure]);
     } else if args.variance && !args.quiet && !outputs.iter().any(Outputs::keep_variances) {
         messages::warning("--variance has no effect: only .exr files keep variances");
+    }
+    if shards.is_none()
+        && args.aov.is_some()
+        && !args.quiet
+        && !outputs.iter().any(Outputs::keep_variances)
+    {
+        messages::warning("--aov has no effect: only .exr files keep layers");
     }
     let listening = Once::new();
     let frames = outputs.len();
@@ -349,6 +366,11 @@ fn render_frame(
         return Err(interrupted(args, &frame, &rendered, outputs));
     }
     let writing = Instant::now();
+    if !args.quiet {
+        let paths: Vec<_> = outputs.paths().collect();
+        args.encoding.warn_of_names(&paths);
+        args.encoding.warn_of_colors(&rendered.image);
+    }
     let (written, mut unwritten) = write(&rendered, outputs);
     let times = Times {
         reading,

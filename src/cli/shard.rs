@@ -185,10 +185,12 @@ pub(super) fn render_shards(
     Ok(Flaws::passed(frame.problems().recoverable_errors()))
 }
 
-/// Says which option is that of `merge`.
-pub(super) fn warn(png: bool) {
-    if png {
-        messages::warning("--png has no effect with --shard: `fstop merge` has it");
+/// Says which options are those of `merge`: each with whether it is given.
+pub(super) fn warn(options: &[(&str, bool)]) {
+    for (option, _) in options.iter().filter(|(_, is_given)| *is_given) {
+        messages::warning(format!(
+            "{option} has no effect with --shard: `fstop merge` has it"
+        ));
     }
 }
 

@@ -1,6 +1,7 @@
 //! The image that a film becomes, made tile by tile: of a pixel whose samples are all there nothing is kept but its color and,
 //! where they are wanted, its variances. An image of 24 megapixels takes 0.3 GB that way, 0.9 GB with variances.
 
+use super::layers::{self, ImageLayer, LayerPixels};
 use super::{DroppedSample, DroppedSplat, FilmSpec, Image, PixelBounds, PixelStatistics, Tile};
 use crate::math::{Rgb, UVec2};
 use glam::DVec3;
@@ -47,6 +48,7 @@ impl Developed {
                 pixels: black(),
                 variance: (kept != Kept::Color).then(black),
                 independent: None,
+                layers: ImageLayer::all_of(spec.layers, bounds.area()),
             },
             differences: (kept == Kept::Halves).then(|| vec![Rgb::NAN; bounds.area()]),
             samples: 0,
@@ -62,6 +64,9 @@ impl Developed {
         for (pixel, statistics) in tile.iter() {
             self.set(pixel, statistics);
         }
+        if let Some(layers) = tile.layers() {
+            self.set_layers(tile.bounds(), layers);
+        }
         self.count_dropped(tile);
     }
 
@@ -74,7 +79,21 @@ impl Developed {
                 [a, b].map(|half| (half.count() > 0).then(|| half.mean())),
             );
         }
+        if let [Some(a), Some(b)] = halves.each_ref().map(Tile::layers) {
+            let mut both = a.clone();
+            both.join(b);
+            self.set_layers(halves[0].bounds(), &both);
+        }
         halves.iter().for_each(|half| self.count_dropped(half));
+    }
+
+    /// Sets the layers of some pixels.
+    pub(super) fn set_layers(&mut self, bounds: PixelBounds, sums: &LayerPixels) {
+        for (number, pixel) in bounds.pixels().enumerate() {
+            if let Some(index) = self.image.bounds.index(pixel) {
+                layers::develop(&mut self.image.layers, index, sums.pixel(number));
+            }
+        }
     }
 
     /// Sets a pixel: mean × film scale, negative channels clamped to 0 as in pbrt-v3's film (docs/scene-language.md §4.1). The

@@ -1,12 +1,14 @@
 //! OpenEXR: scene-linear images with their variance and metadata on how they were rendered.
 //!
 //! Channels `R` `G` `B`, and `var.R` `var.G` `var.B` if the image has variances: a layer named `var` to other programs. Where
-//! these are pooled, those of independent samples are in the layer `independent`.
-//! All are 32-bit floats: half floats would round a variance below 6e-8 to zero and a mean by more than a
+//! these are pooled, those of independent samples are in the layer `independent`. Layers that were asked for have channels
+//! of the names in [`Layer::channels`](super::Layer::channels).
+//! All are 32-bit floats if [`Encoding::half`] does not say otherwise: half floats would round a variance below 6e-8 to zero and a mean by more than a
 //! well-converged render's noise. Scan lines in ZIP blocks of 16, data window = crop window, display window = full
 //! image, Rec. 709 primaries.
 
-use super::{FilmMetadata, Image, Photograph};
+use super::encoding::half;
+use super::{Encoding, FilmMetadata, Image, Photograph};
 use crate::math::{DMat4, Rgb};
 use ::exr::block::lines::LineRefMut;
 use ::exr::block::writer::{ChunksWriter, write_chunks_with};
@@ -34,13 +36,18 @@ pub(super) const INDEPENDENT: [&str; 3] = ["independent.R", "independent.G", "in
 ///
 /// # Errors
 /// Fails if the encoder does, for example for an image without pixels.
-pub(super) fn encode(image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, Error> {
+pub(super) fn encode(
+    image: &Image,
+    metadata: &FilmMetadata,
+    encoding: &Encoding,
+) -> Result<Vec<u8>, Error> {
+    let channels = channels(image, encoding);
     let size = image.bounds.size();
     let header = Header::new(
         Text::default(),
         (size.x as usize, size.y as usize),
-        { channels(image).into_iter() }
-            .map(|(name, ..)| ChannelDescription::named(name, SampleType::F32))
+        { channels.iter() }
+            .map(|channel| ChannelDescription::named(channel.name, channel.kind()))
             .collect(),
     );
     let blocks = BlockDescription::ScanLines;
@@ -51,23 +58,71 @@ pub(super) fn encode(image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, 
     let mut bytes = Vec::new();
     let file = Cursor::new(&mut bytes);
     write_chunks_with(file, [header].into_iter().collect(), true, |meta, file| {
-        compress(image, &meta, file)
+        compress(image, &channels, &meta, file)
     })?;
     sort_attributes(&mut bytes)?;
     Ok(bytes)
 }
 
-/// The channels: their names, in the file's order, and what of which values.
-fn channels(image: &Image) -> Vec<(&'static str, &[Rgb], usize)> {
-    let layers = [
-        (CHANNELS, Some(&image.pixels)),
-        (VARIANCES, image.variance.as_ref()),
-        (INDEPENDENT, image.independent.as_ref()),
+/// A channel of the file.
+struct Channel<'a> {
+    name: &'static str,
+    /// One component of these, of all pixels.
+    values: &'a [Rgb],
+    component: usize,
+    /// In half floats.
+    halves: bool,
+}
+
+impl Channel<'_> {
+    fn kind(&self) -> SampleType {
+        if self.halves {
+            SampleType::F16
+        } else {
+            SampleType::F32
+        }
+    }
+
+    /// Writes pixels from number `first` on, in the machine's order of bytes: the encoder makes it the file's.
+    fn write(&self, first: usize, width: usize, bytes: &mut [u8]) {
+        let line = { self.values.get(first..first + width) }.unwrap_or_default();
+        let values = line.iter().map(|value| value[self.component]);
+        if self.halves {
+            for (bytes, value) in bytes.chunks_exact_mut(2).zip(values) {
+                bytes.copy_from_slice(&half(value).to_ne_bytes());
+            }
+        } else {
+            for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
+                bytes.copy_from_slice(&value.to_ne_bytes());
+            }
+        }
+    }
+}
+
+/// The channels, in the file's order.
+fn channels<'a>(image: &'a Image, encoding: &Encoding) -> Vec<Channel<'a>> {
+    let own = [
+        (&CHANNELS, Some(&image.pixels), encoding.halves(None)),
+        (&VARIANCES, image.variance.as_ref(), false),
+        (&INDEPENDENT, image.independent.as_ref(), false),
     ];
-    let layers = { layers.into_iter() }.filter_map(|(names, values)| Some((names, values?)));
-    let channels = layers.flat_map(|(names, values)| [0, 1, 2].map(|i| (names[i], &values[..], i)));
+    let own = { own.into_iter() }
+        .filter_map(|(names, values, halves)| Some((&names[..], values?, halves)));
+    let more = image.layers.iter().map(|layer| {
+        let halves = encoding.halves(Some(layer.layer));
+        (layer.layer.channels(), &layer.values, halves)
+    });
+    let channels = own.chain(more).flat_map(|(names, values, halves)| {
+        let channel = move |(component, name): (usize, &&'static str)| Channel {
+            name,
+            values,
+            component,
+            halves,
+        };
+        names.iter().enumerate().map(channel)
+    });
     let mut channels: Vec<_> = channels.collect();
-    channels.sort_by_key(|(name, ..)| *name);
+    channels.sort_by_key(|channel| channel.name);
     channels
 }
 
@@ -75,23 +130,21 @@ fn channels(image: &Image) -> Vec<(&'static str, &[Rgb], usize)> {
 const BLOCKS_OF_THREAD: usize = 4;
 
 /// Writes all blocks, in order, some compressed at a time.
-fn compress(image: &Image, meta: &MetaData, file: &mut impl ChunksWriter) -> Result<(), Error> {
+fn compress(
+    image: &Image,
+    channels: &[Channel],
+    meta: &MetaData,
+    file: &mut impl ChunksWriter,
+) -> Result<(), Error> {
     let header = meta.headers.first().ok_or_else(broken)?;
-    let values = channels(image);
     let width = image.bounds.size().x as usize;
     let block = |index: BlockIndex| {
         let data = UncompressedBlock::collect_block_data_from_lines(
             &header.channels,
             index,
             |LineRefMut { value, location }| {
-                let Some((_, values, i)) = values.get(location.channel) else {
-                    return;
-                };
-                let first = location.position.y() * width;
-                let line = values.get(first..first + width).unwrap_or_default();
-                for (bytes, value) in value.chunks_exact_mut(size_of::<f32>()).zip(line) {
-                    // The encoder takes the machine's order, and makes it the file's.
-                    bytes.copy_from_slice(&value[*i].to_ne_bytes());
+                if let Some(channel) = channels.get(location.channel) {
+                    channel.write(location.position.y() * width, width, value);
                 }
             },
         );

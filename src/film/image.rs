@@ -1,6 +1,6 @@
 //! A finished image in memory.
 
-use super::PixelBounds;
+use super::{ImageLayer, PixelBounds};
 use crate::math::{Rgb, UVec2};
 
 /// Linear RGB of the pixels inside `bounds`, with the variance of each if it is known.
@@ -18,6 +18,8 @@ pub struct Image {
     /// Where neighbors share a factor in their variances ([`FilmMetadata::pool`](super::FilmMetadata::pool)): these without it, as if
     /// samples were independent. Too large, but known for each pixel by itself.
     pub independent: Option<Vec<Rgb>>,
+    /// What was asked for besides, in the order of [`Layer::ALL`](super::Layer::ALL). Of an image that was read, none.
+    pub layers: Vec<ImageLayer>,
 }
 
 impl Image {
@@ -30,6 +32,7 @@ impl Image {
             pixels: vec![Rgb::ZERO; bounds.area()],
             variance: None,
             independent: None,
+            layers: Vec::new(),
         }
     }
 

@@ -27,8 +27,10 @@
 
 mod bounds;
 mod developed;
+mod encoding;
 mod exr;
 mod image;
+mod layers;
 mod light_share;
 mod metadata;
 mod pairwise;
@@ -51,7 +53,9 @@ mod tests;
 
 pub use bounds::PixelBounds;
 pub use developed::{Developed, Kept};
+pub use encoding::Encoding;
 pub use image::Image;
+pub use layers::{ImageLayer, Layer, LayerSample, LayerSet};
 pub use light_share::LightShare;
 pub use metadata::{FilmMetadata, Photograph};
 pub(crate) use pairwise::Pairwise;
@@ -62,10 +66,13 @@ pub use spec::{FilmError, FilmSpec};
 pub use splats::{DroppedSplat, MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS, SplatBuffer, Splats};
 pub(crate) use stored_splats::STORED_PIXEL;
 pub use tile::{DroppedSample, Tile};
-pub use write::{WriteError, check_name, check_output, keeps_variances, write, write_somewhere};
+pub use write::{
+    WriteError, check_name, check_output, keeps_variances, write, write_as, write_somewhere,
+};
 
 use crate::math::{Rgb, UVec2};
 use glam::DVec3;
+use layers::LayerPixels;
 use pairwise::Join;
 
 /// The image being rendered: statistics of every pixel inside the crop window.
@@ -75,6 +82,7 @@ pub struct Film {
     bounds: PixelBounds,
     scale: f32,
     pixels: Vec<PixelStatistics>,
+    layers: Option<LayerPixels>,
     dropped: u64,
     first_dropped: Option<DroppedSample>,
     paths: u64,
@@ -108,6 +116,7 @@ impl Film {
             bounds,
             scale: spec.scale,
             pixels: vec![PixelStatistics::default(); bounds.area()],
+            layers: LayerPixels::new(spec.layers, bounds.area()),
             dropped: 0,
             first_dropped: None,
             paths: 0,
@@ -146,6 +155,13 @@ impl Film {
                 self.pixels[index].join(statistics);
             }
         }
+        if let (Some(own), Some(more)) = (&mut self.layers, tile.layers()) {
+            for (number, pixel) in tile.bounds().pixels().enumerate() {
+                if let Some(index) = self.bounds.index(pixel) {
+                    own.add(index, more.pixel(number));
+                }
+            }
+        }
         self.dropped = self.dropped.saturating_add(tile.dropped());
         self.first_dropped = DroppedSample::first(self.first_dropped, tile.first_dropped());
     }
@@ -171,10 +187,15 @@ impl Film {
     }
 
     /// The film whose every pixel is the mean of its two halves' ([`PixelStatistics::mean_of`]); both films must have
-    /// the same [`FilmSpec`], and no light added yet.
+    /// the same [`FilmSpec`], and no light added yet. Their layers are those of all samples.
     pub fn mean_of(a: &Film, b: &Film) -> Film {
         let pairs = a.pixels.iter().zip(&b.pixels);
+        let mut layers = a.layers.clone();
+        if let (Some(both), Some(more)) = (&mut layers, &b.layers) {
+            both.join(more);
+        }
         Film {
+            layers,
             pixels: pairs.map(|(p, q)| PixelStatistics::mean_of(p, q)).collect(),
             dropped: a.dropped.saturating_add(b.dropped),
             first_dropped: DroppedSample::first(a.first_dropped, b.first_dropped),
@@ -221,6 +242,7 @@ impl Film {
         let spec = FilmSpec {
             resolution: self.resolution,
             scale: self.scale,
+            layers: { self.layers.as_ref() }.map_or(LayerSet::NONE, |layers| layers.set),
             ..FilmSpec::default()
         };
         let mut developed = Developed {
@@ -232,6 +254,9 @@ impl Film {
         };
         for (pixel, statistics) in self.bounds.pixels().zip(&self.pixels) {
             developed.set(pixel, statistics);
+        }
+        if let Some(layers) = &self.layers {
+            developed.set_layers(self.bounds, layers);
         }
         developed
     }

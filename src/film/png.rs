@@ -5,16 +5,16 @@ use crate::math::color::srgb_from_linear;
 use image::{ExtendedColorType, ImageError, ImageFormat};
 use std::io::Cursor;
 
-/// Encodes the whole file in memory; only the crop window's pixels.
+/// Encodes the whole file in memory; only the crop window's pixels, whose values are multiplied by `gain`.
 ///
 /// # Errors
 /// Fails if the format cannot hold the image: TGA is limited to 65535 pixels per side.
-pub(super) fn encode(image: &Image, format: ImageFormat) -> Result<Vec<u8>, ImageError> {
+pub(super) fn encode(image: &Image, gain: f32, format: ImageFormat) -> Result<Vec<u8>, ImageError> {
     let size = image.bounds.size();
     let bytes: Vec<u8> = image
         .pixels
         .iter()
-        .flat_map(|p| p.to_array().map(quantize))
+        .flat_map(|p| p.to_array().map(|value| quantize(value * gain)))
         .collect();
     let mut file = Cursor::new(Vec::new());
     image::write_buffer_with_format(

@@ -101,6 +101,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
             pixels,
             variance,
             independent,
+            layers: Vec::new(),
         },
         spp: number(&layer.attributes.other, "spp"),
         runs: number(&layer.attributes.other, "runs"),

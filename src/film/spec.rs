@@ -1,7 +1,7 @@
 //! The `Film "image"` directive.
 
 use super::sensor::{SENSORS, SensorPreset};
-use super::{PixelBounds, Tile};
+use super::{LayerSet, PixelBounds, Tile};
 use crate::math::UVec2;
 use crate::params::{NamedFile, ParamReader};
 use std::path::PathBuf;
@@ -23,6 +23,7 @@ const MAX_PIXELS: usize = 1 << 28;
 /// | `sensor` | string | none | name of a [`SensorPreset`], whose pixels and size are the defaults; not in pbrt-v3 |
 /// | `scale` | float | 1 | multiplies the finished pixel |
 /// | `maxsampleluminance` | float | infinite | brighter samples are scaled down to it |
+/// | `aov` | string list | none | [layers](super::Layer) of the image, each by itself or between commas; not in pbrt-v3 |
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSpec {
     /// Output file as named by the scene; see [`output`](Self::output).
@@ -37,6 +38,8 @@ pub struct FilmSpec {
     pub scale: f32,
     /// Limit on a sample's luminance, before the camera's weight.
     pub max_sample_luminance: f32,
+    /// What the image keeps besides colors.
+    pub layers: LayerSet,
 }
 
 /// Why a film's dimensions are invalid.
@@ -62,6 +65,7 @@ impl Default for FilmSpec {
             diagonal_mm: 35.0,
             scale: 1.0,
             max_sample_luminance: f32::INFINITY,
+            layers: LayerSet::NONE,
         }
     }
 }
@@ -85,6 +89,7 @@ impl FilmSpec {
             diagonal_mm: positive(reader, "diagonal", diagonal.unwrap_or(defaults.diagonal_mm)),
             scale: positive(reader, "scale", 1.0) as f32,
             max_sample_luminance: positive(reader, "maxsampleluminance", f64::INFINITY) as f32,
+            layers: layers(reader),
             ..defaults
         };
         if let Some(window) = reader.floats("cropwindow")
@@ -163,7 +168,7 @@ impl FilmSpec {
     /// An empty tile for the part of `bounds` inside the crop window.
     pub fn tile(&self, bounds: PixelBounds) -> Tile {
         let inside = bounds.intersection(self.pixel_bounds());
-        Tile::new(inside, self.max_sample_luminance)
+        Tile::new(inside, self.max_sample_luminance).with_layers(self.layers)
     }
 
     /// # Errors
@@ -202,6 +207,19 @@ fn sensor(reader: &ParamReader) -> Option<&'static SensorPreset> {
         reader.warn("sensor", message);
     }
     preset
+}
+
+/// `aov`: the names of layers, in one string or several.
+fn layers(reader: &ParamReader) -> LayerSet {
+    let lists = reader.strings("aov").unwrap_or_default();
+    let lists: Vec<&str> = lists.iter().map(|list| list.text.as_str()).collect();
+    if lists.is_empty() {
+        return LayerSet::NONE;
+    }
+    LayerSet::parse(&lists.join(",")).unwrap_or_else(|error| {
+        reader.error("aov", error);
+        LayerSet::NONE
+    })
 }
 
 /// A width or height in pixels.

@@ -15,6 +15,8 @@ impl Tile {
         for pixel in &self.pixels {
             out.extend(pixel.to_words().map(u64::to_le_bytes).as_flattened());
         }
+        let layers = self.layers().map_or(&[][..], |layers| &layers.sums);
+        out.extend(layers.iter().flat_map(|sum| sum.to_le_bytes()));
     }
 
     /// This empty tile with the contents at the start of `bytes`, which are taken away; `None` if they are too short.
@@ -36,6 +38,11 @@ impl Tile {
                 *slot = word()?;
             }
             *pixel = PixelStatistics::from_words(words);
+        }
+        if let Some(layers) = &mut self.layers {
+            for sum in &mut layers.pixels.sums {
+                *sum = f64::from_bits(word()?);
+            }
         }
         Some(self)
     }
@@ -61,14 +68,25 @@ impl PixelStatistics {
 
 #[cfg(test)]
 mod tests {
-    use crate::film::{PixelBounds, Tile};
-    use crate::math::{Rgb, UVec2};
+    use crate::film::{Layer, LayerSample, LayerSet, PixelBounds, Tile};
+    use crate::math::{DVec3, Rgb, UVec2, Vec2, Vec3};
 
     #[test]
     fn tiles_come_back_bit_for_bit() {
         let bounds = PixelBounds::new(UVec2::new(2, 3), UVec2::new(7, 5));
-        let mut tile = Tile::new(bounds, f32::INFINITY);
+        let layers = Layer::ALL.into_iter().fold(LayerSet::NONE, LayerSet::with);
+        let blank = || Tile::new(bounds, f32::INFINITY).with_layers(layers);
+        let mut tile = blank();
         for (number, pixel) in bounds.pixels().enumerate() {
+            let seen = LayerSample {
+                position: DVec3::new(0.1, -1e-30, 1e30) * number as f64,
+                depth: 0.3,
+                uv: Vec2::splat(0.7),
+                coc: 1e-9,
+                albedo: Rgb::splat(0.1),
+                normal: Vec3::NEG_Z,
+            };
+            tile.add_layers(pixel, -1.0, Some(Some(&seen)));
             tile.add_sample(pixel, Rgb::new(0.1, 1e-30, 1e30) * number as f32, 0.3);
             tile.add_sample(
                 pixel,
@@ -81,10 +99,10 @@ mod tests {
         tile.store(&mut bytes);
         bytes.push(77);
         let mut rest = &bytes[..];
-        let blank = || Tile::new(bounds, f32::INFINITY);
         let again = blank().restored(&mut rest).expect("a tile");
         assert_eq!(rest, [77]);
         assert!(tile.iter().eq(again.iter()));
+        assert_eq!(tile.layers(), again.layers());
         assert_eq!(again.dropped(), 1);
         assert_eq!(tile.first_dropped(), again.first_dropped());
         for cut in [0, 8, bytes.len() - 2] {

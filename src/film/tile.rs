@@ -1,5 +1,6 @@
 //! A tile: the part of the film that one worker owns.
 
+use super::layers::{LayerPixels, LayerSample, LayerSet, TileLayers};
 use super::pairwise::{Join, PixelSum};
 use super::{PixelBounds, PixelStatistics};
 use crate::math::color::luminance;
@@ -37,6 +38,8 @@ pub struct Tile {
     /// The pixel whose samples are being added, and those.
     open: usize,
     sum: PixelSum,
+    /// Where any are wanted; not part of the tile, which is moved.
+    pub(super) layers: Option<Box<TileLayers>>,
     pub(super) dropped: u64,
     pub(super) first_dropped: Option<DroppedSample>,
 }
@@ -52,6 +55,7 @@ impl Tile {
             pixels,
             open: 0,
             sum: PixelSum::default(),
+            layers: None,
             dropped: 0,
             first_dropped: None,
         }
@@ -62,6 +66,45 @@ impl Tile {
         Tile {
             first_sample,
             ..self
+        }
+    }
+
+    /// The same tile, empty, with these layers.
+    pub fn with_layers(self, set: LayerSet) -> Tile {
+        Tile {
+            layers: TileLayers::new(set, self.bounds.area()),
+            ..self
+        }
+    }
+
+    /// Whether layers are wanted of every sample.
+    #[inline(always)]
+    pub fn has_layers(&self) -> bool {
+        self.layers.is_some()
+    }
+
+    /// Adds what layers tell of a sample to `pixel`, before the sample itself: `None` for one whose ray does not leave the
+    /// lens, `Some(None)` for one that meets nothing. `weight` is the filter's.
+    pub fn add_layers(&mut self, pixel: UVec2, weight: f32, sample: Option<Option<&LayerSample>>) {
+        if let Some(index) = self.bounds.index(pixel) {
+            self.open(index);
+            if let Some(layers) = &mut self.layers {
+                layers.add(weight, sample);
+            }
+        }
+    }
+
+    /// The sums of its layers, if there are any, as [`Tile::statistics`].
+    pub(super) fn layers(&self) -> Option<&LayerPixels> {
+        self.layers.as_ref().map(|layers| &layers.pixels)
+    }
+
+    /// Samples of this pixel follow.
+    #[inline(always)]
+    fn open(&mut self, index: usize) {
+        if index != self.open {
+            self.close();
+            self.open = index;
         }
     }
 
@@ -88,10 +131,7 @@ impl Tile {
         let Some(index) = self.bounds.index(pixel) else {
             return true;
         };
-        if index != self.open {
-            self.close();
-            self.open = index;
-        }
+        self.open(index);
         let y = luminance(radiance);
         let limited = if y > self.max_sample_luminance {
             radiance * (self.max_sample_luminance / y)
@@ -132,6 +172,9 @@ impl Tile {
         if let Some(pixel) = self.pixels.get_mut(self.open) {
             pixel.join(&self.sum.take());
         }
+        if let Some(layers) = &mut self.layers {
+            layers.close(self.open);
+        }
     }
 
     /// The statistics of one pixel, `None` outside. The last pixel's samples are missing until [`Tile::close`].
@@ -150,6 +193,9 @@ impl Join for Tile {
     fn join(&mut self, right: &Tile) {
         for (pixel, statistics) in self.pixels.iter_mut().zip(&right.pixels) {
             pixel.join(statistics);
+        }
+        if let (Some(own), Some(right)) = (&mut self.layers, &right.layers) {
+            own.pixels.join(&right.pixels);
         }
         self.dropped = self.dropped.saturating_add(right.dropped);
         self.first_dropped = DroppedSample::first(self.first_dropped, right.first_dropped);

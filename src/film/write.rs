@@ -1,6 +1,6 @@
 //! Writes an image to a file.
 
-use super::{FilmMetadata, Image, exr, pfm, png};
+use super::{Encoding, FilmMetadata, Image, exr, pfm, png};
 use crate::output::{self, OutputError};
 use image::ImageFormat;
 use std::path::{Path, PathBuf};
@@ -99,11 +99,24 @@ pub fn check_output(path: &Path) -> Result<(), WriteError> {
 /// # Errors
 /// See [`check_output`]; also a full disk, or an image that the format cannot hold.
 pub fn write(path: &Path, image: &Image, metadata: &FilmMetadata) -> Result<(), WriteError> {
-    let bytes = encode(path, image, metadata)?;
+    write_as(path, image, metadata, &Encoding::default())
+}
+
+/// As [`write()`], stored as `encoding` says.
+///
+/// # Errors
+/// See [`write()`].
+pub fn write_as(
+    path: &Path,
+    image: &Image,
+    metadata: &FilmMetadata,
+    encoding: &Encoding,
+) -> Result<(), WriteError> {
+    let bytes = encode(path, image, metadata, encoding)?;
     Ok(output::write(path, &bytes)?)
 }
 
-/// As [`write()`], for images that took long to render: where the file cannot be made, it goes to the
+/// As [`write_as`], for images that took long to render: where the file cannot be made, it goes to the
 /// current folder or to that for temporary files (`output::rescue`).
 ///
 /// # Errors
@@ -112,23 +125,31 @@ pub fn write_somewhere(
     path: &Path,
     image: &Image,
     metadata: &FilmMetadata,
+    encoding: &Encoding,
 ) -> Result<(), WriteError> {
-    let bytes = encode(path, image, metadata)?;
+    let bytes = encode(path, image, metadata, encoding)?;
     output::write(path, &bytes).map_err(|source| match output::rescue(path, &bytes) {
         Some(place) => WriteError::Elsewhere { source, place },
         None => WriteError::Output(source),
     })
 }
 
-fn encode(path: &Path, image: &Image, metadata: &FilmMetadata) -> Result<Vec<u8>, WriteError> {
+fn encode(
+    path: &Path,
+    image: &Image,
+    metadata: &FilmMetadata,
+    encoding: &Encoding,
+) -> Result<Vec<u8>, WriteError> {
     let refused = |reason: String| WriteError::Encode {
         path: path.to_owned(),
         reason,
     };
     match Format::of(path)? {
-        Format::Exr => exr::encode(image, metadata).map_err(|e| refused(e.to_string())),
+        Format::Exr => exr::encode(image, metadata, encoding).map_err(|e| refused(e.to_string())),
         Format::Pfm => Ok(pfm::encode(image)),
-        Format::Png => png::encode(image, ImageFormat::Png).map_err(|e| refused(e.to_string())),
-        Format::Tga => png::encode(image, ImageFormat::Tga).map_err(|e| refused(e.to_string())),
+        Format::Png => png::encode(image, encoding.gain(), ImageFormat::Png)
+            .map_err(|e| refused(e.to_string())),
+        Format::Tga => png::encode(image, encoding.gain(), ImageFormat::Tga)
+            .map_err(|e| refused(e.to_string())),
     }
 }

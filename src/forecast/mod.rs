@@ -123,14 +123,22 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
         let peak = stages.max_by_key(Stage::total);
         peak.ok_or_else(|| FileError::from("there is nothing to render".to_string()))
     };
-    let [pixel, with_variance, in_passes] = match found.splat_buffers {
-        0 => [MEMORY_OF_PIXEL[0], MEMORY_OF_PIXEL[1], MEMORY_OF_PASSES],
+    let layers = frame.options.film.layers;
+    let (sums, image) = (layers.memory_of_sums(), layers.memory_of_image());
+    let pixels = match found.splat_buffers {
+        // The sums of finished tiles are kept where those of colors are.
+        0 => [
+            MEMORY_OF_PIXEL[0],
+            MEMORY_OF_PIXEL[1],
+            MEMORY_OF_PASSES + 3 * sums,
+        ],
         _ => [
-            MEMORY_OF_LIT_PIXEL,
-            MEMORY_OF_LIT_HALVES,
-            MEMORY_OF_LIT_HALVES,
+            MEMORY_OF_LIT_PIXEL + sums,
+            MEMORY_OF_LIT_HALVES + 3 * sums,
+            MEMORY_OF_LIT_HALVES + 3 * sums,
         ],
     };
+    let [pixel, with_variance, in_passes] = pixels.map(|bytes| bytes + image);
     Ok(Forecast {
         peak: peak(pixel)?,
         with_variance: peak(with_variance)?,

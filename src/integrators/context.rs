@@ -1,5 +1,6 @@
 //! What an integrator works with: a camera ray, the world, its lights and the samples.
 
+use super::Sight;
 use super::bdpt::SpareVertices;
 use super::emitters::Emitters;
 use super::witness::{Met, Place, Watch};
@@ -51,6 +52,14 @@ impl Context<'_> {
     pub(super) fn arrive(&mut self, depth: u32, met: Met, radiance: Rgb) {
         if let Some(watch) = &mut self.watch {
             watch.arrive(Place { depth, met }, radiance);
+        }
+    }
+
+    /// Looks at the path, where that is asked for.
+    #[inline(always)]
+    pub(super) fn look(&mut self, note: impl FnOnce(&mut Sight)) {
+        if let Some(sight) = self.watch.as_mut().and_then(|watch| watch.sight.as_mut()) {
+            note(sight);
         }
     }
 

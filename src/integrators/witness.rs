@@ -1,6 +1,7 @@
 //! Locates the vertex of a path at which its radiance stopped being finite: such a sample is traced again with a
-//! [`Watch`]. Or counts what paths do.
+//! [`Watch`]. Or counts what paths do, or looks at what they meet first.
 
+use super::Sight;
 use super::counts::Counts;
 use crate::handles::{LightId, MaterialId};
 use crate::math::Rgb;
@@ -25,13 +26,15 @@ pub struct Place {
     pub met: Met,
 }
 
-/// Records where radiance stopped being finite, or counts.
+/// Records where radiance stopped being finite, or counts, or looks.
 #[derive(Debug, Default)]
 pub struct Watch {
     last: Option<Place>,
     wrong: bool,
     /// Where paths are counted, and nothing else is asked.
     pub counts: Option<Counts>,
+    /// Where layers are wanted of a path, what it meets first; only of integrators that trace one.
+    pub sight: Option<Sight>,
 }
 
 impl Watch {

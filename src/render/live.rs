@@ -4,7 +4,7 @@
 //! who looks holds it for longer, so nobody delays the render. The image itself is made elsewhere and does not depend on
 //! any of this.
 
-use crate::film::{Film, FilmSpec, Image, PixelBounds, PixelStatistics, Splats, Tile};
+use crate::film::{Film, FilmSpec, Image, LayerSet, PixelBounds, PixelStatistics, Splats, Tile};
 use crate::math::{DVec3, Rgb, UVec2};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -30,9 +30,12 @@ struct Picture {
 }
 
 impl Live {
-    /// A black picture.
+    /// A black picture, without layers.
     pub fn new(spec: &FilmSpec) -> Live {
-        let film = Film::new(spec);
+        let film = Film::new(&FilmSpec {
+            layers: LayerSet::NONE,
+            ..spec.clone()
+        });
         let bounds = film.bounds();
         Live {
             resolution: film.resolution(),

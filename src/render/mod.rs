@@ -9,6 +9,7 @@ mod allocation;
 mod confidence;
 mod goal;
 mod halves;
+mod layers;
 mod light_pass;
 mod live;
 mod photon_passes;
@@ -30,8 +31,8 @@ use crate::checkpoint::Unit;
 use crate::film::{Developed, DroppedSample, Film, FilmSpec, Kept, LightShare, PixelBounds, Tile};
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
-use crate::integrators::{CameraEnd, Counts, Integrator, Workspace};
-use crate::math::{IVec2, Rgb, UVec2, Vec2};
+use crate::integrators::{CameraEnd, Counts, Integrator, Sight, Workspace};
+use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
@@ -62,6 +63,8 @@ pub struct RenderJob {
     pub filter: Filter,
     /// The film.
     pub film: FilmSpec,
+    /// What takes points of render space to world space: they are added to it.
+    pub world_from_render: DVec3,
     /// Pixels to sample; those outside stay black.
     pub sampled: PixelBounds,
     /// Light paths for each camera sample, where any are traced: see [`RenderJob::run_pilot_pass`].
@@ -318,19 +321,34 @@ impl PendingSample {
     ) {
         let Some(camera_ray) = ray else {
             count(watch, |counts| counts.blocked += 1);
+            if tile.has_layers() {
+                tile.add_layers(self.pixel, self.filter_weight, None);
+            }
             tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
             return;
         };
         let differentials = camera_ray.scaled_differentials(all.spacing);
+        let differentials = differentials.as_ref();
         let end = self.camera_end(job, sample, camera_ray, all);
+        let mut own;
+        if tile.has_layers() {
+            own = Watch::default();
+            let watch = watch.get_or_insert(&mut own);
+            watch.sight = Some(Sight::default());
+        }
+        let untouched = tile.has_layers().then_some(self.stream);
         let radiance = job.integrator.radiance(
             &job.world,
             &end,
-            differentials.as_ref(),
+            differentials,
             &mut self.stream,
             workspace,
             watch.as_deref_mut(),
         );
+        if let (Some(stream), Some(watch)) = (untouched, watch.as_deref_mut()) {
+            let seen = layers::sample(job, camera_ray, differentials, stream, watch);
+            tile.add_layers(self.pixel, self.filter_weight, Some(seen.as_ref()));
+        }
         count(watch, Counts::end_path);
         let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
         tile.add_colored_sample(self.pixel, radiance, weight);

@@ -38,6 +38,10 @@ pub(super) fn settings(
             "the film",
             Some(format!("{} {:?}", film.resolution, film.crop_window)),
         ),
+        (
+            "--aov",
+            (!film.layers.is_empty()).then(|| film.layers.to_string()),
+        ),
         ("--spp", options.spp.map(|spp| spp.to_string())),
         ("--error", options.error.map(|error| error.to_string())),
         (

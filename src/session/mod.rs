@@ -24,7 +24,7 @@ use crate::build::{self, PreparedScene};
 use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
 use crate::files::FileError;
 use crate::film;
-use crate::film::FilmMetadata;
+use crate::film::{Encoding, FilmMetadata, LayerSet};
 use crate::forecast::{self, Forecast, Process};
 use crate::integrators::Counts;
 use crate::params::{Dialect, NamedFile};
@@ -207,6 +207,7 @@ impl Frame {
         if self.frame.options.integrator.spec.gathers_photons() {
             keep_nothing(&mut options.checkpoint).map_err(Problems::one)?;
             promise_nothing(&options).map_err(Problems::one)?;
+            see_nothing(&self.frame.options.film).map_err(Problems::one)?;
         }
         let options = &options;
         let Frame { about, frame } = self;
@@ -284,6 +285,17 @@ fn promise_nothing(options: &RenderOptions) -> Result<(), &'static str> {
              leave the option out",
         ),
         None => Ok(()),
+    }
+}
+
+/// Nor layers: its camera paths gather photons and make no others.
+fn see_nothing(film: &film::FilmSpec) -> Result<(), String> {
+    match film.layers {
+        LayerSet::NONE => Ok(()),
+        layers => Err(format!(
+            "--aov {layers}: `sppm` makes no layers: leave them out, or render them by themselves with `Integrator \"path\"` \
+             and a few samples, as no layer depends on the integrator",
+        )),
     }
 }
 
@@ -366,6 +378,11 @@ impl Prepared {
     /// What an image's file says of it, but for what is known at its end.
     pub(crate) fn metadata(&self) -> FilmMetadata {
         rendered::metadata(&self.scene, &self.name, &self.options)
+    }
+
+    /// How its files store numbers.
+    pub(crate) fn encoding(&self) -> Encoding {
+        self.options.encoding
     }
 
     /// What a photographer wants to know of the camera, one fact a line.

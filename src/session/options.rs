@@ -1,7 +1,7 @@
 //! What a caller decides about reading and rendering a scene.
 
 use crate::cameras::Compat;
-use crate::film::FilmSpec;
+use crate::film::{Encoding, FilmSpec, LayerSet};
 use crate::optics::models::ModelKind;
 use crate::render::{Goal, TILE_SIZE};
 use crate::scene::dialect::DialectChoice;
@@ -102,6 +102,10 @@ pub struct RenderOptions {
     pub quick: bool,
     /// Keep the variance of each pixel's mean in the image.
     pub variance: bool,
+    /// Layers of the image, instead of the scene's; only `.exr` files keep them.
+    pub layers: Option<LayerSet>,
+    /// How the image's files store its numbers.
+    pub encoding: Encoding,
     /// Side of the square tiles that threads work on, in pixels; changes no bit of the image.
     pub tile_size: u32,
     /// Where the render is kept, to be continued if it is interrupted.
@@ -136,6 +140,8 @@ impl Default for RenderOptions {
             default_crop: None,
             quick: false,
             variance: false,
+            layers: None,
+            encoding: Encoding::default(),
             tile_size: TILE_SIZE,
             checkpoint: None,
             stop: None,
@@ -163,7 +169,7 @@ impl RenderOptions {
         if let Some(spp) = self.spp.filter(|_| self.goal().is_none()) {
             options.sampler = options.sampler.clone().with_spp(spp);
         }
-        self.crop(&mut options.film)
+        self.change(&mut options.film)
     }
 
     /// The film of a frame that the options have not been applied to.
@@ -172,11 +178,12 @@ impl RenderOptions {
         if self.quick {
             film.make_quick();
         }
-        self.crop(&mut film)?;
+        self.change(&mut film)?;
         Ok(film)
     }
 
-    fn crop(&self, film: &mut FilmSpec) -> Result<(), String> {
+    fn change(&self, film: &mut FilmSpec) -> Result<(), String> {
+        film.layers = self.layers.unwrap_or(film.layers);
         let scene_crops = film.crop_window != [0.0, 1.0, 0.0, 1.0];
         match self.crop.or(self.default_crop.filter(|_| !scene_crops)) {
             Some(crop) => film

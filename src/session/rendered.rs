@@ -3,7 +3,7 @@
 use super::RenderOptions;
 use crate::build::PreparedScene;
 use crate::checkpoint::Journal;
-use crate::film::{self, Developed, DroppedSample, FilmMetadata, Image, WriteError};
+use crate::film::{self, Developed, DroppedSample, Encoding, FilmMetadata, Image, WriteError};
 use crate::integrators::witness::{Met, Place};
 use crate::materials::Material;
 use crate::render::{self, Ended, Live, Progress, Progressive, RenderJob, Statistics, Step};
@@ -27,6 +27,8 @@ pub struct Rendered {
     pub dropped: Option<DroppedSamples>,
     /// Whether it was stopped before its end: then pixels may lack samples.
     pub stopped: bool,
+    /// How its files store numbers.
+    pub encoding: Encoding,
     /// As [`RenderOptions::threads`], for writing it.
     threads: usize,
 }
@@ -92,7 +94,7 @@ impl Rendered {
     /// A file that cannot be written; an image that the format cannot hold.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
         let path = path.as_ref();
-        self.on_threads(|| film::write(path, &self.image, &self.metadata))
+        self.on_threads(|| film::write_as(path, &self.image, &self.metadata, &self.encoding))
     }
 
     /// As [`Rendered::write`], but where the file cannot be made the image is saved to another place, which the
@@ -102,7 +104,7 @@ impl Rendered {
     /// As [`Rendered::write`]; [`WriteError::Elsewhere`] where the image is safe, but not where it was wanted.
     pub fn write_or_rescue(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
         let path = path.as_ref();
-        self.on_threads(|| film::write_somewhere(path, &self.image, &self.metadata))
+        self.on_threads(|| film::write_somewhere(path, &self.image, &self.metadata, &self.encoding))
     }
 
     /// If the system refuses them, without.
@@ -161,7 +163,10 @@ pub(super) fn take(
     let first_dropped = first_dropped.map(|(first, at)| (first, place(job, at)));
     let dropped = DroppedSamples::of(&finished.film, first_dropped);
     let metadata = metadata(scene, name, options);
-    finished.develop(metadata, options.variance, dropped, options.threads)
+    Rendered {
+        encoding: options.encoding,
+        ..finished.develop(metadata, options.variance, dropped, options.threads)
+    }
 }
 
 /// The first sample that was dropped, and where on its path.
@@ -265,6 +270,7 @@ impl Finished {
             spp: self.spp,
             passes: self.passes,
             stopped: self.stopped,
+            encoding: Encoding::default(),
             threads,
         }
     }

@@ -8,10 +8,13 @@ use crate::lights::Light;
 use crate::materials::Material;
 use crate::materials::subsurface_transport::SubsurfaceTransport;
 use crate::math::ray::{Ray, RayDifferentials};
-use crate::math::{Rgb, Vec3};
+use crate::math::{Rgb, Vec2, Vec3};
 use crate::media::Media;
 use crate::surface::SurfaceHit;
 use crate::textures::Textures;
+
+/// Surfaces without material that a ray is followed through for a surface's parameters.
+const MOST_SURFACES: usize = 4096;
 
 /// Geometry, appearance and light, all in render space.
 pub struct World {
@@ -79,6 +82,24 @@ impl World {
     pub fn intersect(&self, ray: &Ray) -> Option<GeometryHit> {
         self.geometry
             .intersect(ray, &|input, point| self.textures.float(input, point))
+    }
+
+    /// The parameters (u, v) where a ray meets its first surface with a material, whether or not that asks for them; 0 if
+    /// it meets none.
+    pub fn surface_parameters(&self, ray: &Ray) -> Vec2 {
+        let mut ray = *ray;
+        for _ in 0..MOST_SURFACES {
+            let hit = self
+                .geometry
+                .intersect_whole(&ray, &|input, point| self.textures.float(input, point));
+            match hit {
+                Some(hit) if self.material(hit.material).is_none() => {
+                    ray = hit.surface.spawn_ray(ray.d);
+                }
+                hit => return hit.map_or(Vec2::ZERO, |hit| hit.surface.uv),
+            }
+        }
+        Vec2::ZERO
     }
 
     /// The light of the nearest surface along a ray; see [`Geometry::intersect_emitter`].

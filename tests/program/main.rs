@@ -12,11 +12,13 @@ mod cli;
 mod common;
 mod completions;
 mod diagnostics;
+mod encoding;
 mod exit_codes;
 #[cfg(unix)]
 mod farm;
 mod files_within;
 mod interrupted;
+mod layers;
 mod lens_browser;
 mod lens_files;
 mod lens_report;

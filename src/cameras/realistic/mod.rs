@@ -59,6 +59,7 @@ pub(super) use connection::Traced;
 pub use exposure::Exposure;
 pub use spec::{Compat, Form, Precision, RealisticSpec, Weighting};
 
+use super::blur::{Blur, Line};
 use super::camera_transform::{BatchTransform, CameraSpaceRay, CameraTransform};
 use super::{BUNDLE, CameraError, CameraRay, CameraSample, FilmGeometry, Shutter};
 use crate::math::motion::Motion;
@@ -86,11 +87,41 @@ pub struct Realistic {
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
     corner: [f64; 2],
     per_pixel: [f64; 2],
+    blur: Blur,
     /// Once they are asked for.
     connections: Option<Box<Connections>>,
 }
 
 impl Realistic {
+    /// How it stands in the scene.
+    pub(super) fn transform(&self) -> &CameraTransform {
+        &self.transform
+    }
+
+    /// See [`Blur`].
+    pub(super) fn blur(&self) -> &Blur {
+        &self.blur
+    }
+
+    /// Traces a ray near the lens' axis and, to first order, that of the next pixel; `None` where light along the axis is
+    /// blocked, or the pupil is not known (`--compat pbrt-v2`).
+    fn first_order_blur(&self) -> Option<Blur> {
+        /// Part of the pupil's radius: near the axis, where a lens has no aberrations to speak of.
+        const NEAR: f64 = 0.05;
+        let PupilTarget::Pupil(pupil) = &self.main.aim else {
+            return None;
+        };
+        let (film, z) = ([0.0, 0.0], pupil.plane_z());
+        let edge = NEAR * pupil.region(0.0)?.along;
+        let near = self.main.model.trace_from_film(film, [edge, 0.0, z]).ok()?;
+        let axis = { &self.main.model }.trace_with_derivatives(film, [0.0, 0.0, z]);
+        let next = { axis.ok()? }.map(|x| x.value + self.per_pixel[0] * x.by[0]);
+        Some(Blur {
+            radius: Line::of_ray(&self.camera_ray(&near), 1.0 / NEAR),
+            pixel: Line::of_ray(&self.camera_ray(&next), 1.0),
+        })
+    }
+
     /// When it lets light in.
     pub(super) fn shutter(&self) -> &Shutter {
         &self.spec.shutter
@@ -131,7 +162,8 @@ impl Realistic {
             || spec.precision == Precision::Double
             || is_too_fine(lens)
             || main.stop_mask.is_some();
-        Ok(Realistic {
+        let mut camera = Realistic {
+            blur: Blur::default(),
             placing: if one_by_one {
                 None
             } else {
@@ -146,7 +178,9 @@ impl Realistic {
             per_pixel: [-pitch, height / f64::from(film.resolution.y)],
             connections: None,
             spec: spec.clone(),
-        })
+        };
+        camera.blur = camera.first_order_blur().unwrap_or_default();
+        Ok(camera)
     }
 
     /// Lets the camera move while its shutter is open. Rays are then placed one at a time, each at its own time.

@@ -114,6 +114,7 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
                 pixels: image.texels().iter().map(decode).collect(),
                 variance: None,
                 independent: None,
+                layers: Vec::new(),
             },
             spp: None,
             runs: None,

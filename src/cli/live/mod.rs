@@ -86,8 +86,8 @@ impl LiveArgs {
         let is_plain = |image: &&Path| !image.exists() || image.is_file();
         let partial = self.write_partial.map(|every| {
             let images = outputs.paths().filter(is_plain).map(Path::to_owned);
-            let (images, metadata) = (images.collect(), frame.metadata());
-            Partial::start(every, images, &frame.live(), metadata, quiet)
+            let how = (frame.metadata(), frame.encoding());
+            Partial::start(every, images.collect(), &frame.live(), how, quiet)
         });
         Onlookers { viewer, partial }
     }

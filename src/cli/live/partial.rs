@@ -2,7 +2,7 @@
 
 use crate::cli::checkpoint::partial;
 use crate::cli::messages;
-use crate::film::{self, FilmMetadata};
+use crate::film::{self, Encoding, FilmMetadata};
 use crate::render::Live;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ impl Partial {
         every: Duration,
         images: Vec<PathBuf>,
         live: &Arc<Live>,
-        metadata: FilmMetadata,
+        (metadata, encoding): (FilmMetadata, Encoding),
         quiet: bool,
     ) -> Partial {
         let (over, orders) = channel::<()>();
@@ -33,7 +33,7 @@ impl Partial {
         let thread = thread.spawn(move || {
             let (mut written, mut quiet) = (Vec::new(), quiet);
             while let Err(RecvTimeoutError::Timeout) = orders.recv_timeout(every) {
-                let trouble = write(&live, &images, &metadata, &mut written);
+                let trouble = write(&live, &images, (&metadata, &encoding), &mut written);
                 if let Some(error) = trouble.filter(|_| !std::mem::replace(&mut quiet, true)) {
                     messages::warning(format!("--write-partial: {error}; the render goes on"));
                 }
@@ -58,7 +58,7 @@ impl Partial {
 fn write(
     live: &Live,
     images: &[PathBuf],
-    metadata: &FilmMetadata,
+    (metadata, encoding): (&FilmMetadata, &Encoding),
     written: &mut Vec<PathBuf>,
 ) -> Option<film::WriteError> {
     let (image, spp) = live.image();
@@ -71,7 +71,7 @@ fn write(
     };
     let mut trouble = None;
     for path in images.iter().map(|image| partial(image)) {
-        match film::write(&path, &image, &metadata) {
+        match film::write_as(&path, &image, &metadata, encoding) {
             Ok(()) if !written.contains(&path) => written.push(path),
             Ok(()) => {}
             Err(error) => trouble = Some(error),

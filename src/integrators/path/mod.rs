@@ -17,7 +17,7 @@ mod roulette;
 pub use medium::MediaSeen;
 
 use super::witness::Met;
-use super::{Context, MAX_NULL_SURFACES, Transport};
+use super::{Context, MAX_NULL_SURFACES, Sight, Transport};
 use crate::bsdf::Bsdf;
 use crate::handles::MediumId;
 use crate::lights::SelectionStrategy;
@@ -158,12 +158,14 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             }
             if let Some(vertex) = vertex {
                 self.arrive(Met::Medium);
+                self.look(Sight::lose);
                 self.scatter_in_medium(&vertex)?;
                 return self.russian_roulette();
             }
         }
         let Some(hit) = &hit else {
             self.arrive(Met::Background);
+            self.look(Sight::escape);
             self.add_escaped();
             return None;
         };
@@ -180,12 +182,15 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let differentials = self.differentials.take();
         let mut bsdf = Bsdf::empty();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
+        self.look(|sight| sight.meet(&hit.surface, &bsdf, material.has_interior()));
 
         // 2. Emitter sampling.
         self.sample_direct_at_surface(hit, &bsdf);
 
         // 3. BSDF sampling.
-        let sample = self.sample_bsdf(hit, &bsdf)?;
+        let sample = self.sample_bsdf(hit, &bsdf);
+        self.look(|sight| sight.scatter(&bsdf, sample.as_ref()));
+        let sample = sample?;
         if sample.transmission {
             self.sample_transmission(hit, (&bsdf, &sample), differentials)?;
         } else {
@@ -194,6 +199,14 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
 
         // 4. Stopping.
         self.russian_roulette()
+    }
+
+    /// Looks at the path, for layers.
+    #[inline(always)]
+    fn look(&mut self, note: impl FnOnce(&mut Sight)) {
+        if WATCHED {
+            self.context.look(note);
+        }
     }
 
     /// Reports the vertex just reached, for the search for samples that are not finite.

@@ -139,7 +139,8 @@ pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<M
         .facts
         .splats
         .map_or(0, |_| MEMORY_OF_SPLATS * films.min(2));
-    let bytes = films * size_of::<PixelStatistics>() as u64 + splats + BYTES_OF_IMAGE;
+    let layers = spec.layers.memory_of_sums() * films + spec.layers.memory_of_image();
+    let bytes = films * size_of::<PixelStatistics>() as u64 + splats + layers + BYTES_OF_IMAGE;
     let room = budget.take(spec.pixel_bounds().area() as u64 * bytes);
     room.map_err(MergeError::Memory)?;
     let finished = match group.facts.goal {

@@ -1,0 +1,37 @@
+//! How large the image of a point is that is out of focus, to first order.
+
+use super::camera_transform::CameraSpaceRay;
+
+/// The cone of light that a camera sees at the middle of a pixel near its axis, and the width of a pixel, both linear in
+/// camera-space z, in camera units: near the axis every lens is like that (Gaussian optics).
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Blur {
+    /// The cone's radius at z = 0, signed, and its growth.
+    pub radius: Line,
+    /// The same of a pixel's width.
+    pub pixel: Line,
+}
+
+/// A linear function of z: its value at 0, and its growth.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Line(pub f64, pub f64);
+
+impl Line {
+    fn at(self, z: f64) -> f64 {
+        self.0 + self.1 * z
+    }
+
+    /// The x coordinate of a ray, times `scale`.
+    pub(super) fn of_ray(ray: &CameraSpaceRay, scale: f64) -> Line {
+        let slope = ray.d.x / ray.d.z;
+        Line(scale * (ray.o.x - ray.o.z * slope), scale * slope)
+    }
+}
+
+impl Blur {
+    /// Diameter in pixels of the circle of confusion of a point at `z`; 0 where it has none.
+    pub(super) fn diameter(&self, z: f64) -> f64 {
+        let diameter = (2.0 * self.radius.at(z) / self.pixel.at(z)).abs();
+        if diameter.is_finite() { diameter } else { 0.0 }
+    }
+}

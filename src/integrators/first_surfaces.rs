@@ -1,0 +1,191 @@
+//! What a camera ray shows before any light is known: the surfaces that layers tell of.
+//!
+//! Perfect mirrors and smooth glass are followed, as denoisers want it (Intel Open Image Denoise, documentation of its
+//! auxiliary images): each ray takes one of the ways that the surface offers, with its probability, so that a pixel blends
+//! what is reflected with what is seen through. `path` and `volpath` note what their paths meet; where these are of no use (they
+//! have scattered in a medium, or ended too early), and for other integrators, a ray is traced for the layers alone, with the
+//! path's first sample points on a copy of the stream. So no color depends on whether layers are wanted.
+
+use super::MAX_NULL_SURFACES;
+use crate::bsdf::{Bsdf, BsdfSample};
+use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::samplers::SampleStream;
+use crate::surface::SurfaceHit;
+use crate::world::World;
+
+/// Mirrors and panes that are followed; a ray that is caught between more has no albedo.
+const MOST_SPECULAR: u32 = 32;
+
+/// What a camera ray has met.
+#[derive(Clone, Copy, Debug)]
+pub struct FirstSurfaces {
+    /// Its first point on a surface with a material, in render space.
+    pub p: Vec3,
+    /// The surface's parameters there.
+    pub uv: Vec2,
+    /// They are not known: nothing else asks for them.
+    pub is_bare: bool,
+    /// The estimate of the share of light from everywhere that the first surface which is not perfectly specular sends
+    /// back, times what those before it let through; black if there is none.
+    pub albedo: Rgb,
+    /// Shading normal of that surface in render space, turned to where the ray came from; 0 if there is none.
+    pub normal: Vec3,
+}
+
+/// Looks at a path from the camera, up to its first surface that is not perfectly specular.
+#[derive(Debug)]
+pub struct Sight {
+    found: Option<FirstSurfaces>,
+    share: Rgb,
+    specular: u32,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// Along the ray, from the camera or a specular surface.
+    Looking,
+    /// At the last surface, whose albedo the direction tells that the path samples.
+    AtLast,
+    /// All is known.
+    Done,
+    /// The path has gone another way than light that is seen.
+    Lost,
+}
+
+impl Default for Sight {
+    fn default() -> Sight {
+        Sight {
+            found: None,
+            share: Rgb::ONE,
+            specular: 0,
+            state: State::Looking,
+        }
+    }
+}
+
+impl Sight {
+    /// Meets a surface with a material; `has_interior`: there is a medium inside, into which no sight goes.
+    pub(super) fn meet(&mut self, surface: &SurfaceHit, bsdf: &Bsdf, has_interior: bool) {
+        if self.state != State::Looking {
+            return;
+        }
+        let found = self.found.get_or_insert(FirstSurfaces {
+            p: surface.p,
+            uv: surface.uv,
+            is_bare: surface.dpdu == Vec3::ZERO,
+            albedo: Rgb::ZERO,
+            normal: Vec3::ZERO,
+        });
+        if !bsdf.has_non_specular() && !has_interior && bsdf.lobe_count() > 0 {
+            return;
+        }
+        let n = bsdf.shading_normal();
+        found.normal = if n.dot(surface.wo) < 0.0 { -n } else { n };
+        self.state = State::AtLast;
+        if let Some(albedo) = bsdf.diffuse_reflectance() {
+            found.albedo = self.share * albedo;
+            self.state = State::Done;
+        }
+    }
+
+    /// The path goes on from that surface, or does not.
+    pub(super) fn scatter(&mut self, bsdf: &Bsdf, sample: Option<&BsdfSample>) {
+        let weight = sample.map_or(Rgb::ZERO, |sample| weight(bsdf, sample));
+        match (self.state, &mut self.found) {
+            (State::Looking, _) => {
+                self.share *= weight;
+                self.specular += 1;
+                if sample.is_none() || self.specular > MOST_SPECULAR {
+                    self.state = State::Done;
+                }
+            }
+            (State::AtLast, Some(found)) => {
+                found.albedo = self.share * weight;
+                self.state = State::Done;
+            }
+            _ => {}
+        }
+    }
+
+    /// There is nothing more.
+    pub(super) fn escape(&mut self) {
+        if self.state == State::Looking {
+            self.state = State::Done;
+        }
+    }
+
+    /// The path scatters in a medium.
+    pub(super) fn lose(&mut self) {
+        if self.state == State::Looking {
+            self.state = State::Lost;
+        }
+    }
+
+    /// What has been met, nothing perhaps; `None` if the path has not told it.
+    pub fn known(&self) -> Option<Option<FirstSurfaces>> {
+        (self.state == State::Done).then(|| self.found.map(finite))
+    }
+}
+
+/// What a sampled direction passes on, if reflectances are not scaled between media as radiance is.
+fn weight(bsdf: &Bsdf, sample: &BsdfSample) -> Rgb {
+    let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
+    let unscaled = if sample.transmission {
+        sample.eta * sample.eta
+    } else {
+        1.0
+    };
+    sample.f * (cosine * unscaled / sample.pdf)
+}
+
+/// Traces a camera ray. `None` if it meets no surface with a material. Participating media are not seen.
+pub fn first_surfaces(
+    world: &World,
+    ray: &Ray,
+    mut differentials: Option<&RayDifferentials>,
+    mut stream: SampleStream,
+) -> Option<FirstSurfaces> {
+    let (mut ray, mut sight, mut null) = (*ray, Sight::default(), 0);
+    while sight.state == State::Looking {
+        let Some(hit) = world.intersect(&ray) else {
+            break;
+        };
+        let surface = &hit.surface;
+        let Some(material) = world.material(hit.material) else {
+            null += 1;
+            if null > MAX_NULL_SURFACES {
+                break;
+            }
+            (ray, differentials) = (surface.spawn_ray(ray.d), None);
+            continue;
+        };
+        let mut bsdf = Bsdf::empty();
+        world.fill_bsdf(material, surface, differentials.take(), &mut bsdf);
+        sight.meet(surface, &bsdf, material.has_interior());
+        if sight.state == State::Done {
+            break;
+        }
+        // As a path does, which samples no light here.
+        stream.skip_1d();
+        stream.skip_2d();
+        let third = stream.next_1d_if(bsdf.needs_third());
+        let sample = bsdf.sample(surface.wo, third, stream.next_2d());
+        sight.scatter(&bsdf, sample.as_ref());
+        if let Some(sample) = sample {
+            ray = surface.spawn_ray(sample.wi);
+        }
+    }
+    sight.found.map(finite)
+}
+
+/// One sample that is not finite would spoil its pixel.
+fn finite(found: FirstSurfaces) -> FirstSurfaces {
+    let is_good = found.albedo.is_finite() && found.normal.is_finite();
+    FirstSurfaces {
+        albedo: if is_good { found.albedo } else { Rgb::ZERO },
+        normal: if is_good { found.normal } else { Vec3::ZERO },
+        ..found
+    }
+}
