@@ -13,6 +13,7 @@ pub mod lambertian;
 mod laws;
 pub mod lobe;
 mod lobe_choice;
+mod matte;
 pub mod measured;
 pub mod microfacet;
 pub mod oren_nayar;
@@ -23,6 +24,7 @@ pub(crate) mod testing;
 pub mod trowbridge_reitz;
 
 pub use lobe::Lobe;
+pub(crate) use matte::{Matte, MatteRows};
 
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
@@ -194,6 +196,9 @@ impl<'a> Bsdf<'a> {
 
     /// [`Bsdf::f`] and [`Bsdf::pdf`] for one pair of directions, at less than the cost of both.
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        if let Some(matte) = self.matte(wo) {
+            return matte.f_and_pdf(wi);
+        }
         let (local_wo, local_wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
         if local_wo.z == 0.0 {
             return (Rgb::ZERO, 0.0);
@@ -213,6 +218,21 @@ impl<'a> Bsdf<'a> {
                 let choice = LobeChoice::new(&self.lobes, local_wo);
                 self.sums((usize::MAX, &choice), transmit, local_wo, local_wi)
             }
+        }
+    }
+
+    /// What scatters toward `wo`, if that is diffuse reflection alone.
+    #[inline(always)]
+    pub(crate) fn matte(&self, wo: Vec3) -> Option<Matte> {
+        match &self.lobes[..] {
+            [Lobe::LambertianReflection(lobe)] => Some(Matte {
+                lobe: *lobe,
+                ng: self.ng,
+                n: self.frame.n,
+                cos_ng: wo.dot(self.ng),
+                cos_n: wo.dot(self.frame.n),
+            }),
+            _ => None,
         }
     }
 

@@ -181,7 +181,7 @@ fn sample_tile(
     let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
     let mut rays = ArrayVec::new();
-    let mut workspace = Workspace::default();
+    let mut workspace = job.integrator.workspace(&job.world);
     let mut indices = bounds
         .pixels()
         .flat_map(|pixel| samples_of_pixel.clone().map(move |index| (pixel, index)));
@@ -196,9 +196,13 @@ fn sample_tile(
             return;
         }
         job.camera.rays(&samples, want_differentials, &mut rays);
-        for ((waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
+        for ((waiting, sample), ray) in waiting.iter_mut().zip(&samples).zip(&rays) {
             let own = (&mut workspace, watch.as_deref_mut());
-            waiting.finish(job, sample, ray.as_ref(), &all, tile, own);
+            waiting.walk(job, sample, ray.as_ref(), &all, own);
+        }
+        let radiances = workspace.radiances(&job.world);
+        for ((waiting, ray), radiance) in waiting.drain(..).zip(&rays).zip(radiances) {
+            waiting.finish(ray.as_ref(), radiance, tile);
         }
         samples.clear();
     }
@@ -307,23 +311,23 @@ impl PendingSample {
         }
     }
 
-    fn finish(
-        mut self,
+    /// Follows the path, unless it ends in the camera.
+    fn walk(
+        &mut self,
         job: &RenderJob,
         sample: &CameraSample,
         ray: Option<&CameraRay>,
         all: &OfAll,
-        tile: &mut Tile,
         (workspace, mut watch): (&mut Workspace, Option<&mut Watch>),
     ) {
         let Some(camera_ray) = ray else {
             count(watch, |counts| counts.blocked += 1);
-            tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
+            workspace.push(Rgb::ZERO);
             return;
         };
         let differentials = camera_ray.scaled_differentials(all.spacing);
         let end = self.camera_end(job, sample, camera_ray, all);
-        let radiance = job.integrator.radiance(
+        job.integrator.walk(
             &job.world,
             &end,
             differentials.as_ref(),
@@ -332,6 +336,14 @@ impl PendingSample {
             watch.as_deref_mut(),
         );
         count(watch, Counts::end_path);
+    }
+
+    /// Adds what the path has brought.
+    fn finish(self, ray: Option<&CameraRay>, radiance: Rgb, tile: &mut Tile) {
+        let Some(camera_ray) = ray else {
+            tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
+            return;
+        };
         let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
         tile.add_colored_sample(self.pixel, radiance, weight);
     }
