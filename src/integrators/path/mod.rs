@@ -231,6 +231,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let differentials = self.differentials.take();
         let mut bsdf = Bsdf::empty();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
+        bsdf.prepare(hit.surface.wo);
 
         // 2. Emitter sampling.
         self.sample_direct_at_surface(hit, &bsdf);
