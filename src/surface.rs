@@ -178,7 +178,7 @@ pub enum ReceiverSide {
 impl ReferencePoint {
     /// A shadow ray from here to the point `target` (with its error box and normal, zero for none), ending just before
     /// it. Both ends are first offset from their surfaces.
-    #[inline]
+    #[inline(always)]
     pub fn shadow_ray_to(&self, target: Vec3, target_error: Vec3, target_n: Vec3) -> Ray {
         let o = offset_ray_origin(self.p, self.p_error, self.n, target - self.p);
         // Not as seen from `o`, whose computation would have to finish first.

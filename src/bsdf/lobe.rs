@@ -205,10 +205,10 @@ impl Lobe<'_> {
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
             Lobe::LambertianReflection(_) | Lobe::OrenNayar(_) | Lobe::DisneyDiffuse(_) => {
-                cosine_pdf(wo.z * wi.z > 0.0, wi)
+                cosine_pdf(wo.z * wi.z > 0.0, wi.z)
             }
-            Lobe::SubsurfaceExit(_) => cosine_pdf(wo.z > 0.0 && wi.z > 0.0, wi),
-            Lobe::LambertianTransmission(_) => cosine_pdf(wo.z * wi.z < 0.0, wi),
+            Lobe::SubsurfaceExit(_) => cosine_pdf(wo.z > 0.0 && wi.z > 0.0, wi.z),
+            Lobe::LambertianTransmission(_) => cosine_pdf(wo.z * wi.z < 0.0, wi.z),
             Lobe::MicrofacetReflection(l) => l.pdf(wo, wi),
             Lobe::MicrofacetTransmission(l) => l.pdf(wo, wi),
             Lobe::MirroredReflection(l) => l.pdf(wo, wi),
@@ -227,10 +227,7 @@ impl Lobe<'_> {
     #[inline]
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         match self {
-            Lobe::LambertianReflection(l) => {
-                let pdf = cosine_pdf(wo.z * wi.z > 0.0, wi);
-                (l.reflectance * FRAC_1_PI, pdf)
-            }
+            Lobe::LambertianReflection(l) => l.f_and_pdf(wo.z, wi.z),
             Lobe::MicrofacetReflection(l) => l.f_and_pdf(wo, wi),
             _ => (self.f(wo, wi), self.pdf(wo, wi)),
         }
@@ -321,9 +318,10 @@ impl Lobe<'_> {
 }
 
 /// Density of a cosine-distributed direction, 0 unless it `may` be scattered to.
-fn cosine_pdf(may: bool, wi: Vec3) -> f32 {
+#[inline(always)]
+pub(super) fn cosine_pdf(may: bool, cosine: f32) -> f32 {
     if may {
-        cosine_hemisphere_pdf(wi.z.abs())
+        cosine_hemisphere_pdf(cosine.abs())
     } else {
         0.0
     }

@@ -19,7 +19,7 @@ const EVEN_SHARE: f32 = 0.2;
 const SHEEN: f32 = 0.1;
 
 /// The probability of each lobe.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LobeChoice {
     chances: [f32; MAX_LOBES],
 }

@@ -13,6 +13,7 @@ pub mod lambertian;
 mod laws;
 pub mod lobe;
 mod lobe_choice;
+mod matte;
 pub mod measured;
 pub mod microfacet;
 pub mod oren_nayar;
@@ -23,6 +24,7 @@ pub(crate) mod testing;
 pub mod trowbridge_reitz;
 
 pub use lobe::Lobe;
+pub(crate) use matte::{Matte, MatteRows};
 
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
@@ -44,6 +46,8 @@ pub struct Bsdf<'a> {
     ng: Vec3,
     frame: Frame,
     lobes: ArrayVec<Lobe<'a>, MAX_LOBES>,
+    /// An outgoing direction, or no number, and the lobes' chances for it.
+    known: (Vec3, LobeChoice),
 }
 
 /// A direction sampled from a BSDF.
@@ -86,12 +90,38 @@ impl<'a> Bsdf<'a> {
                 n: Vec3::ZERO,
             },
             lobes: ArrayVec::new(),
+            known: (Vec3::NAN, LobeChoice::default()),
+        }
+    }
+
+    /// Works out the lobes' chances for light that leaves along `wo` once for all densities and the sample that will be asked for.
+    #[inline]
+    pub fn prepare(&mut self, wo: Vec3) {
+        if self.lobes.len() > 1 {
+            let choice = LobeChoice::new(&self.lobes, self.frame.to_local(wo));
+            self.known = (wo, choice);
+        }
+    }
+
+    /// What was worked out is no longer so.
+    #[inline]
+    fn forget(&mut self) {
+        self.known.0 = Vec3::NAN;
+    }
+
+    /// The lobes' chances for light that leaves along `wo`.
+    #[inline]
+    fn choice(&self, wo: Vec3, local_wo: Vec3) -> LobeChoice {
+        match self.known.0 == wo {
+            true => self.known.1,
+            false => LobeChoice::new(&self.lobes, local_wo),
         }
     }
 
     /// Sets the frame to that of a surface with the unit geometric normal `ng`.
     #[inline]
     pub fn set_frame(&mut self, ng: Vec3, shading: &ShadingGeometry) {
+        self.forget();
         self.ng = ng;
         self.frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
     }
@@ -99,6 +129,7 @@ impl<'a> Bsdf<'a> {
     /// Adds a lobe; those beyond [`MAX_LOBES`] are dropped. Only mixes may have more, and they are warned about when
     /// the scene is read.
     pub fn add(&mut self, lobe: Lobe<'a>) {
+        self.forget();
         let _ = self.lobes.try_push(lobe);
     }
 
@@ -114,6 +145,7 @@ impl<'a> Bsdf<'a> {
 
     /// Scales what the lobes from index `first` on scatter by `share`.
     pub fn scale_from(&mut self, first: usize, share: Rgb) {
+        self.forget();
         for lobe in self.lobes.iter_mut().skip(first) {
             *lobe = lobe.scaled(share);
         }
@@ -200,6 +232,9 @@ impl<'a> Bsdf<'a> {
 
     /// [`Bsdf::f`] and [`Bsdf::pdf`] for one pair of directions, at less than the cost of both.
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        if let Some(matte) = self.matte(wo) {
+            return matte.f_and_pdf(wi);
+        }
         let (local_wo, local_wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
         if local_wo.z == 0.0 {
             return (Rgb::ZERO, 0.0);
@@ -216,9 +251,24 @@ impl<'a> Bsdf<'a> {
                 (f, pdf)
             }
             _ => {
-                let choice = LobeChoice::new(&self.lobes, local_wo);
+                let choice = self.choice(wo, local_wo);
                 self.sums((usize::MAX, &choice), transmit, local_wo, local_wi)
             }
+        }
+    }
+
+    /// What scatters toward `wo`, if that is diffuse reflection alone.
+    #[inline(always)]
+    pub(crate) fn matte(&self, wo: Vec3) -> Option<Matte> {
+        match &self.lobes[..] {
+            [Lobe::LambertianReflection(lobe)] => Some(Matte {
+                lobe: *lobe,
+                ng: self.ng,
+                n: self.frame.n,
+                cos_ng: wo.dot(self.ng),
+                cos_n: wo.dot(self.frame.n),
+            }),
+            _ => None,
         }
     }
 
@@ -261,7 +311,7 @@ impl<'a> Bsdf<'a> {
         if local_wo.z == 0.0 {
             return None;
         }
-        let choice = LobeChoice::new(&self.lobes, local_wo);
+        let choice = self.choice(wo, local_wo);
         let (chosen, u) = choice.choose(self.lobes.len(), u)?;
         let lobe = self.lobes.get(chosen)?;
         let local = lobe.sample(local_wo, third, u)?;
@@ -289,6 +339,7 @@ impl<'a> Bsdf<'a> {
     /// Chooses between reflection and refraction of smooth boundaries more evenly than by flux from now on: see
     /// [`FresnelSpecular`](specular::FresnelSpecular).
     pub fn even_out(&mut self, evenness: f32) {
+        self.forget();
         for lobe in &mut self.lobes {
             if let Lobe::FresnelSpecular(boundary) = lobe {
                 boundary.evenness = evenness;
@@ -420,6 +471,45 @@ mod tests {
                 .sample_specular(-direction(60.0, 0.0), true, 0.5)
                 .is_none(),
             "total reflection"
+        );
+    }
+
+    #[test]
+    fn what_is_prepared_changes_nothing_and_is_forgotten_with_the_lobes() {
+        let rough = Lobe::MicrofacetReflection(MicrofacetReflection {
+            reflectance: Rgb::splat(0.3),
+            distribution: TrowbridgeReitz::new(0.2, 0.2),
+            fresnel: Fresnel::Dielectric {
+                eta_i: 1.0,
+                eta_t: 1.5,
+            },
+        });
+        let plain = bsdf(&[LAMBERT, rough]);
+        let (wo, other) = (direction(50.0, 20.0), direction(70.0, 80.0));
+        let mut prepared = plain.clone();
+        prepared.prepare(wo);
+        let same = |a: &Bsdf, b: &Bsdf, wo: Vec3| {
+            let wi = direction(30.0, 200.0);
+            assert_eq!(a.f_and_pdf(wo, wi), b.f_and_pdf(wo, wi));
+            for u in [0.1, 0.4, 0.9].map(|u| Vec2::new(u, 0.3)) {
+                let [a, b] = [a, b].map(|bsdf| bsdf.sample(wo, 0.5, u).expect("a sample"));
+                assert_eq!((a.wi, a.pdf, a.f), (b.wi, b.pdf, b.f));
+            }
+        };
+        for wo in [wo, other] {
+            same(&plain, &prepared, wo);
+        }
+        prepared.scale_from(0, Rgb::new(0.1, 0.2, 0.3));
+        let mut scaled = plain.clone();
+        scaled.scale_from(0, Rgb::new(0.1, 0.2, 0.3));
+        same(&scaled, &prepared, wo);
+        prepared.prepare(wo);
+        prepared.add(LAMBERT);
+        scaled.add(LAMBERT);
+        same(&scaled, &prepared, wo);
+        assert_ne!(
+            scaled.sample(wo, 0.5, Vec2::splat(0.5)).map(|s| s.pdf),
+            None
         );
     }
 

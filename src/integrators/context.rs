@@ -2,9 +2,11 @@
 
 use super::Sight;
 use super::bdpt::SpareVertices;
+use super::bundle::Sums;
 use super::emitters::Emitters;
+use super::path::PutOff;
 use super::witness::{Met, Place, Watch};
-use crate::cameras::{Camera, CameraRay, CameraSample};
+use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::film::PixelBounds;
 use crate::filters::Filter;
 use crate::handles::LightId;
@@ -13,6 +15,7 @@ use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, UVec2, Vec3};
 use crate::samplers::SampleStream;
 use crate::world::World;
+use arrayvec::ArrayVec;
 
 /// The lights as integrators sample them.
 #[derive(Debug)]
@@ -29,6 +32,36 @@ pub(super) struct Lights {
 #[derive(Default)]
 pub struct Workspace {
     pub(super) vertices: SpareVertices,
+    /// Of the paths of a bundle.
+    pub(super) sums: Sums,
+    pub(super) put_off: PutOff,
+}
+
+impl Workspace {
+    /// One that puts off what can be put off.
+    pub(super) fn putting_off(world: &World) -> Workspace {
+        Workspace {
+            put_off: PutOff::new(world),
+            ..Workspace::default()
+        }
+    }
+
+    /// The next path of a bundle has this radiance.
+    pub fn push(&mut self, radiance: Rgb) {
+        self.sums.begin(radiance);
+    }
+
+    /// The radiance of each path of a bundle.
+    pub fn radiances(&mut self, world: &World) -> ArrayVec<Rgb, BUNDLE> {
+        self.settle(world);
+        self.sums.take()
+    }
+
+    /// Computes what was put off.
+    pub(super) fn settle(&mut self, world: &World) {
+        self.put_off.settle(world, &mut self.sums);
+        self.sums.settle();
+    }
 }
 
 /// All that the radiance along a camera ray depends on, besides the integrator.

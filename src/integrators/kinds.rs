@@ -47,6 +47,11 @@ pub(super) trait Transport {
     /// Radiance along the camera ray.
     fn radiance(&self, context: Context) -> Rgb;
 
+    /// The same for the next path of a bundle. `None` if it is in the workspace's sums, where it is known when they are settled.
+    fn walk(&self, context: Context) -> Option<Rgb> {
+        Some(self.radiance(context))
+    }
+
     /// [`Transport::radiance`] in two parts: that of camera paths alone, and what comes of joining all of them to light paths,
     /// over the share of them that are joined in the image.
     fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {
@@ -127,6 +132,11 @@ macro_rules! integrator_types {
 
             pub(super) fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {
                 match self { $(IntegratorSpec::$Type(i) => i.radiance_in_parts(context),)* }
+            }
+
+            #[inline]
+            pub(super) fn walk(&self, context: Context) -> Option<Rgb> {
+                match self { $(IntegratorSpec::$Type(i) => i.walk(context),)* }
             }
 
             #[inline]

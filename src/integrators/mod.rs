@@ -5,6 +5,7 @@
 
 mod ambientocclusion;
 mod bdpt;
+mod bundle;
 mod context;
 mod counts;
 mod differentials;
@@ -123,6 +124,14 @@ impl Integrator {
         }
     }
 
+    /// For a thread that walks paths in `world`.
+    pub fn workspace(&self, world: &World) -> Workspace {
+        match &self.spec {
+            IntegratorSpec::Path(_) => Workspace::putting_off(world),
+            _ => Workspace::default(),
+        }
+    }
+
     /// Radiance along a camera's ray. Every vertex of the path is reported to `watch`.
     pub fn radiance(
         &self,
@@ -135,6 +144,23 @@ impl Integrator {
     ) -> Rgb {
         let context = self.context(world, end, differentials, stream, workspace);
         self.spec.radiance(Context { watch, ..context })
+    }
+
+    /// [`Integrator::radiance`] of the next of a bundle of paths, which [`Workspace::radiances`] returns for all of them. Some of their
+    /// light is computed together.
+    pub fn walk(
+        &self,
+        world: &World,
+        end: &CameraEnd,
+        differentials: Option<&RayDifferentials>,
+        stream: &mut SampleStream,
+        workspace: &mut Workspace,
+        watch: Option<&mut Watch>,
+    ) {
+        let context = self.context(world, end, differentials, stream, &mut *workspace);
+        if let Some(radiance) = self.spec.walk(Context { watch, ..context }) {
+            workspace.push(radiance);
+        }
     }
 
     /// [`Integrator::radiance`] in two parts: without and from connections to light paths, which are made for all camera paths

@@ -1,7 +1,7 @@
 //! Vertices of a path, on a surface or in a medium, as emitter sampling needs them.
 
 use crate::accel::GeometryHit;
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Matte};
 use crate::handles::MediumId;
 use crate::math::{Rgb, Vec3};
 use crate::media::HenyeyGreenstein;
@@ -19,6 +19,11 @@ pub(super) trait Vertex {
 
     /// The medium that a ray along `wi` enters.
     fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId>;
+
+    /// What scatters, if that is diffuse reflection alone.
+    fn matte(&self) -> Option<Matte> {
+        None
+    }
 }
 
 /// A point on a surface where emitter sampling and BSDF sampling are combined.
@@ -52,6 +57,11 @@ impl Vertex for SurfaceVertex<'_> {
 
     fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId> {
         world.medium_beyond(self.hit, wi, self.medium)
+    }
+
+    #[inline(always)]
+    fn matte(&self) -> Option<Matte> {
+        self.bsdf.matte(self.hit.surface.wo)
     }
 }
 

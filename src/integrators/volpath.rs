@@ -37,7 +37,7 @@ impl Transport for VolPath {
     const INDIRECT: bool = true;
 
     fn radiance(&self, context: Context) -> Rgb {
-        self.path.trace::<true>(context)
+        self.path.trace_through_media(context)
     }
 
     fn path(&self) -> Option<Path> {

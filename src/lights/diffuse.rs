@@ -8,6 +8,7 @@
 use super::emission::{Emission, EmissionDensity, LightEnd, SceneSphere};
 use super::sample_count::{quick, sample_count};
 use super::{LightBounds, LightSample, LightType, strength};
+use crate::math::color::is_black;
 use crate::math::frame::Frame;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};
@@ -54,6 +55,39 @@ impl DiffuseAreaSpec {
     }
 }
 
+/// How a surface shines.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Glow {
+    /// Emitted radiance.
+    pub radiance: Rgb,
+    /// Does the side away from the normal emit too?
+    pub two_sided: bool,
+}
+
+impl Glow {
+    /// Radiance that leaves in unit direction `w` where the normal is `n`.
+    #[inline(always)]
+    fn toward(&self, n: Vec3, w: Vec3) -> Rgb {
+        if self.two_sided | (n.dot(w) > 0.0) {
+            self.radiance
+        } else {
+            Rgb::ZERO
+        }
+    }
+
+    /// Light from a chosen point, which may be none; without a branch.
+    #[inline(always)]
+    pub(crate) fn arriving(&self, from: &ReferencePoint, chosen: &EmitterSample) -> LightSample {
+        LightSample {
+            radiance: self.toward(chosen.n, -chosen.wi),
+            wi: chosen.wi,
+            pdf: chosen.pdf,
+            delta: false,
+            shadow: from.shadow_ray_to(chosen.p, chosen.p_error, chosen.n),
+        }
+    }
+}
+
 /// An emitting shape in render space.
 #[derive(Clone, Debug)]
 pub struct DiffuseAreaLight {
@@ -73,21 +107,31 @@ impl DiffuseAreaLight {
         }
     }
 
-    /// Radiance that leaves in unit direction `w` where the normal is `n`.
-    fn toward(&self, n: Vec3, w: Vec3) -> Rgb {
-        if self.spec.two_sided || n.dot(w) > 0.0 {
-            self.spec.radiance
-        } else {
-            Rgb::ZERO
+    fn glow(&self) -> Glow {
+        Glow {
+            radiance: self.spec.radiance,
+            two_sided: self.spec.two_sided,
         }
+    }
+
+    /// Radiance that leaves in unit direction `w` where the normal is `n`.
+    #[inline]
+    fn toward(&self, n: Vec3, w: Vec3) -> Rgb {
+        self.glow().toward(n, w)
     }
 
     /// Light from a chosen point.
     #[inline]
     fn arriving(&self, from: &ReferencePoint, chosen: &EmitterSample) -> Option<LightSample> {
-        let radiance = self.toward(chosen.n, -chosen.wi);
-        let shadow = || from.shadow_ray_to(chosen.p, chosen.p_error, chosen.n);
-        Some(LightSample::only(radiance, chosen.wi, shadow)?.with_pdf(chosen.pdf))
+        let glow = self.glow();
+        let dark = is_black(glow.toward(chosen.n, -chosen.wi));
+        (!dark).then(|| glow.arriving(from, chosen))
+    }
+
+    /// What shines, and how.
+    #[inline]
+    pub(crate) fn parts(&self) -> (&Emitter, Glow) {
+        (&self.emitter, self.glow())
     }
 
     /// A direction into which a point with the normal `n` shines, by its cosine.

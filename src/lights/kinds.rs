@@ -1,6 +1,7 @@
 //! The types of lights: one table for names, the reader and the dispatch.
 
 use super::*;
+use crate::shapes::emitter::Emitter;
 
 macro_rules! light_types {
     (
@@ -170,6 +171,12 @@ macro_rules! light_types {
             /// How many samples `directlighting` takes of this light under its strategy "all".
             pub fn sample_count(&self) -> u32 {
                 match self { $(Light::$Type(l) => l.sample_count(),)* $(Light::$Area(l) => l.sample_count(),)* }
+            }
+
+            /// The shape that it is, and how that shines; `None` for other lights.
+            #[inline]
+            pub(crate) fn shape(&self) -> Option<(&Emitter, Glow)> {
+                match self { $(Light::$Type(_) => None,)* $(Light::$Area(l) => Some(l.parts()),)* }
             }
 
             /// Lights with the same number are pieces of one thing, such as a mesh's triangles.

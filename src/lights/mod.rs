@@ -30,6 +30,7 @@ pub mod spot;
 mod strength;
 mod tree;
 
+pub(crate) use diffuse::Glow;
 pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
 pub use distant::{DistantLight, DistantSpec};
 pub use emission::{Emission, EmissionDensity, LightEnd, SceneSphere};

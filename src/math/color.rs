@@ -35,8 +35,9 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
 }
 
 /// Returns `true` if every channel is zero.
+#[inline(always)]
 pub fn is_black(rgb: Rgb) -> bool {
-    rgb == Rgb::ZERO
+    (rgb.x == 0.0) & (rgb.y == 0.0) & (rgb.z == 0.0)
 }
 
 #[cfg(test)]

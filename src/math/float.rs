@@ -12,7 +12,7 @@ pub fn clamp_nan_low(x: f32, low: f32, high: f32) -> f32 {
 
 /// Offsets the origin of a spawned ray from a computed point off the surface, to the side of direction `w`, just beyond
 /// the box of half-widths `error` that is known to contain the exact point (Pharr, Jakob and Humphreys 2016, §3.9.5).
-#[inline]
+#[inline(always)]
 pub fn offset_ray_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
     let distance = n.abs().dot(error);
     let offset = if w.dot(n) < 0.0 {
@@ -30,7 +30,7 @@ pub fn offset_ray_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
 
 /// `v` moved by one or two floats in the direction of `offset`'s sign; `v` itself if the offset is zero. |v| ε is one
 /// to two spacings of the floats at `v`; unlike `next_up` this has no branch.
-#[inline]
+#[inline(always)]
 fn round_away(v: f32, offset: f32) -> f32 {
     let step = (v.abs() * f32::EPSILON + f32::MIN_POSITIVE).copysign(offset);
     if offset == 0.0 { v } else { v + step }

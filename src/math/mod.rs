@@ -13,6 +13,7 @@ pub mod hash;
 pub mod instruction_set;
 pub mod motion;
 pub mod ray;
+pub(crate) mod rows;
 pub mod sampling;
 pub mod spectrum;
 pub mod spline;

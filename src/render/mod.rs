@@ -28,7 +28,9 @@ pub use shard::{Division, LightOfShard, Pass, passes, render_shard};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
-use crate::film::{Developed, DroppedSample, Film, FilmSpec, Kept, LightShare, PixelBounds, Tile};
+use crate::film::{
+    Developed, DroppedSample, Film, FilmSpec, Kept, LayerSample, LightShare, PixelBounds, Tile,
+};
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
 use crate::integrators::{CameraEnd, Counts, Integrator, Sight, Workspace};
@@ -184,7 +186,9 @@ fn sample_tile(
     let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
     let mut rays = ArrayVec::new();
-    let mut workspace = Workspace::default();
+    let has_layers = tile.has_layers();
+    let mut seen = ArrayVec::<Option<LayerSample>, BUNDLE>::new();
+    let mut workspace = job.integrator.workspace(&job.world);
     let mut indices = bounds
         .pixels()
         .flat_map(|pixel| samples_of_pixel.clone().map(move |index| (pixel, index)));
@@ -199,9 +203,16 @@ fn sample_tile(
             return;
         }
         job.camera.rays(&samples, want_differentials, &mut rays);
-        for ((waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
+        for ((waiting, sample), ray) in waiting.iter_mut().zip(&samples).zip(&rays) {
             let own = (&mut workspace, watch.as_deref_mut());
-            waiting.finish(job, sample, ray.as_ref(), &all, tile, own);
+            if let Some(sight) = waiting.walk((job, &all), sample, ray.as_ref(), own, has_layers) {
+                seen.push(sight);
+            }
+        }
+        let radiances = workspace.radiances(&job.world);
+        let mut seen = seen.drain(..);
+        for ((waiting, ray), radiance) in waiting.drain(..).zip(&rays).zip(radiances) {
+            waiting.finish(ray.as_ref(), radiance, seen.next(), tile);
         }
         samples.clear();
     }
@@ -310,34 +321,31 @@ impl PendingSample {
         }
     }
 
-    fn finish(
-        mut self,
-        job: &RenderJob,
+    /// Follows the path, unless it ends in the camera. What layers show of it, where any are wanted.
+    fn walk(
+        &mut self,
+        (job, all): (&RenderJob, &OfAll),
         sample: &CameraSample,
         ray: Option<&CameraRay>,
-        all: &OfAll,
-        tile: &mut Tile,
         (workspace, mut watch): (&mut Workspace, Option<&mut Watch>),
-    ) {
+        has_layers: bool,
+    ) -> Option<Option<LayerSample>> {
         let Some(camera_ray) = ray else {
             count(watch, |counts| counts.blocked += 1);
-            if tile.has_layers() {
-                tile.add_layers(self.pixel, self.filter_weight, None);
-            }
-            tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
-            return;
+            workspace.push(Rgb::ZERO);
+            return has_layers.then_some(None);
         };
         let differentials = camera_ray.scaled_differentials(all.spacing);
         let differentials = differentials.as_ref();
         let end = self.camera_end(job, sample, camera_ray, all);
         let mut own;
-        if tile.has_layers() {
+        if has_layers {
             own = Watch::default();
             let watch = watch.get_or_insert(&mut own);
             watch.sight = Some(Sight::default());
         }
-        let untouched = tile.has_layers().then_some(self.stream);
-        let radiance = job.integrator.radiance(
+        let untouched = has_layers.then_some(self.stream);
+        job.integrator.walk(
             &job.world,
             &end,
             differentials,
@@ -345,11 +353,29 @@ impl PendingSample {
             workspace,
             watch.as_deref_mut(),
         );
-        if let (Some(stream), Some(watch)) = (untouched, watch.as_deref_mut()) {
-            let seen = layers::sample(job, camera_ray, differentials, stream, watch);
-            tile.add_layers(self.pixel, self.filter_weight, Some(seen.as_ref()));
-        }
+        let seen = untouched.zip(watch.as_deref_mut());
+        let seen = seen
+            .map(|(stream, watch)| layers::sample(job, camera_ray, differentials, stream, watch));
         count(watch, Counts::end_path);
+        seen
+    }
+
+    /// Adds what the path has brought, and what layers show of it, where any are wanted.
+    fn finish(
+        self,
+        ray: Option<&CameraRay>,
+        radiance: Rgb,
+        seen: Option<Option<LayerSample>>,
+        tile: &mut Tile,
+    ) {
+        if let Some(seen) = seen {
+            let seen = ray.map(|_| seen.as_ref());
+            tile.add_layers(self.pixel, self.filter_weight, seen);
+        }
+        let Some(camera_ray) = ray else {
+            tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
+            return;
+        };
         let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
         tile.add_colored_sample(self.pixel, radiance, weight);
     }

@@ -61,14 +61,14 @@ impl Ball {
 
     /// Half-widths of the box around a point computed on it, outside which a ray that begins sees the right side: what
     /// the squares in [`Ball::distance`] lose is relative to center and radius together.
-    #[inline]
+    #[inline(always)]
     pub(super) fn error(&self) -> DVec3 {
         let largest = self.center.abs().max_element() + self.radius;
         DVec3::splat(largest * (ROUNDINGS * f64::EPSILON))
     }
 
     /// The normal, given the one that points away from the center.
-    #[inline]
+    #[inline(always)]
     pub(super) fn normal(&self, outward: DVec3) -> DVec3 {
         if self.inward { -outward } else { outward }
     }

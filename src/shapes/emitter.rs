@@ -48,6 +48,12 @@ pub struct AreaSample {
     pub density: f32,
 }
 
+/// What is sampled without a branch, so that many samples can be computed side by side.
+pub(crate) trait Simple: Copy {
+    /// [`Emitter::sample`], and whether there is a sample; without one, the first part means nothing.
+    fn sample(&self, from: &ReferencePoint, u: Vec2) -> (EmitterSample, bool);
+}
+
 /// A shape that light is sampled from: its own copy, nothing refers into the geometry.
 #[derive(Clone, Debug)]
 pub enum Emitter {
@@ -168,17 +174,19 @@ impl Emitter {
 }
 
 /// Positive and finite?
+#[inline(always)]
 fn is_density(pdf: f32) -> bool {
-    pdf > 0.0 && pdf.is_finite()
+    (pdf > 0.0) & pdf.is_finite()
 }
 
 /// The density per solid angle of points spread evenly over `area`.
+#[inline(always)]
 fn per_solid_angle(area: f64, distance2: f64, cosine: f64) -> f32 {
     (distance2 / (area * cosine.abs())) as f32
 }
 
 /// Half-widths of the box around a point of this error that has been rounded to `p`.
-#[inline]
+#[inline(always)]
 fn rounded_box(error: DVec3, p: Vec3) -> Vec3 {
     error.as_vec3() + p.abs() * UNIT_ROUNDOFF
 }
@@ -197,24 +205,26 @@ struct AreaPoint {
 impl AreaPoint {
     #[inline]
     fn seen_from(&self, from: &ReferencePoint) -> Option<EmitterSample> {
+        let (sample, is_seen) = self.seen(from);
+        is_seen.then_some(sample)
+    }
+
+    /// [`AreaPoint::seen_from`] without a branch, and whether it is seen at all.
+    #[inline(always)]
+    fn seen(&self, from: &ReferencePoint) -> (EmitterSample, bool) {
         let away = self.p - from.p.as_dvec3();
         let distance2 = away.length_squared();
-        if distance2 == 0.0 {
-            return None;
-        }
         let wi = away * distance2.sqrt().recip();
         let pdf = per_solid_angle(self.area, distance2, wi.dot(self.n));
-        if !is_density(pdf) {
-            return None;
-        }
         let rounded = self.p.as_vec3();
-        Some(EmitterSample {
+        let sample = EmitterSample {
             p: rounded,
             p_error: rounded_box(self.error, rounded),
             n: self.n.as_vec3(),
             wi: wi.as_vec3(),
             pdf,
-        })
+        };
+        (sample, (distance2 != 0.0) & is_density(pdf))
     }
 }
 
@@ -315,6 +325,7 @@ struct Cone {
 
 impl Cone {
     /// Uniform over the directions.
+    #[inline(always)]
     fn density(&self) -> f64 {
         1.0 / (TAU * self.one_minus_cos_max)
     }
@@ -330,25 +341,50 @@ impl Ball {
     fn cone(&self, from: &ReferencePoint) -> Option<Cone> {
         let toward = self.center - from.p.as_dvec3();
         let distance2 = toward.length_squared();
-        // No ray's origin is farther from the point than this.
-        let slack = from.p_error.element_sum() + 4.0 * f32::EPSILON * from.p.abs().element_sum();
-        let near = self.radius + f64::from(slack);
-        if distance2 <= near * near {
+        if !self.is_clear_of(from, distance2) {
             let moved_in = offset_ray_origin(from.p, from.p_error, from.n, toward.as_vec3());
             let left = (self.center - moved_in.as_dvec3()).length_squared();
             if left <= self.radius * self.radius {
                 return None;
             }
         }
+        Some(self.cone_toward(toward, distance2))
+    }
+
+    /// Is `from`, at this squared distance from the center, outside without doubt?
+    #[inline(always)]
+    fn is_clear_of(&self, from: &ReferencePoint, distance2: f64) -> bool {
+        // No ray's origin is farther from the point than this.
+        let slack = from.p_error.element_sum() + 4.0 * f32::EPSILON * from.p.abs().element_sum();
+        let near = self.radius + f64::from(slack);
+        distance2 > near * near
+    }
+
+    /// Is `from` outside without doubt? From there the ball is [`Ball::far`].
+    #[inline(always)]
+    pub(crate) fn is_far_from(&self, from: &ReferencePoint) -> bool {
+        let distance2 = (self.center - from.p.as_dvec3()).length_squared();
+        self.is_clear_of(from, distance2)
+    }
+
+    /// The same as something simple, for points that it [is far from](Ball::is_far_from).
+    #[inline(always)]
+    pub(crate) fn far(&self) -> FarBall {
+        FarBall(*self)
+    }
+
+    /// The cone for a point outside, by the vector to the center.
+    #[inline(always)]
+    fn cone_toward(&self, toward: DVec3, distance2: f64) -> Cone {
         let distance = distance2.sqrt();
         let sin_max = self.radius / distance;
         // Products instead of 1 − cos and 1 − sin²: nothing cancels for far or near spheres.
         let cos_max = ((1.0 - sin_max) * (1.0 + sin_max)).sqrt();
-        Some(Cone {
+        Cone {
             axis: toward / distance,
             sin_max,
             one_minus_cos_max: sin_max * sin_max / (1.0 + cos_max),
-        })
+        }
     }
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<EmitterSample> {
@@ -379,14 +415,18 @@ impl Ball {
     /// 1 − cos θ = r² (1 − cos θmax). It meets the sphere where sin β = sin θ / sin θmax is the sine of incidence,
     /// and the center sees that point at angle α = β − θ (Pharr, Jakob and Humphreys 2023, §6.2.4). All sines are
     /// kept divided by r, so that nothing needs r itself or any angle.
+    #[inline(always)]
     fn sample_in(&self, cone: &Cone, pdf: f32, u: Vec2) -> EmitterSample {
-        let mut disk = concentric_disk(u).as_dvec2();
-        let mut r2 = disk.length_squared();
-        if r2 > 1.0 {
-            // Off the disk's edge by rounding.
-            disk /= r2.sqrt();
-            r2 = 1.0;
-        }
+        let on_square = concentric_disk(u).as_dvec2();
+        let r2 = on_square.length_squared();
+        // Off the disk's edge by rounding.
+        let off = r2 > 1.0;
+        let disk = if off {
+            on_square / r2.sqrt()
+        } else {
+            on_square
+        };
+        let r2 = if off { 1.0 } else { r2 };
         let cos = 1.0 - r2 * cone.one_minus_cos_max;
         let sin_over_r = (cone.one_minus_cos_max * (1.0 + cos)).sqrt();
         let sin_beta_over_r = sin_over_r / cone.sin_max;
@@ -406,6 +446,20 @@ impl Ball {
             wi: (across * sin_over_r + cone.axis * cos).as_vec3(),
             pdf,
         }
+    }
+}
+
+/// A ball that is seen from outside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FarBall(Ball);
+
+impl Simple for FarBall {
+    #[inline(always)]
+    fn sample(&self, from: &ReferencePoint, u: Vec2) -> (EmitterSample, bool) {
+        let toward = self.0.center - from.p.as_dvec3();
+        let cone = self.0.cone_toward(toward, toward.length_squared());
+        let pdf = cone.density() as f32;
+        (self.0.sample_in(&cone, pdf, u), is_density(pdf))
     }
 }
 

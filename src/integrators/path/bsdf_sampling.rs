@@ -46,7 +46,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         };
         if !sample.specular {
             let light = self.emission_along(hit, bsdf, sample);
-            self.radiance += light;
+            self.gain(light);
         }
         let exit = find_exit(world, self.context.stream, &bssrdf, hit)?;
         self.throughput *= exit.weight;

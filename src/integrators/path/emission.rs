@@ -95,14 +95,14 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     pub(super) fn add_emission(&mut self, hit: &GeometryHit) {
         if let Some(id) = hit.light {
             let light = self.mis.emitted(&self.context, &self.ray, (hit, id));
-            self.radiance += self.throughput * light;
+            self.gain(self.throughput * light);
         }
     }
 
     /// Adds the radiance of the infinite lights.
     #[inline(always)]
     pub(super) fn add_escaped(&mut self) {
-        self.radiance += self.throughput * self.mis.escaped(&self.context, &self.ray);
+        self.gain(self.throughput * self.mis.escaped(&self.context, &self.ray));
     }
 
     /// Emission along the direction of `sample`, although the path continues elsewhere: the counterpart of

@@ -3,7 +3,7 @@
 
 use super::PathState;
 use crate::accel::GeometryHit;
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Matte};
 use crate::handles::LightId;
 use crate::integrators::vertex::{SurfaceVertex, Vertex};
 use crate::integrators::volpath::transmittance;
@@ -61,8 +61,29 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         from: &ReferencePoint,
     ) {
         let u = self.context.stream.next_2d();
-        if let Some(light) = self.light_sample(chosen, vertex, from, u) {
-            self.radiance += self.throughput * light;
+        if Self::PUTS_OFF
+            && { &self.context.workspace.put_off }.takes(self.context.world, chosen.0, from)
+            && let Some(matte) = vertex.matte()
+        {
+            self.put_off(chosen, u, from, &matte);
+        } else if let Some(light) = self.light_sample(chosen, vertex, from, u) {
+            self.gain(self.throughput * light);
+        }
+    }
+
+    /// Adds a sample of a light to what the path has met, to be computed with others.
+    #[inline(always)]
+    fn put_off(&mut self, chosen: (LightId, f32), u: Vec2, from: &ReferencePoint, matte: &Matte) {
+        let (world, throughput) = (self.context.world, self.throughput);
+        if !self.is_put_off {
+            self.is_put_off = true;
+            self.context.workspace.sums.begin(self.radiance);
+        }
+        let workspace = self.room_for_a_term();
+        let term = workspace.sums.add(Rgb::ZERO);
+        let (vertex, sum) = ((from, matte), (term, throughput));
+        if workspace.put_off.keep(chosen, u, vertex, sum) {
+            workspace.settle(world);
         }
     }
 
@@ -97,12 +118,14 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if WATCHED {
             self.context.shadow(id, true);
         }
-        let pdf = pmf * light.pdf;
-        let weight = if light.delta {
-            1.0
-        } else {
-            power_heuristic(pdf, scattered_pdf)
-        };
-        Some(contribution * (weight / pdf))
+        let competing = (!light.delta).then_some(scattered_pdf);
+        Some(weighted(contribution, pmf * light.pdf, competing))
     }
+}
+
+/// The estimate by a light sample of this density, where BSDF sampling may find the same with another.
+#[inline(always)]
+pub(super) fn weighted(contribution: Rgb, pdf: f32, competing: Option<f32>) -> Rgb {
+    let weight = competing.map_or(1.0, |competing| power_heuristic(pdf, competing));
+    contribution * (weight / pdf)
 }

@@ -6,18 +6,21 @@
 //! meets is weighted by the power heuristic against emitter sampling.
 //!
 //! Each vertex of a path takes four steps, one file each: emission, emitter sampling, BSDF sampling,
-//! Russian roulette. `volpath` is the same with participating media, see [`volpath`](super::volpath).
+//! Russian roulette. `volpath` is the same with participating media, see [`volpath`](super::volpath). Nothing that follows depends on
+//! what emitter sampling finds, so it may be put off and computed for many vertices side by side (`put_off`).
 
 mod bsdf_sampling;
 mod emission;
 mod emitter_sampling;
 mod medium;
+mod put_off;
 mod roulette;
 
 pub use medium::MediaSeen;
+pub(super) use put_off::PutOff;
 
 use super::witness::Met;
-use super::{Context, MAX_NULL_SURFACES, Sight, Transport};
+use super::{Context, MAX_NULL_SURFACES, Sight, Transport, Workspace};
 use crate::bsdf::Bsdf;
 use crate::handles::MediumId;
 use crate::lights::SelectionStrategy;
@@ -76,17 +79,20 @@ impl Path {
         }
     }
 
-    /// Radiance along the camera ray. `MEDIA`: as `volpath`, which simulates participating media and lets
-    /// light through surfaces without material; a constant, so that `path` pays nothing for it. Nor does either for being
-    /// watched.
-    pub(super) fn trace<const MEDIA: bool>(&self, context: Context) -> Rgb {
-        match context.watch {
-            None => self.trace_as::<MEDIA, false>(context),
-            Some(_) => self.trace_as::<MEDIA, true>(context),
-        }
+    /// Radiance along the camera ray as `volpath` has it.
+    pub(super) fn trace_through_media(&self, context: Context) -> Rgb {
+        let radiance = match context.watch {
+            None => self.trace::<true, false>(context),
+            Some(_) => self.trace::<true, true>(context),
+        };
+        // None is put off.
+        radiance.unwrap_or(Rgb::ZERO)
     }
 
-    fn trace_as<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Rgb {
+    /// Radiance along the camera ray; `None` where light was [put off](PathState::PUTS_OFF): then it is in the workspace's sums.
+    /// `MEDIA`: as `volpath`, which simulates participating media and lets light through surfaces without material; a constant, so
+    /// that `path` pays nothing for it. Nor does either for being watched.
+    fn trace<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Option<Rgb> {
         let mut state = PathState::<MEDIA, WATCHED> {
             path: self,
             ray: context.ray,
@@ -96,6 +102,7 @@ impl Path {
             mis: MisState::Delta,
             throughput: Rgb::ONE,
             radiance: Rgb::ZERO,
+            is_put_off: false,
             eta_scale: 1.0,
             depth: 0,
             max_depth: self.max_depth,
@@ -103,7 +110,7 @@ impl Path {
             null_surfaces: 0,
         };
         while state.extend().is_some() {}
-        state.radiance
+        (!state.is_put_off).then_some(state.radiance)
     }
 }
 
@@ -111,7 +118,25 @@ impl Transport for Path {
     const INDIRECT: bool = true;
 
     fn radiance(&self, context: Context) -> Rgb {
-        self.trace::<false>(context)
+        if context.watch.is_some() {
+            return self.trace::<false, true>(context).unwrap_or(Rgb::ZERO);
+        }
+        let (world, workspace) = (context.world, context.workspace);
+        let again = Context {
+            workspace: &mut *workspace,
+            ..context
+        };
+        self.trace::<false, false>(again).unwrap_or_else(|| {
+            workspace.settle(world);
+            workspace.sums.take().pop().unwrap_or(Rgb::ZERO)
+        })
+    }
+
+    fn walk(&self, context: Context) -> Option<Rgb> {
+        match context.watch {
+            None => self.trace::<false, false>(context),
+            Some(_) => self.trace::<false, true>(context),
+        }
     }
 
     fn path(&self) -> Option<Path> {
@@ -131,8 +156,10 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     /// Around the ray.
     medium: Option<MediumId>,
     throughput: Rgb,
-    /// Collected so far.
+    /// Collected so far, or until light was put off for the first time: then the workspace's sums have it.
     radiance: Rgb,
+    /// Light was put off.
+    is_put_off: bool,
     /// Undoes the scaling of radiance by refraction where Russian roulette judges the throughput.
     eta_scale: f32,
     /// Scattering events so far.
@@ -145,6 +172,30 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
 }
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
+    /// Direct light may be [put off](PutOff). Not in media, where what is left of it takes samples from the path's stream, nor where
+    /// every step is reported.
+    const PUTS_OFF: bool = !MEDIA && !WATCHED;
+
+    /// Adds light that the path has met.
+    #[inline(always)]
+    fn gain(&mut self, light: Rgb) {
+        if Self::PUTS_OFF && self.is_put_off {
+            self.room_for_a_term().sums.add(light);
+        } else {
+            self.radiance += light;
+        }
+    }
+
+    /// The workspace, with room for a term.
+    #[inline(always)]
+    fn room_for_a_term(&mut self) -> &mut Workspace {
+        let workspace = &mut *self.context.workspace;
+        if !workspace.sums.has_room() {
+            workspace.settle(self.context.world);
+        }
+        workspace
+    }
+
     /// Extends the path by a vertex.
     #[inline(always)]
     fn extend(&mut self) -> Option<()> {
@@ -182,6 +233,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let differentials = self.differentials.take();
         let mut bsdf = Bsdf::empty();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
+        bsdf.prepare(hit.surface.wo);
         self.look(|sight| sight.meet(&hit.surface, &bsdf, material.has_interior()));
 
         // 2. Emitter sampling.

@@ -3,9 +3,10 @@
 //! Sampled as one piece: its points are spread over the whole light by one pair of numbers, where a choice
 //! between the triangles would need a third, and there is one light to choose instead of two.
 
-use super::AreaPoint;
+use super::{AreaPoint, EmitterSample, Simple};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::shapes::triangle::Orientation;
+use crate::surface::ReferencePoint;
 
 /// How far the fourth corner may be from completing the parallelogram, in units of the largest coordinate:
 /// what rounding to single precision leaves. The error box of sampled points covers it.
@@ -58,7 +59,7 @@ impl ParallelogramEmitter {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn point(&self, u: Vec2) -> AreaPoint {
         AreaPoint {
             p: self.corner + self.edges[0] * f64::from(u.x) + self.edges[1] * f64::from(u.y),
@@ -66,5 +67,12 @@ impl ParallelogramEmitter {
             n: self.n,
             area: self.area,
         }
+    }
+}
+
+impl Simple for ParallelogramEmitter {
+    #[inline(always)]
+    fn sample(&self, from: &ReferencePoint, u: Vec2) -> (EmitterSample, bool) {
+        self.point(u).seen(from)
     }
 }

@@ -1,0 +1,90 @@
+//! A BSDF of one diffuse reflection, for one outgoing direction: all that light sampling asks of most surfaces, and small enough to be
+//! kept by the dozen and evaluated side by side.
+
+use super::lambertian::LambertianReflection;
+use crate::math::rows::Rows3;
+use crate::math::{Rgb, Vec3};
+
+/// See above.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Matte {
+    pub(super) lobe: LambertianReflection,
+    /// Geometric normal.
+    pub(super) ng: Vec3,
+    /// Shading normal.
+    pub(super) n: Vec3,
+    /// Of the outgoing direction, to either.
+    pub(super) cos_ng: f32,
+    pub(super) cos_n: f32,
+}
+
+impl Matte {
+    /// [`super::Bsdf::f_and_pdf`] for light from `wi`, without a branch.
+    #[inline(always)]
+    pub(crate) fn f_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
+        let (f, pdf) = self.lobe.f_and_pdf(self.cos_n, wi.dot(self.n));
+        let transmits = wi.dot(self.ng) * self.cos_ng <= 0.0;
+        let edge_on = self.cos_n == 0.0;
+        (
+            if transmits | edge_on { Rgb::ZERO } else { f },
+            if edge_on { 0.0 } else { pdf },
+        )
+    }
+
+    /// The BSDF times the cosine, and the density, for light from `wi`.
+    #[inline(always)]
+    pub(crate) fn scattered_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
+        let (f, pdf) = self.f_and_pdf(wi);
+        (f * wi.dot(self.n).abs(), pdf)
+    }
+
+    #[inline(always)]
+    pub(crate) fn geometric_normal(&self) -> Vec3 {
+        self.ng
+    }
+}
+
+/// `N` of them side by side.
+pub(crate) struct MatteRows<const N: usize> {
+    reflectance: Rows3<N>,
+    ng: Rows3<N>,
+    n: Rows3<N>,
+    cos_ng: [f32; N],
+    cos_n: [f32; N],
+}
+
+impl<const N: usize> Default for MatteRows<N> {
+    fn default() -> Self {
+        MatteRows {
+            reflectance: Rows3::default(),
+            ng: Rows3::default(),
+            n: Rows3::default(),
+            cos_ng: [0.0; N],
+            cos_n: [0.0; N],
+        }
+    }
+}
+
+impl<const N: usize> MatteRows<N> {
+    #[inline(always)]
+    pub(crate) fn get(&self, i: usize) -> Matte {
+        Matte {
+            lobe: LambertianReflection {
+                reflectance: self.reflectance.get(i),
+            },
+            ng: self.ng.get(i),
+            n: self.n.get(i),
+            cos_ng: self.cos_ng[i],
+            cos_n: self.cos_n[i],
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&mut self, i: usize, matte: &Matte) {
+        self.reflectance.set(i, matte.lobe.reflectance);
+        self.ng.set(i, matte.ng);
+        self.n.set(i, matte.n);
+        self.cos_ng[i] = matte.cos_ng;
+        self.cos_n[i] = matte.cos_n;
+    }
+}

@@ -1,0 +1,269 @@
+//! Direct light that is computed side by side: of the commonest lamps, which are parallelograms and balls, on the commonest surfaces, which
+//! are matte.
+//!
+//! Vertices are kept as rows of numbers, in a cache near the processor, and the functions that serve a single vertex are run in a loop
+//! over them that has no branches: it is compiled to vector instructions. Bits are those of one at a time.
+
+use super::emitter_sampling::weighted;
+use crate::bsdf::{Matte, MatteRows};
+use crate::handles::LightId;
+use crate::integrators::bundle::{Sums, Unknown};
+use crate::lights::{Glow, Light};
+use crate::math::color::is_black;
+use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::math::ray::Ray;
+use crate::math::rows::Rows3;
+use crate::math::{Rgb, Vec2};
+use crate::shapes::emitter::{Emitter, Simple};
+use crate::surface::ReferencePoint;
+use crate::world::World;
+
+/// Vertices side by side.
+const ROOM: usize = 64;
+
+/// Loops run over whole vectors of the widest kind: there are numbers in all places.
+const WHOLE: usize = 16;
+
+/// Of each light so many vertices must come together that it pays, so lights must be few.
+const LIGHTS: usize = 4;
+
+/// Direct light that waits, by light, for those that are put off.
+#[derive(Default)]
+pub(in super::super) struct PutOff([Option<Box<Waiting>>; LIGHTS]);
+
+impl PutOff {
+    /// Puts off the light of all lamps that it can be put off of.
+    pub(in super::super) fn new(world: &World) -> PutOff {
+        let mut put_off = PutOff::default();
+        let lights = world.sampled_lights();
+        if lights.len() <= LIGHTS {
+            for (waiting, light) in put_off.0.iter_mut().zip(lights) {
+                *waiting = is_simple(light).then(Box::default);
+            }
+        }
+        put_off
+    }
+
+    /// Is this light put off, as seen from here?
+    #[inline(always)]
+    pub(super) fn takes(&self, world: &World, light: LightId, from: &ReferencePoint) -> bool {
+        matches!(self.0.get(light.index()), Some(Some(_)))
+            && match world.light(light).shape() {
+                Some((Emitter::Sphere(ball), _)) => ball.is_far_from(from),
+                _ => true,
+            }
+    }
+
+    /// Keeps a sample for later, of a light that was chosen with probability `pmf`, at a point that `u` chooses; `term` becomes
+    /// `throughput` times what it brings. Returns `true` if the next one needs room: [`PutOff::settle`].
+    #[inline]
+    pub(super) fn keep(
+        &mut self,
+        (light, pmf): (LightId, f32),
+        u: Vec2,
+        vertex: (&ReferencePoint, &Matte),
+        (term, throughput): (Unknown, Rgb),
+    ) -> bool {
+        let Some(Some(waiting)) = self.0.get_mut(light.index()) else {
+            return false;
+        };
+        let i = waiting.count & (ROOM - 1);
+        waiting.vertices.set(i, pmf, u, vertex, throughput);
+        waiting.terms[i] = term;
+        waiting.count = i + 1;
+        waiting.count == ROOM
+    }
+
+    /// Computes all that waits.
+    pub(in super::super) fn settle(&mut self, world: &World, sums: &mut Sums) {
+        for (waiting, light) in self.0.iter_mut().zip(0..) {
+            if let Some(waiting) = waiting.as_deref_mut().filter(|waiting| waiting.count > 0) {
+                waiting.settle(world, LightId(light), sums);
+            }
+        }
+    }
+}
+
+fn is_simple(light: &Light) -> bool {
+    let shape = light.shape().map(|(shape, _)| shape);
+    matches!(shape, Some(Emitter::Parallelogram(_) | Emitter::Sphere(_)))
+}
+
+/// Vertices that wait for the light of one lamp.
+struct Waiting {
+    /// Those that are used.
+    count: usize,
+    vertices: Vertices,
+    terms: [Unknown; ROOM],
+    samples: Samples,
+}
+
+impl Default for Waiting {
+    fn default() -> Self {
+        Waiting {
+            count: 0,
+            vertices: Vertices::default(),
+            terms: [Unknown::default(); ROOM],
+            samples: Samples::default(),
+        }
+    }
+}
+
+impl Waiting {
+    fn settle(&mut self, world: &World, light: LightId, sums: &mut Sums) {
+        match world.light(light).shape() {
+            Some((Emitter::Parallelogram(piece), glow)) => self.sample(&**piece, glow),
+            Some((Emitter::Sphere(ball), glow)) => self.sample(&ball.far(), glow),
+            _ => {}
+        }
+        let count = std::mem::take(&mut self.count);
+        let kept = self.vertices.time.iter().zip(&self.terms).take(count);
+        for ((&time, &term), i) in kept.zip(0..) {
+            let value = self.samples.value.get(i);
+            if !is_black(value) && !world.occluded(&self.samples.shadow(i, time)) {
+                sums.set(term, value);
+            }
+        }
+    }
+
+    fn sample<E: Simple>(&mut self, emitter: &E, glow: Glow) {
+        vectorize::<ROOM, _>(SideBySide {
+            emitter: *emitter,
+            glow,
+            vertices: &self.vertices,
+            count: self.count,
+            samples: &mut self.samples,
+        });
+    }
+}
+
+/// What is known.
+struct Vertices {
+    pmf: [f32; ROOM],
+    u: [[f32; ROOM]; 2],
+    p: Rows3<ROOM>,
+    p_error: Rows3<ROOM>,
+    time: [f32; ROOM],
+    matte: MatteRows<ROOM>,
+    throughput: Rows3<ROOM>,
+}
+
+impl Default for Vertices {
+    fn default() -> Self {
+        Vertices {
+            pmf: [0.0; ROOM],
+            u: [[0.0; ROOM]; 2],
+            p: Rows3::default(),
+            p_error: Rows3::default(),
+            time: [0.0; ROOM],
+            matte: MatteRows::default(),
+            throughput: Rows3::default(),
+        }
+    }
+}
+
+impl Vertices {
+    #[inline(always)]
+    fn set(
+        &mut self,
+        i: usize,
+        pmf: f32,
+        u: Vec2,
+        (from, matte): (&ReferencePoint, &Matte),
+        throughput: Rgb,
+    ) {
+        self.pmf[i] = pmf;
+        (self.u[0][i], self.u[1][i]) = (u.x, u.y);
+        self.p.set(i, from.p);
+        self.p_error.set(i, from.p_error);
+        self.time[i] = from.time;
+        self.matte.set(i, matte);
+        self.throughput.set(i, throughput);
+    }
+
+    /// What [`super::PathState::sample_light`] would add, and its shadow ray. Black where nothing comes.
+    #[inline(always)]
+    fn sample<E: Simple>(&self, i: usize, emitter: &E, glow: &Glow) -> (Rgb, Ray) {
+        let matte = self.matte.get(i);
+        let from = ReferencePoint {
+            p: self.p.get(i),
+            p_error: self.p_error.get(i),
+            n: matte.geometric_normal(),
+            time: 0.0,
+            receiver_side: Default::default(),
+        };
+        let u = Vec2::new(self.u[0][i], self.u[1][i]);
+        let (point, is_seen) = emitter.sample(&from, u);
+        let light = glow.arriving(&from, &point);
+        let (scattered, scattered_pdf) = matte.scattered_and_pdf(light.wi);
+        let contribution = scattered * light.radiance;
+        let weighted = weighted(contribution, self.pmf[i] * light.pdf, Some(scattered_pdf));
+        let value = self.throughput.get(i) * weighted;
+        let comes = is_seen & !is_black(contribution);
+        (if comes { value } else { Rgb::ZERO }, light.shadow)
+    }
+}
+
+/// What is found.
+struct Samples {
+    value: Rows3<ROOM>,
+    o: Rows3<ROOM>,
+    d: Rows3<ROOM>,
+    t_max: [f32; ROOM],
+}
+
+impl Default for Samples {
+    fn default() -> Self {
+        Samples {
+            value: Rows3::default(),
+            o: Rows3::default(),
+            d: Rows3::default(),
+            t_max: [0.0; ROOM],
+        }
+    }
+}
+
+impl Samples {
+    #[inline(always)]
+    fn set(&mut self, i: usize, (value, shadow): (Rgb, Ray)) {
+        self.value.set(i, value);
+        self.o.set(i, shadow.o);
+        self.d.set(i, shadow.d);
+        self.t_max[i] = shadow.t_max;
+    }
+
+    #[inline]
+    fn shadow(&self, i: usize, time: f32) -> Ray {
+        Ray {
+            o: self.o.get(i),
+            d: self.d.get(i),
+            t_max: self.t_max[i],
+            time,
+        }
+    }
+}
+
+/// The loop.
+struct SideBySide<'a, E> {
+    emitter: E,
+    glow: Glow,
+    vertices: &'a Vertices,
+    count: usize,
+    samples: &'a mut Samples,
+}
+
+impl<E: Simple> Kernel for SideBySide<'_, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, _: impl Instructions) {
+        let whole = self.count.next_multiple_of(WHOLE).min(ROOM);
+        for i in 0..whole {
+            let sample = self.vertices.sample(i, &self.emitter, &self.glow);
+            self.samples.set(i, sample);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
