@@ -13,4 +13,5 @@ mod common;
 mod features;
 mod links;
 mod markdown;
+mod mutants;
 mod v2;
