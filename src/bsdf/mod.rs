@@ -46,7 +46,7 @@ pub struct Bsdf<'a> {
     ng: Vec3,
     frame: Frame,
     lobes: ArrayVec<Lobe<'a>, MAX_LOBES>,
-    /// An outgoing direction, or no number, and the lobes' chances for it.
+    /// An outgoing direction, or NaN, and the probabilities of the lobes for it.
     known: (Vec3, LobeChoice),
 }
 
@@ -94,7 +94,7 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    /// Works out the lobes' chances for light that leaves along `wo` once for all densities and the sample that will be asked for.
+    /// Computes the probabilities of the lobes for light that leaves along `wo` once, for all densities and the sample that follow.
     #[inline]
     pub fn prepare(&mut self, wo: Vec3) {
         if self.lobes.len() > 1 {
@@ -103,13 +103,13 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    /// What was worked out is no longer so.
+    /// Invalidates what [`Bsdf::prepare`] computed.
     #[inline]
     fn forget(&mut self) {
         self.known.0 = Vec3::NAN;
     }
 
-    /// The lobes' chances for light that leaves along `wo`.
+    /// The probabilities of the lobes for light that leaves along `wo`.
     #[inline]
     fn choice(&self, wo: Vec3, local_wo: Vec3) -> LobeChoice {
         match self.known.0 == wo {

@@ -39,7 +39,7 @@ impl CameraSpec {
 
 /// How far a point is from a camera, and how sharp it is seen.
 #[derive(Clone, Copy, Debug)]
-pub struct Standing {
+pub struct DepthAndBlur {
     /// Distance from the plane through the camera's position across its axis, in scene units, negative behind it: for
     /// `realistic`, whose position is that of its film, from the film's plane. For `environment`, which has no axis, from its
     /// position.
@@ -47,7 +47,7 @@ pub struct Standing {
     /// Diameter in pixels of its circle of confusion, to first order near the axis: of the light to one point of the film, the
     /// width where it passes the point's depth. 0 for `environment`, and for a lens of which no light along the axis is
     /// known.
-    pub circle: f64,
+    pub coc: f64,
 }
 
 /// A camera ready to make rays.
@@ -117,23 +117,23 @@ impl Camera {
         matches!(self, Camera::Realistic(c) if c.disperses())
     }
 
-    /// How the render-space point `p` stands to the camera at `time`.
-    pub fn standing(&self, p: Vec3, time: f32) -> Standing {
+    /// Depth and circle of confusion of the render-space point `p` at `time`.
+    pub fn depth_and_blur(&self, p: Vec3, time: f32) -> DepthAndBlur {
         let (transform, blur) = match self {
             Camera::Projective(c) => (c.transform(), c.blur()),
             Camera::Realistic(c) => (c.transform(), *c.blur()),
             Camera::Environment(c) => {
-                return Standing {
+                return DepthAndBlur {
                     depth: c.transform().distance(p, time),
-                    circle: 0.0,
+                    coc: 0.0,
                 };
             }
         };
         let row = transform.z(time);
         let z = row.dot(p.as_dvec3().extend(1.0));
-        Standing {
+        DepthAndBlur {
             depth: z / row.truncate().length(),
-            circle: blur.diameter(z),
+            coc: blur.diameter(z),
         }
     }
 

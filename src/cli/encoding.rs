@@ -20,10 +20,10 @@ pub(super) struct EncodingArgs {
 /// Stops that numbers can be multiplied by.
 fn stops(text: &str) -> Result<f64, String> {
     /// What single precision can hold from the darkest to the brightest.
-    const MOST: f64 = 120.0;
+    const MAX_STOPS: f64 = 120.0;
     let number: Option<f64> = text.parse().ok();
-    { number.filter(|stops| stops.abs() <= MOST) }
-        .ok_or_else(|| format!("expected a number of stops from -{MOST} to {MOST}"))
+    { number.filter(|stops| stops.abs() <= MAX_STOPS) }
+        .ok_or_else(|| format!("expected a number of stops from -{MAX_STOPS} to {MAX_STOPS}"))
 }
 
 impl EncodingArgs {

@@ -180,11 +180,11 @@ pub struct LayerSample {
 const SHARED: usize = 3;
 
 /// Most sums of a pixel.
-const MOST: usize = SHARED + 3 + 3 + 1 + 3 + 2 + 1;
+const MAX_SUMS: usize = SHARED + 3 + 3 + 1 + 3 + 2 + 1;
 
 /// Sums over samples of one pixel: the shared ones, then each layer's.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Sums(ArrayVec<f64, MOST>);
+struct Sums(ArrayVec<f64, MAX_SUMS>);
 
 impl Join for Sums {
     fn join(&mut self, right: &Sums) {
@@ -390,7 +390,7 @@ mod tests {
         let error = LayerSet::parse("albedo,dpeth").unwrap_err();
         assert!(error.contains("\"dpeth\"") && error.contains("depth"));
         assert!(LayerSet::parse("").is_err());
-        assert_eq!(all().sums(), MOST);
+        assert_eq!(all().sums(), MAX_SUMS);
     }
 
     /// Samples whose sums depend on their order.

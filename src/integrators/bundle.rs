@@ -1,8 +1,8 @@
 //! What camera paths that are walked one after the other bring: sums, and what is yet to be added to them.
 //!
-//! Nothing on a path depends on the direct light at its vertices. So that can be put off until there is enough of it to be computed
+//! Nothing on a path depends on the direct light at its vertices. So it can be deferred until there is enough of it to be computed
 //! side by side ([`super::path`]). All terms of a path are added in the order in which it has met them: sums have the bits that they
-//! have if nothing is put off.
+//! have if nothing is deferred.
 
 use crate::cameras::BUNDLE;
 use crate::math::Rgb;

@@ -4,7 +4,7 @@ use super::Sight;
 use super::bdpt::SpareVertices;
 use super::bundle::Sums;
 use super::emitters::Emitters;
-use super::path::PutOff;
+use super::path::Deferred;
 use super::witness::{Met, Place, Watch};
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::film::PixelBounds;
@@ -34,14 +34,14 @@ pub struct Workspace {
     pub(super) vertices: SpareVertices,
     /// Of the paths of a bundle.
     pub(super) sums: Sums,
-    pub(super) put_off: PutOff,
+    pub(super) deferred: Deferred,
 }
 
 impl Workspace {
-    /// One that puts off what can be put off.
-    pub(super) fn putting_off(world: &World) -> Workspace {
+    /// One that defers what direct light it can.
+    pub(super) fn deferring(world: &World) -> Workspace {
         Workspace {
-            put_off: PutOff::new(world),
+            deferred: Deferred::new(world),
             ..Workspace::default()
         }
     }
@@ -57,9 +57,9 @@ impl Workspace {
         self.sums.take()
     }
 
-    /// Computes what was put off.
+    /// Computes what was deferred.
     pub(super) fn settle(&mut self, world: &World) {
-        self.put_off.settle(world, &mut self.sums);
+        self.deferred.settle(world, &mut self.sums);
         self.sums.settle();
     }
 }
@@ -88,7 +88,7 @@ impl Context<'_> {
         }
     }
 
-    /// Looks at the path, where that is asked for.
+    /// Tells the layers of a step of the path, if any are wanted.
     #[inline(always)]
     pub(super) fn look(&mut self, note: impl FnOnce(&mut Sight)) {
         if let Some(sight) = self.watch.as_mut().and_then(|watch| watch.sight.as_mut()) {

@@ -1,5 +1,5 @@
 //! Counts of what paths do (`--stats`): each worker has its own while it renders a block of samples, and hands them over at
-//! its end. No lock, no atomic and no memory for a ray; where nobody asked, a test of a pointer that is there anyway.
+//! its end. No lock, atomic or allocation per ray; if nobody asked, one test of a pointer that is there anyway.
 
 use super::witness::{Met, Place};
 use crate::handles::LightId;

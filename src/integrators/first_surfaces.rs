@@ -15,7 +15,7 @@ use crate::surface::SurfaceHit;
 use crate::world::World;
 
 /// Mirrors and panes that are followed; a ray that is caught between more has no albedo.
-const MOST_SPECULAR: u32 = 32;
+const MAX_SPECULAR: u32 = 32;
 
 /// What a camera ray has met.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +97,7 @@ impl Sight {
             (State::Looking, _) => {
                 self.share *= weight;
                 self.specular += 1;
-                if sample.is_none() || self.specular > MOST_SPECULAR {
+                if sample.is_none() || self.specular > MAX_SPECULAR {
                     self.state = State::Done;
                 }
             }

@@ -30,7 +30,7 @@ use crate::math::ray::RayDifferentials;
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
-use crate::world::World;
+use crate::world::{MAX_NULL_SURFACES, World};
 use context::{Context, Lights};
 use emitters::Emitters;
 pub use emitters::{Beginning, Learned};
@@ -49,10 +49,6 @@ pub use sppm::{Disc, Gather, Photon, PhotonMap, PhotonMapper, Sppm};
 pub use stand_in::LightTracer;
 pub use volpath::VolPath;
 pub use whitted::Whitted;
-
-/// The most surfaces without material on a path: more are a modeling error, and a ray that is caught between
-/// surfaces would otherwise never end.
-const MAX_NULL_SURFACES: u32 = 4096;
 
 /// Integrator and the pixels it is confined to.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,7 +123,7 @@ impl Integrator {
     /// For a thread that walks paths in `world`.
     pub fn workspace(&self, world: &World) -> Workspace {
         match &self.spec {
-            IntegratorSpec::Path(_) => Workspace::putting_off(world),
+            IntegratorSpec::Path(_) => Workspace::deferring(world),
             _ => Workspace::default(),
         }
     }

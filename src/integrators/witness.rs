@@ -31,9 +31,9 @@ pub struct Place {
 pub struct Watch {
     last: Option<Place>,
     wrong: bool,
-    /// Where paths are counted, and nothing else is asked.
+    /// If paths are to be counted.
     pub counts: Option<Counts>,
-    /// Where layers are wanted of a path, what it meets first; only of integrators that trace one.
+    /// If layers are wanted: what the path meets first. Only integrators that trace a path fill it.
     pub sight: Option<Sight>,
 }
 

@@ -26,12 +26,12 @@ pub(super) fn sample(
     } else {
         found.uv
     };
-    let standing = job.camera.standing(found.p, ray.time);
+    let at = job.camera.depth_and_blur(found.p, ray.time);
     Some(LayerSample {
         position: found.p.as_dvec3() + job.world_from_render,
-        depth: standing.depth,
+        depth: at.depth,
         uv,
-        coc: standing.circle,
+        coc: at.coc,
         albedo: found.albedo,
         // Render space is world space moved.
         normal: found.normal,

@@ -49,7 +49,7 @@ pub struct AreaSample {
 }
 
 /// What is sampled without a branch, so that many samples can be computed side by side.
-pub(crate) trait Simple: Copy {
+pub(crate) trait BranchlessEmitter: Copy {
     /// [`Emitter::sample`], and whether there is a sample; without one, the first part means nothing.
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> (EmitterSample, bool);
 }
@@ -367,7 +367,7 @@ impl Ball {
         self.is_clear_of(from, distance2)
     }
 
-    /// The same as something simple, for points that it [is far from](Ball::is_far_from).
+    /// The same without a branch, for points that it [is far from](Ball::is_far_from).
     #[inline(always)]
     pub(crate) fn far(&self) -> FarBall {
         FarBall(*self)
@@ -453,7 +453,7 @@ impl Ball {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FarBall(Ball);
 
-impl Simple for FarBall {
+impl BranchlessEmitter for FarBall {
     #[inline(always)]
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> (EmitterSample, bool) {
         let toward = self.0.center - from.p.as_dvec3();

@@ -13,8 +13,9 @@ use crate::media::Media;
 use crate::surface::SurfaceHit;
 use crate::textures::Textures;
 
-/// Surfaces without material that a ray is followed through for a surface's parameters.
-const MOST_SURFACES: usize = 4096;
+/// The most surfaces without material on a path: more are a modeling error, and a ray that is caught between
+/// surfaces would otherwise never end.
+pub const MAX_NULL_SURFACES: u32 = 4096;
 
 /// Geometry, appearance and light, all in render space.
 pub struct World {
@@ -88,7 +89,7 @@ impl World {
     /// it meets none.
     pub fn surface_parameters(&self, ray: &Ray) -> Vec2 {
         let mut ray = *ray;
-        for _ in 0..MOST_SURFACES {
+        for _ in 0..MAX_NULL_SURFACES {
             let hit = self
                 .geometry
                 .intersect_whole(&ray, &|input, point| self.textures.float(input, point));

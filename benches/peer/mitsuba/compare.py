@@ -1,11 +1,14 @@
 """fstop beside Mitsuba 3 (`pip install mitsuba numpy`): benches/peer/mitsuba/compare.py FSTOP FOLDER [RUNS [SCENE...]]
 
-FOLDER has the .pbrt files with what they read (benches/peer/run.sh prepares one with `PREPARE=FOLDER`). In turns; as many threads as
-there are processors (a pool of one hung with Dr.Jit 1.4 and LLVM 20); processor seconds of user code, the median of RUNS (5): of fstop the whole process, of Mitsuba the rendering alone and after a
-first one, which compiles. The error is each program's own, from the scatter of its runs with different seeds, over the square of
-its mean: models that differ a little do not count. Time to equal error: error × seconds, as errors fall with samples.
+FOLDER has the .pbrt files with what they read: `PREPARE=FOLDER benches/peer/run.sh`. The programs take turns, with as many threads as
+there are processors (with a pool of one, Dr.Jit 1.5 hung with LLVM 20). Processor seconds of user code, the median of RUNS (5): of
+fstop for the whole process, of Mitsuba for rendering alone and after a first one, which compiles. The error is each program's own,
+from the scatter of its runs with different seeds, over the square of its mean: models that differ a little do not count. Time to
+equal error: error times seconds, as errors fall with samples.
 
-Mitsuba's sampler is `multijitter`, its best, which rounds 32 samples up to 35, and 8 to 9; `ldsampler` is biased in the box. DRJIT_LIBLLVM_PATH names LLVM's library where it is not found."""
+Mitsuba's sampler is `multijitter`, its best, which rounds 32 samples up to 35, and 8 to 9; `ldsampler` is biased in the box.
+DRJIT_LIBLLVM_PATH names LLVM's library where it is not found: 14 is not, 15 cannot compile these scenes for AVX-512, 20 can.
+"""
 
 import os
 import resource

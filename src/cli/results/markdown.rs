@@ -4,7 +4,7 @@ use super::{Results, Row, Status, found};
 use std::fmt::Write;
 
 /// A comment of GitHub's holds 65,536 characters.
-const MOST: usize = 60_000;
+const MAX_CHARACTERS: usize = 60_000;
 
 pub(super) fn text(results: &Results) -> String {
     let mut text = format!(
@@ -16,14 +16,14 @@ pub(super) fn text(results: &Results) -> String {
     let (calm, alarming): (Vec<&Row>, Vec<&Row>) = { results.sorted().into_iter() }
         .partition(|row| matches!(row.status(), Status::Agree | Status::Accepted));
     if !alarming.is_empty() {
-        text += &table(&alarming, MOST - MOST / 4);
+        text += &table(&alarming, MAX_CHARACTERS - MAX_CHARACTERS / 4);
     }
     if !calm.is_empty() {
         let _ = write!(
             text,
             "\n<details><summary>{} without a difference</summary>\n{}\n</details>\n",
             calm.len(),
-            table(&calm, MOST / 4)
+            table(&calm, MAX_CHARACTERS / 4)
         );
     }
     text

@@ -61,11 +61,11 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         from: &ReferencePoint,
     ) {
         let u = self.context.stream.next_2d();
-        if Self::PUTS_OFF
-            && { &self.context.workspace.put_off }.takes(self.context.world, chosen.0, from)
+        if Self::DEFERS
+            && { &self.context.workspace.deferred }.takes(self.context.world, chosen.0, from)
             && let Some(matte) = vertex.matte()
         {
-            self.put_off(chosen, u, from, &matte);
+            self.defer(chosen, u, from, &matte);
         } else if let Some(light) = self.light_sample(chosen, vertex, from, u) {
             self.gain(self.throughput * light);
         }
@@ -73,16 +73,16 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
 
     /// Adds a sample of a light to what the path has met, to be computed with others.
     #[inline(always)]
-    fn put_off(&mut self, chosen: (LightId, f32), u: Vec2, from: &ReferencePoint, matte: &Matte) {
+    fn defer(&mut self, chosen: (LightId, f32), u: Vec2, from: &ReferencePoint, matte: &Matte) {
         let (world, throughput) = (self.context.world, self.throughput);
-        if !self.is_put_off {
-            self.is_put_off = true;
+        if !self.has_deferred {
+            self.has_deferred = true;
             self.context.workspace.sums.begin(self.radiance);
         }
         let workspace = self.room_for_a_term();
         let term = workspace.sums.add(Rgb::ZERO);
         let (vertex, sum) = ((from, matte), (term, throughput));
-        if workspace.put_off.keep(chosen, u, vertex, sum) {
+        if workspace.deferred.keep(chosen, u, vertex, sum) {
             workspace.settle(world);
         }
     }

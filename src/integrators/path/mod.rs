@@ -7,17 +7,17 @@
 //!
 //! Each vertex of a path takes four steps, one file each: emission, emitter sampling, BSDF sampling,
 //! Russian roulette. `volpath` is the same with participating media, see [`volpath`](super::volpath). Nothing that follows depends on
-//! what emitter sampling finds, so it may be put off and computed for many vertices side by side (`put_off`).
+//! what emitter sampling finds, so it may be deferred and computed for many vertices side by side (`deferred`).
 
 mod bsdf_sampling;
+mod deferred;
 mod emission;
 mod emitter_sampling;
 mod medium;
-mod put_off;
 mod roulette;
 
+pub(super) use deferred::Deferred;
 pub use medium::MediaSeen;
-pub(super) use put_off::PutOff;
 
 use super::witness::Met;
 use super::{Context, MAX_NULL_SURFACES, Sight, Transport, Workspace};
@@ -85,11 +85,11 @@ impl Path {
             None => self.trace::<true, false>(context),
             Some(_) => self.trace::<true, true>(context),
         };
-        // None is put off.
+        // None is deferred.
         radiance.unwrap_or(Rgb::ZERO)
     }
 
-    /// Radiance along the camera ray; `None` where light was [put off](PathState::PUTS_OFF): then it is in the workspace's sums.
+    /// Radiance along the camera ray; `None` where light was [deferred](PathState::DEFERS): then it is in the workspace's sums.
     /// `MEDIA`: as `volpath`, which simulates participating media and lets light through surfaces without material; a constant, so
     /// that `path` pays nothing for it. Nor does either for being watched.
     fn trace<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Option<Rgb> {
@@ -102,7 +102,7 @@ impl Path {
             mis: MisState::Delta,
             throughput: Rgb::ONE,
             radiance: Rgb::ZERO,
-            is_put_off: false,
+            has_deferred: false,
             eta_scale: 1.0,
             depth: 0,
             max_depth: self.max_depth,
@@ -110,7 +110,7 @@ impl Path {
             null_surfaces: 0,
         };
         while state.extend().is_some() {}
-        (!state.is_put_off).then_some(state.radiance)
+        (!state.has_deferred).then_some(state.radiance)
     }
 }
 
@@ -156,10 +156,10 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     /// Around the ray.
     medium: Option<MediumId>,
     throughput: Rgb,
-    /// Collected so far, or until light was put off for the first time: then the workspace's sums have it.
+    /// Collected so far, or until light was deferred for the first time: then the workspace's sums have it.
     radiance: Rgb,
-    /// Light was put off.
-    is_put_off: bool,
+    /// Light was deferred.
+    has_deferred: bool,
     /// Undoes the scaling of radiance by refraction where Russian roulette judges the throughput.
     eta_scale: f32,
     /// Scattering events so far.
@@ -172,14 +172,14 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
 }
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
-    /// Direct light may be [put off](PutOff). Not in media, where what is left of it takes samples from the path's stream, nor where
+    /// Direct light may be [deferred](Deferred). Not in media, where what is left of it takes samples from the path's stream, nor where
     /// every step is reported.
-    const PUTS_OFF: bool = !MEDIA && !WATCHED;
+    const DEFERS: bool = !MEDIA && !WATCHED;
 
     /// Adds light that the path has met.
     #[inline(always)]
     fn gain(&mut self, light: Rgb) {
-        if Self::PUTS_OFF && self.is_put_off {
+        if Self::DEFERS && self.has_deferred {
             self.room_for_a_term().sums.add(light);
         } else {
             self.radiance += light;

@@ -31,8 +31,8 @@ impl Default for Follower {
 }
 
 impl Follower {
-    /// From a value on whose contrast is known, whatever the others are values at.
-    pub(super) fn from(value: [f64; 2], contrast: f64) -> Follower {
+    /// From a value whose contrast is known; the next ones may be values at other frequencies or other planes.
+    pub(super) fn starting_at(value: [f64; 2], contrast: f64) -> Follower {
         let sign = 1f64.copysign(contrast);
         Follower {
             last: value.map(|x| sign * x),

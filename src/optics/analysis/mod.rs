@@ -90,7 +90,7 @@ impl Effort {
 /// Spatial frequencies of the MTF over the field, line pairs per mm: those of lens data sheets.
 pub const MTF_FREQUENCIES: [f64; 3] = [10.0, 20.0, 40.0];
 
-/// Rows over the field that are shown if nothing else is asked for: each fifth of the field.
+/// Rows over the field that are shown by default: every fifth of the field.
 pub const ROWS: usize = 6;
 
 /// The film heights of spot diagrams and ray fans, in parts of [`LensAnalysis::image_radius`]: the middle, half-way,

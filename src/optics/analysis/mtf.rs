@@ -89,7 +89,7 @@ fn through_focus(rays: &[LensRay<f64>], reach: f64) -> Vec<Contrast> {
         let most = most.unwrap_or_default();
         let mut contrast = vec![0.0; spots.len()];
         contrast[most] = spots[most].mtf(THROUGH_FOCUS_FREQUENCY)[axis];
-        let start = Follower::from(at(most), contrast[most]);
+        let start = Follower::starting_at(at(most), contrast[most]);
         let mut follow = |sides: &mut dyn Iterator<Item = usize>| {
             let mut follower = start;
             sides.for_each(|i| contrast[i] = follower.next(at(i)));

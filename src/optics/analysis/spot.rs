@@ -69,8 +69,8 @@ impl Spot {
     }
 
     /// Geometric modulation transfer at `frequency` line pairs per mm, \[sagittal, tangential\]: the modulus of the
-    /// Fourier transform of the spot across and along the meridional plane (Smith §15.8, without diffraction), negative where black and white
-    /// have changed places between no frequency and this one, which is no resolution. 0 for an empty spot.
+    /// Fourier transform of the spot across and along the meridional plane (Smith §15.8, without diffraction), negative where
+    /// contrast is reversed, which is spurious resolution. 0 for an empty spot.
     pub fn mtf(&self, frequency: f64) -> [f64; 2] {
         let steps = (frequency / STEP).ceil().clamp(1.0, 1e4);
         let found = self.contrasts(frequency / steps, steps as usize).pop();

@@ -28,7 +28,7 @@ pub fn parse(text: &str) -> HashMap<String, Glass> {
                 entry = Entry::named(&words.collect::<Vec<_>>());
             }
             Some("CD") => {
-                // A word that is no number ends them; Zemax pads with zeros.
+                // They end at the first word that is not a number; Zemax pads with zeros.
                 let numbers = words.map_while(|word| word.parse().ok());
                 let mut numbers: Vec<f64> = numbers.take(2 * COEFFICIENTS).collect();
                 while numbers.len() > COEFFICIENTS && numbers.last() == Some(&0.0) {
@@ -66,7 +66,7 @@ impl Entry {
         let formula = words.get(1).and_then(|word| word.parse::<f64>().ok());
         Entry {
             name: words.first().unwrap_or(&"").to_ascii_uppercase(),
-            // Some programs write it as 2.0; what is no such number is none of a formula either.
+            // Some programs write it as 2.0; no other fraction numbers a formula.
             formula: formula.map_or(0, |number| number as u8),
             abbe: words.get(4).and_then(|v| v.parse().ok()).unwrap_or(0.0),
             range: VISIBLE,
@@ -93,7 +93,7 @@ impl Entry {
         }
         Some(Glass {
             index,
-            // Of infrared materials it is no number of a glass.
+            // Infrared materials have no glass code.
             abbe: Some(self.abbe).filter(|v| v.is_finite() && *v > 0.0),
             formula: Some(Formula {
                 dispersion,

@@ -58,8 +58,8 @@ pub fn parse(text: &str, glasses: &Glasses) -> Result<Prescription, Prescription
     reader.finish()
 }
 
-/// More positions are none of a lens.
-const MOST: usize = 100;
+/// The most positions of a zoom that are read.
+const MAX_NUMBERS: usize = 100;
 
 struct Reader<'a> {
     design: Design,
@@ -97,7 +97,7 @@ impl Reader<'_> {
                 self.constants.insert(name.to_ascii_lowercase(), value);
             }
             "[variable distances]" => {
-                let numbers = values.iter().filter(|v| !v.is_empty()).take(MOST);
+                let numbers = values.iter().filter(|v| !v.is_empty()).take(MAX_NUMBERS);
                 // Rows without numbers say nothing about distances.
                 let numbers: Option<Vec<f64>> = numbers.map(|v| number(v)).collect();
                 if let Some(numbers) = numbers.filter(|n| !n.is_empty()) {
@@ -183,7 +183,7 @@ impl Reader<'_> {
         };
         let powers = match odd {
             Some(count) => odd_powers(count),
-            None => (0..MOST).map(|i| first + 2 * i).collect(),
+            None => (0..MAX_NUMBERS).map(|i| first + 2 * i).collect(),
         };
         let coefficients = coefficients.iter().filter(|c| !c.is_empty());
         for (power, text) in powers.into_iter().zip(coefficients) {
@@ -314,8 +314,8 @@ struct Positioned {
 
 /// The powers of coefficients with `count` odd ones, r³ and up, between the even ones from r⁴.
 fn odd_powers(count: usize) -> Vec<usize> {
-    let odd = (0..count.min(MOST)).map(|i| 3 + 2 * i);
-    let even = (0..MOST).map(|i| 4 + 2 * i);
+    let odd = (0..count.min(MAX_NUMBERS)).map(|i| 3 + 2 * i);
+    let even = (0..MAX_NUMBERS).map(|i| 4 + 2 * i);
     let mut powers: Vec<usize> = odd.chain(even).collect();
     powers.sort_unstable();
     powers

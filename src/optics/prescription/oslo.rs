@@ -54,8 +54,8 @@ const UNKNOWN_OPTICS: [(&str, &str); 8] = [
 ];
 /// Objects as far as this are at infinity (OSLO Optics Reference, "Telecentric ray-aiming").
 const FAR: f64 = 1e8;
-/// More fields or wavelengths are none of a file.
-const MOST: usize = 100;
+/// The most fields or wavelengths that are read.
+const MAX_NUMBERS: usize = 100;
 
 struct Reader<'a> {
     design: Design,
@@ -120,7 +120,7 @@ impl<'a> Reader<'a> {
             }
             "WV" => {
                 let numbers = words.iter().map_while(|w| w.parse().ok());
-                self.wavelengths = numbers.take(MOST).collect();
+                self.wavelengths = numbers.take(MAX_NUMBERS).collect();
             }
             _ => return self.of_surface(keyword, words),
         }
@@ -185,7 +185,7 @@ impl<'a> Reader<'a> {
         };
         let first = words.first().copied().unwrap_or("");
         if first.parse::<f64>().is_ok_and(|n| n < 10.0) {
-            let indices = words.iter().map_while(|w| w.parse().ok()).take(MOST);
+            let indices = words.iter().map_while(|w| w.parse().ok()).take(MAX_NUMBERS);
             self.indices.push((place, indices.collect()));
             // Told apart from air until the wavelengths are known.
             surface.medium = Medium::model("", value(words, 0, "an index")?, 0.0)?;

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
 /// Positions and gaps are few; a file with more is none of a lens.
-const MOST: usize = 1000;
+const MAX_POSITIONS: usize = 1000;
 
 /// What the file says of moving groups.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -74,8 +74,8 @@ impl PositionTable {
             self.focus.as_ref().map_or(0, Vec::len),
             self.gaps.len(),
         ];
-        if longest.iter().any(|n| *n > MOST) {
-            return Err(format!("more than {MOST} positions or gaps"));
+        if longest.iter().any(|n| *n > MAX_POSITIONS) {
+            return Err(format!("more than {MAX_POSITIONS} positions or gaps"));
         }
         let zoom = self
             .zoom
@@ -167,8 +167,8 @@ impl Positions {
                 Err(message) => return errors.push(note(cell, message)),
             }
         }
-        if numbers.is_empty() || numbers.len() > MOST || self.gaps.len() >= MOST {
-            let message = format!("expected 1 to {MOST} numbers, one for each position");
+        if numbers.is_empty() || numbers.len() > MAX_POSITIONS || self.gaps.len() >= MAX_POSITIONS {
+            let message = format!("expected 1 to {MAX_POSITIONS} numbers, one for each position");
             return errors.push(note(word, message));
         }
         match name {

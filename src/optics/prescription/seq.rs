@@ -124,8 +124,8 @@ const UNKNOWN_OPTICS: [(&str, &str); 15] = [
     ("MFL", "an ideal lens"),
     ("MOD", "an ideal lens"),
 ];
-/// More fields or wavelengths are none of a file.
-const MOST: usize = 100;
+/// The most fields or wavelengths that are read.
+const MAX_NUMBERS: usize = 100;
 
 struct Reader<'a> {
     design: Design,
@@ -186,7 +186,7 @@ impl<'a> Reader<'a> {
         }
         let numbers = || {
             let numbers = words.iter().map_while(|w| w.parse::<f64>().ok());
-            let numbers = numbers.filter(|x| x.is_finite()).take(MOST);
+            let numbers = numbers.filter(|x| x.is_finite()).take(MAX_NUMBERS);
             numbers.collect::<Vec<f64>>()
         };
         let is_number = |i: usize| words.get(i).is_some_and(|w| w.parse::<f64>().is_ok());
@@ -307,7 +307,7 @@ impl<'a> Reader<'a> {
     /// Lines between `PRV` and `END`: wavelengths, then glasses with their indices.
     fn private_glass(&mut self, keyword: &str, words: &[&str]) -> Result<(), String> {
         let numbers = words.iter().map_while(|w| w.parse::<f64>().ok());
-        let numbers: Vec<f64> = numbers.take(MOST).collect();
+        let numbers: Vec<f64> = numbers.take(MAX_NUMBERS).collect();
         match keyword {
             "END" => self.in_private = None,
             "PWL" => self.in_private = Some(numbers.iter().map(|nm| nm * 1e-3).collect()),
@@ -316,7 +316,7 @@ impl<'a> Reader<'a> {
                 let samples: Vec<[f64; 2]> =
                     wavelengths.zip(numbers).map(|(w, n)| [w, n]).collect();
                 if let Some(glass) = glass::of_samples(&samples)
-                    && self.private.len() < 10 * MOST
+                    && self.private.len() < 10 * MAX_NUMBERS
                 {
                     self.private.insert(name.to_string(), glass);
                 }

@@ -3,7 +3,7 @@
 //! Sampled as one piece: its points are spread over the whole light by one pair of numbers, where a choice
 //! between the triangles would need a third, and there is one light to choose instead of two.
 
-use super::{AreaPoint, EmitterSample, Simple};
+use super::{AreaPoint, BranchlessEmitter, EmitterSample};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::shapes::triangle::Orientation;
 use crate::surface::ReferencePoint;
@@ -70,7 +70,7 @@ impl ParallelogramEmitter {
     }
 }
 
-impl Simple for ParallelogramEmitter {
+impl BranchlessEmitter for ParallelogramEmitter {
     #[inline(always)]
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> (EmitterSample, bool) {
         self.point(u).seen(from)

@@ -67,7 +67,7 @@ impl Default for Light {
 /// Objects this far, in mm, are at infinity: programs write 1e10 and more for it.
 const FAR: f64 = 1e9;
 /// More fields are not looked at.
-const MOST_FIELDS: usize = 32;
+const MAX_FIELDS: usize = 32;
 
 /// How wide the light is at each surface, mm; 0 where none arrives.
 pub(super) struct Lit {
@@ -120,7 +120,7 @@ impl Light {
         }
         lit.radii[rays.stop] = radius;
         let mut lost = 0;
-        for field in self.fields.iter().take(MOST_FIELDS).chain([&Field::AXIS]) {
+        for field in self.fields.iter().take(MAX_FIELDS).chain([&Field::AXIS]) {
             let found = rays.of_field(field, self.kind, radius, &mut lit.radii);
             lost += u32::from(!found);
         }
@@ -132,7 +132,7 @@ impl Light {
         lit
     }
 
-    /// Distance of the object, if it is no matter of angles.
+    /// Distance of the object, unless fields are angles.
     fn object(&self) -> Option<f64> {
         Some(self.object_distance).filter(|d| d.abs() < FAR)
     }

@@ -17,8 +17,8 @@ use crate::optics::asphere::{Asphere, TERMS};
 use crate::optics::dispersion::LINE_D;
 use crate::optics::surface::{GlassName, Surface};
 
-/// More surfaces than any lens has.
-const MOST_SURFACES: usize = 1000;
+/// The most surfaces of a lens: more than any has.
+const MAX_SURFACES: usize = 1000;
 
 /// The text of a file: Zemax writes UTF-16 with a byte order mark, other programs one byte per character.
 pub fn decode(bytes: &[u8]) -> String {
@@ -208,9 +208,9 @@ pub(super) struct Design {
 impl Design {
     /// The lens, if nothing is wrong with it.
     pub(super) fn prescription(mut self) -> Result<Prescription, PrescriptionError> {
-        if self.surfaces.len() > MOST_SURFACES {
-            let first = &self.surfaces[MOST_SURFACES];
-            let note = first.note(format!("more than {MOST_SURFACES} surfaces"));
+        if self.surfaces.len() > MAX_SURFACES {
+            let first = &self.surfaces[MAX_SURFACES];
+            let note = first.note(format!("more than {MAX_SURFACES} surfaces"));
             return Err(PrescriptionError::Rows(vec![note]));
         }
         let wavelength = self.primary_wavelength();

@@ -8,8 +8,8 @@ use crate::optics::prescription::design::value;
 use crate::optics::prescription::positions::{GapTable, PositionTable};
 use std::collections::BTreeMap;
 
-/// More configurations are none of a zoom.
-const MOST: usize = 100;
+/// The most configurations of a zoom that are read.
+const MAX_POSITIONS: usize = 100;
 
 /// What configurations may differ by that changes the lens, and positions have no place for.
 const NOT_READ: [(&str, &str); 7] = [
@@ -40,7 +40,7 @@ impl Configurations {
     pub(super) fn set(&mut self, keyword: &str, words: &[&str]) -> Result<bool, String> {
         if keyword == "MNUM" {
             let count = value(words, 0, "the number of configurations")?;
-            self.count = if (1.0..=MOST as f64).contains(&count) {
+            self.count = if (1.0..=MAX_POSITIONS as f64).contains(&count) {
                 count as usize
             } else {
                 0

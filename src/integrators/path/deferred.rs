@@ -14,7 +14,7 @@ use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
 use crate::math::{Rgb, Vec2};
-use crate::shapes::emitter::{Emitter, Simple};
+use crate::shapes::emitter::{BranchlessEmitter, Emitter};
 use crate::surface::ReferencePoint;
 use crate::world::World;
 
@@ -27,24 +27,24 @@ const WHOLE: usize = 16;
 /// Of each light so many vertices must come together that it pays, so lights must be few.
 const LIGHTS: usize = 4;
 
-/// Direct light that waits, by light, for those that are put off.
+/// Deferred direct light, by light, of those that are deferred.
 #[derive(Default)]
-pub(in super::super) struct PutOff([Option<Box<Waiting>>; LIGHTS]);
+pub(in super::super) struct Deferred([Option<Box<Waiting>>; LIGHTS]);
 
-impl PutOff {
-    /// Puts off the light of all lamps that it can be put off of.
-    pub(in super::super) fn new(world: &World) -> PutOff {
-        let mut put_off = PutOff::default();
+impl Deferred {
+    /// Defers the light of all lamps that it can.
+    pub(in super::super) fn new(world: &World) -> Deferred {
+        let mut deferred = Deferred::default();
         let lights = world.sampled_lights();
         if lights.len() <= LIGHTS {
-            for (waiting, light) in put_off.0.iter_mut().zip(lights) {
-                *waiting = is_simple(light).then(Box::default);
+            for (waiting, light) in deferred.0.iter_mut().zip(lights) {
+                *waiting = is_branchless(light).then(Box::default);
             }
         }
-        put_off
+        deferred
     }
 
-    /// Is this light put off, as seen from here?
+    /// Is this light deferred, as seen from here?
     #[inline(always)]
     pub(super) fn takes(&self, world: &World, light: LightId, from: &ReferencePoint) -> bool {
         matches!(self.0.get(light.index()), Some(Some(_)))
@@ -55,7 +55,7 @@ impl PutOff {
     }
 
     /// Keeps a sample for later, of a light that was chosen with probability `pmf`, at a point that `u` chooses; `term` becomes
-    /// `throughput` times what it brings. Returns `true` if the next one needs room: [`PutOff::settle`].
+    /// `throughput` times what it brings. Returns `true` if the next one needs room: [`Deferred::settle`].
     #[inline]
     pub(super) fn keep(
         &mut self,
@@ -84,7 +84,7 @@ impl PutOff {
     }
 }
 
-fn is_simple(light: &Light) -> bool {
+fn is_branchless(light: &Light) -> bool {
     let shape = light.shape().map(|(shape, _)| shape);
     matches!(shape, Some(Emitter::Parallelogram(_) | Emitter::Sphere(_)))
 }
@@ -126,7 +126,7 @@ impl Waiting {
         }
     }
 
-    fn sample<E: Simple>(&mut self, emitter: &E, glow: Glow) {
+    fn sample<E: BranchlessEmitter>(&mut self, emitter: &E, glow: Glow) {
         vectorize::<ROOM, _>(SideBySide {
             emitter: *emitter,
             glow,
@@ -183,7 +183,7 @@ impl Vertices {
 
     /// What [`super::PathState::sample_light`] would add, and its shadow ray. Black where nothing comes.
     #[inline(always)]
-    fn sample<E: Simple>(&self, i: usize, emitter: &E, glow: &Glow) -> (Rgb, Ray) {
+    fn sample<E: BranchlessEmitter>(&self, i: usize, emitter: &E, glow: &Glow) -> (Rgb, Ray) {
         let matte = self.matte.get(i);
         let from = ReferencePoint {
             p: self.p.get(i),
@@ -252,7 +252,7 @@ struct SideBySide<'a, E> {
     samples: &'a mut Samples,
 }
 
-impl<E: Simple> Kernel for SideBySide<'_, E> {
+impl<E: BranchlessEmitter> Kernel for SideBySide<'_, E> {
     type Output = ();
 
     #[inline(always)]

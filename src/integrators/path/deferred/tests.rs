@@ -58,11 +58,11 @@ fn samples(pixel: u32) -> ArrayVec<CameraSample, BUNDLE> {
 }
 
 #[test]
-fn a_path_brings_the_same_whether_its_light_is_put_off_or_not() {
+fn a_path_brings_the_same_whether_its_light_has_deferred_or_not() {
     let job = room();
     let mut at_once = Workspace::default();
     let mut side_by_side = job.integrator.workspace(&job.world);
-    assert!(side_by_side.put_off.0[..2].iter().all(Option::is_some));
+    assert!(side_by_side.deferred.0[..2].iter().all(Option::is_some));
     let (mut rays, mut lit) = (ArrayVec::new(), 0);
     for pixel in 0..256u32 {
         let samples = samples(pixel);
