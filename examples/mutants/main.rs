@@ -5,6 +5,8 @@
 //! ISSTA 1993), builds that once, and runs the suite below for each bug, with a seed of its own. Writes `docs/generated/mutants.md`.
 //! An argument is a folder for the copy and its build, which can be kept.
 //!
+//! Only scenes whose picture a bug changes, be it a bit of one pixel, are rendered with it: a render is a pure function of scene and seed.
+//!
 //! A bug counts if it changes the light by 1 % or more on 5 % of a scene's pixels or more, as measured in blocks of 8 × 8 pixels of renders with
 //! [`LONG`] times the samples and one seed, with the bug and without, where that is also three standard errors. Other rules are applied to the same images. Those with a
 //! threshold are given the best that it can be: the strictest that raises no alarm among the [`CLEAN`] runs without a bug.
@@ -26,17 +28,52 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Scenes of `tests/scenes/reference`, of 64 × 64 pixels and less.
-const SCENES: [&str; 10] = [
+const SCENES: [&str; 45] = [
+    "cam_environment",
+    "cam_perspective_dof",
+    "filter_gaussian",
+    "filter_mitchell",
+    "filter_triangle",
+    "int_ao",
+    "int_bdpt",
     "int_cornell_path",
-    "int_veach_mis",
+    "int_direct_all",
+    "int_direct_one",
     "int_path_rr",
+    "int_veach_mis",
+    "int_volpath_ball",
     "int_volpath_fog",
+    "int_whitted",
+    "light_area_disk_sphere",
+    "light_area_tri_cylinder",
+    "light_goniometric",
+    "light_infinite_const",
+    "light_infinite_map",
+    "light_point",
+    "light_projection",
     "light_spot",
+    "light_twosided_scale",
+    "mat_bump",
+    "mat_disney_a",
+    "mat_disney_b",
     "mat_glass_rough",
+    "mat_glass_smooth",
+    "mat_kdsubsurface",
     "mat_matte",
     "mat_metal_aniso",
+    "mat_mirror",
+    "mat_mix",
+    "mat_plastic",
     "mat_substrate",
+    "mat_subsurface",
+    "mat_translucent",
     "mat_uber",
+    "realistic_dgauss50_full",
+    "tex_basic",
+    "tex_imagemap",
+    "tex_mappings",
+    "tex_minification",
+    "tex_procedural",
 ];
 
 /// Samples a pixel.
@@ -44,6 +81,9 @@ const SPP: u32 = 256;
 
 /// Times as many tell what a bug does.
 const LONG: u32 = 2;
+
+/// Samples a pixel of the pictures that tell whether a bug acts in a scene at all.
+const PROBE: u32 = 8;
 
 /// Runs without a bug.
 const CLEAN: usize = 20;
@@ -81,20 +121,38 @@ fn main() {
     let bugs: Bugs = toml::from_str(&bugs).unwrap_or_else(|error| panic!("{error}"));
     let program = built(root, &place, &bugs.bug);
     let suite = Suite::new(root, &place, program);
-    let clean: Vec<Seen> = (1..=CLEAN).map(|n| suite.seen(0, 1000 + n)).collect();
+    let all: Vec<usize> = (0..SCENES.len()).collect();
+    let clean: Vec<Seen> = (1..=CLEAN).map(|n| suite.seen(0, 1000 + n, &all)).collect();
     let names = bugs.bug.iter().flat_map(|bug| {
         bug.becomes
             .iter()
             .map(move |new| format!("`{}` → `{new}` ({})", bug.expression, bug.file))
     });
-    let truth = suite.long(0);
+    let probes = suite.probes(0);
+    let truth = suite.long(0, &all);
     let mut rows = Vec::new();
     for (number, name) in (1..).zip(names) {
-        let share = changed(&truth, &suite.long(number));
-        let seen = suite.seen(number, 2000 + number);
+        let acting: Vec<usize> = std::iter::zip(&probes, suite.probes(number))
+            .enumerate()
+            .filter(|(_, (before, after))| before.pixels != after.pixels)
+            .map(|(scene, _)| scene)
+            .collect();
+        let (share, seen) = match acting.is_empty() {
+            true => (0.0, Seen::default()),
+            false => {
+                let long = suite.long(number, &acting);
+                let share =
+                    std::iter::zip(&acting, &long).map(|(&i, image)| changed(&truth[i], image));
+                (
+                    share.fold(0.0, f64::max),
+                    suite.seen(number, 2000 + number, &acting),
+                )
+            }
+        };
+        let found = if seen.suite { "found" } else { "not found" };
         eprintln!(
-            "{number}: {share:.3} {name}: {}",
-            if seen.suite { "found" } else { "not found" }
+            "{number}: {share:.3} {name}: {found}, {} scenes",
+            acting.len()
         );
         rows.push((name, share, seen));
     }
@@ -141,27 +199,38 @@ fn built(root: &Path, place: &Path, bugs: &[Bug]) -> PathBuf {
 
 /// A source file with its bugs, which are numbered through all files, and the switch where it belongs.
 fn with_bugs(file: &Path, mut text: String, bugs: &[Bug]) -> String {
-    let mut number = 0;
+    let code = &text[..text.find("#[cfg(test)]").unwrap_or(text.len())];
+    let mut number = 1;
+    let mut places = Vec::new();
     for bug in bugs {
-        let first = number + 1;
+        if Path::new(&bug.file) == file {
+            let found: Vec<usize> = { code.match_indices(&bug.expression) }
+                .map(|(at, _)| at)
+                .collect();
+            assert_eq!(found.len(), 1, "{}: {}", bug.file, bug.expression);
+            places.push((found[0], bug.expression.len(), choice(bug, number)));
+        }
         number += bug.becomes.len();
-        if Path::new(&bug.file) != file {
-            continue;
-        }
-        let (code, tests) = text.split_at(text.find("#[cfg(test)]").unwrap_or(text.len()));
-        let count = code.matches(&bug.expression).count();
-        assert_eq!(count, 1, "{}: {}", bug.file, bug.expression);
-        let mut choice = "(match crate::math::mutant() { ".to_owned();
-        for (number, new) in (first..).zip(&bug.becomes) {
-            let _ = write!(choice, "{number} => {{ {new} }} ");
-        }
-        let _ = write!(choice, "_ => {{ {} }} }})", bug.expression);
-        text = code.replace(&bug.expression, &choice) + tests;
+    }
+    places.sort();
+    // From the last on, so that those before stay where they are.
+    for (at, length, choice) in places.into_iter().rev() {
+        text.replace_range(at..at + length, &choice);
     }
     match file == Path::new("src/math/mod.rs") {
         true => text + SWITCH,
         false => text,
     }
+}
+
+/// The expression, or what it becomes by the bug that is on.
+fn choice(bug: &Bug, first: usize) -> String {
+    let mut choice = "(match crate::math::mutant() { ".to_owned();
+    for (number, new) in (first..).zip(&bug.becomes) {
+        let _ = write!(choice, "{number} => {{ {new} }} ");
+    }
+    let _ = write!(choice, "_ => {{ {} }} }})", bug.expression);
+    choice
 }
 
 /// The files of a folder and those below it.
@@ -190,13 +259,14 @@ fn copy_folder(from: &Path, to: &Path) {
 }
 
 /// What each rule says of one run of the suite.
+#[derive(Default)]
 struct Seen {
     /// `fstop suite run`.
     suite: bool,
     /// Mitsuba's.
     mitsuba: bool,
-    /// Of each scene: the PSNR, and the share of pixels of which a channel differs by more than 2 % of the reference's brightest.
-    numbers: Vec<(f64, f64)>,
+    /// Of each scene that was rendered: which, the PSNR, and the share of pixels of which a channel differs by more than 2 % of the reference's brightest.
+    numbers: Vec<(usize, f64, f64)>,
 }
 
 struct Suite {
@@ -211,11 +281,12 @@ impl Suite {
         let _ = std::fs::remove_dir_all(&folder);
         copy_folder(&root.join("tests/scenes/reference"), &folder.join("scenes"));
         let suite = Suite { folder, program };
-        suite.run(0, 1, SPP, &["--update=all"]);
+        suite.run(0, (1, SPP), &["--update=all"]);
         suite
     }
 
-    fn run(&self, bug: usize, seed: usize, spp: u32, options: &[&str]) -> Value {
+    /// With a seed and so many samples.
+    fn run(&self, bug: usize, (seed, spp): (usize, u32), options: &[&str]) -> Value {
         let mut text = format!(
             "[suite]\nalpha = 0.01\nspp = {spp}\nseeds = [{seed}]\nbaseline_seeds = [11, 12, 13, 14]\n[renderer.fstop]\n\
              command = \"{{fstop}} render {{scene}} -o {{output}} --seed {{seed}} --spp {{spp}} --variance --quiet\"\n"
@@ -245,64 +316,91 @@ impl Suite {
         serde_json::from_slice(&run.stdout).expect("results")
     }
 
-    fn images(&self, folder: &str) -> Vec<Image> {
-        let file = |scene: &&str| self.folder.join(folder).join(format!("{scene}.exr"));
-        let load = |path: PathBuf| read(&path).unwrap_or_else(|error| panic!("{error}")).image;
-        SCENES.iter().map(|scene| load(file(scene))).collect()
+    /// Pictures of some of the scenes, of a folder.
+    fn images(&self, folder: &str, scenes: &[usize]) -> Vec<Image> {
+        let file = |scene: &usize| {
+            self.folder
+                .join(folder)
+                .join(format!("{}.exr", SCENES[*scene]))
+        };
+        scenes.iter().map(|scene| image(&file(scene))).collect()
     }
 
-    fn seen(&self, bug: usize, seed: usize) -> Seen {
-        let results = self.run(bug, seed, SPP, &[]);
+    /// The small pictures of all scenes with a bug.
+    fn probes(&self, bug: usize) -> Vec<Image> {
+        let file = self.folder.join("probe.exr");
+        let probe = |scene: &&str| {
+            let rendered = Command::new(&self.program)
+                .arg("render")
+                .arg(self.folder.join(format!("scenes/{scene}.pbrt")))
+                .arg("-o")
+                .arg(&file)
+                .args(["--quiet", "--spp", &PROBE.to_string()])
+                .env("FSTOP_MUTANT", bug.to_string())
+                .stderr(Stdio::null())
+                .status();
+            assert!(rendered.expect("the program").success(), "{scene}");
+            image(&file)
+        };
+        SCENES.iter().map(probe).collect()
+    }
+
+    fn run_some(&self, bug: usize, seed: usize, spp: u32, scenes: &[usize]) -> Value {
+        let names: Vec<&str> = scenes.iter().map(|&scene| SCENES[scene]).collect();
+        self.run(bug, (seed, spp), &["--only", &names.join(",")])
+    }
+
+    fn seen(&self, bug: usize, seed: usize, scenes: &[usize]) -> Seen {
+        let results = self.run_some(bug, seed, SPP, scenes);
         let rows = results["results"].as_array().expect("rows");
-        let pairs = self
-            .images("suite-results/images")
-            .into_iter()
-            .zip(self.images("suite-references"));
+        let pairs = std::iter::zip(
+            self.images("suite-results/images", scenes),
+            self.images("suite-references", scenes),
+        );
         let pairs: Vec<(Image, Image)> = pairs.collect();
+        let measured = |(&scene, (image, reference)): (&usize, &(Image, Image))| {
+            let (psnr, share) = numbers(image, reference);
+            (scene, psnr, share)
+        };
         Seen {
             suite: rows.iter().any(|row| row["status"] == "changed"),
             mitsuba: pairs
                 .iter()
                 .any(|(image, reference)| !mitsuba(image, reference)),
-            numbers: pairs
-                .iter()
-                .map(|(image, reference)| numbers(image, reference))
-                .collect(),
+            numbers: scenes.iter().zip(&pairs).map(measured).collect(),
         }
     }
 
     /// Images with many samples, all of one seed.
-    fn long(&self, bug: usize) -> Vec<Image> {
-        self.run(bug, 1, LONG * SPP, &[]);
-        self.images("suite-results/images")
+    fn long(&self, bug: usize, scenes: &[usize]) -> Vec<Image> {
+        self.run_some(bug, 1, LONG * SPP, scenes);
+        self.images("suite-results/images", scenes)
     }
 }
 
-/// The largest share, of all scenes, of pixels in blocks whose light differs by [`CHANGE`].
-fn changed(before: &[Image], after: &[Image]) -> f64 {
-    let of_scene = |(before, after): (&Image, &Image)| {
-        let light = |image: &Image, block: PixelBounds| -> (f64, f64) {
-            let variances = image.variance.as_ref().expect("variances");
-            let indices = block.pixels().filter_map(|pixel| image.bounds.index(pixel));
-            let values =
-                indices.map(|i| (luminance(image.pixels[i]), variances[i].element_sum() / 3.0));
-            values.fold((0.0, 0.0), |(light, variance), (l, v)| {
-                (light + f64::from(l), variance + f64::from(v))
-            })
-        };
-        let differs = |block: &PixelBounds| {
-            let ((a, var_a), (b, var_b)) = (light(before, *block), light(after, *block));
-            (b - a).abs() >= (CHANGE.0 * a).max(3.0 * (var_a + var_b).sqrt()) && b != a
-        };
-        let pixels: usize = before
-            .bounds
-            .tiles(8)
-            .filter(differs)
-            .map(|block| block.area())
-            .sum();
-        pixels as f64 / before.pixels.len() as f64
+fn image(file: &Path) -> Image {
+    read(file)
+        .unwrap_or_else(|error| panic!("{}: {error}", file.display()))
+        .image
+}
+
+/// The share of a picture's pixels in blocks whose light differs by [`CHANGE`].
+fn changed(before: &Image, after: &Image) -> f64 {
+    let light = |image: &Image, block: PixelBounds| -> (f64, f64) {
+        let variances = image.variance.as_ref().expect("variances");
+        let indices = block.pixels().filter_map(|pixel| image.bounds.index(pixel));
+        let values =
+            indices.map(|i| (luminance(image.pixels[i]), variances[i].element_sum() / 3.0));
+        values.fold((0.0, 0.0), |(light, variance), (l, v)| {
+            (light + f64::from(l), variance + f64::from(v))
+        })
     };
-    before.iter().zip(after).map(of_scene).fold(0.0, f64::max)
+    let differs = |block: &PixelBounds| {
+        let ((a, var_a), (b, var_b)) = (light(before, *block), light(after, *block));
+        (b - a).abs() >= (CHANGE.0 * a).max(3.0 * (var_a + var_b).sqrt()) && b != a
+    };
+    let blocks = before.bounds.tiles(8).filter(differs);
+    blocks.map(|block| block.area()).sum::<usize>() as f64 / before.pixels.len() as f64
 }
 
 /// The rule of the tests of Mitsuba 3 (`src/render/tests/test_renders.py`), as we read it: a z-test of each pixel, with the reference's
@@ -353,15 +451,27 @@ fn numbers(image: &Image, reference: &Image) -> (f64, f64) {
 type Rule<'a> = (&'a str, &'a dyn Fn(&Seen) -> bool);
 
 fn page(clean: &[Seen], rows: &[(String, f64, Seen)]) -> String {
-    let least = |scene: usize| {
-        clean
-            .iter()
-            .map(|s| s.numbers[scene].0)
+    let of_clean = |scene: usize| clean.iter().map(move |seen| seen.numbers[scene]);
+    let least = |scene| {
+        of_clean(scene)
+            .map(|(_, psnr, _)| psnr)
             .fold(f64::INFINITY, f64::min)
     };
-    let most = |scene: usize| clean.iter().map(|s| s.numbers[scene].1).fold(0.0, f64::max);
-    let psnr = |seen: &Seen| (0..SCENES.len()).any(|i| seen.numbers[i].0 < least(i));
-    let idiff = |seen: &Seen| (0..SCENES.len()).any(|i| seen.numbers[i].1 > most(i));
+    let most = |scene| {
+        of_clean(scene)
+            .map(|(_, _, share)| share)
+            .fold(0.0, f64::max)
+    };
+    let psnr = |seen: &Seen| {
+        seen.numbers
+            .iter()
+            .any(|&(scene, psnr, _)| psnr < least(scene))
+    };
+    let idiff = |seen: &Seen| {
+        seen.numbers
+            .iter()
+            .any(|&(scene, _, share)| share > most(scene))
+    };
     let rules: [Rule; 4] = [
         ("`fstop suite`, α = 1 %", &|seen| seen.suite),
         ("Mitsuba's z-test", &|seen| seen.mitsuba),
@@ -377,11 +487,12 @@ fn page(clean: &[Seen], rows: &[(String, f64, Seen)]) -> String {
         .collect();
     let mut page = format!(
         "# Known bugs, and who finds them\n\nWritten by `cargo run --release --example mutants`: {} bugs in shading and sampling \
-         (`examples/mutants/bugs.toml`), of which {} change the light by 1 % or more on 5 % of the pixels of a scene or more. Ten scenes \
+         (`examples/mutants/bugs.toml`), of which {} change the light by 1 % or more on 5 % of the pixels of a scene or more. {} scenes \
          at {SPP} samples, references of four runs, a seed for each bug. The tuned thresholds are those of {CLEAN} runs \
          without a bug, with which they raise no alarm.\n\n| rule | found, of {} | alarms in {CLEAN} runs without a bug |\n|---|--:|--:|\n",
         rows.len(),
         counted.len(),
+        SCENES.len(),
         counted.len(),
     );
     for (name, rule) in rules {

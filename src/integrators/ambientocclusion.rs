@@ -11,6 +11,7 @@
 //! pbrt-v2's integrator of that name instead shows the free fraction of uniformly chosen
 //! directions: `nsamples` (2048), `maxdist` (∞): nothing farther occludes.
 
+use super::witness::Met;
 use super::{Context, MAX_NULL_SURFACES, Path, Transport};
 use crate::math::frame::Frame;
 use crate::math::sampling::cosine_hemisphere;
@@ -80,6 +81,7 @@ impl AmbientOcclusion {
             let (wi, value) = self.direction(context.stream.next_2d());
             let mut ray = surface.spawn_ray(frame.to_world(wi));
             ray.t_max = self.max_distance;
+            context.occlusion();
             if !context.world.occluded(&ray) {
                 sum += value;
             }
@@ -109,8 +111,10 @@ impl Transport for AmbientOcclusion {
         let mut ray = context.ray;
         for _ in 0..=MAX_NULL_SURFACES {
             let Some(hit) = context.world.intersect(&ray) else {
+                context.arrive(0, Met::Background, Rgb::ZERO);
                 return Rgb::ZERO;
             };
+            context.arrive(0, Met::Surface(hit.material), Rgb::ZERO);
             if hit.material.is_some() {
                 return Rgb::splat(self.openness(&mut context, &hit.surface));
             }

@@ -96,6 +96,24 @@ impl Context<'_> {
         }
     }
 
+    /// Whether a shadow ray to a light meets nothing.
+    #[inline(always)]
+    pub(super) fn is_lit(&mut self, light: LightId, shadow: &Ray) -> bool {
+        self.shadow(light, false);
+        let is_lit = !self.world.occluded(shadow);
+        if is_lit {
+            self.shadow(light, true);
+        }
+        is_lit
+    }
+
+    /// Reports a ray that is only asked whether something is near.
+    pub(super) fn occlusion(&mut self) {
+        if let Some(counts) = self.watch.as_mut().and_then(|watch| watch.counts.as_mut()) {
+            counts.occlusion += 1;
+        }
+    }
+
     /// Reports a shadow ray to a light, before it is traced and, `is_lit`, when nothing has blocked it.
     #[inline(always)]
     pub(super) fn shadow(&mut self, light: LightId, is_lit: bool) {

@@ -16,6 +16,8 @@ pub struct Counts {
     pub escaped: u64,
     /// Shadow rays to lights, by light; the second number those that nothing blocked.
     pub shadows: Vec<[u64; 2]>,
+    /// Rays of `ambientocclusion` after the camera's.
+    pub occlusion: u64,
     /// Paths, by the number of scattering events before their last vertex.
     pub lengths: Vec<u64>,
     /// Camera rays that the lens blocked: they have no path.
@@ -80,6 +82,7 @@ impl Counts {
         pairs.for_each(|(sum, n)| *sum += n);
         self.in_media += other.in_media;
         self.escaped += other.escaped;
+        self.occlusion += other.occlusion;
         self.blocked += other.blocked;
     }
 }

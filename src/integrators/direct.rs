@@ -30,7 +30,7 @@ pub(super) fn estimate(
         let (f, pdf) = bsdf.f_and_pdf(surface.wo, sample.wi);
         let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
         let contribution = f * sample.radiance * cosine;
-        if !is_black(contribution) && !world.occluded(&sample.shadow) {
+        if !is_black(contribution) && context.is_lit(id, &sample.shadow) {
             let weight = if sample.delta {
                 1.0
             } else {

@@ -36,22 +36,22 @@ impl Transport for Whitted {
 
 /// Direct light by one sample of every light.
 fn sample_lights(context: &mut Context, surface: &SurfaceHit, bsdf: &Bsdf) -> Rgb {
-    let (world, stream) = (context.world, &mut *context.stream);
+    let (world, lights) = (context.world, context.lights);
     let from = surface.reference_point();
     let sample_group = |group: &LightGroup| {
-        let (id, probability) = group.piece(stream.next_1d_if(group.chooses()));
-        let u = stream.next_2d();
+        let (id, probability) = group.piece(context.stream.next_1d_if(group.chooses()));
+        let u = context.stream.next_2d();
         let Some(sample) = world.light(id).sample(&from, u) else {
             return Rgb::ZERO;
         };
         let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
         let weight = cosine / (probability * sample.pdf);
         let contribution = bsdf.f(surface.wo, sample.wi) * sample.radiance * weight;
-        if is_black(contribution) || world.occluded(&sample.shadow) {
+        if is_black(contribution) || !context.is_lit(id, &sample.shadow) {
             Rgb::ZERO
         } else {
             contribution
         }
     };
-    context.lights.groups.iter().map(sample_group).sum()
+    lights.groups.iter().map(sample_group).sum()
 }

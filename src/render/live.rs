@@ -4,8 +4,8 @@
 //! who looks holds it for longer, so nobody delays the render. The image itself is made elsewhere and does not depend on
 //! any of this.
 
-use crate::film::{Film, FilmSpec, Image, LayerSet, PixelBounds, PixelStatistics, Splats, Tile};
-use crate::math::{DVec3, Rgb, UVec2};
+use crate::film::{Film, FilmSpec, Image, PixelBounds, PixelStatistics, Splats, Tile};
+use crate::math::{Rgb, UVec2};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Side of the squares of pixels in which changes are noted: larger than a tile, so that a picture takes few messages.
@@ -15,34 +15,55 @@ const SIDE: u32 = 64;
 pub struct Live {
     resolution: UVec2,
     bounds: PixelBounds,
-    scale: f64,
+    scale: f32,
     picture: Mutex<Picture>,
 }
 
-/// What is known of it.
+/// What is known of it: 16 bytes a pixel, 32 in halves, 12 more for each that has light of light paths.
 struct Picture {
-    /// Camera samples; all in the first film where the image is not rendered in halves.
-    halves: [Film; 2],
+    /// Camera samples; all in the first where the image is not rendered in halves. Empty until there are any.
+    halves: [Vec<Shown>; 2],
     /// What light paths have brought to each half's pixels, if any were traced.
-    light: [Vec<DVec3>; 2],
+    light: [Vec<Rgb>; 2],
     /// Squares of [`SIDE`] pixels, row by row, that have changed since they were last asked for.
     changed: Vec<bool>,
+}
+
+/// A pixel's samples, to look at: single precision will do.
+#[derive(Clone, Copy, Default)]
+struct Shown {
+    mean: Rgb,
+    count: u32,
+}
+
+impl Shown {
+    fn of(samples: &PixelStatistics) -> Shown {
+        Shown {
+            mean: samples.mean().as_vec3(),
+            count: samples.count().try_into().unwrap_or(u32::MAX),
+        }
+    }
+
+    fn join(&mut self, more: Shown) {
+        let count = self.count.saturating_add(more.count);
+        if more.count > 0 {
+            let share = more.count as f32 / count as f32;
+            self.mean += (more.mean - self.mean) * share;
+            self.count = count;
+        }
+    }
 }
 
 impl Live {
     /// A black picture, without layers.
     pub fn new(spec: &FilmSpec) -> Live {
-        let film = Film::new(&FilmSpec {
-            layers: LayerSet::NONE,
-            ..spec.clone()
-        });
-        let bounds = film.bounds();
+        let bounds = spec.pixel_bounds();
         Live {
-            resolution: film.resolution(),
+            resolution: spec.resolution,
             bounds,
-            scale: spec.scale.into(),
+            scale: spec.scale,
             picture: Mutex::new(Picture {
-                halves: [film.clone(), film],
+                halves: [Vec::new(), Vec::new()],
                 light: [Vec::new(), Vec::new()],
                 changed: vec![false; bounds.tiles(SIDE).count()],
             }),
@@ -61,15 +82,24 @@ impl Live {
 
     /// More samples of one half.
     pub fn add(&self, half: u8, tile: &Tile) {
+        let mut tile = tile.clone();
+        tile.close();
         let mut picture = self.lock();
-        picture.halves[usize::from(half & 1)].merge(tile.clone());
+        let pixels = &mut picture.halves[usize::from(half & 1)];
+        pixels.resize(self.bounds.area(), Shown::default());
+        for (pixel, samples) in tile.iter() {
+            if let Some(index) = self.bounds.index(pixel) {
+                pixels[index].join(Shown::of(samples));
+            }
+        }
         self.touch(&mut picture.changed, tile.bounds());
     }
 
     /// All samples so far, where they are kept otherwise.
     pub fn replace(&self, film: Film) {
+        let shown = film.pixels().iter().map(Shown::of).collect();
         let mut picture = self.lock();
-        picture.halves[0] = film;
+        picture.halves[0] = shown;
         picture.changed.fill(true);
     }
 
@@ -78,7 +108,7 @@ impl Live {
         let light = self
             .bounds
             .pixels()
-            .map(|pixel| splats.mean(pixel))
+            .map(|pixel| splats.mean(pixel).as_vec3())
             .collect();
         let mut picture = self.lock();
         picture.light[usize::from(half & 1)] = light;
@@ -102,12 +132,12 @@ impl Live {
     /// The light of these pixels so far, as in the image, and how many samples they have.
     pub fn pixels(&self, bounds: PixelBounds) -> Vec<(Rgb, u64)> {
         let picture = self.lock();
-        let one = |pixel| picture.pixel(self.bounds.index(pixel), pixel);
-        let shown = |(light, samples): (DVec3, u64)| {
-            let light = (light * self.scale).max(DVec3::ZERO).as_vec3();
-            (light, samples)
+        let shown = |pixel| {
+            let (light, samples) = self.bounds.index(pixel).map(|i| picture.pixel(i))?;
+            Some(((light * self.scale).max(Rgb::ZERO), samples))
         };
-        bounds.pixels().map(|pixel| shown(one(pixel))).collect()
+        let shown = |pixel| shown(pixel).unwrap_or_default();
+        bounds.pixels().map(shown).collect()
     }
 
     /// The picture so far, without variances, and its samples per pixel on average.
@@ -152,18 +182,16 @@ impl Live {
 
 impl Picture {
     /// The mean of the halves that have samples, and the number of these.
-    fn pixel(&self, index: Option<usize>, pixel: UVec2) -> (DVec3, u64) {
-        let has_samples = |own: &&PixelStatistics| own.count() > 0;
-        let (mut sum, mut halves, mut samples) = (DVec3::ZERO, 0, 0);
-        for (film, light) in self.halves.iter().zip(&self.light) {
-            if let Some(own) = film.statistics(pixel).filter(has_samples) {
-                let light = index.and_then(|index| light.get(index));
-                sum += own.mean() + light.copied().unwrap_or_default();
+    fn pixel(&self, index: usize) -> (Rgb, u64) {
+        let (mut sum, mut halves, mut samples) = (Rgb::ZERO, 0u8, 0);
+        for (pixels, light) in self.halves.iter().zip(&self.light) {
+            if let Some(own) = pixels.get(index).filter(|own| own.count > 0) {
+                sum += own.mean + light.get(index).copied().unwrap_or_default();
                 halves += 1;
-                samples += own.count();
+                samples += u64::from(own.count);
             }
         }
-        (sum / f64::from(halves.max(1)), samples)
+        (sum / f32::from(halves.max(1)), samples)
     }
 }
 

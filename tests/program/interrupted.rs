@@ -84,6 +84,44 @@ fn so_do_those_with_paths_from_the_lights() {
     }
 }
 
+/// Those that stop a render. One that these tests were started to ignore, as by `nohup`, is ignored by what they start, too.
+#[cfg(unix)]
+fn signals() -> Vec<&'static str> {
+    let ignored = Command::new("sh").args(["-c", "kill -HUP $$"]).status();
+    let hears = ignored.expect("a shell").code().is_none();
+    let signals = ["-INT", "-TERM", "-USR1"];
+    signals.into_iter().chain(hears.then_some("-HUP")).collect()
+}
+
+/// The user of `nohup` wants a render to outlive the terminal.
+#[cfg(target_os = "linux")]
+#[test]
+fn nohup_is_honoured() {
+    let folder = Folder::new();
+    let output = folder.path("a.exr").display().to_string();
+    let mut child = Command::new("nohup")
+        .arg(env!("CARGO_BIN_EXE_fstop"))
+        .args(arguments(
+            LENS,
+            &output,
+            &["--spp", "2000", "--write-partial", "0.01s"],
+        ))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("nohup");
+    let partial = folder.path("a.partial.exr");
+    while !partial.exists() && child.try_wait().expect("a child").is_none() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let sent = Command::new("kill")
+        .args(["-HUP", &child.id().to_string()])
+        .status();
+    assert!(sent.is_ok());
+    assert_eq!(child.wait().expect("a child").code(), Some(0));
+    assert!(folder.path("a.exr").exists());
+}
+
 /// SIGTERM and the like: what there is of the image is written beside it, and the same command continues.
 #[cfg(unix)]
 #[test]
@@ -94,7 +132,7 @@ fn a_stopped_render_says_how_it_goes_on() {
     let name = checkpoint.display().to_string();
     let goal = ["--spp", "5000", "--checkpoint", &name];
     let more = [&goal[..], &["--checkpoint-every", "0.02s"]].concat();
-    for signal in ["-INT", "-TERM", "-USR1", "-HUP"] {
+    for signal in signals() {
         let child = started(LENS, &output, &checkpoint, &more);
         let id = child.id().to_string();
         let sent = Command::new("kill").args([signal, &id]).status();

@@ -17,6 +17,10 @@ use std::time::{Duration, Instant};
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 /// Paths from the lights, too.
 const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
+const DIRECT: &str = "tests/scenes/reference/int_direct_all.pbrt";
+const WHITTED: &str = "tests/scenes/reference/int_whitted.pbrt";
+/// 16 rays from each point.
+const OCCLUSION: &str = "tests/scenes/reference/int_ao.pbrt";
 
 fn render(scene: &str, output: &Path, more: &[&str]) -> Run {
     let output = output.display().to_string();
@@ -324,7 +328,10 @@ fn sum(list: &Value, key: &str) -> u64 {
 #[test]
 fn counts_add_up() {
     let folder = Folder::new();
-    let ways: [(&str, &[&str]); 4] = [
+    let ways: [(&str, &[&str]); 7] = [
+        (DIRECT, &["--spp", "2"]),
+        (WHITTED, &["--spp", "2"]),
+        (OCCLUSION, &["--spp", "2"]),
         (BOX, &["--spp", "4", "--threads", "1"]),
         (BOX, &["--spp", "4", "--threads", "3", "--variance"]),
         (LENS, &["--spp", "100"]),
@@ -351,10 +358,10 @@ fn counts_add_up() {
         let shadow = count(&paths["rays"]["shadow"]);
         assert_eq!(sum(&paths["lights"], "shadow_rays"), shadow);
         let unblocked = sum(&paths["lights"], "unblocked");
-        assert!(
-            unblocked <= shadow && (unblocked > 0) == (scene != LENS),
-            "{paths}"
-        );
+        let direct = ![LENS, OCCLUSION].contains(&scene);
+        assert!(unblocked <= shadow && (unblocked > 0) == direct, "{paths}");
+        let open = if scene == OCCLUSION { 16 * met[0] } else { 0 };
+        assert_eq!(count(&paths["rays"]["occlusion"]), open);
         assert!(stats["time_s"]["rendering"].as_f64().expect("seconds") > 0.0);
     }
 }

@@ -61,7 +61,7 @@ fn paths(frame: &Prepared) -> Option<Value> {
     Some(json!({
         "count": counts.paths(),
         "blocked_by_the_lens": counts.blocked,
-        "rays": { "path": counts.rays(), "shadow": sent },
+        "rays": { "path": counts.rays(), "shadow": sent, "occlusion": counts.occlusion },
         "vertices": {
             "surface": counts.surfaces.iter().sum::<u64>(),
             "without_material": counts.surfaces.last(),
