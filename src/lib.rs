@@ -126,6 +126,7 @@ mod parts {
     pub mod build;
     pub mod cameras;
     pub mod checkpoint;
+    pub mod denoise;
     pub mod files;
     pub mod filters;
     pub mod forecast;

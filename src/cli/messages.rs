@@ -3,6 +3,7 @@
 use super::codes::{BAD_INPUT, IO_FAILED};
 use crate::compare::CompareError;
 use crate::console::{self, Level};
+use crate::denoise::DenoiseError;
 use crate::files::FileError;
 use crate::optics::PrescriptionError;
 use crate::output::OutputError;
@@ -54,6 +55,13 @@ impl From<console::Lost> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Failure {
         Failure::new(&error, error.is_failure())
+    }
+}
+
+impl From<DenoiseError> for Failure {
+    fn from(error: DenoiseError) -> Failure {
+        // Another machine may have the library.
+        Failure::new(&error, true)
     }
 }
 

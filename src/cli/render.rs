@@ -11,6 +11,7 @@ use super::messages::{self, Failure};
 use super::progress::{Bar, Form};
 use super::shard::{self, ShardArgs};
 use crate::console;
+use crate::denoise::Denoiser;
 use crate::film::{FilmMetadata, LayerSet, WriteError};
 use crate::render::{self, Ended, Step};
 use crate::session::{
@@ -18,7 +19,7 @@ use crate::session::{
     THREADS_PER_PROCESSOR, threads_started,
 };
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Once};
 use std::time::{Duration, Instant};
@@ -93,6 +94,9 @@ pub(super) struct RenderArgs {
     /// between; instead of the scene's
     #[arg(help_heading = "Output", long, value_name = "LAYERS", value_parser = LayerSet::parse)]
     aov: Option<LayerSet>,
+    /// Also write the image without its noise, as OUTPUT.denoised.exr, by Open Image Denoise, if that library is on this machine
+    #[arg(help_heading = "Output", long, conflicts_with = "shard")]
+    denoise: bool,
     /// A quick look: a quarter of the width and height, one sample per pixel, a quarter of the lights' samples
     #[arg(help_heading = "What is rendered", long)]
     quick: bool,
@@ -191,6 +195,7 @@ impl RenderArgs {
             quick: self.quick,
             variance: self.variance,
             layers: self.aov,
+            denoise: self.denoise,
             encoding: self.encoding.encoding(),
             tile_size: self.tile_size,
             checkpoint: None,
@@ -275,7 +280,10 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     let names = OutputNames {
         image: args.output.clone(),
         png: args.png.clone(),
+        denoised: args.denoise,
     };
+    // Not after a night's work either.
+    let denoiser = args.denoise.then(Denoiser::find).transpose()?;
     // All of them before the first is rendered: a misspelled folder should not be noticed after a night's work.
     let (outputs, problems) = scene.outputs(&names)?;
     args.checkpoint.check(&outputs)?;
@@ -315,7 +323,7 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
             }
             None => {
                 options.checkpoint = args.checkpoint.of_frame(one, number);
-                let of = (one, number, reading);
+                let of = (one, number, reading, denoiser.as_ref());
                 render_frame(args, &options, frame, of, (&listening, events))?
             }
         };
@@ -349,7 +357,7 @@ fn render_frame(
     args: &RenderArgs,
     options: &RenderOptions,
     frame: Frame,
-    (outputs, number, reading): (&Outputs, usize, Duration),
+    (outputs, number, reading, denoiser): (&Outputs, usize, Duration, Option<&Denoiser>),
     (listening, events): (&Once, Option<&Events>),
 ) -> Result<Flaws, End> {
     let started = Instant::now();
@@ -371,7 +379,12 @@ fn render_frame(
         args.encoding.warn_of_names(&paths);
         args.encoding.warn_of_colors(&rendered.image);
     }
-    let (written, mut unwritten) = write(&rendered, outputs);
+    let (mut written, mut unwritten) = write(&rendered, outputs.paths());
+    if let Some(denoiser) = denoiser {
+        let (more, failed) = write_denoised(&rendered, outputs, denoiser);
+        written.extend(more);
+        unwritten = unwritten.into_iter().chain(failed).min();
+    }
     let times = Times {
         reading,
         started,
@@ -399,10 +412,29 @@ fn render_frame(
     })
 }
 
+/// Writes the image without its noise, as [`write`].
+fn write_denoised(
+    rendered: &Rendered,
+    outputs: &Outputs,
+    denoiser: &Denoiser,
+) -> (Vec<String>, Option<u8>) {
+    match rendered.denoised(denoiser) {
+        Ok(denoised) => write(&denoised, outputs.denoised()),
+        Err(error) => {
+            messages::error(error);
+            (Vec::new(), Some(IO_FAILED))
+        }
+    }
+}
+
 /// Writes the image. Returns the names of the files, and the exit code where one could not be written where it should be.
-fn write(rendered: &Rendered, outputs: &Outputs) -> (Vec<String>, Option<u8>) {
+fn write(
+    rendered: &Rendered,
+    paths: impl Iterator<Item = impl AsRef<Path>>,
+) -> (Vec<String>, Option<u8>) {
     let (mut written, mut unwritten) = (Vec::new(), None);
-    for path in outputs.paths() {
+    for path in paths {
+        let path = path.as_ref();
         match rendered.write_or_rescue(path) {
             Ok(()) => {
                 events::written(path);

@@ -220,6 +220,9 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     if let Some(runs) = metadata.runs.and_then(|runs| i32::try_from(runs).ok()) {
         add("runs", AttributeValue::I32(runs));
     }
+    if let Some(by) = &metadata.denoised {
+        add("denoised", AttributeValue::Text(text(by)));
+    }
     // EXR has no 64-bit integers.
     add(
         "seed",

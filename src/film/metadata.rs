@@ -35,6 +35,9 @@ pub struct FilmMetadata {
     /// first. Without `freedom` its variances are those of their scatter.
     #[serde(default)]
     pub runs: Option<u32>,
+    /// What has taken the noise out, with its version: such an image is no estimate that has a variance.
+    #[serde(default)]
+    pub denoised: Option<String>,
     /// Seed of the sampler.
     pub seed: u64,
     /// Name of the scene file, without folders.

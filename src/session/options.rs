@@ -1,7 +1,7 @@
 //! What a caller decides about reading and rendering a scene.
 
 use crate::cameras::Compat;
-use crate::film::{Encoding, FilmSpec, LayerSet};
+use crate::film::{Encoding, FilmSpec, Layer, LayerSet};
 use crate::optics::models::ModelKind;
 use crate::render::{Goal, TILE_SIZE};
 use crate::scene::dialect::DialectChoice;
@@ -104,6 +104,8 @@ pub struct RenderOptions {
     pub variance: bool,
     /// Layers of the image, instead of the scene's; only `.exr` files keep them.
     pub layers: Option<LayerSet>,
+    /// Layers by which [`Rendered::denoised`](crate::Rendered::denoised) finds edges, too.
+    pub denoise: bool,
     /// How the image's files store its numbers.
     pub encoding: Encoding,
     /// Side of the square tiles that threads work on, in pixels; changes no bit of the image.
@@ -141,6 +143,7 @@ impl Default for RenderOptions {
             quick: false,
             variance: false,
             layers: None,
+            denoise: false,
             encoding: Encoding::default(),
             tile_size: TILE_SIZE,
             checkpoint: None,
@@ -169,7 +172,12 @@ impl RenderOptions {
         if let Some(spp) = self.spp.filter(|_| self.goal().is_none()) {
             options.sampler = options.sampler.clone().with_spp(spp);
         }
-        self.change(&mut options.film)
+        self.change(&mut options.film)?;
+        if self.denoise && !options.integrator.spec.gathers_photons() {
+            let layers = options.film.layers;
+            options.film.layers = layers.with(Layer::Albedo).with(Layer::Normal);
+        }
+        Ok(())
     }
 
     /// The film of a frame that the options have not been applied to.

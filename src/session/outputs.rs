@@ -16,6 +16,8 @@ pub struct OutputNames {
     pub image: Option<PathBuf>,
     /// A PNG beside it.
     pub png: Option<PathBuf>,
+    /// Of each also one without noise, as `image.denoised.exr`.
+    pub denoised: bool,
 }
 
 /// The files of one frame.
@@ -23,6 +25,7 @@ pub struct OutputNames {
 pub struct Outputs {
     image: PathBuf,
     png: Option<PathBuf>,
+    has_denoised: bool,
 }
 
 impl Outputs {
@@ -32,6 +35,7 @@ impl Outputs {
         Outputs {
             image: image.unwrap_or_else(|| frame.options.film.output()),
             png: names.png.as_ref().map(of_frame),
+            has_denoised: names.denoised,
         }
     }
 
@@ -46,7 +50,8 @@ impl Outputs {
 
     /// Can all of them, of `pixels` pixels, be written, as far as is known before rendering?
     fn check(&self, pixels: usize) -> Result<(), Box<Diagnostic>> {
-        for path in self.paths() {
+        let denoised: Vec<_> = self.denoised().collect();
+        for path in self.paths().chain(denoised.iter().map(PathBuf::as_path)) {
             film::check_output(path).map_err(|e| Box::new(cannot_write(&e)))?;
             // Three channels of four bytes; files are packed, to half of that at best.
             let needed = pixels as u64 * 12 / 2;
@@ -72,6 +77,15 @@ impl Outputs {
     /// Returns `true` if one of the files can hold the variances of pixels.
     pub fn keep_variances(&self) -> bool {
         self.paths().any(film::keeps_variances)
+    }
+
+    /// Those of the images without noise, if there are to be any.
+    pub fn denoised(&self) -> impl Iterator<Item = PathBuf> {
+        let wanted = self.paths().filter(|_| self.has_denoised);
+        wanted.map(|path| {
+            let ending = path.extension().unwrap_or_default().to_string_lossy();
+            path.with_extension(format!("denoised.{ending}"))
+        })
     }
 
     /// The image, then the PNG beside it.

@@ -3,6 +3,7 @@
 use super::RenderOptions;
 use crate::build::PreparedScene;
 use crate::checkpoint::Journal;
+use crate::denoise::{DenoiseError, Denoiser};
 use crate::film::{self, Developed, DroppedSample, Encoding, FilmMetadata, Image, WriteError};
 use crate::integrators::witness::{Met, Place};
 use crate::materials::Material;
@@ -105,6 +106,29 @@ impl Rendered {
     pub fn write_or_rescue(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
         let path = path.as_ref();
         self.on_threads(|| film::write_somewhere(path, &self.image, &self.metadata, &self.encoding))
+    }
+
+    /// The image without its noise, as an image of its own: without variances, layers and error.
+    ///
+    /// # Errors
+    /// What the library says.
+    pub fn denoised(&self, denoiser: &Denoiser) -> Result<Rendered, DenoiseError> {
+        let threads = super::threads_started(self.threads);
+        let image = denoiser.denoised(&self.image, threads)?;
+        let metadata = FilmMetadata {
+            relative_error: None,
+            confidence: None,
+            error_bound: None,
+            freedom: None,
+            pool: None,
+            denoised: Some(denoiser.name()),
+            ..self.metadata.clone()
+        };
+        Ok(Rendered {
+            image,
+            metadata,
+            ..self.clone()
+        })
     }
 
     /// If the system refuses them, without.

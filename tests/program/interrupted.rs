@@ -71,6 +71,13 @@ fn a_killed_render_ends_in_the_same_bits() {
 }
 
 #[test]
+fn so_does_one_with_layers() {
+    let layers = "albedo,normal,depth,position,uv,coc,alpha";
+    let [undisturbed, killed] = undisturbed_and_killed(LENS, &["--spp", "400", "--aov", layers]);
+    assert!(undisturbed == killed);
+}
+
+#[test]
 fn so_does_one_with_an_error_goal() {
     let [undisturbed, killed] = undisturbed_and_killed(BOX, &["--error", "12%"]);
     assert!(undisturbed == killed);

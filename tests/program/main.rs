@@ -11,6 +11,7 @@ mod cli;
 #[path = "../common/mod.rs"]
 mod common;
 mod completions;
+mod denoise;
 mod diagnostics;
 mod encoding;
 mod exit_codes;
