@@ -3,12 +3,12 @@
 //! `cargo run --release --example mutants` copies the sources, puts the bugs of `bugs.toml` into them, all at once, each switched on by
 //! a number in the environment (mutant schemata: R. Untch, A. Offutt and M. Harrold, "Mutation analysis using mutant schemata",
 //! ISSTA 1993), builds that once, and runs the suite below for each bug, with a seed of its own. Writes `docs/generated/mutants.md`.
-//! An argument is a folder for the copy and its build, which can be kept.
+//! An argument is a folder for the copy, its build and what was found so far: a run that was interrupted goes on.
 //!
 //! Only scenes whose picture a bug changes, be it a bit of one pixel, are rendered with it: a render is a pure function of scene and seed.
 //!
-//! A bug counts if it changes the light by 1 % or more on 5 % of a scene's pixels or more, as measured in blocks of 8 × 8 pixels of renders with
-//! [`LONG`] times the samples and one seed, with the bug and without, where that is also three standard errors. Other rules are applied to the same images. Those with a
+//! A bug counts if it changes the light by 1 % or more on 5 % of a scene's pixels or more, as measured in blocks of 8 × 8 pixels of renders of
+//! one seed, with the bug and without, where that is also three standard errors. Other rules are applied to the same images. Those with a
 //! threshold are given the best that it can be: the strictest that raises no alarm among the [`CLEAN`] runs without a bug.
 
 #![allow(
@@ -21,9 +21,11 @@
 
 use fstop::film::{Image, PixelBounds, read};
 use fstop::math::color::luminance;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::fmt::Write;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -79,14 +81,14 @@ const SCENES: [&str; 45] = [
 /// Samples a pixel.
 const SPP: u32 = 256;
 
-/// Times as many tell what a bug does.
-const LONG: u32 = 2;
+/// A bug that acts in more scenes is looked for in those that it changes most, pixel by pixel.
+const MOST_SCENES: usize = 8;
 
 /// Samples a pixel of the pictures that tell whether a bug acts in a scene at all.
 const PROBE: u32 = 8;
 
 /// Runs without a bug.
-const CLEAN: usize = 20;
+const CLEAN: usize = 12;
 
 /// Least change of a block's light that counts, and of how many.
 const CHANGE: (f64, f64) = (0.01, 0.05);
@@ -122,42 +124,87 @@ fn main() {
     let program = built(root, &place, &bugs.bug);
     let suite = Suite::new(root, &place, program);
     let all: Vec<usize> = (0..SCENES.len()).collect();
-    let clean: Vec<Seen> = (1..=CLEAN).map(|n| suite.seen(0, 1000 + n, &all)).collect();
+    let done = Done::read(&place);
+    let clean = |n: usize| {
+        let seen = || (0.0, suite.seen(0, 1000 + n, &all));
+        done.or_do(&format!("clean {n}"), seen).1
+    };
+    let clean: Vec<Seen> = (1..=CLEAN).map(clean).collect();
     let names = bugs.bug.iter().flat_map(|bug| {
         bug.becomes
             .iter()
             .map(move |new| format!("`{}` → `{new}` ({})", bug.expression, bug.file))
     });
     let probes = suite.probes(0);
-    let truth = suite.long(0, &all);
+    let truth = suite.of_one_seed(0, &all);
     let mut rows = Vec::new();
     for (number, name) in (1..).zip(names) {
-        let acting: Vec<usize> = std::iter::zip(&probes, suite.probes(number))
-            .enumerate()
-            .filter(|(_, (before, after))| before.pixels != after.pixels)
-            .map(|(scene, _)| scene)
-            .collect();
-        let (share, seen) = match acting.is_empty() {
-            true => (0.0, Seen::default()),
-            false => {
-                let long = suite.long(number, &acting);
-                let share =
-                    std::iter::zip(&acting, &long).map(|(&i, image)| changed(&truth[i], image));
-                (
-                    share.fold(0.0, f64::max),
-                    suite.seen(number, 2000 + number, &acting),
-                )
+        let try_it = || {
+            let acting = acting(&probes, &suite.probes(number));
+            if acting.is_empty() {
+                return (0.0, Seen::default());
             }
+            let images = suite.of_one_seed(number, &acting);
+            let shares =
+                std::iter::zip(&acting, &images).map(|(&i, image)| changed(&truth[i], image));
+            let share = shares.fold(0.0, f64::max);
+            (share, suite.seen(number, 2000 + number, &acting))
         };
+        let (share, seen) = done.or_do(&name, try_it);
         let found = if seen.suite { "found" } else { "not found" };
-        eprintln!(
-            "{number}: {share:.3} {name}: {found}, {} scenes",
-            acting.len()
-        );
+        eprintln!("{number}: {share:.3} {name}: {found}");
         rows.push((name, share, seen));
     }
     let page = page(&clean, &rows);
     std::fs::write(root.join("docs/generated/mutants.md"), page).expect("the page");
+}
+
+/// The scenes whose pictures differ, at most [`MOST_SCENES`]: those with the most pixels that do.
+fn acting(before: &[Image], after: &[Image]) -> Vec<usize> {
+    let differing = |(before, after): (&Image, &Image)| {
+        let pixels = before.pixels.iter().zip(&after.pixels);
+        pixels.filter(|(before, after)| before != after).count()
+    };
+    let counts = before.iter().zip(after).map(differing);
+    let mut acting: Vec<(usize, usize)> = counts.zip(0..).filter(|(count, _)| *count > 0).collect();
+    acting.sort_by_key(|(count, scene)| (std::cmp::Reverse(*count), *scene));
+    let mut scenes: Vec<usize> = acting.into_iter().map(|(_, scene)| scene).collect();
+    scenes.truncate(MOST_SCENES);
+    scenes
+}
+
+/// What was found, line by line in a file, so that a run that was interrupted goes on.
+struct Done {
+    file: PathBuf,
+    before: BTreeMap<String, (f64, Seen)>,
+}
+
+impl Done {
+    fn read(place: &Path) -> Done {
+        let file = place.join("done.jsonl");
+        let text = std::fs::read_to_string(&file).unwrap_or_default();
+        let before = text
+            .lines()
+            .filter_map(|line| serde_json::from_str(line).ok());
+        let before = before.collect();
+        Done { file, before }
+    }
+
+    /// What was found of this before, or is found by trying it.
+    fn or_do(&self, name: &str, work: impl FnOnce() -> (f64, Seen)) -> (f64, Seen) {
+        if let Some(found) = self.before.get(name) {
+            return found.clone();
+        }
+        let found = work();
+        let line = serde_json::to_string(&(name, &found)).expect("numbers");
+        let file = std::fs::OpenOptions::new()
+            .append(true)
+            .create(true)
+            .open(&self.file);
+        let written = file.and_then(|mut file| writeln!(file, "{line}"));
+        written.expect("a file that grows");
+        found
+    }
 }
 
 /// The program with all bugs in it. Files that are there and the same are left alone, so that nothing is built twice.
@@ -259,7 +306,7 @@ fn copy_folder(from: &Path, to: &Path) {
 }
 
 /// What each rule says of one run of the suite.
-#[derive(Default)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 struct Seen {
     /// `fstop suite run`.
     suite: bool,
@@ -371,9 +418,9 @@ impl Suite {
         }
     }
 
-    /// Images with many samples, all of one seed.
-    fn long(&self, bug: usize, scenes: &[usize]) -> Vec<Image> {
-        self.run_some(bug, 1, LONG * SPP, scenes);
+    /// Images that differ by the bug alone.
+    fn of_one_seed(&self, bug: usize, scenes: &[usize]) -> Vec<Image> {
+        self.run_some(bug, 1, SPP, scenes);
         self.images("suite-results/images", scenes)
     }
 }
