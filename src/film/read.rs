@@ -28,6 +28,8 @@ pub struct LoadedImage {
     pub freedom: Option<f64>,
     /// Attribute `variancePool`: see [`FilmMetadata::pool`](super::FilmMetadata::pool).
     pub pool: Option<u32>,
+    /// Attribute `denoised`: what has taken the noise out.
+    pub denoised: Option<String>,
 }
 
 /// Why an image could not be read; always names the file.
@@ -107,6 +109,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
         runs: number(&layer.attributes.other, "runs"),
         freedom: number(&layer.attributes.other, "degreesOfFreedom").map(f64::from),
         pool: number(&layer.attributes.other, "variancePool").filter(|&side| side > 0),
+        denoised: text(&layer.attributes.other, "denoised"),
     })
 }
 
@@ -155,6 +158,14 @@ fn colors(layer: &FlatLayer, names: [&str; 3]) -> Option<Vec<Rgb>> {
         }
     }
     Some(pixels)
+}
+
+/// A string; `None` if it is no text.
+fn text(attributes: &HashMap<Text, AttributeValue>, name: &str) -> Option<String> {
+    match attributes.get(&Text::from_slice_unchecked(name.as_bytes()))? {
+        AttributeValue::Text(text) => Some(text.to_string()),
+        _ => None,
+    }
 }
 
 /// An integer that may be encoded as an integer, a float or a string.

@@ -189,6 +189,7 @@ mod tests {
             runs: None,
             freedom: Some(1e9),
             pool: None,
+            denoised: None,
         };
         let options = Options::default();
         let plan = |relative, reference, times| {

@@ -57,6 +57,7 @@ pub fn merged(runs: Vec<LoadedImage>) -> Result<LoadedImage, MergeError> {
         runs: Some(count),
         freedom: is_known.then_some(freedom * f64::from(n)),
         pool: pool.filter(|_| is_known),
+        denoised: first.denoised.clone(),
         image: Image {
             resolution: first.image.resolution,
             bounds: first.image.bounds,

@@ -77,7 +77,17 @@ fn noise_is_taken_out() {
     assert_eq!(render(&reference, &["--spp", "512", "--seed", "2"]).code, 0);
     let [plain, noisy, reference] = [&plain, &noisy, &reference].map(|path| image(path));
     assert_eq!(plain.pixels, noisy.pixels);
-    let denoised = image(&folder.path("a.denoised.exr"));
+    let loaded = read(&folder.path("a.denoised.exr")).expect("an image");
+    let by = loaded.denoised.unwrap_or_default();
+    assert!(by.starts_with("Open Image Denoise "), "{by}");
+    let files = ["a.exr", "a.denoised.exr"].map(|name| folder.path(name).display().to_string());
+    let compared = fstop(["compare", &files[0], &files[1]]);
+    assert!(
+        compared.stderr.contains("was denoised"),
+        "{}",
+        compared.stderr
+    );
+    let denoised = loaded.image;
     let [before, after] = [&noisy, &denoised].map(|image| squared_error(image, &reference));
     // 0.38 times with version 2.5.1; a filter that did nothing, or to other pixels, would not do.
     assert!(after < 0.5 * before, "{before} {after}");

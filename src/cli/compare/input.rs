@@ -2,7 +2,7 @@
 
 use crate::assets::image_data::{Encoding, ImageData};
 use crate::budget::Budget;
-use crate::cli::messages::Failure;
+use crate::cli::messages::{self, Failure};
 use crate::film::{self, Image, LoadedImage, PixelBounds, ReadError};
 use crate::math::color::linear_from_srgb;
 use crate::math::{Rgb, UVec2};
@@ -58,6 +58,9 @@ impl Input {
             Some(_) => ", with variances",
             None => ", without variances",
         };
+        if let Some(by) = &self.loaded.denoised {
+            words += &format!(", denoised by {by}");
+        }
         if self.srgb {
             words += ", decoded from sRGB";
         }
@@ -89,6 +92,12 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
     let budget = Budget::new(None);
     match film::read_within(path, &budget) {
         Ok(loaded) => {
+            if loaded.denoised.is_some() {
+                let path = path.display();
+                messages::warning(format!(
+                    "{path} was denoised: it is a guess and no estimate, so whether it agrees says nothing of the renderer"
+                ));
+            }
             return Ok(Input {
                 path: path.to_owned(),
                 loaded,
@@ -120,6 +129,7 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
             runs: None,
             freedom: None,
             pool: None,
+            denoised: None,
         },
         srgb,
         windowed: false,
