@@ -42,6 +42,7 @@ fn metadata() -> FilmMetadata {
         confidence: Some(0.95),
         error_bound: Some(0.5),
         runs: None,
+        denoised: None,
         seed: u64::MAX,
         scene: "caf\u{e9} \u{65e5}.pbrt".into(),
         lens: Some("dgauss.50mm.dat".into()),

@@ -106,6 +106,16 @@ impl<T: Real> Crossing<T> {
     }
 }
 
+/// Where light goes at a surface.
+pub(super) struct Split<T> {
+    /// Cosine of the angle of incidence.
+    pub cosine: T,
+    /// Back.
+    pub reflected: LensRay<T>,
+    /// On; `None` where everything is reflected.
+    pub refracted: Option<LensRay<T>>,
+}
+
 impl<B: Plain> Element<B> {
     /// `s`, with a medium of index `in_front` on its scene side.
     pub(super) fn new(s: &Surface, in_front: f64) -> Element<B> {
@@ -216,6 +226,27 @@ impl<B: Plain> Element<B> {
             inside: (o[0] * o[0] + o[1] * o[1]).at_most(self.radius2),
             refracted: k.at_least(B::ZERO),
         }
+    }
+
+    /// Both ways that light goes from a surface, with z relative to its vertex; `None` where the ray misses it or its rim blocks.
+    pub(super) fn split<T: Real<Base = B>>(
+        &self,
+        ray: &LensRay<T>,
+        toward: Toward,
+    ) -> Option<Split<T>> {
+        let crossing = self.cross(ray, toward, true);
+        if !(crossing.met && crossing.inside) {
+            return None;
+        }
+        let o = crossing.ray.o;
+        let (normal, d) = (self.normal(o), ray.d);
+        let along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
+        let back = std::array::from_fn(|axis| d[axis] - (along + along) * normal[axis]);
+        Some(Split {
+            cosine: along.times(toward.sign()),
+            reflected: LensRay { o, d: back },
+            refracted: crossing.refracted.then_some(crossing.ray),
+        })
     }
 
     /// Unit normal at the point `p` of the surface, leaning toward the film.

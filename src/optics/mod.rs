@@ -14,7 +14,8 @@
 //!    aimed so that few are lost and no light is; [`entrance`] says the same for points of the scene.
 //! 6. [`lanes`] trace bundles of rays side by side in single precision: the fast path.
 //! 7. [`models`] are the three of textbooks: the exact, the thick and the thin lens.
-//! 8. [`report`] prints it all; [`breathing`] how the view changes with focus.
+//! 8. [`ghosts`] follows the light that surfaces reflect, by what their [`coating`]s let through.
+//! 9. [`report`] prints it all; [`breathing`] how the view changes with focus.
 //!
 //! Coordinates throughout: millimeters, origin at the vertex of the first (scene-side) surface, **z toward the
 //! film**; the film lies at `length + film_distance`. Indices of refraction are at the d line, 587.56 nm.
@@ -46,12 +47,14 @@ pub mod best_focus;
 mod bisection;
 pub mod breathing;
 pub mod catalogue_formula;
+pub mod coating;
 pub mod depth_of_field;
 pub mod dispersion;
 mod element;
 pub mod entrance;
 pub mod f_number;
 pub mod focus;
+pub mod ghosts;
 pub mod lanes;
 pub mod lens;
 pub mod models;

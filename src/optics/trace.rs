@@ -193,6 +193,11 @@ impl<B: Plain> LensTracer<B> {
         blocked.map_or(Ok(ray), Err)
     }
 
+    /// Surface number `i`, ready to be met.
+    pub(super) fn element(&self, i: usize) -> Option<&Element<B>> {
+        self.elements.get(i)
+    }
+
     /// Where a ray from the film meets surface `target`, (x, y) mm; `None` where it ends before or there. Do apertures block it?
     pub fn point_from_film(&self, ray: &LensRay<B>, target: usize, clip: bool) -> Option<[B; 2]> {
         let surfaces = target..self.elements.len();

@@ -198,3 +198,32 @@ fn tables_over_the_field_have_as_many_rows_as_asked_for_and_json_all() {
         );
     }
 }
+
+/// Three elements have six surfaces, which make fifteen pairs; a layer makes all of them fainter.
+#[test]
+fn ghosts_are_listed_pair_by_pair() {
+    let list = |options: &[&str]| -> Vec<Value> {
+        let run = fstop([&["lens", LENS, "--json", "--ghosts", "5"], options].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        serde_json::from_str(&run.stdout).expect("JSON")
+    };
+    let light = |rows: &[Value]| {
+        rows.iter()
+            .filter_map(|row| row["light"].as_f64())
+            .sum::<f64>()
+    };
+    let (bare, coated) = (list(&[]), list(&["--coating", "1.38@550"]));
+    assert!((10..=15).contains(&bare.len()), "{}", bare.len());
+    assert!(light(&bare) > 1e-3 && light(&coated) < 0.5 * light(&bare));
+    let text = fstop(["lens", LENS, "--ghosts", "5"]).stdout;
+    assert_eq!(text.lines().count(), bare.len() + 1, "{text}");
+    for wrong in [["--ghosts", "90"], ["--coating", "1.38@550"]] {
+        assert_eq!(fstop(["lens", LENS, wrong[0], wrong[1]]).code, 2);
+    }
+    let run = fstop(["lens", LENS, "--ghosts", "5", "--coating", "glass"]);
+    assert!(
+        run.code == 2 && run.stderr.contains("1.38@550"),
+        "{}",
+        run.stderr
+    );
+}

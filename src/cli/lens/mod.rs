@@ -10,6 +10,8 @@ mod plots;
 use super::messages::{self, Failure};
 use crate::console;
 use crate::optics::analysis::{self, Effort, Film, LensAnalysis, ObjectPlane};
+use crate::optics::coating::Coating;
+use crate::optics::ghosts::{self, Ghosts};
 use crate::optics::prescription::write::LensFormat;
 use crate::optics::{Lens, LensReport, Prescription, Surface};
 use crate::optics::{best_focus, breathing};
@@ -88,6 +90,13 @@ struct OutputArgs {
     /// Print how focal length, view and brightness change with zoom and focus (breathing), instead of the description
     #[arg(long)]
     table: bool,
+    /// Print the ghosts of a distant lamp so many degrees off the axis, instead of the description: light that two surfaces reflect
+    /// to the film, the brightest first
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = below_90, conflicts_with = "table")]
+    ghosts: Option<f64>,
+    /// With --ghosts: a quarter-wave layer of this index and wavelength on all surfaces between air and glass, such as 1.38@550
+    #[arg(long, value_name = "INDEX@NM", requires = "ghosts")]
+    coating: Option<Coating>,
     /// Draw the cross-section with rays to this SVG file
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
@@ -97,6 +106,12 @@ struct OutputArgs {
     /// Write each image of the page to this folder, in one subfolder per lens, with an overview README.md
     #[arg(long, visible_alias = "pictures", value_name = "FOLDER")]
     images: Option<PathBuf>,
+}
+
+/// An angle with the axis of light that may get into the lens.
+fn below_90(text: &str) -> Result<f64, String> {
+    let angle = text.parse().ok().filter(|angle: &f64| angle.abs() < 90.0);
+    angle.ok_or_else(|| "expected an angle below 90 degrees".to_string())
 }
 
 /// Where to focus.
@@ -245,6 +260,14 @@ fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), Fa
         let text = match output.json {
             true => serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?,
             false => breathing::text(&rows),
+        };
+        return Ok((text, part));
+    }
+    if let Some(degrees) = output.ghosts {
+        let rows = ghosts::rows(&Ghosts::new(&bench.lens, output.coating), degrees);
+        let text = match output.json {
+            true => serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?,
+            false => ghosts::text(&rows),
         };
         return Ok((text, part));
     }
