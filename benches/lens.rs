@@ -372,6 +372,8 @@ fn camera_set_up(bencher: divan::Bencher, name: &str) {
         film_diagonal: None,
         shutter: Shutter::default(),
         shift: [0.0; 2],
+        tilt: [0.0; 2],
+        autofocus: None,
         exposure: Default::default(),
         clip: Clip::NONE,
     };

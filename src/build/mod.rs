@@ -4,6 +4,7 @@
 //! of f32 is then 6e-8 of the distance from the camera, the same angle on the film for everything in the image, however
 //! far from the world's origin the scene was modeled.
 
+mod autofocus;
 mod geometry;
 mod light_paths;
 mod lights;
@@ -125,11 +126,11 @@ impl FrameAssets {
 fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<PreparedScene> {
     let budget = Budget::new(frame.options.max_memory);
     let assets = FrameAssets::new(&frame, diagnostics, &budget);
-    let Some(camera) = assets.camera else {
+    let Some(mut camera) = assets.camera else {
         geometry::check(&frame, diagnostics, &budget);
         return None;
     };
-    let (options, mut materials) = (frame.options, frame.materials);
+    let (mut options, mut materials) = (frame.options, frame.materials);
     materials::prepare(&mut materials, &assets.bsdf_files);
     // Ray differentials need them as well, where a ray is reflected or refracted.
     let footprint =
@@ -156,6 +157,9 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         placed.sampled_lights,
         Media::new(frame.media, placed.light_media, place),
     );
+    if let Some(problem) = autofocus::focus(&mut options, &mut camera, &world) {
+        diagnostics.push(problem);
+    }
     let bounds = options.film.pixel_bounds();
     let sampler = Sampler::new(&options.sampler, seed);
     let metadata = metadata(&options, &assets.film);
@@ -184,6 +188,8 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
 /// affect its world. The camera keeps its position, and textures are filtered for as many samples as before.
 pub fn reset(job: &mut RenderJob, options: &Options, seed: u64) -> Result<(), CameraError> {
     job.camera = camera(options)?;
+    // What it says it has said.
+    autofocus::focus(&mut options.clone(), &mut job.camera, &job.world);
     job.integrator = Integrator::new(&options.integrator.spec, &job.world);
     job.sampler = Sampler::new(&options.sampler, seed);
     job.filter = filter(options);

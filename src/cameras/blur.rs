@@ -29,6 +29,19 @@ impl Line {
 }
 
 impl Blur {
+    /// The same for a point of a film that is tilted. Its cone goes through a part of the flat film as wide as `spread` pixels for each half width of
+    /// the pupil, and its pixels are seen through as `pixels` of the flat film.
+    pub(super) fn tilted(&self, spread: f64, pixels: f64) -> Blur {
+        let Line(at_0, growth) = self.pixel;
+        Blur {
+            radius: Line(
+                self.radius.0 + spread * at_0,
+                self.radius.1 + spread * growth,
+            ),
+            pixel: Line(pixels * at_0, pixels * growth),
+        }
+    }
+
     /// Diameter in pixels of the circle of confusion of a point at `z`; 0 where it has none.
     pub(super) fn diameter(&self, z: f64) -> f64 {
         let diameter = (2.0 * self.radius.at(z) / self.pixel.at(z)).abs();

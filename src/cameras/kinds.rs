@@ -18,13 +18,13 @@ pub enum CameraSpec {
 
 impl CameraSpec {
     /// Reads the camera; `None` where none can be made (reported).
-    pub(super) fn read(params: &ParamReader, f_number: Option<f64>) -> Option<CameraSpec> {
+    pub(super) fn read(params: &ParamReader, choices: &CameraChoices) -> Option<CameraSpec> {
         Some(match params.kind() {
             "perspective" | "orthographic" => {
                 CameraSpec::Projective(Box::new(ProjectiveSpec::from_params(params)))
             }
             "realistic" => {
-                CameraSpec::Realistic(Box::new(RealisticSpec::from_params(params, f_number)?))
+                CameraSpec::Realistic(Box::new(RealisticSpec::from_params(params, choices)?))
             }
             "environment" => {
                 CameraSpec::Environment(Box::new(EnvironmentSpec::from_params(params)))
@@ -121,7 +121,7 @@ impl Camera {
     pub fn depth_and_blur(&self, p: Vec3, time: f32) -> DepthAndBlur {
         let (transform, blur) = match self {
             Camera::Projective(c) => (c.transform(), c.blur()),
-            Camera::Realistic(c) => (c.transform(), *c.blur()),
+            Camera::Realistic(c) => (c.transform(), c.blur(p, time)),
             Camera::Environment(c) => {
                 return DepthAndBlur {
                     depth: c.transform().distance(p, time),

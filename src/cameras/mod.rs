@@ -109,6 +109,11 @@ pub enum CameraError {
     /// The film's diagonal is not a positive length.
     #[error("the film's diagonal is {0} mm; expected a positive length")]
     FilmDiagonal(f64),
+    /// A tilted film reaches into the lens.
+    #[error(
+        "the film is tilted so far that it reaches {0:.2} mm into the lens; a smaller tilt or film, or another focus, keeps it behind"
+    )]
+    FilmInLens(f64),
     /// The lens has no model of the kind that is asked for.
     #[error("{0}")]
     LensModel(crate::optics::models::NoFocalLength),
@@ -117,13 +122,22 @@ pub enum CameraError {
     SingularTransform,
 }
 
+/// What the command line says of cameras; only `realistic` looks at it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CameraChoices {
+    /// `--f-number`: sets the stop.
+    pub f_number: Option<f64>,
+    /// `--focus-point`: what to focus on, in fractions of the image from its upper left corner.
+    pub focus_point: Option<[f64; 2]>,
+}
+
 impl CameraSpec {
     /// Reads a `Camera` directive. Every problem is reported to the diagnostics under the
     /// parameter that has it. Where no camera can be made of the rest, an ordinary one stands in, so
     /// that what else is wrong with the scene is found out as well.
-    /// `f_number` (`--f-number`) sets the stop of `realistic` instead of the parameters.
-    pub fn from_params(params: &ParamReader, f_number: Option<f64>) -> CameraSpec {
-        CameraSpec::read(params, f_number).unwrap_or_else(|| stand_in(params))
+    /// `choices` of the command line win over the parameters.
+    pub fn from_params(params: &ParamReader, choices: &CameraChoices) -> CameraSpec {
+        CameraSpec::read(params, choices).unwrap_or_else(|| stand_in(params))
     }
 
     /// Chooses the renderer whose quirks are reproduced (`--compat`); only `realistic` has any.

@@ -75,6 +75,23 @@ fn realistic(spec: &RealisticSpec, film: &FilmGeometry) -> Option<DMat4> {
         Form::Course => -entrance.z,
         Form::Pbrt3 => (lens.film_z() - entrance.z) * 1e-3,
     };
+    if let Some(film_plane) = spec.tilted_film() {
+        let exit = lens.paraxial().exit_pupil?;
+        let film_per_slope = lens.pinhole_focal_length()?;
+        let on_film = film_plane.homography(exit.z);
+        // Slopes to the flat film, where the image is upside down; the tilted film's own coordinates; parts of its size from the upper
+        // left corner, which is the film's lower right.
+        let flat = DMat4::from_scale(glam::DVec3::new(-film_per_slope, -film_per_slope, 1.0));
+        let (sx, sy) = (1.0 / width, 1.0 / height);
+        let shown = DMat4::from_cols(
+            DVec4::new(-sx, 0.0, 0.0, 0.0),
+            DVec4::new(0.0, sy, 0.0, 0.0),
+            DVec4::Z,
+            DVec4::new(0.5, 0.5, 0.0, 1.0),
+        );
+        let seen = DMat4::from_translation(glam::DVec3::new(0.0, 0.0, -pinhole_z));
+        return Some(shown * on_film * flat * seen);
+    }
     // What a shifted lens adds to the window.
     let [dx, dy] = spec.shift.map(|mm| mm * slope_per_mm);
     Some(pinhole(dx - x, dx + x, dy + y, dy - y, pinhole_z))

@@ -101,6 +101,9 @@ pub(crate) struct ReadArgs {
     /// Realistic camera: set the stop by this f-number, instead of the scene's diameter or number
     #[arg(long, value_name = "N", value_parser = parse_f_number, allow_negative_numbers = true)]
     f_number: Option<f64>,
+    /// Realistic camera: focus on what the image shows at this point, such as 0.5,0.4: fractions of its width and height, from the upper left
+    #[arg(long, value_name = "X,Y", value_parser = parse_focus_point, allow_negative_numbers = true)]
+    focus_point: Option<[f64; 2]>,
     /// Memory that images, meshes and the film may take, such as 8G; exceeding it is an error at the line that needs
     /// more. By default what the machine, or this process's control group, provides
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
@@ -138,6 +141,15 @@ fn parse_f_number(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "expected a positive number, such as 5.6 or f/5.6".to_string())
 }
 
+/// A point of the image.
+fn parse_focus_point(text: &str) -> Result<[f64; 2], String> {
+    let part = |text: &str| text.trim().parse().ok().filter(|x| (0.0..=1.0).contains(x));
+    let point = text
+        .split_once(',')
+        .and_then(|(x, y)| Some([part(x)?, part(y)?]));
+    point.ok_or_else(|| "expected two numbers from 0 to 1, such as 0.5,0.4".to_string())
+}
+
 impl ReadArgs {
     fn policy(&self) -> Policy {
         match self.strict {
@@ -161,6 +173,7 @@ impl ReadArgs {
                 LensModelArg::Thin => ModelKind::Thin,
             }),
             f_number: self.f_number,
+            focus_point: self.focus_point,
             max_memory: self.max_memory,
             files_within: self.files_within.clone(),
             details: false,

@@ -107,6 +107,42 @@ pub fn plane_of_focus(cardinals: &Cardinals, film_distance: f64) -> Option<f64> 
     (behind > 0.0).then_some(z)
 }
 
+/// The plane that is sharp on a film that is tilted: the points of lens coordinates with n·p = d.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SharpPlane {
+    /// n, of any length.
+    pub normal: [f64; 3],
+    /// d.
+    pub distance: f64,
+}
+
+impl SharpPlane {
+    /// z where it meets the axis; `None` where it does not.
+    pub fn on_axis(&self) -> Option<f64> {
+        Some(self.distance / self.normal[2]).filter(|z| z.is_finite())
+    }
+}
+
+/// Of a film z = z₀ + αx + βy whose point on the axis, z₀, lies `film_distance` mm behind the last vertex; `slopes` are α and β.
+///
+/// With x the distance of an object in front of the front focal point and x′ that of its image behind the rear one, Newton's x x′ = n′f² and the
+/// magnification −f/x take the film's plane to x (x′₀) = n′f² + f (αX + βY): film, object and the principal planes meet in one
+/// line (Scheimpflug), and however the film is moved along the axis, the object's plane turns about αX + βY = −n′f in the
+/// front focal plane, the hinge (Merklinger, *Focusing the View Camera*, chapter 5).
+pub fn sharp_plane(cardinals: &Cardinals, film_distance: f64, slopes: [f64; 2]) -> SharpPlane {
+    let f = cardinals.focal_length;
+    let behind = film_distance - cardinals.back_focal_distance;
+    SharpPlane {
+        normal: [f * slopes[0], f * slopes[1], behind],
+        distance: behind * cardinals.front_focal_point - cardinals.index_behind * f * f,
+    }
+}
+
+/// How far from the axis the line lies about which the plane of focus turns when a film with these `slopes` is moved along it, mm.
+pub fn hinge_distance(cardinals: &Cardinals, slopes: [f64; 2]) -> f64 {
+    (cardinals.index_behind * cardinals.focal_length / slopes[0].hypot(slopes[1])).abs()
+}
+
 /// The least distance from film to plane of focus at which the lens can give a sharp image, mm:
 /// f (1 + √n')², four focal lengths in air, and the gap between the principal planes.
 pub fn minimum_focus_distance(cardinals: Option<Cardinals>) -> Result<f64, FocusError> {
@@ -219,6 +255,38 @@ mod tests {
             let z = plane_of_focus(&c.unwrap(), q).unwrap();
             // Rounding of the film distance, some 1e-15, over its distance from the focal point.
             assert!(((length + q - z) / distance - 1.0).abs() < 1e-9);
+        }
+    }
+
+    /// Points of the plane are imaged onto the film by the thick lens' equations; the plane meets the film's where Scheimpflug says, and the hinge
+    /// lies in it for every distance.
+    #[test]
+    fn the_sharp_plane_of_a_tilted_film_is_its_image() {
+        let c = sample().unwrap();
+        let length = Prescription::parse(SAMPLE).unwrap().length();
+        let slopes = [0.03, 0.12];
+        for q in [16.3, 17.0, 20.0] {
+            let plane = sharp_plane(&c, q, slopes);
+            let [a, b, n] = plane.normal;
+            let on_plane = |x: f64, y: f64| (plane.distance - a * x - b * y) / n;
+            for [x, y] in [[0.0, 0.0], [30.0, -80.0], [-200.0, 150.0]] {
+                let z = on_plane(x, y);
+                // The image of (x, y, z).
+                let from_focus = c.front_focal_point - z;
+                let behind = c.index_behind * c.focal_length.powi(2) / from_focus;
+                let film = [x, y].map(|v| -v * c.focal_length / from_focus);
+                let there = q + slopes[0] * film[0] + slopes[1] * film[1];
+                // Rounding of distances of a meter or so.
+                assert!((c.back_focal_distance + behind - there).abs() < 1e-9);
+            }
+            // Up the direction of the tilt: both planes at their principal plane.
+            let steepest = slopes[0].hypot(slopes[1]);
+            let film_height = (c.rear_principal_plane - length - q) / steepest;
+            let [u, v] = slopes.map(|s| s / steepest * film_height);
+            assert!((on_plane(u, v) - c.front_principal_plane).abs() < 1e-9);
+            let hinge = -hinge_distance(&c, slopes);
+            let [u, v] = slopes.map(|s| s / steepest * hinge);
+            assert!((on_plane(u, v) - c.front_focal_point).abs() < 1e-9);
         }
     }
 

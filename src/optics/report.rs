@@ -240,10 +240,36 @@ pub fn length_text(mm: f64) -> String {
     }
 }
 
+/// A number with so many decimals, and no sign where they are all zeros.
+pub fn decimals(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(zeros) if zeros.bytes().all(|b| matches!(b, b'0' | b'.')) => zeros.to_string(),
+        _ => text,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::optics::Prescription;
+
+    #[test]
+    fn nothing_has_no_sign() {
+        let numbers = [
+            (-0.0004, "0.000"),
+            (0.0, "0.000"),
+            (-0.0006, "-0.001"),
+            (-1.25, "-1.250"),
+        ];
+        for (value, expected) in numbers {
+            assert_eq!(decimals(value, 3), expected);
+        }
+        assert_eq!(
+            (decimals(-0.4, 0), decimals(f64::NEG_INFINITY, 2)),
+            ("0".into(), "-inf".into())
+        );
+    }
 
     #[test]
     fn json_has_the_promised_keys() {

@@ -443,26 +443,26 @@ impl<'a> ParamReader<'a> {
     pub fn warn(&self, name: &str, message: impl Into<String>) {
         self.context
             .diagnostics
-            .push(Diagnostic::warning(message).at(self.place_of(name)));
+            .push(Diagnostic::warning(message).at(self.place(name)));
     }
 
     /// Reports an error under the parameter `name` (under the directive where it is not given).
     pub fn error(&self, name: &str, message: impl Into<String>) {
         self.context
             .diagnostics
-            .push(self.new_error(message).at(self.place_of(name)));
+            .push(self.new_error(message).at(self.place(name)));
     }
 
     /// As [`ParamReader::error`], of the file that the parameter names.
     pub fn file_error(&self, name: &str, message: impl Into<String>, is_failure: bool) {
         let error = self.new_error(message).failed_if(is_failure);
-        self.context.diagnostics.push(error.at(self.place_of(name)));
+        self.context.diagnostics.push(error.at(self.place(name)));
     }
 
     /// As [`ParamReader::error`], of a parameter that pbrt-v3 reports and goes on without.
     pub fn ignored(&self, name: &str, message: impl Into<String>) {
         let error = self.new_error(message).recoverable();
-        self.context.diagnostics.push(error.at(self.place_of(name)));
+        self.context.diagnostics.push(error.at(self.place(name)));
     }
 
     /// As [`ParamReader::error`], with "did you mean" where there is a suggestion.
@@ -472,7 +472,7 @@ impl<'a> ParamReader<'a> {
         message: impl Into<String>,
         suggestion: Option<&str>,
     ) {
-        let error = self.new_error(message).at(self.place_of(name));
+        let error = self.new_error(message).at(self.place(name));
         self.context
             .diagnostics
             .push(error.with_suggestion(suggestion));
@@ -498,7 +498,8 @@ impl<'a> ParamReader<'a> {
         }
     }
 
-    fn place_of(&self, name: &str) -> Span {
+    /// Where the parameter `name` is given; the directive where it is not.
+    pub fn place(&self, name: &str) -> Span {
         let param = self.layers().find_map(|layer| layer.named(name));
         param.map_or(self.kind_span, |param| {
             param.declaration.to(param.value_span)

@@ -10,7 +10,7 @@ use super::scopes::{Current, Scope, Scopes};
 use super::transforms::{Ctm, Placement};
 use super::unused_transforms::UnusedTransform;
 use super::world_block::WorldBlock;
-use crate::cameras::Compat;
+use crate::cameras::{CameraChoices, Compat};
 use crate::integrators::IntegratorSettings;
 use crate::math::DVec3;
 use crate::math::transform::Transform;
@@ -31,8 +31,8 @@ pub struct ReadSettings {
     pub compat: Option<Compat>,
     /// `--lens-model`.
     pub lens_model: Option<ModelKind>,
-    /// `--f-number`.
-    pub f_number: Option<f64>,
+    /// `--f-number` and `--focus-point`.
+    pub camera: CameraChoices,
     /// `check --verbose`: also report what only affects noise.
     pub details: bool,
     /// `--max-memory`, in bytes.
@@ -558,7 +558,7 @@ impl<'a> Interpreter<'a> {
         let settings = &self.settings;
         let mut options = self
             .options
-            .read(&reading, settings.details, settings.f_number);
+            .read(&reading, settings.details, &settings.camera);
         if let Some(compat) = self.settings.compat {
             options.camera.set_compat(compat);
         }

@@ -3,7 +3,7 @@
 
 use super::reading::Reading;
 use super::transforms::{Ctm, Placement};
-use crate::cameras::CameraSpec;
+use crate::cameras::{CameraChoices, CameraSpec};
 use crate::film::FilmSpec;
 use crate::filters::Filter;
 use crate::integrators::{IntegratorSettings, MediaSeen};
@@ -99,8 +99,8 @@ impl StoredOptions {
     }
 
     /// Reads all options; every problem is reported, and invalid values are replaced. With `details`, notes also what
-    /// only affects noise. `f_number` is `--f-number`.
-    pub fn read(&self, reading: &Reading, details: bool, f_number: Option<f64>) -> Options {
+    /// only affects noise. `choices` are the command line's.
+    pub fn read(&self, reading: &Reading, details: bool, choices: &CameraChoices) -> Options {
         self.read_accelerator(reading);
         self.read_renderer(reading);
         let film = reading.read_or("Film", self.film.as_ref(), "image", |reader| {
@@ -134,7 +134,7 @@ impl StoredOptions {
             reading.diagnostics().push(error);
         }
         let camera = reading.read_or("Camera", camera, "perspective", |reader| {
-            CameraSpec::from_params(reader, f_number)
+            CameraSpec::from_params(reader, choices)
         });
         Options {
             camera,

@@ -20,6 +20,10 @@ pub(super) fn of_reading(options: &ReadOptions) -> BTreeMap<String, String> {
         ("--dialect", Some(format!("{:?}", options.dialect))),
         ("--lens-model", model),
         ("--f-number", options.f_number.map(|n| n.to_string())),
+        (
+            "--focus-point",
+            options.focus_point.map(|[x, y]| format!("{x},{y}")),
+        ),
         ("--compat", compat),
     ];
     named(settings)

@@ -1,6 +1,6 @@
 //! What a caller decides about reading and rendering a scene.
 
-use crate::cameras::Compat;
+use crate::cameras::{CameraChoices, Compat};
 use crate::film::{Encoding, FilmSpec, Layer, LayerSet};
 use crate::optics::models::ModelKind;
 use crate::render::{Goal, TILE_SIZE};
@@ -49,6 +49,8 @@ pub struct ReadOptions {
     pub lens_model: Option<ModelKind>,
     /// Realistic cameras: the f-number that sets the stop, instead of the scene's choice.
     pub f_number: Option<f64>,
+    /// Realistic cameras: the point of the image to focus on, in fractions of its size from the upper left, instead of the scene's choice.
+    pub focus_point: Option<[f64; 2]>,
     /// Bytes that images, meshes and film may take; `None` for what the machine has to give.
     pub max_memory: Option<u64>,
     /// The only folder that files are read from, for scenes of strangers; `None` for any.
@@ -63,7 +65,10 @@ impl ReadOptions {
             dialect: self.dialect,
             compat: self.compat,
             lens_model: self.lens_model,
-            f_number: self.f_number,
+            camera: CameraChoices {
+                f_number: self.f_number,
+                focus_point: self.focus_point,
+            },
             details: self.details,
             max_memory: self.max_memory,
         }

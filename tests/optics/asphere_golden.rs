@@ -290,6 +290,8 @@ fn three_colored(p: &Prescription, film_distance: f64, stop: f64) -> Realistic {
         film_diagonal: None,
         shutter: Shutter::default(),
         shift: [0.0; 2],
+        tilt: [0.0; 2],
+        autofocus: None,
         exposure: Default::default(),
         clip: Clip::NONE,
     };

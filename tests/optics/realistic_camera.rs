@@ -37,6 +37,8 @@ pub(crate) fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form
         film_diagonal: None,
         shutter: Shutter::default(),
         shift: [0.0; 2],
+        tilt: [0.0; 2],
+        autofocus: None,
         exposure: Default::default(),
         clip: Clip::NONE,
     }

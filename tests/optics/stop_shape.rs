@@ -46,6 +46,8 @@ impl Setup {
             film_diagonal: None,
             shutter: Shutter::default(),
             shift: [0.0; 2],
+            tilt: [0.0; 2],
+            autofocus: None,
             exposure: Default::default(),
             clip: Clip::NONE,
         };

@@ -18,6 +18,7 @@ mod exit_codes;
 #[cfg(unix)]
 mod farm;
 mod files_within;
+mod focusing;
 mod interrupted;
 mod layers;
 mod lens_browser;

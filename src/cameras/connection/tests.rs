@@ -369,6 +369,8 @@ pub(super) fn traced(prescription: &Prescription, focus: f64, form: Form) -> Rea
         bands: Vec::new(),
         film_diagonal: None,
         shift: [0.0; 2],
+        tilt: [0.0; 2],
+        autofocus: None,
         shutter: Shutter::default(),
         exposure: Default::default(),
         clip: Clip::NONE,
@@ -442,6 +444,15 @@ fn traced_cases() -> Vec<Case> {
         },
         ..v3(&gauss)
     };
+    let tilted = RealisticSpec {
+        tilt: [9.0, 0.0],
+        ..course(&gauss)
+    };
+    let swung = RealisticSpec {
+        tilt: [-4.0, 7.0],
+        shift: [3.0, -2.0],
+        ..v3(&wide)
+    };
     let mut moving = case("moving lens", brief.clone(), still, meters(ahead));
     let end = Transform::from_matrix(
         DMat4::from_translation(DVec3::new(0.05, 0.02, -0.04)) * DMat4::from_rotation_y(0.1),
@@ -470,6 +481,14 @@ fn traced_cases() -> Vec<Case> {
         case("simple weighting", simple, skewed(), meters(wide_open)),
         case("clipped lens", brief, still, meters(ahead)),
         case("fisheye", course(&fisheye), still, aside),
+        case("tilted film", tilted.clone(), still, ahead),
+        case("its edge, tilted", tilted, still, edge),
+        case(
+            "tilted, swung and shifted",
+            swung,
+            skewed(),
+            meters(wide_open),
+        ),
         moving,
     ]
 }

@@ -14,6 +14,7 @@
 
 use super::lanes::FEW;
 use super::optics::{Optics, PupilTarget, is_too_fine};
+use super::tilted::area_at;
 use super::{Compat, Form, Precision, Realistic, camera_from_lens};
 use crate::cameras::camera_transform::Placement;
 use crate::cameras::connection::{Landing, LensSample, toward};
@@ -25,7 +26,7 @@ use crate::optics::LensRay;
 use crate::optics::entrance::{Drawn, EntrancePupil, FilmWindow, Seen};
 use crate::optics::lanes::{Landed, Lanes, SceneTracer};
 use crate::optics::models::ModelKind;
-use crate::optics::pupil::{ExitPupil, PupilSample, projected_solid_angle};
+use crate::optics::pupil::{ExitPupil, PupilSample};
 use crate::surface::ReferencePoint;
 use arrayvec::ArrayVec;
 
@@ -33,6 +34,7 @@ use arrayvec::ArrayVec;
 #[derive(Clone, Debug)]
 pub(super) struct Connections {
     entrance: EntrancePupil,
+    /// Of the film's own points.
     window: FilmWindow,
     /// Of the bands, or at the d line where there are none.
     tracers: Vec<Tracers>,
@@ -84,6 +86,10 @@ impl Realistic {
             low: ends(f64::min),
             high: ends(f64::max),
         };
+        let lens = &self.spec.lens;
+        let on_flat = self.tilted.as_ref().map_or(window, |tilted| {
+            tilted.window_on_flat([window.low, window.high], lens)
+        });
         // The d line first, though no ray is traced at it where there are bands.
         let seen = [&self.main].into_iter().chain(&self.bands);
         let seen: Vec<Seen<'_>> = seen
@@ -94,7 +100,7 @@ impl Realistic {
             tracers.push(Tracers::new(&self.main));
         }
         let fine = is_too_fine(&self.spec.lens);
-        let made = EntrancePupil::new(&seen, window).filter(|_| self.connects());
+        let made = EntrancePupil::new(&seen, on_flat).filter(|_| self.connects());
         self.connections = made.map(|entrance| {
             Box::new(Connections {
                 entrance,
@@ -222,17 +228,27 @@ impl Realistic {
         traced: &Traced,
         landed: &Landed<f64>,
     ) -> Option<Landing> {
-        let (film, optics) = (landed.film, self.of_band(traced.band));
+        let optics = self.of_band(traced.band);
+        let [x, y] = landed.pupil;
+        let point = [x, y, optics.model.plane_z()];
+        let film = match &self.tilted {
+            None => landed.film,
+            Some(tilted) => tilted.from_flat(landed.film, point),
+        };
         if !connections.window.holds(film) {
             return None;
         }
-        let [x, y] = landed.pupil;
-        let point = [x, y, optics.model.plane_z()];
-        let importance = self.importance(optics) * optics.transmission(film, point) * traced.scale;
-        let area = pupil(optics)?.area_at(film, landed.pupil);
+        let importance =
+            self.importance(optics) * optics.transmission(landed.film, point) * traced.scale;
+        if self.is_behind(film, point) {
+            return None;
+        }
+        let area = match (&self.tilted, &optics.tilted) {
+            (Some(tilted), Some(pupil)) => area_at(tilted, pupil, film, landed.pupil),
+            _ => pupil(optics)?.area_at(film, landed.pupil),
+        };
         let density = area.map_or(0.0, |area| {
-            let film = [film[0], film[1], self.spec.lens.film_z()];
-            let solid_angle = projected_solid_angle(film, &PupilSample { point, area });
+            let solid_angle = self.projected_solid_angle(film, &PupilSample { point, area });
             traced.scale / (solid_angle * self.pixel_area() * optics.lens.rear().index.powi(2))
         });
         let raster = (DVec2::from(film) - DVec2::from(self.corner)) / DVec2::from(self.per_pixel);
@@ -265,7 +281,8 @@ impl Realistic {
             None => 1.0,
             Some(_) => {
                 let film = self.film_point(sample.raster);
-                optics.transmission(film, optics.aim(film, sample.lens)?.point)
+                let (film, aim) = self.aimed(optics, film, sample.lens)?;
+                optics.transmission(film, aim.point)
             }
         };
         let density = self.importance(optics) * transmission / f64::from(ray.weight);

@@ -29,8 +29,10 @@
 //!
 //! What a photographer sets (docs/camera.md): `"float fnumber"` or `"float tnumber"` instead of the stop's diameter
 //! ([`crate::optics::f_number`]); `"float exposuretime"` in seconds and `"float iso"`, apart from the time of the animation
-//! ([`Exposure`]); `"float shift"` [x y], the lens moved across the film, mm; `"float zoom"` of a lens whose file says how its groups
-//! move, which they do with `focusdistance`, too ([`crate::optics::prescription::positions`]).
+//! ([`Exposure`]); `"float shift"` [x y], the lens moved across the film, mm; `"float tilt"` [x y], the film turned about its
+//! middle, degrees (`tilted`); `"float zoom"` of a lens whose file says how its groups
+//! move, which they do with `focusdistance`, too ([`crate::optics::prescription::positions`]); `"float focuspoint"` [x y],
+//! `"float autofocuszones"` and `"string af_zones"`, parts of the image to focus on (`autofocus`).
 //!
 //! `"bool dispersion"` (false): each ray is traced at one of twelve wavelengths, for lens files that tell Abbe numbers or
 //! dispersion formulas; see [`Band`]. The pupil, the model and the weight are those of the wavelength, the film
@@ -40,6 +42,7 @@
 //! own names. Sources: Kolb, Mitchell and Hanrahan, "A Realistic Camera Model for Computer Graphics",
 //! SIGGRAPH 1995; Pharr, Jakob and Humphreys, 3rd edition, §6.4.
 
+mod autofocus;
 mod bands;
 mod connection;
 mod exposure;
@@ -53,7 +56,9 @@ mod spec;
 mod stop_shape;
 #[cfg(test)]
 mod tests;
+mod tilted;
 
+pub(super) use autofocus::Autofocus;
 pub use bands::Band;
 pub(super) use connection::Traced;
 pub use exposure::Exposure;
@@ -64,14 +69,16 @@ use super::camera_transform::{BatchTransform, CameraSpaceRay, CameraTransform};
 use super::{BUNDLE, CameraError, CameraRay, CameraSample, FilmGeometry, Shutter};
 use crate::math::motion::Motion;
 use crate::math::transform::Transform;
-use crate::math::{DMat4, DVec3, Rgb, Vec2};
-use crate::optics::pupil::projected_solid_angle;
+use crate::math::{DMat4, DVec3, Rgb, Vec2, Vec3};
+use crate::optics::pupil::{PupilSample, projected_solid_angle};
 use crate::optics::real::Dual;
 use crate::optics::{Lens, LensRay};
+use crate::syntax::Span;
 use arrayvec::ArrayVec;
 use connection::Connections;
-use optics::{Optics, PupilTarget, is_too_fine};
+use optics::{FILTER_REACH, FilmReach, Optics, PupilTarget, is_too_fine};
 use pbrt_pupil_box::innermost_box_area;
+use tilted::TiltedFilm;
 
 /// A realistic camera ready to make rays.
 #[derive(Clone, Debug)]
@@ -87,6 +94,8 @@ pub struct Realistic {
     /// Film point (mm) of raster (0, 0), and its change per pixel in x and y.
     corner: [f64; 2],
     per_pixel: [f64; 2],
+    /// Where the film lies, if it is tilted.
+    tilted: Option<TiltedFilm>,
     blur: Blur,
     /// Once they are asked for.
     connections: Option<Box<Connections>>,
@@ -98,9 +107,30 @@ impl Realistic {
         &self.transform
     }
 
-    /// See [`Blur`].
-    pub(super) fn blur(&self) -> &Blur {
-        &self.blur
+    /// See [`Blur`]; of the point `p` in render space.
+    pub(super) fn blur(&self, p: Vec3, time: f32) -> Blur {
+        self.tilted_blur(p, time).unwrap_or(self.blur)
+    }
+
+    /// The same of a tilted film, to first order about where it shows `p`; `None` if it is not tilted, or the lens has no pupils.
+    fn tilted_blur(&self, p: Vec3, time: f32) -> Option<Blur> {
+        let tilted = self.tilted.as_ref()?;
+        let PupilTarget::Pupil(pupil) = &self.main.aim else {
+            return None;
+        };
+        let lens = &self.spec.lens;
+        let (entrance, exit) = (lens.paraxial().entrance_pupil?, lens.paraxial().exit_pupil?);
+        let lens_from_camera = camera_from_lens(&self.spec).inverse();
+        let p = lens_from_camera.transform_point3(self.transform.placement(time).point(p));
+        let scale = lens.pinhole_focal_length()? / (p.z - entrance.z);
+        let film = tilted.from_flat([scale * p.x, scale * p.y], [0.0, 0.0, exit.z]);
+        let z = tilted.point(film).z;
+        let k = (lens.film_z() - z) / (pupil.plane_z() - z);
+        let center = [0.0, 0.0, pupil.plane_z()];
+        let from = tilted.on_flat(film, center);
+        let step = self.steps(film, from, center)?[0][0] / self.per_pixel[0];
+        let along = pupil.region(0.0)?.along;
+        Some(self.blur.tilted(k * along / self.per_pixel[0], step))
     }
 
     /// Traces a ray near the lens' axis and, to first order, that of the next pixel; `None` where light along the axis is
@@ -120,6 +150,16 @@ impl Realistic {
             radius: Line::of_ray(&self.camera_ray(&near), 1.0 / NEAR),
             pixel: Line::of_ray(&self.camera_ray(&next), 1.0),
         })
+    }
+
+    /// From the last vertex of its lens to the film, mm.
+    pub fn film_distance(&self) -> f64 {
+        self.spec.lens.film_distance()
+    }
+
+    /// Where the scene asks for autofocus.
+    pub fn autofocus_place(&self) -> Option<Span> {
+        self.spec.autofocus.as_ref()?.place
     }
 
     /// When it lets light in.
@@ -149,8 +189,16 @@ impl Realistic {
                 exposure * relative.powi(2) / innermost_box_area(lens, diagonal)
             }
         };
+        let tilted = spec.tilted_film();
+        let reach = match &tilted {
+            None => FilmReach {
+                flat: spec.film_reach(film) + FILTER_REACH * pitch * std::f64::consts::SQRT_2,
+                tilted: None,
+            },
+            Some(tilted) => tilted_reach(spec, tilted, [width, height], FILTER_REACH * pitch)?,
+        };
         let optics = |lens: &Lens, tint: Rgb| {
-            let mut optics = Optics::new(spec, lens, tint, spec.film_reach(film), pitch)?;
+            let mut optics = Optics::new(spec, lens, tint, &reach)?;
             // Radiance over the squared index is what stays the same along a ray.
             optics.weight_scale = in_air * lens.rear().index.powi(2);
             Ok(optics)
@@ -161,6 +209,7 @@ impl Realistic {
         let one_by_one = spec.compat != Compat::None
             || spec.precision == Precision::Double
             || is_too_fine(lens)
+            || tilted.is_some()
             || main.stop_mask.is_some();
         let mut camera = Realistic {
             blur: Blur::default(),
@@ -176,6 +225,7 @@ impl Realistic {
             // seen from behind. A lens moved up and to the right sees the film move the other way.
             corner: [0.5 * width - spec.shift[0], -0.5 * height - spec.shift[1]],
             per_pixel: [-pitch, height / f64::from(film.resolution.y)],
+            tilted,
             connections: None,
             spec: spec.clone(),
         };
@@ -231,28 +281,30 @@ impl Realistic {
     pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
         let film = self.film_point(sample.raster);
         let optics = self.optics(sample);
-        let pupil = optics.aim(film, sample.lens)?;
+        let (from, pupil) = self.aimed(optics, film, sample.lens)?;
         let time = self.spec.shutter.time(sample.time);
         let (ray, differentials) = if want_differentials {
-            let ray = optics.model.trace_with_derivatives(film, pupil.point);
+            let ray = optics.model.trace_with_derivatives(from, pupil.point);
             let ray = ray.ok()?;
-            (ray.map(|x| x.value), self.differentials(&ray, time))
+            let steps = self.steps(film, from, pupil.point);
+            (ray.map(|x| x.value), self.differentials(&ray, steps, time))
         } else {
-            (optics.model.trace_from_film(film, pupil.point).ok()?, None)
+            (optics.model.trace_from_film(from, pupil.point).ok()?, None)
         };
         let copies = matches!(optics.aim, PupilTarget::RearDisk(_));
-        if copies && !self.neighbors_pass(optics, film, pupil.point) {
+        if copies && !self.neighbors_pass(optics, film, pupil.point)
+            || self.is_behind(film, pupil.point)
+        {
             return None;
         }
-        let transmission = optics.transmission(film, pupil.point);
+        let transmission = optics.transmission(from, pupil.point);
         if transmission <= 0.0 {
             return None;
         }
-        let film = [film[0], film[1], self.spec.lens.film_z()];
+        let solid_angle = self.projected_solid_angle(film, &pupil);
         Some(CameraRay {
             ray: self.transform.ray(&self.camera_ray(&ray), time),
-            weight: (optics.weight_scale * transmission * projected_solid_angle(film, &pupil))
-                as f32,
+            weight: (optics.weight_scale * transmission * solid_angle) as f32,
             tint: optics.tint,
             differentials,
         })
@@ -264,9 +316,54 @@ impl Realistic {
         std::array::from_fn(|i| self.corner[i] + self.per_pixel[i] * raster[i])
     }
 
+    /// The point of the exit pupil that the ray of the film point is aimed at, and the point that the ray comes from of a film that is not
+    /// tilted.
+    fn aimed(&self, optics: &Optics, film: [f64; 2], u: Vec2) -> Option<([f64; 2], PupilSample)> {
+        let Some(tilted) = &self.tilted else {
+            return Some((film, optics.aim(film, u)?));
+        };
+        let sample = optics.aim_from(tilted.point(film).to_array(), u)?;
+        Some((tilted.on_flat(film, sample.point), sample))
+    }
+
+    /// Where the line from the film point through `pupil` meets a film that is not tilted.
+    fn on_flat(&self, film: [f64; 2], pupil: [f64; 3]) -> [f64; 2] {
+        let tilted = self.tilted.as_ref();
+        tilted.map_or(film, |tilted| tilted.on_flat(film, pupil))
+    }
+
+    /// How far that point moves per pixel in x and in y, from `from`.
+    fn steps(&self, film: [f64; 2], from: [f64; 2], pupil: [f64; 3]) -> Option<[[f64; 2]; 2]> {
+        let tilted = self.tilted.as_ref()?;
+        Some([0, 1].map(|axis| {
+            let mut next = film;
+            next[axis] += self.per_pixel[axis];
+            let to = tilted.on_flat(next, pupil);
+            [to[0] - from[0], to[1] - from[1]]
+        }))
+    }
+
+    /// Does the film turn its back on `pupil`? Only one that is tilted can.
+    fn is_behind(&self, film: [f64; 2], point: [f64; 3]) -> bool {
+        let unit = PupilSample { point, area: 1.0 };
+        let tilted = self.tilted.as_ref();
+        tilted.is_some_and(|tilted| tilted.projected_solid_angle(film, &unit) <= 0.0)
+    }
+
+    /// Seen from the film point across its film.
+    fn projected_solid_angle(&self, film: [f64; 2], sample: &PupilSample) -> f64 {
+        match &self.tilted {
+            None => projected_solid_angle([film[0], film[1], self.spec.lens.film_z()], sample),
+            Some(tilted) => tilted.projected_solid_angle(film, sample),
+        }
+    }
+
     /// Do the rays of the next pixel in x and of the next in y pass, through the same pupil point?
     fn neighbors_pass(&self, optics: &Optics, film: [f64; 2], pupil: [f64; 3]) -> bool {
-        let passes = |film| optics.lens.trace_from_film(film, pupil).is_ok();
+        let passes = |film| {
+            let from = self.on_flat(film, pupil);
+            optics.lens.trace_from_film(from, pupil).is_ok()
+        };
         passes([film[0] + self.per_pixel[0], film[1]])
             && passes([film[0], film[1] + self.per_pixel[1]])
     }
@@ -279,15 +376,20 @@ impl Realistic {
         }
     }
 
-    /// The rays one pixel on, to first order: this ray and its derivatives by the film point.
+    /// The rays one pixel on, to first order: this ray and its derivatives by the film point, which makes these `steps` if the film is
+    /// tilted.
     /// `None` on the very edge of total reflection, where a derivative is infinite.
     fn differentials(
         &self,
         ray: &LensRay<Dual>,
+        steps: Option<[[f64; 2]; 2]>,
         time: f32,
     ) -> Option<crate::math::ray::RayDifferentials> {
         let shifted = |axis: usize| {
-            self.camera_ray(&ray.map(|x| x.value + self.per_pixel[axis] * x.by[axis]))
+            self.camera_ray(&ray.map(|x| match steps {
+                None => x.value + self.per_pixel[axis] * x.by[axis],
+                Some(steps) => x.value + steps[axis][0] * x.by[0] + steps[axis][1] * x.by[1],
+            }))
         };
         let (x, y) = (shifted(0), shifted(1));
         let finite = [x.o, x.d, y.o, y.d].iter().all(|v| v.is_finite());
@@ -326,6 +428,28 @@ impl Realistic {
         let out = self.spec.lens.tracer().to_scene_unclipped(&ray).ok()?;
         Some(out.d[0].hypot(out.d[1]).atan2(-out.d[2]))
     }
+}
+
+/// How far a tilted film of this size, mm, reaches with a `margin` around it, and what of the flat film its rays go through.
+fn tilted_reach(
+    spec: &RealisticSpec,
+    tilted: &TiltedFilm,
+    size: [f64; 2],
+    margin: f64,
+) -> Result<FilmReach, CameraError> {
+    let lens = &spec.lens;
+    let ends =
+        [-1.0, 1.0].map(|side| [0, 1].map(|i| side * (0.5 * size[i] + margin) - spec.shift[i]));
+    let (depth, reach) = tilted.extent(ends);
+    let rear = lens.rear();
+    let behind = lens.length() + rear.sag(rear.clear_radius()).max(0.0);
+    if depth[0] <= behind || depth[0].is_nan() {
+        return Err(CameraError::FilmInLens(behind - depth[0]));
+    }
+    Ok(FilmReach {
+        flat: tilted.window_on_flat(ends, lens).radius(),
+        tilted: Some((depth, reach)),
+    })
 }
 
 /// From lens coordinates, mm, to camera space.

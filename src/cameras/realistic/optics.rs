@@ -5,8 +5,16 @@ use crate::cameras::CameraError;
 use crate::math::sampling::concentric_disk;
 use crate::math::{Rgb, Vec2};
 use crate::optics::models::{LensModel, ModelKind};
-use crate::optics::pupil::{ExitPupil, PupilSample, RINGS};
+use crate::optics::pupil::{ExitPupil, PupilSample, RINGS, TiltedPupil, sampling_plane};
 use crate::optics::{Lens, StopShape};
+
+/// The part of the film that needs an exit pupil.
+pub(super) struct FilmReach {
+    /// Farthest point from the axis, mm, of a film that is not tilted, or of what the lines to a tilted one meet of that plane.
+    pub(super) flat: f64,
+    /// Of a tilted film: z of its ends, and its farthest point from the axis.
+    pub(super) tilted: Option<([f64; 2], f64)>,
+}
 
 /// Where rays are aimed.
 #[derive(Clone, Debug)]
@@ -22,6 +30,8 @@ pub(super) enum PupilTarget {
 pub(super) struct Optics {
     pub(super) lens: Lens,
     pub(super) aim: PupilTarget,
+    /// What a tilted film sees; on the same plane.
+    pub(super) tilted: Option<Box<TiltedPupil>>,
     pub(super) model: LensModel,
     /// The lens with its shaped stop, where rays need to be weighed by it: by an image, or because the model traces none.
     pub(super) stop_mask: Option<Box<Lens>>,
@@ -33,21 +43,24 @@ pub(super) struct Optics {
 
 /// The exit pupil is known for film points this many pixels outside the image: the widest reconstruction
 /// filter in use, a windowed sinc, reaches four. Farther out everything still works, with more rays lost.
-const FILTER_REACH: f64 = 4.0;
+pub(super) const FILTER_REACH: f64 = 4.0;
 
 impl Optics {
     pub(super) fn new(
         spec: &RealisticSpec,
         lens: &Lens,
         tint: Rgb,
-        film_radius: f64,
-        pitch: f64,
+        reach: &FilmReach,
     ) -> Result<Optics, CameraError> {
-        let reach = film_radius + FILTER_REACH * pitch * std::f64::consts::SQRT_2;
+        let sampling = spec.pupil_sampling;
+        let tilted = |(ends, reach)| TiltedPupil::new(lens, ends, reach, sampling);
+        let tilted = reach.tilted.map(tilted).map(Box::new);
         let aim = match spec.compat {
             Compat::None => {
-                let pupil = ExitPupil::new(lens, reach, RINGS);
-                PupilTarget::Pupil(Box::new(pupil.with_sampling(spec.pupil_sampling)))
+                let plane = tilted.as_ref().map(|tilted| tilted.plane_z());
+                let plane = plane.unwrap_or_else(|| sampling_plane(lens));
+                let pupil = ExitPupil::on_plane(lens, plane, reach.flat, RINGS);
+                PupilTarget::Pupil(Box::new(pupil.with_sampling(sampling)))
             }
             Compat::PbrtV2 => PupilTarget::RearDisk(0.5 * lens.rear().aperture),
         };
@@ -61,6 +74,7 @@ impl Optics {
         Ok(Optics {
             lens: lens.clone(),
             aim,
+            tilted,
             model,
             stop_mask,
             tint,
@@ -72,6 +86,20 @@ impl Optics {
     pub(super) fn transmission(&self, film: [f64; 2], pupil: [f64; 3]) -> f64 {
         let stop_mask = self.stop_mask.as_ref();
         stop_mask.map_or(1.0, |lens| lens.stop_transmission(film, pupil))
+    }
+
+    /// Where to send the ray from `film` in space, if the film is tilted; `None` where no light comes from.
+    pub(super) fn aim_from(&self, film: [f64; 3], u: Vec2) -> Option<PupilSample> {
+        match &self.tilted {
+            Some(pupil) if self.has_pupil() => pupil.sample(film, u),
+            // A disk, the same for all points.
+            _ => self.aim([film[0], film[1]], u),
+        }
+    }
+
+    /// Is it an exit pupil that is sampled?
+    fn has_pupil(&self) -> bool {
+        matches!(self.aim, PupilTarget::Pupil(_)) && self.model.kind() != ModelKind::Thin
     }
 
     /// Where to send the ray from `film`; `None` where no light comes from.

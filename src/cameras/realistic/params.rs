@@ -1,8 +1,9 @@
 //! Reading `Camera "realistic"`: both spellings, and every problem of the lens file.
 
+use super::autofocus::{LensMaker, Stop, zones};
 use super::stop_shape;
-use super::{Band, Compat, Exposure, Form, Precision, RealisticSpec, Weighting};
-use crate::cameras::{Clip, Shutter};
+use super::{Autofocus, Band, Compat, Exposure, Form, Precision, RealisticSpec, Weighting};
+use crate::cameras::{CameraChoices, Clip, Shutter};
 use crate::optics::f_number::{ApertureError, ApertureNumber};
 use crate::optics::models::ModelKind;
 use crate::optics::prescription::positions::PositionError;
@@ -24,8 +25,8 @@ const DEFAULT_FOCUS_DISTANCE: f64 = 10.0;
 
 impl RealisticSpec {
     /// Reads the parameters and the lens file. Everything wrong with either is reported; `None`
-    /// where no lens can be made. `f_number` wins over what the parameters say of the stop.
-    pub fn from_params(params: &ParamReader, f_number: Option<f64>) -> Option<RealisticSpec> {
+    /// where no lens can be made. `choices` win over what the parameters say.
+    pub fn from_params(params: &ParamReader, choices: &CameraChoices) -> Option<RealisticSpec> {
         let form = form(params);
         let shutter = Shutter::from_params(params);
         let compat = [("none", Compat::None), ("pbrt-v2", Compat::PbrtV2)];
@@ -51,11 +52,24 @@ impl RealisticSpec {
             Form::Pbrt3 => Clip::NONE,
         };
         let (exposure, shift) = (Exposure::from_params(params), shift(params));
+        let tilt = tilt(params);
         let stop_shape = stop_shape::from_params(params);
         let light = stop_shape.as_ref().map_or(1.0, StopShape::light);
-        let prescription = prescription(params, form, |params| number(params, light, f_number))?;
+        let number = |params: &ParamReader| number(params, light, choices.f_number);
+        let (prescription, mut maker) = prescription(params, form, number)?;
+        let zones = zones(params, choices.focus_point);
         let lens = lens(params, form, &prescription)?;
         let bands = bands(params, &prescription, &lens);
+        let autofocus = zones.map(|(zones, place)| {
+            maker.best = form == Form::Pbrt3 && is_best(params);
+            maker.dispersion = !bands.is_empty();
+            Box::new(Autofocus {
+                zones,
+                place,
+                chosen: None,
+                maker,
+            })
+        });
         if stop_shape.is_some() && !lens.surfaces().iter().any(|s| s.is_stop) {
             params.warn(
                 given(params, ["aperture", "blades"]),
@@ -77,6 +91,8 @@ impl RealisticSpec {
             bands,
             film_diagonal,
             shift,
+            tilt,
+            autofocus,
             shutter,
             exposure,
             clip,
@@ -147,12 +163,12 @@ fn given<'n>(params: &ParamReader, names: [&'n str; 2]) -> &'n str {
     }
 }
 
-/// The surfaces, scaled and their stop set.
+/// The surfaces, scaled and their stop set; and what makes them for another focus.
 fn prescription(
     params: &ParamReader,
     form: Form,
     number: impl Fn(&ParamReader) -> Option<Number>,
-) -> Option<Prescription> {
+) -> Option<(Prescription, LensMaker)> {
     // The form's own name first.
     let name = |[course, pbrt3]: [&'static str; 2]| match form {
         Form::Course => given(params, [course, pbrt3]),
@@ -165,6 +181,8 @@ fn prescription(
     if scale != 1.0 {
         prescription = prescription.scaled(scale);
     }
+    let zoom = params.find_float("zoom");
+    let unmoved = prescription.clone();
     let distance = match form {
         Form::Pbrt3 => {
             1e3 * params
@@ -173,18 +191,29 @@ fn prescription(
         }
         Form::Course => f64::INFINITY,
     };
-    match prescription.at_position(params.find_float("zoom"), distance) {
+    match prescription.at_position(zoom, distance) {
         Ok(positioned) => prescription = positioned,
         Err(e @ PositionError::NoZoom) => params.warn("zoom", e.to_string()),
         Err(e) => params.error("zoom", e.to_string()),
     }
-    if let Some(number) = number(params) {
+    let number = number(params);
+    let maker = LensMaker {
+        prescription: unmoved,
+        zoom,
+        stop: match &number {
+            Some(number) => Stop::Number(number.number),
+            None => Stop::Diameter(aperture),
+        },
+        best: false,
+        dispersion: false,
+    };
+    if let Some(number) = number {
         if params.has(aperture_name) && number.name != OPTION {
             let message = format!("{} is given too, and wins", number.name);
             params.warn(aperture_name, message);
         }
         set_number(params, number, &mut prescription);
-        return Some(prescription);
+        return Some((prescription, maker));
     }
     for note in prescription.set_stops(aperture) {
         params.warn(aperture_name, note);
@@ -195,7 +224,7 @@ fn prescription(
             format!("the lens has no stop row, so {aperture_name} has no effect"),
         );
     }
-    Some(prescription)
+    Some((prescription, maker))
 }
 
 /// The name of a number that comes from the command line.
@@ -260,6 +289,23 @@ fn shift(params: &ParamReader) -> [f64; 2] {
     }
 }
 
+/// How the film is tilted, degrees.
+fn tilt(params: &ParamReader) -> [f64; 2] {
+    let Some(given) = params.floats("tilt") else {
+        return [0.0; 2];
+    };
+    let turned = |degrees: &f64| degrees.abs() < 90.0;
+    match given {
+        [x] if turned(x) => [*x, 0.0],
+        [x, y] if turned(x) && turned(y) => [*x, *y],
+        _ => {
+            let message = "expected one or two angles of less than 90 degrees: how far the film's upper and right edges lean back";
+            params.error("tilt", message);
+            [0.0; 2]
+        }
+    }
+}
+
 /// The lens with its film in place.
 fn lens(params: &ParamReader, form: Form, prescription: &Prescription) -> Option<Lens> {
     let film_distance = film_distance(params, form, prescription)?;
@@ -318,6 +364,11 @@ fn read(params: &ParamReader, name: &str) -> Option<Prescription> {
     }
 }
 
+/// Is the lens focused by real rays?
+fn is_best(params: &ParamReader) -> bool {
+    params.one_of("focus", &["paraxial", "best"]) == "best"
+}
+
 /// From the rear vertex to the film, mm.
 fn film_distance(params: &ParamReader, form: Form, prescription: &Prescription) -> Option<f64> {
     if params.has("filmdistance") {
@@ -340,9 +391,9 @@ fn film_distance(params: &ParamReader, form: Form, prescription: &Prescription) 
         _ => positive(params, "focusdistance", DEFAULT_FOCUS_DISTANCE),
     };
     let distance = 1000.0 * meters;
-    let film = match params.one_of("focus", &["paraxial", "best"]) {
-        "best" => best_focus::film_distance(prescription, distance),
-        _ => Lens::focused(prescription, distance),
+    let film = match is_best(params) {
+        true => best_focus::film_distance(prescription, distance),
+        false => Lens::focused(prescription, distance),
     };
     film.map_err(|e| params.error("focusdistance", format!("{e} (focusdistance is in meters)")))
         .ok()

@@ -24,7 +24,13 @@ impl RealisticSpec {
         let circle = Film { width, height }.circle_of_confusion();
         let depth = depth_of_field(lens, lens.film_distance(), circle);
         let light = self.stop_shape.as_ref().map_or(1.0, StopShape::light);
-        let plane = lens.plane_of_focus().map(|z| lens.film_z() - z);
+        let plane = match self.sharp_plane() {
+            None => lens.plane_of_focus().map(|z| lens.film_z() - z),
+            // Where it meets the axis.
+            Some(plane) => plane.on_axis().map(|z| lens.film_z() - z),
+        };
+        // What is sharp on a tilted film lies in a wedge, between no two distances.
+        let depth = depth.filter(|_| self.tilt == [0.0; 2]);
         Photograph {
             lens: self.lens_name.clone(),
             f_number: paraxial.f_number,

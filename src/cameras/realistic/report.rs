@@ -4,6 +4,7 @@ use super::{Band, Compat, Realistic, Weighting};
 use crate::cameras::FilmGeometry;
 use crate::film::Photograph;
 use crate::optics::analysis::illumination::{effective_f_number, spread};
+use crate::optics::focus::hinge_distance;
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::projected_solid_angle;
 use crate::optics::report::length_text;
@@ -23,6 +24,8 @@ impl Realistic {
             ),
             self.focus_line(),
         ];
+        let chosen = spec.autofocus.as_ref().and_then(|auto| auto.chosen);
+        lines.extend(chosen.map(|zone| format!("focused on {zone}")));
         lines.extend(photograph_lines(&spec.photograph(film)));
         lines.push(self.field_of_view_line([width, height], spec.diagonal(film)));
         lines.push(format!(
@@ -59,6 +62,13 @@ impl Realistic {
     /// Of a film of this size, mm, and of its diagonal where its middle lies on the axis.
     fn field_of_view_line(&self, size: [f64; 2], diagonal: f64) -> String {
         let signed = |x: f64| Some(self.field_angle(x.abs())?.copysign(x));
+        if let Some([x, y]) = self.tilted_ends(size) {
+            let [x, y] = [x, y].map(|[low, high]| match (signed(low), signed(high)) {
+                (Some(low), Some(high)) => format!("{:.1}", (high - low).abs().to_degrees()),
+                _ => "dark".to_string(),
+            });
+            return format!("field of view {x} x {y} degrees");
+        }
         let between = |[low, high]: [f64; 2]| match (signed(low), signed(high)) {
             (Some(low), Some(high)) => format!("{:.1}", (high - low).to_degrees()),
             _ => "dark".to_string(),
@@ -76,6 +86,20 @@ impl Realistic {
         format!(
             "field of view {x} x {y} degrees, the lens shifted {right} mm to the right and {up} mm up"
         )
+    }
+
+    /// Where the lines from the ends of a tilted film's middle row and column through the middle of the pupil meet the flat film: x of the one's and y
+    /// of the other's, mm. `None` if it is not tilted.
+    fn tilted_ends(&self, size: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+        let tilted = self.tilted.as_ref()?;
+        let pupil = [0.0, 0.0, self.main.model.plane_z()];
+        let shift = self.spec.shift;
+        let end = |axis: usize, side: f64| {
+            let mut film = [-shift[0], -shift[1]];
+            film[axis] += 0.5 * side * size[axis];
+            tilted.on_flat(film, pupil)[axis]
+        };
+        Some([0, 1].map(|axis| [end(axis, -1.0), end(axis, 1.0)]))
     }
 
     fn lens_line(&self) -> String {
@@ -118,6 +142,9 @@ impl Realistic {
     }
 
     fn focus_line(&self) -> String {
+        if let Some(line) = self.tilt_line() {
+            return line;
+        }
         match self.spec.lens.plane_of_focus() {
             Some(z) if z == f64::NEG_INFINITY => "focused at infinity".to_string(),
             Some(z) => format!(
@@ -129,11 +156,32 @@ impl Realistic {
         }
     }
 
+    /// Where the plane of focus of a tilted film lies; `None` if it is not tilted or the lens has no focal length.
+    fn tilt_line(&self) -> Option<String> {
+        let plane = self.spec.sharp_plane()?;
+        let (_, slopes) = self.tilted.as_ref()?.on_axis()?;
+        let cardinals = self.spec.lens.paraxial().cardinals?;
+        let [x, y] = self.spec.tilt.map(length_text);
+        let axis = match plane.on_axis() {
+            Some(z) if z < 0.0 => format!(
+                "meets the axis {} from the film",
+                length(self.spec.lens.film_z() - z)
+            ),
+            _ => "does not meet the axis in front of the lens".to_string(),
+        };
+        Some(format!(
+            "film tilted by {x} and {y} degrees: the plane of focus {axis}, and the front focal plane {} from the axis",
+            length(hinge_distance(&cardinals, slopes))
+        ))
+    }
+
     /// See [`crate::cameras::Camera::warnings`].
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let lens = &self.spec.lens;
         match lens.plane_of_focus() {
+            // Some part of the film may well be in focus, or it is about to move.
+            _ if self.tilted.is_some() || self.spec.autofocus.is_some() => {}
             Some(z) if z >= 0.0 => warnings.push(format!(
                 "the lens is focused inside itself, {} behind its front vertex: is the film distance of {} mm right?",
                 length(z),

@@ -1,7 +1,9 @@
 //! What the scene file says of a realistic camera.
 
-use super::{Band, Exposure};
+use super::tilted::TiltedFilm;
+use super::{Autofocus, Band, Exposure};
 use crate::cameras::{Clip, FilmGeometry, Shutter};
+use crate::optics::focus::{SharpPlane, sharp_plane};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
 use crate::optics::{Lens, StopShape};
@@ -75,6 +77,10 @@ pub struct RealisticSpec {
     pub film_diagonal: Option<f64>,
     /// How far the lens is moved across the film's middle, mm: positive to the right and up, and the image shows what lies there.
     pub shift: [f64; 2],
+    /// How the film is tilted, degrees: its upper edge away from the lens, then its right edge, seen from behind.
+    pub tilt: [f64; 2],
+    /// What of the image to focus on.
+    pub autofocus: Option<Box<Autofocus>>,
     /// When light is let in.
     pub shutter: Shutter,
     /// For how long, and how much it counts.
@@ -87,6 +93,18 @@ impl RealisticSpec {
     /// The diagonal that counts, mm.
     pub fn diagonal(&self, film: &FilmGeometry) -> f64 {
         self.film_diagonal.unwrap_or(film.diagonal_mm)
+    }
+
+    /// Where the film lies, if it is tilted.
+    pub(in super::super) fn tilted_film(&self) -> Option<TiltedFilm> {
+        TiltedFilm::new(self.tilt, self.shift.map(|mm| 0.0 - mm), self.lens.film_z())
+    }
+
+    /// The plane that is sharp on a film that is tilted; `None` if it is not, or the lens has no focal length.
+    pub(super) fn sharp_plane(&self) -> Option<SharpPlane> {
+        let (z, slopes) = self.tilted_film()?.on_axis()?;
+        let cardinals = self.lens.paraxial().cardinals?;
+        Some(sharp_plane(&cardinals, z - self.lens.length(), slopes))
     }
 
     /// From the axis to the corner of the film that is farthest from it, mm.

@@ -476,6 +476,11 @@ mod tests {
         ] {
             assert!(html.contains(part), "{part}");
         }
+        // Surfaces of no power add to no sum, neither from above nor from below.
+        for text in html.split(['<', '>', ' ']).filter(|t| t.starts_with('-')) {
+            let is_zero = text.parse::<f64>().is_ok_and(|number| number == 0.0);
+            assert!(!is_zero, "{text}");
+        }
         // The name of SVG's namespace is no address to fetch.
         let links = html.replace("http://www.w3.org/2000/svg", "");
         for outside in ["http:", "https:", "src=", "@import", "url("] {

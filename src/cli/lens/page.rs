@@ -7,6 +7,7 @@ use crate::optics::LensReport;
 use crate::optics::analysis::text::meters;
 use crate::optics::analysis::{LensAnalysis, SeidelTerms};
 use crate::optics::paraxial::Pupil;
+use crate::optics::report;
 use std::fmt::Write;
 
 /// One image of the report with what is said about it.
@@ -371,7 +372,7 @@ fn seidel_table(analysis: &LensAnalysis) -> String {
 fn cell(value: Option<f64>, decimals: usize) -> String {
     value
         .filter(|v| v.is_finite())
-        .map_or_else(|| "–".to_string(), |v| format!("{v:.decimals$}"))
+        .map_or_else(|| "–".to_string(), |v| report::decimals(v, decimals))
 }
 
 fn first_order(content: &Content) -> String {

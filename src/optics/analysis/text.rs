@@ -1,6 +1,7 @@
 //! The analysis as a text table.
 
 use super::{LensAnalysis, MTF_FREQUENCIES, SeidelTerms};
+use crate::optics::report::decimals;
 use std::fmt;
 
 impl fmt::Display for LensAnalysis {
@@ -62,7 +63,7 @@ impl LensAnalysis {
             " lp/mm\n    mm    deg           %             %      %        um"
         )?;
         for p in self.shown(&self.fields) {
-            let distortion = or_dash(p.distortion, |d| format!("{d:.3}"));
+            let distortion = or_dash(p.distortion, |d| decimals(d, 3));
             let spot = or_dash(p.spot_rms, |r| format!("{:.2}", 1e3 * r));
             write!(
                 f,
@@ -123,10 +124,10 @@ impl LensAnalysis {
             seidel.image_height
         )?;
         let row = |f: &mut fmt::Formatter<'_>, name: String, terms: &SeidelTerms| {
-            let [s, c, a, p, d, axial, lateral] = terms.values().map(|x| 1e3 * x);
+            let [s, c, a, p, d, axial, lateral] = terms.values().map(|x| decimals(1e3 * x, 3));
             writeln!(
                 f,
-                "{name:>7} {s:10.3} {c:9.3} {a:12.3} {p:9.3} {d:11.3} {axial:10.3} {lateral:11.3}"
+                "{name:>7} {s:>10} {c:>9} {a:>12} {p:>9} {d:>11} {axial:>10} {lateral:>11}"
             )
         };
         for (i, terms) in seidel.surfaces.iter().enumerate() {

@@ -41,6 +41,15 @@ impl<B: Plain> FilmTracer<B> {
         }
     }
 
+    /// The same for rays from the plane at `film_z`, which is not where the lens has its film.
+    pub(in crate::optics) fn from_plane(lens: &Lens, film_z: f64, plane_z: f64) -> FilmTracer<B> {
+        FilmTracer {
+            tracer: lens.tracer_in(),
+            film_distance: B::round_from(film_z - lens.length()),
+            to_plane: B::round_from(plane_z - film_z),
+        }
+    }
+
     /// Traces the rays from the film points (x, y) mm along the lines through the points (x, y) mm of the plane. With the
     /// vector instructions of the function around it: in a `crate::math::instruction_set::Kernel` those of the processor.
     #[inline(always)]

@@ -28,9 +28,11 @@ mod ring;
 mod search;
 mod survey;
 mod table;
+mod tilted;
 
 pub use mapping::PupilSampling;
 pub use region::Region;
+pub use tilted::TiltedPupil;
 
 use self::mapping::Spot;
 use self::ring::Ring;
@@ -72,7 +74,15 @@ impl ExitPupil {
     /// Finds the regions for film points up to `max_radius` mm from the axis, beginning with `rings`
     /// rings.
     pub fn new(lens: &Lens, max_radius: f64, rings: usize) -> ExitPupil {
-        let survey = Survey::new(lens, sampling_plane(lens), max_radius);
+        ExitPupil::on_plane(lens, sampling_plane(lens), max_radius, rings)
+    }
+
+    /// The same, seen on the plane at `plane_z`, which is not the film's.
+    pub fn on_plane(lens: &Lens, plane_z: f64, max_radius: f64, rings: usize) -> ExitPupil {
+        ExitPupil::surveyed(Survey::new(lens, plane_z, max_radius), rings)
+    }
+
+    fn surveyed(survey: Survey, rings: usize) -> ExitPupil {
         let rings = survey.rings(rings.max(1));
         ExitPupil {
             double: PupilTable::new(&rings, survey.reach),

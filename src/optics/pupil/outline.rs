@@ -56,7 +56,9 @@ pub(super) struct Outline {
 impl View<'_> {
     /// Does the ray through `p` reach the scene?
     pub(super) fn passes(&self, p: [f64; 2]) -> bool {
-        self.survey.tracer.trace(&[self.radius, 0.0], &p).passed
+        let film = [self.radius, 0.0];
+        let mut tracers = self.survey.tracers.iter();
+        tracers.any(|tracer| tracer.trace(&film, &p).passed)
     }
 
     /// How far the rays through these points pass beyond the worst aperture; infinite where they end for
@@ -64,7 +66,7 @@ impl View<'_> {
     fn excess(&self, p: [Doubles<LANES>; 2]) -> [f64; LANES] {
         let film = [self.radius, 0.0].map(Doubles::splat);
         vectorize::<LANES, _>(Excess {
-            tracer: &self.survey.tracer,
+            tracers: &self.survey.tracers,
             film,
             p,
         })
@@ -73,8 +75,12 @@ impl View<'_> {
     /// The same for one.
     fn excess_of(&self, p: [f64; 2]) -> f64 {
         let film = [self.radius, 0.0];
-        let (height2, whole) = self.survey.tracer.largest_relative_height2(&film, &p);
-        excess(height2, whole)
+        let tracers = self.survey.tracers.iter();
+        let one = |tracer: &FilmTracer<f64>| {
+            let (height2, whole) = tracer.largest_relative_height2(&film, &p);
+            excess(height2, whole)
+        };
+        tracers.map(one).fold(f64::INFINITY, f64::min)
     }
 
     /// Where the line from the film point through `p` meets the plane.
@@ -206,7 +212,8 @@ pub(in crate::optics) fn excess(height2: f64, whole: bool) -> f64 {
 
 /// A bundle of [`View::excess`].
 struct Excess<'a> {
-    tracer: &'a FilmTracer<f64>,
+    /// The ray that passes best counts.
+    tracers: &'a [FilmTracer<f64>],
     film: [Doubles<LANES>; 2],
     p: [Doubles<LANES>; 2],
 }
@@ -215,8 +222,14 @@ impl Kernel for Excess<'_> {
     type Output = [f64; LANES];
     #[inline(always)]
     fn run(self, _: impl Instructions) -> [f64; LANES] {
-        let (height2, whole) = self.tracer.largest_relative_height2(&self.film, &self.p);
-        std::array::from_fn(|i| excess(height2.0[i], whole.at(i)))
+        let mut least = [f64::INFINITY; LANES];
+        for tracer in self.tracers {
+            let (height2, whole) = tracer.largest_relative_height2(&self.film, &self.p);
+            for (i, least) in least.iter_mut().enumerate() {
+                *least = least.min(excess(height2.0[i], whole.at(i)));
+            }
+        }
+        least
     }
 }
 

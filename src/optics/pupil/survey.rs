@@ -34,9 +34,13 @@ const LANES: usize = 16;
 /// The lens and the plane on which its pupil is surveyed.
 #[derive(Clone, Debug)]
 pub(super) struct Survey {
-    /// Of the lens, aimed at the plane.
-    pub tracer: FilmTracer<f64>,
+    /// Of the lens, aimed at the plane: from its film, or from several planes that a film lies between which is tilted. What passes from
+    /// any of them is held.
+    pub tracers: Vec<FilmTracer<f64>>,
+    /// Of the film, or of the middle of these planes.
     pub film_z: f64,
+    /// Of the first and the last of them.
+    pub film_ends: [f64; 2],
     pub plane_z: f64,
     pub rear: Rear,
     /// Largest film radius, mm.
@@ -59,17 +63,48 @@ impl Survey {
     /// Of `lens` on the plane at `plane_z`, for film points up to `max_radius` mm from the axis.
     pub(super) fn new(lens: &Lens, plane_z: f64, max_radius: f64) -> Survey {
         Survey {
-            tracer: FilmTracer::new(lens, plane_z),
+            tracers: vec![FilmTracer::new(lens, plane_z)],
             film_z: lens.film_z(),
+            film_ends: [lens.film_z(); 2],
             plane_z,
             rear: Rear::new(lens),
             reach: max_radius.max(f64::MIN_POSITIVE),
         }
     }
 
+    /// For film points on any of the planes from `film_ends[0]` to `film_ends[1]`.
+    pub(super) fn of_slab(
+        lens: &Lens,
+        plane_z: f64,
+        film_ends: [f64; 2],
+        max_radius: f64,
+    ) -> Survey {
+        /// Planes that are looked from: the outline moves evenly between them, but for a corner where two rims cross.
+        const PLANES: usize = 3;
+        let [near, far] = film_ends;
+        let at = |i: usize| near + (far - near) * i as f64 / (PLANES - 1) as f64;
+        let tracer = |i: usize| FilmTracer::from_plane(lens, at(i), plane_z);
+        Survey {
+            tracers: (0..PLANES).map(tracer).collect(),
+            film_z: 0.5 * (near + far),
+            film_ends,
+            ..Survey::new(lens, plane_z, max_radius)
+        }
+    }
+
     /// A circle on the plane around all that the rear element lets through to a film radius; see [`Rear::region`].
     pub(super) fn rear_region(&self, radius: f64) -> Option<Region> {
-        self.rear.region(radius, self.plane_z, self.film_z)
+        let [near, far] = self.film_ends;
+        let nearest = self.rear.region(radius, self.plane_z, near)?;
+        if near == far {
+            return Some(nearest);
+        }
+        // Its ends along the film point's azimuth run one way from the one plane to the other.
+        let farthest = self.rear.region(radius, self.plane_z, far)?;
+        let low = (nearest.center - nearest.along).min(farthest.center - farthest.along);
+        let high = (nearest.center + nearest.along).max(farthest.center + farthest.along);
+        let radius = 0.5 * (high - low);
+        Some(Region::ellipse(low + radius, radius, radius))
     }
 
     pub(super) fn view(&self, radius: f64) -> View<'_> {
@@ -318,7 +353,7 @@ impl Survey {
                 Doubles(std::array::from_fn::<f64, LANES, _>(|i| f(at(i))))
             };
             let rays = Rays {
-                tracer: &self.tracer,
+                tracers: &self.tracers,
                 film: [lane(&|(radius, _)| radius), Doubles([0.0; LANES])],
                 p: [lane(&|(_, p)| p[0]), lane(&|(_, p)| p[1])],
             };
@@ -381,7 +416,7 @@ impl Span {
 
 /// A bundle of rays of which is asked whether they pass.
 struct Rays<'a> {
-    tracer: &'a FilmTracer<f64>,
+    tracers: &'a [FilmTracer<f64>],
     film: [Doubles<LANES>; 2],
     p: [Doubles<LANES>; 2],
 }
@@ -390,8 +425,14 @@ impl Kernel for Rays<'_> {
     type Output = [bool; LANES];
     #[inline(always)]
     fn run(self, _: impl Instructions) -> [bool; LANES] {
-        let passed = self.tracer.trace(&self.film, &self.p).passed;
-        std::array::from_fn(|i| passed.at(i))
+        let mut passes = [false; LANES];
+        for tracer in self.tracers {
+            let passed = tracer.trace(&self.film, &self.p).passed;
+            for (i, passes) in passes.iter_mut().enumerate() {
+                *passes |= passed.at(i);
+            }
+        }
+        passes
     }
 }
 

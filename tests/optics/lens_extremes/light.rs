@@ -86,6 +86,8 @@ fn camera(lens: &Lens, diagonal: f64, precision: Precision) -> Result<Camera, St
         film_diagonal: None,
         shutter: Shutter::default(),
         shift: [0.0; 2],
+        tilt: [0.0; 2],
+        autofocus: None,
         exposure: Default::default(),
         clip: Clip::NONE,
     };

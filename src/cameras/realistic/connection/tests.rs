@@ -65,9 +65,19 @@ fn specs() -> Vec<RealisticSpec> {
         },
         RealisticSpec {
             stop_shape: Some(StopShape::Polygon(StopPolygon::of_blades(6, 0.0))),
-            ..gauss
+            ..gauss.clone()
         },
         two,
+        RealisticSpec {
+            tilt: [9.0, -4.0],
+            shift: [3.0, -5.0],
+            ..gauss.clone()
+        },
+        RealisticSpec {
+            tilt: [0.0, 12.0],
+            stop_shape: Some(StopShape::Gaussian),
+            ..gauss
+        },
     ]
 }
 
