@@ -35,7 +35,6 @@ struct Functions {
     set_device_int: unsafe extern "C" fn(Handle, *const c_char, c_int),
     new_filter: unsafe extern "C" fn(Handle, *const c_char) -> Handle,
     release_filter: unsafe extern "C" fn(Handle),
-    #[expect(clippy::type_complexity, reason = "it is the library's")]
     set_image: unsafe extern "C" fn(
         Handle,
         *const c_char,
