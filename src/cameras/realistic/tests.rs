@@ -1,7 +1,9 @@
 //! Derivatives of camera rays. All that needs no private part of the camera is in `tests/optics`.
 
+use super::autofocus::{Autofocus, LensMaker, Stop, Zone};
 use super::{Compat, Form, PupilTarget, Realistic, RealisticSpec, Weighting};
 use crate::cameras::{CameraSample, Clip, FilmGeometry, Shutter};
+use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{UVec2, Vec2};
 use crate::optics::pupil::PupilSampling;
@@ -319,6 +321,17 @@ fn a_tilted_films_image_is_where_it_is_said_to_be_and_as_sharp() {
     let c = Realistic::new(&spec, &film, &Transform::IDENTITY).unwrap();
     let seen = crate::cameras::CameraSpec::Realistic(Box::new(spec.clone()));
     let ndc = seen.ndc_from_camera(&film).unwrap();
+    // All but flat, the film's matrix is all but the flat film's.
+    let matrix = |tilt| {
+        let spec = RealisticSpec {
+            tilt,
+            ..spec.clone()
+        };
+        crate::cameras::CameraSpec::Realistic(Box::new(spec)).ndc_from_camera(&film)
+    };
+    let (flat, nearly) = (matrix([0.0; 2]).unwrap(), matrix([1e-9, 1e-9]).unwrap());
+    // A billionth of a degree, some 2e-11, of numbers up to 1e5: 50 mm in a film of 4, times the distance of the pinhole.
+    assert!(nearly.abs_diff_eq(flat, 1e-5), "{nearly} {flat}");
     let exit = spec.lens.paraxial().exit_pupil.unwrap().z;
     let PupilTarget::Pupil(pupil) = &c.main.aim else {
         panic!("an exit pupil");
@@ -351,5 +364,64 @@ fn a_tilted_films_image_is_where_it_is_said_to_be_and_as_sharp() {
                 "{raster} at {z}: {coc} {truth}"
             );
         }
+    }
+}
+
+/// What a point of the image shows is sharp there once the lens is focused on it: in either form, on a flat film and on a tilted one.
+#[test]
+fn what_is_focused_on_becomes_sharp() {
+    let film = FilmGeometry {
+        resolution: UVec2::new(300, 200),
+        diagonal_mm: 30.0,
+    };
+    let forms = [(Form::Course, 1.0), (Form::Pbrt3, 1e-3)];
+    let tilts = [[0.0; 2], [6.0, -4.0]];
+    for ((form, unit), tilt) in forms.iter().flat_map(|f| tilts.map(|t| (*f, t))) {
+        let maker = LensMaker {
+            prescription: Prescription::parse(DGAUSS).unwrap(),
+            zoom: None,
+            stop: Stop::Diameter(4.0),
+            best: false,
+            dispersion: false,
+        };
+        let mut spec = RealisticSpec {
+            form,
+            tilt,
+            shift: [1.0, -2.0],
+            autofocus: Some(Box::new(Autofocus {
+                zones: vec![Zone::Point([0.3, 0.6])],
+                place: None,
+                chosen: None,
+                maker,
+            })),
+            ..double_gauss()
+        };
+        let camera =
+            |spec: &RealisticSpec| Realistic::new(spec, &film, &Transform::IDENTITY).unwrap();
+        // A wall, 700 mm away.
+        let wall = |ray: &Ray| Some(ray.at((700.0 * unit - ray.o.z) / ray.d.z));
+        let raster = Vec2::new(90.0, 120.0);
+        let spot = |c: &Realistic| {
+            let rays = samples(256, raster, raster).filter_map(|s| c.ray(&s, false));
+            let points: Vec<glam::DVec3> = rays
+                .filter_map(|r| Some(wall(&r.ray)?.as_dvec3()))
+                .collect();
+            let count = points.len() as f64;
+            let mean = points.iter().sum::<glam::DVec3>() / count;
+            let spread = points.iter().map(|p| p.distance_squared(mean)).sum::<f64>();
+            (spread / count).sqrt() / f64::from(unit)
+        };
+        // At f/2, focused at 1 m.
+        assert!(spot(&camera(&spec)) > 1.0, "{form:?} {tilt:?}");
+        for _ in 0..3 {
+            spec = camera(&spec).refocused(&film, &wall).unwrap().unwrap();
+        }
+        assert_eq!(
+            spec.autofocus.as_ref().unwrap().chosen,
+            Some(Zone::Point([0.3, 0.6]))
+        );
+        // A pixel is 1.2 mm there. Focused at 1 m a stop of 4 mm has spots of 0.4 mm; aberrations of f/12 are some hundredths.
+        let found = spot(&camera(&spec));
+        assert!(found < 0.08, "{form:?} {tilt:?}: {found} mm");
     }
 }

@@ -76,8 +76,8 @@ impl TiltedFilm {
         // The line's direction is d = (X, Y, z) w: linear in what is given. The point is q + d (m − q)·n/(d·n).
         let toward_film = self.middle.z - pupil_z;
         let linear = |v: DVec3| DVec4::new(v.x, v.y, toward_film * v.z, 0.0);
-        // Away from the lens, so that v is positive.
-        let normal = -self.normal;
+        // Of such a length that v is w on the axis, as it is everywhere for a film that is not tilted.
+        let normal = self.normal / (toward_film * self.normal.z);
         let height = -from_middle.dot(normal);
         let row = |axis: DVec3| linear(normal) * from_middle.dot(axis) + linear(axis) * height;
         let rows = [row(self.right), row(self.up), DVec4::Z, linear(normal)];
