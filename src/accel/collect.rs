@@ -31,8 +31,9 @@ pub struct GeometryBuilder {
     curves: CurveStore,
     /// Moving shapes, each with a level of its own.
     moving: Vec<(GeometryBuilder, Motion)>,
-    instances: Vec<(ObjectId, Transform)>,
-    moving_instances: Vec<(ObjectId, Motion)>,
+    instances: Vec<(ObjectId, u32, Transform)>,
+    moving_instances: Vec<(ObjectId, u32, Motion)>,
+    instance_count: u32,
     triangles: usize,
     has_recoverable: bool,
 }
@@ -87,12 +88,25 @@ impl GeometryBuilder {
     /// Adds an instance of `object` (an index into `build`'s argument; others are ignored). `render_from_object` is
     /// render-from-world times the transformation at `ObjectInstance`; a singular one adds nothing.
     pub fn add_instance(&mut self, object: ObjectId, render_from_object: &Transform) {
-        self.instances.push((object, *render_from_object));
+        let number = self.next_instance();
+        self.instances.push((object, number, *render_from_object));
     }
 
     /// Adds a moving copy of `object`, as [`GeometryBuilder::add_instance`] adds a static one.
     pub fn add_moving_instance(&mut self, object: ObjectId, motion: Motion) {
-        self.moving_instances.push((object, motion));
+        let number = self.next_instance();
+        self.moving_instances.push((object, number, motion));
+    }
+
+    /// Numbers one that is left out.
+    pub fn skip_instance(&mut self) {
+        self.next_instance();
+    }
+
+    /// The number of the next instance.
+    fn next_instance(&mut self) -> u32 {
+        self.instance_count += 1;
+        self.instance_count - 1
     }
 
     /// Makes `point` the anchor where there is none yet.
@@ -141,13 +155,24 @@ impl GeometryBuilder {
 
     /// Builds the tree with its instances of `objects`, and the trees of moving shapes.
     pub(super) fn level(self, objects: &[Level]) -> Result<Level, GeometryError> {
-        let at_rest = self.instances.iter().filter_map(|(id, transform)| {
-            Instance::at_rest(*id, objects.get(id.index())?, transform)
-        });
-        let moving = self.moving_instances.iter().filter_map(|&(id, motion)| {
-            let anchor = objects.get(id.index())?.anchor;
-            Some(Instance::moving(Inner::Object(id), anchor, motion))
-        });
+        let at_rest = self
+            .instances
+            .iter()
+            .filter_map(|&(object, number, ref transform)| {
+                let inner = Inner::Object { object, number };
+                Instance::at_rest(inner, objects.get(object.index())?, transform)
+            });
+        let moving = self
+            .moving_instances
+            .iter()
+            .filter_map(|&(object, number, motion)| {
+                let anchor = objects.get(object.index())?.anchor;
+                Some(Instance::moving(
+                    Inner::Object { object, number },
+                    anchor,
+                    motion,
+                ))
+            });
         let mut instances: Vec<Instance> = at_rest.chain(moving).collect();
         for (shape, motion) in self.moving {
             let level = shape.level(&[])?;

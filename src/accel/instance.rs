@@ -14,8 +14,8 @@ use std::borrow::Cow;
 pub(super) enum Inner {
     /// A shape, with a tree of its own.
     Shape(Box<Level>),
-    /// A named object.
-    Object(ObjectId),
+    /// A named object; the number of this instance among all of the scene.
+    Object { object: ObjectId, number: u32 },
 }
 
 /// Where it stands.
@@ -52,16 +52,16 @@ pub(super) struct InnerRay {
 }
 
 impl Instance {
-    /// Places `object`, whose shapes are `level`. `None` if the transformation is singular.
+    /// Places `inner`, whose shapes are `level`. `None` if the transformation is singular.
     pub(super) fn at_rest(
-        object: ObjectId,
+        inner: Inner,
         level: &Level,
         render_from_object: &Transform,
     ) -> Option<Instance> {
         let placed =
             (*render_from_object * Transform::translate(level.anchor)).with_translations_matched();
         placed.is_invertible().then(|| Instance {
-            inner: Inner::Object(object),
+            inner,
             placement: Placement::AtRest(Place::new(&placed)),
         })
     }
@@ -83,7 +83,7 @@ impl Instance {
     #[inline]
     pub(super) fn level<'a>(&'a self, objects: &'a [Level]) -> &'a Level {
         match &self.inner {
-            Inner::Object(object) => &objects[object.index()],
+            Inner::Object { object, .. } => &objects[object.index()],
             Inner::Shape(level) => level,
         }
     }
@@ -192,7 +192,11 @@ mod tests {
         builder.add(shape, PrimitiveAttributes::default());
         let level = builder.level(&[]).unwrap();
         let turn = Transform::rotate(45.0, DVec3::Z);
-        let instance = Instance::at_rest(ObjectId(0), &level, &turn).unwrap();
+        let inner = Inner::Object {
+            object: ObjectId(0),
+            number: 0,
+        };
+        let instance = Instance::at_rest(inner, &level, &turn).unwrap();
         let bounds = instance.bounds(&level);
         for p in &data.positions {
             let p = turn.m.transform_point3(*p).as_vec3();

@@ -214,7 +214,7 @@ impl Level {
     pub(super) fn moving_shapes(&self) -> impl Iterator<Item = &Level> {
         self.instances.iter().filter_map(|i| match &i.inner {
             Inner::Shape(level) => Some(&**level),
-            Inner::Object(_) => None,
+            Inner::Object { .. } => None,
         })
     }
 

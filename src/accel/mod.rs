@@ -29,12 +29,17 @@ mod validate;
 
 pub use aabb::Aabb;
 pub use collect::GeometryBuilder;
+pub use search::ClosestHit;
 
 use crate::handles::{InterfaceId, LightId, MaterialId};
 use crate::inputs::FloatInput;
+use crate::math::DVec3;
 use crate::math::ray::Ray;
 use crate::surface::{SurfaceHit, TexturePoint};
+use arrayvec::ArrayVec;
+use instance::{Inner, Instance};
 use level::Level;
+use primitive::PrimitiveId;
 use search::Search;
 
 /// The attributes of a shape besides its geometry.
@@ -55,6 +60,17 @@ pub struct PrimitiveAttributes {
     pub shadow_alpha: Option<FloatInput>,
     /// The interface it forms between media.
     pub interface: Option<InterfaceId>,
+    /// Its number among the shapes of the scene, or of its object.
+    pub shape: u32,
+}
+
+/// What stands in a scene by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// A shape, by [`PrimitiveAttributes::shape`].
+    Shape(u32),
+    /// An instance of an object, by its number among all that were added.
+    Instance(u32),
 }
 
 /// The closest hit of a ray.
@@ -70,6 +86,8 @@ pub struct GeometryHit {
     pub interface: Option<InterfaceId>,
     /// Distance along the ray.
     pub t: f32,
+    /// What was hit, for those who ask more.
+    pub found: ClosestHit,
 }
 
 /// What a ray that looks for emitters hits.
@@ -130,10 +148,53 @@ impl Geometry {
         self.resolve(ray, &found)
     }
 
-    /// The closest hit with its (u, v) and the derivatives by them, although nothing else asks for them there.
-    pub fn intersect_whole(&self, ray: &Ray, alpha: &impl Alpha) -> Option<GeometryHit> {
-        let found = Search::<_, false>::run(self, ray, alpha)?;
-        self.resolve_whole(ray, &found)
+    /// What this ray has hit once more, with its (u, v) and the derivatives by them, although nothing else asks for them there.
+    pub fn whole(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+        self.resolve_whole(ray, found)
+    }
+
+    /// What was hit, as the scene has it: an instance, or a shape that is in none.
+    pub fn standing(&self, found: &ClosestHit) -> Standing {
+        let instance = self.path(found).next();
+        match instance.map(|instance| &instance.inner) {
+            Some(Inner::Object { number, .. }) => Standing::Instance(*number),
+            Some(Inner::Shape(_)) | None => Standing::Shape(self.attributes(found).shape),
+        }
+    }
+
+    /// Where the point `p` of what was hit at `time`, both in render space, is at other times; `None` if it does not move.
+    pub fn moved(
+        &self,
+        found: &ClosestHit,
+        p: DVec3,
+        time: f32,
+        times: [f32; 2],
+    ) -> Option<[DVec3; 2]> {
+        let path: ArrayVec<&Instance, 2> = self.path(found).collect();
+        if !path.iter().any(|instance| instance.moves()) {
+            return None;
+        }
+        let inward =
+            |p, instance: &&Instance| instance.place(time).inner_from_outer.transform_point3(p);
+        let inside = path.iter().fold(p, inward);
+        Some(times.map(|time| {
+            let outward =
+                |p, instance: &&Instance| instance.place(time).outer_from_inner.transform_point3(p);
+            path.iter().rev().fold(inside, outward)
+        }))
+    }
+
+    /// The instances that a hit is in, outermost first.
+    fn path(&self, found: &ClosestHit) -> impl Iterator<Item = &Instance> {
+        let ids = found
+            .path
+            .into_iter()
+            .take_while(|&id| id != PrimitiveId::NONE);
+        ids.scan(&self.top, |level, id| {
+            let instance = level.instances.get(id.index())?;
+            *level = instance.level(&self.objects);
+            Some(instance)
+        })
     }
 
     /// Closest hit; the surface is computed only if it emits.

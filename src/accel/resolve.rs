@@ -94,6 +94,7 @@ fn hit<L: Local>(resolved: &Resolved<L>, ray: &Ray, found: &ClosestHit) -> Geome
         light,
         interface: attributes.interface,
         t: found.t,
+        found: *found,
     }
 }
 

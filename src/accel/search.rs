@@ -13,15 +13,15 @@ use crate::math::{DVec3, Vec3};
 use crate::surface::{Footprint, TexturePoint};
 use glam::DAffine3;
 
-/// The closest hit so far.
+/// The closest hit: the primitive, and the instances that it is in.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ClosestHit {
-    pub id: PrimitiveId,
+pub struct ClosestHit {
+    pub(super) id: PrimitiveId,
     /// The path to the hit from the level searched, outermost first: an instance or moving object, and within it a
     /// moving shape. Unused entries are [`PrimitiveId::NONE`].
-    pub path: [PrimitiveId; 2],
+    pub(super) path: [PrimitiveId; 2],
     /// Distance along the outer ray.
-    pub t: f32,
+    pub(super) t: f32,
 }
 
 /// A search in one level. `SHADOW` accepts any hit and evaluates shadow alpha too.

@@ -106,7 +106,7 @@ fn add_instance(
             top.add_moving_instance(instance.object, motion);
         }
         // A singular transformation at the end was warned about, and the shape is left out with both.
-        None if place.end.is_some() => {}
+        None if place.end.is_some() => top.skip_instance(),
         None => top.add_instance(instance.object, &(*render_from_world * place.start)),
     }
 }
@@ -188,7 +188,7 @@ impl Adder<'_> {
             (shape, result)
         });
         let compiled: Vec<_> = compiled.collect();
-        for (shape, result) in compiled {
+        for (number, (shape, result)) in (0..).zip(compiled) {
             for problem in problems(&shape, &result) {
                 self.diagnostics.push(problem);
             }
@@ -196,7 +196,10 @@ impl Adder<'_> {
             if let (CompiledShape::Mesh(mesh), false) = (&mut compiled, self.need_faces) {
                 mesh.data.face_ids = Vec::new();
             }
-            let attributes = self.attributes(&shape, &compiled);
+            let attributes = PrimitiveAttributes {
+                shape: number,
+                ..self.attributes(&shape, &compiled)
+            };
             match shape.world_from_shape.motion() {
                 None => level.add(compiled, attributes),
                 Some(motion) => {
@@ -221,6 +224,7 @@ impl Adder<'_> {
             alpha: shape.spec.alpha,
             shadow_alpha: shape.spec.shadow_alpha,
             interface: shape.interface,
+            shape: 0,
         }
     }
 

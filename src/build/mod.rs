@@ -8,11 +8,12 @@ mod autofocus;
 mod geometry;
 mod light_paths;
 mod lights;
+mod motion;
 mod textures;
 
 use crate::budget::Budget;
 use crate::cameras::{Camera, CameraError, FilmGeometry};
-use crate::film::{FilmMetadata, LightShare, PixelBounds};
+use crate::film::{FilmMetadata, Layer, LightShare, PixelBounds};
 use crate::filters::Filter;
 use crate::integrators::Integrator;
 use crate::lights::Light;
@@ -20,7 +21,7 @@ use crate::materials::{self, BsdfFiles, Material};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec2};
 use crate::media::Media;
-use crate::render::RenderJob;
+use crate::render::{Mattes, RenderJob};
 use crate::samplers::Sampler;
 use crate::scene::Frame;
 use crate::scene::options::Options;
@@ -130,6 +131,9 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         geometry::check(&frame, diagnostics, &budget);
         return None;
     };
+    let shutter = *camera.shutter();
+    let motion_times = { frame.options.film.layers }.contains(Layer::Motion);
+    let motion_times = motion_times.then(|| motion::times(&frame, &shutter));
     let (mut options, mut materials) = (frame.options, frame.materials);
     materials::prepare(&mut materials, &assets.bsdf_files);
     // Ray differentials need them as well, where a ray is reflected or refracted.
@@ -173,6 +177,8 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         filter: filter(&options),
         sampled: sampled_bounds(bounds, options.integrator.pixel_bounds),
         film: options.film,
+        mattes: Mattes::default(),
+        motion_times,
         world_from_render: place.inverted().point(DVec3::ZERO),
         light_share: LightShare(1.0),
     };
@@ -197,13 +203,14 @@ pub fn reset(job: &mut RenderJob, options: &Options, seed: u64) -> Result<(), Ca
     Ok(())
 }
 
-/// Makes what only paths from the lights need.
+/// Makes what only paths from the lights need, or who asks where on the film a point is seen.
 fn prepare_light_paths(job: &mut RenderJob) {
     if job.integrator.begins_at_lights() {
         job.world.prepare_emission();
     }
     let assisted = job.may_be_assisted();
-    if !assisted && !job.traces_light() {
+    let traces_light = assisted || job.traces_light();
+    if !traces_light && job.motion_times.is_none() {
         return;
     }
     let (lit, radius) = (job.lit(), job.filter.radius());
@@ -211,7 +218,8 @@ fn prepare_light_paths(job: &mut RenderJob) {
     job.camera.prepare_connections(window);
     match assisted {
         true => job.consider_assistance(),
-        false => job.run_pilot_pass(),
+        false if traces_light => job.run_pilot_pass(),
+        false => {}
     }
 }
 

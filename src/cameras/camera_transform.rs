@@ -46,6 +46,11 @@ impl CameraTransform {
         self.motion = Some(Box::new(motion));
     }
 
+    /// Does it depend on time?
+    pub(super) fn moves(&self) -> bool {
+        self.motion.is_some()
+    }
+
     fn render_from_camera(&self, time: f32) -> DMat4 {
         match &self.motion {
             None => self.render_from_camera,

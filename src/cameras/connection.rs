@@ -158,6 +158,38 @@ impl Camera {
         out.extend(aims.iter().take(BUNDLE).map(|aim| self.land(aim)));
     }
 
+    /// From where on the film the render-space point at the first of `ends` is seen at the first of these times to where the second is at the second:
+    /// pixels to the right and down, through the middle of the lens. `None` where one of them is not seen.
+    pub fn shift(&self, ends: [Vec3; 2], times: [f32; 2]) -> Option<Vec2> {
+        let [start, end] = ends;
+        let shift = self.raster_of(end, times[1])? - self.raster_of(start, times[0])?;
+        Some(match self {
+            Camera::Environment(c) => c.shorter_way(shift),
+            Camera::Projective(_) | Camera::Realistic(_) => shift,
+        })
+    }
+
+    /// Where on the film a render-space point is seen at `time`, through the middle of the lens.
+    fn raster_of(&self, p: Vec3, time: f32) -> Option<Vec2> {
+        const MIDDLE: Vec2 = Vec2::splat(0.5);
+        if !matches!(self, Camera::Realistic(_)) {
+            let (_, _, hit) = self.seen(p, time, MIDDLE)?;
+            return Some(hit.raster.as_vec2());
+        }
+        let from = ReferencePoint {
+            p,
+            p_error: Vec3::ZERO,
+            n: Vec3::ZERO,
+            time,
+            receiver_side: Default::default(),
+        };
+        let middle = LensSample {
+            lens: MIDDLE,
+            wavelength: 0.5,
+        };
+        Some(self.land(&self.aim(&from, &middle)?)?.raster)
+    }
+
     /// Other film points, up to `reach` pixels (fewer than there are in half the image) outside the image, that have the ray of `raster`: those of an
     /// environment camera, whose image closes around and over the poles. A pixel whose filter reaches outside the image is lit through them too.
     pub fn raster_copies(&self, raster: Vec2, reach: f32) -> ArrayVec<Vec2, 8> {

@@ -53,6 +53,12 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// The same way around the sphere as `shift` in pixels, by less than half of it.
+    pub(super) fn shorter_way(&self, shift: Vec2) -> Vec2 {
+        let around = (TAU / self.per_pixel.x) as f32;
+        Vec2::new(shift.x - around * (shift.x / around).round(), shift.y)
+    }
+
     /// How it stands in the scene.
     pub(super) fn transform(&self) -> &CameraTransform {
         &self.transform

@@ -103,6 +103,15 @@ impl Camera {
         }
     }
 
+    /// Returns `true` if it moves.
+    pub fn moves(&self) -> bool {
+        match self {
+            Camera::Projective(c) => c.transform().moves(),
+            Camera::Realistic(c) => c.transform().moves(),
+            Camera::Environment(c) => c.transform().moves(),
+        }
+    }
+
     /// Returns `true` if it depends on [`CameraSample::lens`].
     pub fn has_lens(&self) -> bool {
         match self {

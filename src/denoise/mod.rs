@@ -86,6 +86,7 @@ impl Denoiser {
             variance: None,
             independent: None,
             layers: Vec::new(),
+            mattes: Vec::new(),
         })
     }
 }

@@ -50,6 +50,13 @@ impl PixelBounds {
         Some(p.y as usize * self.size().x as usize + p.x as usize)
     }
 
+    /// The pixel of this index; `None` beyond them.
+    pub fn pixel(&self, index: usize) -> Option<UVec2> {
+        let width = self.size().x as usize;
+        let inside = index < self.area();
+        inside.then(|| self.min + UVec2::new((index % width) as u32, (index / width) as u32))
+    }
+
     /// The pixels that are in both rectangles.
     pub fn intersection(&self, other: PixelBounds) -> PixelBounds {
         let min = self.min.max(other.min);

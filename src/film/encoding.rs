@@ -17,7 +17,8 @@ impl Encoding {
     pub(super) fn halves(&self, layer: Option<Layer>) -> bool {
         let fits = match layer {
             None | Some(Layer::Albedo | Layer::Normal | Layer::Alpha) => true,
-            Some(Layer::Depth | Layer::Position | Layer::Uv | Layer::Coc) => false,
+            Some(Layer::Depth | Layer::Position | Layer::Uv | Layer::Motion | Layer::Coc) => false,
+            Some(Layer::Material | Layer::Instance) => false,
         };
         self.half && fits
     }

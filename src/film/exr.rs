@@ -8,7 +8,7 @@
 //! image, Rec. 709 primaries.
 
 use super::encoding::half;
-use super::{Encoding, FilmMetadata, Image, Photograph};
+use super::{Encoding, FilmMetadata, Image, LayerSet, Photograph};
 use crate::math::{DMat4, Rgb};
 use ::exr::block::lines::LineRefMut;
 use ::exr::block::writer::{ChunksWriter, write_chunks_with};
@@ -112,7 +112,14 @@ fn channels<'a>(image: &'a Image, encoding: &Encoding) -> Vec<Channel<'a>> {
         let halves = encoding.halves(Some(layer.layer));
         (layer.layer.channels(), &layer.values, halves)
     });
-    let channels = own.chain(more).flat_map(|(names, values, halves)| {
+    let mattes = image.mattes.iter().flat_map(|matte| {
+        let names = matte.layer.channels().chunks(3);
+        names
+            .zip(&matte.planes)
+            .map(|(names, plane)| (names, plane, false))
+    });
+    let all = own.chain(more).chain(mattes);
+    let channels = all.flat_map(|(names, values, halves)| {
         let channel = move |(component, name): (usize, &&'static str)| Channel {
             name,
             values,
@@ -219,6 +226,12 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     }
     if let Some(runs) = metadata.runs.and_then(|runs| i32::try_from(runs).ok()) {
         add("runs", AttributeValue::I32(runs));
+    }
+    let wanted = { image.mattes.iter() }.fold(LayerSet::NONE, |set, matte| set.with(matte.layer));
+    for manifest in &metadata.manifests {
+        for (name, value) in manifest.attributes(wanted) {
+            add(&name, AttributeValue::Text(text(&value)));
+        }
     }
     if let Some(by) = &metadata.denoised {
         add("denoised", AttributeValue::Text(text(by)));

@@ -1,6 +1,6 @@
 //! A finished image in memory.
 
-use super::{ImageLayer, PixelBounds};
+use super::{ImageLayer, ImageMatte, PixelBounds};
 use crate::math::{Rgb, UVec2};
 
 /// Linear RGB of the pixels inside `bounds`, with the variance of each if it is known.
@@ -20,6 +20,8 @@ pub struct Image {
     pub independent: Option<Vec<Rgb>>,
     /// What was asked for besides, in the order of [`Layer::ALL`](super::Layer::ALL). Of an image that was read, none.
     pub layers: Vec<ImageLayer>,
+    /// Those of them that are Cryptomattes.
+    pub mattes: Vec<ImageMatte>,
 }
 
 impl Image {
@@ -33,6 +35,7 @@ impl Image {
             variance: None,
             independent: None,
             layers: Vec::new(),
+            mattes: Vec::new(),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Metadata of an image file: how the image was rendered.
 
+use super::Manifest;
 use glam::DMat4;
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +39,9 @@ pub struct FilmMetadata {
     /// What has taken the noise out, with its version: such an image is no estimate that has a variance.
     #[serde(default)]
     pub denoised: Option<String>,
+    /// The names of what Cryptomattes show.
+    #[serde(default)]
+    pub manifests: Vec<Manifest>,
     /// Seed of the sampler.
     pub seed: u64,
     /// Name of the scene file, without folders.

@@ -55,7 +55,7 @@ pub use bounds::PixelBounds;
 pub use developed::{Developed, Kept};
 pub use encoding::Encoding;
 pub use image::Image;
-pub use layers::{ImageLayer, Layer, LayerSample, LayerSet};
+pub use layers::{ImageLayer, ImageMatte, Layer, LayerSample, LayerSet, Manifest, MatteId};
 pub use light_share::LightShare;
 pub use metadata::{FilmMetadata, Photograph};
 pub(crate) use pairwise::Pairwise;
@@ -156,11 +156,10 @@ impl Film {
             }
         }
         if let (Some(own), Some(more)) = (&mut self.layers, tile.layers()) {
-            for (number, pixel) in tile.bounds().pixels().enumerate() {
-                if let Some(index) = self.bounds.index(pixel) {
-                    own.add(index, more.pixel(number));
-                }
-            }
+            let bounds = tile.bounds();
+            own.merge(more, bounds.area(), |number| {
+                self.bounds.index(bounds.pixel(number)?)
+            });
         }
         self.dropped = self.dropped.saturating_add(tile.dropped());
         self.first_dropped = DroppedSample::first(self.first_dropped, tile.first_dropped());

@@ -104,6 +104,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
             variance,
             independent,
             layers: Vec::new(),
+            mattes: Vec::new(),
         },
         spp: number(&layer.attributes.other, "spp"),
         runs: number(&layer.attributes.other, "runs"),

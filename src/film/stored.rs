@@ -1,5 +1,6 @@
 //! Tiles as bytes, in checkpoints: little-endian, to the same bits on every machine.
 
+use super::layers::Coverage;
 use super::{DroppedSample, PixelStatistics, Tile};
 use crate::math::UVec2;
 
@@ -17,6 +18,12 @@ impl Tile {
         }
         let layers = self.layers().map_or(&[][..], |layers| &layers.sums);
         out.extend(layers.iter().flat_map(|sum| sum.to_le_bytes()));
+        let mattes = self.layers().into_iter().flat_map(|layers| &layers.mattes);
+        out.extend(
+            mattes
+                .flat_map(Coverage::to_words)
+                .flat_map(u64::to_le_bytes),
+        );
     }
 
     /// This empty tile with the contents at the start of `bytes`, which are taken away; `None` if they are too short.
@@ -43,6 +50,9 @@ impl Tile {
             for sum in &mut layers.pixels.sums {
                 *sum = f64::from_bits(word()?);
             }
+            for coverage in &mut layers.pixels.mattes {
+                *coverage = Coverage::from_words(&mut word)?;
+            }
         }
         Some(self)
     }
@@ -68,8 +78,8 @@ impl PixelStatistics {
 
 #[cfg(test)]
 mod tests {
-    use crate::film::{Layer, LayerSample, LayerSet, PixelBounds, Tile};
-    use crate::math::{DVec3, Rgb, UVec2, Vec2, Vec3};
+    use crate::film::{Layer, LayerSample, LayerSet, MatteId, PixelBounds, Tile};
+    use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2, Vec3};
 
     #[test]
     fn tiles_come_back_bit_for_bit() {
@@ -82,6 +92,9 @@ mod tests {
                 position: DVec3::new(0.1, -1e-30, 1e30) * number as f64,
                 depth: 0.3,
                 uv: Vec2::splat(0.7),
+                material: MatteId::of("a"),
+                instance: MatteId::of(&number.to_string()),
+                motion: DVec2::new(-0.0, 1e-300),
                 coc: 1e-9,
                 albedo: Rgb::splat(0.1),
                 normal: Vec3::NEG_Z,

@@ -43,6 +43,7 @@ fn metadata() -> FilmMetadata {
         error_bound: Some(0.5),
         runs: None,
         denoised: None,
+        manifests: Vec::new(),
         seed: u64::MAX,
         scene: "caf\u{e9} \u{65e5}.pbrt".into(),
         lens: Some("dgauss.50mm.dat".into()),

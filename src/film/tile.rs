@@ -89,7 +89,7 @@ impl Tile {
         if let Some(index) = self.bounds.index(pixel) {
             self.open(index);
             if let Some(layers) = &mut self.layers {
-                layers.add(weight, sample);
+                layers.add(index, weight, sample);
             }
         }
     }

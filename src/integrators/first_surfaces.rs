@@ -7,11 +7,12 @@
 //! path's first sample points on a copy of the stream. So no color depends on whether layers are wanted.
 
 use super::MAX_NULL_SURFACES;
+use crate::accel::{ClosestHit, GeometryHit};
 use crate::bsdf::{Bsdf, BsdfSample};
+use crate::handles::MaterialId;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::samplers::SampleStream;
-use crate::surface::SurfaceHit;
 use crate::world::World;
 
 /// Mirrors and panes that are followed; a ray that is caught between more has no albedo.
@@ -22,10 +23,14 @@ const MAX_SPECULAR: u32 = 32;
 pub struct FirstSurfaces {
     /// Its first point on a surface with a material, in render space.
     pub p: Vec3,
-    /// The surface's parameters there.
-    pub uv: Vec2,
-    /// They are not known: nothing else asks for them.
-    pub is_bare: bool,
+    /// The surface's parameters there; `None` where nothing else asks for them.
+    pub uv: Option<Vec2>,
+    /// The ray that has met it: the camera's, or what is left of that beyond surfaces without material.
+    pub ray: Ray,
+    /// What it has met.
+    pub found: ClosestHit,
+    /// Its material.
+    pub material: Option<MaterialId>,
     /// The estimate of the share of light from everywhere that the first surface which is not perfectly specular sends
     /// back, times what those before it let through; black if there is none.
     pub albedo: Rgb,
@@ -67,14 +72,17 @@ impl Default for Sight {
 
 impl Sight {
     /// Meets a surface with a material; `has_interior`: there is a medium inside, into which no sight goes.
-    pub(super) fn meet(&mut self, surface: &SurfaceHit, bsdf: &Bsdf, has_interior: bool) {
+    pub(super) fn meet(&mut self, ray: &Ray, hit: &GeometryHit, bsdf: &Bsdf, has_interior: bool) {
         if self.state != State::Looking {
             return;
         }
+        let surface = &hit.surface;
         let found = self.found.get_or_insert(FirstSurfaces {
             p: surface.p,
-            uv: surface.uv,
-            is_bare: surface.dpdu == Vec3::ZERO,
+            uv: (surface.dpdu != Vec3::ZERO).then_some(surface.uv),
+            ray: *ray,
+            found: hit.found,
+            material: hit.material,
             albedo: Rgb::ZERO,
             normal: Vec3::ZERO,
         });
@@ -163,7 +171,7 @@ pub fn first_surfaces(
         };
         let mut bsdf = Bsdf::empty();
         world.fill_bsdf(material, surface, differentials.take(), &mut bsdf);
-        sight.meet(surface, &bsdf, material.has_interior());
+        sight.meet(&ray, &hit, &bsdf, material.has_interior());
         if sight.state == State::Done {
             break;
         }

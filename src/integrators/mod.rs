@@ -42,7 +42,7 @@ pub use bdpt::Bdpt;
 pub use context::{CameraEnd, LightJob, Splat, Workspace};
 pub use counts::Counts;
 pub use directlighting::DirectLighting;
-pub use first_surfaces::{Sight, first_surfaces};
+pub use first_surfaces::{FirstSurfaces, Sight, first_surfaces};
 pub use kinds::{IntegratorSpec, NAMES};
 pub use path::{MediaSeen, Path};
 pub use sppm::{Disc, Gather, Photon, PhotonMap, PhotonMapper, Sppm};

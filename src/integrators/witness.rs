@@ -46,6 +46,11 @@ impl Watch {
         }
     }
 
+    /// Whether it wants to know of every step, and not only of what is met first.
+    pub(super) fn reports(&self) -> bool {
+        self.counts.is_some() || self.sight.is_none()
+    }
+
     /// The first point whose light is not finite, or the last one of the path where the path's
     /// whole `radiance` is finite but negative; `None` where the path met nothing.
     pub fn offender(self) -> Option<Place> {

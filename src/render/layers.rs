@@ -2,10 +2,11 @@
 
 use super::RenderJob;
 use crate::cameras::CameraRay;
-use crate::film::{Layer, LayerSample};
+use crate::film::{Layer, LayerSample, MatteId};
 use crate::integrators::witness::Watch;
-use crate::integrators::{Sight, first_surfaces};
+use crate::integrators::{FirstSurfaces, Sight, first_surfaces};
 use crate::math::ray::RayDifferentials;
+use crate::math::{DVec2, DVec3, Vec2};
 use crate::samplers::SampleStream;
 
 /// Of a ray that has left the lens and whose path `watch` has looked at; `None` if it meets no surface. `stream` is what the
@@ -21,19 +22,46 @@ pub(super) fn sample(
     let ray = &camera_ray.ray;
     let known = watch.sight.take().as_ref().and_then(Sight::known);
     let found = known.unwrap_or_else(|| first_surfaces(&job.world, ray, differentials, stream))?;
-    let uv = if found.is_bare && job.film.layers.contains(Layer::Uv) {
-        job.world.surface_parameters(ray)
+    let parameters = || job.world.surface_parameters(&found.ray, &found.found);
+    let uv = match job.film.layers.contains(Layer::Uv) {
+        true => found.uv.unwrap_or_else(parameters),
+        false => Vec2::ZERO,
+    };
+    let instance = if job.film.layers.contains(Layer::Instance) {
+        job.mattes
+            .standing(job.world.geometry.standing(&found.found))
     } else {
-        found.uv
+        MatteId::default()
     };
     let at = job.camera.depth_and_blur(found.p, ray.time);
     Some(LayerSample {
         position: found.p.as_dvec3() + job.world_from_render,
         depth: at.depth,
         uv,
+        material: job.mattes.material(found.material),
+        instance,
+        motion: motion(job, &found),
         coc: at.coc,
         albedo: found.albedo,
         // Render space is world space moved.
         normal: found.normal,
     })
+}
+
+/// See [`Layer::Motion`]; none where nothing moves, or where the camera does not see both ends of the way.
+fn motion(job: &RenderJob, found: &FirstSurfaces) -> DVec2 {
+    let Some(times) = job.motion_times else {
+        return DVec2::ZERO;
+    };
+    let p = found.p.as_dvec3();
+    let moved = job
+        .world
+        .geometry
+        .moved(&found.found, p, found.ray.time, times);
+    if moved.is_none() && !job.camera.moves() {
+        return DVec2::ZERO;
+    }
+    let ends = moved.unwrap_or([p; 2]).map(|end: DVec3| end.as_vec3());
+    let shift = job.camera.shift(ends, times).unwrap_or(Vec2::ZERO);
+    DVec2::new(shift.x.into(), (-shift.y).into())
 }

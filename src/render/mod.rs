@@ -12,6 +12,7 @@ mod halves;
 mod layers;
 mod light_pass;
 mod live;
+mod mattes;
 mod photon_passes;
 mod pilot;
 mod progress;
@@ -22,6 +23,7 @@ mod work;
 pub use goal::{Ended, Goal};
 pub use halves::Halves;
 pub use live::Live;
+pub use mattes::Mattes;
 pub use progress::{Progress, Statistics, Step};
 pub use progressive::{Progressive, render_halves, render_until};
 pub use shard::{Division, LightOfShard, Pass, passes, render_shard};
@@ -65,6 +67,10 @@ pub struct RenderJob {
     pub filter: Filter,
     /// The film.
     pub film: FilmSpec,
+    /// What Cryptomattes know things by.
+    pub mattes: Mattes,
+    /// When the layer `motion` begins and ends, if it is wanted.
+    pub motion_times: Option<[f32; 2]>,
     /// What takes points of render space to world space: they are added to it.
     pub world_from_render: DVec3,
     /// Pixels to sample; those outside stay black.

@@ -1,5 +1,6 @@
 //! The scene description as plain data, which `build` turns into a world.
 
+use super::names::MaterialName;
 use super::options::Options;
 use super::transforms::Placement;
 use crate::handles::{InterfaceId, MaterialId, ObjectId};
@@ -30,6 +31,8 @@ pub struct Frame {
     pub textures: TextureSpecs,
     /// Materials by id.
     pub materials: Vec<Material>,
+    /// What each of them is called.
+    pub material_names: Vec<MaterialName>,
     /// Shapes placed in the world.
     pub shapes: Vec<ShapeEntity>,
     /// Named objects by id, latest definition of each name.

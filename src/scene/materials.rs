@@ -2,6 +2,7 @@
 
 use super::graphics_state::MaterialDirective;
 use super::interpreter::Interpreter;
+use super::names::MaterialName;
 use crate::handles::MaterialId;
 use crate::materials::{self, Material, Named, NamedMaterials};
 use crate::params::{Dialect, ParamReader, TextureNames};
@@ -57,8 +58,12 @@ impl Interpreter<'_> {
         let named = self.materials_in_scope(defining);
         let reading = self.reading(&names);
         let material = reading.read(word, span, &typed, |r| read_material(r, &named));
-        let id = material.and_then(|m| self.add_material(m));
         let kind = &typed.kind.text;
+        let name = match defining {
+            Some(name) => MaterialName::Given(name.to_string()),
+            None => MaterialName::Made(kind.clone(), span),
+        };
+        let id = material.and_then(|m| self.add_material(m, name));
         if !materials::is_none(kind) && !Material::is_modeled(kind, self.dialect()) {
             // The replacement is reported once, not again for every shape that overrides it.
             typed.kind.text = "matte".to_string();
@@ -70,10 +75,11 @@ impl Interpreter<'_> {
         }
     }
 
-    pub(super) fn add_material(&mut self, material: Material) -> Option<MaterialId> {
-        let materials = &mut self.world.as_mut()?.materials;
-        materials.push(material);
-        Some(MaterialId(materials.len() as u32 - 1))
+    fn add_material(&mut self, material: Material, name: MaterialName) -> Option<MaterialId> {
+        let world = self.world.as_mut()?;
+        world.materials.push(material);
+        world.material_names.push(name);
+        Some(MaterialId(world.materials.len() as u32 - 1))
     }
 
     /// Handles `MakeNamedMaterial "name"`.
@@ -159,7 +165,7 @@ impl Interpreter<'_> {
         let material = self.reading(&names).defaults("Material", "matte", |r| {
             read_material(r, &self.materials_in_scope(None))
         })?;
-        let id = self.add_material(material);
+        let id = self.add_material(material, MaterialName::Type("matte"));
         self.world.as_mut()?.default_material = id;
         id
     }
@@ -180,7 +186,8 @@ impl Interpreter<'_> {
         {
             return Some(MaterialId(materials.len() as u32 - 1));
         }
-        self.add_material(material)
+        let name = base.map_or(MaterialName::Type("none"), MaterialName::Changed);
+        self.add_material(material, name)
     }
 }
 

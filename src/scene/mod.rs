@@ -8,6 +8,7 @@ pub mod graphics_state;
 pub mod interpreter;
 mod materials;
 mod media;
+mod names;
 mod objects;
 pub mod options;
 pub mod reading;
@@ -19,3 +20,4 @@ mod world_block;
 
 pub use description::Frame;
 pub use interpreter::{ReadSettings, read_scene};
+pub use names::Names;

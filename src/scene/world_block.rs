@@ -2,6 +2,7 @@
 
 use super::description::{Frame, InstanceEntity, ObjectDefinition, ShapeEntity};
 use super::interpreter::Interpreter;
+use super::names::MaterialName;
 use super::options::Options;
 use crate::handles::{MaterialId, ObjectId};
 use crate::lights::{DiffuseAreaSpec, LightSpec};
@@ -20,6 +21,7 @@ pub(super) struct WorldBlock {
     pub(super) assumed: bool,
     textures: TextureSpecs,
     pub(super) materials: Vec<Material>,
+    pub(super) material_names: Vec<MaterialName>,
     shapes: Vec<ShapeEntity>,
     pub(super) objects: Vec<ObjectDefinition>,
     pub(super) object_names: HashMap<String, ObjectId>,
@@ -38,6 +40,7 @@ impl WorldBlock {
             assumed: false,
             textures: TextureSpecs::default(),
             materials: Vec::new(),
+            material_names: Vec::new(),
             shapes: Vec::new(),
             objects: Vec::new(),
             object_names: HashMap::new(),
@@ -84,6 +87,7 @@ impl WorldBlock {
             options,
             textures: self.textures,
             materials: self.materials,
+            material_names: self.material_names,
             shapes: self.shapes,
             objects: self.objects,
             instances: self.instances,

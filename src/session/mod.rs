@@ -24,12 +24,12 @@ use crate::build::{self, PreparedScene};
 use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
 use crate::files::FileError;
 use crate::film;
-use crate::film::{Encoding, FilmMetadata, LayerSet};
+use crate::film::{Encoding, FilmMetadata, Layer, LayerSet, Manifest};
 use crate::forecast::{self, Forecast, Process};
 use crate::integrators::Counts;
 use crate::params::{Dialect, NamedFile};
-use crate::render::{Live, Statistics, Step};
-use crate::scene::{self, read_scene};
+use crate::render::{Live, Mattes, Statistics, Step};
+use crate::scene::{self, Names, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -212,12 +212,22 @@ impl Frame {
         let options = &options;
         let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
+        let wanted = frame.options.film.layers;
+        let names = wanted
+            .has_mattes()
+            .then(|| Names::of(&frame, &about.sources));
         let built = on_threads(options.threads, || build::build(frame, options.seed));
         let (scene, diagnostics) = built.map_err(|error| Problems::one_if(error, true))?;
         let problems = Problems::new(&diagnostics, &about.sources, about.policy);
-        let Some(scene) = scene.filter(|_| !problems.refused()) else {
+        let Some(mut scene) = scene.filter(|_| !problems.refused()) else {
             return Err(problems);
         };
+        if wanted.contains(Layer::Motion) && !scene.job.camera.connects() {
+            return Err(Problems::one(NO_MOTION));
+        }
+        if let Some(names) = &names {
+            name_things(&mut scene, names);
+        }
         // Last, so that no checkpoint gives way to a render that never starts.
         let identity = about.identity(&scene_options.film, options);
         let (journal, replaced) = journal(&identity, options, scene.job.traces_light())
@@ -287,6 +297,24 @@ fn promise_nothing(options: &RenderOptions) -> Result<(), &'static str> {
         None => Ok(()),
     }
 }
+
+/// Lets Cryptomattes know things by their names.
+fn name_things(scene: &mut PreparedScene, names: &Names) {
+    let Names {
+        materials,
+        shapes,
+        instances,
+    } = names;
+    scene.job.mattes = Mattes::new(materials, shapes, instances);
+    scene.metadata.manifests = vec![
+        Manifest::new(Layer::Material, materials),
+        Manifest::new(Layer::Instance, instances.iter().chain(shapes)),
+    ];
+}
+
+/// Motion, where it is not known from where on the film a point is seen.
+const NO_MOTION: &str = "--aov motion: of this camera it is not known where on its film a point of the scene is seen (it is placed by a \
+    projection, imitates pbrt-v2, or its lens is not the traced one): leave the layer out";
 
 /// Nor layers: its camera paths gather photons and make no others.
 fn see_nothing(film: &film::FilmSpec) -> Result<(), String> {

@@ -4,6 +4,7 @@ use super::quadric::{ObjectPoint, ObjectSurface, ShadingFrame};
 use super::site::{ShapeType, Site};
 use super::*;
 use crate::math::DVec2;
+use std::path::Path;
 
 macro_rules! shape_types {
     (
@@ -44,6 +45,14 @@ macro_rules! shape_types {
                 })
             }
 
+            /// As the scene file calls it.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(ShapeKind::Quadric(Form::$Quadric(_)) => $quadric,)*
+                    $(ShapeKind::$Kind(_) => $name,)*
+                }
+            }
+
             pub(super) fn compile(&self, site: &Site) -> Result<CompiledShape, ShapeError> {
                 match self {
                     ShapeKind::Quadric(form) => site.quadric(*form),
@@ -82,6 +91,16 @@ macro_rules! shape_types {
             }
         }
     };
+}
+
+impl ShapeKind {
+    /// The file of a mesh that is in one.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            ShapeKind::PlyMesh(mesh) | ShapeKind::ObjMesh(mesh) => Some(mesh.path()),
+            _ => None,
+        }
+    }
 }
 
 // A new type: its file, which implements `from_params` and `ShapeType` (a quadric: `ObjectSurface`), and a

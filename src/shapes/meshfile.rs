@@ -16,7 +16,7 @@ use crate::assets::{obj, ply};
 use crate::budget::Budget;
 use crate::files::FileError;
 use crate::params::ParamReader;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// See the module.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +48,11 @@ impl MeshFileSpec {
         };
         let path = reader.file("filename")?;
         Some(MeshFileSpec { format, path })
+    }
+
+    /// The file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 }
 

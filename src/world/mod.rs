@@ -1,7 +1,7 @@
 //! The immutable world: everything a render reads and nothing it writes, shared by all threads without locks. It holds
 //! only what its scene needs.
 
-use crate::accel::{EmitterHit, Geometry, GeometryHit};
+use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::handles::{LightId, MaterialId, MediumId};
 use crate::lights::Light;
@@ -85,22 +85,10 @@ impl World {
             .intersect(ray, &|input, point| self.textures.float(input, point))
     }
 
-    /// The parameters (u, v) where a ray meets its first surface with a material, whether or not that asks for them; 0 if
-    /// it meets none.
-    pub fn surface_parameters(&self, ray: &Ray) -> Vec2 {
-        let mut ray = *ray;
-        for _ in 0..MAX_NULL_SURFACES {
-            let hit = self
-                .geometry
-                .intersect_whole(&ray, &|input, point| self.textures.float(input, point));
-            match hit {
-                Some(hit) if self.material(hit.material).is_none() => {
-                    ray = hit.surface.spawn_ray(ray.d);
-                }
-                hit => return hit.map_or(Vec2::ZERO, |hit| hit.surface.uv),
-            }
-        }
-        Vec2::ZERO
+    /// The parameters (u, v) of what `ray` has hit, whether or not its material asks for them.
+    pub fn surface_parameters(&self, ray: &Ray, found: &ClosestHit) -> Vec2 {
+        let whole = self.geometry.whole(ray, found);
+        whole.map_or(Vec2::ZERO, |hit| hit.surface.uv)
     }
 
     /// The light of the nearest surface along a ray; see [`Geometry::intersect_emitter`].

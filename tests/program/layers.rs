@@ -2,12 +2,13 @@
 
 use super::cli::{Folder, LENS};
 use crate::common::program::fstop;
+use exr::meta::attribute::AttributeValue;
 use exr::prelude::{ReadChannels, ReadLayers};
 use fstop::film::read;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-const ALL: &str = "albedo,normal,depth,position,uv,coc,alpha";
+const ALL: &str = "albedo,normal,depth,position,uv,material,instance,motion,coc,alpha";
 /// A box with a mirror ball.
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 /// A real lens before surfaces.
@@ -16,13 +17,15 @@ const GAUSS: &str = "tests/scenes/reference/realistic_dgauss50_full.pbrt";
 const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
 
 /// The channels of a file, as any program reads them.
-struct Channels {
-    width: usize,
+pub(super) struct Channels {
+    pub(super) width: usize,
     by_name: BTreeMap<String, Vec<f32>>,
+    /// Attributes that are text.
+    pub(super) texts: BTreeMap<String, String>,
 }
 
 impl Channels {
-    fn of(path: &Path) -> Channels {
+    pub(super) fn of(path: &Path) -> Channels {
         let image = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
@@ -31,6 +34,12 @@ impl Channels {
             .all_attributes()
             .from_file(path)
             .expect("an EXR file");
+        let texts = image.layer_data.attributes.other.iter();
+        let texts = texts.filter_map(|(name, value)| match value {
+            AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
+            _ => None,
+        });
+        let texts = texts.collect();
         let list = image.layer_data.channel_data.list;
         let named = list.into_iter().map(|channel| {
             let values = channel.sample_data.values_as_f32().collect();
@@ -39,15 +48,16 @@ impl Channels {
         Channels {
             width: image.layer_data.size.0,
             by_name: named.collect(),
+            texts,
         }
     }
 
-    fn get(&self, name: &str) -> &[f32] {
+    pub(super) fn get(&self, name: &str) -> &[f32] {
         &self.by_name[name]
     }
 
     /// Whether each value of a channel is within `tolerance` of what is expected at its pixel.
-    fn assert(&self, name: &str, tolerance: f32, expected: impl Fn([f32; 2]) -> f32) {
+    pub(super) fn assert(&self, name: &str, tolerance: f32, expected: impl Fn([f32; 2]) -> f32) {
         for (index, value) in self.get(name).iter().enumerate() {
             let pixel = [index % self.width, index / self.width].map(|i| i as f32 + 0.5);
             let expected = expected(pixel);
@@ -76,7 +86,7 @@ fn bytes(path: &Path) -> Vec<u8> {
 }
 
 /// Renders a scene's text, and returns its channels.
-fn layers_of(text: &str, more: &[&str]) -> Channels {
+pub(super) fn layers_of(text: &str, more: &[&str]) -> Channels {
     let folder = Folder::new();
     let scene = folder.path("scene.pbrt");
     std::fs::write(&scene, text).expect("the scene");
@@ -217,6 +227,7 @@ fn a_wall_is_where_it_is() {
     found.assert("uv.U", wide / 12.0, |at| (x(at) + 5.0) / 12.0);
     found.assert("uv.V", wide / 12.0, |at| (y(at) + 4.0) / 12.0);
     found.assert("coc.Y", 0.0, |_| 0.0);
+    found.assert("motion.X", 0.0, |_| 0.0);
 }
 
 /// What the picture does not cover has no coverage, and what a pixel is half covered by is not taken for something nearer.

@@ -123,6 +123,7 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
                 pixels: image.texels().iter().map(decode).collect(),
                 variance: None,
                 independent: None,
+                mattes: Vec::new(),
                 layers: Vec::new(),
             },
             spp: None,

@@ -61,7 +61,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         from: &ReferencePoint,
     ) {
         let u = self.context.stream.next_2d();
-        if Self::DEFERS
+        if self.defers()
             && { &self.context.workspace.deferred }.takes(self.context.world, chosen.0, from)
             && let Some(matte) = vertex.matte()
         {
@@ -103,7 +103,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if is_black(contribution) {
             return None;
         }
-        if WATCHED {
+        if WATCHED && self.reports {
             self.context.shadow(id, false);
         }
         if MEDIA {
@@ -115,7 +115,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         } else if world.occluded(&light.shadow) {
             return None;
         }
-        if WATCHED {
+        if WATCHED && self.reports {
             self.context.shadow(id, true);
         }
         let competing = (!light.delta).then_some(scattered_pdf);

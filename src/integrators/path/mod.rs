@@ -89,12 +89,14 @@ impl Path {
         radiance.unwrap_or(Rgb::ZERO)
     }
 
-    /// Radiance along the camera ray; `None` where light was [deferred](PathState::DEFERS): then it is in the workspace's sums.
+    /// Radiance along the camera ray; `None` where light was [deferred](Deferred): then it is in the workspace's sums.
     /// `MEDIA`: as `volpath`, which simulates participating media and lets light through surfaces without material; a constant, so
     /// that `path` pays nothing for it. Nor does either for being watched.
     fn trace<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Option<Rgb> {
+        let reports = WATCHED && context.watch.as_ref().is_some_and(|watch| watch.reports());
         let mut state = PathState::<MEDIA, WATCHED> {
             path: self,
+            reports,
             ray: context.ray,
             differentials: context.differentials,
             medium: context.world.media.camera.filter(|_| MEDIA),
@@ -158,6 +160,8 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     throughput: Rgb,
     /// Collected so far, or until light was deferred for the first time: then the workspace's sums have it.
     radiance: Rgb,
+    /// Every step is reported.
+    reports: bool,
     /// Light was deferred.
     has_deferred: bool,
     /// Undoes the scaling of radiance by refraction where Russian roulette judges the throughput.
@@ -172,14 +176,17 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
 }
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
-    /// Direct light may be [deferred](Deferred). Not in media, where what is left of it takes samples from the path's stream, nor where
+    /// Whether direct light may be [deferred](Deferred). Not in media, where what is left of it takes samples from the path's stream, nor where
     /// every step is reported.
-    const DEFERS: bool = !MEDIA && !WATCHED;
+    #[inline(always)]
+    fn defers(&self) -> bool {
+        !MEDIA && !(WATCHED && self.reports)
+    }
 
     /// Adds light that the path has met.
     #[inline(always)]
     fn gain(&mut self, light: Rgb) {
-        if Self::DEFERS && self.has_deferred {
+        if !MEDIA && self.has_deferred {
             self.room_for_a_term().sums.add(light);
         } else {
             self.radiance += light;
@@ -234,7 +241,8 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let mut bsdf = Bsdf::empty();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
         bsdf.prepare(hit.surface.wo);
-        self.look(|sight| sight.meet(&hit.surface, &bsdf, material.has_interior()));
+        let ray = self.ray;
+        self.look(|sight| sight.meet(&ray, hit, &bsdf, material.has_interior()));
 
         // 2. Emitter sampling.
         self.sample_direct_at_surface(hit, &bsdf);
@@ -264,7 +272,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Reports the vertex just reached, for the search for samples that are not finite.
     #[inline(always)]
     fn arrive(&mut self, met: Met) {
-        if WATCHED {
+        if WATCHED && self.reports {
             self.context.arrive(self.depth, met, self.radiance);
         }
     }

@@ -1,163 +1,16 @@
-//! Layers: what an image knows of its pixels besides their color.
-//!
-//! Of each layer a pixel keeps sums over the samples that its color is made of, along the same tree ([`super::pairwise`]), so
+//! What a pixel's samples tell its layers, added up along the tree of its colors ([`crate::film::pairwise`]), so
 //! that threads, tiles, shards and resumed renders change no bit of them either.
 //!
 //! Two kinds of means are made of the sums. *Filtered* layers (`albedo`, `normal`, `alpha`) are weighted as colors are, over
 //! all samples whose ray leaves the lens: a denoiser then finds their edges where those of the picture are, and vignetting
-//! does not darken them. *Geometric* layers (`depth`, `position`, `uv`, `coc`) are plain means over the samples that meet a
+//! does not darken them. *Geometric* layers (`depth`, `position`, `uv`, `motion`, `coc`) are plain means over the samples that meet a
 //! surface, for a mean with the negative weights of some filters may be over a sum that is nearly zero.
 
-use super::pairwise::{Join, Pairwise, PixelSum};
-use crate::math::{DVec3, Rgb, Vec2, Vec3};
+use super::coverage::{Coverage, ImageMatte};
+use super::{Layer, LayerSet, MatteId};
+use crate::film::pairwise::{Join, Pairwise, PixelSum};
+use crate::math::{DVec2, DVec3, Rgb, Vec2, Vec3};
 use arrayvec::ArrayVec;
-use serde::{Deserialize, Serialize};
-use std::fmt;
-
-/// A layer of an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layer {
-    /// The share of light from everywhere that the first surface which is not perfectly specular sends to the camera, times
-    /// what mirrors and glass before it let through; 0 to 1.
-    Albedo,
-    /// World-space shading normal of the same surface, turned to where the ray came from; components −1 to 1.
-    Normal,
-    /// Of the first surface, from the plane through the camera's position across its axis; scene units. For `environment`
-    /// from the position itself.
-    Depth,
-    /// World-space position on the first surface.
-    Position,
-    /// Surface parameters there, as textures see them.
-    Uv,
-    /// Diameter in pixels of the circle of confusion that a point of this depth has near the axis of the lens.
-    Coc,
-    /// The part of the pixel that surfaces cover, glass and mirrors among them; 0 to 1.
-    Alpha,
-}
-
-impl Layer {
-    /// All of them, in the order of their sums.
-    pub const ALL: [Layer; 7] = [
-        Layer::Albedo,
-        Layer::Normal,
-        Layer::Depth,
-        Layer::Position,
-        Layer::Uv,
-        Layer::Coc,
-        Layer::Alpha,
-    ];
-
-    /// As `--aov` calls it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Layer::Albedo => "albedo",
-            Layer::Normal => "normal",
-            Layer::Depth => "depth",
-            Layer::Position => "position",
-            Layer::Uv => "uv",
-            Layer::Coc => "coc",
-            Layer::Alpha => "alpha",
-        }
-    }
-
-    /// The names of its channels in a file, as compositing programs expect them: components behind the layer's name, and
-    /// the alpha of the picture itself.
-    pub fn channels(self) -> &'static [&'static str] {
-        match self {
-            Layer::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
-            Layer::Normal => &["normal.X", "normal.Y", "normal.Z"],
-            Layer::Depth => &["depth.Z"],
-            Layer::Position => &["position.X", "position.Y", "position.Z"],
-            Layer::Uv => &["uv.U", "uv.V"],
-            Layer::Coc => &["coc.Y"],
-            Layer::Alpha => &["A"],
-        }
-    }
-
-    /// How many sums of its own it needs.
-    fn sums(self) -> usize {
-        match self {
-            Layer::Alpha => 0,
-            other => other.channels().len(),
-        }
-    }
-}
-
-/// Some layers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LayerSet(u16);
-
-impl LayerSet {
-    /// None.
-    pub const NONE: LayerSet = LayerSet(0);
-
-    /// These and `layer`.
-    #[must_use]
-    pub fn with(self, layer: Layer) -> LayerSet {
-        LayerSet(self.0 | 1 << layer as u16)
-    }
-
-    /// Whether `layer` is among them.
-    pub fn contains(self, layer: Layer) -> bool {
-        self.0 & 1 << layer as u16 != 0
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// They, in the order of [`Layer::ALL`].
-    pub fn iter(self) -> impl Iterator<Item = Layer> {
-        { Layer::ALL.into_iter() }.filter(move |layer| self.contains(*layer))
-    }
-
-    /// Reads names between commas, in any order.
-    ///
-    /// # Errors
-    /// The first name that no layer has, in a sentence with those that there are.
-    pub fn parse(list: &str) -> Result<LayerSet, String> {
-        { list.split(',') }.try_fold(LayerSet::NONE, |set, name| {
-            let name = name.trim();
-            let found = Layer::ALL.into_iter().find(|layer| layer.name() == name);
-            let layer = found.ok_or_else(|| {
-                let all = Layer::ALL.map(Layer::name).join(", ");
-                format!("no layer is called \"{name}\"; there are {all}")
-            })?;
-            Ok(set.with(layer))
-        })
-    }
-
-    /// Numbers that are added up for each pixel.
-    fn sums(self) -> usize {
-        if self.is_empty() {
-            return 0;
-        }
-        SHARED + self.iter().map(Layer::sums).sum::<usize>()
-    }
-
-    /// Bytes of a pixel's sums.
-    pub fn memory_of_sums(self) -> u64 {
-        (self.sums() * size_of::<f64>()) as u64
-    }
-
-    /// Bytes of a pixel in the image and in its file, which is made in memory.
-    pub fn memory_of_image(self) -> u64 {
-        let channels: usize = self.iter().map(|layer| layer.channels().len()).sum();
-        (self.iter().count() * size_of::<Rgb>() + channels * size_of::<f32>()) as u64
-    }
-}
-
-/// The names, between commas.
-impl fmt::Display for LayerSet {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, layer) in self.iter().enumerate() {
-            let comma = if index > 0 { "," } else { "" };
-            write!(f, "{comma}{}", layer.name())?;
-        }
-        Ok(())
-    }
-}
 
 /// What a camera ray that left the lens tells the layers.
 #[derive(Clone, Copy, Debug)]
@@ -168,6 +21,12 @@ pub struct LayerSample {
     pub depth: f64,
     /// See [`Layer::Uv`].
     pub uv: Vec2,
+    /// See [`Layer::Material`].
+    pub material: MatteId,
+    /// See [`Layer::Instance`].
+    pub instance: MatteId,
+    /// See [`Layer::Motion`].
+    pub motion: DVec2,
     /// See [`Layer::Coc`].
     pub coc: f64,
     /// See [`Layer::Albedo`].
@@ -177,10 +36,10 @@ pub struct LayerSample {
 }
 
 /// Sums that all layers share: samples that left the lens, the weights of those that met a surface, and their number.
-const SHARED: usize = 3;
+pub(super) const SHARED: usize = 3;
 
 /// Most sums of a pixel.
-const MAX_SUMS: usize = SHARED + 3 + 3 + 1 + 3 + 2 + 1;
+pub(super) const MAX_SUMS: usize = SHARED + 3 + 3 + 1 + 3 + 2 + 2 + 1;
 
 /// Sums over samples of one pixel: the shared ones, then each layer's.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -200,26 +59,49 @@ fn add(sums: &mut [f64], more: &[f64]) {
 
 /// The sums of some pixels.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct LayerPixels {
-    pub(super) set: LayerSet,
-    pub(super) sums: Vec<f64>,
+pub(in super::super) struct LayerPixels {
+    pub(in super::super) set: LayerSet,
+    pub(in super::super) sums: Vec<f64>,
+    /// Of [`Layer::MATTES`].
+    pub(in super::super) mattes: [Coverage; 2],
 }
 
 impl LayerPixels {
     /// Of so many pixels without samples; `None` for no layers.
-    pub(super) fn new(set: LayerSet, pixels: usize) -> Option<LayerPixels> {
+    pub(in super::super) fn new(set: LayerSet, pixels: usize) -> Option<LayerPixels> {
         let sums = vec![0.0; set.sums() * pixels];
-        (!set.is_empty()).then_some(LayerPixels { set, sums })
+        (!set.is_empty()).then(|| LayerPixels {
+            set,
+            sums,
+            mattes: Default::default(),
+        })
     }
 
     /// The sums of a pixel.
-    pub(super) fn pixel(&self, index: usize) -> &[f64] {
+    pub(in super::super) fn pixel(&self, index: usize) -> &[f64] {
         let count = self.set.sums();
         { self.sums.get(index * count..(index + 1) * count) }.unwrap_or_default()
     }
 
+    /// Adds those of other pixels, each of which is the one of these that `place` says, if any.
+    pub(in super::super) fn merge(
+        &mut self,
+        more: &LayerPixels,
+        pixels: usize,
+        place: impl Fn(usize) -> Option<usize>,
+    ) {
+        for number in 0..pixels {
+            if let Some(index) = place(number) {
+                self.add(index, more.pixel(number));
+            }
+        }
+        for (own, more) in self.mattes.iter_mut().zip(&more.mattes) {
+            own.merge(more, &place);
+        }
+    }
+
     /// Adds to those of a pixel.
-    pub(super) fn add(&mut self, index: usize, more: &[f64]) {
+    fn add(&mut self, index: usize, more: &[f64]) {
         let count = self.set.sums();
         if let Some(sums) = self.sums.get_mut(index * count..(index + 1) * count) {
             add(sums, more);
@@ -227,22 +109,25 @@ impl LayerPixels {
     }
 
     /// Adds those of the same pixels.
-    pub(super) fn join(&mut self, right: &LayerPixels) {
+    pub(in super::super) fn join(&mut self, right: &LayerPixels) {
         add(&mut self.sums, &right.sums);
+        for (own, more) in self.mattes.iter_mut().zip(&right.mattes) {
+            own.merge(more, Some);
+        }
     }
 }
 
 /// The layers of a tile, to which the samples of a pixel are added one after the other.
 #[derive(Clone, Debug)]
-pub(super) struct TileLayers {
-    pub(super) pixels: LayerPixels,
+pub(in super::super) struct TileLayers {
+    pub(in super::super) pixels: LayerPixels,
     leaf: Sums,
     in_leaf: u32,
     leaves: Pairwise<Sums>,
 }
 
 impl TileLayers {
-    pub(super) fn new(set: LayerSet, pixels: usize) -> Option<Box<TileLayers>> {
+    pub(in super::super) fn new(set: LayerSet, pixels: usize) -> Option<Box<TileLayers>> {
         let pixels = LayerPixels::new(set, pixels)?;
         Some(Box::new(TileLayers {
             pixels,
@@ -252,12 +137,18 @@ impl TileLayers {
         }))
     }
 
-    /// Adds a sample: `None` for one whose ray does not leave the lens, `Some(None)` for one that meets nothing.
-    pub(super) fn add(&mut self, weight: f32, sample: Option<Option<&LayerSample>>) {
+    /// Adds a sample of a pixel: `None` for one whose ray does not leave the lens, `Some(None)` for one that meets nothing.
+    pub(in super::super) fn add(
+        &mut self,
+        pixel: usize,
+        weight: f32,
+        sample: Option<Option<&LayerSample>>,
+    ) {
         if let Some(found) = sample {
             self.leaf.0[0] += 1.0;
             if let Some(found) = found {
                 self.add_found(f64::from(weight), found);
+                self.cover(pixel, weight, found);
             }
         }
         self.in_leaf += 1;
@@ -292,8 +183,24 @@ impl TileLayers {
         if set.contains(Layer::Uv) {
             add(&sample.uv.as_dvec2().to_array());
         }
+        if set.contains(Layer::Motion) {
+            add(&sample.motion.to_array());
+        }
         if set.contains(Layer::Coc) {
             add(&[sample.coc]);
+        }
+    }
+
+    fn cover(&mut self, pixel: usize, weight: f32, sample: &LayerSample) {
+        let ids = [sample.material, sample.instance];
+        for ((layer, coverage), id) in Layer::MATTES
+            .into_iter()
+            .zip(&mut self.pixels.mattes)
+            .zip(ids)
+        {
+            if self.pixels.set.contains(layer) {
+                coverage.add(pixel, id, weight);
+            }
         }
     }
 
@@ -304,7 +211,7 @@ impl TileLayers {
     }
 
     /// Pools what has been added for this pixel.
-    pub(super) fn close(&mut self, index: usize) {
+    pub(in super::super) fn close(&mut self, index: usize) {
         let rest = (self.in_leaf > 0).then(|| {
             self.in_leaf = 0;
             std::mem::replace(&mut self.leaf, zeros(self.pixels.set))
@@ -330,17 +237,38 @@ pub struct ImageLayer {
 
 impl ImageLayer {
     /// These layers of so many pixels, all 0.
-    pub(super) fn all_of(set: LayerSet, pixels: usize) -> Vec<ImageLayer> {
+    pub(in super::super) fn all_of(set: LayerSet, pixels: usize) -> Vec<ImageLayer> {
         let black = |layer| ImageLayer {
             layer,
             values: vec![Rgb::ZERO; pixels],
         };
-        set.iter().map(black).collect()
+        let has_means = |layer: &Layer| layer.matte().is_none();
+        set.iter().filter(has_means).map(black).collect()
+    }
+}
+
+/// Sets pixels of the image's layers: the one that `place` says, if any, for each of these.
+pub(in super::super) fn develop(
+    (layers, mattes): (&mut [ImageLayer], &mut [ImageMatte]),
+    pixels: &LayerPixels,
+    count: usize,
+    place: impl Fn(usize) -> Option<usize>,
+) {
+    for number in 0..count {
+        if let Some(index) = place(number) {
+            develop_means(layers, index, pixels.pixel(number));
+        }
+    }
+    let seen = |number: usize| pixels.pixel(number).first().copied().unwrap_or(0.0);
+    for matte in mattes {
+        if let Some(kind) = matte.layer.matte() {
+            pixels.mattes[kind].develop(matte, seen, &place);
+        }
     }
 }
 
 /// Sets a pixel of the image's layers to the means that these sums are of.
-pub(super) fn develop(layers: &mut [ImageLayer], index: usize, sums: &[f64]) {
+fn develop_means(layers: &mut [ImageLayer], index: usize, sums: &[f64]) {
     let Some((&[seen, covered, hits], mut own)) = sums.split_first_chunk::<SHARED>() else {
         return;
     };
@@ -362,7 +290,8 @@ pub(super) fn develop(layers: &mut [ImageLayer], index: usize, sums: &[f64]) {
             Layer::Normal => mean(seen).clamp(DVec3::NEG_ONE, DVec3::ONE),
             Layer::Alpha if seen > 0.0 => DVec3::splat((covered / seen).clamp(0.0, 1.0)),
             Layer::Alpha => DVec3::ZERO,
-            Layer::Depth | Layer::Position | Layer::Uv | Layer::Coc => mean(hits),
+            Layer::Depth | Layer::Position | Layer::Uv | Layer::Motion | Layer::Coc => mean(hits),
+            Layer::Material | Layer::Instance => continue,
         };
         if let Some(slot) = values.get_mut(index) {
             // Not a negative zero, which sums may or may not begin with.
@@ -373,25 +302,10 @@ pub(super) fn develop(layers: &mut [ImageLayer], index: usize, sums: &[f64]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::all;
     use super::*;
     use crate::film::{FilmSpec, PixelBounds, Tile};
     use crate::math::UVec2;
-
-    fn all() -> LayerSet {
-        Layer::ALL.into_iter().fold(LayerSet::NONE, LayerSet::with)
-    }
-
-    #[test]
-    fn names_are_read_and_written() {
-        assert_eq!(LayerSet::parse(&all().to_string()), Ok(all()));
-        let some = LayerSet::parse("depth, albedo").unwrap();
-        assert_eq!(some.to_string(), "albedo,depth");
-        assert_eq!(some.iter().count(), 2);
-        let error = LayerSet::parse("albedo,dpeth").unwrap_err();
-        assert!(error.contains("\"dpeth\"") && error.contains("depth"));
-        assert!(LayerSet::parse("").is_err());
-        assert_eq!(all().sums(), MAX_SUMS);
-    }
 
     /// Samples whose sums depend on their order.
     fn sample(index: u32) -> LayerSample {
@@ -400,6 +314,9 @@ mod tests {
             position: DVec3::new(x, 1e9 * x.sin(), 1e-9),
             depth: (20.0 * x.fract()).exp(),
             uv: Vec2::splat(x.fract() as f32),
+            material: MatteId::of(["a", "b", "c"][index as usize % 3]),
+            instance: MatteId::of(&index.to_string()),
+            motion: DVec2::new(x.sin(), x),
             coc: x.cos(),
             albedo: Rgb::splat(0.1),
             normal: Vec3::new(0.6, -0.8, 0.0),
@@ -425,7 +342,11 @@ mod tests {
 
     #[test]
     fn blocks_of_any_power_of_two_make_the_same_bits() {
-        let sums = |tile: &Tile| tile.layers.as_ref().unwrap().pixels.clone();
+        let sums = |tile: &Tile| {
+            let mut pixels = tile.layers.as_ref().unwrap().pixels.clone();
+            pixels.mattes = pixels.mattes.map(|coverage| coverage.canonical());
+            pixels
+        };
         for count in [1, 17, 100, 1000] {
             let whole = sums(&tile_of(0..count));
             for size in [16, 64, 128] {
@@ -447,16 +368,20 @@ mod tests {
             position: DVec3::new(1.0, 2.0, 3.0),
             depth: 4.0,
             uv: Vec2::new(0.25, 0.5),
+            material: MatteId::of("a"),
+            instance: MatteId::of("b"),
+            motion: DVec2::new(3.0, -2.0),
             coc: 8.0,
             albedo: Rgb::new(0.5, 0.25, 1.0),
             normal: Vec3::Z,
         };
         // One blocked in the lens, one that meets nothing, two that meet the same point.
         for sample in [None, Some(None), Some(Some(&found)), Some(Some(&found))] {
-            tile.add(1.0, sample);
+            tile.add(0, 1.0, sample);
         }
         tile.close(0);
-        develop(&mut layers, 0, tile.pixels.pixel(0));
+        let mut mattes = ImageMatte::all_of(all(), 1);
+        develop((&mut layers, &mut mattes), &tile.pixels, 1, Some);
         let third = 2.0 / 3.0;
         let expected = [
             (found.albedo.as_dvec3() * third).as_vec3(),
@@ -464,11 +389,17 @@ mod tests {
             Rgb::new(4.0, 0.0, 0.0),
             Rgb::new(1.0, 2.0, 3.0),
             Rgb::new(0.25, 0.5, 0.0),
+            Rgb::new(3.0, -2.0, 0.0),
             Rgb::new(8.0, 0.0, 0.0),
             Rgb::splat(third as f32),
         ];
         for (layer, expected) in layers.iter().zip(expected) {
             assert_eq!(layer.values[0], expected, "{:?}", layer.layer);
+        }
+        for (matte, id) in mattes.iter().zip([found.material, found.instance]) {
+            let ranks = matte.ranks(0);
+            assert_eq!(ranks[0], (id.number(), third as f32));
+            assert_eq!(ranks[1], (0.0, 0.0));
         }
     }
 }

@@ -1,0 +1,236 @@
+//! Which of some things a pixel shows, and how much of it each of them covers.
+//!
+//! Samples of one image have the same weight but for its sign (the filter's), so that counting is enough: whole numbers have no order.
+
+use super::{Layer, LayerSet, MatteId};
+use crate::math::Rgb;
+
+/// Things of a pixel that are written, those that cover most of it: what Cryptomatte's files have by default.
+pub(super) const RANKS: usize = 6;
+
+/// Bytes of a thing that a pixel shows.
+pub(super) const ENTRY: usize = size_of::<Entry>();
+
+/// What the samples of some pixels have met.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(in super::super) struct Coverage {
+    /// By pixel, while a tile is rendered; a pixel may be there in several parts.
+    entries: Vec<Entry>,
+    /// How many there were when each thing of a pixel was there once.
+    tidied: usize,
+    /// The weight of a sample, without its sign.
+    unit: f32,
+}
+
+/// A thing that a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Entry {
+    pixel: u32,
+    id: MatteId,
+    /// Samples of positive weight, less those of negative weight.
+    count: i32,
+}
+
+impl Coverage {
+    /// Adds a sample. Those of a pixel come one after the other.
+    pub(super) fn add(&mut self, pixel: usize, id: MatteId, weight: f32) {
+        self.unit = self.unit.max(weight.abs());
+        let count = if weight < 0.0 { -1 } else { 1 };
+        let pixel = pixel as u32;
+        let same = { self.entries.iter_mut().rev() }.take_while(|entry| entry.pixel == pixel);
+        match same.into_iter().find(|entry| entry.id == id) {
+            Some(entry) => entry.count += count,
+            None => self.entries.push(Entry { pixel, id, count }),
+        }
+    }
+
+    /// Adds those of other pixels, each of which is the one of these that `place` says, if any.
+    pub(super) fn merge(&mut self, more: &Coverage, place: impl Fn(usize) -> Option<usize>) {
+        self.unit = self.unit.max(more.unit);
+        let moved = more.entries.iter().filter_map(|entry| {
+            let pixel = place(entry.pixel as usize)? as u32;
+            Some(Entry { pixel, ..*entry })
+        });
+        self.entries.extend(moved);
+        // Now and then, so that it takes little time of all.
+        if self.entries.len() > 2 * self.tidied {
+            self.tidy();
+        }
+    }
+
+    /// Each thing of a pixel once, in order.
+    fn tidy(&mut self) {
+        let key = |entry: &Entry| (entry.pixel, entry.id);
+        self.entries.sort_unstable_by_key(key);
+        self.entries.dedup_by(|next, kept| {
+            let is_same = key(next) == key(kept);
+            if is_same {
+                kept.count += next.count;
+            }
+            is_same
+        });
+        self.tidied = self.entries.len();
+    }
+
+    /// In one order, whatever it was made from.
+    #[cfg(test)]
+    pub(in super::super) fn canonical(&self) -> Coverage {
+        let mut canonical = self.clone();
+        canonical.tidy();
+        canonical
+    }
+
+    /// Sets the ranks of pixels in `matte`, where `place` says, of which so many samples have left the lens.
+    pub(super) fn develop(
+        &self,
+        matte: &mut ImageMatte,
+        seen: impl Fn(usize) -> f64,
+        place: impl Fn(usize) -> Option<usize>,
+    ) {
+        let mut all = self.clone();
+        all.tidy();
+        for entries in all.entries.chunk_by_mut(|a, b| a.pixel == b.pixel) {
+            // By what they cover, and by their number where that is the same.
+            entries.sort_unstable_by_key(|entry| (-i64::from(entry.count), entry.id));
+            let Some(&Entry { pixel, .. }) = entries.first() else {
+                continue;
+            };
+            let (seen, index) = (seen(pixel as usize), place(pixel as usize));
+            let Some(index) = index.filter(|_| seen > 0.0) else {
+                continue;
+            };
+            let shown = entries.iter().filter(|entry| entry.count > 0).take(RANKS);
+            for (rank, entry) in shown.enumerate() {
+                let part = f64::from(entry.count) * f64::from(self.unit) / seen;
+                matte.set(index, rank, (entry.id.number(), part.min(1.0) as f32));
+            }
+        }
+    }
+
+    /// As words of a checkpoint.
+    pub(in super::super) fn to_words(&self) -> impl Iterator<Item = u64> + '_ {
+        let head = [self.entries.len() as u64, self.unit.to_bits().into()];
+        let entries = self.entries.iter().flat_map(|entry| {
+            let place = u64::from(entry.pixel) << 32 | u64::from(entry.id.bits());
+            [place, entry.count as u32 as u64]
+        });
+        head.into_iter().chain(entries)
+    }
+
+    /// From such words; `None` if there are too few.
+    pub(in super::super) fn from_words(mut word: impl FnMut() -> Option<u64>) -> Option<Coverage> {
+        let (count, unit) = (word()?, f32::from_bits(word()? as u32));
+        let mut entries = Vec::new();
+        for _ in 0..count {
+            let (place, count) = (word()?, word()? as u32 as i32);
+            entries.push(Entry {
+                pixel: (place >> 32) as u32,
+                id: MatteId::from_bits(place as u32),
+                count,
+            });
+        }
+        Some(Coverage {
+            tidied: 0,
+            entries,
+            unit,
+        })
+    }
+}
+
+/// A Cryptomatte of all pixels of an image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageMatte {
+    /// Which.
+    pub layer: Layer,
+    /// Three channels of [`Layer::channels`] each, row by row as the image's pixels: number and part of what covers most of the pixel, of what
+    /// covers most of the rest, and so on.
+    pub planes: [Vec<Rgb>; 2 * RANKS / 3],
+}
+
+impl ImageMatte {
+    /// Those of these layers, of so many pixels that show nothing.
+    pub(in super::super) fn all_of(set: LayerSet, pixels: usize) -> Vec<ImageMatte> {
+        let blank = |layer| ImageMatte {
+            layer,
+            planes: std::array::from_fn(|_| vec![Rgb::ZERO; pixels]),
+        };
+        let wanted = Layer::MATTES
+            .into_iter()
+            .filter(|&layer| set.contains(layer));
+        wanted.map(blank).collect()
+    }
+
+    fn set(&mut self, pixel: usize, rank: usize, (id, part): (f32, f32)) {
+        for (channel, value) in [(2 * rank, id), (2 * rank + 1, part)] {
+            let plane = self.planes.get_mut(channel / 3);
+            if let Some(slot) = plane.and_then(|plane| plane.get_mut(pixel)) {
+                slot[channel % 3] = value;
+            }
+        }
+    }
+
+    /// What a pixel shows: numbers, and the parts of the pixel that they cover.
+    #[cfg(test)]
+    pub(crate) fn ranks(&self, pixel: usize) -> [(f32, f32); RANKS] {
+        let at = |channel: usize| self.planes[channel / 3][pixel][channel % 3];
+        std::array::from_fn(|rank| (at(2 * rank), at(2 * rank + 1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ids() -> [MatteId; 9] {
+        std::array::from_fn(|i| MatteId::of(&format!("thing {i}")))
+    }
+
+    #[test]
+    fn parts_are_those_of_the_samples_whatever_the_order() {
+        let ids = ids();
+        // Thing i is met 10 − i times, one of them with a negative weight; two of all 60 rays meet nothing.
+        let samples: Vec<(MatteId, f32)> = { ids.into_iter().enumerate() }
+            .flat_map(|(i, id)| (0..10 - i).map(move |k| (id, if k == 5 { -1.5 } else { 1.5 })))
+            .collect();
+        let developed = |order: &[(MatteId, f32)], parts: usize| {
+            let mut all = Coverage::default();
+            for part in order.chunks(order.len().div_ceil(parts)) {
+                let mut coverage = Coverage::default();
+                part.iter()
+                    .for_each(|&(id, weight)| coverage.add(0, id, weight));
+                all.merge(&coverage, |_| Some(1));
+            }
+            let mut matte = ImageMatte::all_of(LayerSet::NONE.with(Layer::Material), 2);
+            all.develop(&mut matte[0], |_| 60.0, Some);
+            assert_eq!(matte[0].ranks(0), [(0.0, 0.0); RANKS]);
+            matte[0].ranks(1)
+        };
+        let ranks = developed(&samples, 1);
+        let met = [8, 7, 6, 5, 5, 4];
+        for (rank, met) in ranks.into_iter().zip(met) {
+            assert_eq!(rank.1, 1.5 * met as f32 / 60.0);
+        }
+        let mut same = [ids[3].number(), ids[4].number(), ids[5].number()];
+        same.sort_by(f32::total_cmp);
+        assert!(same.contains(&ranks[3].0) && same.contains(&ranks[4].0));
+        let mut reversed = samples.clone();
+        reversed.reverse();
+        for parts in [1, 3, 7] {
+            assert_eq!(developed(&samples, parts), ranks);
+            assert_eq!(developed(&reversed, parts), ranks);
+        }
+    }
+
+    #[test]
+    fn words_are_read_back() {
+        let mut coverage = Coverage::default();
+        for (i, id) in ids().into_iter().enumerate() {
+            coverage.add(i / 2, id, if i == 4 { -1.0 } else { 1.0 });
+        }
+        let words: Vec<u64> = coverage.to_words().collect();
+        let mut rest = words.iter().copied();
+        assert_eq!(Coverage::from_words(|| rest.next()), Some(coverage));
+        let mut short = words[..words.len() - 1].iter().copied();
+        assert_eq!(Coverage::from_words(|| short.next()), None);
+    }
+}

@@ -1,0 +1,217 @@
+//! Layers: what an image knows of its pixels besides their color.
+//!
+//! Of each layer a pixel keeps [sums](sums) over the samples that its color is made of; of `material` and `instance`, which things
+//! its samples met and how often ([`coverage`]), for Cryptomatte ([`cryptomatte`]).
+
+mod coverage;
+mod cryptomatte;
+mod sums;
+
+pub(super) use coverage::Coverage;
+pub use coverage::ImageMatte;
+pub use cryptomatte::{Manifest, MatteId};
+pub use sums::{ImageLayer, LayerSample};
+pub(super) use sums::{LayerPixels, TileLayers, develop};
+
+use crate::math::Rgb;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A layer of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Layer {
+    /// The share of light from everywhere that the first surface which is not perfectly specular sends to the camera, times
+    /// what mirrors and glass before it let through; 0 to 1.
+    Albedo,
+    /// World-space shading normal of the same surface, turned to where the ray came from; components −1 to 1.
+    Normal,
+    /// Of the first surface, from the plane through the camera's position across its axis; scene units. For `environment`
+    /// from the position itself.
+    Depth,
+    /// World-space position on the first surface.
+    Position,
+    /// Surface parameters there, as textures see them.
+    Uv,
+    /// Which materials the pixel shows, and how much of it each covers: a Cryptomatte.
+    Material,
+    /// The same of instances of objects, and of shapes that are in none.
+    Instance,
+    /// Where the point of the first surface moves while the shutter is open, in pixels to the right and up.
+    Motion,
+    /// Diameter in pixels of the circle of confusion that a point of this depth has near the axis of the lens.
+    Coc,
+    /// The part of the pixel that surfaces cover, glass and mirrors among them; 0 to 1.
+    Alpha,
+}
+
+impl Layer {
+    /// All of them, in the order of their sums.
+    pub const ALL: [Layer; 10] = [
+        Layer::Albedo,
+        Layer::Normal,
+        Layer::Depth,
+        Layer::Position,
+        Layer::Uv,
+        Layer::Material,
+        Layer::Instance,
+        Layer::Motion,
+        Layer::Coc,
+        Layer::Alpha,
+    ];
+
+    /// Those that are Cryptomattes.
+    pub const MATTES: [Layer; 2] = [Layer::Material, Layer::Instance];
+
+    /// As `--aov` calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Layer::Albedo => "albedo",
+            Layer::Normal => "normal",
+            Layer::Depth => "depth",
+            Layer::Position => "position",
+            Layer::Uv => "uv",
+            Layer::Material => "material",
+            Layer::Instance => "instance",
+            Layer::Motion => "motion",
+            Layer::Coc => "coc",
+            Layer::Alpha => "alpha",
+        }
+    }
+
+    /// The names of its channels in a file, as compositing programs expect them: components behind the layer's name, and
+    /// the alpha of the picture itself.
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Layer::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
+            Layer::Normal => &["normal.X", "normal.Y", "normal.Z"],
+            Layer::Depth => &["depth.Z"],
+            Layer::Position => &["position.X", "position.Y", "position.Z"],
+            Layer::Uv => &["uv.U", "uv.V"],
+            Layer::Material => &cryptomatte::MATERIAL,
+            Layer::Instance => &cryptomatte::OBJECT,
+            Layer::Motion => &["motion.X", "motion.Y"],
+            Layer::Coc => &["coc.Y"],
+            Layer::Alpha => &["A"],
+        }
+    }
+
+    /// How many sums of its own it needs.
+    fn sums(self) -> usize {
+        match self {
+            Layer::Alpha | Layer::Material | Layer::Instance => 0,
+            other => other.channels().len(),
+        }
+    }
+
+    /// Its place among [`Layer::MATTES`].
+    fn matte(self) -> Option<usize> {
+        Layer::MATTES.into_iter().position(|layer| layer == self)
+    }
+}
+
+/// Some layers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LayerSet(u16);
+
+impl LayerSet {
+    /// None.
+    pub const NONE: LayerSet = LayerSet(0);
+
+    /// These and `layer`.
+    #[must_use]
+    pub fn with(self, layer: Layer) -> LayerSet {
+        LayerSet(self.0 | 1 << layer as u16)
+    }
+
+    /// Whether `layer` is among them.
+    pub fn contains(self, layer: Layer) -> bool {
+        self.0 & 1 << layer as u16 != 0
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// They, in the order of [`Layer::ALL`].
+    pub fn iter(self) -> impl Iterator<Item = Layer> {
+        { Layer::ALL.into_iter() }.filter(move |layer| self.contains(*layer))
+    }
+
+    /// Reads names between commas, in any order.
+    ///
+    /// # Errors
+    /// The first name that no layer has, in a sentence with those that there are.
+    pub fn parse(list: &str) -> Result<LayerSet, String> {
+        { list.split(',') }.try_fold(LayerSet::NONE, |set, name| {
+            let name = name.trim();
+            let found = Layer::ALL.into_iter().find(|layer| layer.name() == name);
+            let layer = found.ok_or_else(|| {
+                let all = Layer::ALL.map(Layer::name).join(", ");
+                format!("no layer is called \"{name}\"; there are {all}")
+            })?;
+            Ok(set.with(layer))
+        })
+    }
+
+    /// Whether any is a Cryptomatte.
+    pub fn has_mattes(self) -> bool {
+        self.iter().any(|layer| layer.matte().is_some())
+    }
+
+    /// Numbers that are added up for each pixel.
+    fn sums(self) -> usize {
+        if self.is_empty() {
+            return 0;
+        }
+        sums::SHARED + self.iter().map(Layer::sums).sum::<usize>()
+    }
+
+    /// Bytes of a pixel's sums, where a pixel of a matte shows two things.
+    pub fn memory_of_sums(self) -> u64 {
+        let mattes = self.iter().filter_map(Layer::matte).count();
+        (self.sums() * size_of::<f64>() + 2 * mattes * coverage::ENTRY) as u64
+    }
+
+    /// Bytes of a pixel in the image and in its file, which is made in memory.
+    pub fn memory_of_image(self) -> u64 {
+        let channels = |layer: Layer| layer.channels().len();
+        let planes: usize = self.iter().map(|layer| channels(layer).div_ceil(3)).sum();
+        let in_file: usize = self.iter().map(channels).sum();
+        (planes * size_of::<Rgb>() + in_file * size_of::<f32>()) as u64
+    }
+}
+
+/// The names, between commas.
+impl fmt::Display for LayerSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, layer) in self.iter().enumerate() {
+            let comma = if index > 0 { "," } else { "" };
+            write!(f, "{comma}{}", layer.name())?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_and_written() {
+        assert_eq!(LayerSet::parse(&all().to_string()), Ok(all()));
+        let some = LayerSet::parse("depth, albedo").unwrap();
+        assert_eq!(some.to_string(), "albedo,depth");
+        assert_eq!(some.iter().count(), 2);
+        let error = LayerSet::parse("albedo,dpeth").unwrap_err();
+        assert!(error.contains("\"dpeth\"") && error.contains("depth"));
+        assert!(LayerSet::parse("").is_err());
+        assert_eq!(all().sums(), sums::MAX_SUMS);
+    }
+}
+
+/// All layers.
+#[cfg(test)]
+pub(super) fn all() -> LayerSet {
+    Layer::ALL.into_iter().fold(LayerSet::NONE, LayerSet::with)
+}
