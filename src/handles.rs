@@ -31,3 +31,14 @@ handles! {
     /// A named object (`ObjectBegin`): shapes with a tree of their own.
     ObjectId;
 }
+
+/// Which of the picture's layers of light a light belongs to: 0 for light of no group.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LightLayer(pub u8);
+
+impl LightLayer {
+    /// Its place among them.
+    pub fn index(self) -> usize {
+        self.0.into()
+    }
+}

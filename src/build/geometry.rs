@@ -2,13 +2,13 @@
 
 use crate::accel::{Geometry, GeometryBuilder, GeometryError, PrimitiveAttributes};
 use crate::budget::Budget;
-use crate::handles::LightId;
+use crate::handles::{LightId, LightLayer};
 use crate::lights::{DiffuseAreaLight, DiffuseAreaSpec, Light};
 use crate::math::DVec3;
 use crate::math::transform::Transform;
 use crate::media::MediumInterface;
-use crate::scene::Frame;
 use crate::scene::description::{InstanceEntity, ObjectDefinition, ShapeEntity};
+use crate::scene::{Frame, LightGroups};
 use crate::shapes::emitter::Emitter;
 use crate::shapes::{CompiledShape, ShapeError, Site};
 use crate::syntax::{Diagnostic, Diagnostics};
@@ -26,6 +26,8 @@ pub(super) struct Shapes {
     pub area_lights: Vec<DiffuseAreaSpec>,
     /// The media around the lights that are no shapes.
     pub light_media: Vec<MediumInterface>,
+    /// The layers of light of both, where any are wanted.
+    pub light_groups: Option<LightGroups>,
     /// Whether a texture needs face indices (Ptex).
     pub need_faces: bool,
     /// By material: nothing asks for surface parameters there.
@@ -42,6 +44,8 @@ pub(super) struct PlacedGeometry {
     pub sampled_lights: usize,
     /// The media around each of `lights`.
     pub light_media: Vec<MediumInterface>,
+    /// The layer of each of `lights`, where layers of light are wanted.
+    pub light_layers: Vec<LightLayer>,
 }
 
 /// Compiles all shapes (meshes are loaded in parallel) and builds the trees. Shapes that cannot be loaded are reported
@@ -60,6 +64,7 @@ pub(super) fn build(
         bare: &shapes.bare,
         lights,
         light_media: shapes.light_media,
+        light_groups: shapes.light_groups,
         groups: 0,
         diagnostics,
     };
@@ -76,6 +81,9 @@ pub(super) fn build(
         add_instance(instance, render_from_world, &mut top);
     }
     let (lights, light_media) = (adder.lights, adder.light_media);
+    let light_layers = adder
+        .light_groups
+        .map_or_else(Vec::new, |groups| groups.of_lights);
     let built = top.build(objects);
     let report = |error: GeometryError| diagnostics.push(Diagnostic::error(error.to_string()));
     let geometry = built.map_err(report).ok()?;
@@ -91,6 +99,7 @@ pub(super) fn build(
         lights,
         sampled_lights,
         light_media,
+        light_layers,
     })
 }
 
@@ -170,6 +179,7 @@ struct Adder<'a> {
     bare: &'a [bool],
     lights: Vec<Light>,
     light_media: Vec<MediumInterface>,
+    light_groups: Option<LightGroups>,
     groups: u32,
     diagnostics: &'a Diagnostics,
     budget: &'a Budget,
@@ -247,6 +257,12 @@ impl Adder<'_> {
             self.light_media
                 .resize(first.index(), MediumInterface::default());
             self.light_media.resize(self.lights.len(), media);
+        }
+        if let Some(groups) = &mut self.light_groups {
+            let layer = groups.of_area_lights.get(area_light).copied();
+            groups
+                .of_lights
+                .resize(self.lights.len(), layer.unwrap_or_default());
         }
         self.groups += 1;
         (Some(first), paired)

@@ -149,11 +149,12 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         instances: frame.instances,
         area_lights: frame.area_lights,
         light_media: frame.light_media,
+        light_groups: { options.film.layers.contains(Layer::Lights) }.then_some(frame.light_groups),
         need_faces: assets.textures.need_faces(),
     };
     let place = &assets.render_from_world;
     let placed = geometry::build(shapes, assets.lights, place, diagnostics, &budget)?;
-    let world = World::new(
+    let mut world = World::new(
         placed.geometry,
         materials,
         assets.textures,
@@ -161,6 +162,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         placed.sampled_lights,
         Media::new(frame.media, placed.light_media, place),
     );
+    world.light_layers = placed.light_layers;
     if let Some(problem) = autofocus::focus(&mut options, &mut camera, &world) {
         diagnostics.push(problem);
     }

@@ -58,7 +58,7 @@ impl Denoiser {
     pub fn denoised(&self, image: &Image, threads: usize) -> Result<Image, DenoiseError> {
         let size = image.bounds.size();
         let device = self.library.device(threads)?;
-        let layer = |layer| image.layers.iter().find(|own| own.layer == layer);
+        let layer = |layer| image.layers.mean(layer);
         let clean = |name: &str, values: &[Rgb]| {
             let filter = Filter {
                 inputs: &[(name, values)],
@@ -85,8 +85,7 @@ impl Denoiser {
             pixels: device.run(&filter, "output", size)?,
             variance: None,
             independent: None,
-            layers: Vec::new(),
-            mattes: Vec::new(),
+            layers: Default::default(),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The image that a film becomes, made tile by tile: of a pixel whose samples are all there nothing is kept but its color and,
 //! where they are wanted, its variances. An image of 24 megapixels takes 0.3 GB that way, 0.9 GB with variances.
 
-use super::layers::{self, ImageLayer, ImageMatte, LayerPixels};
+use super::layers::{ImageLayers, LayerPixels};
 use super::{DroppedSample, DroppedSplat, FilmSpec, Image, PixelBounds, PixelStatistics, Tile};
 use crate::math::{Rgb, UVec2};
 use glam::DVec3;
@@ -48,8 +48,7 @@ impl Developed {
                 pixels: black(),
                 variance: (kept != Kept::Color).then(black),
                 independent: None,
-                layers: ImageLayer::all_of(spec.layers, bounds.area()),
-                mattes: ImageMatte::all_of(spec.layers, bounds.area()),
+                layers: ImageLayers::new(spec.layers, bounds.area()),
             },
             differences: (kept == Kept::Halves).then(|| vec![Rgb::NAN; bounds.area()]),
             samples: 0,
@@ -92,12 +91,11 @@ impl Developed {
     pub(super) fn set_layers(&mut self, bounds: PixelBounds, sums: &LayerPixels) {
         let Image {
             layers,
-            mattes,
             bounds: own,
             ..
         } = &mut self.image;
         let place = |number: usize| own.index(bounds.pixel(number)?);
-        layers::develop((layers, mattes), sums, bounds.area(), place);
+        layers.develop(sums, bounds.area(), self.scale, place);
     }
 
     /// Sets a pixel: mean × film scale, negative channels clamped to 0 as in pbrt-v3's film (docs/scene-language.md §4.1). The

@@ -16,7 +16,7 @@ impl Encoding {
     /// Whether a channel of this layer, or of the colors, is stored in half floats.
     pub(super) fn halves(&self, layer: Option<Layer>) -> bool {
         let fits = match layer {
-            None | Some(Layer::Albedo | Layer::Normal | Layer::Alpha) => true,
+            None | Some(Layer::Albedo | Layer::Normal | Layer::Alpha | Layer::Lights) => true,
             Some(Layer::Depth | Layer::Position | Layer::Uv | Layer::Motion | Layer::Coc) => false,
             Some(Layer::Material | Layer::Instance) => false,
         };

@@ -8,6 +8,7 @@
 //! image, Rec. 709 primaries.
 
 use super::encoding::half;
+use super::layers::light_channels;
 use super::{Encoding, FilmMetadata, Image, LayerSet, Photograph};
 use crate::math::{DMat4, Rgb};
 use ::exr::block::lines::LineRefMut;
@@ -21,6 +22,7 @@ use ::exr::prelude::{
     Compression, Error, ImageAttributes, IntegerBounds, LayerAttributes, LineOrder, Text, Vec2,
 };
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::io::Cursor;
 
 /// Names of the channels of [`Image::pixels`].
@@ -41,13 +43,13 @@ pub(super) fn encode(
     metadata: &FilmMetadata,
     encoding: &Encoding,
 ) -> Result<Vec<u8>, Error> {
-    let channels = channels(image, encoding);
+    let channels = channels(image, metadata, encoding);
     let size = image.bounds.size();
     let header = Header::new(
         Text::default(),
         (size.x as usize, size.y as usize),
         { channels.iter() }
-            .map(|channel| ChannelDescription::named(channel.name, channel.kind()))
+            .map(|channel| ChannelDescription::named(&*channel.name, channel.kind()))
             .collect(),
     );
     let blocks = BlockDescription::ScanLines;
@@ -66,7 +68,7 @@ pub(super) fn encode(
 
 /// A channel of the file.
 struct Channel<'a> {
-    name: &'static str,
+    name: Cow<'static, str>,
     /// One component of these, of all pixels.
     values: &'a [Rgb],
     component: usize,
@@ -100,7 +102,11 @@ impl Channel<'_> {
 }
 
 /// The channels, in the file's order.
-fn channels<'a>(image: &'a Image, encoding: &Encoding) -> Vec<Channel<'a>> {
+fn channels<'a>(
+    image: &'a Image,
+    metadata: &FilmMetadata,
+    encoding: &Encoding,
+) -> Vec<Channel<'a>> {
     let own = [
         (&CHANNELS, Some(&image.pixels), encoding.halves(None)),
         (&VARIANCES, image.variance.as_ref(), false),
@@ -108,11 +114,11 @@ fn channels<'a>(image: &'a Image, encoding: &Encoding) -> Vec<Channel<'a>> {
     ];
     let own = { own.into_iter() }
         .filter_map(|(names, values, halves)| Some((&names[..], values?, halves)));
-    let more = image.layers.iter().map(|layer| {
+    let more = image.layers.means.iter().map(|layer| {
         let halves = encoding.halves(Some(layer.layer));
         (layer.layer.channels(), &layer.values, halves)
     });
-    let mattes = image.mattes.iter().flat_map(|matte| {
+    let mattes = image.layers.mattes.iter().flat_map(|matte| {
         let names = matte.layer.channels().chunks(3);
         names
             .zip(&matte.planes)
@@ -121,15 +127,25 @@ fn channels<'a>(image: &'a Image, encoding: &Encoding) -> Vec<Channel<'a>> {
     let all = own.chain(more).chain(mattes);
     let channels = all.flat_map(|(names, values, halves)| {
         let channel = move |(component, name): (usize, &&'static str)| Channel {
-            name,
+            name: Cow::Borrowed(name),
             values,
             component,
             halves,
         };
         names.iter().enumerate().map(channel)
     });
-    let mut channels: Vec<_> = channels.collect();
-    channels.sort_by_key(|channel| channel.name);
+    let lights = metadata.light_groups.iter().zip(&image.layers.lights);
+    let lights = lights.flat_map(|(group, values)| {
+        let channel = move |(component, name): (usize, String)| Channel {
+            name: Cow::Owned(name),
+            values,
+            component,
+            halves: encoding.halves(None),
+        };
+        light_channels(group).into_iter().enumerate().map(channel)
+    });
+    let mut channels: Vec<_> = channels.chain(lights).collect();
+    channels.sort_by(|a, b| a.name.cmp(&b.name));
     channels
 }
 
@@ -227,7 +243,8 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     if let Some(runs) = metadata.runs.and_then(|runs| i32::try_from(runs).ok()) {
         add("runs", AttributeValue::I32(runs));
     }
-    let wanted = { image.mattes.iter() }.fold(LayerSet::NONE, |set, matte| set.with(matte.layer));
+    let wanted =
+        { image.layers.mattes.iter() }.fold(LayerSet::NONE, |set, matte| set.with(matte.layer));
     for manifest in &metadata.manifests {
         for (name, value) in manifest.attributes(wanted) {
             add(&name, AttributeValue::Text(text(&value)));

@@ -1,6 +1,6 @@
 //! A finished image in memory.
 
-use super::{ImageLayer, ImageMatte, PixelBounds};
+use super::{ImageLayers, PixelBounds};
 use crate::math::{Rgb, UVec2};
 
 /// Linear RGB of the pixels inside `bounds`, with the variance of each if it is known.
@@ -18,10 +18,8 @@ pub struct Image {
     /// Where neighbors share a factor in their variances ([`FilmMetadata::pool`](super::FilmMetadata::pool)): these without it, as if
     /// samples were independent. Too large, but known for each pixel by itself.
     pub independent: Option<Vec<Rgb>>,
-    /// What was asked for besides, in the order of [`Layer::ALL`](super::Layer::ALL). Of an image that was read, none.
-    pub layers: Vec<ImageLayer>,
-    /// Those of them that are Cryptomattes.
-    pub mattes: Vec<ImageMatte>,
+    /// What was asked for besides. Of an image that was read, none.
+    pub layers: ImageLayers,
 }
 
 impl Image {
@@ -34,8 +32,7 @@ impl Image {
             pixels: vec![Rgb::ZERO; bounds.area()],
             variance: None,
             independent: None,
-            layers: Vec::new(),
-            mattes: Vec::new(),
+            layers: ImageLayers::default(),
         }
     }
 

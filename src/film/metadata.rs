@@ -42,6 +42,9 @@ pub struct FilmMetadata {
     /// The names of what Cryptomattes show.
     #[serde(default)]
     pub manifests: Vec<Manifest>,
+    /// What the groups of its lights are called, where the image has a layer of each.
+    #[serde(default)]
+    pub light_groups: Vec<String>,
     /// Seed of the sampler.
     pub seed: u64,
     /// Name of the scene file, without folders.

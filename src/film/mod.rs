@@ -55,7 +55,9 @@ pub use bounds::PixelBounds;
 pub use developed::{Developed, Kept};
 pub use encoding::Encoding;
 pub use image::Image;
-pub use layers::{ImageLayer, ImageMatte, Layer, LayerSample, LayerSet, Manifest, MatteId};
+pub use layers::{
+    ImageLayer, ImageLayers, ImageMatte, Layer, LayerSample, LayerSet, Manifest, MatteId, NO_GROUP,
+};
 pub use light_share::LightShare;
 pub use metadata::{FilmMetadata, Photograph};
 pub(crate) use pairwise::Pairwise;
@@ -175,6 +177,19 @@ impl Film {
             for splats in &estimates {
                 let (mean, variance) = (splats.mean(pixel), splats.variance_of_mean(pixel));
                 *statistics = statistics.plus(mean * part, variance * (part * part));
+            }
+        }
+        if let Some(layers) = self
+            .layers
+            .as_mut()
+            .filter(|layers| layers.set.lights() > 0)
+        {
+            for (index, pixel) in self.bounds.pixels().enumerate() {
+                for splats in &estimates {
+                    let lights = 0..layers.set.lights();
+                    let means = lights.map(|layer| splats.mean_of_layer(pixel, layer) * part);
+                    layers.add_light(index, means);
+                }
             }
         }
         for splats in estimates {

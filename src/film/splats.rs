@@ -6,6 +6,7 @@
 
 use super::PixelBounds;
 use super::path_set::PathSet;
+use crate::handles::LightLayer;
 use crate::math::color::luminance;
 use crate::math::{Rgb, UVec2};
 use glam::DVec3;
@@ -61,6 +62,7 @@ impl DroppedSplat {
 pub struct Splats {
     bounds: PixelBounds,
     scale: i32,
+    /// All of them, then those of each layer of light.
     pub(super) pixels: Vec<Sums>,
     pub(super) paths: PathSet,
     pub(super) dropped: u64,
@@ -71,6 +73,7 @@ pub struct Splats {
 #[derive(Debug)]
 pub struct SplatBuffer {
     bounds: PixelBounds,
+    has_layers: bool,
     max_luminance: f32,
     splats: Vec<(u32, Rgb)>,
     paths: Range<u64>,
@@ -80,12 +83,12 @@ pub struct SplatBuffer {
 
 impl Splats {
     /// None yet, for these pixels. 2^`scale` is about what one path brings to a pixel if it brings anything; 2³⁰
-    /// times more or 2¹⁰ times less does no harm.
-    pub fn new(bounds: PixelBounds, scale: i32) -> Splats {
+    /// times more or 2¹⁰ times less does no harm. They are kept in so many layers of light besides.
+    pub fn new(bounds: PixelBounds, scale: i32, lights: usize) -> Splats {
         Splats {
             bounds,
             scale: scale.clamp(-MOST_SCALE, MOST_SCALE),
-            pixels: vec![Sums::default(); bounds.area()],
+            pixels: vec![Sums::default(); bounds.area() * (1 + lights)],
             paths: PathSet::default(),
             dropped: 0,
             first_dropped: None,
@@ -132,10 +135,18 @@ impl Splats {
 
     /// The mean of what a path brings to a pixel; 0 without paths.
     pub fn mean(&self, pixel: UVec2) -> DVec3 {
+        self.mean_of(self.sums(pixel))
+    }
+
+    /// The same of the light in a layer.
+    pub fn mean_of_layer(&self, pixel: UVec2, layer: usize) -> DVec3 {
+        self.mean_of(self.sums_of_part(pixel, 1 + layer))
+    }
+
+    fn mean_of(&self, sums: Sums) -> DVec3 {
         let count = self.paths.count().max(1) as f64;
         let unit = power_of_two(self.scale - FRACTION);
-        let sum = self.sums(pixel).values.map(|sum| sum as f64);
-        DVec3::from(sum) * unit / count
+        DVec3::from(sums.values.map(|sum| sum as f64)) * unit / count
     }
 
     /// The variance of [`mean`](Self::mean): Σx²/N less the mean's square, over N − 1, as of independent paths that each
@@ -154,8 +165,14 @@ impl Splats {
 
     /// Nothing, outside.
     fn sums(&self, pixel: UVec2) -> Sums {
+        self.sums_of_part(pixel, 0)
+    }
+
+    /// Of all light, or of that in a layer.
+    fn sums_of_part(&self, pixel: UVec2, part: usize) -> Sums {
         let index = self.bounds.index(pixel);
-        let sums = index.and_then(|index| self.pixels.get(index));
+        let place = |index: usize| index + part * self.bounds.area();
+        let sums = index.and_then(|index| self.pixels.get(place(index)));
         sums.copied().unwrap_or_default()
     }
 }
@@ -193,9 +210,10 @@ impl SplatBuffer {
     const FULL: usize = 1 << 16;
 
     /// For the pixels of some [`Splats`]. Contributions brighter than `max_luminance` are scaled down to it.
-    pub fn new(bounds: PixelBounds, max_luminance: f32) -> SplatBuffer {
+    pub fn new(bounds: PixelBounds, max_luminance: f32, has_layers: bool) -> SplatBuffer {
         SplatBuffer {
             bounds,
+            has_layers,
             max_luminance,
             // Room for what comes between two looks at it, so that no path makes it grow, unless it brings very much.
             splats: Vec::with_capacity(2 * SplatBuffer::FULL),
@@ -216,9 +234,9 @@ impl SplatBuffer {
     }
 
     /// Adds what a path brings to a pixel: its filter's weight and all else in it, but for the number of paths. Nothing
-    /// outside the film. A value that is not finite counts as dropped.
+    /// outside the film. A value that is not finite counts as dropped. `layer` is that of the light it comes from, where there are any.
     #[inline]
-    pub fn push(&mut self, path: u64, pixel: UVec2, value: Rgb) {
+    pub fn push(&mut self, path: u64, pixel: UVec2, value: Rgb, layer: LightLayer) {
         let Some(index) = self.bounds.index(pixel) else {
             return;
         };
@@ -235,6 +253,10 @@ impl SplatBuffer {
             value
         };
         self.splats.push((index as u32, limited));
+        if self.has_layers {
+            let place = index + (1 + layer.index()) * self.bounds.area();
+            self.splats.push((place as u32, limited));
+        }
     }
 
     /// All paths before number `end` have been traced.
@@ -290,18 +312,18 @@ mod tests {
     }
 
     fn trace(paths: Range<u64>, splats: &mut Splats) {
-        let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY);
+        let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY, false);
         buffer.begin(paths.start);
         for i in paths.clone() {
             let (pixel, value) = splat(i);
-            buffer.push(i, pixel, value);
+            buffer.push(i, pixel, value, LightLayer::default());
         }
         buffer.reach(paths.end);
         splats.add(&mut buffer);
     }
 
     fn traced(paths: Range<u64>, scale: i32) -> Splats {
-        let mut splats = Splats::new(bounds(), scale);
+        let mut splats = Splats::new(bounds(), scale, 0);
         trace(paths, &mut splats);
         splats
     }
@@ -310,7 +332,7 @@ mod tests {
     fn any_order_makes_the_same_bits() {
         let whole = traced(0..5000, 2);
         for parts in [1, 7, 100] {
-            let mut sum = Splats::new(bounds(), 2);
+            let mut sum = Splats::new(bounds(), 2, 0);
             let ranges = (0..parts).map(|i| 5000 * i / parts..5000 * (i + 1) / parts);
             let mut ranges: Vec<Range<u64>> = ranges.collect();
             ranges.sort_by_key(|range| range.start * 617 % 5003);
@@ -322,6 +344,27 @@ mod tests {
     }
 
     /// As doubles add it up, to the digits of the sum's unit.
+    #[test]
+    fn layers_of_light_add_up_to_all() {
+        let mut splats = Splats::new(bounds(), 2, 3);
+        let mut buffer = SplatBuffer::new(bounds(), f32::INFINITY, true);
+        buffer.begin(0);
+        for i in 0..1000 {
+            let (pixel, value) = splat(i);
+            buffer.push(i, pixel, value, LightLayer((i / 28 % 2) as u8));
+        }
+        buffer.reach(1000);
+        splats.add(&mut buffer);
+        for pixel in bounds().pixels() {
+            let of = |layer| splats.mean_of_layer(pixel, layer);
+            // Sums of integers, of which doubles keep 53 bits.
+            let off = of(0) + of(1) - splats.mean(pixel);
+            assert!(off.abs().max_element() <= 1e-15 * splats.mean(pixel).abs().max_element());
+            assert_eq!(of(2), DVec3::ZERO);
+            assert_ne!(of(1), DVec3::ZERO);
+        }
+    }
+
     #[test]
     fn means_and_variances_are_those_of_what_paths_bring() {
         let n = 5000;
@@ -349,12 +392,17 @@ mod tests {
 
     #[test]
     fn too_much_light_stays_the_most_there_is() {
-        let mut splats = Splats::new(bounds(), 0);
+        let mut splats = Splats::new(bounds(), 0, 0);
         let pixel = UVec2::new(3, 5);
         for i in 0..100 {
-            let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY);
+            let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY, false);
             buffer.begin(i);
-            buffer.push(i, pixel, Rgb::new(f32::MAX, -f32::MAX, 1.0));
+            buffer.push(
+                i,
+                pixel,
+                Rgb::new(f32::MAX, -f32::MAX, 1.0),
+                LightLayer::default(),
+            );
             buffer.reach(i + 1);
             splats.add(&mut buffer);
         }
@@ -406,27 +454,32 @@ mod tests {
     fn paths_count_once_and_only_for_their_pixels() {
         let mut splats = traced(0..100, 2);
         let before = splats.clone();
-        let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY);
+        let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY, false);
         buffer.begin(50);
-        buffer.push(50, UVec2::new(3, 5), Rgb::ONE);
+        buffer.push(50, UVec2::new(3, 5), Rgb::ONE, LightLayer::default());
         buffer.reach(51);
         splats.add(&mut buffer);
         buffer.begin(100);
-        buffer.push(100, UVec2::new(2, 5), Rgb::ONE);
+        buffer.push(100, UVec2::new(2, 5), Rgb::ONE, LightLayer::default());
         splats.add(&mut buffer);
         assert_eq!(splats, before);
     }
 
     #[test]
     fn broken_splats_are_counted_and_located_and_bright_ones_limited() {
-        let mut splats = Splats::new(bounds(), 0);
-        let mut buffer = SplatBuffer::new(splats.bounds(), 4.0);
+        let mut splats = Splats::new(bounds(), 0, 0);
+        let mut buffer = SplatBuffer::new(splats.bounds(), 4.0, false);
         let (a, b) = (UVec2::new(4, 6), UVec2::new(5, 5));
         buffer.begin(0);
-        buffer.push(0, a, Rgb::splat(8.0));
-        buffer.push(1, a, Rgb::NAN);
-        buffer.push(1, b, Rgb::new(0.0, f32::NEG_INFINITY, 0.0));
-        buffer.push(2, b, Rgb::new(-1.0, 0.0, 0.0));
+        buffer.push(0, a, Rgb::splat(8.0), LightLayer::default());
+        buffer.push(1, a, Rgb::NAN, LightLayer::default());
+        buffer.push(
+            1,
+            b,
+            Rgb::new(0.0, f32::NEG_INFINITY, 0.0),
+            LightLayer::default(),
+        );
+        buffer.push(2, b, Rgb::new(-1.0, 0.0, 0.0), LightLayer::default());
         buffer.reach(4);
         splats.add(&mut buffer);
         assert_eq!(splats.dropped(), 2);

@@ -85,6 +85,7 @@ mod tests {
     fn tiles_come_back_bit_for_bit() {
         let bounds = PixelBounds::new(UVec2::new(2, 3), UVec2::new(7, 5));
         let layers = Layer::ALL.into_iter().fold(LayerSet::NONE, LayerSet::with);
+        let layers = layers.with_lights(2);
         let blank = || Tile::new(bounds, f32::INFINITY).with_layers(layers);
         let mut tile = blank();
         for (number, pixel) in bounds.pixels().enumerate() {
@@ -99,7 +100,7 @@ mod tests {
                 albedo: Rgb::splat(0.1),
                 normal: Vec3::NEG_Z,
             };
-            tile.add_layers(pixel, -1.0, Some(Some(&seen)));
+            tile.add_layers(pixel, -1.0, Some(Some(&seen)), &[Rgb::ONE]);
             tile.add_sample(pixel, Rgb::new(0.1, 1e-30, 1e30) * number as f32, 0.3);
             tile.add_sample(
                 pixel,

@@ -142,18 +142,24 @@ fn take<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
 mod tests {
     use super::*;
     use crate::film::{PixelBounds, SplatBuffer};
+    use crate::handles::LightLayer;
     use crate::math::Rgb;
 
     /// More pixels than a part has, few of which have light.
     fn splats() -> Splats {
         let bounds = PixelBounds::new(UVec2::new(2, 3), UVec2::new(302, 303));
-        let mut splats = Splats::new(bounds, -3);
-        let mut buffer = SplatBuffer::new(bounds, f32::INFINITY);
+        let mut splats = Splats::new(bounds, -3, 0);
+        let mut buffer = SplatBuffer::new(bounds, f32::INFINITY, false);
         buffer.begin(7);
         for i in 0..1000u32 {
             let pixel = UVec2::new(2 + i * 37 % 300, 3 + i / 4);
             let value = Rgb::new(0.1, 1e-6 * i as f32, -1e6);
-            buffer.push(i.into(), pixel, if i == 500 { Rgb::NAN } else { value });
+            buffer.push(
+                i.into(),
+                pixel,
+                if i == 500 { Rgb::NAN } else { value },
+                LightLayer::default(),
+            );
         }
         buffer.reach(1007);
         splats.add(&mut buffer);
@@ -176,7 +182,7 @@ mod tests {
         let splats = splats();
         let parts = stored(&splats);
         assert_eq!(parts.len(), 2);
-        let blank = Splats::new(splats.bounds(), -3);
+        let blank = Splats::new(splats.bounds(), -3, 0);
         let mut again = blank.clone();
         for (part, bytes) in (0..).zip(&parts) {
             assert!(again.add_stored(part, bytes));
@@ -196,17 +202,22 @@ mod tests {
     fn sums_of_different_paths_add_up() {
         let bounds = PixelBounds::new(UVec2::ZERO, UVec2::new(5, 1));
         let traced = |from: u64, to: u64| {
-            let mut splats = Splats::new(bounds, 0);
-            let mut buffer = SplatBuffer::new(bounds, f32::INFINITY);
+            let mut splats = Splats::new(bounds, 0, 0);
+            let mut buffer = SplatBuffer::new(bounds, f32::INFINITY, false);
             buffer.begin(from);
             for i in from..to {
-                buffer.push(i, UVec2::new(i as u32 % 5, 0), Rgb::splat(1.0 / i as f32));
+                buffer.push(
+                    i,
+                    UVec2::new(i as u32 % 5, 0),
+                    Rgb::splat(1.0 / i as f32),
+                    LightLayer::default(),
+                );
             }
             buffer.reach(to);
             splats.add(&mut buffer);
             splats
         };
-        let mut sum = Splats::new(bounds, 0);
+        let mut sum = Splats::new(bounds, 0, 0);
         for (from, to) in [(50, 99), (1, 20), (20, 50)] {
             assert!(sum.add_stored(0, &stored(&traced(from, to))[0]));
         }

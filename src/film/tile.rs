@@ -83,13 +83,25 @@ impl Tile {
         self.layers.is_some()
     }
 
+    /// How many layers of light are wanted.
+    pub fn lights(&self) -> usize {
+        { self.layers.as_ref() }.map_or(0, |layers| layers.pixels.set.lights())
+    }
+
     /// Adds what layers tell of a sample to `pixel`, before the sample itself: `None` for one whose ray does not leave the
     /// lens, `Some(None)` for one that meets nothing. `weight` is the filter's.
-    pub fn add_layers(&mut self, pixel: UVec2, weight: f32, sample: Option<Option<&LayerSample>>) {
+    /// `lights` is what it brings to the pixel, by layers of light.
+    pub fn add_layers(
+        &mut self,
+        pixel: UVec2,
+        weight: f32,
+        sample: Option<Option<&LayerSample>>,
+        lights: &[Rgb],
+    ) {
         if let Some(index) = self.bounds.index(pixel) {
             self.open(index);
             if let Some(layers) = &mut self.layers {
-                layers.add(index, weight, sample);
+                layers.add(index, weight, sample, lights);
             }
         }
     }
@@ -132,6 +144,17 @@ impl Tile {
             return true;
         };
         self.open(index);
+        let value = self.counted(radiance, weight);
+        if value.is_none() {
+            self.drop_next(pixel);
+        }
+        self.sum.add(value.unwrap_or(Rgb::ZERO));
+        value.is_some()
+    }
+
+    /// What a sample counts for; `None` if it is dropped.
+    #[inline(always)]
+    fn counted(&self, radiance: Rgb, weight: Rgb) -> Option<Rgb> {
         let y = luminance(radiance);
         let limited = if y > self.max_sample_luminance {
             radiance * (self.max_sample_luminance / y)
@@ -140,11 +163,17 @@ impl Tile {
         };
         let value = limited * weight;
         let good = radiance.is_finite() && value.is_finite() && y >= MAX_NEGATIVE_LUMINANCE;
-        if !good {
-            self.drop_next(pixel);
+        good.then_some(value)
+    }
+
+    /// What a part of this radiance counts for, as a factor.
+    pub fn factor_of_parts(&self, radiance: Rgb, weight: Rgb) -> Rgb {
+        let y = luminance(radiance);
+        match self.counted(radiance, weight) {
+            None => Rgb::ZERO,
+            Some(_) if y > self.max_sample_luminance => weight * (self.max_sample_luminance / y),
+            Some(_) => weight,
         }
-        self.sum.add(if good { value } else { Rgb::ZERO });
-        good
     }
 
     /// Number of samples counted as black because they were not finite or clearly negative.

@@ -15,7 +15,7 @@ use crate::accel::memory;
 use crate::files::FileError;
 use crate::film::{
     MEMORY_OF_LIT_HALVES, MEMORY_OF_LIT_PIXEL, MEMORY_OF_PASSES, MEMORY_OF_PIXEL,
-    MEMORY_OF_SPLAT_BUFFER,
+    MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS,
 };
 use crate::lights::{Light, MEMORY_OF_EMITTER};
 use crate::materials::Material;
@@ -123,7 +123,7 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
         let peak = stages.max_by_key(Stage::total);
         peak.ok_or_else(|| FileError::from("there is nothing to render".to_string()))
     };
-    let layers = frame.options.film.layers;
+    let layers = frame.layers();
     let (sums, image) = (layers.memory_of_sums(), layers.memory_of_image());
     let pixels = match found.splat_buffers {
         // The sums of finished tiles are kept where those of colors are.
@@ -132,11 +132,12 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
             MEMORY_OF_PIXEL[1],
             MEMORY_OF_PASSES + 3 * sums,
         ],
-        _ => [
-            MEMORY_OF_LIT_PIXEL + sums,
-            MEMORY_OF_LIT_HALVES + 3 * sums,
-            MEMORY_OF_LIT_HALVES + 3 * sums,
-        ],
+        _ => {
+            // Splats are kept by layers of light, too.
+            let splats = layers.lights() as u64 * MEMORY_OF_SPLATS;
+            let halves = MEMORY_OF_LIT_HALVES + 3 * sums + 2 * splats;
+            [MEMORY_OF_LIT_PIXEL + sums + splats, halves, halves]
+        }
     };
     let [pixel, with_variance, in_passes] = pixels.map(|bytes| bytes + image);
     Ok(Forecast {

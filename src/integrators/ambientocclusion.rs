@@ -116,7 +116,9 @@ impl Transport for AmbientOcclusion {
             };
             context.arrive(0, Met::Surface(hit.material), Rgb::ZERO);
             if hit.material.is_some() {
-                return Rgb::splat(self.openness(&mut context, &hit.surface));
+                let open = Rgb::splat(self.openness(&mut context, &hit.surface));
+                context.part(None, open);
+                return open;
             }
             ray = hit.surface.spawn_ray(ray.d);
         }

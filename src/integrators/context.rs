@@ -96,6 +96,38 @@ impl Context<'_> {
         }
     }
 
+    /// Adds light that the path brings to its layer, if any are wanted; `None`: of no light.
+    #[inline(always)]
+    pub(super) fn part(&mut self, from: Option<LightId>, light: Rgb) {
+        if let Some(parts) = self.watch.as_mut().and_then(|watch| watch.parts.as_mut()) {
+            parts.add(self.world.light_layer(from), light);
+        }
+    }
+
+    /// Adds the light of the infinite lights, as `of_light` has it.
+    #[inline(always)]
+    pub(super) fn parts_at_infinity(&mut self, of_light: impl Fn(&Context, LightId) -> Rgb) {
+        if self
+            .watch
+            .as_ref()
+            .is_some_and(|watch| watch.parts.is_some())
+        {
+            let world = self.world;
+            for &id in &world.infinite_lights {
+                let light = of_light(self, id);
+                self.part(Some(id), light);
+            }
+        }
+    }
+
+    /// What is added to layers of light from now on counts for so much.
+    #[inline(always)]
+    pub(super) fn scale_parts(&mut self, scale: Rgb) {
+        if let Some(parts) = self.watch.as_mut().and_then(|watch| watch.parts.as_mut()) {
+            parts.scale(scale);
+        }
+    }
+
     /// Whether a shadow ray to a light meets nothing.
     #[inline(always)]
     pub(super) fn is_lit(&mut self, light: LightId, shadow: &Ray) -> bool {
@@ -155,6 +187,8 @@ impl CameraEnd<'_> {
 pub struct Splat {
     /// The number of the path.
     pub path: u64,
+    /// The light that it begins at.
+    pub light: LightId,
     /// The pixel.
     pub pixel: UVec2,
     /// The light, with the weight and the filter's factor.

@@ -69,7 +69,9 @@ fn sample_all_lights(context: &mut Context, surface: &SurfaceHit, bsdf: &Bsdf) -
         let sum: Rgb = (0..samples)
             .map(|_| direct::estimate(context, surface, bsdf, group))
             .sum();
-        sum / samples as f32
+        let mean = sum / samples as f32;
+        context.part(Some(group.first()), mean);
+        mean
     };
     groups.iter().map(mean).sum()
 }
@@ -77,7 +79,11 @@ fn sample_all_lights(context: &mut Context, surface: &SurfaceHit, bsdf: &Bsdf) -
 fn sample_one_light(context: &mut Context, surface: &SurfaceHit, bsdf: &Bsdf) -> Rgb {
     let choice = context.stream.next_1d();
     match context.lights.groups.choose(choice) {
-        Some((group, probability)) => direct::estimate(context, surface, bsdf, group) / probability,
+        Some((group, probability)) => {
+            let light = direct::estimate(context, surface, bsdf, group) / probability;
+            context.part(Some(group.first()), light);
+            light
+        }
         None => Rgb::ZERO,
     }
 }

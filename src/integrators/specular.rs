@@ -45,6 +45,9 @@ pub(super) fn trace(
         let Some(hit) = world.intersect(&branch.ray) else {
             context.arrive(depth, Met::Background, radiance);
             radiance += branch.throughput * world.escaped_radiance(&branch.ray);
+            context.scale_parts(branch.throughput);
+            let d = branch.ray.d;
+            context.parts_at_infinity(|context, id| context.world.light(id).escaped(d));
             continue;
         };
         context.arrive(depth, Met::Surface(hit.material), radiance);
@@ -64,11 +67,14 @@ pub(super) fn trace(
         let mut bsdf = Bsdf::empty();
         let differentials = branch.differentials.as_ref();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
+        context.scale_parts(branch.throughput);
         let direct = match bsdf.has_non_specular() {
             true => direct_light(&mut context, &hit.surface, &bsdf),
             false => Rgb::ZERO,
         };
-        radiance += branch.throughput * (world.emitted_radiance(&hit) + direct);
+        let emitted = world.emitted_radiance(&hit);
+        context.part(hit.light, emitted);
+        radiance += branch.throughput * (emitted + direct);
         if branch.level + 1 >= max_depth || !bsdf.has_specular() {
             continue;
         }

@@ -50,6 +50,7 @@ fn sample_lights(context: &mut Context, surface: &SurfaceHit, bsdf: &Bsdf) -> Rg
         if is_black(contribution) || !context.is_lit(id, &sample.shadow) {
             Rgb::ZERO
         } else {
+            context.part(Some(id), contribution);
             contribution
         }
     };

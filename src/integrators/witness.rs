@@ -1,8 +1,8 @@
 //! Locates the vertex of a path at which its radiance stopped being finite: such a sample is traced again with a
 //! [`Watch`]. Or counts what paths do, or looks at what they meet first.
 
-use super::Sight;
 use super::counts::Counts;
+use super::{LightParts, Sight};
 use crate::handles::{LightId, MaterialId};
 use crate::math::Rgb;
 
@@ -35,6 +35,8 @@ pub struct Watch {
     pub counts: Option<Counts>,
     /// If layers are wanted: what the path meets first. Only integrators that trace a path fill it.
     pub sight: Option<Sight>,
+    /// If layers of light are wanted: what the path brings, by them.
+    pub parts: Option<LightParts>,
 }
 
 impl Watch {
@@ -48,7 +50,7 @@ impl Watch {
 
     /// Whether it wants to know of every step, and not only of what is met first.
     pub(super) fn reports(&self) -> bool {
-        self.counts.is_some() || self.sight.is_none()
+        self.counts.is_some() || self.parts.is_some() || self.sight.is_none()
     }
 
     /// The first point whose light is not finite, or the last one of the path where the path's

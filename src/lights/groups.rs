@@ -69,6 +69,11 @@ impl LightGroup {
         }
     }
 
+    /// The first of its pieces.
+    pub fn first(&self) -> LightId {
+        self.first
+    }
+
     /// Samples that `directlighting` takes under its strategy "all".
     pub fn sample_count(&self) -> u32 {
         self.samples

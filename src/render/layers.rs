@@ -4,15 +4,38 @@ use super::RenderJob;
 use crate::cameras::CameraRay;
 use crate::film::{Layer, LayerSample, MatteId};
 use crate::integrators::witness::Watch;
-use crate::integrators::{FirstSurfaces, Sight, first_surfaces};
+use crate::integrators::{FirstSurfaces, LightParts, Sight, first_surfaces};
 use crate::math::ray::RayDifferentials;
 use crate::math::{DVec2, DVec3, Vec2};
 use crate::samplers::SampleStream;
 
+/// What a sample shows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Seen {
+    /// The surfaces that it meets.
+    pub surface: Option<LayerSample>,
+    /// What it brings, by layers of light.
+    pub parts: Option<LightParts>,
+}
+
+/// Of a ray that has left the lens and whose path `watch` has looked at; see [`sample`].
+pub(super) fn seen(
+    job: &RenderJob,
+    camera_ray: &CameraRay,
+    differentials: Option<&RayDifferentials>,
+    stream: SampleStream,
+    watch: &mut Watch,
+) -> Seen {
+    Seen {
+        parts: watch.parts.take(),
+        surface: sample(job, camera_ray, differentials, stream, watch),
+    }
+}
+
 /// Of a ray that has left the lens and whose path `watch` has looked at; `None` if it meets no surface. `stream` is what the
 /// integrator has drawn from.
 #[inline(never)]
-pub(super) fn sample(
+fn sample(
     job: &RenderJob,
     camera_ray: &CameraRay,
     differentials: Option<&RayDifferentials>,

@@ -63,7 +63,7 @@ impl RenderJob {
     /// Sums for the splats of light paths; `None` if none are traced.
     pub fn splats(&self) -> Option<Splats> {
         let scale = self.splat_scale()?;
-        Some(Splats::new(self.lit(), scale))
+        Some(Splats::new(self.lit(), scale, self.film.layers.lights()))
     }
 
     /// The power of two of what a path is expected to bring to the pixel that it comes to: the light of P paths, one for
@@ -163,7 +163,7 @@ impl Worker<'_> {
 
     fn new_buffer(&self) -> SplatBuffer {
         let most = self.job.film.max_sample_luminance * self.job.paths_per_sample();
-        SplatBuffer::new(self.job.lit(), most)
+        SplatBuffer::new(self.job.lit(), most, self.job.film.layers.lights() > 0)
     }
 
     fn trace_into(
@@ -214,7 +214,10 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 fn trace_run(job: &RenderJob, sampler: &Sampler, run: Range<u64>, buffer: &mut SplatBuffer) {
     let end = run.end;
     let paths = run.map(|path| (path, sampler.light_stream(path)));
-    let splat = &mut |splat: Splat| buffer.push(splat.path, splat.pixel, splat.value);
+    let splat = &mut |splat: Splat| {
+        let layer = job.world.light_layer(Some(splat.light));
+        buffer.push(splat.path, splat.pixel, splat.value, layer);
+    };
     job.integrator.light_paths(&job.light_job(), paths, splat);
     buffer.reach(end);
 }

@@ -31,15 +31,16 @@ pub use shard::{Division, LightOfShard, Pass, passes, render_shard};
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
 use crate::film::{
-    Developed, DroppedSample, Film, FilmSpec, Kept, LayerSample, LightShare, PixelBounds, Tile,
+    Developed, DroppedSample, Film, FilmSpec, Kept, LayerSet, LightShare, PixelBounds, Tile,
 };
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
-use crate::integrators::{CameraEnd, Counts, Integrator, Sight, Workspace};
+use crate::integrators::{CameraEnd, Counts, Integrator, LightParts, Sight, Workspace};
 use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
+use layers::Seen;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -193,7 +194,7 @@ fn sample_tile(
     let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
     let mut rays = ArrayVec::new();
     let has_layers = tile.has_layers();
-    let mut seen = ArrayVec::<Option<LayerSample>, BUNDLE>::new();
+    let mut seen = ArrayVec::<Seen, BUNDLE>::new();
     let mut workspace = job.integrator.workspace(&job.world);
     let mut indices = bounds
         .pixels()
@@ -335,11 +336,11 @@ impl PendingSample {
         ray: Option<&CameraRay>,
         (workspace, mut watch): (&mut Workspace, Option<&mut Watch>),
         has_layers: bool,
-    ) -> Option<Option<LayerSample>> {
+    ) -> Option<Seen> {
         let Some(camera_ray) = ray else {
             count(watch, |counts| counts.blocked += 1);
             workspace.push(Rgb::ZERO);
-            return has_layers.then_some(None);
+            return has_layers.then(Seen::default);
         };
         let differentials = camera_ray.scaled_differentials(all.spacing);
         let differentials = differentials.as_ref();
@@ -349,6 +350,7 @@ impl PendingSample {
             own = Watch::default();
             let watch = watch.get_or_insert(&mut own);
             watch.sight = Some(Sight::default());
+            watch.parts = (job.film.layers.lights() > 0).then(LightParts::default);
         }
         let untouched = has_layers.then_some(self.stream);
         job.integrator.walk(
@@ -360,29 +362,30 @@ impl PendingSample {
             watch.as_deref_mut(),
         );
         let seen = untouched.zip(watch.as_deref_mut());
-        let seen = seen
-            .map(|(stream, watch)| layers::sample(job, camera_ray, differentials, stream, watch));
+        let seen =
+            seen.map(|(stream, watch)| layers::seen(job, camera_ray, differentials, stream, watch));
         count(watch, Counts::end_path);
         seen
     }
 
     /// Adds what the path has brought, and what layers show of it, where any are wanted.
-    fn finish(
-        self,
-        ray: Option<&CameraRay>,
-        radiance: Rgb,
-        seen: Option<Option<LayerSample>>,
-        tile: &mut Tile,
-    ) {
-        if let Some(seen) = seen {
-            let seen = ray.map(|_| seen.as_ref());
-            tile.add_layers(self.pixel, self.filter_weight, seen);
+    fn finish(self, ray: Option<&CameraRay>, radiance: Rgb, seen: Option<Seen>, tile: &mut Tile) {
+        let weight = ray.map_or(Rgb::ZERO, |ray| {
+            ray.tint * (ray.weight * self.filter_weight)
+        });
+        if let Some(Seen { surface, parts }) = seen {
+            let surface = ray.map(|_| surface.as_ref());
+            let factor = tile.factor_of_parts(radiance, weight);
+            let lights = parts
+                .iter()
+                .flat_map(|parts| parts.scaled(factor, tile.lights()));
+            let lights: ArrayVec<Rgb, { LayerSet::MOST_LIGHTS }> = lights.collect();
+            tile.add_layers(self.pixel, self.filter_weight, surface, &lights);
         }
-        let Some(camera_ray) = ray else {
+        if ray.is_none() {
             tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
             return;
-        };
-        let weight = camera_ray.tint * (camera_ray.weight * self.filter_weight);
+        }
         tile.add_colored_sample(self.pixel, radiance, weight);
     }
 }

@@ -1,8 +1,10 @@
 //! The scene description as plain data, which `build` turns into a world.
 
+use super::light_groups::LightGroups;
 use super::names::MaterialName;
 use super::options::Options;
 use super::transforms::Placement;
+use crate::film::LayerSet;
 use crate::handles::{InterfaceId, MaterialId, ObjectId};
 use crate::integrators::IntegratorSpec;
 use crate::lights::{DiffuseAreaSpec, LightSpec};
@@ -45,11 +47,19 @@ pub struct Frame {
     pub light_media: Vec<MediumInterface>,
     /// Area lights; shapes refer to them by index.
     pub area_lights: Vec<DiffuseAreaSpec>,
+    /// The groups of `lights` and `area_lights`.
+    pub light_groups: LightGroups,
     /// Participating media.
     pub media: MediaSpec,
 }
 
 impl Frame {
+    /// The layers that the image is to have.
+    pub fn layers(&self) -> LayerSet {
+        let groups = 1 + self.light_groups.names.len();
+        self.options.film.layers.with_lights(groups)
+    }
+
     /// Reduces quality for a quick look (`--quick`), as in pbrt: a quarter of the width and height, one sample per
     /// pixel, and fewer samples of lights and of ambient occlusion.
     pub fn make_quick(&mut self) {

@@ -6,6 +6,7 @@ pub mod description;
 pub mod dialect;
 pub mod graphics_state;
 pub mod interpreter;
+mod light_groups;
 mod materials;
 mod media;
 mod names;
@@ -20,4 +21,5 @@ mod world_block;
 
 pub use description::Frame;
 pub use interpreter::{ReadSettings, read_scene};
+pub use light_groups::LightGroups;
 pub use names::Names;

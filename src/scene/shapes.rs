@@ -3,6 +3,7 @@
 use super::description::ShapeEntity;
 use super::graphics_state::MaterialDirective;
 use super::interpreter::Interpreter;
+use super::light_groups::LightGroups;
 use super::materials::{read_material, texture_names};
 use crate::handles::MaterialId;
 use crate::lights::DiffuseAreaSpec;
@@ -17,11 +18,14 @@ impl Interpreter<'_> {
     pub(super) fn area_light_source(&mut self, span: Span, typed: &Typed) {
         let names = Rc::clone(&self.current.state.textures);
         let reading = self.reading(&names);
-        let spec = reading.read("AreaLightSource", span, typed, DiffuseAreaSpec::from_params);
-        let Some(world) = self.world.as_mut() else {
-            return;
-        };
-        self.current.state.area_light = spec.map(|spec| world.add_area_light(spec));
+        let read = reading.read("AreaLightSource", span, typed, |r| {
+            let group = LightGroups::name(r);
+            DiffuseAreaSpec::from_params(r).map(|spec| (spec, group))
+        });
+        self.current.state.area_light = read.and_then(|(spec, group)| {
+            let layer = self.layer_of_group(span, group);
+            Some(self.world.as_mut()?.add_area_light(spec, layer))
+        });
     }
 
     /// Handles `Shape "type"`.

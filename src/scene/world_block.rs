@@ -2,9 +2,10 @@
 
 use super::description::{Frame, InstanceEntity, ObjectDefinition, ShapeEntity};
 use super::interpreter::Interpreter;
+use super::light_groups::LightGroups;
 use super::names::MaterialName;
 use super::options::Options;
-use crate::handles::{MaterialId, ObjectId};
+use crate::handles::{LightLayer, MaterialId, ObjectId};
 use crate::lights::{DiffuseAreaSpec, LightSpec};
 use crate::materials::Material;
 use crate::media::{MediaSpec, MediumInterface};
@@ -30,6 +31,7 @@ pub(super) struct WorldBlock {
     lights: Vec<LightSpec>,
     light_media: Vec<MediumInterface>,
     area_lights: Vec<DiffuseAreaSpec>,
+    pub(super) light_groups: LightGroups,
     pub(super) default_material: Option<MaterialId>,
 }
 
@@ -49,12 +51,14 @@ impl WorldBlock {
             lights: Vec::new(),
             light_media: Vec::new(),
             area_lights: Vec::new(),
+            light_groups: LightGroups::default(),
             default_material: None,
         }
     }
 
-    pub(super) fn add_area_light(&mut self, spec: DiffuseAreaSpec) -> usize {
+    pub(super) fn add_area_light(&mut self, spec: DiffuseAreaSpec, layer: LightLayer) -> usize {
         self.area_lights.push(spec);
+        self.light_groups.of_area_lights.push(layer);
         self.area_lights.len() - 1
     }
 
@@ -94,6 +98,7 @@ impl WorldBlock {
             lights: self.lights,
             light_media: self.light_media,
             area_lights: self.area_lights,
+            light_groups: self.light_groups,
             media,
         }
     }
@@ -172,11 +177,15 @@ impl Interpreter<'_> {
             );
         }
         let names = Rc::clone(&self.current.state.textures);
-        let light = self.reading(&names).read("LightSource", span, typed, |r| {
-            LightSpec::from_params(r, &ctm)
+        let read = self.reading(&names).read("LightSource", span, typed, |r| {
+            let group = LightGroups::name(r);
+            LightSpec::from_params(r, &ctm).map(|light| (light, group))
         });
+        let Some((light, group)) = read else { return };
+        let layer = self.layer_of_group(span, group);
         let media = self.current_media();
-        if let Some((light, world)) = light.zip(self.world.as_mut()) {
+        if let Some(world) = self.world.as_mut() {
+            world.light_groups.of_lights.push(layer);
             world.lights.push(light);
             world.light_media.push(media);
         }

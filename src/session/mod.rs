@@ -24,7 +24,7 @@ use crate::build::{self, PreparedScene};
 use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
 use crate::files::FileError;
 use crate::film;
-use crate::film::{Encoding, FilmMetadata, Layer, LayerSet, Manifest};
+use crate::film::{Encoding, FilmMetadata, Layer, LayerSet, Manifest, NO_GROUP};
 use crate::forecast::{self, Forecast, Process};
 use crate::integrators::Counts;
 use crate::params::{Dialect, NamedFile};
@@ -213,6 +213,7 @@ impl Frame {
         let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
         let wanted = frame.options.film.layers;
+        let light_groups = light_groups(&frame).map_err(Problems::one)?;
         let names = wanted
             .has_mattes()
             .then(|| Names::of(&frame, &about.sources));
@@ -225,6 +226,7 @@ impl Frame {
         if wanted.contains(Layer::Motion) && !scene.job.camera.connects() {
             return Err(Problems::one(NO_MOTION));
         }
+        scene.metadata.light_groups = light_groups;
         if let Some(names) = &names {
             name_things(&mut scene, names);
         }
@@ -295,6 +297,21 @@ fn promise_nothing(options: &RenderOptions) -> Result<(), &'static str> {
              leave the option out",
         ),
         None => Ok(()),
+    }
+}
+
+/// What the layers of light are called, if any are wanted.
+fn light_groups(frame: &scene::Frame) -> Result<Vec<String>, &'static str> {
+    let names = &frame.light_groups.names;
+    match frame.layers().lights() {
+        0 => Ok(Vec::new()),
+        _ if names.is_empty() => Err(
+            "--aov lights: no light of the scene is in a group: say, `LightSource \"point\" \"string group\" \"key\"`, or leave the layer out",
+        ),
+        _ => Ok([NO_GROUP.to_string()]
+            .into_iter()
+            .chain(names.clone())
+            .collect()),
     }
 }
 

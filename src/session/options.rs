@@ -182,6 +182,7 @@ impl RenderOptions {
             let layers = options.film.layers;
             options.film.layers = layers.with(Layer::Albedo).with(Layer::Normal);
         }
+        frame.options.film.layers = frame.layers();
         Ok(())
     }
 

@@ -64,8 +64,7 @@ pub fn merged(runs: Vec<LoadedImage>) -> Result<LoadedImage, MergeError> {
             pixels,
             variance,
             independent: of_mean(|image| image.independent.as_ref()).filter(|_| is_known),
-            layers: Vec::new(),
-            mattes: Vec::new(),
+            layers: Default::default(),
         },
     })
 }

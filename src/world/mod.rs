@@ -3,7 +3,7 @@
 
 use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit};
 use crate::bsdf::{Bsdf, BsdfSample};
-use crate::handles::{LightId, MaterialId, MediumId};
+use crate::handles::{LightId, LightLayer, MaterialId, MediumId};
 use crate::lights::Light;
 use crate::materials::Material;
 use crate::materials::subsurface_transport::SubsurfaceTransport;
@@ -30,6 +30,8 @@ pub struct World {
     /// How many of `lights`, from the front, are sampled; the rest are emitters inside objects, which are visible but
     /// illuminate nothing, as in pbrt-v3 (docs/scene-language.md §2.4).
     sampled_lights: usize,
+    /// The layer of each light; empty where no layers of light are wanted.
+    pub light_layers: Vec<LightLayer>,
     /// Those of `lights` that are infinitely far away (environment lights).
     pub infinite_lights: Vec<LightId>,
     /// Participating media and their interfaces.
@@ -58,9 +60,16 @@ impl World {
             textures,
             lights,
             sampled_lights,
+            light_layers: Vec::new(),
             infinite_lights,
             media,
         }
+    }
+
+    /// The layer of light that a light belongs to; that of light from no light, too.
+    pub fn light_layer(&self, light: Option<LightId>) -> LightLayer {
+        let layer = light.and_then(|id| self.light_layers.get(id.index()));
+        layer.copied().unwrap_or_default()
     }
 
     /// The lights that are sampled; index i is [`LightId`] i.

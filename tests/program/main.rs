@@ -24,6 +24,7 @@ mod layers;
 mod lens_browser;
 mod lens_files;
 mod lens_report;
+mod light_groups;
 mod light_pass;
 mod live;
 mod loading;

@@ -10,8 +10,8 @@ mod sums;
 pub(super) use coverage::Coverage;
 pub use coverage::ImageMatte;
 pub use cryptomatte::{Manifest, MatteId};
-pub use sums::{ImageLayer, LayerSample};
-pub(super) use sums::{LayerPixels, TileLayers, develop};
+pub use sums::{ImageLayer, ImageLayers, LayerSample};
+pub(super) use sums::{LayerPixels, TileLayers};
 
 use crate::math::Rgb;
 use serde::{Deserialize, Serialize};
@@ -38,6 +38,8 @@ pub enum Layer {
     Instance,
     /// Where the point of the first surface moves while the shutter is open, in pixels to the right and up.
     Motion,
+    /// The picture by the groups of its lights (`"string group"`), and of those that have none: light groups.
+    Lights,
     /// Diameter in pixels of the circle of confusion that a point of this depth has near the axis of the lens.
     Coc,
     /// The part of the pixel that surfaces cover, glass and mirrors among them; 0 to 1.
@@ -46,7 +48,7 @@ pub enum Layer {
 
 impl Layer {
     /// All of them, in the order of their sums.
-    pub const ALL: [Layer; 10] = [
+    pub const ALL: [Layer; 11] = [
         Layer::Albedo,
         Layer::Normal,
         Layer::Depth,
@@ -55,6 +57,7 @@ impl Layer {
         Layer::Material,
         Layer::Instance,
         Layer::Motion,
+        Layer::Lights,
         Layer::Coc,
         Layer::Alpha,
     ];
@@ -73,13 +76,14 @@ impl Layer {
             Layer::Material => "material",
             Layer::Instance => "instance",
             Layer::Motion => "motion",
+            Layer::Lights => "lights",
             Layer::Coc => "coc",
             Layer::Alpha => "alpha",
         }
     }
 
     /// The names of its channels in a file, as compositing programs expect them: components behind the layer's name, and
-    /// the alpha of the picture itself.
+    /// the alpha of the picture itself. Those of light groups are called by the scene: [`light_channels`].
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Layer::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
@@ -90,6 +94,7 @@ impl Layer {
             Layer::Material => &cryptomatte::MATERIAL,
             Layer::Instance => &cryptomatte::OBJECT,
             Layer::Motion => &["motion.X", "motion.Y"],
+            Layer::Lights => &[],
             Layer::Coc => &["coc.Y"],
             Layer::Alpha => &["A"],
         }
@@ -109,28 +114,63 @@ impl Layer {
     }
 }
 
+/// The channels of a group of lights.
+pub(super) fn light_channels(group: &str) -> [String; 3] {
+    ["R", "G", "B"].map(|component| format!("light_{group}.{component}"))
+}
+
+/// What the light of lights without a group is called.
+pub const NO_GROUP: &str = "rest";
+
 /// Some layers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LayerSet(u16);
+pub struct LayerSet {
+    layers: u16,
+    lights: u8,
+}
 
 impl LayerSet {
     /// None.
-    pub const NONE: LayerSet = LayerSet(0);
+    pub const NONE: LayerSet = LayerSet {
+        layers: 0,
+        lights: 0,
+    };
+
+    /// Most groups of lights, with [`NO_GROUP`].
+    pub const MOST_LIGHTS: usize = 16;
 
     /// These and `layer`.
     #[must_use]
     pub fn with(self, layer: Layer) -> LayerSet {
-        LayerSet(self.0 | 1 << layer as u16)
+        LayerSet {
+            layers: self.layers | 1 << layer as u16,
+            ..self
+        }
+    }
+
+    /// These, where [`Layer::Lights`] is so many layers if it is among them; at most [`LayerSet::MOST_LIGHTS`].
+    #[must_use]
+    pub fn with_lights(self, count: usize) -> LayerSet {
+        let lights = match self.contains(Layer::Lights) {
+            true => count.min(LayerSet::MOST_LIGHTS) as u8,
+            false => 0,
+        };
+        LayerSet { lights, ..self }
+    }
+
+    /// How many layers of light there are.
+    pub fn lights(self) -> usize {
+        self.lights.into()
     }
 
     /// Whether `layer` is among them.
     pub fn contains(self, layer: Layer) -> bool {
-        self.0 & 1 << layer as u16 != 0
+        self.layers & 1 << layer as u16 != 0
     }
 
     /// Whether there is none.
     pub fn is_empty(self) -> bool {
-        self.0 == 0
+        self.layers == 0
     }
 
     /// They, in the order of [`Layer::ALL`].
@@ -164,7 +204,7 @@ impl LayerSet {
         if self.is_empty() {
             return 0;
         }
-        sums::SHARED + self.iter().map(Layer::sums).sum::<usize>()
+        sums::SHARED + self.iter().map(Layer::sums).sum::<usize>() + 3 * self.lights()
     }
 
     /// Bytes of a pixel's sums, where a pixel of a matte shows two things.
@@ -178,6 +218,7 @@ impl LayerSet {
         let channels = |layer: Layer| layer.channels().len();
         let planes: usize = self.iter().map(|layer| channels(layer).div_ceil(3)).sum();
         let in_file: usize = self.iter().map(channels).sum();
+        let (planes, in_file) = (planes + self.lights(), in_file + 3 * self.lights());
         (planes * size_of::<Rgb>() + in_file * size_of::<f32>()) as u64
     }
 }
@@ -193,13 +234,21 @@ impl fmt::Display for LayerSet {
     }
 }
 
+/// All layers.
+#[cfg(test)]
+pub(super) fn all() -> LayerSet {
+    let all = Layer::ALL.into_iter().fold(LayerSet::NONE, LayerSet::with);
+    all.with_lights(LayerSet::MOST_LIGHTS)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn names_are_read_and_written() {
-        assert_eq!(LayerSet::parse(&all().to_string()), Ok(all()));
+        let again = LayerSet::parse(&all().to_string());
+        assert_eq!(again.map(|set| set.with_lights(16)), Ok(all()));
         let some = LayerSet::parse("depth, albedo").unwrap();
         assert_eq!(some.to_string(), "albedo,depth");
         assert_eq!(some.iter().count(), 2);
@@ -208,10 +257,4 @@ mod tests {
         assert!(LayerSet::parse("").is_err());
         assert_eq!(all().sums(), sums::MAX_SUMS);
     }
-}
-
-/// All layers.
-#[cfg(test)]
-pub(super) fn all() -> LayerSet {
-    Layer::ALL.into_iter().fold(LayerSet::NONE, LayerSet::with)
 }

@@ -35,11 +35,11 @@ pub struct LayerSample {
     pub normal: Vec3,
 }
 
-/// Sums that all layers share: samples that left the lens, the weights of those that met a surface, and their number.
-pub(super) const SHARED: usize = 3;
+/// Sums that all layers share: samples that left the lens, the weights of those that met a surface, their number, and that of all samples.
+pub(super) const SHARED: usize = 4;
 
 /// Most sums of a pixel.
-pub(super) const MAX_SUMS: usize = SHARED + 3 + 3 + 1 + 3 + 2 + 2 + 1;
+pub(super) const MAX_SUMS: usize = SHARED + 3 + 3 + 1 + 3 + 2 + 2 + 1 + 3 * LayerSet::MOST_LIGHTS;
 
 /// Sums over samples of one pixel: the shared ones, then each layer's.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -108,6 +108,20 @@ impl LayerPixels {
         }
     }
 
+    /// Adds light from elsewhere to the layers of light of a pixel: the mean over its samples grows by so much.
+    pub(in super::super) fn add_light(
+        &mut self,
+        index: usize,
+        lights: impl Iterator<Item = DVec3>,
+    ) {
+        let (set, count) = (self.set, self.set.sums());
+        let Some(sums) = self.sums.get_mut(index * count..(index + 1) * count) else {
+            return;
+        };
+        let all = sums.get(SHARED - 1).copied().unwrap_or_default();
+        add_lights(set.light_sums(sums), lights.map(|light| light * all));
+    }
+
     /// Adds those of the same pixels.
     pub(in super::super) fn join(&mut self, right: &LayerPixels) {
         add(&mut self.sums, &right.sums);
@@ -137,13 +151,16 @@ impl TileLayers {
         }))
     }
 
-    /// Adds a sample of a pixel: `None` for one whose ray does not leave the lens, `Some(None)` for one that meets nothing.
+    /// Adds a sample of a pixel: `None` for one whose ray does not leave the lens, `Some(None)` for one that meets nothing. `lights` is what it
+    /// brings to the pixel, by layers of light.
     pub(in super::super) fn add(
         &mut self,
         pixel: usize,
         weight: f32,
         sample: Option<Option<&LayerSample>>,
+        lights: &[Rgb],
     ) {
+        self.leaf.0[3] += 1.0;
         if let Some(found) = sample {
             self.leaf.0[0] += 1.0;
             if let Some(found) = found {
@@ -151,6 +168,8 @@ impl TileLayers {
                 self.cover(pixel, weight, found);
             }
         }
+        let own = self.pixels.set.light_sums(&mut self.leaf.0);
+        add_lights(own, lights.iter().map(|light| light.as_dvec3()));
         self.in_leaf += 1;
         if self.in_leaf == PixelSum::LEAF {
             self.next_leaf();
@@ -167,7 +186,7 @@ impl TileLayers {
                 rest = others;
             }
         };
-        add(&[0.0, weight, 1.0]);
+        add(&[0.0, weight, 1.0, 0.0]);
         if set.contains(Layer::Albedo) {
             add(&(sample.albedo.as_dvec3() * weight).to_array());
         }
@@ -222,6 +241,20 @@ impl TileLayers {
     }
 }
 
+impl LayerSet {
+    /// Those of a pixel's sums that are of light.
+    fn light_sums(self, sums: &mut [f64]) -> &mut [f64] {
+        let first = sums.len().saturating_sub(3 * self.lights());
+        sums.get_mut(first..).unwrap_or_default()
+    }
+}
+
+fn add_lights(sums: &mut [f64], lights: impl Iterator<Item = DVec3>) {
+    for (sums, light) in sums.chunks_exact_mut(3).zip(lights) {
+        add(sums, &light.to_array());
+    }
+}
+
 fn zeros(set: LayerSet) -> Sums {
     Sums(std::iter::repeat_n(0.0, set.sums()).collect())
 }
@@ -242,34 +275,77 @@ impl ImageLayer {
             layer,
             values: vec![Rgb::ZERO; pixels],
         };
-        let has_means = |layer: &Layer| layer.matte().is_none();
+        let has_means = |layer: &Layer| layer.matte().is_none() && *layer != Layer::Lights;
         set.iter().filter(has_means).map(black).collect()
     }
 }
 
-/// Sets pixels of the image's layers: the one that `place` says, if any, for each of these.
-pub(in super::super) fn develop(
-    (layers, mattes): (&mut [ImageLayer], &mut [ImageMatte]),
-    pixels: &LayerPixels,
-    count: usize,
-    place: impl Fn(usize) -> Option<usize>,
-) {
-    for number in 0..count {
-        if let Some(index) = place(number) {
-            develop_means(layers, index, pixels.pixel(number));
+/// All layers of an image.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImageLayers {
+    /// Means over pixels, in the order of [`Layer::ALL`].
+    pub means: Vec<ImageLayer>,
+    /// Cryptomattes.
+    pub mattes: Vec<ImageMatte>,
+    /// The picture by groups of its lights: first of those that have none, then in the order in which the scene names them.
+    pub lights: Vec<Vec<Rgb>>,
+}
+
+impl ImageLayers {
+    /// These layers of so many pixels, all 0.
+    pub(in super::super) fn new(set: LayerSet, pixels: usize) -> ImageLayers {
+        ImageLayers {
+            means: ImageLayer::all_of(set, pixels),
+            mattes: ImageMatte::all_of(set, pixels),
+            lights: vec![vec![Rgb::ZERO; pixels]; set.lights()],
         }
     }
-    let seen = |number: usize| pixels.pixel(number).first().copied().unwrap_or(0.0);
-    for matte in mattes {
-        if let Some(kind) = matte.layer.matte() {
-            pixels.mattes[kind].develop(matte, seen, &place);
+
+    /// The mean of this layer.
+    pub fn mean(&self, layer: Layer) -> Option<&ImageLayer> {
+        self.means.iter().find(|own| own.layer == layer)
+    }
+
+    /// Sets pixels to what their sums tell: the one that `place` says, if any, for each of the first `count`. Light is in units of 1/`scale`.
+    pub(in super::super) fn develop(
+        &mut self,
+        pixels: &LayerPixels,
+        count: usize,
+        scale: f64,
+        place: impl Fn(usize) -> Option<usize>,
+    ) {
+        for number in 0..count {
+            if let Some(index) = place(number) {
+                let sums = pixels.pixel(number);
+                develop_means(&mut self.means, index, sums);
+                self.develop_lights(index, sums, scale);
+            }
+        }
+        let seen = |number: usize| pixels.pixel(number).first().copied().unwrap_or(0.0);
+        for matte in &mut self.mattes {
+            if let Some(kind) = matte.layer.matte() {
+                pixels.mattes[kind].develop(matte, seen, &place);
+            }
+        }
+    }
+
+    /// As colors are: nothing is negative.
+    fn develop_lights(&mut self, index: usize, sums: &[f64], scale: f64) {
+        let first = sums.len().saturating_sub(3 * self.lights.len());
+        let all = sums.get(SHARED - 1).copied().unwrap_or_default();
+        let sums = sums.get(first..).unwrap_or_default().chunks_exact(3);
+        for (values, sums) in self.lights.iter_mut().zip(sums) {
+            if let Some(slot) = values.get_mut(index) {
+                let mean = DVec3::from_slice(sums) * (scale / all.max(1.0));
+                *slot = mean.max(DVec3::ZERO).as_vec3();
+            }
         }
     }
 }
 
 /// Sets a pixel of the image's layers to the means that these sums are of.
 fn develop_means(layers: &mut [ImageLayer], index: usize, sums: &[f64]) {
-    let Some((&[seen, covered, hits], mut own)) = sums.split_first_chunk::<SHARED>() else {
+    let Some((&[seen, covered, hits, _], mut own)) = sums.split_first_chunk::<SHARED>() else {
         return;
     };
     for ImageLayer { layer, values } in layers {
@@ -291,7 +367,7 @@ fn develop_means(layers: &mut [ImageLayer], index: usize, sums: &[f64]) {
             Layer::Alpha if seen > 0.0 => DVec3::splat((covered / seen).clamp(0.0, 1.0)),
             Layer::Alpha => DVec3::ZERO,
             Layer::Depth | Layer::Position | Layer::Uv | Layer::Motion | Layer::Coc => mean(hits),
-            Layer::Material | Layer::Instance => continue,
+            Layer::Material | Layer::Instance | Layer::Lights => continue,
         };
         if let Some(slot) = values.get_mut(index) {
             // Not a negative zero, which sums may or may not begin with.
@@ -333,7 +409,9 @@ mod tests {
         for index in samples {
             let sample = (index % 7 != 0).then(|| sample(index));
             let seen = (index % 5 != 0).then_some(sample.as_ref());
-            tile.add_layers(UVec2::ZERO, if index % 3 == 0 { -1.0 } else { 1.0 }, seen);
+            let lights = [Rgb::new(0.1, 1e-9, 1e9) * index as f32, Rgb::ONE];
+            let weight = if index % 3 == 0 { -1.0 } else { 1.0 };
+            tile.add_layers(UVec2::ZERO, weight, seen, &lights);
             tile.add_sample(UVec2::ZERO, Rgb::ONE, 1.0);
         }
         tile.close();
@@ -362,7 +440,6 @@ mod tests {
 
     #[test]
     fn means_are_of_the_samples_that_count() {
-        let mut layers = ImageLayer::all_of(all(), 1);
         let mut tile = TileLayers::new(all(), 1).unwrap();
         let found = LayerSample {
             position: DVec3::new(1.0, 2.0, 3.0),
@@ -377,11 +454,13 @@ mod tests {
         };
         // One blocked in the lens, one that meets nothing, two that meet the same point.
         for sample in [None, Some(None), Some(Some(&found)), Some(Some(&found))] {
-            tile.add(0, 1.0, sample);
+            tile.add(0, 1.0, sample, &[Rgb::ONE, Rgb::new(0.5, 1.0, -2.0)]);
         }
         tile.close(0);
-        let mut mattes = ImageMatte::all_of(all(), 1);
-        develop((&mut layers, &mut mattes), &tile.pixels, 1, Some);
+        tile.pixels
+            .add_light(0, [DVec3::ZERO, DVec3::ONE].into_iter());
+        let mut layers = ImageLayers::new(all(), 1);
+        layers.develop(&tile.pixels, 1, 2.0, Some);
         let third = 2.0 / 3.0;
         let expected = [
             (found.albedo.as_dvec3() * third).as_vec3(),
@@ -393,10 +472,13 @@ mod tests {
             Rgb::new(8.0, 0.0, 0.0),
             Rgb::splat(third as f32),
         ];
-        for (layer, expected) in layers.iter().zip(expected) {
+        for (layer, expected) in layers.means.iter().zip(expected) {
             assert_eq!(layer.values[0], expected, "{:?}", layer.layer);
         }
-        for (matte, id) in mattes.iter().zip([found.material, found.instance]) {
+        assert_eq!(layers.lights[0], [Rgb::splat(2.0)]);
+        assert_eq!(layers.lights[1], [Rgb::new(3.0, 4.0, 0.0)]);
+        assert_eq!(layers.lights[2], [Rgb::ZERO]);
+        for (matte, id) in layers.mattes.iter().zip([found.material, found.instance]) {
             let ranks = matte.ranks(0);
             assert_eq!(ranks[0], (id.number(), third as f32));
             assert_eq!(ranks[1], (0.0, 0.0));

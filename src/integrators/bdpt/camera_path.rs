@@ -152,7 +152,13 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             n: hit.surface.n,
         };
         let weight = self.weight_of_hit(id, end, pdf, history);
-        self.radiance += self.walk.throughput * radiance * weight;
+        self.gain_from(id, self.walk.throughput * radiance * weight);
+    }
+
+    /// Adds what a light has brought.
+    fn gain_from(&mut self, id: LightId, light: Rgb) {
+        self.context.part(Some(id), light);
+        self.radiance += light;
     }
 
     /// s = 0: the ray leaves the scene; the infinite lights.
@@ -182,7 +188,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                     n: Vec3::ZERO,
                 };
                 let weight = self.weight_of_hit(id, end, pdf, &history);
-                self.radiance += self.walk.throughput * radiance * weight;
+                self.gain_from(id, self.walk.throughput * radiance * weight);
             }
         }
     }
@@ -270,7 +276,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let begun = densities.onward * densities.emitted / densities.direct;
         let camera = history.earlier(begun, scattered.reverse.into());
         let weight = weight(met, camera);
-        self.radiance += self.walk.throughput * contribution * left * weight;
+        self.gain_from(id, self.walk.throughput * contribution * left * weight);
     }
 
     /// s ≥ 2: every vertex of the light path, as far as the path does not become too long.
@@ -311,7 +317,9 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             let weighted = joined * (weight / self.bdpt.connections);
             let medium = vertex.medium_toward(self.context.world, w);
             let left = transmittance(self.context.world, self.context.stream, &shadow, medium);
-            self.joined += weighted * left;
+            let light = weighted * left;
+            self.context.part(self.light_path.light, light);
+            self.joined += light;
         }
     }
 

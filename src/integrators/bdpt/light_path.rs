@@ -32,6 +32,8 @@ pub(super) struct LightVertex<'a> {
 
 /// The vertices of a light path that can be joined to a camera path.
 pub(super) struct LightPath<'a> {
+    /// Where it begins, if it does.
+    pub light: Option<LightId>,
     vertices: Vec<LightVertex<'a>>,
 }
 
@@ -43,6 +45,7 @@ impl<'a> LightPath<'a> {
     /// An empty path in the memory of the last one.
     pub(super) fn in_spare(spare: &mut SpareVertices) -> LightPath<'a> {
         LightPath {
+            light: None,
             vertices: recycled(std::mem::take(&mut spare.0)),
         }
     }
@@ -69,8 +72,9 @@ impl<'a> LightPath<'a> {
         // At once, so that later paths need no more.
         self.vertices
             .reserve(max_depth.min(INITIAL_CAPACITY) as usize);
-        tracer.trace(time, max_depth, stream, |vertex, _| {
-            self.vertices.push(vertex)
+        tracer.trace(time, max_depth, stream, |light, vertex, _| {
+            self.light = Some(light);
+            self.vertices.push(vertex);
         });
     }
 }
@@ -95,17 +99,19 @@ pub(super) struct LightTracer<'c, 'a> {
 }
 
 impl<'a> LightTracer<'_, 'a> {
-    /// Traces a path at `time` and hands over each vertex that can be joined to others.
+    /// Traces a path at `time` and hands over the light that it begins at with each vertex that can be joined to others.
     pub(super) fn trace(
         &self,
         time: f32,
         max_depth: u32,
         stream: &mut SampleStream,
-        mut visit: impl FnMut(LightVertex<'a>, &mut SampleStream),
+        mut visit: impl FnMut(LightId, LightVertex<'a>, &mut SampleStream),
     ) {
         let Some((id, emission, mut walk)) = self.begin(time, stream) else {
             return;
         };
+        let mut visit =
+            |vertex: LightVertex<'a>, stream: &mut SampleStream| visit(id, vertex, stream);
         while walk.depth < max_depth {
             if self
                 .extend(&mut walk, (id, &emission), stream, &mut visit)

@@ -5,7 +5,7 @@ use super::light_path::{LightTracer, LightVertex};
 use super::weights::{History, square, weight};
 use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
 use crate::film::PixelBounds;
-use crate::handles::MediumId;
+use crate::handles::{LightId, MediumId};
 use crate::integrators::volpath::transmittance;
 use crate::integrators::{LightJob, Splat};
 use crate::math::{Rgb, UVec2, Vec2, color::is_black};
@@ -16,6 +16,8 @@ use arrayvec::ArrayVec;
 struct Pending {
     /// The number of its path.
     path: u64,
+    /// The light that it begins at.
+    begins_at: LightId,
     /// What the path brings in the direction of the lens.
     light: Rgb,
     /// Density per solid angle of the direction from which the path came, for paths from the camera.
@@ -53,14 +55,19 @@ pub(super) fn splat_paths(
     for (path, mut stream) in paths {
         let (time, wavelength) = skip_camera(job, &mut stream);
         let depth = tracer.bdpt.max_depth;
-        tracer.trace(time, depth, &mut stream, |vertex, stream| {
+        tracer.trace(time, depth, &mut stream, |begins_at, vertex, stream| {
             let lens = if job.camera.has_lens() {
                 stream.next_2d()
             } else {
                 Vec2::splat(0.5)
             };
             // No connection where none can be made.
-            let _ = waiting.join(path, &vertex, &LensSample { lens, wavelength }, stream);
+            let _ = waiting.join(
+                (path, begins_at),
+                &vertex,
+                &LensSample { lens, wavelength },
+                stream,
+            );
             if waiting.pending.is_full() {
                 waiting.land(splat);
             }
@@ -79,7 +86,7 @@ impl Waiting<'_, '_> {
     /// Joins a vertex to the lens.
     fn join(
         &mut self,
-        path: u64,
+        (path, begins_at): (u64, LightId),
         end: &LightVertex,
         at: &LensSample,
         stream: &SampleStream,
@@ -88,6 +95,7 @@ impl Waiting<'_, '_> {
         let scattered = end.vertex.importance(aim.wi)?;
         self.pending.push(Pending {
             path,
+            begins_at,
             light: end.throughput * scattered.value,
             reverse: scattered.reverse,
             cosine: end.vertex.cosine(aim.wi),
@@ -143,6 +151,7 @@ fn bring(
             let weight = weight(others, 0.0);
             splat(Splat {
                 path: pending.path,
+                light: pending.begins_at,
                 pixel,
                 value: light * left * (value * weight),
                 by_camera: others.sqrt(),

@@ -61,17 +61,20 @@ impl MisState {
 
     /// Weighted radiance of the infinite lights along a ray that leaves the scene.
     fn escaped(&self, context: &Context, ray: &Ray) -> Rgb {
-        let world = context.world;
-        let of_light = |sampled: &Sampled, id| {
-            let (radiance, light_pdf) = world.light(id).escaped_and_pdf(&sampled.from, ray.d);
-            radiance * power_heuristic(sampled.pdf, sampled.light_pmf(context, id) * light_pdf)
-        };
+        let lights = context.world.infinite_lights.iter();
+        lights.map(|&id| self.escaped_of(context, ray, id)).sum()
+    }
+
+    /// That of one of them.
+    #[inline(always)]
+    fn escaped_of(&self, context: &Context, ray: &Ray, id: LightId) -> Rgb {
+        let light = context.world.light(id);
         match self {
-            MisState::Delta => world.escaped_radiance(ray),
+            MisState::Delta => light.escaped(ray.d),
             MisState::Blocked => Rgb::ZERO,
             MisState::Sampled(sampled) => {
-                let lights = world.infinite_lights.iter();
-                lights.map(|&id| of_light(sampled, id)).sum()
+                let (radiance, light_pdf) = light.escaped_and_pdf(&sampled.from, ray.d);
+                radiance * power_heuristic(sampled.pdf, sampled.light_pmf(context, id) * light_pdf)
             }
         }
     }
@@ -95,14 +98,25 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     pub(super) fn add_emission(&mut self, hit: &GeometryHit) {
         if let Some(id) = hit.light {
             let light = self.mis.emitted(&self.context, &self.ray, (hit, id));
-            self.gain(self.throughput * light);
+            self.gain_from(id, self.throughput * light);
         }
     }
 
     /// Adds the radiance of the infinite lights.
     #[inline(always)]
     pub(super) fn add_escaped(&mut self) {
-        self.gain(self.throughput * self.mis.escaped(&self.context, &self.ray));
+        let (mis, ray) = (self.mis, self.ray);
+        self.gain(self.throughput * mis.escaped(&self.context, &ray));
+        self.part_escaped((mis, ray), self.throughput);
+    }
+
+    /// Adds the same to the layers of light.
+    #[inline(always)]
+    fn part_escaped(&mut self, (mis, ray): (MisState, Ray), throughput: Rgb) {
+        if WATCHED {
+            let of_light = |context: &Context, id| throughput * mis.escaped_of(context, &ray, id);
+            self.context.parts_at_infinity(of_light);
+        }
     }
 
     /// Emission along the direction of `sample`, although the path continues elsewhere: the counterpart of
@@ -126,10 +140,13 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             let t_max = next.as_ref().map_or(f32::INFINITY, |next| next.t);
             throughput *= dimmed(world, self.context.stream, medium, &ray, t_max);
             let Some(next) = next else {
+                self.part_escaped((mis, ray), throughput);
                 return light + throughput * mis.escaped(&self.context, &ray);
             };
             if let Some(id) = next.light {
-                light += throughput * mis.emitted(&self.context, &ray, (&next, id));
+                let emitted = throughput * mis.emitted(&self.context, &ray, (&next, id));
+                self.context.part(Some(id), emitted);
+                light += emitted;
             }
             if !MEDIA || next.material.is_some() || is_black(throughput) {
                 break;

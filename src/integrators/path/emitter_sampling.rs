@@ -67,7 +67,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         {
             self.defer(chosen, u, from, &matte);
         } else if let Some(light) = self.light_sample(chosen, vertex, from, u) {
-            self.gain(self.throughput * light);
+            self.gain_from(chosen.0, self.throughput * light);
         }
     }
 

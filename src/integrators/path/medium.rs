@@ -40,21 +40,22 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Crosses a medium up to `t_max`, or to the scattering event before it that is returned. The throughput may
     /// become black.
     pub(super) fn sample_medium(&mut self, id: MediumId, t_max: f32) -> Option<MediumVertex> {
-        let (world, stream) = (self.context.world, &mut *self.context.stream);
-        let medium = world.media.medium(id);
+        let medium = self.context.world.media.medium(id);
         let (emits, scatters) = match self.path.media {
             MediaSeen::All => (true, true),
             MediaSeen::Single => (self.specular_only, self.specular_only),
             MediaSeen::Emission => (self.specular_only, false),
         };
         if emits {
-            self.radiance += self.throughput * medium.emission(&self.ray, t_max, stream);
+            let light = self.throughput * medium.emission(&self.ray, t_max, self.context.stream);
+            self.radiance += light;
+            self.context.part(None, light);
         }
         if !scatters {
-            self.throughput *= medium.transmittance(&self.ray, t_max, stream);
+            self.throughput *= medium.transmittance(&self.ray, t_max, self.context.stream);
             return None;
         }
-        let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, stream);
+        let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, self.context.stream);
         self.throughput *= flight.weight;
         let t = flight.scattered?;
         Some(MediumVertex {

@@ -22,7 +22,7 @@ pub use medium::MediaSeen;
 use super::witness::Met;
 use super::{Context, MAX_NULL_SURFACES, Sight, Transport, Workspace};
 use crate::bsdf::Bsdf;
-use crate::handles::MediumId;
+use crate::handles::{LightId, MediumId};
 use crate::lights::SelectionStrategy;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
@@ -180,10 +180,19 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// every step is reported.
     #[inline(always)]
     fn defers(&self) -> bool {
-        !MEDIA && !(WATCHED && self.reports)
+        !(MEDIA || WATCHED && self.reports)
     }
 
-    /// Adds light that the path has met.
+    /// Adds light that the path has met, which comes from this light.
+    #[inline(always)]
+    fn gain_from(&mut self, id: LightId, light: Rgb) {
+        if WATCHED {
+            self.context.part(Some(id), light);
+        }
+        self.gain(light);
+    }
+
+    /// Adds light whose parts are known.
     #[inline(always)]
     fn gain(&mut self, light: Rgb) {
         if !MEDIA && self.has_deferred {

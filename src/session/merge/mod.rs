@@ -138,7 +138,8 @@ pub fn merge(paths: &[PathBuf], allow_missing: bool, variance: bool) -> Result<M
     let splats = group
         .facts
         .splats
-        .map_or(0, |_| MEMORY_OF_SPLATS * films.min(2));
+        .map_or(0, |_| MEMORY_OF_SPLATS * films.min(2))
+        * (1 + spec.layers.lights() as u64);
     let layers = spec.layers.memory_of_sums() * films + spec.layers.memory_of_image();
     let bytes = films * size_of::<PixelStatistics>() as u64 + splats + layers + BYTES_OF_IMAGE;
     let room = budget.take(spec.pixel_bounds().area() as u64 * bytes);
@@ -192,7 +193,7 @@ fn of_samples(
     let (samples, all) = (film.samples(), sampled.area() as u64 * u64::from(spp));
     let mut has_paths = true;
     if let Some((scale, share)) = group.facts.splats {
-        let mut splats = Splats::new(sampled, scale);
+        let mut splats = Splats::new(sampled, scale, spec.layers.lights());
         let of_shard = |shard| vec![division.light(shard, 0, &pass, share)];
         group.add_splats(0, of_shard, &mut splats)?;
         has_paths = splats.paths().count() >= share.paths(all);
@@ -243,7 +244,7 @@ fn halves_of(
     passes: &[Pass],
 ) -> Result<Halves, MergeError> {
     let (scale, share) = group.facts.splats.unzip();
-    let splats = scale.map(|scale| Splats::new(sampled, scale));
+    let splats = scale.map(|scale| Splats::new(sampled, scale, spec.layers.lights()));
     let splats = splats.map(|splats| [splats.clone(), splats]);
     let are_dependent = group.facts.are_dependent;
     let mut halves = Halves::new(spec, sampled, TILE_SIZE, splats, are_dependent);
