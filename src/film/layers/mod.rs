@@ -83,7 +83,7 @@ impl Layer {
     }
 
     /// The names of its channels in a file, as compositing programs expect them: components behind the layer's name, and
-    /// the alpha of the picture itself. Those of light groups are called by the scene: [`light_channels`].
+    /// the alpha of the picture itself. Those of light groups are called as the scene calls them.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Layer::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
