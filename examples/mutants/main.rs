@@ -135,12 +135,14 @@ fn main() {
             .iter()
             .map(move |new| format!("`{}` → `{new}` ({})", bug.expression, bug.file))
     });
-    let probes = suite.probes(0);
+    let probes = suite.probes(0).expect("pictures without a bug");
     let truth = suite.of_one_seed(0, &all);
     let mut rows = Vec::new();
     for (number, name) in (1..).zip(names) {
         let try_it = || {
-            let acting = acting(&probes, &suite.probes(number));
+            // A program that fails needs no statistics to be found: such a bug is not counted.
+            let after = suite.probes(number);
+            let acting = after.map_or_else(Vec::new, |after| acting(&probes, &after));
             if acting.is_empty() {
                 return (0.0, Seen::default());
             }
@@ -213,6 +215,13 @@ fn built(root: &Path, place: &Path, bugs: &[Bug]) -> PathBuf {
     let mut files = vec!["Cargo.toml".into(), "Cargo.lock".into()];
     for folder in ["src", "benches"] {
         below(root, Path::new(folder), &mut files);
+    }
+    let mut stale = Vec::new();
+    if copy.join("src").is_dir() {
+        below(&copy, Path::new("src"), &mut stale);
+    }
+    for file in stale.iter().filter(|file| !files.contains(file)) {
+        std::fs::remove_file(copy.join(file)).expect("a file that is gone");
     }
     for file in &files {
         let bytes = std::fs::read(root.join(file)).expect("a file");
@@ -373,8 +382,8 @@ impl Suite {
         scenes.iter().map(|scene| image(&file(scene))).collect()
     }
 
-    /// The small pictures of all scenes with a bug.
-    fn probes(&self, bug: usize) -> Vec<Image> {
+    /// The small pictures of all scenes with a bug; `None` if the program fails with it.
+    fn probes(&self, bug: usize) -> Option<Vec<Image>> {
         let file = self.folder.join("probe.exr");
         let probe = |scene: &&str| {
             let rendered = Command::new(&self.program)
@@ -386,8 +395,8 @@ impl Suite {
                 .env("FSTOP_MUTANT", bug.to_string())
                 .stderr(Stdio::null())
                 .status();
-            assert!(rendered.expect("the program").success(), "{scene}");
-            image(&file)
+            let success = rendered.expect("the program").success();
+            success.then(|| image(&file))
         };
         SCENES.iter().map(probe).collect()
     }
