@@ -170,7 +170,7 @@ mod tests {
                 Item { id, bounds }
             })
             .collect();
-        let mut tree = builder::build(&items, corners);
+        let mut tree = builder::build(items.clone(), corners);
         let mut hits = 0;
         for i in 0..2000 {
             let mut d = point(i, 11).normalize();

@@ -1,8 +1,10 @@
-//! Builds the 8-wide tree: obvhs makes a binary one, and [`Plan`] says which of its nodes to keep.
+//! Builds the 8-wide tree: obvhs makes a binary one, and [`Plan`] says which of its nodes to keep. That of many primitives is made of
+//! [chunks](Chunk).
 //!
 //! The tree depends only on the primitives, not on the number of threads that build it.
 
 use super::aabb::Aabb;
+use super::chunks::Chunk;
 use super::collapse::{Plan, Root};
 use super::groups::Groups;
 use super::node::{Cell, Child, MAX_DEPTH, Node};
@@ -16,6 +18,7 @@ use arrayvec::ArrayVec;
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Subtrees are built in parallel down to this depth: 64 pieces, enough to keep threads busy even though their sizes
 /// differ.
@@ -33,6 +36,10 @@ const SPARE: f32 = 0.4;
 /// would take a minute.
 const AFFORDABLE_VISITS: f64 = 5e9;
 
+/// Chunks are gathered in blocks of so many bytes: so many that their memory comes from the system and goes back to it at once, which
+/// glibc does from 32 MiB on, as blocks are freed while the tree is joined. What of them is not used takes no memory.
+pub(super) const BLOCK: usize = 33 << 20;
+
 /// The output of the binary builder and the plan, and the primitives.
 struct Source<'a, F> {
     items: &'a [Item],
@@ -44,7 +51,10 @@ struct Source<'a, F> {
 }
 
 /// Builds a tree over `items`, whose boxes are finite; `corners` returns a triangle's corners.
-pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] + Sync) -> Tree {
+pub(super) fn build(
+    mut items: Vec<Item>,
+    corners: impl Fn(PrimitiveId) -> [Vec3; 3] + Sync,
+) -> Tree {
     if items.is_empty() {
         return Tree {
             cells: Node::empty().cells().to_vec(),
@@ -52,41 +62,126 @@ pub(super) fn build(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3] +
             instructions: InstructionSet::best(),
         };
     }
-    let groups = Groups::of(items);
-    let usual = BvhBuildParams::very_fast_build();
-    let parameters = BvhBuildParams {
-        // The plan forms the leaves.
-        max_prims_per_leaf: 1,
-        // The plan makes up for what slower presets improve: they take up to three times as long, for rays that are a
-        // few per cent faster at most.
-        reinsertion_batch_ratio: usual.reinsertion_batch_ratio * affordable_share(items),
-        ..usual
-    };
-    let mut binary = build_bvh2(&groups.boxes(items), parameters, &mut Default::default());
-    let plan = Plan::new(&binary, &groups, items);
-    // Frees a third of the memory used while building.
-    binary.nodes = Vec::new();
-    let source = Source {
-        items,
+    let all = cfg!(debug_assertions).then(|| items.clone());
+    let build = Build {
+        reinsertion: affordable_share(&items),
         corners,
-        groups,
-        plan,
-        indices: binary.primitive_indices,
     };
-    let root = source.planned(0, 0);
-    let parts = match root {
-        // Every tree starts with a node.
-        Part::Leaf(..) => Parts::from_iter([root]),
-        _ => source.divided(&root),
-    };
-    let parallel_levels = if items.len() >= PARALLEL_ITEMS {
-        PARALLEL_DEPTH
-    } else {
-        0
-    };
-    let tree = source.pieces(&parts, parallel_levels).0.joined();
-    debug_assert_eq!(tree.validate(items), Ok(()));
+    let chunks = Chunk::of(&mut items);
+    let mut blocks = Blocks::for_chunks(&chunks);
+    build.chunks(&[&chunks], &mut items, (0, 1), &mut blocks);
+    let tree = blocks.joined();
+    debug_assert_eq!(all.map_or(Ok(()), |all| tree.validate(&all)), Ok(()));
     tree
+}
+
+/// What all chunks have in common.
+struct Build<F> {
+    /// The share of the usual node reinsertions.
+    reinsertion: f32,
+    corners: F,
+}
+
+impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Build<F> {
+    /// Builds the last of the items, as they are divided into these chunks, and removes them. They become up to so many roots each,
+    /// at this depth of the whole: returns their cells and bounding boxes.
+    fn chunks(
+        &self,
+        chunks: &[&Chunk],
+        items: &mut Vec<Item>,
+        (depth, roots): (usize, usize),
+        to: &mut Blocks,
+    ) -> Vec<(usize, Aabb)> {
+        let build = |range: &Range<usize>| self.built(&items[range.clone()], depth, roots);
+        let (first, built) = match chunks {
+            [Chunk::Items(range)] => (range.start, vec![build(range)]),
+            // Two side by side take more memory, but less time.
+            [Chunk::Items(a), Chunk::Items(b)] => {
+                let (a_built, b_built) = rayon::join(|| build(a), || build(b));
+                (a.start, vec![a_built, b_built])
+            }
+            _ => {
+                let last_first = chunks.iter().rev();
+                return last_first
+                    .flat_map(|chunk| match chunk {
+                        Chunk::Items(_) => self.chunks(&[chunk], items, (depth, roots), to),
+                        Chunk::Halves(..) => vec![self.above(chunk, items, depth, to)],
+                    })
+                    .collect();
+            }
+        };
+        items.truncate(first);
+        // Their memory is wanted for the next trees.
+        items.shrink_to_fit();
+        let built = built.into_iter().flatten();
+        built
+            .map(|(pieces, bounds)| (to.add(pieces), bounds))
+            .collect()
+    }
+
+    /// Builds the node above what the items are divided into, and all below it.
+    fn above(
+        &self,
+        chunk: &Chunk,
+        items: &mut Vec<Item>,
+        depth: usize,
+        to: &mut Blocks,
+    ) -> (usize, Aabb) {
+        let mut node = Tree::default();
+        let mut children = reserve_node(&mut node);
+        let at = to.add(Pieces(vec![node]));
+        let parts = chunk.parts();
+        // As many children as a node has room for; where there are fewer parts, these are not divided any more.
+        let roots = Node::WIDTH / parts.len();
+        for pair in parts.rchunks(2) {
+            for (root, bounds) in self.chunks(pair, items, (depth + 1, roots), to) {
+                children.push((Child::node(root - at), bounds));
+            }
+        }
+        (at, finish(children, to.from(at)))
+    }
+
+    /// Builds these items, of which there is at least one.
+    fn built(&self, items: &[Item], depth: usize, roots: usize) -> Vec<(Pieces, Aabb)> {
+        let groups = Groups::of(items);
+        let usual = BvhBuildParams::very_fast_build();
+        let parameters = BvhBuildParams {
+            // The plan forms the leaves.
+            max_prims_per_leaf: 1,
+            // The plan makes up for what slower presets improve: they take up to three times as long, for rays that are a
+            // few per cent faster at most.
+            reinsertion_batch_ratio: usual.reinsertion_batch_ratio * self.reinsertion,
+            ..usual
+        };
+        let mut binary = build_bvh2(&groups.boxes(items), parameters, &mut Default::default());
+        let plan = Plan::new(&binary, &groups, items);
+        // Frees a third of the memory used while building.
+        binary.nodes = Vec::new();
+        let source = Source {
+            items,
+            corners: &self.corners,
+            groups,
+            plan,
+            indices: binary.primitive_indices,
+        };
+        let parallel_levels = if items.len() >= PARALLEL_ITEMS {
+            PARALLEL_DEPTH
+        } else {
+            0
+        };
+        let mut entries = ArrayVec::new();
+        source.plan.forest(0, roots, &mut entries);
+        let build = |entry| {
+            let root = source.planned(entry, depth);
+            let parts = match root {
+                // Every tree starts with a node.
+                Part::Leaf(..) => Parts::from_iter([root]),
+                _ => source.divided(&root),
+            };
+            source.pieces(&parts, parallel_levels)
+        };
+        entries.into_iter().map(build).collect()
+    }
 }
 
 /// The share of the usual node reinsertions that is affordable: all of them, unless boxes overlap excessively. One
@@ -224,8 +319,7 @@ impl<F: Fn(PrimitiveId) -> [Vec3; 3] + Sync> Source<'_, F> {
     /// Reserves a node, and adds the leaves among its children.
     fn start(&self, parts: &[Part], to: &mut Tree) -> Children {
         let at = to.cells.len();
-        to.cells.extend(Node::empty().cells());
-        to.nodes += 1;
+        reserve_node(to);
         let leaf = |part: &Part| {
             let Part::Leaf(ids, bounds) = part else {
                 return None;
@@ -257,6 +351,13 @@ impl Part {
 /// A node's children with their boxes.
 type Children = ArrayVec<(Child, Aabb), { Node::WIDTH }>;
 
+/// Reserves a node, which has no children yet.
+fn reserve_node(to: &mut Tree) -> Children {
+    to.cells.extend(Node::empty().cells());
+    to.nodes += 1;
+    Children::new()
+}
+
 /// Writes the node to the first cells; returns its bounding box.
 fn finish(mut children: Children, cells: &mut [Cell]) -> Aabb {
     // An any-hit search pops the last child first, and is served best by the largest.
@@ -277,20 +378,74 @@ impl Pieces {
     fn cells(&self) -> usize {
         self.0.iter().map(|piece| piece.cells.len()).sum()
     }
+}
+
+/// A tree as it grows, in blocks one after the other.
+struct Blocks {
+    blocks: Vec<Vec<Cell>>,
+    /// Cells that a block has room for; pieces with more are blocks of their own.
+    room: usize,
+    /// Number of nodes.
+    nodes: usize,
+}
+
+impl Blocks {
+    fn for_chunks(chunks: &Chunk) -> Blocks {
+        Blocks {
+            blocks: Vec::new(),
+            room: match chunks {
+                Chunk::Items(_) => 0,
+                Chunk::Halves(..) => BLOCK / size_of::<Cell>(),
+            },
+            nodes: 0,
+        }
+    }
+
+    fn cells(&self) -> usize {
+        self.blocks.iter().map(Vec::len).sum()
+    }
+
+    /// Returns the number of the first cell.
+    fn add(&mut self, pieces: Pieces) -> usize {
+        let at = self.cells();
+        for Tree { cells, nodes, .. } in pieces.0 {
+            self.nodes += nodes;
+            match self.blocks.last_mut() {
+                Some(last) if last.capacity() - last.len() >= cells.len() => last.extend(cells),
+                _ if cells.len() >= self.room => self.blocks.push(cells),
+                _ => {
+                    let mut block = Vec::with_capacity(self.room);
+                    block.extend(cells);
+                    self.blocks.push(block);
+                }
+            }
+        }
+        at
+    }
+
+    /// The rest of the block that a cell is in, from there on.
+    fn from(&mut self, mut cell: usize) -> &mut [Cell] {
+        for block in &mut self.blocks {
+            if cell < block.len() {
+                return &mut block[cell..];
+            }
+            cell -= block.len();
+        }
+        &mut []
+    }
 
     /// Children are addressed relative to their node, so concatenation suffices. (Space is reserved at once: a growing
     /// vector of cells would be copied at every growth, because of their alignment.)
     fn joined(self) -> Tree {
         let mut tree = Tree {
             cells: Vec::with_capacity(self.cells()),
-            nodes: 0,
+            nodes: self.nodes,
             instructions: InstructionSet::best(),
         };
         // Before the first access: even writing zeros would already map small pages.
         pages::ask_for_large(tree.cells.spare_capacity_mut());
-        for piece in self.0 {
-            tree.cells.extend_from_slice(&piece.cells);
-            tree.nodes += piece.nodes;
+        for block in self.blocks {
+            tree.cells.extend_from_slice(&block);
         }
         tree
     }

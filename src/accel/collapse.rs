@@ -142,12 +142,31 @@ impl Plan {
             return Root::Leaf;
         }
         let mut children = ArrayVec::new();
-        self.forest(entry, Node::WIDTH, left, &mut children);
+        self.forests(entry, Node::WIDTH, left, &mut children);
         Root::Node(children)
     }
 
-    /// Adds the roots below the entry: up to `roots`, of which `left` are on its left.
-    fn forest(
+    /// The roots of the cheapest forest at the entry, with up to so many of them, at most [`ROOTS`].
+    pub(super) fn forest(
+        &self,
+        entry: usize,
+        mut roots: usize,
+        found: &mut ArrayVec<usize, { Node::WIDTH }>,
+    ) {
+        let root = &self.entries[entry];
+        while roots > 1 && root.decision.left(roots) == 0 {
+            roots -= 1;
+        }
+        if roots == 1 || root.groups > 0 {
+            // There is room: at most as many roots are requested as a node has children.
+            let _ = found.try_push(entry);
+        } else {
+            self.forests(entry, roots, root.decision.left(roots), found);
+        }
+    }
+
+    /// Those below the entry: up to `roots`, of which `left` are on its left.
+    fn forests(
         &self,
         entry: usize,
         roots: usize,
@@ -155,18 +174,8 @@ impl Plan {
         found: &mut ArrayVec<usize, { Node::WIDTH }>,
     ) {
         let first = self.entries[entry].first as usize;
-        for (child, mut roots) in [(first, left), (first + 1, roots - left)] {
-            let below = &self.entries[child];
-            while roots > 1 && below.decision.left(roots) == 0 {
-                roots -= 1;
-            }
-            if roots == 1 || below.groups > 0 {
-                // There is room: at most as many roots are requested as a node has children.
-                let _ = found.try_push(child);
-            } else {
-                self.forest(child, roots, below.decision.left(roots), found);
-            }
-        }
+        self.forest(first, left, found);
+        self.forest(first + 1, roots - left, found);
     }
 
     /// The groups of an entry that is a leaf.

@@ -160,9 +160,10 @@ impl Level {
             let farthest = self.bounds.min.abs().max(self.bounds.max.abs());
             self.radius = farthest.as_dvec3().length();
         }
-        self.tree = builder::build(&items, |id| self.corners(id.index()));
+        let count = items.len();
+        self.tree = builder::build(items, |id| self.corners(id.index()));
         if self.tree.cells.len() > Child::MAX_CELLS {
-            return Err(GeometryError::TooMany(items.len()));
+            return Err(GeometryError::TooMany(count));
         }
         Ok(self)
     }

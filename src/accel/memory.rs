@@ -1,6 +1,8 @@
 //! What primitives and trees take in memory, in bytes, for forecasts.
 
 use super::aabb::Aabb;
+use super::builder::BLOCK;
+use super::chunks::Chunk;
 use super::curves::CurveStore;
 use super::instance::Instance;
 use super::level::StoredQuadric;
@@ -13,13 +15,27 @@ use crate::shapes::quadric::Quadric;
 /// they have with vertices (docs/performance.md).
 pub const TREE: u64 = 79;
 
-/// A primitive's part of all that there is at once while a tree is built (obvhs 0.4, parallel): its item and box, the
+/// A primitive's part of all that there is at once while a chunk of a tree is built (obvhs 0.4, parallel): its item and box, the
 /// binary tree's two nodes and index, two nodes of the lists that are merged, and half a sorting key of 32 bytes.
-pub const BUILDING: u64 = {
+const BUILDING: u64 = {
     let aabb = size_of::<obvhs::aabb::Aabb>();
     let node = size_of::<obvhs::bvh2::node::Bvh2Node>();
-    (size_of::<Item>() + aabb + 2 * node + 4 + 2 * node + 16) as u64
+    (ITEM + aabb + 2 * node + 4 + 2 * node + 16) as u64
 };
+
+const ITEM: usize = size_of::<Item>();
+
+/// What there is at most at once while the tree of so many primitives is built: two chunks are, while the others are items or done; or
+/// chunks are joined.
+pub fn building(primitives: usize) -> u64 {
+    let (all, chunk) = (primitives as u64, Chunk::most(primitives) as u64);
+    if all <= chunk {
+        return all * BUILDING;
+    }
+    let first = all * ITEM as u64 + 2 * chunk * BUILDING;
+    let last = all * TREE + 2 * chunk * (BUILDING - TREE);
+    first.max(last).max(all * TREE + BLOCK as u64)
+}
 
 /// A quadric that was placed but not yet stored.
 pub const QUADRIC: usize = size_of::<Quadric>();

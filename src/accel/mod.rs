@@ -8,6 +8,7 @@
 mod aabb;
 mod box_test;
 mod builder;
+mod chunks;
 mod collapse;
 mod collect;
 mod curves;

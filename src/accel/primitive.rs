@@ -13,7 +13,9 @@ pub(super) enum OtherKind {
 }
 
 /// A primitive of one level: its kind, and its index among that kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable,
+)]
 #[repr(transparent)]
 pub(super) struct PrimitiveId(u32);
 

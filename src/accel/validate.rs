@@ -118,10 +118,10 @@ mod tests {
 
     #[test]
     fn built_trees_are_valid() {
-        // One leaf, one node, a tree built on one thread, and one on several; every box occurs three times.
-        for count in [0, 1, 3, 20, 1000, 20_000] {
+        // One leaf, one node, a tree built on one thread, one on several, and one of chunks; every box occurs three times.
+        for count in [0, 1, 3, 20, 1000, 20_000, 300_000] {
             let items = items(count);
-            let tree = builder::build(&items, corners);
+            let tree = builder::build(items.clone(), corners);
             assert_eq!(tree.validate(&items), Ok(()), "{count}");
         }
     }
@@ -130,13 +130,13 @@ mod tests {
     fn damage_is_found() {
         let items = items(100);
         let damaged = |damage: fn(&mut Tree)| {
-            let mut tree = builder::build(&items, corners);
+            let mut tree = builder::build(items.clone(), corners);
             damage(&mut tree);
             tree.validate(&items).expect_err("a broken invariant")
         };
         assert!(damaged(|tree| tree.nodes += 1).contains("counted"));
         assert!(damaged(|tree| tree.cells.truncate(Node::CELLS)).contains("no "));
-        let fewer = builder::build(&items[1..], corners);
+        let fewer = builder::build(items[1..].to_vec(), corners);
         assert!(
             fewer
                 .validate(&items)
@@ -145,7 +145,7 @@ mod tests {
         assert!(fewer.validate(&items[2..]).is_err());
         let mut shifted = items.clone();
         shifted[7].bounds.max.x += 10.0;
-        let tree = builder::build(&items, corners);
+        let tree = builder::build(items.clone(), corners);
         assert!(
             tree.validate(&shifted)
                 .is_err_and(|e| e.contains("outside"))

@@ -270,5 +270,8 @@ fn placing(shapes: &Shapes) -> u64 {
 
 /// What trees over so many primitives take: when they are done, and while they are built.
 fn tree(primitives: usize) -> [u64; 2] {
-    [memory::TREE, memory::BUILDING].map(|bytes| bytes * primitives as u64)
+    [
+        memory::TREE * primitives as u64,
+        memory::building(primitives),
+    ]
 }

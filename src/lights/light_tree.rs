@@ -69,23 +69,29 @@ pub(super) struct LightTree {
     even: Distribution1D,
 }
 
-/// Bytes that each of many lights takes at most while a tree is made: as a candidate twice, in two nodes of the binary
-/// tree, in a node that is at least half full, and in the tables.
-pub(super) const MEMORY_OF_LIGHT: usize = 2 * size_of::<Candidate>()
-    + 2 * size_of::<super::tree::Node>()
-    + size_of::<Node>() / (LANES / 2)
-    + size_of::<Place>()
-    + 4 * size_of::<f32>();
+/// Bytes that each of many lights takes at most while a tree is made: two nodes of the binary tree, and as a candidate, or in a node
+/// that is at least half full and in the tables.
+pub(super) const MEMORY_OF_LIGHT: usize = {
+    let candidate = size_of::<Candidate>();
+    let node = size_of::<Node>() / (LANES / 2) + size_of::<Place>();
+    let more = if candidate > node { candidate } else { node };
+    2 * size_of::<super::tree::Node>() + more + 4 * size_of::<f32>()
+};
 
 impl LightTree {
     /// From the candidates for all of `lights` lights. Distances below `min_distance` do not count
     /// as nearer.
-    pub(super) fn new(candidates: &[Candidate], lights: usize, min_distance: f32) -> LightTree {
-        let (local, placeless): (Vec<_>, Vec<_>) = candidates
-            .iter()
-            .copied()
-            .partition(|light| light.reach.is_local());
-        let [local, placeless] = [local, placeless].map(Tree::new);
+    pub(super) fn new(
+        mut candidates: Vec<Candidate>,
+        lights: usize,
+        min_distance: f32,
+    ) -> LightTree {
+        let even = even(&candidates, lights);
+        let is_local = |light: &Candidate| light.reach.is_local();
+        let placeless = candidates.iter().filter(|light| !is_local(light));
+        let placeless = Tree::new(placeless.copied().collect());
+        candidates.retain(is_local);
+        let local = Tree::new(candidates);
         let first: Vec<_> = placeless.cut(0, MAX_PLACELESS);
         let second = local.cut(0, TOP * LANES - first.len());
         let top = (first.iter().map(|&node| (&placeless, node)))
@@ -109,7 +115,7 @@ impl LightTree {
             nodes: building.nodes,
             top: count,
             places: building.places,
-            even: even(candidates, lights),
+            even,
         }
     }
 

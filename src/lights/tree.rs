@@ -19,7 +19,7 @@ const DEEPEST_BY_COST: u32 = 64;
 pub(super) enum Content {
     Light(LightId),
     /// Position of the first of two neighboring nodes.
-    Halves(usize),
+    Halves(u32),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +66,7 @@ impl Tree {
         self.build(first + 1, right, depth + 1);
         self.nodes[position] = Node {
             reach: self.nodes[first].reach.merged(&self.nodes[first + 1].reach),
-            content: Content::Halves(first),
+            content: Content::Halves(first as u32),
         };
     }
 
@@ -78,7 +78,7 @@ impl Tree {
             Node {
                 reach,
                 content: Content::Halves(first),
-            } => Some((reach.vagueness(), *first)),
+            } => Some((reach.vagueness(), *first as usize)),
             _ => None,
         };
         let mut nodes = vec![top];
@@ -176,7 +176,10 @@ mod tests {
         match tree.node(node).map(|n| n.content) {
             None => vec![],
             Some(Content::Light(light)) => vec![light],
-            Some(Content::Halves(first)) => [lights(tree, first), lights(tree, first + 1)].concat(),
+            Some(Content::Halves(first)) => {
+                let first = first as usize;
+                [lights(tree, first), lights(tree, first + 1)].concat()
+            }
         }
     }
 
