@@ -9,9 +9,10 @@
 //! The estimate knows nothing of shadows, so a part of the probability is shared out evenly among
 //! *groups* (a light counts as much as a mesh of a thousand triangles), whatever the estimate says.
 
+use super::Light;
 use super::lanes::{LANES, Lanes, Receiver};
 use super::light_bounds::LightBounds;
-use super::tree::{Content, Tree};
+use super::tree::{Kind, Part, Tree};
 use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
 
@@ -33,14 +34,6 @@ pub(super) struct Candidate {
     pub(super) power: f32,
     /// Its part of what is shared out evenly; all sum to 1.
     pub(super) even: f32,
-}
-
-/// A part of a node.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Part {
-    Nothing,
-    Light(LightId),
-    Node(u32),
 }
 
 /// A node, or a part of one.
@@ -69,47 +62,48 @@ pub(super) struct LightTree {
     even: Distribution1D,
 }
 
-/// Bytes that each of many lights takes at most while a tree is made: two nodes of the binary tree, and as a candidate, or in a node
+/// Bytes that each of many lights takes at most while a tree is made: a node of the binary tree, and as a candidate, or in a node
 /// that is at least half full and in the tables.
 pub(super) const MEMORY_OF_LIGHT: usize = {
     let candidate = size_of::<Candidate>();
     let node = size_of::<Node>() / (LANES / 2) + size_of::<Place>();
     let more = if candidate > node { candidate } else { node };
-    2 * size_of::<super::tree::Node>() + more + 4 * size_of::<f32>()
+    Tree::NODE + more + 4 * size_of::<f32>()
 };
 
 impl LightTree {
-    /// From the candidates for all of `lights` lights. Distances below `min_distance` do not count
+    /// From the candidates for all `lights`. Distances below `min_distance` do not count
     /// as nearer.
     pub(super) fn new(
         mut candidates: Vec<Candidate>,
-        lights: usize,
+        lights: &[Light],
         min_distance: f32,
     ) -> LightTree {
-        let even = even(&candidates, lights);
+        let even = even(&candidates, lights.len());
         let is_local = |light: &Candidate| light.reach.is_local();
         let placeless = candidates.iter().filter(|light| !is_local(light));
         let placeless = Tree::new(placeless.copied().collect());
         candidates.retain(is_local);
         let local = Tree::new(candidates);
-        let first: Vec<_> = placeless.cut(0, MAX_PLACELESS);
-        let second = local.cut(0, TOP * LANES - first.len());
-        let top = (first.iter().map(|&node| (&placeless, node)))
-            .chain(second.iter().map(|&node| (&local, node)))
-            .filter(|(tree, node)| tree.node(*node).is_some())
+        let first: Vec<_> = placeless.cut(placeless.root, MAX_PLACELESS);
+        let second = local.cut(local.root, TOP * LANES - first.len());
+        let top = (first.iter().map(|&part| (&placeless, part)))
+            .chain(second.iter().map(|&part| (&local, part)))
+            .filter(|&(_, part)| part != Part::NOTHING)
             .collect::<Vec<_>>();
         let mut building = Building {
             nodes: vec![Node::empty(None); top.len().div_ceil(LANES)],
-            places: vec![Place::default(); lights],
+            places: vec![Place::default(); lights.len()],
+            lights,
             min_distance,
         };
         let count = building.nodes.len();
-        for (position, (tree, node)) in top.into_iter().enumerate() {
+        for (position, (tree, part)) in top.into_iter().enumerate() {
             let place = Place {
                 node: (position / LANES) as u32,
                 lane: (position % LANES) as u8,
             };
-            building.put(tree, node, place);
+            building.put(tree, part, place);
         }
         LightTree {
             nodes: building.nodes,
@@ -166,10 +160,10 @@ impl LightTree {
             let (lane, rest) = pick(&chances.estimates, u * chances.total);
             u = rest;
             probability *= chances.of(lane);
-            match node.parts[lane] {
-                Part::Light(light) => return Some((light, probability)),
-                Part::Node(below) => node = self.nodes.get(below as usize)?,
-                Part::Nothing => return None,
+            match node.parts[lane].kind() {
+                Kind::Light(light) => return Some((light, probability)),
+                Kind::Node(below) => node = self.nodes.get(below as usize)?,
+                Kind::Nothing => return None,
             }
             chances = Chances::new(node.lanes.at(to), &node.parts);
         }
@@ -238,7 +232,7 @@ impl Chances {
         if total > 0.0 && total.is_finite() {
             return Chances { estimates, total };
         }
-        let estimates = parts.map(|part| f32::from(u8::from(part != Part::Nothing)));
+        let estimates = parts.map(|part| f32::from(u8::from(part != Part::NOTHING)));
         Chances {
             total: sum(&estimates),
             estimates,
@@ -276,46 +270,45 @@ impl Node {
     fn empty(above: Option<Place>) -> Node {
         Node {
             lanes: Lanes::empty(),
-            parts: [Part::Nothing; LANES],
+            parts: [Part::NOTHING; LANES],
             above,
         }
     }
 }
 
-struct Building {
+struct Building<'a> {
     nodes: Vec<Node>,
     places: Vec<Place>,
+    lights: &'a [Light],
     min_distance: f32,
 }
 
-impl Building {
-    /// Makes the binary tree's `node` the part at `place`, and all below it.
-    fn put(&mut self, tree: &Tree, node: usize, place: Place) {
+impl Building<'_> {
+    /// Makes the binary tree's `part` the part at `place`, and all below it.
+    fn put(&mut self, tree: &Tree, part: Part, place: Place) {
         // As deep as the binary tree at most, which is bounded by the lights' number and range; on
         // the heap, as it is a list to work through.
-        let mut waiting = vec![(node, place)];
-        while let Some((node, place)) = waiting.pop() {
-            let Some(found) = tree.node(node) else {
-                continue;
-            };
-            let part = match found.content {
-                Content::Light(light) => {
+        let mut waiting = vec![(part, place)];
+        while let Some((found, place)) = waiting.pop() {
+            let (part, reach) = match found.kind() {
+                Kind::Nothing => continue,
+                Kind::Light(light) => {
                     if let Some(known) = self.places.get_mut(light.index()) {
                         *known = place;
                     }
-                    Part::Light(light)
+                    (found, self.lights.get(light.index()).map(Light::reach))
                 }
-                Content::Halves(_) => {
+                Kind::Node(_) => {
                     let below = self.nodes.len() as u32;
                     self.nodes.push(Node::empty(Some(place)));
-                    let parts = tree.cut(node, LANES).into_iter().zip(0..);
+                    let parts = tree.cut(found, LANES).into_iter().zip(0..);
                     waiting.extend(parts.map(|(part, lane)| (part, Place { node: below, lane })));
-                    Part::Node(below)
+                    (Part::node(below), tree.reach(found).copied())
                 }
             };
-            if let Some(above) = self.nodes.get_mut(place.node as usize) {
+            if let (Some(above), Some(reach)) = (self.nodes.get_mut(place.node as usize), reach) {
                 let lane = usize::from(place.lane);
-                above.lanes.set(lane, &found.reach, self.min_distance);
+                above.lanes.set(lane, &reach, self.min_distance);
                 above.parts[lane] = part;
             }
         }

@@ -78,7 +78,7 @@ impl LightSelector {
                 if n <= LANES {
                     Choice::SmallLightSet(Box::new(SmallLightSet::new(&candidates, min_distance)))
                 } else {
-                    Choice::Spatial(LightTree::new(candidates, n, min_distance))
+                    Choice::Spatial(LightTree::new(candidates, lights, min_distance))
                 }
             }
         };

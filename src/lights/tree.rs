@@ -14,93 +14,120 @@ const BINS: usize = 12;
 /// Below this depth boxes are cut so that both halves have as many lights.
 const DEEPEST_BY_COST: u32 = 64;
 
-/// What a node stands for.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Content {
+/// A light, a node, or nothing; in four bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Part(u32);
+
+/// What a [`Part`] is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    Nothing,
     Light(LightId),
-    /// Position of the first of two neighboring nodes.
-    Halves(u32),
+    /// With this position.
+    Node(u32),
 }
 
+impl Part {
+    const IS_NODE: u32 = 1 << 31;
+    pub(super) const NOTHING: Part = Part(u32::MAX);
+
+    pub(super) fn light(light: LightId) -> Part {
+        Part(light.0)
+    }
+
+    pub(super) fn node(position: u32) -> Part {
+        Part(position | Part::IS_NODE)
+    }
+
+    #[inline]
+    pub(super) fn kind(self) -> Kind {
+        match self {
+            Part::NOTHING => Kind::Nothing,
+            Part(node) if node & Part::IS_NODE != 0 => Kind::Node(node & !Part::IS_NODE),
+            Part(light) => Kind::Light(LightId(light)),
+        }
+    }
+}
+
+/// Two halves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    pub(super) reach: LightBounds,
-    pub(super) content: Content,
+struct Node {
+    reach: LightBounds,
+    halves: [Part; 2],
 }
 
-/// A tree; nodes are known by their positions, the root is 0. Without nodes if there are no lights.
+/// A tree.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
+    pub(super) root: Part,
 }
 
 impl Tree {
+    /// Memory of a node, of which there is one for each light but one.
+    pub(super) const NODE: usize = size_of::<Node>();
+
     pub(super) fn new(mut leaves: Vec<Candidate>) -> Tree {
         let mut tree = Tree {
-            nodes: Vec::with_capacity((2 * leaves.len()).saturating_sub(1)),
+            nodes: Vec::with_capacity(leaves.len().saturating_sub(1)),
+            root: Part::NOTHING,
         };
-        if let Some(first) = leaves.first() {
-            tree.nodes.push(Node::of(first));
-            tree.build(0, &mut leaves, 0);
+        if !leaves.is_empty() {
+            tree.root = tree.build(&mut leaves, 0).0;
         }
         tree
     }
 
-    pub(super) fn node(&self, position: usize) -> Option<&Node> {
-        self.nodes.get(position)
+    /// How what is below a node arrives; `None` for a single light, which knows itself.
+    pub(super) fn reach(&self, part: Part) -> Option<&LightBounds> {
+        self.node(part).map(|node| &node.reach)
     }
 
-    /// Makes the node at `position`, which exists, out of these leaves, and the tree below it.
-    fn build(&mut self, position: usize, leaves: &mut [Candidate], depth: u32) {
-        let (Some(leaf), 2..) = (leaves.first(), leaves.len()) else {
-            if let Some(leaf) = leaves.first() {
-                self.nodes[position] = Node::of(leaf);
-            }
-            return;
-        };
-        let first = self.nodes.len();
-        self.nodes.extend([Node::of(leaf); 2]);
+    fn node(&self, part: Part) -> Option<&Node> {
+        match part.kind() {
+            Kind::Node(position) => self.nodes.get(position as usize),
+            _ => None,
+        }
+    }
+
+    /// Makes a tree out of these leaves, of which there is at least one.
+    fn build(&mut self, leaves: &mut [Candidate], depth: u32) -> (Part, LightBounds) {
+        if let [leaf] = leaves {
+            return (Part::light(leaf.light), leaf.reach);
+        }
+        let position = self.nodes.len();
+        self.nodes.push(Node {
+            reach: leaves[0].reach,
+            halves: [Part::NOTHING; 2],
+        });
         let at = cut(leaves, depth);
         let (left, right) = leaves.split_at_mut(at);
-        self.build(first, left, depth + 1);
-        self.build(first + 1, right, depth + 1);
+        let (first, left) = self.build(left, depth + 1);
+        let (second, right) = self.build(right, depth + 1);
+        let reach = left.merged(&right);
         self.nodes[position] = Node {
-            reach: self.nodes[first].reach.merged(&self.nodes[first + 1].reach),
-            content: Content::Halves(first as u32),
+            reach,
+            halves: [first, second],
         };
+        (Part::node(position as u32), reach)
     }
 
-    /// At most `room` ≥ 1 nodes that stand for all below `top`: where one estimate for a node is
+    /// At most `room` ≥ 1 parts that stand for all below `top`: where one estimate for a node is
     /// worst, its halves are taken instead.
-    pub(super) fn cut(&self, top: usize, room: usize) -> Vec<usize> {
-        // The first halves of those that can be divided, and how much that is worth.
-        let halves = |node: usize| match self.nodes.get(node)? {
-            Node {
-                reach,
-                content: Content::Halves(first),
-            } => Some((reach.vagueness(), *first as usize)),
-            _ => None,
-        };
-        let mut nodes = vec![top];
-        while nodes.len() < room {
-            let divisible = (0..nodes.len()).filter_map(|i| Some((i, halves(nodes[i])?)));
-            let worst = divisible.max_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
-            let Some((worst, (_, first))) = worst else {
+    pub(super) fn cut(&self, top: Part, room: usize) -> Vec<Part> {
+        let mut parts = vec![top];
+        while parts.len() < room {
+            let nodes = parts.iter().map(|&part| self.node(part)).enumerate();
+            let divisible = nodes.filter_map(|(i, node)| Some((i, node?)));
+            let vagueness = divisible.map(|(i, node)| (i, node.reach.vagueness(), node.halves));
+            let worst = vagueness.max_by(|(_, a, _), (_, b, _)| a.total_cmp(b));
+            let Some((worst, _, [first, second])) = worst else {
                 break;
             };
-            nodes[worst] = first;
-            nodes.push(first + 1);
+            parts[worst] = first;
+            parts.push(second);
         }
-        nodes
-    }
-}
-
-impl Node {
-    fn of(leaf: &Candidate) -> Node {
-        Node {
-            reach: leaf.reach,
-            content: Content::Light(leaf.light),
-        }
+        parts
     }
 }
 
@@ -172,14 +199,11 @@ mod tests {
     use crate::math::hash::{mix2, unit_float};
 
     /// All lights below a node.
-    fn lights(tree: &Tree, node: usize) -> Vec<LightId> {
-        match tree.node(node).map(|n| n.content) {
-            None => vec![],
-            Some(Content::Light(light)) => vec![light],
-            Some(Content::Halves(first)) => {
-                let first = first as usize;
-                [lights(tree, first), lights(tree, first + 1)].concat()
-            }
+    fn lights(tree: &Tree, part: Part) -> Vec<LightId> {
+        match (part.kind(), tree.node(part)) {
+            (Kind::Light(light), _) => vec![light],
+            (_, Some(node)) => node.halves.map(|half| lights(tree, half)).concat(),
+            _ => vec![],
         }
     }
 
@@ -212,7 +236,7 @@ mod tests {
             for count in [0, 1, 2, 3, 700] {
                 let tree = Tree::new(leaves(count, place));
                 for room in [1, 8, 100] {
-                    let cut = tree.cut(0, room);
+                    let cut = tree.cut(tree.root, room);
                     assert!(cut.len() <= room);
                     let mut found: Vec<u32> = cut
                         .iter()
@@ -230,7 +254,7 @@ mod tests {
     fn heaps_apart_are_told_apart() {
         let heap = |i: u32| random(i) + Vec3::X * 50.0 * (i % 4) as f32;
         let tree = Tree::new(leaves(400, heap));
-        for node in tree.cut(0, 4) {
+        for node in tree.cut(tree.root, 4) {
             let lights = lights(&tree, node);
             assert_eq!(lights.len(), 100);
             assert!(lights.iter().all(|l| l.0 % 4 == lights[0].0 % 4));
