@@ -11,6 +11,21 @@ pub struct Coating {
     pub wavelength: f64,
 }
 
+impl Coating {
+    /// Of magnesium fluoride, the commonest, a quarter of this wavelength (nm) thick.
+    #[must_use]
+    pub fn magnesium_fluoride(wavelength: f64) -> Coating {
+        let index = 1.38;
+        Coating { index, wavelength }
+    }
+}
+
+impl std::fmt::Display for Coating {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}@{}", self.index, self.wavelength)
+    }
+}
+
 impl std::str::FromStr for Coating {
     type Err = String;
 

@@ -1,6 +1,7 @@
 //! One row of a lens prescription: a surface of revolution, and the space behind it.
 
 use super::asphere::{Asphere, AsphericSurface};
+use super::coating::Coating;
 use super::dispersion::Dispersion;
 use arrayvec::ArrayString;
 use std::fmt;
@@ -63,6 +64,8 @@ pub struct Surface {
     pub is_stop: bool,
     /// Departure from a sphere.
     pub asphere: Option<Asphere>,
+    /// The layer on it, where the file says so: [`super::ghosts`] knows it, nothing else does.
+    pub coating: Option<Coating>,
 }
 
 impl Default for Surface {
@@ -78,6 +81,7 @@ impl Default for Surface {
             aperture: f64::INFINITY,
             is_stop: false,
             asphere: None,
+            coating: None,
         }
     }
 }

@@ -202,22 +202,30 @@ fn tables_over_the_field_have_as_many_rows_as_asked_for_and_json_all() {
 /// Three elements have six surfaces, which make fifteen pairs; a layer makes all of them fainter.
 #[test]
 fn ghosts_are_listed_pair_by_pair() {
-    let list = |options: &[&str]| -> Vec<Value> {
+    let list = |options: &[&str]| -> (f64, Vec<Value>) {
         let run = fstop([&["lens", LENS, "--json", "--ghosts", "5"], options].concat());
         assert_eq!(run.code, 0, "{}", run.stderr);
-        serde_json::from_str(&run.stdout).expect("JSON")
+        let table: Value = serde_json::from_str(&run.stdout).expect("JSON");
+        let rows = table["ghosts"].as_array().expect("rows").clone();
+        (table["transmitted"].as_f64().expect("a share"), rows)
     };
     let light = |rows: &[Value]| {
         rows.iter()
             .filter_map(|row| row["light"].as_f64())
             .sum::<f64>()
     };
-    let (bare, coated) = (list(&[]), list(&["--coating", "1.38@550"]));
+    let (direct, bare) = list(&[]);
+    let (more, coated) = list(&["--coating", "1.38@550"]);
+    assert!(
+        (0.6..0.8).contains(&direct) && (0.88..0.95).contains(&more),
+        "{direct} {more}"
+    );
     assert!((10..=15).contains(&bare.len()), "{}", bare.len());
     assert!(light(&bare) > 1e-3 && light(&coated) < 0.5 * light(&bare));
     let text = fstop(["lens", LENS, "--ghosts", "5"]).stdout;
     let lines = text.lines().filter(|line| !line.is_empty());
-    assert_eq!(lines.count(), bare.len() + 1, "{text}");
+    assert_eq!(lines.count(), bare.len() + 2, "{text}");
+    assert!(text.contains("with reflections counted"), "{text}");
     for wrong in [["--ghosts", "90"], ["--coating", "1.38@550"]] {
         assert_eq!(fstop(["lens", LENS, wrong[0], wrong[1]]).code, 2);
     }

@@ -94,7 +94,7 @@ struct OutputArgs {
     /// to the film, the brightest first
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = below_90, conflicts_with = "table")]
     ghosts: Option<f64>,
-    /// With --ghosts: a quarter-wave layer of this index and wavelength on all surfaces between air and glass, such as 1.38@550
+    /// With --ghosts: a quarter-wave layer of this index and wavelength on all surfaces between air and glass of which the file says none, such as 1.38@550
     #[arg(long, value_name = "INDEX@NM", requires = "ghosts")]
     coating: Option<Coating>,
     /// Draw the cross-section with rays to this SVG file
@@ -264,10 +264,10 @@ fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), Fa
         return Ok((text, part));
     }
     if let Some(degrees) = output.ghosts {
-        let rows = ghosts::rows(&Ghosts::new(&bench.lens, output.coating), degrees);
+        let table = ghosts::table(&Ghosts::new(&bench.lens, output.coating), degrees);
         let text = match output.json {
-            true => serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?,
-            false => ghosts::text(&rows),
+            true => serde_json::to_string_pretty(&table).map_err(|e| e.to_string())?,
+            false => table.to_string(),
         };
         return Ok((text, part));
     }

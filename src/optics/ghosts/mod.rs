@@ -7,11 +7,12 @@
 
 mod table;
 
-pub use table::{GhostRow, rows, text};
+pub use table::{GhostRow, GhostTable, table};
 
 use super::coating::{Boundary, Coating};
 use super::element::Toward;
 use super::lens::Lens;
+use super::surface::Surface;
 use super::trace::LensRay;
 
 /// A lens whose surfaces reflect.
@@ -60,30 +61,25 @@ struct Traveller {
 }
 
 impl<'a> Ghosts<'a> {
-    /// Of light at the d line. `coating`, if there is one, is on all surfaces between air and glass; cemented ones have none.
+    /// Of light at the d line. `coating`, if there is one, is on all surfaces between air and glass of which the lens file says none;
+    /// cemented ones have none of it.
     #[must_use]
     pub fn new(lens: &'a Lens, coating: Option<Coating>) -> Ghosts<'a> {
         let mut from = 1.0;
-        let boundary = |into: f64| {
-            let boundary = Boundary {
-                from: std::mem::replace(&mut from, into),
-                into,
-                coating: None,
-            };
-            let touches_air = boundary.from == 1.0 || boundary.into == 1.0;
+        let boundary = |surface: &Surface| {
+            let into = surface.index;
+            let from = std::mem::replace(&mut from, into);
+            let own = surface.coating;
+            let coating = own.or(coating.filter(|_| from == 1.0 || into == 1.0));
             Boundary {
-                coating: coating.filter(|_| touches_air && boundary.from != boundary.into),
-                ..boundary
+                from,
+                into,
+                coating: coating.filter(|_| from != into),
             }
         };
         Ghosts {
             lens,
-            boundaries: lens
-                .surfaces()
-                .iter()
-                .map(|s| s.index)
-                .map(boundary)
-                .collect(),
+            boundaries: lens.surfaces().iter().map(boundary).collect(),
             wavelength: D_LINE,
         }
     }

@@ -1,8 +1,10 @@
 //! The ghosts of a distant lamp, one row for each.
 
 use super::Ghosts;
+use crate::optics::f_number::working_number;
 use crate::optics::trace::LensRay;
 use serde::Serialize;
+use std::fmt;
 
 /// A ghost of a lamp at infinity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -27,12 +29,39 @@ impl GhostRow {
     }
 }
 
+/// What a lens makes of the light of a distant lamp.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GhostTable {
+    /// Of the light on the axis that no rim and no stop blocks: the share that no surface reflects. Glass absorbs nothing.
+    pub transmitted: f64,
+    /// The T-number with that: the f-number of a lens without reflections and with the same light in the middle of the film. `None` where
+    /// no light gets there. Renders, whose lenses do not reflect, are brighter.
+    pub t_number: Option<f64>,
+    /// The ghosts, the brightest by area first; those that no ray makes are left out.
+    pub ghosts: Vec<GhostRow>,
+}
+
+/// Of a lamp at infinity, `degrees` off the axis.
+#[must_use]
+pub fn table(ghosts: &Ghosts, degrees: f64) -> GhostTable {
+    let lights: Vec<f64> = { parallel(ghosts, 0.0).into_iter() }
+        .filter_map(|ray| ghosts.trace_direct(&ray))
+        .map(|(_, light)| light)
+        .collect();
+    let transmitted = lights.iter().sum::<f64>() / lights.len().max(1) as f64;
+    GhostTable {
+        transmitted,
+        // Rays that are even in the entrance pupil are so in the squared sine at the film, as far as Abbe's sine condition holds.
+        t_number: working_number(ghosts.lens, transmitted).filter(|_| transmitted > 0.0),
+        ghosts: rows(ghosts, degrees),
+    }
+}
+
 /// Rays across the front surface: ghosts of a thousandth of its area are still seen.
 const RAYS: usize = 100;
 
-/// The ghosts of a lamp at infinity, `degrees` off the axis, the brightest by area first; those that no ray makes are left out.
-#[must_use]
-pub fn rows(ghosts: &Ghosts, degrees: f64) -> Vec<GhostRow> {
+/// See [`GhostTable::ghosts`].
+pub(super) fn rows(ghosts: &Ghosts, degrees: f64) -> Vec<GhostRow> {
     let rays = parallel(ghosts, degrees);
     let direct: f64 = { rays.iter() }
         .filter_map(|ray| ghosts.trace_direct(ray))
@@ -124,25 +153,34 @@ fn focus(ghosts: &Ghosts, (i, j): (usize, usize)) -> Option<f64> {
     (from_last.is_finite()).then_some(from_last - ghosts.lens.film_distance())
 }
 
-/// The rows as lines of text.
-#[must_use]
-pub fn text(rows: &[GhostRow]) -> String {
-    let mut text =
-        " surfaces    light (%)  height (mm)  diameter (mm)  sharp behind the film (mm)\n"
-            .to_string();
-    for row in rows {
-        let [first, second] = row.surfaces;
-        let focus = row
-            .focus
-            .map_or("-".to_string(), |focus| format!("{focus:.3}"));
-        text += &format!(
-            "{:>9}  {:>11.5}  {:>11.3}  {:>13.3}  {:>26}\n",
-            format!("{first}-{second}"),
-            100.0 * row.light,
-            row.height + 0.0,
-            row.diameter,
-            focus,
-        );
+impl fmt::Display for GhostTable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "light on the axis: {:.2} % transmitted",
+            100.0 * self.transmitted
+        )?;
+        if let Some(t_number) = self.t_number {
+            write!(f, ", T/{t_number:.2} with reflections counted")?;
+        }
+        f.write_str(
+            "\n\n surfaces    light (%)  height (mm)  diameter (mm)  sharp behind the film (mm)\n",
+        )?;
+        for row in &self.ghosts {
+            let [first, second] = row.surfaces;
+            let focus = row
+                .focus
+                .map_or("-".to_string(), |focus| format!("{focus:.3}"));
+            writeln!(
+                f,
+                "{:>9}  {:>11.5}  {:>11.3}  {:>13.3}  {:>26}",
+                format!("{first}-{second}"),
+                100.0 * row.light,
+                row.height + 0.0,
+                row.diameter,
+                focus,
+            )?;
+        }
+        Ok(())
     }
-    text
 }

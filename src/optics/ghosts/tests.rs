@@ -1,3 +1,4 @@
+use super::table::rows;
 use super::*;
 use crate::optics::Prescription;
 
@@ -5,12 +6,12 @@ use crate::optics::Prescription;
 const LENS: &str = "60 6 1.62 30\n-50 2 1.7 30\n-200 3 0 30\n0 2 0 18\n-80 3 1.52 26\n200 4 0 26\n45 3 1.6 26\n90 30 0 26\n";
 
 fn lens() -> Lens {
-    let prescription = Prescription::parse(LENS).unwrap();
-    Lens::new(
-        &prescription,
-        Lens::focused(&prescription, f64::INFINITY).unwrap(),
-    )
-    .unwrap()
+    focused(&Prescription::parse(LENS).unwrap())
+}
+
+fn focused(prescription: &Prescription) -> Lens {
+    let film_distance = Lens::focused(prescription, f64::INFINITY).unwrap();
+    Lens::new(prescription, film_distance).unwrap()
 }
 
 fn ray(x: f64, y: f64, degrees: f64) -> LensRay<f64> {
@@ -223,4 +224,39 @@ fn a_plates_ghost_is_known() {
     assert!((light - (1.0 - r).powi(2) * r * r).abs() < 1e-14);
     // Parallel light stays parallel.
     assert_eq!(rows(&ghosts, 0.0)[0].focus, None);
+}
+
+#[test]
+fn what_is_transmitted_is_what_each_surface_leaves() {
+    // On the axis of a plate all rays are alike: 4 % at each side.
+    let plate = Prescription::parse("inf 4 1.5 40\ninf 10 1 40\n").unwrap();
+    let plate = Lens::new(&plate, 10.0).unwrap();
+    let found = table(&Ghosts::new(&plate, None), 20.0);
+    assert!((found.transmitted - 0.96f64.powi(2)).abs() < 1e-12);
+    // A lens: no less bright than by the share at its steepest rays, and as the T-number goes, by its root.
+    let lens = lens();
+    let found = table(&Ghosts::new(&lens, None), 0.0);
+    let without = crate::optics::f_number::working_number(&lens, 1.0).unwrap();
+    let ratio = without / found.t_number.unwrap();
+    assert!((ratio * ratio / found.transmitted - 1.0).abs() < 1e-12);
+    assert!((0.4..0.9).contains(&found.transmitted), "{found:?}");
+}
+
+/// A file that says of each surface between air and glass what the option says of all.
+#[test]
+fn a_coating_of_the_file_is_that_of_the_surface() {
+    let text = |coating: &str| {
+        format!("50 5 1.6 60 20{coating}\n-40 2 1.7 30 20\n-200 80 1 0 20{coating}\n")
+    };
+    let rows_of = |text: String, default: Option<&str>| {
+        let prescription = Prescription::parse(&text).unwrap();
+        let lens = focused(&prescription);
+        let default = default.map(|text| text.parse().unwrap());
+        table(&Ghosts::new(&lens, default), 3.0)
+    };
+    let by_option = rows_of(text(""), Some("1.38@550"));
+    assert_eq!(rows_of(text(" coating=1.38@550"), None), by_option);
+    // What the file says goes before.
+    assert_eq!(rows_of(text(" coating=1.38@550"), Some("2@700")), by_option);
+    assert_ne!(rows_of(text(""), None), by_option);
 }

@@ -22,6 +22,7 @@
 //! sellmeier=1.0396,0.2318,1.0105,0.0060,0.0200,103.56  # b1,b2,b3,c1,c2,c3 of n² = 1 + Σ b λ²/(λ²−c)
 //! agf=5,1.4928,0.0114,0.00039                          # a formula of glass catalogues by its number, and its coefficients
 //! glass=N-BK7                                          # a name, for the reader
+//! coating=1.38@550                                     # index of a layer on the surface, a quarter of that wavelength (nm) thick
 //! ```
 //!
 //! Lines that begin with `zoom`, `focus` or `gap` say how groups move; see [`super::positions`].
@@ -207,6 +208,7 @@ impl Reader {
             aperture,
             is_stop,
             asphere: extras.asphere,
+            coating: extras.coating,
         };
         if surface.clear_radius() < 0.5 * aperture {
             self.warn(

@@ -1,8 +1,9 @@
-//! Aspheric and dispersion terms behind the columns of a lens table.
+//! Aspheric and dispersion terms, names and coatings behind the columns of a lens table.
 
 use super::INDICES;
 use crate::optics::asphere::{Asphere, TERMS};
 use crate::optics::catalogue_formula::CatalogueFormula;
+use crate::optics::coating::Coating;
 use crate::optics::dispersion::Dispersion;
 use crate::optics::surface::GlassName;
 
@@ -12,6 +13,7 @@ pub(super) struct Extras {
     pub asphere: Option<Asphere>,
     pub dispersion: Option<Dispersion>,
     pub glass: Option<GlassName>,
+    pub coating: Option<Coating>,
 }
 
 impl Extras {
@@ -29,6 +31,7 @@ impl Extras {
             "cauchy" => self.dispersion = Some(Dispersion::Cauchy(numbers(value)?)),
             "sellmeier" => self.dispersion = Some(Dispersion::Sellmeier(numbers(value)?)),
             "agf" => self.dispersion = Some(catalogue(value)?),
+            "coating" => self.coating = Some(value.parse()?),
             "glass" => {
                 let name = GlassName::new(value);
                 self.glass = Some(name.ok_or("expected a glass name of at most 24 letters")?);
@@ -36,7 +39,7 @@ impl Extras {
             term => {
                 let i = term_index(term).ok_or_else(|| {
                     format!(
-                        "unknown term {name}; expected k, A2, A4 … A{}, cauchy, sellmeier, agf or glass",
+                        "unknown term {name}; expected k, A2, A4 … A{}, cauchy, sellmeier, agf, glass or coating",
                         2 * TERMS
                     )
                 })?;

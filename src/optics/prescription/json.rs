@@ -11,7 +11,7 @@
 //! Of ISET (isetlens and the lenses of isetcam): `surfaces` from the scene to the film with `radius`, 0 for a plane, which is a stop
 //! where `ior`, the index behind, is 0 too; `thickness` to the next; `semi_aperture`; `conic_constant`; all in `units` (mm where it is missing).
 //! A pair of numbers stands for a biconic surface, which is read where both are the same. More is fstop's own: `stop` (true for a stop
-//! that does not look like one), `abbe`, `glass`, `dispersion` (a `formula`, "cauchy", "sellmeier" or the number of one of glass catalogues, and its
+//! that does not look like one), `abbe`, `glass`, `coating` (`INDEX@NM`), `dispersion` (a `formula`, "cauchy", "sellmeier" or the number of one of glass catalogues, and its
 //! `coefficients`), `aspheric_terms` (of r², r⁴, …), `film_distance` behind the last surface, and `positions` of groups
 //! ([`super::positions`]): `zoom`, `focus` in meters (null for infinity), and `gaps` with their `name`, the surfaces they lie `behind`, from 0, and
 //! their `values`.
@@ -80,6 +80,9 @@ struct SurfaceEntry {
     dispersion: Option<Formula>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     glass: Option<String>,
+    /// `INDEX@NM`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    coating: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stop: Option<bool>,
 }
@@ -152,6 +155,7 @@ fn entry(s: &Surface, before: f64) -> SurfaceEntry {
         abbe: s.abbe,
         dispersion: s.dispersion.as_ref().map(formula),
         glass: s.glass.map(|name| name.to_string()),
+        coating: s.coating.map(|coating| coating.to_string()),
         // Only where the numbers say otherwise.
         stop: (s.is_stop != plain).then_some(s.is_stop),
     }
@@ -259,6 +263,7 @@ impl SurfaceEntry {
             aperture: 2.0 * semi_aperture,
             is_stop,
             asphere,
+            coating: self.coating.as_deref().map(str::parse).transpose()?,
         })
     }
 

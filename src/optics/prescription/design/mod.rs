@@ -14,6 +14,7 @@ use super::glass::{self, Glass, Glasses};
 use super::positions::{GapTable, PositionTable};
 use super::{INDICES, Notes, Prescription, PrescriptionError, RowNote};
 use crate::optics::asphere::{Asphere, TERMS};
+use crate::optics::coating::Coating;
 use crate::optics::dispersion::LINE_D;
 use crate::optics::surface::{GlassName, Surface};
 
@@ -119,6 +120,8 @@ pub(super) struct DesignSurface {
     pub fixed_diameter: bool,
     pub aperture: Aperture,
     pub is_stop: bool,
+    /// It has a layer of magnesium fluoride, a quarter of the primary wavelength thick.
+    pub is_coated: bool,
 }
 
 impl DesignSurface {
@@ -161,8 +164,8 @@ impl DesignSurface {
         (a != Asphere::default()).then_some(a)
     }
 
-    /// As the tracer wants it, with `unit` mm for a unit of the file.
-    fn surface(&self, unit: f64) -> Result<Surface, &'static str> {
+    /// As the tracer wants it, with `unit` mm for a unit of the file and the primary wavelength in µm.
+    fn surface(&self, unit: f64, wavelength: f64) -> Result<Surface, &'static str> {
         let surface = Surface {
             radius: match self.curvature {
                 0.0 => f64::INFINITY,
@@ -178,6 +181,7 @@ impl DesignSurface {
             aperture: 2.0 * self.rim() * unit,
             is_stop: self.is_stop,
             asphere: self.asphere().map(|a| a.scaled(unit)),
+            coating: (self.is_coated).then(|| Coating::magnesium_fluoride(1000.0 * wavelength)),
         };
         let lengths = [surface.curvature(), surface.thickness];
         let terms = surface.asphere.iter().flat_map(|a| &a.terms);
@@ -235,7 +239,7 @@ impl Design {
                 continue;
             }
             before = row.medium.glass;
-            match row.surface(self.unit) {
+            match row.surface(self.unit, wavelength.unwrap_or(LINE_D)) {
                 Ok(surface) => {
                     surfaces.push(self.at_wavelength(surface, &row, wavelength));
                     rows.push(row);

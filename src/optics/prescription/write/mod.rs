@@ -69,6 +69,11 @@ pub enum WriteError {
         "the index behind surface {0} is not that of its dispersion formula at the d line, which the format takes it from; write .dat or .json"
     )]
     Index(usize),
+    /// Zemax has catalogues of coatings, too.
+    #[error(
+        "the coating of surface {0} is not a quarter of the d line of index 1.38, the only one that is written for Zemax; write .dat or .json"
+    )]
+    Coating(usize),
 }
 
 impl Prescription {

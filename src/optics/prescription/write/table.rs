@@ -70,6 +70,9 @@ fn row(number: usize, s: &Surface, thickness: &str, medium: f64) -> Result<Strin
     if let Some(glass) = &s.glass {
         let _ = write!(row, " glass={glass}");
     }
+    if let Some(coating) = &s.coating {
+        let _ = write!(row, " coating={coating}");
+    }
     row.push('\n');
     Ok(row)
 }
@@ -107,6 +110,7 @@ mod tests {
             "50 5 1.5168 64.2 20 k=-0.8 A2=1e-9 A16=-3e-300 cauchy=1.5046,0.0042,0\n0 1 0 0 10\n-50 1e-300 1.33 20\n",
             "1e30 1 1.5 20\n-0.001 7 1.8 25 0.001 sellmeier=1.0396,0.2318,1.0105,0.0060,0.0200,103.56\n",
             "inf 3 1.5 60 20 k=0\ninf -2 1 0 20\n",
+            "50 5 1.5 60 20 coating=1.38@550\n-50 40 1 0 20 coating=1.4601@486.13\n",
         ] {
             comes_back(&Prescription::parse(text).unwrap());
         }

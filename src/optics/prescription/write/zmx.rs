@@ -1,6 +1,7 @@
 //! Zemax' sequential files.
 
 use super::{WriteError, Written};
+use crate::optics::coating::Coating;
 use crate::optics::dispersion::LINE_D;
 use crate::optics::prescription::{Prescription, agf, glass};
 use crate::optics::surface::Surface;
@@ -32,6 +33,13 @@ pub(super) fn written(lens: &Prescription, name: &str) -> Result<Written, WriteE
         let bends = medium != before;
         before = medium;
         text += &surface(i + 1, s, thickness, bends)?;
+        match s.coating {
+            None => {}
+            Some(coating) if coating == Coating::magnesium_fluoride(1000.0 * LINE_D) => {
+                text += "  COAT AR\n";
+            }
+            Some(_) => return Err(WriteError::Coating(i + 1)),
+        }
         if let Some(glass) = catalogue.glass(i + 1, s)? {
             let _ = writeln!(text, "  GLAS {glass} 0 0 0 0 0 0");
         }

@@ -89,6 +89,8 @@ impl Block {
                 surface.fixed_diameter = words.get(1) == Some(&"1");
             }
             "FLAP" => surface.aperture = Aperture::Floating,
+            // Zemax' own name for a quarter-wave layer of MgF2. Others are in catalogues of coatings.
+            "COAT" => surface.is_coated = words.first() == Some(&"AR"),
             // A circular aperture from an inner to an outer radius.
             "CLAP" => {
                 if value(words, 0, "an inner radius")? > 0.0 {

@@ -1,3 +1,4 @@
+use super::super::write::{LensFormat, WriteError};
 use super::super::{Prescription, PrescriptionError, RowNote, decode, glass};
 use super::*;
 use crate::optics::Paraxial;
@@ -26,6 +27,27 @@ fn errors(text: &str) -> Vec<RowNote> {
         Err(PrescriptionError::Rows(notes)) => notes,
         other => panic!("{other:?}"),
     }
+}
+
+#[test]
+fn coatings_that_zemax_names_itself_come_back() {
+    let coated = |name: &str| {
+        let line = format!("  DIAM 9.5 1 0 0 1 \"\"\r\n  COAT {name}\r\nSURF 2");
+        let text = TRIPLET.replacen("  DIAM 9.5 1 0 0 1 \"\"\r\nSURF 2", &line, 1);
+        assert!(text.contains("COAT"));
+        parse(&text).unwrap()
+    };
+    let lens = coated("AR");
+    assert_eq!(lens.surfaces[0].coating, "1.38@587.5618".parse().ok());
+    assert!(lens.surfaces[1..].iter().all(|s| s.coating.is_none()));
+    // Of a catalogue of coatings, which is not here.
+    assert_eq!(coated("HEAR1").surfaces, parse(TRIPLET).unwrap().surfaces);
+    let mut written = lens.clone();
+    let write = |lens: &Prescription| lens.write_as(LensFormat::Zemax, "coated");
+    let back = parse(&write(&written).unwrap().text).unwrap();
+    assert_eq!(back.surfaces[0].coating, lens.surfaces[0].coating);
+    written.surfaces[2].coating = "1.38@550".parse().ok();
+    assert_eq!(write(&written).unwrap_err(), WriteError::Coating(3));
 }
 
 #[test]
