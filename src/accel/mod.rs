@@ -51,7 +51,7 @@ pub struct PrimitiveAttributes {
     /// First light of the shape: triangle i of a mesh is light `LightId(first.0 + i)`, or i/2 where
     /// `paired_lights`.
     pub light: Option<LightId>,
-    /// Every two triangles of the mesh are one light; see [`crate::shapes::emitter::Emitter::are_pairs`].
+    /// Every two triangles of the mesh are one light; see [`crate::shapes::emitter::Emitter::is_pair`].
     pub paired_lights: bool,
     /// Nothing asks for (u, v) and the derivatives by them at its hits, which are zero there.
     pub bare: bool,

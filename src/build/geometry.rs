@@ -248,10 +248,10 @@ impl Adder<'_> {
     ) -> (Option<LightId>, bool) {
         let first = LightId(self.lights.len() as u32);
         let (spec, group) = (&self.area_lights[area_light], self.groups);
-        let emitters = shape.emitters();
-        let paired = Emitter::are_pairs(&emitters);
+        let mut emitters = shape.emitters().peekable();
+        let paired = emitters.peek().is_some_and(Emitter::is_pair);
         let light = |emitter| Light::DiffuseArea(DiffuseAreaLight::new(spec, emitter, group));
-        self.lights.extend(emitters.into_iter().map(light));
+        self.lights.extend(emitters.map(light));
         // A scene without media has no list of them.
         if media != MediumInterface::default() {
             self.light_media

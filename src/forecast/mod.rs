@@ -22,7 +22,6 @@ use crate::materials::Material;
 use crate::scene::Frame;
 use crate::scene::description::ShapeEntity;
 use crate::session::threads_started;
-use crate::shapes::emitter::Emitter;
 use crate::shapes::{CompiledShape, ShapeError};
 use crate::textures::Textures;
 use images::Amount;
@@ -34,10 +33,6 @@ const PROGRAM: u64 = 6 << 20;
 /// Pages of code that building and rendering touch besides, in bytes; measured: a render of a sphere and 10,000 pixels
 /// takes 9.3 MiB, of which the film has 1.1 and the program, having read the scene, 7.7.
 const CODE: u64 = 1 << 19;
-
-/// Blocks that were freed go back to the system at once if they are larger, in bytes (glibc's M_MMAP_THRESHOLD_MAX). Others
-/// may stay with the allocator, and are counted if they are many.
-const RETURNED: u64 = 32 << 20;
 
 /// Pages of a thread's stack and of its part of the allocator that are touched, in bytes; measured: 16 threads take 1
 /// MiB more than two.
@@ -166,8 +161,6 @@ struct Found {
     shapes: Shapes,
     /// Lights that shapes form, alone and while the tree is made by which they are chosen.
     lights: [u64; 2],
-    /// What they are made of.
-    emitters: u64,
     pixels: u64,
     /// What threads collect that paths from the lights bring, if any are traced: sums of it are then in each half.
     splat_buffers: u64,
@@ -191,7 +184,6 @@ impl Found {
             textures: images::textures(&wanted, threads)?,
             light_maps: images::light_maps(&frame.lights)?,
             lights: lights.map(|bytes| bytes * shapes.emitters as u64),
-            emitters: (shapes.emitters * size_of::<Emitter>()) as u64,
             shapes,
             pixels: frame.options.film.pixel_bounds().area() as u64,
             photons: { &frame.options.integrator.spec }
@@ -214,8 +206,7 @@ impl Found {
         let placed = (Use::Shapes, placing(&self.shapes));
         let stored = (Use::Shapes, self.shapes.stored + self.shapes.small);
         let trees = (Trees, self.shapes.trees + self.shapes.largest_tree);
-        let new_lights = (Lights, self.lights[0] + self.emitters);
-        let lights = (Lights, self.lights[0] + self.emitters_kept());
+        let lights = (Lights, self.lights[0]);
         let stage = |when, parts: &[(Use, u64)]| Stage::new(when, self.program, parts);
         [
             stage("while the scene is read", &[reading]),
@@ -224,10 +215,7 @@ impl Found {
                 "while images of lights are read",
                 &[description, light_maps],
             ),
-            stage(
-                "while shapes are placed",
-                &[rest, images, placed, new_lights],
-            ),
+            stage("while shapes are placed", &[rest, images, placed, lights]),
             stage(
                 "while trees are built",
                 &[rest, images, stored, trees, lights],
@@ -242,22 +230,13 @@ impl Found {
             (Use::Images, self.textures.kept + self.light_maps.kept),
             (Use::Shapes, self.shapes.stored),
             (Use::Trees, self.shapes.trees),
-            (Use::Lights, self.lights[1] + self.emitters_kept()),
+            (Use::Lights, self.lights[1]),
             (
                 Use::Film,
                 self.pixels * pixel + self.splat_buffers + self.photons,
             ),
         ];
         Stage::new("while it is rendered", self.program, &parts)
-    }
-
-    /// What the allocator keeps of emitters when lights have been made of them.
-    fn emitters_kept(&self) -> u64 {
-        if self.emitters < RETURNED {
-            self.emitters
-        } else {
-            0
-        }
     }
 }
 

@@ -63,10 +63,10 @@ pub(super) struct LightTree {
 }
 
 /// Bytes that each of many lights takes at most while a tree is made: a node of the binary tree, and as a candidate, or in a node
-/// that is at least half full and in the tables.
+/// that is at least half full, whose list grows by half again, and in the tables.
 pub(super) const MEMORY_OF_LIGHT: usize = {
     let candidate = size_of::<Candidate>();
-    let node = size_of::<Node>() / (LANES / 2) + size_of::<Place>();
+    let node = 3 * size_of::<Node>() / LANES + size_of::<Place>();
     let more = if candidate > node { candidate } else { node };
     Tree::NODE + more + 4 * size_of::<f32>()
 };

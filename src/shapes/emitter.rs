@@ -69,24 +69,24 @@ pub enum Emitter {
 
 impl Emitter {
     /// The pieces of `mesh`, in order: parallelograms where every two of its triangles make one, else its
-    /// triangles ([`Emitter::are_pairs`]).
-    pub fn of_mesh(mesh: &TriangleMesh) -> Vec<Emitter> {
+    /// triangles ([`Emitter::is_pair`]). One by one: of many there is no list.
+    pub fn of_mesh(mesh: &TriangleMesh) -> Box<dyn Iterator<Item = Emitter> + '_> {
         if let Some(pieces) = parallelograms(mesh) {
-            return pieces;
+            return Box::new(pieces.into_iter());
         }
-        let triangle = |corners: &[u32; 3]| {
+        let triangle = move |corners: &[u32; 3]| {
             let normal = |i: u32| mesh.data.normals.get(i as usize).copied();
             let [a, b, c] = corners.map(normal);
             let normals = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
             let corners = corners_of(mesh, corners);
             Emitter::Triangle(TriangleEmitter::new(corners, normals, mesh.orientation))
         };
-        mesh.data.indices.iter().map(triangle).collect()
+        Box::new(mesh.data.indices.iter().map(triangle))
     }
 
-    /// Is each of these, which are the [`Emitter::of_mesh`] of a mesh, two of its triangles?
-    pub fn are_pairs(pieces: &[Emitter]) -> bool {
-        matches!(pieces.first(), Some(Emitter::Parallelogram(_)))
+    /// Is this, which is of [`Emitter::of_mesh`], two triangles? All others of the mesh are then, too.
+    pub fn is_pair(&self) -> bool {
+        matches!(self, Emitter::Parallelogram(_))
     }
 
     /// A quadric in render space.
@@ -251,12 +251,12 @@ fn parallelograms(mesh: &TriangleMesh) -> Option<Vec<Emitter>> {
 }
 
 /// See [`Emitter::Triangle`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct TriangleEmitter {
     /// Corners, render space.
     p: [Vec3; 3],
     /// Unit normals at the corners: they decide the side that shines.
-    normals: Option<[Vec3; 3]>,
+    normals: Option<Box<[Vec3; 3]>>,
     orientation: Orientation,
     /// Unit normal of the side that shines where there are no others.
     face: DVec3,
@@ -275,7 +275,7 @@ impl TriangleEmitter {
         let face = cross.normalize_or(DVec3::Z);
         TriangleEmitter {
             p,
-            normals,
+            normals: normals.map(Box::new),
             orientation,
             face: orientation.geometric(face),
             area: 0.5 * cross.length(),
@@ -299,7 +299,7 @@ impl TriangleEmitter {
 
     /// The normal at `b` on the side that [`Triangle::surface`](super::triangle::Triangle::surface) has there.
     fn normal(&self, b: [f64; 3]) -> DVec3 {
-        let Some(normals) = self.normals else {
+        let Some(normals) = self.normals.as_deref() else {
             return self.face;
         };
         let [x, y, z] = normals.map(Vec3::as_dvec3);

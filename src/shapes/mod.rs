@@ -109,12 +109,14 @@ pub enum CompiledShape {
 impl CompiledShape {
     /// The shape as lights, in the order that [`crate::accel::PrimitiveAttributes::light`] counts.
     /// The shape must have been compiled for the top level: emitters are in render space.
-    pub fn emitters(&self) -> Vec<Emitter> {
+    pub fn emitters(&self) -> Box<dyn Iterator<Item = Emitter> + '_> {
         match self {
             CompiledShape::Mesh(mesh) => Emitter::of_mesh(mesh),
-            CompiledShape::Quadric(quadric) => vec![Emitter::of_quadric(quadric)],
+            CompiledShape::Quadric(quadric) => {
+                Box::new(std::iter::once(Emitter::of_quadric(quadric)))
+            }
             // The scene has refused those that emit.
-            CompiledShape::Curves(_) => Vec::new(),
+            CompiledShape::Curves(_) => Box::new(std::iter::empty()),
         }
     }
 

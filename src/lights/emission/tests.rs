@@ -267,8 +267,8 @@ fn meshes(transform: &Transform, reverse: bool) -> Vec<(&'static str, Emitter)> 
             normals,
             ..Default::default()
         };
-        let emitters = Emitter::of_mesh(&TriangleMesh::new(data, transform, reverse));
-        (name, emitters[0].clone())
+        let mesh = TriangleMesh::new(data, transform, reverse);
+        (name, Emitter::of_mesh(&mesh).next().expect("a triangle"))
     };
     let both = vec![Vec3::Z, Vec3::Z, Vec3::NEG_Z, Vec3::Z];
     vec![

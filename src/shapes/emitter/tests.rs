@@ -368,7 +368,9 @@ fn emitters_shine_on_the_side_that_hits_report() {
             for normals in [vec![], vec![Vec3::NEG_Z; 3]] {
                 data.normals = normals;
                 let mesh = TriangleMesh::new(data.clone(), &transform, reverse);
-                let sample = Emitter::of_mesh(&mesh)[0]
+                let sample = Emitter::of_mesh(&mesh)
+                    .next()
+                    .unwrap()
                     .sample(&reference(Vec3::splat(2.0)), Vec2::splat(0.4))
                     .unwrap();
                 let up = data.normals.is_empty() ^ reverse;
