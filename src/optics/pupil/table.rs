@@ -125,6 +125,8 @@ impl<B: Plain> PupilTable<B> {
         let y = spot.side * spot.radius * (ay + s * (by - ay));
         // Each triangle of either half is met as often as any other.
         let area = (ax * by - ay * bx).times(B::round_from(self.triangles as f64));
+        // Where the film is in the bowl of the last surface, regions become slivers without any.
+        let lit = lit & area.greater(B::ZERO);
         // Along and across the film point's azimuth; on the axis any will do.
         let on_axis = radius.at_most(B::ZERO);
         let scale = one / T::select(on_axis, one, radius);

@@ -2,6 +2,7 @@ use super::super::write::{LensFormat, WriteError};
 use super::super::{Prescription, PrescriptionError, RowNote, decode, glass};
 use super::*;
 use crate::optics::Paraxial;
+use crate::optics::coating::Coating;
 use crate::optics::dispersion::{AbbeModel, LINE_D};
 use proptest::prelude::*;
 
@@ -38,7 +39,8 @@ fn coatings_that_zemax_names_itself_come_back() {
         parse(&text).unwrap()
     };
     let lens = coated("AR");
-    assert_eq!(lens.surfaces[0].coating, "1.38@587.5618".parse().ok());
+    let layer = Coating::magnesium_fluoride(1000.0 * LINE_D);
+    assert_eq!(lens.surfaces[0].coating, Some(layer));
     assert!(lens.surfaces[1..].iter().all(|s| s.coating.is_none()));
     // Of a catalogue of coatings, which is not here.
     assert_eq!(coated("HEAR1").surfaces, parse(TRIPLET).unwrap().surfaces);
