@@ -45,7 +45,7 @@ pub(super) struct StoredMesh {
 impl StoredMesh {
     /// The corners of triangle `i`.
     #[inline]
-    fn corners(&self, i: usize) -> [Vec3; 3] {
+    pub(super) fn corners(&self, i: usize) -> [Vec3; 3] {
         self.indices[i].map(|v| self.positions[v as usize])
     }
 

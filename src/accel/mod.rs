@@ -13,6 +13,7 @@ mod collapse;
 mod collect;
 mod curves;
 mod face_ids;
+mod flat;
 mod groups;
 mod instance;
 mod level;
@@ -30,6 +31,7 @@ mod validate;
 
 pub use aabb::Aabb;
 pub use collect::GeometryBuilder;
+pub(crate) use flat::FlatHits;
 pub use search::ClosestHit;
 
 use crate::handles::{InterfaceId, LightId, MaterialId};
@@ -145,8 +147,19 @@ pub struct Geometry {
 impl Geometry {
     /// The closest hit nearer than `ray.t_max`.
     pub fn intersect(&self, ray: &Ray, alpha: &impl Alpha) -> Option<GeometryHit> {
-        let found = Search::<_, false>::run(self, ray, alpha)?;
-        self.resolve(ray, &found)
+        let found = self.closest(ray, alpha)?;
+        self.surface(ray, &found)
+    }
+
+    /// What [`Geometry::intersect`] hits, without the surface there.
+    pub fn closest(&self, ray: &Ray, alpha: &impl Alpha) -> Option<ClosestHit> {
+        Search::<_, false>::run(self, ray, alpha)
+    }
+
+    /// The surface that this ray has hit.
+    #[inline]
+    pub fn surface(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+        self.resolve(ray, found)
     }
 
     /// What this ray has hit once more, with its (u, v) and the derivatives by them, although nothing else asks for them there.

@@ -2,8 +2,12 @@
 //! kept by the dozen and evaluated side by side.
 
 use super::lambertian::LambertianReflection;
+use crate::math::color::is_black;
+use crate::math::frame::Frame;
 use crate::math::rows::Rows3;
-use crate::math::{Rgb, Vec3};
+use crate::math::sampling::cosine_hemisphere;
+use crate::math::{Rgb, Vec2, Vec3};
+use crate::surface::ReceiverSide;
 
 /// See above.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +22,37 @@ pub(crate) struct Matte {
     pub(super) cos_n: f32,
 }
 
+/// A direction sampled from one, as in [`super::BsdfSample`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MatteSample {
+    pub f: Rgb,
+    pub wi: Vec3,
+    pub pdf: f32,
+}
+
 impl Matte {
+    /// On a surface with these normals, for light that leaves along `wo`.
+    #[inline(always)]
+    pub(crate) fn new(reflectance: Rgb, ng: Vec3, n: Vec3, wo: Vec3) -> Matte {
+        Matte {
+            lobe: LambertianReflection { reflectance },
+            ng,
+            n,
+            cos_ng: wo.dot(ng),
+            cos_n: wo.dot(n),
+        }
+    }
+
+    /// [`super::Bsdf::receiver_side`].
+    #[inline(always)]
+    pub(crate) fn receiver_side(&self) -> ReceiverSide {
+        if self.cos_ng < 0.0 {
+            ReceiverSide::Back
+        } else {
+            ReceiverSide::Front
+        }
+    }
+
     /// [`super::Bsdf::f_and_pdf`] for light from `wi`, without a branch.
     #[inline(always)]
     pub(crate) fn f_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
@@ -36,6 +70,24 @@ impl Matte {
     pub(crate) fn scattered_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
         let (f, pdf) = self.f_and_pdf(wi);
         (f * wi.dot(self.n).abs(), pdf)
+    }
+
+    /// [`super::Bsdf::sample`] in the frame with these axes along the surface, without a branch; and whether there is a sample.
+    #[inline(always)]
+    pub(crate) fn sample(&self, s: Vec3, t: Vec3, u: Vec2) -> (MatteSample, bool) {
+        let local = cosine_hemisphere(u);
+        let local = local.with_z(local.z.copysign(self.cos_n));
+        let (f, pdf) = self.lobe.f_and_pdf(self.cos_n, local.z);
+        let wi = Frame { s, t, n: self.n }.to_world(local);
+        let transmits = wi.dot(self.ng) * self.cos_ng <= 0.0;
+        let is_lit = !transmits & (self.cos_n != 0.0) & (pdf > 0.0) & !is_black(f);
+        (MatteSample { f, wi, pdf }, is_lit)
+    }
+
+    /// That of a sample.
+    #[inline(always)]
+    pub(crate) fn weight(&self, sample: &MatteSample) -> Rgb {
+        sample.f * (sample.wi.dot(self.n).abs() / sample.pdf)
     }
 
     #[inline(always)]

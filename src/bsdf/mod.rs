@@ -24,6 +24,7 @@ pub(crate) mod testing;
 pub mod trowbridge_reitz;
 
 pub use lobe::Lobe;
+use matte::MatteSample;
 pub(crate) use matte::{Matte, MatteRows};
 
 use crate::math::color::is_black;
@@ -261,13 +262,9 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     pub(crate) fn matte(&self, wo: Vec3) -> Option<Matte> {
         match &self.lobes[..] {
-            [Lobe::LambertianReflection(lobe)] => Some(Matte {
-                lobe: *lobe,
-                ng: self.ng,
-                n: self.frame.n,
-                cos_ng: wo.dot(self.ng),
-                cos_n: wo.dot(self.frame.n),
-            }),
+            [Lobe::LambertianReflection(lobe)] => {
+                Some(Matte::new(lobe.reflectance, self.ng, self.frame.n, wo))
+            }
             _ => None,
         }
     }
@@ -307,6 +304,10 @@ impl<'a> Bsdf<'a> {
     /// sample contributes nothing.
     #[inline]
     pub fn sample(&self, wo: Vec3, third: f32, u: Vec2) -> Option<BsdfSample> {
+        if let Some(matte) = self.matte(wo) {
+            let (sample, is_lit) = matte.sample(self.frame.s, self.frame.t, u);
+            return is_lit.then(|| BsdfSample::of_matte(&sample));
+        }
         let local_wo = self.frame.to_local(wo);
         if local_wo.z == 0.0 {
             return None;
@@ -379,6 +380,18 @@ impl<'a> Bsdf<'a> {
 }
 
 impl BsdfSample {
+    fn of_matte(sample: &MatteSample) -> BsdfSample {
+        BsdfSample {
+            f: sample.f,
+            wi: sample.wi,
+            pdf: sample.pdf,
+            specular: false,
+            transmission: false,
+            eta: 1.0,
+            lobe: 0,
+        }
+    }
+
     /// As a lobe that is not specular has sampled it, toward `wi`.
     #[inline]
     fn of_lobe(lobe: usize, local: &LobeSample, wi: Vec3) -> BsdfSample {

@@ -2,11 +2,10 @@
 
 use super::Sight;
 use super::bdpt::SpareVertices;
-use super::bundle::Sums;
 use super::emitters::Emitters;
-use super::path::Deferred;
+use super::path::Wave;
 use super::witness::{Met, Place, Watch};
-use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
+use crate::cameras::{Camera, CameraRay, CameraSample};
 use crate::film::PixelBounds;
 use crate::filters::Filter;
 use crate::handles::LightId;
@@ -15,7 +14,6 @@ use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, UVec2, Vec3};
 use crate::samplers::SampleStream;
 use crate::world::World;
-use arrayvec::ArrayVec;
 
 /// The lights as integrators sample them.
 #[derive(Debug)]
@@ -32,35 +30,51 @@ pub(super) struct Lights {
 #[derive(Default)]
 pub struct Workspace {
     pub(super) vertices: SpareVertices,
-    /// Of the paths of a bundle.
-    pub(super) sums: Sums,
-    pub(super) deferred: Deferred,
+    /// For integrators that walk many paths side by side.
+    pub(super) wave: Option<Box<Wave>>,
 }
 
-impl Workspace {
-    /// One that defers what direct light it can.
-    pub(super) fn deferring(world: &World) -> Workspace {
-        Workspace {
-            deferred: Deferred::new(world),
-            ..Workspace::default()
+/// Camera paths that are handed over together: enough to fill vectors when most of them have ended, and so few that all that is known of
+/// them stays in a cache near the processor.
+pub const WAVE: usize = 128;
+
+/// The camera's end of a path, and its sample points.
+pub struct CameraPath<'a> {
+    /// How the camera ray was made.
+    pub end: CameraEnd<'a>,
+    /// Those of the camera ray, if they are wanted.
+    pub differentials: Option<RayDifferentials>,
+    /// Of the path, after the camera's.
+    pub stream: &'a mut SampleStream,
+}
+
+/// Camera paths, at most [`WAVE`], and what they are traced in.
+pub(super) struct Bundle<'a, 'p> {
+    pub world: &'a World,
+    pub lights: &'a Lights,
+    pub paths: &'a mut [CameraPath<'p>],
+    pub workspace: &'a mut Workspace,
+}
+
+impl Bundle<'_, '_> {
+    /// One of the paths by itself.
+    #[inline(always)]
+    pub(super) fn context(&mut self, path: usize) -> Context<'_> {
+        let CameraPath {
+            end,
+            differentials,
+            stream,
+        } = &mut self.paths[path];
+        Context {
+            world: self.world,
+            lights: self.lights,
+            stream,
+            ray: end.ray.ray,
+            differentials: differentials.as_ref(),
+            end,
+            workspace: self.workspace,
+            watch: None,
         }
-    }
-
-    /// The next path of a bundle has this radiance.
-    pub fn push(&mut self, radiance: Rgb) {
-        self.sums.begin(radiance);
-    }
-
-    /// The radiance of each path of a bundle.
-    pub fn radiances(&mut self, world: &World) -> ArrayVec<Rgb, BUNDLE> {
-        self.settle(world);
-        self.sums.take()
-    }
-
-    /// Computes what was deferred.
-    pub(super) fn settle(&mut self, world: &World) {
-        self.deferred.settle(world, &mut self.sums);
-        self.sums.settle();
     }
 }
 

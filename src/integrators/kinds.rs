@@ -47,9 +47,10 @@ pub(super) trait Transport {
     /// Radiance along the camera ray.
     fn radiance(&self, context: Context) -> Rgb;
 
-    /// The same for the next path of a bundle. `None` if it is in the workspace's sums, where it is known when they are settled.
-    fn walk(&self, context: Context) -> Option<Rgb> {
-        Some(self.radiance(context))
+    /// The same for each path of a bundle.
+    fn radiances(&self, mut bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+        let paths = 0..bundle.paths.len().min(WAVE);
+        out.extend(paths.map(|path| self.radiance(bundle.context(path))));
     }
 
     /// [`Transport::radiance`] in two parts: that of camera paths alone, and what comes of joining all of them to light paths,
@@ -134,9 +135,8 @@ macro_rules! integrator_types {
                 match self { $(IntegratorSpec::$Type(i) => i.radiance_in_parts(context),)* }
             }
 
-            #[inline]
-            pub(super) fn walk(&self, context: Context) -> Option<Rgb> {
-                match self { $(IntegratorSpec::$Type(i) => i.walk(context),)* }
+            pub(super) fn radiances(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+                match self { $(IntegratorSpec::$Type(i) => i.radiances(bundle, out),)* }
             }
 
             #[inline]

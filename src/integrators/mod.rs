@@ -5,7 +5,6 @@
 
 mod ambientocclusion;
 mod bdpt;
-mod bundle;
 mod context;
 mod counts;
 mod differentials;
@@ -32,15 +31,17 @@ use crate::params::ParamReader;
 use crate::samplers::SampleStream;
 use crate::syntax::Span;
 use crate::world::{MAX_NULL_SURFACES, World};
-use context::{Context, Lights};
+use arrayvec::ArrayVec;
+use context::{Bundle, Context, Lights};
 use emitters::Emitters;
 pub use emitters::{Beginning, Learned};
 use kinds::Transport;
+use path::Wave;
 use witness::Watch;
 
 pub use ambientocclusion::AmbientOcclusion;
 pub use bdpt::Bdpt;
-pub use context::{CameraEnd, LightJob, Splat, Workspace};
+pub use context::{CameraEnd, CameraPath, LightJob, Splat, WAVE, Workspace};
 pub use counts::Counts;
 pub use directlighting::DirectLighting;
 pub use first_surfaces::{FirstSurfaces, Sight, first_surfaces};
@@ -124,9 +125,13 @@ impl Integrator {
 
     /// For a thread that walks paths in `world`.
     pub fn workspace(&self, world: &World) -> Workspace {
-        match &self.spec {
-            IntegratorSpec::Path(_) => Workspace::deferring(world),
-            _ => Workspace::default(),
+        let wave = match &self.spec {
+            IntegratorSpec::Path(_) => Some(Box::new(Wave::new(world))),
+            _ => None,
+        };
+        Workspace {
+            wave,
+            ..Workspace::default()
         }
     }
 
@@ -144,21 +149,22 @@ impl Integrator {
         self.spec.radiance(Context { watch, ..context })
     }
 
-    /// [`Integrator::radiance`] of the next of a bundle of paths, which [`Workspace::radiances`] returns for all of them. Some of their
-    /// light is computed together.
-    pub fn walk(
+    /// [`Integrator::radiance`] along each of these camera rays, at most [`WAVE`], which may be traced side by side.
+    pub fn radiances(
         &self,
         world: &World,
-        end: &CameraEnd,
-        differentials: Option<&RayDifferentials>,
-        stream: &mut SampleStream,
+        paths: &mut [CameraPath],
         workspace: &mut Workspace,
-        watch: Option<&mut Watch>,
-    ) {
-        let context = self.context(world, end, differentials, stream, &mut *workspace);
-        if let Some(radiance) = self.spec.walk(Context { watch, ..context }) {
-            workspace.push(radiance);
-        }
+    ) -> ArrayVec<Rgb, WAVE> {
+        let mut radiances = ArrayVec::new();
+        let bundle = Bundle {
+            world,
+            lights: &self.lights,
+            paths,
+            workspace,
+        };
+        self.spec.radiances(bundle, &mut radiances);
+        radiances
     }
 
     /// [`Integrator::radiance`] in two parts: without and from connections to light paths, which are made for all camera paths

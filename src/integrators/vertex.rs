@@ -19,11 +19,6 @@ pub(super) trait Vertex {
 
     /// The medium that a ray along `wi` enters.
     fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId>;
-
-    /// What scatters, if that is diffuse reflection alone.
-    fn matte(&self) -> Option<Matte> {
-        None
-    }
 }
 
 /// A point on a surface where emitter sampling and BSDF sampling are combined.
@@ -58,10 +53,26 @@ impl Vertex for SurfaceVertex<'_> {
     fn medium_toward(&self, world: &World, wi: Vec3) -> Option<MediumId> {
         world.medium_beyond(self.hit, wi, self.medium)
     }
+}
+
+/// A point on a surface that is matte and bounds no medium.
+pub(super) struct MatteVertex {
+    pub from: ReferencePoint,
+    pub matte: Matte,
+}
+
+impl Vertex for MatteVertex {
+    fn reference_point(&self) -> ReferencePoint {
+        self.from
+    }
 
     #[inline(always)]
-    fn matte(&self) -> Option<Matte> {
-        self.bsdf.matte(self.hit.surface.wo)
+    fn scattered_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
+        self.matte.scattered_and_pdf(wi)
+    }
+
+    fn medium_toward(&self, _: &World, _: Vec3) -> Option<MediumId> {
+        None
     }
 }
 

@@ -1,6 +1,7 @@
 //! The `matte` material.
 
 use super::lobes::diffuse;
+use super::place::as_reflectance;
 use super::{Place, Scattering};
 use crate::bsdf::oren_nayar::OrenNayar;
 use crate::bsdf::{Bsdf, Lobe};
@@ -37,6 +38,16 @@ impl Matte {
 }
 
 impl Scattering for Matte {
+    fn even_reflectance(&self) -> Option<Rgb> {
+        let (SpectrumInput::Constant(kd), FloatInput::Constant(sigma)) = (self.kd, self.sigma) else {
+            return None;
+        };
+        let reflectance = as_reflectance(kd);
+        // NaN: Lambertian.
+        let is_rough = sigma > 0.0;
+        (!is_rough && !is_black(reflectance)).then_some(reflectance)
+    }
+
     fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
         let reflectance = at.reflectance(&self.kd);
         if is_black(reflectance) {

@@ -165,6 +165,12 @@ impl Material {
         self.kind.add_lobes(&at, bsdf);
     }
 
+    /// Its reflectance, if it is ideally diffuse, reflects alone, and is the same everywhere.
+    pub fn even_reflectance(&self) -> Option<Rgb> {
+        let even = self.kind.scattering().even_reflectance();
+        even.filter(|_| self.bump.is_none())
+    }
+
     /// Of constants alone, without bumps.
     #[cfg(any(test, feature = "internals"))]
     pub fn without_textures(kind: MaterialKind) -> Material {

@@ -58,7 +58,11 @@ impl Place<'_, '_> {
 
     /// A reflectance: negative values, and NaN, count as 0.
     pub(super) fn reflectance(&self, input: &SpectrumInput) -> Rgb {
-        let given = self.spectrum(input);
-        given.map(|x| clamp_nan_low(x, 0.0, MAX_REFLECTANCE))
+        as_reflectance(self.spectrum(input))
     }
+}
+
+/// A color as a reflectance: see [`Place::reflectance`].
+pub(super) fn as_reflectance(given: Rgb) -> Rgb {
+    given.map(|x| clamp_nan_low(x, 0.0, MAX_REFLECTANCE))
 }

@@ -4,6 +4,7 @@ use super::prepare::Tables;
 use super::{Material, Place};
 use crate::bsdf::Bsdf;
 use crate::bssrdf::Bssrdf;
+use crate::math::Rgb;
 use crate::params::NamedFile;
 use crate::surface::SurfaceHit;
 
@@ -37,6 +38,11 @@ pub(super) trait Scattering {
     /// Returns `true` if it scatters the same all around the normal and asks for no surface parameters, textures aside.
     fn is_isotropic(&self) -> bool {
         true
+    }
+
+    /// Its reflectance, if it is ideally diffuse, reflects alone, and is the same everywhere.
+    fn even_reflectance(&self) -> Option<Rgb> {
+        None
     }
 
     /// Returns `true` if there is a medium inside that transmitted light may scatter in.

@@ -5,7 +5,7 @@ use super::Vec3;
 /// Two unit vectors that complete the unit vector `n` to a right-handed orthonormal basis
 /// (s, t, n), without branches or loss of precision near the pole
 /// (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
-#[inline]
+#[inline(always)]
 pub fn coordinate_system(n: Vec3) -> (Vec3, Vec3) {
     let sign = 1.0f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);
@@ -49,7 +49,7 @@ impl Frame {
     }
 
     /// Any frame around the unit normal `n`.
-    #[inline]
+    #[inline(always)]
     pub fn from_normal(n: Vec3) -> Frame {
         let (s, t) = coordinate_system(n);
         Frame { s, t, n }
@@ -62,7 +62,7 @@ impl Frame {
     }
 
     /// Local to world.
-    #[inline]
+    #[inline(always)]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.s * v.x + self.t * v.y + self.n * v.z
     }

@@ -54,6 +54,7 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
 }
 
 /// Samples a direction about +z with density cosθ/π.
+#[inline(always)]
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let d = concentric_disk(u);
     d.extend((1.0 - d.length_squared()).max(0.0).sqrt())

@@ -35,7 +35,9 @@ use crate::film::{
 };
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
-use crate::integrators::{CameraEnd, Counts, Integrator, LightParts, Sight, Workspace};
+use crate::integrators::{
+    CameraEnd, CameraPath, Counts, Integrator, LightParts, Sight, WAVE, Workspace,
+};
 use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
@@ -190,17 +192,17 @@ fn sample_tile(
 ) {
     let all = OfAll::new(job);
     let want_differentials = job.world.needs_footprint();
-    let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
-    let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
-    let mut rays = ArrayVec::new();
+    let mut waiting = ArrayVec::<PendingSample, WAVE>::new();
+    let mut samples = ArrayVec::<CameraSample, WAVE>::new();
+    let mut rays = ArrayVec::<Option<CameraRay>, WAVE>::new();
+    let mut bundle = ArrayVec::new();
     let has_layers = tile.has_layers();
-    let mut seen = ArrayVec::<Seen, BUNDLE>::new();
     let mut workspace = job.integrator.workspace(&job.world);
     let mut indices = bounds
         .pixels()
         .flat_map(|pixel| samples_of_pixel.clone().map(move |index| (pixel, index)));
     loop {
-        for (pixel, index) in indices.by_ref().take(BUNDLE) {
+        for (pixel, index) in indices.by_ref().take(WAVE) {
             let (sample, rest) = PendingSample::new(job, sampler, pixel, index);
             samples.push(sample);
             waiting.push(rest);
@@ -209,20 +211,51 @@ fn sample_tile(
             tile.close();
             return;
         }
-        job.camera.rays(&samples, want_differentials, &mut rays);
-        for ((waiting, sample), ray) in waiting.iter_mut().zip(&samples).zip(&rays) {
-            let own = (&mut workspace, watch.as_deref_mut());
-            if let Some(sight) = waiting.walk((job, &all), sample, ray.as_ref(), own, has_layers) {
-                seen.push(sight);
+        for samples in samples.chunks(BUNDLE) {
+            job.camera.rays(samples, want_differentials, &mut bundle);
+            rays.extend(bundle.drain(..));
+        }
+        if has_layers || watch.is_some() {
+            for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
+                let own = (&mut workspace, watch.as_deref_mut());
+                let (radiance, seen) =
+                    waiting.trace((job, &all), sample, ray.as_ref(), own, has_layers);
+                waiting.finish(ray.as_ref(), radiance, seen, tile);
+            }
+        } else {
+            let radiances = radiances((job, &all), &samples, &rays, &mut waiting, &mut workspace);
+            let mut radiances = radiances.into_iter();
+            for (waiting, ray) in waiting.drain(..).zip(&rays) {
+                let radiance = ray.as_ref().and_then(|_| radiances.next());
+                waiting.finish(ray.as_ref(), radiance.unwrap_or_default(), None, tile);
             }
         }
-        let radiances = workspace.radiances(&job.world);
-        let mut seen = seen.drain(..);
-        for ((waiting, ray), radiance) in waiting.drain(..).zip(&rays).zip(radiances) {
-            waiting.finish(ray.as_ref(), radiance, seen.next(), tile);
-        }
         samples.clear();
+        rays.clear();
     }
+}
+
+/// The radiance along each of these rays.
+fn radiances(
+    (job, all): (&RenderJob, &OfAll),
+    samples: &[CameraSample],
+    rays: &[Option<CameraRay>],
+    waiting: &mut [PendingSample],
+    workspace: &mut Workspace,
+) -> ArrayVec<Rgb, WAVE> {
+    let all_paths = waiting.iter_mut().zip(samples).zip(rays);
+    let path = |((waiting, sample), ray)| {
+        let (waiting, ray): (&mut PendingSample, &Option<CameraRay>) = (waiting, ray);
+        let ray = ray.as_ref()?;
+        Some(CameraPath {
+            end: waiting.camera_end(job, sample, ray, all),
+            differentials: ray.scaled_differentials(all.spacing),
+            stream: &mut waiting.stream,
+        })
+    };
+    let mut paths: ArrayVec<CameraPath, WAVE> = all_paths.filter_map(path).collect();
+    let (integrator, world) = (&job.integrator, &job.world);
+    integrator.radiances(world, &mut paths, workspace)
 }
 
 /// Repeats a dropped sample of `sampler` and returns where on its path it failed; `None` if there was no path. Samples
@@ -328,19 +361,18 @@ impl PendingSample {
         }
     }
 
-    /// Follows the path, unless it ends in the camera. What layers show of it, where any are wanted.
-    fn walk(
+    /// Follows the path by itself, unless it ends in the camera: its radiance, and what layers show of it, where any are wanted.
+    fn trace(
         &mut self,
         (job, all): (&RenderJob, &OfAll),
         sample: &CameraSample,
         ray: Option<&CameraRay>,
         (workspace, mut watch): (&mut Workspace, Option<&mut Watch>),
         has_layers: bool,
-    ) -> Option<Seen> {
+    ) -> (Rgb, Option<Seen>) {
         let Some(camera_ray) = ray else {
             count(watch, |counts| counts.blocked += 1);
-            workspace.push(Rgb::ZERO);
-            return has_layers.then(Seen::default);
+            return (Rgb::ZERO, has_layers.then(Seen::default));
         };
         let differentials = camera_ray.scaled_differentials(all.spacing);
         let differentials = differentials.as_ref();
@@ -353,7 +385,7 @@ impl PendingSample {
             watch.parts = (job.film.layers.lights() > 0).then(LightParts::default);
         }
         let untouched = has_layers.then_some(self.stream);
-        job.integrator.walk(
+        let radiance = job.integrator.radiance(
             &job.world,
             &end,
             differentials,
@@ -365,7 +397,7 @@ impl PendingSample {
         let seen =
             seen.map(|(stream, watch)| layers::seen(job, camera_ray, differentials, stream, watch));
         count(watch, Counts::end_path);
-        seen
+        (radiance, seen)
     }
 
     /// Adds what the path has brought, and what layers show of it, where any are wanted.

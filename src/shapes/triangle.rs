@@ -29,7 +29,7 @@ pub struct Orientation {
 
 impl Orientation {
     /// A normal by the corners' order, turned.
-    #[inline]
+    #[inline(always)]
     pub(super) fn geometric(self, n: DVec3) -> DVec3 {
         if self.flip_geometric { -n } else { n }
     }
@@ -127,22 +127,31 @@ impl Triangle {
     /// coordinates, whatever the angle.
     #[inline(always)]
     pub fn crossed(&self, o: DVec3, d: DVec3) -> LocalPoint {
+        match self.crossing(o, d) {
+            (point, false) if self.normals.is_none() => point,
+            _ => self.nearest_point(o, d),
+        }
+    }
+
+    /// Where the line `o + t d` crosses the plane, and whether it does so at too small an angle for that to be in the triangle. Without
+    /// a branch.
+    #[inline(always)]
+    pub(crate) fn crossing(&self, o: DVec3, d: DVec3) -> (LocalPoint, bool) {
         let (e1, e2, across) = self.edges();
         let slope = across.dot(d);
         let sides = e1.length_squared() * e2.length_squared();
-        if self.normals.is_some() || slope * slope < PLAIN_SINE * PLAIN_SINE * sides {
-            return self.nearest_point(o, d);
-        }
+        let is_grazing = slope * slope < PLAIN_SINE * PLAIN_SINE * sides;
         let t = across.dot(self.p[0] - o) / slope;
         let p = o + d * t;
         let largest = self.p[0].abs().max_element() + o.abs().max_element() + t;
         let n = self.orientation.geometric(across * across.length_recip());
-        LocalPoint {
+        let point = LocalPoint {
             p,
             p_error: DVec3::splat(largest * (32.0 * f64::EPSILON)),
             n,
             shading_n: n,
-        }
+        };
+        (point, is_grazing)
     }
 
     /// The same by barycentric coordinates, in the triangle for certain.

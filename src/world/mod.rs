@@ -23,6 +23,8 @@ pub struct World {
     pub geometry: Geometry,
     /// Materials by [`MaterialId`].
     pub materials: Vec<Material>,
+    /// The reflectance of those materials that are [matte everywhere](Material::even_reflectance).
+    even_reflectances: Vec<Option<Rgb>>,
     /// Textures by their ids.
     pub textures: Textures,
     /// Lights by [`LightId`], area lights included.
@@ -56,6 +58,7 @@ impl World {
         World {
             has_recoverable_surfaces: geometry.has_recoverable_surfaces(),
             geometry,
+            even_reflectances: materials.iter().map(Material::even_reflectance).collect(),
             materials,
             textures,
             lights,
@@ -92,6 +95,18 @@ impl World {
     pub fn intersect(&self, ray: &Ray) -> Option<GeometryHit> {
         self.geometry
             .intersect(ray, &|input, point| self.textures.float(input, point))
+    }
+
+    /// What [`World::intersect`] hits; [`World::surface`] tells the rest.
+    pub fn closest(&self, ray: &Ray) -> Option<ClosestHit> {
+        self.geometry
+            .closest(ray, &|input, point| self.textures.float(input, point))
+    }
+
+    /// The surface that this ray has hit.
+    #[inline]
+    pub fn surface(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+        self.geometry.surface(ray, found)
     }
 
     /// The parameters (u, v) of what `ray` has hit, whether or not its material asks for them.
@@ -132,6 +147,12 @@ impl World {
     /// The material of a hit; `None` for a surface without one (`Material "none"`), which rays pass through.
     pub fn material(&self, id: Option<MaterialId>) -> Option<&Material> {
         self.materials.get(id?.index())
+    }
+
+    /// The reflectance of a material that is [matte everywhere](Material::even_reflectance).
+    #[inline]
+    pub fn even_reflectance(&self, id: Option<MaterialId>) -> Option<Rgb> {
+        *self.even_reflectances.get(id?.index())?
     }
 
     /// How the surface scatters at a hit: fills the [empty](Bsdf::empty) `bsdf`. Not an answer, which

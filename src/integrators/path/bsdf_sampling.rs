@@ -16,8 +16,8 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let third = stream.next_1d_if(bsdf.needs_third());
         let sample = bsdf.sample(hit.surface.wo, third, stream.next_2d())?;
         let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
-        self.throughput *= sample.f * (cosine / sample.pdf);
-        let valid = !is_black(self.throughput) && self.throughput.is_finite();
+        self.trail.throughput *= sample.f * (cosine / sample.pdf);
+        let valid = !is_black(self.trail.throughput) && self.trail.throughput.is_finite();
         valid.then_some(sample)
     }
 
@@ -34,13 +34,13 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if sample.specular {
             let entering = surface.wo.dot(surface.n) > 0.0;
             let eta2 = sample.eta * sample.eta;
-            self.eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
+            self.trail.eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
         }
         let (world, stream) = (self.context.world, &mut *self.context.stream);
         let (scattered, choice) = ((bsdf, sample), || stream.next_1d());
         let subsurface =
             world.subsurface_transport(hit.material, surface, scattered, differentials, choice);
-        self.throughput *= subsurface.share;
+        self.trail.throughput *= subsurface.share;
         let Some(bssrdf) = subsurface.bssrdf else {
             return self.continue_with(hit, bsdf, sample);
         };
@@ -49,7 +49,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             self.gain(light);
         }
         let exit = find_exit(world, self.context.stream, &bssrdf, hit)?;
-        self.throughput *= exit.weight;
+        self.trail.throughput *= exit.weight;
         self.sample_direct_at_surface(&exit.hit, &exit.bsdf);
         let sample = self.sample_bsdf(&exit.hit, &exit.bsdf)?;
         self.continue_with(&exit.hit, &exit.bsdf, &sample)
@@ -63,19 +63,19 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         bsdf: &Bsdf,
         sample: &BsdfSample,
     ) -> Option<()> {
-        self.specular_only &= sample.specular;
+        self.trail.specular_only &= sample.specular;
         if self.path.direct_only && !sample.specular {
-            self.max_depth = self.max_depth.min(self.depth + 1);
+            self.trail.max_depth = self.trail.max_depth.min(self.trail.depth + 1);
         }
-        self.mis = if sample.specular {
+        self.trail.mis = if sample.specular {
             MisState::Delta
         } else {
             self.mis_after(hit, bsdf, sample)
         };
-        self.ray = hit.surface.spawn_ray(sample.wi);
+        self.trail.ray = hit.surface.spawn_ray(sample.wi);
         if MEDIA {
             let world = self.context.world;
-            self.medium = world.medium_beyond(hit, sample.wi, self.medium);
+            self.trail.medium = world.medium_beyond(hit, sample.wi, self.trail.medium);
         }
         Some(())
     }

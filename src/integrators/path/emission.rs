@@ -97,17 +97,17 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     #[inline(always)]
     pub(super) fn add_emission(&mut self, hit: &GeometryHit) {
         if let Some(id) = hit.light {
-            let light = self.mis.emitted(&self.context, &self.ray, (hit, id));
-            self.gain_from(id, self.throughput * light);
+            let light = self.trail.mis.emitted(&self.context, &self.trail.ray, (hit, id));
+            self.gain_from(id, self.trail.throughput * light);
         }
     }
 
     /// Adds the radiance of the infinite lights.
     #[inline(always)]
     pub(super) fn add_escaped(&mut self) {
-        let (mis, ray) = (self.mis, self.ray);
-        self.gain(self.throughput * mis.escaped(&self.context, &ray));
-        self.part_escaped((mis, ray), self.throughput);
+        let (mis, ray) = (self.trail.mis, self.trail.ray);
+        self.gain(self.trail.throughput * mis.escaped(&self.context, &ray));
+        self.part_escaped((mis, ray), self.trail.throughput);
     }
 
     /// Adds the same to the layers of light.
@@ -131,10 +131,10 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let mis = self.mis_after(hit, bsdf, sample);
         let mut ray = hit.surface.spawn_ray(sample.wi);
         let mut medium = match MEDIA {
-            true => world.medium_beyond(hit, sample.wi, self.medium),
+            true => world.medium_beyond(hit, sample.wi, self.trail.medium),
             false => None,
         };
-        let (mut light, mut throughput) = (Rgb::ZERO, self.throughput);
+        let (mut light, mut throughput) = (Rgb::ZERO, self.trail.throughput);
         for _ in 0..MAX_NULL_SURFACES {
             let next = world.intersect(&ray);
             let t_max = next.as_ref().map_or(f32::INFINITY, |next| next.t);

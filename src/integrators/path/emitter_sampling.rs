@@ -1,10 +1,11 @@
 //! Emitter sampling (next-event estimation) at a vertex of a path: of one light, or of every one where few light
 //! what the camera sees.
 
-use super::PathState;
+use super::{PathState, Trail};
 use crate::accel::GeometryHit;
-use crate::bsdf::{Bsdf, Matte};
+use crate::bsdf::Bsdf;
 use crate::handles::LightId;
+use crate::integrators::context::Lights;
 use crate::integrators::vertex::{SurfaceVertex, Vertex};
 use crate::integrators::volpath::transmittance;
 use crate::math::sampling::power_heuristic;
@@ -16,7 +17,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     #[inline(always)]
     pub(super) fn sample_direct_at_surface(&mut self, hit: &GeometryHit, bsdf: &Bsdf) {
         if bsdf.has_non_specular() {
-            let medium = self.medium;
+            let medium = self.trail.medium;
             self.sample_direct(&SurfaceVertex { hit, bsdf, medium });
         } else {
             self.context.stream.skip_1d();
@@ -42,14 +43,10 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         }
     }
 
-    /// The number of lights if each is sampled: at primary hits if there are few, because shadows are most of
-    /// their noise.
-    #[inline]
+    /// See [`Trail::sample_all_count`].
+    #[inline(always)]
     pub(super) fn sample_all_count(&self) -> Option<u32> {
-        match self.depth {
-            0 => self.context.lights.selector.sample_all_count(),
-            _ => None,
-        }
+        self.trail.sample_all_count(self.context.lights)
     }
 
     /// Adds a sample of a light that was chosen with this probability.
@@ -61,29 +58,20 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         from: &ReferencePoint,
     ) {
         let u = self.context.stream.next_2d();
-        if self.defers()
-            && { &self.context.workspace.deferred }.takes(self.context.world, chosen.0, from)
-            && let Some(matte) = vertex.matte()
-        {
-            self.defer(chosen, u, from, &matte);
-        } else if let Some(light) = self.light_sample(chosen, vertex, from, u) {
-            self.gain_from(chosen.0, self.throughput * light);
-        }
+        self.add_light_sample(chosen, u, vertex, from);
     }
 
-    /// Adds a sample of a light to what the path has met, to be computed with others.
+    /// Adds the sample that `u` chooses.
     #[inline(always)]
-    fn defer(&mut self, chosen: (LightId, f32), u: Vec2, from: &ReferencePoint, matte: &Matte) {
-        let (world, throughput) = (self.context.world, self.throughput);
-        if !self.has_deferred {
-            self.has_deferred = true;
-            self.context.workspace.sums.begin(self.radiance);
-        }
-        let workspace = self.room_for_a_term();
-        let term = workspace.sums.add(Rgb::ZERO);
-        let (vertex, sum) = ((from, matte), (term, throughput));
-        if workspace.deferred.keep(chosen, u, vertex, sum) {
-            workspace.settle(world);
+    pub(super) fn add_light_sample(
+        &mut self,
+        chosen: (LightId, f32),
+        u: Vec2,
+        vertex: &impl Vertex,
+        from: &ReferencePoint,
+    ) {
+        if let Some(light) = self.light_sample(chosen, vertex, from, u) {
+            self.gain_from(chosen.0, self.trail.throughput * light);
         }
     }
 
@@ -120,6 +108,18 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         }
         let competing = (!light.delta).then_some(scattered_pdf);
         Some(weighted(contribution, pmf * light.pdf, competing))
+    }
+}
+
+impl Trail {
+    /// The number of lights if each is sampled: at primary hits if there are few, because shadows are most of
+    /// their noise.
+    #[inline]
+    pub(super) fn sample_all_count(&self, lights: &Lights) -> Option<u32> {
+        match self.depth {
+            0 => lights.selector.sample_all_count(),
+            _ => None,
+        }
     }
 }
 

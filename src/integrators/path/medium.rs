@@ -43,45 +43,45 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let medium = self.context.world.media.medium(id);
         let (emits, scatters) = match self.path.media {
             MediaSeen::All => (true, true),
-            MediaSeen::Single => (self.specular_only, self.specular_only),
-            MediaSeen::Emission => (self.specular_only, false),
+            MediaSeen::Single => (self.trail.specular_only, self.trail.specular_only),
+            MediaSeen::Emission => (self.trail.specular_only, false),
         };
         if emits {
-            let light = self.throughput * medium.emission(&self.ray, t_max, self.context.stream);
-            self.radiance += light;
+            let light = self.trail.throughput * medium.emission(&self.trail.ray, t_max, self.context.stream);
+            self.trail.radiance += light;
             self.context.part(None, light);
         }
         if !scatters {
-            self.throughput *= medium.transmittance(&self.ray, t_max, self.context.stream);
+            self.trail.throughput *= medium.transmittance(&self.trail.ray, t_max, self.context.stream);
             return None;
         }
-        let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, self.context.stream);
-        self.throughput *= flight.weight;
+        let (flight, phase) = medium.sample(&self.trail.ray, t_max, self.trail.throughput, self.context.stream);
+        self.trail.throughput *= flight.weight;
         let t = flight.scattered?;
         Some(MediumVertex {
-            p: self.ray.at(t),
-            wo: -self.ray.d,
+            p: self.trail.ray.at(t),
+            wo: -self.trail.ray.d,
             phase,
             medium: id,
-            time: self.ray.time,
+            time: self.trail.ray.time,
         })
     }
 
     /// Emitter sampling and phase function sampling at a point of a medium.
     pub(super) fn scatter_in_medium(&mut self, vertex: &MediumVertex) -> Option<()> {
-        if self.depth >= self.max_depth || !vertex.p.is_finite() {
+        if self.trail.depth >= self.trail.max_depth || !vertex.p.is_finite() {
             return None;
         }
         self.sample_direct(vertex);
         let u = self.context.stream.next_2d();
         let (wi, pdf) = vertex.phase.sample(vertex.wo, u);
         let from = vertex.reference_point();
-        self.ray = Ray::new(vertex.p, wi, from.time);
-        self.mis = self.sampled(from, pdf);
+        self.trail.ray = Ray::new(vertex.p, wi, from.time);
+        self.trail.mis = self.sampled(from, pdf);
         self.differentials = None;
-        self.specular_only = false;
+        self.trail.specular_only = false;
         if self.path.media == MediaSeen::Single {
-            self.max_depth = self.depth + 1;
+            self.trail.max_depth = self.trail.depth + 1;
         }
         Some(())
     }
@@ -92,19 +92,19 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// direct light, and the emitter-sampled half passes these surfaces too.
     /// A path from the camera or a mirror ends there as in pbrt-v3.
     pub(super) fn skip_null_surface(&mut self, hit: &GeometryHit) -> Option<()> {
-        let sampled = matches!(self.mis, MisState::Sampled(_));
-        self.null_surfaces += 1;
-        let too_deep = self.depth >= self.max_depth && !(MEDIA && sampled);
-        if self.null_surfaces > MAX_NULL_SURFACES || too_deep {
+        let sampled = matches!(self.trail.mis, MisState::Sampled(_));
+        self.trail.null_surfaces += 1;
+        let too_deep = self.trail.depth >= self.trail.max_depth && !(MEDIA && sampled);
+        if self.trail.null_surfaces > MAX_NULL_SURFACES || too_deep {
             return None;
         }
         if MEDIA {
             let world = self.context.world;
-            self.medium = world.medium_beyond(hit, self.ray.d, self.medium);
+            self.trail.medium = world.medium_beyond(hit, self.trail.ray.d, self.trail.medium);
         } else if sampled {
-            self.mis = MisState::Blocked;
+            self.trail.mis = MisState::Blocked;
         }
-        self.ray = hit.surface.spawn_ray(self.ray.d);
+        self.trail.ray = hit.surface.spawn_ray(self.trail.ray.d);
         self.differentials = None;
         Some(())
     }

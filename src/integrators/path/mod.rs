@@ -6,28 +6,33 @@
 //! meets is weighted by the power heuristic against emitter sampling.
 //!
 //! Each vertex of a path takes four steps, one file each: emission, emitter sampling, BSDF sampling,
-//! Russian roulette. `volpath` is the same with participating media, see [`volpath`](super::volpath). Nothing that follows depends on
-//! what emitter sampling finds, so it may be deferred and computed for many vertices side by side (`deferred`).
+//! Russian roulette. `volpath` is the same with participating media, see [`volpath`](super::volpath). Many paths take them
+//! side by side (`wave`).
 
 mod bsdf_sampling;
-mod deferred;
 mod emission;
 mod emitter_sampling;
+mod lamps;
 mod medium;
 mod roulette;
+mod wave;
 
-pub(super) use deferred::Deferred;
 pub use medium::MediaSeen;
+pub(super) use wave::Wave;
 
 use super::witness::Met;
-use super::{Context, MAX_NULL_SURFACES, Sight, Transport, Workspace};
+use super::context::{Bundle, Context, WAVE};
+use super::{MAX_NULL_SURFACES, Sight, Transport};
+use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::handles::{LightId, MediumId};
 use crate::lights::SelectionStrategy;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
+use arrayvec::ArrayVec;
 use emission::MisState;
+use wave::Walk;
 
 /// Parameters of `Integrator "path"`.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,38 +86,25 @@ impl Path {
 
     /// Radiance along the camera ray as `volpath` has it.
     pub(super) fn trace_through_media(&self, context: Context) -> Rgb {
-        let radiance = match context.watch {
+        match context.watch {
             None => self.trace::<true, false>(context),
             Some(_) => self.trace::<true, true>(context),
-        };
-        // None is deferred.
-        radiance.unwrap_or(Rgb::ZERO)
+        }
     }
 
-    /// Radiance along the camera ray; `None` where light was [deferred](Deferred): then it is in the workspace's sums.
-    /// `MEDIA`: as `volpath`, which simulates participating media and lets light through surfaces without material; a constant, so
-    /// that `path` pays nothing for it. Nor does either for being watched.
-    fn trace<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Option<Rgb> {
-        let reports = WATCHED && context.watch.as_ref().is_some_and(|watch| watch.reports());
+    /// Radiance along the camera ray. `MEDIA`: as `volpath`, which simulates participating media and lets light through surfaces
+    /// without material; a constant, so that `path` pays nothing for it. Nor does either for being watched.
+    fn trace<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Rgb {
+        let medium = context.world.media.camera.filter(|_| MEDIA);
         let mut state = PathState::<MEDIA, WATCHED> {
             path: self,
-            reports,
-            ray: context.ray,
+            reports: WATCHED && context.watch.as_ref().is_some_and(|watch| watch.reports()),
             differentials: context.differentials,
-            medium: context.world.media.camera.filter(|_| MEDIA),
+            trail: Trail::new(context.ray, medium, self.max_depth),
             context,
-            mis: MisState::Delta,
-            throughput: Rgb::ONE,
-            radiance: Rgb::ZERO,
-            has_deferred: false,
-            eta_scale: 1.0,
-            depth: 0,
-            max_depth: self.max_depth,
-            specular_only: true,
-            null_surfaces: 0,
         };
         while state.extend().is_some() {}
-        (!state.has_deferred).then_some(state.radiance)
+        state.trail.radiance
     }
 }
 
@@ -120,25 +112,19 @@ impl Transport for Path {
     const INDIRECT: bool = true;
 
     fn radiance(&self, context: Context) -> Rgb {
-        if context.watch.is_some() {
-            return self.trace::<false, true>(context).unwrap_or(Rgb::ZERO);
-        }
-        let (world, workspace) = (context.world, context.workspace);
-        let again = Context {
-            workspace: &mut *workspace,
-            ..context
-        };
-        self.trace::<false, false>(again).unwrap_or_else(|| {
-            workspace.settle(world);
-            workspace.sums.take().pop().unwrap_or(Rgb::ZERO)
-        })
-    }
-
-    fn walk(&self, context: Context) -> Option<Rgb> {
         match context.watch {
             None => self.trace::<false, false>(context),
             Some(_) => self.trace::<false, true>(context),
         }
+    }
+
+    fn radiances(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+        let world = bundle.world;
+        let wave = bundle.workspace.wave.take();
+        let mut wave = wave.unwrap_or_else(|| Box::new(Wave::new(world)));
+        let mut walk = Walk { path: self, bundle };
+        walk.radiances(&mut wave, out);
+        walk.bundle.workspace.wave = Some(wave);
     }
 
     fn path(&self) -> Option<Path> {
@@ -146,24 +132,17 @@ impl Transport for Path {
     }
 }
 
-/// A path being traced. Its methods return `None` where it ends.
-struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
-    path: &'a Path,
-    context: Context<'a>,
+/// What a path has come to.
+#[derive(Clone, Copy)]
+struct Trail {
     /// To the next vertex.
     ray: Ray,
-    /// Those of the camera ray, up to its hit.
-    differentials: Option<&'a RayDifferentials>,
     mis: MisState,
     /// Around the ray.
     medium: Option<MediumId>,
     throughput: Rgb,
-    /// Collected so far, or until light was deferred for the first time: then the workspace's sums have it.
+    /// Collected so far.
     radiance: Rgb,
-    /// Every step is reported.
-    reports: bool,
-    /// Light was deferred.
-    has_deferred: bool,
     /// Undoes the scaling of radiance by refraction where Russian roulette judges the throughput.
     eta_scale: f32,
     /// Scattering events so far.
@@ -175,14 +154,36 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     null_surfaces: u32,
 }
 
-impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
-    /// Whether direct light may be [deferred](Deferred). Not in media, where what is left of it takes samples from the path's stream, nor where
-    /// every step is reported.
-    #[inline(always)]
-    fn defers(&self) -> bool {
-        !(MEDIA || WATCHED && self.reports)
+impl Trail {
+    /// One that begins with this ray, in this medium.
+    fn new(ray: Ray, medium: Option<MediumId>, max_depth: u32) -> Trail {
+        Trail {
+            ray,
+            mis: MisState::Delta,
+            medium,
+            throughput: Rgb::ONE,
+            radiance: Rgb::ZERO,
+            eta_scale: 1.0,
+            depth: 0,
+            max_depth,
+            specular_only: true,
+            null_surfaces: 0,
+        }
     }
+}
 
+/// A path being traced. Its methods return `None` where it ends.
+struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
+    path: &'a Path,
+    context: Context<'a>,
+    /// Those of the camera ray, up to its hit.
+    differentials: Option<&'a RayDifferentials>,
+    /// Every step is reported.
+    reports: bool,
+    trail: Trail,
+}
+
+impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Adds light that the path has met, which comes from this light.
     #[inline(always)]
     fn gain_from(&mut self, id: LightId, light: Rgb) {
@@ -195,32 +196,28 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Adds light whose parts are known.
     #[inline(always)]
     fn gain(&mut self, light: Rgb) {
-        if !MEDIA && self.has_deferred {
-            self.room_for_a_term().sums.add(light);
-        } else {
-            self.radiance += light;
-        }
-    }
-
-    /// The workspace, with room for a term.
-    #[inline(always)]
-    fn room_for_a_term(&mut self) -> &mut Workspace {
-        let workspace = &mut *self.context.workspace;
-        if !workspace.sums.has_room() {
-            workspace.settle(self.context.world);
-        }
-        workspace
+        self.trail.radiance += light;
     }
 
     /// Extends the path by a vertex.
     #[inline(always)]
     fn extend(&mut self) -> Option<()> {
+        let hit = self.context.world.intersect(&self.trail.ray);
+        self.arrive_at(hit.as_ref(), |path, hit, bsdf| path.scatter(hit, bsdf))
+    }
+
+    /// Where the ray has led; at a surface that scatters, `scatter` goes on.
+    #[inline(always)]
+    fn arrive_at(
+        &mut self,
+        hit: Option<&GeometryHit>,
+        scatter: impl FnOnce(&mut Self, &GeometryHit, &Bsdf) -> Option<()>,
+    ) -> Option<()> {
         let world = self.context.world;
-        let hit = world.intersect(&self.ray);
-        if MEDIA && let Some(id) = self.medium {
-            let t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+        if MEDIA && let Some(id) = self.trail.medium {
+            let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
             let vertex = self.sample_medium(id, t_max);
-            if is_black(self.throughput) {
+            if is_black(self.trail.throughput) {
                 return None;
             }
             if let Some(vertex) = vertex {
@@ -230,7 +227,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
                 return self.russian_roulette();
             }
         }
-        let Some(hit) = &hit else {
+        let Some(hit) = hit else {
             self.arrive(Met::Background);
             self.look(Sight::escape);
             self.add_escaped();
@@ -243,31 +240,43 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let Some(material) = world.material(hit.material) else {
             return self.skip_null_surface(hit);
         };
-        if self.depth >= self.max_depth {
+        if self.trail.depth >= self.trail.max_depth {
             return None;
         }
-        let differentials = self.differentials.take();
         let mut bsdf = Bsdf::empty();
-        world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
+        world.fill_bsdf(material, &hit.surface, self.differentials, &mut bsdf);
         bsdf.prepare(hit.surface.wo);
-        let ray = self.ray;
+        let ray = self.trail.ray;
         self.look(|sight| sight.meet(&ray, hit, &bsdf, material.has_interior()));
+        scatter(self, hit, &bsdf)
+    }
 
+    /// Continues from a surface.
+    #[inline(always)]
+    fn scatter(&mut self, hit: &GeometryHit, bsdf: &Bsdf) -> Option<()> {
         // 2. Emitter sampling.
-        self.sample_direct_at_surface(hit, &bsdf);
+        self.sample_direct_at_surface(hit, bsdf);
 
         // 3. BSDF sampling.
-        let sample = self.sample_bsdf(hit, &bsdf);
-        self.look(|sight| sight.scatter(&bsdf, sample.as_ref()));
+        let differentials = self.differentials.take();
+        let sample = self.sample_bsdf(hit, bsdf);
+        self.look(|sight| sight.scatter(bsdf, sample.as_ref()));
         let sample = sample?;
         if sample.transmission {
-            self.sample_transmission(hit, (&bsdf, &sample), differentials)?;
+            self.sample_transmission(hit, (bsdf, &sample), differentials)?;
         } else {
-            self.continue_with(hit, &bsdf, &sample)?;
+            self.continue_with(hit, bsdf, &sample)?;
         }
 
         // 4. Stopping.
         self.russian_roulette()
+    }
+
+    /// Russian roulette decides whether the path goes on after a scattering event.
+    #[inline(always)]
+    fn russian_roulette(&mut self) -> Option<()> {
+        let (threshold, stream) = (self.path.rr_threshold, &mut *self.context.stream);
+        self.trail.russian_roulette(threshold, || stream.next_1d())
     }
 
     /// Looks at the path, for layers.
@@ -282,7 +291,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     #[inline(always)]
     fn arrive(&mut self, met: Met) {
         if WATCHED && self.reports {
-            self.context.arrive(self.depth, met, self.radiance);
+            self.context.arrive(self.trail.depth, met, self.trail.radiance);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Russian roulette: ends paths of low throughput and scales up the others (Arvo and Kirk 1990; Pharr, Jakob and
 //! Humphreys 2016, §13.7 and §14.5.4).
 
-use super::PathState;
+use super::Trail;
 use super::emission::MisState;
 
 /// Scattering events after which the survival probability is the throughput (pbrt-v3: bounce counter > 3).
@@ -18,10 +18,14 @@ const MAX_BROAD_PDF: f32 = 1.0;
 /// No path is terminated with less than this probability once roulette applies, as in pbrt-v3.
 const MIN_TERMINATION: f32 = 0.05;
 
-impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
-    /// Counts the scattering event and decides whether the path continues.
+impl Trail {
+    /// Counts the scattering event and decides whether the path continues; `choice` returns a sample in [0, 1) if one is needed.
     #[inline(always)]
-    pub(super) fn russian_roulette(&mut self) -> Option<()> {
+    pub(super) fn russian_roulette(
+        &mut self,
+        threshold: f32,
+        choice: impl FnOnce() -> f32,
+    ) -> Option<()> {
         let late = self.depth > MIN_BOUNCES;
         self.depth += 1;
         let scale = match self.mis {
@@ -30,11 +34,11 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             _ => return Some(()),
         };
         let survival = scale * (self.throughput * self.eta_scale).max_element();
-        if survival >= self.path.rr_threshold {
+        if survival >= threshold {
             return Some(());
         }
         let termination = (1.0 - survival).max(MIN_TERMINATION);
         self.throughput /= 1.0 - termination;
-        (self.context.stream.next_1d() >= termination).then_some(())
+        (choice() >= termination).then_some(())
     }
 }

@@ -1,5 +1,5 @@
-//! Direct light that is computed side by side: of the commonest lamps, which are parallelograms and balls, on the commonest surfaces, which
-//! are matte.
+//! Direct light of the commonest lamps, which are parallelograms and balls, on the commonest surfaces, which are matte: computed side by
+//! side.
 //!
 //! Vertices are kept as rows of numbers, in a cache near the processor, and the functions that serve a single vertex are run in a loop
 //! over them that has no branches: it is compiled to vector instructions. Bits are those of one at a time.
@@ -7,7 +7,6 @@
 use super::emitter_sampling::weighted;
 use crate::bsdf::{Matte, MatteRows};
 use crate::handles::LightId;
-use crate::integrators::bundle::{Sums, Unknown};
 use crate::lights::{Glow, Light};
 use crate::math::color::is_black;
 use crate::math::instruction_set::{Instructions, Kernel, vectorize};
@@ -27,26 +26,26 @@ const WHOLE: usize = 16;
 /// Of each light so many vertices must come together that it pays, so lights must be few.
 const LIGHTS: usize = 4;
 
-/// Deferred direct light, by light, of those that are deferred.
+/// The vertices that wait for light, by light; none where a light is not one of these lamps.
 #[derive(Default)]
-pub(in super::super) struct Deferred([Option<Box<Waiting>>; LIGHTS]);
+pub(super) struct Lamps([Option<Box<Waiting>>; LIGHTS]);
 
-impl Deferred {
-    /// Defers the light of all lamps that it can.
-    pub(in super::super) fn new(world: &World) -> Deferred {
-        let mut deferred = Deferred::default();
+impl Lamps {
+    /// Those of the world.
+    pub(super) fn new(world: &World) -> Lamps {
+        let mut lamps = Lamps::default();
         let lights = world.sampled_lights();
         if lights.len() <= LIGHTS {
-            for (waiting, light) in deferred.0.iter_mut().zip(lights) {
+            for (waiting, light) in lamps.0.iter_mut().zip(lights) {
                 *waiting = is_branchless(light).then(Box::default);
             }
         }
-        deferred
+        lamps
     }
 
-    /// Is this light deferred, as seen from here?
+    /// Is this light one of them, as seen from here?
     #[inline(always)]
-    pub(super) fn takes(&self, world: &World, light: LightId, from: &ReferencePoint) -> bool {
+    pub(super) fn has(&self, world: &World, light: LightId, from: &ReferencePoint) -> bool {
         matches!(self.0.get(light.index()), Some(Some(_)))
             && match world.light(light).shape() {
                 Some((Emitter::Sphere(ball), _)) => ball.is_far_from(from),
@@ -54,31 +53,31 @@ impl Deferred {
             }
     }
 
-    /// Keeps a sample for later, of a light that was chosen with probability `pmf`, at a point that `u` chooses; `term` becomes
-    /// `throughput` times what it brings. Returns `true` if the next one needs room: [`Deferred::settle`].
+    /// Keeps a sample for later, of a light that was chosen with probability `pmf`, at a point that `u` chooses: of a vertex of the path
+    /// with this number. Returns `true` if the next one needs room: [`Lamps::light`].
     #[inline]
     pub(super) fn keep(
         &mut self,
         (light, pmf): (LightId, f32),
         u: Vec2,
         vertex: (&ReferencePoint, &Matte),
-        (term, throughput): (Unknown, Rgb),
+        (path, throughput): (usize, Rgb),
     ) -> bool {
         let Some(Some(waiting)) = self.0.get_mut(light.index()) else {
             return false;
         };
         let i = waiting.count & (ROOM - 1);
         waiting.vertices.set(i, pmf, u, vertex, throughput);
-        waiting.terms[i] = term;
+        waiting.paths[i] = path as u32;
         waiting.count = i + 1;
         waiting.count == ROOM
     }
 
-    /// Computes all that waits.
-    pub(in super::super) fn settle(&mut self, world: &World, sums: &mut Sums) {
+    /// Computes all that waits: `add(path, light)`.
+    pub(super) fn light(&mut self, world: &World, mut add: impl FnMut(usize, Rgb)) {
         for (waiting, light) in self.0.iter_mut().zip(0..) {
             if let Some(waiting) = waiting.as_deref_mut().filter(|waiting| waiting.count > 0) {
-                waiting.settle(world, LightId(light), sums);
+                waiting.light(world, LightId(light), &mut add);
             }
         }
     }
@@ -94,7 +93,8 @@ struct Waiting {
     /// Those that are used.
     count: usize,
     vertices: Vertices,
-    terms: [Unknown; ROOM],
+    /// Their paths.
+    paths: [u32; ROOM],
     samples: Samples,
 }
 
@@ -103,25 +103,25 @@ impl Default for Waiting {
         Waiting {
             count: 0,
             vertices: Vertices::default(),
-            terms: [Unknown::default(); ROOM],
+            paths: [0; ROOM],
             samples: Samples::default(),
         }
     }
 }
 
 impl Waiting {
-    fn settle(&mut self, world: &World, light: LightId, sums: &mut Sums) {
+    fn light(&mut self, world: &World, light: LightId, add: &mut impl FnMut(usize, Rgb)) {
         match world.light(light).shape() {
             Some((Emitter::Parallelogram(piece), glow)) => self.sample(&**piece, glow),
             Some((Emitter::Sphere(ball), glow)) => self.sample(&ball.far(), glow),
             _ => {}
         }
         let count = std::mem::take(&mut self.count);
-        let kept = self.vertices.time.iter().zip(&self.terms).take(count);
-        for ((&time, &term), i) in kept.zip(0..) {
+        let kept = self.vertices.time.iter().zip(&self.paths).take(count);
+        for ((&time, &path), i) in kept.zip(0..) {
             let value = self.samples.value.get(i);
             if !is_black(value) && !world.occluded(&self.samples.shadow(i, time)) {
-                sums.set(term, value);
+                add(path as usize, value);
             }
         }
     }

@@ -1,0 +1,154 @@
+//! Hits of flat triangles, resolved side by side: most hits, in most scenes, where nothing asks for (u, v).
+//!
+//! The function that serves a single hit is run in a loop over rows of numbers that has no branch, so that it is compiled to vector
+//! instructions ([`crate::math::instruction_set`]). Bits are those of one at a time.
+
+use super::level::StoredMesh;
+use super::primitive::PrimitiveId;
+use super::search::ClosestHit;
+use super::{Geometry, PrimitiveAttributes};
+use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::math::ray::Ray;
+use crate::math::rows::Rows3;
+use crate::math::Vec3;
+use crate::shapes::local::Local;
+use crate::shapes::triangle::{Orientation, Triangle};
+
+/// Loops run over whole vectors of the widest kind.
+const WHOLE: usize = 16;
+
+/// A triangle without normals at its corners, of which nothing but the point is asked.
+#[derive(Clone, Copy)]
+pub(crate) struct FlatTriangle<'a> {
+    mesh: &'a StoredMesh,
+    i: usize,
+}
+
+impl FlatTriangle<'_> {
+    /// Those of its mesh.
+    pub(crate) fn attributes(&self) -> &PrimitiveAttributes {
+        &self.mesh.attributes
+    }
+}
+
+impl Geometry {
+    /// The triangle that was hit, if it is flat.
+    #[inline]
+    pub(crate) fn flat(&self, found: &ClosestHit) -> Option<FlatTriangle<'_>> {
+        if found.path[0] != PrimitiveId::NONE || !found.id.is_triangle() {
+            return None;
+        }
+        let (mesh, i) = self.top.locate(found.id.index());
+        (mesh.attributes.bare && mesh.normals.is_empty()).then_some(FlatTriangle { mesh, i })
+    }
+}
+
+/// Where up to `N` rays meet flat triangles.
+pub(crate) struct FlatHits<const N: usize> {
+    corners: [Rows3<N>; 3],
+    o: Rows3<N>,
+    d: Rows3<N>,
+    found: [Option<ClosestHit>; N],
+    /// Below 0 where the normal of the corners' order is to be turned.
+    side: [f32; N],
+    p: Rows3<N>,
+    p_error: Rows3<N>,
+    n: Rows3<N>,
+    is_grazing: [u32; N],
+}
+
+impl<const N: usize> Default for FlatHits<N> {
+    fn default() -> Self {
+        FlatHits {
+            corners: Default::default(),
+            o: Rows3::default(),
+            d: Rows3::default(),
+            found: [None; N],
+            side: [0.0; N],
+            p: Rows3::default(),
+            p_error: Rows3::default(),
+            n: Rows3::default(),
+            is_grazing: [0; N],
+        }
+    }
+}
+
+impl<const N: usize> FlatHits<N> {
+    /// The hit at `i` is that of `ray` with `triangle`, which a search `found`.
+    #[inline(always)]
+    pub(crate) fn set(
+        &mut self,
+        i: usize,
+        ray: &Ray,
+        (triangle, found): (&FlatTriangle, &ClosestHit),
+    ) {
+        self.found[i] = Some(*found);
+        let corners = triangle.mesh.corners(triangle.i);
+        for (rows, p) in self.corners.iter_mut().zip(corners) {
+            rows.set(i, p);
+        }
+        self.o.set(i, ray.o);
+        self.d.set(i, ray.d);
+        let turned = triangle.mesh.orientation.flip_geometric;
+        self.side[i] = if turned { -1.0 } else { 1.0 };
+    }
+
+    /// Finds the first `count` points, normals and error boxes.
+    pub(crate) fn resolve(&mut self, count: usize) {
+        vectorize::<N, _>(SideBySide { hits: self, count });
+    }
+
+    /// Position, half-widths of the error box, and unit geometric normal of a hit, and the direction back along its ray.
+    #[inline(always)]
+    pub(crate) fn point(&self, i: usize) -> ((Vec3, Vec3, Vec3), Vec3) {
+        let point = (self.p.get(i), self.p_error.get(i), self.n.get(i));
+        (point, -self.d.get(i))
+    }
+
+    /// What was found, where the ray grazes the triangle: then the point means nothing, and must be found with more care.
+    #[inline(always)]
+    pub(crate) fn grazing(&self, i: usize) -> Option<ClosestHit> {
+        self.found[i].filter(|_| self.is_grazing[i] != 0)
+    }
+
+    #[inline(always)]
+    fn compute(&mut self, i: usize) {
+        let [a, b, c] = &self.corners;
+        // Written out: `array::map` is not always inlined.
+        let [a, b, c] = [a.get(i), b.get(i), c.get(i)];
+        let triangle = Triangle {
+            p: [a.as_dvec3(), b.as_dvec3(), c.as_dvec3()],
+            normals: None,
+            tangents: None,
+            uv: None,
+            orientation: Orientation {
+                flip_geometric: self.side[i] < 0.0,
+                flip_shading: false,
+            },
+        };
+        let ray = Ray::new(self.o.get(i), self.d.get(i), 0.0);
+        let (point, is_grazing) = triangle.crossing(ray.o.as_dvec3(), ray.d.as_dvec3());
+        let hit = point.hit(&ray);
+        self.p.set(i, hit.p);
+        self.p_error.set(i, hit.p_error);
+        self.n.set(i, hit.n);
+        self.is_grazing[i] = is_grazing.into();
+    }
+}
+
+/// The loop.
+struct SideBySide<'a, const N: usize> {
+    hits: &'a mut FlatHits<N>,
+    count: usize,
+}
+
+impl<const N: usize> Kernel for SideBySide<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, _: impl Instructions) {
+        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+            self.hits.compute(i);
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Many paths side by side: a wave of them takes each step together.
+//!
+//! The commonest vertices, on matte surfaces, are kept as rows of numbers, and the functions that serve a single one are run in loops over
+//! them that have no branches and are compiled to vector instructions ([`crate::math::instruction_set`]). A path that meets something else
+//! takes that step alone, as in [`super::PathState::extend`]. Nothing that a path brings depends on the others, and all bits are those of
+//! one path at a time (Lee, Green, Xie and Tabellion, "Vectorized Production Path Tracing", HPG 2017, has this arrangement for all
+//! materials of a film).
+
+mod mattes;
+
+use super::emission::{MisState, Sampled};
+use super::lamps::Lamps;
+use super::{Path, PathState, Trail};
+use crate::accel::{ClosestHit, FlatHits};
+use crate::handles::LightId;
+use crate::integrators::context::{Bundle, CameraPath, Lights, WAVE};
+use crate::math::Rgb;
+use crate::math::ray::Ray;
+use crate::world::World;
+use arrayvec::ArrayVec;
+use mattes::Mattes;
+
+/// What the waves of a thread use one after the other.
+pub(in super::super) struct Wave {
+    /// By path.
+    trails: Vec<Trail>,
+    /// The paths that go on.
+    walking: ArrayVec<u32, WAVE>,
+    /// What those have hit that is not a flat matte triangle.
+    others: ArrayVec<(u32, Option<ClosestHit>), WAVE>,
+    flats: FlatHits<WAVE>,
+    mattes: Mattes<WAVE>,
+    lamps: Lamps,
+}
+
+impl Wave {
+    pub(in super::super) fn new(world: &World) -> Wave {
+        Wave {
+            trails: Vec::with_capacity(WAVE),
+            walking: ArrayVec::new(),
+            others: ArrayVec::new(),
+            flats: FlatHits::default(),
+            mattes: Mattes::default(),
+            lamps: Lamps::new(world),
+        }
+    }
+}
+
+/// A wave's work.
+pub(super) struct Walk<'a, 'p> {
+    pub path: &'a Path,
+    pub bundle: Bundle<'a, 'p>,
+}
+
+impl Walk<'_, '_> {
+    /// The radiance along each path.
+    pub(super) fn radiances(&mut self, wave: &mut Wave, out: &mut ArrayVec<Rgb, WAVE>) {
+        let max_depth = self.path.max_depth;
+        let begin = |path: &CameraPath| Trail::new(path.end.ray.ray, None, max_depth);
+        wave.trails.clear();
+        wave.trails.extend(self.bundle.paths.iter().take(WAVE).map(begin));
+        wave.walking.clear();
+        wave.walking.extend(0..wave.trails.len() as u32);
+        let mut is_first = true;
+        while !wave.walking.is_empty() {
+            self.extend(wave, is_first);
+            is_first = false;
+        }
+        out.extend(wave.trails.iter().map(|trail| trail.radiance));
+    }
+
+    /// Extends all paths by a vertex.
+    fn extend(&mut self, wave: &mut Wave, is_first: bool) {
+        self.intersect(wave);
+        self.resolve_flats(wave);
+        for (path, found) in std::mem::take(&mut wave.others) {
+            self.extend_alone(wave, path, found, is_first);
+        }
+        self.sample_lights(wave);
+        self.sample_directions(wave);
+    }
+
+    /// Finds what the paths hit, and sorts it.
+    fn intersect(&mut self, wave: &mut Wave) {
+        wave.mattes.clear();
+        for path in std::mem::take(&mut wave.walking) {
+            let trail = &wave.trails[path as usize];
+            let found = self.bundle.world.closest(&trail.ray);
+            if !wave.add_flat(self.bundle.world, path, found.as_ref()) {
+                wave.others.push((path, found));
+            }
+        }
+    }
+
+    /// Finds where on flat triangles the hits are.
+    fn resolve_flats(&mut self, wave: &mut Wave) {
+        let count = wave.mattes.count();
+        wave.flats.resolve(count);
+        wave.mattes.place(&wave.flats);
+        for i in 0..count {
+            if let Some(found) = wave.flats.grazing(i) {
+                let ray = &wave.trails[wave.mattes.path(i)].ray;
+                if let Some(hit) = self.bundle.world.surface(ray, &found) {
+                    wave.mattes.place_alone(i, &hit.surface);
+                }
+            }
+        }
+    }
+
+    /// A step that a path takes alone, unless it finds that the surface is matte.
+    fn extend_alone(
+        &mut self,
+        wave: &mut Wave,
+        path: u32,
+        found: Option<ClosestHit>,
+        is_first: bool,
+    ) {
+        let trail = wave.trails[path as usize];
+        let mut state = self.state(path, trail, is_first);
+        let hit = found.and_then(|found| state.context.world.surface(&state.trail.ray, &found));
+        let mattes = &mut wave.mattes;
+        let goes_on = state.arrive_at(hit.as_ref(), |state, hit, bsdf| {
+            match bsdf.matte(hit.surface.wo) {
+                Some(matte) => {
+                    let throughput = state.trail.throughput;
+                    mattes.add(path, &hit.surface, (&matte, bsdf.frame()), throughput);
+                    None
+                }
+                None => state.scatter(hit, bsdf),
+            }
+        });
+        wave.trails[path as usize] = state.trail;
+        if goes_on.is_some() {
+            wave.walking.push(path);
+        }
+    }
+
+    /// Emitter sampling at all matte surfaces.
+    fn sample_lights(&mut self, wave: &mut Wave) {
+        let selector = &self.bundle.lights.selector;
+        for light in 0..selector.sample_all_count().unwrap_or(0) {
+            for i in 0..wave.mattes.count() {
+                if wave.samples_all(self.bundle.lights, i) {
+                    self.sample_light(wave, i, (LightId(light), 1.0));
+                }
+            }
+            wave.light(self.bundle.world);
+        }
+        for i in 0..wave.mattes.count() {
+            if wave.samples_all(self.bundle.lights, i) {
+                continue;
+            }
+            let path = wave.mattes.path(i);
+            let stream = &mut *self.bundle.paths[path].stream;
+            let choice = stream.next_1d_if(selector.chooses());
+            let from = wave.mattes.from(i, wave.trails[path].ray.time);
+            match selector.sample(&from, choice) {
+                Some(chosen) => self.sample_light(wave, i, chosen),
+                None => stream.skip_2d(),
+            }
+        }
+        wave.light(self.bundle.world);
+    }
+
+    /// Samples one light at a vertex.
+    #[inline(always)]
+    fn sample_light(&mut self, wave: &mut Wave, i: usize, chosen: (LightId, f32)) {
+        let path = wave.mattes.path(i);
+        let u = self.bundle.paths[path].stream.next_2d();
+        let trail = &wave.trails[path];
+        let vertex = wave.mattes.vertex(i, trail.ray.time);
+        if wave.lamps.has(self.bundle.world, chosen.0, &vertex.from) {
+            let known = (&vertex.from, &vertex.matte);
+            if wave.lamps.keep(chosen, u, known, (path, trail.throughput)) {
+                wave.light(self.bundle.world);
+            }
+        } else {
+            let mut state = self.state(path as u32, *trail, false);
+            state.add_light_sample(chosen, u, &vertex, &vertex.from);
+            wave.trails[path].radiance = state.trail.radiance;
+        }
+    }
+
+    /// BSDF sampling at all matte surfaces, and Russian roulette.
+    fn sample_directions(&mut self, wave: &mut Wave) {
+        for i in 0..wave.mattes.count() {
+            let stream = &mut *self.bundle.paths[wave.mattes.path(i)].stream;
+            // Diffuse reflection has no use for a third number.
+            stream.skip_1d();
+            wave.mattes.set_number(i, stream.next_2d());
+        }
+        wave.mattes.sample();
+        for i in 0..wave.mattes.count() {
+            let path = wave.mattes.path(i);
+            let all_lights = wave.samples_all(self.bundle.lights, i);
+            let trail = &mut wave.trails[path];
+            let Some(next) = wave.mattes.next(i) else {
+                continue;
+            };
+            trail.specular_only = false;
+            if self.path.direct_only {
+                trail.max_depth = trail.max_depth.min(trail.depth + 1);
+            }
+            trail.throughput = next.throughput;
+            let time = trail.ray.time;
+            trail.mis = MisState::Sampled(Sampled {
+                from: wave.mattes.from(i, time),
+                pdf: next.pdf,
+                all_lights,
+            });
+            trail.ray = Ray::new(next.o, next.d, time);
+            let stream = &mut *self.bundle.paths[path].stream;
+            let goes_on = trail.russian_roulette(self.path.rr_threshold, || stream.next_1d());
+            if goes_on.is_some() {
+                wave.walking.push(path as u32);
+            }
+        }
+    }
+
+    /// A path by itself.
+    #[inline(always)]
+    fn state(&mut self, path: u32, trail: Trail, is_first: bool) -> PathState<'_, false, false> {
+        let context = self.bundle.context(path as usize);
+        PathState {
+            path: self.path,
+            differentials: context.differentials.filter(|_| is_first),
+            reports: false,
+            trail,
+            context,
+        }
+    }
+}
+
+impl Wave {
+    /// Takes up a hit if it is of a flat triangle that is matte everywhere and emits nothing.
+    #[inline(always)]
+    fn add_flat(&mut self, world: &World, path: u32, found: Option<&ClosestHit>) -> bool {
+        let Some(found) = found else {
+            return false;
+        };
+        let Some(triangle) = world.geometry.flat(found) else {
+            return false;
+        };
+        let attributes = triangle.attributes();
+        let (None, Some(reflectance)) = (
+            attributes.light,
+            world.even_reflectance(attributes.material),
+        ) else {
+            return false;
+        };
+        let trail = &self.trails[path as usize];
+        // Beyond the last depth only emission is seen.
+        if trail.depth < trail.max_depth {
+            let i = self.mattes.count();
+            self.mattes.add_flat(path, reflectance, trail.throughput);
+            self.flats.set(i, &trail.ray, (&triangle, found));
+        }
+        true
+    }
+
+    /// Is every light sampled at this vertex?
+    #[inline(always)]
+    fn samples_all(&self, lights: &Lights, i: usize) -> bool {
+        let trail = &self.trails[self.mattes.path(i)];
+        trail.sample_all_count(lights).is_some()
+    }
+
+    /// Adds the light that waits.
+    fn light(&mut self, world: &World) {
+        let trails = &mut self.trails;
+        self.lamps
+            .light(world, |path, light| trails[path].radiance += light);
+    }
+}
+
+#[cfg(test)]
+mod tests;
