@@ -1,6 +1,7 @@
 //! Integer hashes: every random sample is a pure function of (seed, pixel, sample, dimension).
 
 /// Mixes 64 bits thoroughly (Stafford's variant 13 of the MurmurHash3 finalizer, as in SplitMix64).
+#[inline(always)]
 pub const fn mix(mut x: u64) -> u64 {
     x ^= x >> 30;
     x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);

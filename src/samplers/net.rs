@@ -80,7 +80,7 @@ const fn sums() -> [[[u32; 4]; 16]; NIBBLES] {
 
 /// The point whose index has the bits of `reversed`, the least significant in bit 31: as shuffling leaves
 /// them. The most significant bit of each coordinate is in bit 0: as scrambling wants them.
-#[inline]
+#[inline(always)]
 pub(super) fn point(reversed: u32) -> [u32; 4] {
     let mut point = [0; 4];
     for (place, values) in SUMS.iter().enumerate() {
