@@ -241,6 +241,12 @@ impl Geometry {
         levels.any(|level| level.has_recoverable)
     }
 
+    /// Returns `true` if anything moves.
+    pub fn moves(&self) -> bool {
+        let mut levels = self.objects.iter().chain([&self.top]);
+        levels.any(|level| level.instances.iter().any(Instance::moves))
+    }
+
     /// Bounding box of the scene, in render space; empty for an empty scene.
     pub fn bounds(&self) -> Aabb {
         self.top.bounds

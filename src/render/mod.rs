@@ -317,7 +317,7 @@ impl PendingSample {
         let at = IVec2::new(pixel.x as i32, pixel.y as i32);
         let mut stream = sampler.stream(at, index);
         let on_film = job.filter.sample(stream.next_2d());
-        let time = stream.next_1d();
+        let time = stream.next_1d_if(job.world.moves() || job.camera.moves());
         let sample = CameraSample {
             raster: pixel.as_vec2() + Vec2::splat(0.5) + on_film.offset,
             time,

@@ -40,6 +40,7 @@ pub struct World {
     pub media: Media,
     /// See [`Geometry::has_recoverable_surfaces`].
     has_recoverable_surfaces: bool,
+    moves: bool,
 }
 
 impl World {
@@ -57,6 +58,7 @@ impl World {
         let infinite_lights = ids.filter(is_infinite).collect();
         World {
             has_recoverable_surfaces: geometry.has_recoverable_surfaces(),
+            moves: geometry.moves(),
             geometry,
             even_reflectances: materials.iter().map(Material::even_reflectance).collect(),
             materials,
@@ -130,6 +132,11 @@ impl World {
     /// See [`Geometry::has_recoverable_surfaces`].
     pub fn has_recoverable_surfaces(&self) -> bool {
         self.has_recoverable_surfaces
+    }
+
+    /// Returns `true` if anything moves: if not, times do not matter.
+    pub fn moves(&self) -> bool {
+        self.moves
     }
 
     /// The medium that a ray enters which leaves a hit in direction `d`, where `current` is the one it came through.
